@@ -1,4 +1,4 @@
-// The benchmark of the session that is open: a worker measures beside the page, its report is shown and can be kept.
+// The benchmark of the open session. A worker measures beside the page; its report is shown and can be saved.
 const byId = (id) => document.getElementById(id);
 
 export class Benchmark {
@@ -14,7 +14,7 @@ export class Benchmark {
     byId('bench-close').addEventListener('click', () => this.#end());
   }
 
-  /// Measures the session at `path`, which is read from these files. One that is being measured goes on.
+  /// Measures the session at `path`, which is read from these files. A running measurement continues.
   start(files, path) {
     if (this.#worker) return;
     this.#end();
@@ -24,7 +24,7 @@ export class Benchmark {
     this.#worker = new Worker('bench_worker.js', { type: 'module' });
     this.#worker.addEventListener('message', ({ data }) => this.#hear(data));
     this.#worker.addEventListener('error', (event) => this.#fail(event.message ?? 'its program does not load'));
-    // Their bytes are copies of those in the program's memory, and go to the worker.
+    // The bytes are copies of those in the program's memory, and are moved to the worker.
     this.#worker.postMessage({ files, path, browser: navigator.userAgent }, files.map(({ bytes }) => bytes.buffer));
   }
 

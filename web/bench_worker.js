@@ -1,7 +1,9 @@
-// A worker of the page: measures what the page sends it with `osp bench`, says how far that has come, and sends the report back.
+// A worker of the page. It measures a session from the page with `osp bench`, reports its progress, and sends the
+// report back.
 import init, * as bench from './osp_web_bench.js';
 
-/// The charts' texts are measured with an element, which a worker has not: one that is as large as its text is drawn.
+/// The charts measure their texts with an element, which does not exist in a worker. This class replaces it, with the
+/// size of the drawn text.
 class Measured {
   #context = new OffscreenCanvas(1, 1).getContext('2d');
   #size = 14;

@@ -1,18 +1,19 @@
 // Keeps the program's own files (autosaves, settings) in the browser's private file system from one visit to the next.
-// Each open page has a folder of its own, which it holds by a lock. A page that opens takes over the folder of a closed one: the
-// one that was written last, of those with a drawing in it.
-// That file system has no time for a page that is being left. What it has not been given by then goes into the browser's local
-// storage, which takes it at once but has little room, and from there into the files at the next visit.
+// Each open page has its own folder, which it holds by a lock. A new page takes over the folder of a closed one: the
+// one that was written last, among those with a drawing in it. A page that is being left has no time for that file
+// system. Its unwritten changes go into the browser's local storage, which is fast but small, and from there into the
+// files at the next visit.
 
 const PREFIX = 'visit-';
 const TAIL = 'osp-tail-';
-/// The file with the number of the last tail that has been written: an older one must not be put onto newer files, and a browser
-/// that is killed may still have it.
+/// The file with the number of the last tail that was written. An older tail must not be put onto newer files, and a
+/// browser that was killed may still have one.
 const WRITTEN = 'tail';
-/// Browsers keep about 5 MB for a site, and two bytes of a letter; what is drawn between two flushes has a few kB.
+/// Browsers store about 5 MB for a site, with two bytes for each letter. The changes between two flushes take a few kB.
 const MOST_TAIL = 2_000_000;
 
-/// The folder's files as `[{path, bytes}]`, and the folder's writer (see `Writer`). Null where the browser has no such file system.
+/// Returns the folder's files as `[{path, bytes}]`, and the folder's writer (see `Writer`). Returns null if the browser
+/// has no such file system.
 export async function openStore() {
   if (!navigator.storage?.getDirectory || !navigator.locks) return null;
   const root = await navigator.storage.getDirectory();
@@ -47,7 +48,8 @@ export async function openStore() {
   return { files: [], writer: new Writer(await root.getDirectoryHandle(name, { create: true })) };
 }
 
-/// Takes the lock of a folder until the page is closed or the function that it returns is called; null if another page has it.
+/// Takes the lock of a folder until the page is closed or the returned function is called. Returns null if another page
+/// has it.
 function take(name) {
   return new Promise((resolve) => {
     navigator.locks.request(name, { ifAvailable: true }, (lock) => {
@@ -57,7 +59,7 @@ function take(name) {
   });
 }
 
-/// How many drawings lie in a folder or its tail, and when they were written last.
+/// Returns the number of drawings in a folder or its tail, and the time at which they were last written.
 async function ageOf(folder) {
   const { changes, written: left } = await tailOf(folder);
   let drawings = changes.filter(({ path, bytes }) => path.endsWith('.ron') && bytes?.length > 0).length;
@@ -70,7 +72,7 @@ async function ageOf(folder) {
   return [drawings, written];
 }
 
-/// The files, the one that was written last at the end.
+/// Returns the files. The one that was written last is at the end.
 async function readAll(folder) {
   const files = [];
   for await (const [name, handle] of folder.entries()) {
@@ -81,8 +83,9 @@ async function readAll(folder) {
   return files.sort((a, b) => a.written - b.written);
 }
 
-/// What a page had left to write when it was left, unless it has been written since: changes, the tail's number (without one, the
-/// number of the last one that was written) and when the page was left.
+/// Returns the changes that a page had left to write when it was left, unless they have been written since. Also
+/// returns the tail's number and the time at which the page was left. Without a tail, the number is that of the last
+/// one that was written.
 export async function tailOf(folder) {
   const handle = await folder.getFileHandle(WRITTEN).catch(() => null);
   const text = handle ? await (await handle.getFile()).text() : '';
@@ -99,12 +102,12 @@ export async function tailOf(folder) {
   }
 }
 
-/// Puts a tail onto files. Returns its changes, which are still to be written.
+/// Applies a tail to the files. Returns its changes, which must still be written.
 export function putTail({ changes }, files) {
   return changes.filter(({ path, from, bytes }) => {
     const at = files.findIndex((file) => file.path === path);
     const before = at >= 0 ? files[at].bytes : new Uint8Array();
-    // Something between is missing.
+    // The part before this change is missing.
     if (bytes && from > before.length) return false;
     if (at >= 0) files.splice(at, 1);
     if (!bytes) return true;
@@ -123,15 +126,15 @@ const textOf = (bytes) => {
   return btoa(letters);
 };
 
-/// Writes changes in their order, one at a time. One that fails stays the next to be written.
+/// Writes changes in their order, one at a time. After an error, the same change is written again next.
 export class Writer {
   constructor(folder) {
     this.folder = folder;
     this.waiting = [];
     this.isBusy = false;
-    /// How many of those that wait the local storage has, too; null if it has none.
+    /// Number of waiting changes that the local storage also has. Null if it has none.
     this.inTail = null;
-    /// The number of the last tail.
+    /// Number of the last tail.
     this.tailNumber = 0;
   }
 
@@ -141,8 +144,8 @@ export class Writer {
 
   add(changes) {
     for (const change of changes) {
-      // The first may be on its way, and a tail is written before what is newer. What follows another piece of the same file is
-      // written with it.
+      // The first change may be in progress, and a tail is written before newer changes. A change that continues the
+      // last one in the same file is written with it.
       const last = this.waiting.length > Math.max(1, this.inTail ?? 0) ? this.waiting.at(-1) : null;
       if (last?.bytes && change.bytes && last.path === change.path && last.from + last.bytes.length === change.from) {
         const bytes = new Uint8Array(last.bytes.length + change.bytes.length);
@@ -155,7 +158,8 @@ export class Writer {
     }
   }
 
-  /// To be called when the page is left: there is no time to write. Whether the next visit finds all of it.
+  /// Call this when the page is left, because there is no time to write. Returns whether the next visit will find
+  /// everything.
   leave() {
     const size = this.waiting.reduce((sum, { bytes }) => sum + (bytes?.length ?? 0), 0);
     if (this.waiting.length === 0 || size > MOST_TAIL) return this.waiting.length === 0;
@@ -167,27 +171,27 @@ export class Writer {
       this.endTail();
       return true;
     } catch {
-      // It has no room, or is switched off.
+      // The local storage has no room, or is switched off.
       return false;
     }
   }
 
-  /// What waits now is in the local storage; what comes is not.
+  /// All changes that wait now are in the local storage; later ones are not.
   endTail() {
     this.inTail = this.waiting.length;
   }
 
-  /// The tail is written: its number is kept before anything newer is written.
+  /// The tail has been written. Its number is stored before any newer change is written.
   async dropTail() {
     this.inTail = null;
     if (this.tailNumber === 0) return;
     await this.writeFile(WRITTEN, 0, new TextEncoder().encode(String(this.tailNumber)));
-    // Meanwhile the page may have been left again.
+    // The page may have been left again meanwhile.
     if (this.inTail !== null) return;
     try {
       localStorage.removeItem(TAIL + this.folder.name);
     } catch {
-      // Switched off: there is none.
+      // The local storage is switched off, so there is no tail.
     }
   }
 

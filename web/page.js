@@ -1,4 +1,4 @@
-// The page around the window: files come in, files go out, and what is wrong stands on the page.
+// The page around the window. It opens files, saves files, and shows errors.
 import init, * as osp from './osp_web.js';
 import { Benchmark } from './bench.js';
 import { openStore } from './keep.js';
@@ -13,7 +13,7 @@ let isStopped = false;
 const isKept = () => (store && !store.hasFailed ? ' What was drawn is kept.' : '');
 
 function complain(text) {
-  // What follows a stop is noise that would hide why.
+  // After a stop, more errors would only hide the reason.
   if (isStopped) return;
   wrong.textContent = text;
   wrong.hidden = false;
@@ -21,14 +21,14 @@ function complain(text) {
 wrong.addEventListener('click', () => (wrong.hidden = true));
 addEventListener('error', ({ message }) => complain(message));
 addEventListener('unhandledrejection', ({ reason }) => complain(String(reason?.message ?? reason)));
-// Called by the program when it stops.
+// The program calls this when it stops.
 globalThis.ospPanic = (text) => {
   console.error(text);
   complain(`osp has stopped: ${text}. Load the page again.${isKept()}`);
   isStopped = true;
 };
 
-// A screen's keyboard needs a field to type into. It holds one space, so that there is something to remove.
+// A keyboard on the screen needs a field to type into. The field holds one space, so that there is something to delete.
 typed.addEventListener('beforeinput', (event) => {
   event.preventDefault();
   if (event.inputType.startsWith('delete')) osp.type_in('Backspace', true);
@@ -39,11 +39,11 @@ typed.addEventListener('beforeinput', (event) => {
 let folders = 0;
 let opened = null;
 
-/// Puts files into the program's memory, each set into a folder of its own, and replays the first that can be one.
+/// Puts files into the program's memory, each set into its own folder, and replays the first one that may be a session.
 async function open(set) {
   folders += 1;
   const place = ({ name, bytes }) => {
-    // CASSIE's two files of a sketch have one name; what they contain tells them apart.
+    // CASSIE's two files of a sketch have the same name. Their contents distinguish them.
     const first = String.fromCharCode(bytes.find((byte) => byte > 32) ?? 0);
     const isPart = name.toLowerCase().endsWith('.json') && !name.includes('/');
     const folder = isPart ? { '[': 'sketch_history/', '{': 'raw_data/' }[first] ?? '' : '';
@@ -59,7 +59,7 @@ async function open(set) {
   const path = inFolder ? inFolder.path.replace(/\/[^/]*$/, '') : session.path;
   said.textContent = `reading ${path.split('/').pop()}…`;
   await nextFrame();
-  // Sketches of other programs are looked at first; recordings are played.
+  // Sketches of other programs are first shown; recordings are played.
   if (/\.ron(\.zst)?$/i.test(path)) osp.replay(path);
   else osp.show(path);
 }
@@ -72,7 +72,7 @@ async function openFiles(list) {
   await open(await Promise.all([...list].map(read)));
 }
 
-/// The files of what was dropped; those of a folder with the folder's name.
+/// Returns the dropped files. Files of a folder have the folder's name in front.
 async function droppedFiles(data) {
   const entries = [...data.items].map((item) => item.webkitGetAsEntry?.());
   if (!entries.some((entry) => entry?.isDirectory)) return openFiles(data.files);
@@ -188,7 +188,7 @@ async function start() {
     return !store || store.writer.leave();
   };
   for (const event of ['visibilitychange', 'pagehide']) addEventListener(event, leave);
-  // What is too much to be kept in the last moment needs some more: the browser asks whether to stay.
+  // If there is too much to store in the last moment, the browser asks the user whether to stay, which gives more time.
   addEventListener('beforeunload', (event) => {
     if (!leave()) event.preventDefault();
   });

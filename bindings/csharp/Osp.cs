@@ -1,13 +1,13 @@
-// osp for C#: one file, to be compiled with a program, over the C library of bindings/c (osp_c.dll, libosp_c.so,
+// osp for C#: one file, to be compiled with a program, on top of the C library of bindings/c (osp_c.dll, libosp_c.so,
 // libosp_c.dylib). Needs /unsafe and Span<T>: .NET Standard 2.1, .NET 5 and newer, Unity 2021.2 and newer (C# 9), Mono 6.8.
-// The language is kept to C# 7.0. What the functions do, and what may run at once, is said in bindings/c/include/osp.h.
+// The language is kept to C# 7.0. bindings/c/include/osp.h describes the functions, and the calls that may run at the same time.
 using System;
 using System.Runtime.InteropServices;
 using Microsoft.Win32.SafeHandles;
 
 namespace OspCulling
 {
-    /// <summary>Why a call was refused.</summary>
+    /// <summary>The reason for which a call was refused.</summary>
     public enum OspStatus
     {
         Ok = 0,
@@ -32,7 +32,7 @@ namespace OspCulling
         MinusOneToOne = 2
     }
 
-    /// <summary>Why an object, or its occluder, was left out.</summary>
+    /// <summary>The reason for which an object, or its occluder, was left out.</summary>
     public enum OspRefusal
     {
         Bounds = 0,
@@ -40,7 +40,7 @@ namespace OspCulling
         Occluder = 2
     }
 
-    /// <summary>A box in world space: its smallest and largest corner.</summary>
+    /// <summary>A box in world space, by its smallest and largest corner.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct OspBox
     {
@@ -57,7 +57,7 @@ namespace OspCulling
         }
     }
 
-    /// <summary>An object whose box a ray enters, at T lengths of the direction, or that is T away; 0 from inside.</summary>
+    /// <summary>An object whose box a ray enters at T lengths of the direction, or that is T metres from a point; 0 from inside.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct OspHit
     {
@@ -65,7 +65,7 @@ namespace OspCulling
         public float T;
     }
 
-    /// <summary>What a camera sees: objects to draw, and objects in view that occluders hide.</summary>
+    /// <summary>Numbers of objects for a camera: objects to draw, and objects in view that occluders hide.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct OspSeen
     {
@@ -82,7 +82,7 @@ namespace OspCulling
         }
     }
 
-    /// <summary>What was left out, and why.</summary>
+    /// <summary>An object or occluder that was left out, with the reason.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct OspRefused
     {
@@ -90,16 +90,16 @@ namespace OspCulling
         public OspRefusal Why;
     }
 
-    /// <summary>A camera or a light. It sees all layers, and nothing is hidden, unless you say otherwise.</summary>
+    /// <summary>A camera or a light. By default it sees all layers, and occluders hide nothing.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct OspCamera
     {
         fixed double clipFromWorld[16];
         int depth, hideByOccluders;
-        /// <summary>The camera sees objects on one of these layers, a bit each.</summary>
+        /// <summary>Layers that the camera sees, one bit each.</summary>
         public uint Layers;
 
-        /// <summary>From sixteen numbers from world to clip space, column after column: any projection.</summary>
+        /// <summary>Makes a camera from a matrix of sixteen numbers from world to clip space, in column-major order: any projection.</summary>
         public OspCamera(ReadOnlySpan<float> clipFromWorld, OspDepth depth)
         {
             Osp.Length(clipFromWorld.Length, 16, "clipFromWorld");
@@ -109,7 +109,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>From a matrix in 64 bits: for an eye far from the origin.</summary>
+        /// <summary>Makes a camera from a matrix of 64-bit numbers: for an eye far from the origin.</summary>
         public OspCamera(ReadOnlySpan<double> clipFromWorld, OspDepth depth)
         {
             Osp.Length(clipFromWorld.Length, 16, "clipFromWorld");
@@ -119,14 +119,14 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Whether what occluders hide is left out.</summary>
+        /// <summary>Whether objects behind occluders are left out.</summary>
         public bool HideByOccluders
         {
             get { return hideByOccluders != 0; }
             set { hideByOccluders = value ? 1 : 0; }
         }
 
-        /// <summary>The ray through a point of the screen, from -1 to 1; origin and direction get x y z each.</summary>
+        /// <summary>Computes the ray through a point of the screen, from -1 to 1. origin and direction get x y z each.</summary>
         public void Ray(float x, float y, Span<float> origin, Span<float> direction)
         {
             Osp.Length(origin.Length, 3, "origin");
@@ -140,7 +140,7 @@ namespace OspCulling
         }
     }
 
-    /// <summary>A call that was refused; it has changed nothing. The message is the library's.</summary>
+    /// <summary>A call that was refused and has changed nothing. The message comes from the library.</summary>
     public sealed class OspException : Exception
     {
         public OspStatus Status { get; private set; }
@@ -151,13 +151,13 @@ namespace OspCulling
         }
     }
 
-    /// <summary>Constants, and the version of the library that is loaded.</summary>
+    /// <summary>Constants, and the version of the loaded library.</summary>
     public static class Osp
     {
         public const int MaxObjects = 1 << 27;
         public const int MaxCameras = 64;
         public const uint AllLayers = uint.MaxValue;
-        /// <summary>The version that this file is for: major * 65536 + minor * 256 + patch.</summary>
+        /// <summary>The library version that this file requires: major * 65536 + minor * 256 + patch.</summary>
         public const uint Version = 256;
 
         public static uint LibraryVersion
@@ -173,7 +173,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Whether all values found room; throws for every other refusal.</summary>
+        /// <summary>Whether there was room for all values. Throws for every other refusal.</summary>
         internal static bool HadRoom(OspStatus status)
         {
             if (status == OspStatus.BufferTooSmall)
@@ -210,7 +210,7 @@ namespace OspCulling
         }
     }
 
-    /// <summary>Finds what cameras see of objects that come, move and go at any time. Each has a key of yours and a box.</summary>
+    /// <summary>Finds the objects that cameras see. Objects can be added, moved and removed at any time. Each has a key of your choice, and a box.</summary>
     public sealed unsafe class OspCuller : IDisposable
     {
         readonly CullerHandle handle = new CullerHandle();
@@ -223,13 +223,13 @@ namespace OspCulling
             handle.Take(made);
         }
 
-        /// <summary>Frees it, as soon as no call is running.</summary>
+        /// <summary>Frees the culler as soon as no call is running.</summary>
         public void Dispose()
         {
             handle.Dispose();
         }
 
-        /// <summary>Objects with a box that was not refused.</summary>
+        /// <summary>Number of objects with a valid box.</summary>
         public int Count
         {
             get
@@ -240,7 +240,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Inserts an object, or moves it. A box that is none leaves it out; Refused names it.</summary>
+        /// <summary>Inserts an object, or moves it. An invalid box leaves the object out; Refused lists it.</summary>
         public void Set(ulong key, OspBox box)
         {
             Osp.Check(Native.osp_culler_set(handle, &key, &box, (UIntPtr)1));
@@ -257,13 +257,13 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Takes an object out, with its occluder and layers. Nothing happens if there is none.</summary>
+        /// <summary>Removes an object, with its occluder and layers. Nothing happens if there is none.</summary>
         public void Remove(ulong key)
         {
             Osp.Check(Native.osp_culler_remove(handle, &key, (UIntPtr)1));
         }
 
-        /// <summary>Takes many objects out.</summary>
+        /// <summary>Removes many objects.</summary>
         public void Remove(ReadOnlySpan<ulong> keys)
         {
             fixed (ulong* named = &MemoryMarshal.GetReference(keys))
@@ -272,19 +272,19 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Takes everything out.</summary>
+        /// <summary>Removes everything.</summary>
         public void Clear()
         {
             Osp.Check(Native.osp_culler_clear(handle));
         }
 
-        /// <summary>Puts an object on layers, a bit each. Objects are on the mask 1 unless they are put elsewhere.</summary>
+        /// <summary>Puts an object on layers, one bit each. By default, objects have the mask 1.</summary>
         public void SetLayers(ulong key, uint layers)
         {
             Osp.Check(Native.osp_culler_set_layers(handle, &key, &layers, (UIntPtr)1));
         }
 
-        /// <summary>Gives an object a flat, convex quad that hides: x y z of each corner. It stays until the object moves.</summary>
+        /// <summary>Gives an object a flat, convex quad as occluder: x y z of each corner. It stays until the object moves.</summary>
         public void SetOccluderQuad(ulong key, ReadOnlySpan<float> corners)
         {
             Osp.Length(corners.Length, 12, "corners");
@@ -294,13 +294,13 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Gives an object the six sides of a box that hide.</summary>
+        /// <summary>Gives an object the six sides of a box as occluder.</summary>
         public void SetOccluderBox(ulong key, OspBox box)
         {
             Osp.Check(Native.osp_culler_set_occluder_box(handle, key, &box));
         }
 
-        /// <summary>Gives an object a mesh that hides: three numbers for each vertex, three indices for each triangle.</summary>
+        /// <summary>Gives an object a mesh as occluder: three numbers for each vertex, three indices for each triangle.</summary>
         public void SetOccluderMesh(ulong key, ReadOnlySpan<float> vertices, ReadOnlySpan<uint> indices)
         {
             Osp.Length(vertices.Length % 3, 0, "vertices, beyond three for each");
@@ -313,19 +313,19 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Takes an object's occluder away. Nothing happens if there is none.</summary>
+        /// <summary>Removes an object's occluder. Nothing happens if there is none.</summary>
         public void RemoveOccluder(ulong key)
         {
             Osp.Check(Native.osp_culler_remove_occluder(handle, key));
         }
 
-        /// <summary>Makes all changes known to InBox, InSphere, OnRay and Nearest. Cull does it, too.</summary>
+        /// <summary>Applies all changes, so that InBox, InSphere, OnRay and Nearest use them. Cull does this, too.</summary>
         public void Commit()
         {
             Osp.Check(Native.osp_culler_commit(handle));
         }
 
-        /// <summary>The box of an object, as it was set last.</summary>
+        /// <summary>Returns the box of an object that was set last.</summary>
         public OspBox Box(ulong key)
         {
             OspBox box;
@@ -333,7 +333,7 @@ namespace OspCulling
             return box;
         }
 
-        /// <summary>Finds what a camera sees; Visible lists it.</summary>
+        /// <summary>Finds the objects that a camera sees. Visible lists them.</summary>
         public OspSeen Cull(OspCamera camera)
         {
             OspSeen seen;
@@ -341,7 +341,7 @@ namespace OspCulling
             return seen;
         }
 
-        /// <summary>Finds what each camera sees, in one walk: two eyes, a camera and its lights. seen is empty, or has one for each.</summary>
+        /// <summary>Finds the objects that each camera sees, in one pass: two eyes, a camera and its lights. seen is empty, or has one place for each.</summary>
         public void Cull(ReadOnlySpan<OspCamera> cameras, Span<OspSeen> seen)
         {
             if (seen.Length > 0)
@@ -356,7 +356,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>The keys of what a camera of the last Cull sees, in no order. False if there are more than keys holds.</summary>
+        /// <summary>Lists the keys of the objects that a camera of the last Cull sees, in no order. Returns false if there are more than keys holds.</summary>
         public bool Visible(int camera, Span<ulong> keys, out int count)
         {
             fixed (ulong* to = &MemoryMarshal.GetReference(keys))
@@ -369,7 +369,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>The same in an array that grows where it has to; how many.</summary>
+        /// <summary>Does the same with an array that grows if necessary. Returns the number of keys.</summary>
         public int Visible(int camera, ref ulong[] keys)
         {
             int count;
@@ -381,7 +381,7 @@ namespace OspCulling
             return count;
         }
 
-        /// <summary>Of each box whether nothing of it can be on a camera's screen. The boxes are in no culler: of sounds, of
+        /// <summary>Finds for each box whether it is completely hidden from a camera. The boxes belong to no culler: of sounds, of
         /// characters.</summary>
         public void AreHidden(OspCamera camera, ReadOnlySpan<OspBox> boxes, Span<bool> hidden)
         {
@@ -393,7 +393,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>What was refused between the last two calls of Cull, and why; of very much the beginning.</summary>
+        /// <summary>Lists the refusals between the last two calls of Cull, with the reasons. A very long list is cut off.</summary>
         public OspRefused[] Refused()
         {
             OspRefused[] refused = Array.Empty<OspRefused>();
@@ -413,7 +413,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>The objects whose boxes share a point with a box. False if there are more than keys holds.</summary>
+        /// <summary>Finds the objects whose boxes have a point in common with a box. Returns false if there are more than keys holds.</summary>
         public bool InBox(OspBox box, Span<ulong> keys, out int count)
         {
             fixed (ulong* to = &MemoryMarshal.GetReference(keys))
@@ -425,7 +425,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>The objects whose boxes share a point with a ball.</summary>
+        /// <summary>Finds the objects whose boxes have a point in common with a ball.</summary>
         public bool InSphere(float x, float y, float z, float radius, Span<ulong> keys, out int count)
         {
             float* center = stackalloc float[3];
@@ -441,8 +441,8 @@ namespace OspCulling
             }
         }
 
-        /// <summary>The objects whose boxes a ray enters at t up to tMax, the nearest first, as many as hits holds; how many there
-        /// are. origin and direction are x y z. To pick by a mesh, test one after the other until T is beyond the nearest hit.</summary>
+        /// <summary>Finds the objects whose boxes a ray enters at t up to tMax, the nearest first, as many as hits holds. Returns the number of all.
+        /// origin and direction are x y z. To pick by a mesh, test one after the other until T is beyond the nearest hit.</summary>
         public int OnRay(ReadOnlySpan<float> origin, ReadOnlySpan<float> direction, float tMax, Span<OspHit> hits)
         {
             Osp.Length(origin.Length, 3, "origin");
@@ -457,7 +457,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>The objects whose boxes are nearest to a point, as many as hits holds, the nearest first; how many. T is the
+        /// <summary>Finds the objects whose boxes are nearest to a point, as many as hits holds, the nearest first. Returns their number. T is the
         /// distance.</summary>
         public int Nearest(float x, float y, float z, Span<OspHit> hits)
         {

@@ -1,6 +1,6 @@
-// How a painter in Unity calls osp: each stroke is a mesh that grows while it is drawn, and the camera draws those that it may
-// see. A sample to start from: it was compiled with stand-ins for Unity's names only (test/UnityNames.cs), never
-// with Unity, and nothing was measured there.
+// A painter in Unity that uses osp. Each stroke is a mesh that grows while it is drawn, and the camera draws only those that it may
+// see. This is a sample to start from. It was compiled only with stand-ins for Unity's names (test/UnityNames.cs), never
+// with Unity, and was never measured.
 //
 // Put Osp.cs and this file into a folder of Assets with an assembly definition that allows unsafe code, and the library
 // (osp_c.dll, libosp_c.so, libosp_c.dylib) into Assets/Plugins. Add this component to the camera.
@@ -29,7 +29,7 @@ public sealed class UnityPainter : MonoBehaviour
         culler.Dispose();
     }
 
-    /// <summary>A stroke begins. Its renderer has bounds from here on.</summary>
+    /// <summary>Starts a stroke, whose renderer now has bounds.</summary>
     public void Begin(Renderer stroke)
     {
         strokes.Add(KeyOf(stroke), stroke);
@@ -37,24 +37,24 @@ public sealed class UnityPainter : MonoBehaviour
         Changed(stroke);
     }
 
-    /// <summary>A stroke has grown or was moved: call it after the mesh has its new bounds, in the same frame.</summary>
+    /// <summary>Updates a stroke that has grown or moved. Call this after the mesh has its new bounds, in the same frame.</summary>
     public void Changed(Renderer stroke)
     {
         culler.Set(KeyOf(stroke), BoxOf(stroke.bounds));
     }
 
-    /// <summary>A stroke was erased.</summary>
+    /// <summary>Removes an erased stroke.</summary>
     public void Erase(Renderer stroke)
     {
         culler.Remove(KeyOf(stroke));
         strokes.Remove(KeyOf(stroke));
     }
 
-    // After all scripts have moved things, before the camera draws.
+    // This runs after all scripts have moved things, and before the camera draws.
     void OnPreCull()
     {
-        // Unity's projectionMatrix has OpenGL's depth on every platform. In memory a matrix is column after column. Each eye of a
-        // headset has its own: eye.GetStereoProjectionMatrix and eye.GetStereoViewMatrix; cull both in one call, and draw what either
+        // Unity's projectionMatrix has OpenGL's depth on every platform. In memory a matrix is in column-major order. Each eye of a
+        // headset has its own: eye.GetStereoProjectionMatrix and eye.GetStereoViewMatrix; cull both in one call, and draw the objects that either
         // of them sees.
         Matrix4x4 matrix = eye.projectionMatrix * eye.worldToCameraMatrix;
         for (int i = 0; i < 16; i++)
@@ -63,7 +63,7 @@ public sealed class UnityPainter : MonoBehaviour
         }
         culler.Cull(new OspCamera(clipFromWorld, OspDepth.MinusOneToOne));
         int count = culler.Visible(0, ref visible);
-        // Only what has changed is touched.
+        // Only changed renderers are touched.
         drawn.Clear();
         for (int i = 0; i < count; i++)
         {

@@ -53,8 +53,8 @@ const MOST_READS: u32 = 1 << 14;
 /// polygon that was no occluder because there are too many is compared with the others as often.
 const TURNS: usize = 4;
 
-/// A view has jumped if the eye has moved by more than this share of the mean distance of its occluders, or turned by more
-/// than the angle with this cosine: 6 degrees.
+/// In a jump, the eye moves by more than this share of the mean distance of the view's occluders, or turns by more than
+/// 6 degrees.
 const JUMP: f64 = 0.1;
 const JUMP_COSINE: f64 = 0.9945;
 

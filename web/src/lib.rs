@@ -1,6 +1,6 @@
-//! The page's side of osp's window: `page.js` calls these functions, the window itself never calls the page.
+//! The page's interface to osp's window. `page.js` calls these functions; the window itself never calls the page.
 //!
-//! Nothing that is opened leaves the machine: there is no server behind the page.
+//! No opened file leaves the machine: there is no server behind the page.
 
 use std::{
     path::{Path, PathBuf},
@@ -28,12 +28,12 @@ use wasm_bindgen::prelude::*;
 
 #[wasm_bindgen]
 extern "C" {
-    /// `page.js` shows it.
+    /// Shows an error; defined in `page.js`.
     #[wasm_bindgen(js_name = ospPanic)]
     fn osp_panic(text: &str);
 }
 
-/// Opens the window. A session that was left open on an earlier visit is brought back.
+/// Opens the window. A session that was left open on an earlier visit is restored.
 #[wasm_bindgen]
 pub fn start() -> Result<(), JsError> {
     std::panic::set_hook(Box::new(|panic| osp_panic(&panic.to_string())));
@@ -49,7 +49,7 @@ pub fn start() -> Result<(), JsError> {
     Ok(())
 }
 
-/// The folder of the files that are to be kept from one visit to the next.
+/// Returns the folder of the files that are kept from one visit to the next.
 #[wasm_bindgen]
 pub fn user_folder() -> String {
     USER_FOLDER.to_owned()
@@ -79,7 +79,7 @@ pub fn draw_on(path: &str) {
     page::wish(Wish::Do(Command::OpenAs(PathBuf::from(path), Opening::with(Access::Copy))));
 }
 
-/// Ends the reading of a session: the one before it stays.
+/// Stops reading a session. The previous session stays.
 #[wasm_bindgen]
 pub fn cancel() {
     page::wish(Wish::Do(Command::CancelWork));
@@ -94,13 +94,13 @@ pub fn seek(frame: Option<u32>) {
     }
 }
 
-/// Lets the camera go along with that of the replay, or stay where it is.
+/// Makes the camera follow the camera of the replay, or stay in place.
 #[wasm_bindgen]
 pub fn follow_camera(follows: bool) {
     page::wish(Wish::FollowCamera(follows));
 }
 
-/// Chooses an index and a way of occlusion culling by their names on the command line.
+/// Chooses an index and a method of occlusion culling by their names on the command line.
 #[wasm_bindgen]
 pub fn choose(index: &str, occlusion: &str) -> Result<(), JsError> {
     let unknown =
@@ -112,15 +112,15 @@ pub fn choose(index: &str, occlusion: &str) -> Result<(), JsError> {
     Ok(())
 }
 
-/// What a picture shows beside the model: the floor or not, and brushes that move by themselves as they are at this moment,
-/// seconds; without one they move. No other layer is shown.
+/// Chooses the contents of pictures: the model with or without the floor, and no other layer. Animated brushes are
+/// shown at this moment in seconds; without one they move.
 #[wasm_bindgen]
 pub fn look(floor: bool, moment_s: Option<f32>) {
     page::wish(Wish::Do(Command::Layers(LayerChoice { grid: floor, ..LayerChoice::default() })));
     page::wish(Wish::Do(Command::Moment(moment_s)));
 }
 
-/// Has the model saved as `NAME.glb`, or the window's picture of it as `NAME.png`; see [`take_downloads`].
+/// Saves the model as `NAME.glb`, or the window's picture of it as `NAME.png`; see [`take_downloads`].
 #[wasm_bindgen]
 pub fn save(name: &str) {
     let path = PathBuf::from(name);
@@ -128,7 +128,7 @@ pub fn save(name: &str) {
     page::wish(Wish::Do(if is_picture { Command::PictureOver(path) } else { Command::ExportOver(path) }));
 }
 
-/// The file of the session that is open: `{name, bytes}`.
+/// Returns the file of the open session: `{name, bytes}`.
 #[wasm_bindgen]
 pub fn session_file() -> Result<JsValue, JsError> {
     let path = page::state().path;
@@ -137,7 +137,7 @@ pub fn session_file() -> Result<JsValue, JsError> {
     Ok(object(&[("name", name.into()), ("bytes", js_sys::Uint8Array::from(&bytes[..]).into())]))
 }
 
-/// The files that the session that is open is read from: an array of `{path, bytes}`.
+/// Returns the files of the open session: an array of `{path, bytes}`.
 #[wasm_bindgen]
 pub fn session_files() -> Result<js_sys::Array, JsError> {
     let paths = page::files_of_session(&page::state().path).into_iter();
@@ -149,7 +149,7 @@ pub fn session_files() -> Result<js_sys::Array, JsError> {
     paths.map(file).collect()
 }
 
-/// The window's state, as JSON. `camera` is the view of the last frame, as `osp render --view` takes it.
+/// Returns the window's state as JSON. `camera` is the view of the last frame, in the form of `osp render --view`.
 #[wasm_bindgen]
 pub fn state() -> String {
     let state = page::state();
@@ -183,13 +183,13 @@ pub fn type_in(text: &str, is_key: bool) {
     });
 }
 
-/// Whether a person has asked to choose a file since the last call.
+/// Whether the user has requested to choose a file since the last call.
 #[wasm_bindgen]
 pub fn wants_file() -> bool {
     page::wants_file()
 }
 
-/// What has changed of the files to keep: an array of `{path, from, bytes}`; without `bytes` the file was removed.
+/// Returns the changes of the files to keep: an array of `{path, from, bytes}`. Without `bytes` the file was removed.
 #[wasm_bindgen]
 pub fn take_kept() -> js_sys::Array {
     let changes = page::take_kept().into_iter().map(|change| {
@@ -203,7 +203,7 @@ pub fn take_kept() -> js_sys::Array {
     changes.collect()
 }
 
-/// Files that were saved or exported since the last call: an array of `{name, bytes}`.
+/// Returns the files that were saved or exported since the last call: an array of `{name, bytes}`.
 #[wasm_bindgen]
 pub fn take_downloads() -> js_sys::Array {
     let files = page::take_downloads().into_iter().map(|(path, bytes)| {
@@ -216,21 +216,21 @@ pub fn take_downloads() -> js_sys::Array {
 fn object(fields: &[(&str, JsValue)]) -> JsValue {
     let object = js_sys::Object::new();
     for (name, value) in fields {
-        // A plain object takes any field.
+        // A plain object accepts any field.
         let _ = js_sys::Reflect::set(&object, &(*name).into(), value);
     }
     object.into()
 }
 
-/// The fingerprint of a whole session as `osp replay` computes it: 16 samples a frame, the automatic camera. JSON with the
-/// number, the frames, and the fingerprints of ten frames spread over the session.
+/// Returns the fingerprint of a whole session, the same as `osp replay`: 16 samples a frame, the automatic camera. The
+/// JSON has the number, the frames, and the fingerprints of ten frames spread over the session.
 #[wasm_bindgen]
 pub fn fingerprint(name: &str, bytes: Vec<u8>) -> Result<String, JsError> {
     let bytes: Arc<[u8]> = bytes.into();
     fingerprint_with(|| open_bytes(name, Arc::clone(&bytes), &OpenOptions::default()))
 }
 
-/// [`fingerprint`] of a file in the page's memory, with the files that belong to it.
+/// The same as [`fingerprint`], for a file in the page's memory with its related files.
 #[wasm_bindgen]
 pub fn fingerprint_of(path: &str) -> Result<String, JsError> {
     fingerprint_with(|| recording::open(Path::new(path), &OpenOptions::default()))

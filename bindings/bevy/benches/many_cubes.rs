@@ -1,5 +1,6 @@
-//! Bevy's own culling and the plugin, frame by frame in one process. `cargo bench` prints the table of the README;
-//! `cargo bench -- limits` what the limits of `OspCullingSettings` go by; numbers after it choose how many cubes.
+//! Measures Bevy's own culling and the plugin, frame by frame in one process. `cargo bench` prints the table of the
+//! README. `cargo bench -- limits` prints the table for the limits of `OspCullingSettings`. Numbers after it choose the
+//! number of cubes.
 
 #![expect(clippy::print_stdout, reason = "a table is what it is for")]
 
@@ -28,10 +29,10 @@ use rand_pcg::{
 };
 use twins::{Twins, new_app_on};
 
-/// The class of the cubes.
+/// The visibility class of the cubes.
 struct Cube;
 
-/// When the check of the last frame began, and how long it took.
+/// The time at which the check of the last frame began, and its duration.
 #[derive(Resource)]
 struct CheckTime(Instant, Duration);
 
@@ -46,7 +47,7 @@ fn end(mut time: ResMut<'_, CheckTime>) {
 #[derive(Clone, Debug)]
 struct Case {
     cubes: usize,
-    /// Part of the cubes that moves in each frame.
+    /// Share of the cubes that moves in each frame.
     moved: f32,
     /// Vertical field of view, degrees.
     fov_degrees: f32,
@@ -59,7 +60,7 @@ impl Case {
     }
 }
 
-/// A cloud of cubes with the camera in its middle, turning, as in Bevy's example `many_cubes`.
+/// A cloud of cubes with a turning camera in its middle, like in Bevy's example `many_cubes`.
 struct Cloud {
     random: Pcg64Mcg,
     cubes: Vec<Entity>,
@@ -72,7 +73,7 @@ struct Cloud {
 impl Cloud {
     fn new(app: &mut App, case: &Case) -> Self {
         let mut random = Pcg64Mcg::seed_from_u64(11);
-        // As many in a cubic metre, however many there are.
+        // The density is the same for every number of cubes.
         let reach = (case.cubes as f32).cbrt() * 2.0;
         let world = app.world_mut();
         let mut cubes = Vec::with_capacity(case.cubes);
@@ -112,11 +113,11 @@ fn vector(random: &mut Pcg64Mcg) -> Vec3 {
     Vec3::new(signed(), signed(), signed())
 }
 
-/// Frames before the first that counts: an index is begun and filled.
+/// Number of frames before the first that counts. In them an index is started and filled.
 const WARM_FRAMES: usize = 130;
 
 struct Measured {
-    /// Bevy's and ours, medians, milliseconds.
+    /// Medians in milliseconds: Bevy's, and the plugin's.
     check_ms: [f64; 2],
     update_ms: [f64; 2],
     counts: OspCullingCounts,
@@ -146,7 +147,7 @@ fn measure(case: &Case) -> Measured {
     let frames = (3_000_000 / case.cubes.max(1)).clamp(61, 2001);
     let (mut check, mut update) = ([const { Vec::new() }; 2], [const { Vec::new() }; 2]);
     for frame in 0..WARM_FRAMES + frames {
-        // Who comes second finds a colder cache: turn by turn.
+        // The second app finds a colder cache, so the two take turns.
         let order = if frame % 2 == 0 { [0, 1] } else { [1, 0] };
         for which in order {
             clouds[which].frame(&mut apps[which]);

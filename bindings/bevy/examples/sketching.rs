@@ -1,5 +1,6 @@
-//! A sketch that grows while a camera flies through it: in each frame ribbons arrive, each an entity with its bounds, and the last one
-//! of each hand still grows. Needs no window: it prints what the plugin does and how long a frame takes.
+//! A sketch that grows while a camera flies through it. In each frame ribbons arrive, each as an entity with its
+//! bounds. The last ribbon of each hand still grows. The example needs no window: it prints the work of the plugin and
+//! the time of a frame.
 //!
 //! `cargo run --release --example sketching`
 
@@ -35,16 +36,16 @@ struct Ribbon {
     max: Vec3,
 }
 
-/// Hands that draw at once: a whole class of artists.
+/// Number of hands that draw at once: a whole class of artists.
 const HANDS: usize = 100;
-/// Frames, and samples of its hand, in which a ribbon grows.
+/// Number of frames, each with one sample of its hand, in which a ribbon grows.
 const FRAMES_OF_RIBBON: usize = 4;
 /// Half the width of a ribbon, metres.
 const HALF_WIDTH_M: f32 = 0.01;
-/// Seconds of a frame.
+/// Duration of a frame in seconds.
 const FRAME_SECS: f32 = 0.02;
 
-/// What the hands have drawn so far.
+/// The drawing of the hands so far.
 #[derive(Resource, Default)]
 struct Hands {
     frame: usize,
@@ -58,7 +59,7 @@ impl Hands {
     }
 }
 
-/// Where a hand is: a curve that does not close, through a room of forty metres.
+/// Returns the place of a hand: a curve that does not close, through a room of forty metres.
 fn hand_at(hand: usize, time_secs: f32) -> Vec3 {
     let shift = hand as f32 * 1.7;
     let time = time_secs * 5.0;
@@ -88,7 +89,7 @@ fn draw(
             let bundle = (Ribbon { min: low, max: high }, Aabb::from_min_max(low, high), class);
             hands.ribbons.push(commands.spawn((bundle, Transform::default(), Visibility::default())).id());
         } else if let Ok((mut ribbon, mut aabb)) = ribbons.get_mut(hands.ribbons[hand]) {
-            // The ribbon grows in place: the plugin hears of it by Bevy's change detection.
+            // The ribbon grows in place. Bevy's change detection reports this to the plugin.
             (ribbon.min, ribbon.max) = (ribbon.min.min(low), ribbon.max.max(high));
             *aabb = Aabb::from_min_max(ribbon.min, ribbon.max);
         }

@@ -1,8 +1,9 @@
-//! Bevy's volumes as osp's: a box in world space that is never smaller, and a frustum that is never narrower.
+//! Converts Bevy's volumes to osp's: a box in world space that is never smaller, and a frustum that is never narrower.
 //!
-//! Bevy tests an oriented box (and the sphere around it) against the planes, in `f32`. An entity whose box in the index is behind
-//! one of these planes must fail that test, too. In exact numbers it does, because the box holds the oriented one. [`MARGIN`] and
-//! [`LEAST_MARGIN_M`] cover what both tests round. Bevy's crates and osp have different versions of glam: numbers cross by arrays.
+//! Bevy tests an oriented box (and the sphere around it) against the planes, in `f32`. An entity whose box in the index
+//! is behind one of these planes must fail that test, too. With exact numbers it does, because the box contains the
+//! oriented one. [`MARGIN`] and [`LEAST_MARGIN_M`] cover the rounding errors of both tests. Bevy's crates and osp have
+//! different versions of glam, so numbers are passed as arrays.
 
 use bevy_camera::primitives::{Aabb, Frustum, Sphere};
 use bevy_math::{Vec3A, primitives::ViewFrustum};
@@ -12,20 +13,20 @@ use osp::{
     math::{Aabb as WorldBox, Frustum as OspFrustum, Plane},
 };
 
-/// Part of a coordinate, an extent or a plane's distance by which a box or a plane is made larger. Each of the two tests rounds
-/// less than sixteen times, each time by at most 2^-24 of a number not larger than these.
+/// Share of a coordinate, an extent or a plane's distance by which a box or a plane is enlarged. Each of the two tests
+/// rounds less than sixteen times, each time by at most 2^-24 of a number not larger than these.
 const MARGIN: f32 = 1.0 / (1 << 19) as f32;
 
-/// Added to each, metres, where products of such small numbers vanish.
+/// Margin in metres that is added to each of them, for numbers so small that their products vanish.
 const LEAST_MARGIN_M: f32 = 1.0e-30;
 
-/// Boxes and planes beyond it, metres, are not left to the index: products of their numbers could overflow.
+/// Limit in metres of boxes and planes for the index. Beyond it, products of their numbers could overflow.
 const FARTHEST_M: f32 = 1.0e15;
 
-/// How much the squared length of a plane's normal may differ from 1 for the index to test the plane.
+/// Largest difference from 1 of the squared length of a plane's normal for which the index tests the plane.
 const UNIT_TOLERANCE: f32 = 1.0e-5;
 
-/// The box of an entity in world space; `None` if there is none that is finite: then Bevy's own test has to decide.
+/// Returns the box of an entity in world space. `None` if there is no finite one; then Bevy's own test must decide.
 #[inline]
 pub(crate) fn world_box(
     transform: &GlobalTransform,
@@ -41,7 +42,7 @@ pub(crate) fn world_box(
                 matrix.x_axis.abs() * half.x + matrix.y_axis.abs() * half.y + matrix.z_axis.abs() * half.z;
             box_around(world_from_local.transform_point3a(aabb.center), reach)
         }
-        // Bevy takes this component as a sphere in world space.
+        // Bevy treats this component as a sphere in world space.
         (None, Some(sphere)) => box_around(sphere.center, Vec3A::splat(sphere.radius.abs())),
         (None, None) => None,
     }
@@ -56,13 +57,13 @@ fn box_around(center: Vec3A, reach: Vec3A) -> Option<WorldBox> {
     is_near.all().then(|| WorldBox::new(Vec3::from(min.to_array()), Vec3::from(max.to_array())))
 }
 
-/// The frustum that the index is asked with: Bevy's, without the far plane, by which Bevy culls nothing on the CPU.
+/// Returns the frustum for the index: Bevy's, without the far plane, because Bevy does not cull by that on the CPU.
 pub(crate) fn osp_frustum(frustum: &Frustum) -> OspFrustum {
     let mut planes = *OspFrustum::everything().planes();
     for (plane, half_space) in planes.iter_mut().zip(&frustum.half_spaces[..=ViewFrustum::NEAR_PLANE_IDX]) {
         let (normal, d) = (half_space.normal(), half_space.d());
         let is_unit = (normal.length_squared() - 1.0).abs() < UNIT_TOLERANCE;
-        // Else the plane stays as it is, with everything inside.
+        // Otherwise the plane stays as it is, with everything inside.
         if is_unit && d.abs() < FARTHEST_M {
             let normal = Vec3::from(normal.to_array());
             *plane = Plane { normal, d: d + d.abs() * MARGIN + LEAST_MARGIN_M };
@@ -93,22 +94,22 @@ mod tests {
         BevyVec3::new(signed(random), signed(random), signed(random))
     }
 
-    /// Numbers over many orders of magnitude, now and then zero.
+    /// Returns numbers over many orders of magnitude, sometimes zero.
     fn scale(random: &mut Pcg64Mcg) -> f32 {
         if random.next_u32().is_multiple_of(8) { 0.0 } else { 10f32.powf(signed(random) * 6.0) }
     }
 
-    /// Whatever Bevy's own test takes for visible is found: planes are laid so that they nearly touch the boxes.
+    /// Everything that passes Bevy's own test is found. The planes nearly touch the boxes.
     #[test]
     fn what_bevy_sees_the_index_finds() {
         let mut random = Pcg64Mcg::seed_from_u64(7);
         let (mut seen, mut found, mut close) = (0, 0, 0);
         for _ in 0..200_000 {
-            // Sheared, mirrored, squeezed flat: any matrix.
+            // Any matrix is possible: sheared, mirrored, or squeezed flat.
             let columns = [0; 3].map(|_| vector(&mut random) * scale(&mut random));
             let is_upright = random.next_u32().is_multiple_of(2);
             let matrix = if is_upright {
-                // The box in the index is the same: only rounding is between the two tests.
+                // The box in the index is the same, so the two tests differ only by rounding.
                 Mat3::from_diagonal(vector(&mut random) * scale(&mut random))
             } else {
                 Mat3::from_cols(columns[0], columns[1], columns[2])
@@ -123,7 +124,7 @@ mod tests {
             let half_spaces = [0; 6].map(|_| {
                 let normal = vector(&mut random).normalize_or(BevyVec3::X);
                 let radius = aabb.relative_radius(&normal.into(), &transform.affine().matrix3);
-                // It touches the box, within rounding or by far.
+                // The plane touches the box, either within rounding or far from it.
                 let touching = -BevyVec3::from(center).dot(normal) - radius;
                 let beside = if random.next_u32().is_multiple_of(8) { 1.0 } else { 1.0e-6 };
                 let d = touching + (touching.abs() + radius) * (signed(&mut random) + 0.8) * beside;
@@ -143,7 +144,7 @@ mod tests {
             let Some(bounds) = world_box(&transform, None, Some(&sphere)) else { continue };
             assert!(osp_frustum(&frustum).may_see(&bounds) || !is_seen, "{sphere:?} {frustum:?}");
         }
-        // The test is about something: both answers are there, and boxes at which the two tests differ.
+        // The test is meaningful: both results occur, and there are boxes for which the two tests differ.
         assert!(
             seen > 10_000 && close > 100 && found < 195_000,
             "{seen} seen, {found} found, {close} of them not seen"
@@ -162,7 +163,7 @@ mod tests {
             let frustum = osp_frustum(&Frustum(ViewFrustum { half_spaces }));
             assert_eq!(frustum, OspFrustum::everything());
         }
-        // Planes that nobody has set: Bevy's test decides.
+        // If nobody has set the planes, Bevy's test decides.
         assert_eq!(osp_frustum(&Frustum::default()), OspFrustum::everything());
         assert_eq!(world_box(&GlobalTransform::IDENTITY, None, None), None);
     }

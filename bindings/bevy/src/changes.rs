@@ -1,4 +1,5 @@
-//! Which entities have changed since the last frame: Bevy's change ticks, table by table, and its messages of what was removed.
+//! Finds the entities that have changed since the last frame, by Bevy's change ticks, table by table, and by its
+//! messages about removed components.
 
 use std::ops::ControlFlow;
 
@@ -19,10 +20,10 @@ use osp::math::Aabb as WorldBox;
 
 use crate::{bounds::world_box, entities::Bounds};
 
-/// Rows of a table whose ticks are compared at once, without a branch.
+/// Number of rows of a table whose ticks are compared at once, without a branch.
 const ROWS: usize = 64;
 
-/// What is followed of an entity. All of it is kept in tables.
+/// The components of an entity that are tracked. All of them are kept in tables.
 type Followed = (
     Entity,
     Ref<'static, GlobalTransform>,
@@ -32,7 +33,7 @@ type Followed = (
     Ref<'static, ViewVisibility>,
 );
 
-/// What the system reads to follow the entities.
+/// The queries by which the system tracks the entities.
 #[derive(SystemParam)]
 pub(crate) struct Changes<'w, 's> {
     entities: Query<'w, 's, Followed, Without<NoCpuCulling>>,
@@ -44,26 +45,26 @@ pub(crate) struct Changes<'w, 's> {
     taken_in: RemovedComponents<'w, 's, NoCpuCulling>,
 }
 
-/// What one message or tick says.
+/// The content of one message or tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Heard {
-    /// The entity has come or changed.
+    /// The entity is new or has changed.
     Changed {
         entity: Entity,
-        /// Its components say where it is, and it may be culled by that.
+        /// Whether its components give its place and allow culling by it.
         has_bounds: bool,
     },
-    /// The entity is not to be followed any more.
+    /// The entity is no longer tracked.
     Gone(Entity),
 }
 
 impl Changes<'_, '_> {
-    /// Entities that visibility is checked of.
+    /// Returns the number of entities whose visibility is checked.
     pub(crate) fn count(&self) -> usize {
         self.entities.iter().len()
     }
 
-    /// Whether messages were thrown away before they were read, because the system did not run for some frames.
+    /// Whether messages were dropped before they were read, because the system did not run for some frames.
     pub(crate) fn has_missed(&self) -> bool {
         missed(&self.no_transform)
             || missed(&self.no_aabb)
@@ -72,7 +73,7 @@ impl Changes<'_, '_> {
             || missed(&self.taken_in)
     }
 
-    /// Leaves out the messages up to now.
+    /// Skips the messages up to now.
     pub(crate) fn skip_messages(&mut self) {
         self.no_transform.clear();
         self.no_aabb.clear();
@@ -81,7 +82,7 @@ impl Changes<'_, '_> {
         self.taken_in.clear();
     }
 
-    /// All that has changed since the system ran last, until `hear` breaks off. An entity may come up several times.
+    /// Passes on all changes since the last run of the system, until `hear` stops. An entity may appear several times.
     pub(crate) fn follow(&mut self, mut hear: impl FnMut(Heard) -> ControlFlow<()>) -> ControlFlow<()> {
         for entity in self.no_transform.read() {
             hear(Heard::Gone(entity))?;
@@ -91,7 +92,7 @@ impl Changes<'_, '_> {
         }
         let altered = self.no_aabb.read().chain(self.no_sphere.read());
         for entity in altered.chain(self.culled_again.read()).chain(self.taken_in.read()) {
-            // One that is gone is none of the query's.
+            // A removed entity is not in the query.
             if let Ok((_, _, aabb, sphere, no_culling, _)) = self.entities.get(entity) {
                 let has_bounds = no_culling.is_none() && (aabb.is_some() || sphere.is_some());
                 hear(Heard::Changed { entity, has_bounds })?;
@@ -100,7 +101,7 @@ impl Changes<'_, '_> {
         self.for_each_changed(|entity, has_bounds| hear(Heard::Changed { entity, has_bounds }))
     }
 
-    /// Whether more than so many entities have changed since the system ran last.
+    /// Whether more than `most` entities have changed since the last run of the system.
     pub(crate) fn are_more_changed_than(&self, most: usize) -> bool {
         let mut changed = 0;
         let count = |_, _| {
@@ -110,7 +111,7 @@ impl Changes<'_, '_> {
         self.for_each_changed(count).is_break()
     }
 
-    /// Each entity that came or changed since the system ran last, and whether it has bounds.
+    /// Passes on each entity that is new or has changed since the last run of the system, and whether it has bounds.
     fn for_each_changed(&self, mut hear: impl FnMut(Entity, bool) -> ControlFlow<()>) -> ControlFlow<()> {
         let tables = self.entities.contiguous_iter().expect("Bevy keeps these components in tables");
         for (entities, transforms, aabbs, spheres, no_culling, view_visibilities) in tables {
@@ -121,7 +122,7 @@ impl Changes<'_, '_> {
                 aabbs.map(|aabbs| aabbs.changed_ticks_slice()),
                 spheres.map(|spheres| spheres.changed_ticks_slice()),
                 no_culling.map(|no_culling| no_culling.added_ticks_slice()),
-                // Added last of what makes an entity one of the query's.
+                // Of the components that the query requires, this one is added last.
                 Some(view_visibilities.added_ticks_slice()),
             ];
             let is_newer = |tick: &Tick| tick.is_newer_than(last_run, this_run);
@@ -142,7 +143,7 @@ impl Changes<'_, '_> {
         ControlFlow::Continue(())
     }
 
-    /// Every entity, and whether it has bounds.
+    /// Passes on every entity, and whether it has bounds.
     pub(crate) fn for_each(&self, mut hear: impl FnMut(Entity, bool, &GlobalTransform)) {
         for (entity, transform, aabb, sphere, no_culling, _) in &self.entities {
             let has_bounds = no_culling.is_none() && (aabb.is_some() || sphere.is_some());
@@ -150,7 +151,7 @@ impl Changes<'_, '_> {
         }
     }
 
-    /// Where an entity is.
+    /// Returns the bounds of an entity.
     pub(crate) fn bounds(&self, entity: Entity) -> Bounds {
         match self.entities.get(entity) {
             Ok((_, transform, aabb, sphere, None, _)) => {

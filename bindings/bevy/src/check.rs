@@ -1,4 +1,4 @@
-//! The system that takes the place of Bevy's `check_visibility_cpu_culling`.
+//! The system that replaces Bevy's `check_visibility_cpu_culling`.
 
 use bevy_camera::{
     Camera, Projection,
@@ -26,7 +26,7 @@ use crate::{
     settings::OspCullingSettings,
 };
 
-/// What is asked of an entity, as Bevy's system asks.
+/// The components of an entity that the check needs, the same as in Bevy's system.
 #[derive(QueryData)]
 #[query_data(mutable)]
 pub(crate) struct Checked {
@@ -43,7 +43,7 @@ pub(crate) struct Checked {
     is_occluder: Has<Occluder>,
 }
 
-/// What is asked of a view, as Bevy's system asks, and for occlusion where it is.
+/// The components of a view that the check needs: those of Bevy's system, and its place for occlusion.
 type ViewData = (
     Entity,
     &'static mut VisibleEntities,
@@ -54,19 +54,19 @@ type ViewData = (
     Option<(&'static Projection, &'static GlobalTransform)>,
 );
 
-/// The entities that a thread has found, by class.
+/// The entities that a thread has found, by visibility class.
 type Queue = TypeIdMap<Vec<Entity>>;
 
-/// Kept for its memory.
+/// Buffers whose memory is used again.
 #[derive(Default)]
 pub(crate) struct Scratch {
     queues: Parallel<Queue>,
     shadows: Shadows,
 }
 
-/// Finds what each view sees: sets the `ViewVisibility` of the entities and the `VisibleEntities` of the views, to the same as
-/// Bevy's `check_visibility_cpu_culling`, less what an `Occluder` hides. The index only chooses the entities that are tested; the
-/// test is Bevy's own.
+/// Finds the entities that each view sees, and sets the `ViewVisibility` of the entities and the `VisibleEntities` of
+/// the views. The results are those of Bevy's `check_visibility_cpu_culling`, without the entities that an `Occluder`
+/// hides. The index only chooses the entities to test; the test is Bevy's own.
 pub(crate) fn check_visibility(
     settings: Res<'_, OspCullingSettings>,
     mut culling: ResMut<'_, OspCulling>,
@@ -113,7 +113,7 @@ pub(crate) fn check_visibility(
     }
 }
 
-/// Reads a little of all that is read of an entity.
+/// Reads a little of each component of an entity that the check will read.
 #[inline]
 fn touch(item: &CheckedItem<'_, '_>) -> u32 {
     u32::from(item.inherited_visibility.get())
@@ -123,32 +123,32 @@ fn touch(item: &CheckedItem<'_, '_>) -> u32 {
         ^ item.class.map_or(0, |class| class.len() as u32)
 }
 
-/// One view, as an entity is tested against it.
+/// The data of one view that entities are tested against.
 struct ViewTest<'a> {
     view: Entity,
     /// `None` if the view sees everything.
     frustum: Option<&'a Frustum>,
     layers: &'a RenderLayers,
     ranges: Option<&'a VisibleEntityRanges>,
-    /// What its occluders hide.
+    /// The shadows of the view's occluders.
     shadows: Option<&'a Shadows>,
 }
 
 impl ViewTest<'_> {
-    /// Notes an entity that the view sees.
+    /// Records an entity if the view sees it.
     #[inline]
     fn check(&self, mut item: CheckedItem<'_, '_>, queue: &mut Queue) {
         if !self.sees(&item) || self.hides(&item) {
             return;
         }
         item.view_visibility.set_visible();
-        // Without a class (gizmos) it is visible, and in no list.
+        // Without a class (gizmos) the entity is visible, and in no list.
         for class in item.class.into_iter().flat_map(|class| class.iter()) {
             queue.entry(*class).or_default().push(item.entity);
         }
     }
 
-    /// Whether the view sees an entity: the conditions of Bevy's system, with its own tests of volumes.
+    /// Whether the view sees an entity, by the conditions of Bevy's system, with its own tests of volumes.
     #[inline]
     fn sees(&self, item: &CheckedItem<'_, '_>) -> bool {
         if !item.inherited_visibility.get() || !self.layers.intersects(item.layers.unwrap_or_default()) {
@@ -173,7 +173,7 @@ impl ViewTest<'_> {
         }
     }
 
-    /// Whether occluders hide all of an entity that is in view.
+    /// Whether occluders completely hide an entity that is in view.
     #[inline]
     fn hides(&self, item: &CheckedItem<'_, '_>) -> bool {
         let Some(shadows) = self.shadows else { return false };
@@ -184,7 +184,7 @@ impl ViewTest<'_> {
     }
 }
 
-/// Moves what the threads have found into the lists of a view, sorted.
+/// Moves the results of the threads into the lists of a view, sorted.
 fn gather(queues: &mut Parallel<Queue>, visible: &mut VisibleEntities) {
     visible.clear_all();
     for queue in queues.iter_mut() {
@@ -192,7 +192,7 @@ fn gather(queues: &mut Parallel<Queue>, visible: &mut VisibleEntities) {
             visible.get_mut(*class).append(entities);
         }
     }
-    // What follows in a frame compares the lists with those of the frame before and needs them sorted.
+    // Later systems in the frame compare the lists with those of the frame before, and need them sorted.
     for entities in visible.entities.values_mut() {
         entities.sort_unstable();
     }

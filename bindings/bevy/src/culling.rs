@@ -1,4 +1,4 @@
-//! The resource of the plugin: which of the two ways is taken, and what an index finds for a view.
+//! The resource of the plugin: the choice between the two methods, and the entities that the index finds for a view.
 
 use std::ops::ControlFlow;
 
@@ -14,49 +14,49 @@ use crate::{
     settings::OspCullingSettings,
 };
 
-/// Frames without an index, after one was given up or was not worth filling, until the changes are looked at again. Each time in
-/// vain, they are twice as many.
+/// Number of frames without an index before the changes are examined again, after one was given up or was not worth
+/// filling. Each failed attempt doubles it.
 const LEAST_WAIT_FRAMES: u32 = 16;
 
-/// And at most so many.
+/// Largest number of these frames.
 const MOST_WAIT_FRAMES: u32 = 1024;
 
-/// An index that was kept for so many frames was worth it: the next wait is a short one again.
+/// An index that existed for this many frames was worth it. The next wait is short again.
 const KEPT_FRAMES: u32 = 512;
 
-/// The mean of what changes in a frame goes over about so many frames.
+/// Approximate number of frames over which the mean number of changes is taken.
 const MEAN_FRAMES: f32 = 16.0;
 
-/// Entities that may change in a frame at most, mean, however many there are. To follow one takes some microseconds where they lie far
-/// apart in memory: with more of them, a plain pass over a million is as fast.
+/// Largest mean number of entities that may change in a frame, for any number of entities. Tracking one that lies far
+/// away in memory takes some microseconds. With more changes, a plain pass over a million entities is as fast.
 const MOST_CHANGED: usize = 6000;
 
-/// Entities that may settle in a frame at least, so that a small index is filled soon.
+/// Least number of entities that may settle in a frame, so that a small index is filled soon.
 const LEAST_SETTLED: usize = 64;
 
-/// What the plugin did in the last frame.
+/// Counts of the plugin's work in the last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OspCullingCounts {
-    /// Entities whose visibility is followed: those with a `ViewVisibility` and without `NoCpuCulling`.
+    /// Number of entities whose visibility is tracked: with a `ViewVisibility` and without `NoCpuCulling`.
     pub entities: usize,
-    /// Of them, those in the index; 0 while there is none.
+    /// Number of these in the index; 0 while there is none.
     pub indexed: usize,
-    /// Those that have changed lately, or wait for the index to be filled: tested for every view. Some of them are in the index,
-    /// too, at an old place.
+    /// Number of entities that have changed lately, or wait for the index to be filled. They are tested for every view.
+    /// Some of them are also in the index, at an old place.
     pub loose: usize,
-    /// Those that are tested for every view because nothing says where they are, or that must not be used.
+    /// Number of entities that are tested for every view because their place is unknown, or must not be used.
     pub always: usize,
-    /// Views that were culled by the index.
+    /// Number of views that were culled by the index.
     pub views_by_index: usize,
-    /// Views that were culled by a plain pass.
+    /// Number of views that were culled by a plain pass.
     pub views_by_pass: usize,
-    /// Entities that the index found for these views, before Bevy's own test.
+    /// Number of entities that the index found for these views, before Bevy's own test.
     pub found: usize,
-    /// Entities that are in view, but hidden by an [`Occluder`](crate::Occluder), for all views.
+    /// Number of entities in view that an [`Occluder`](crate::Occluder) hides, for all views.
     pub occluded: usize,
 }
 
-/// The index of the world's entities. The plugin adds it and keeps it up to date; everybody may read its counts.
+/// The index of the world's entities. The plugin adds it and updates it. Everybody may read its counts.
 #[derive(Resource, Debug, Default)]
 pub struct OspCulling {
     entities: Entities,
@@ -64,9 +64,9 @@ pub struct OspCulling {
     is_in_place: bool,
     is_indexed: bool,
     wait_frames: u32,
-    /// Of the present wait, or with the present index.
+    /// Number of frames of the present wait, or with the present index.
     frames: u32,
-    /// Entities that change in a frame, mean over the last frames.
+    /// Mean number of entities that change in a frame, over the last frames.
     mean_changed: f32,
     counts: OspCullingCounts,
     found: VisibleBlocks,
@@ -74,12 +74,12 @@ pub struct OspCulling {
 }
 
 impl OspCulling {
-    /// What the last frame was like.
+    /// Returns the counts of the last frame.
     pub fn counts(&self) -> &OspCullingCounts {
         &self.counts
     }
 
-    /// Whether there is an index; it may still be being filled.
+    /// Whether there is an index. It may not be full yet.
     pub fn is_indexed(&self) -> bool {
         self.is_indexed
     }
@@ -96,14 +96,14 @@ impl OspCulling {
         &mut self.counts
     }
 
-    /// Begins a frame: the index follows what has changed, is given up, or begun.
+    /// Starts a frame: the index is updated, given up, or started.
     pub(crate) fn follow(&mut self, settings: &OspCullingSettings, changes: &mut Changes<'_, '_>) {
         let entities = changes.count();
         self.entities.next_frame();
         self.frames = self.frames.saturating_add(1);
         let is_large = entities >= settings.least_entities;
         if self.is_indexed {
-            // A quarter less, so that a number about the limit does not make it come and go.
+            // The limit is a quarter lower here, so that the index does not come and go with a number near the limit.
             if !is_large && entities < settings.least_entities - settings.least_entities / 4 {
                 self.give_up(0);
             } else if changes.has_missed() {
@@ -131,7 +131,7 @@ impl OspCulling {
         };
     }
 
-    /// The index follows what has changed, unless that is too much.
+    /// Updates the index with the changes, unless there are too many.
     fn hear(&mut self, settings: &OspCullingSettings, changes: &mut Changes<'_, '_>, entities: usize) {
         let most = OspCullingSettings::part(settings.most_moved_at_once, entities);
         let mut left = most;
@@ -156,7 +156,7 @@ impl OspCulling {
         }
     }
 
-    /// An index of all entities is begun; for now they all are loose.
+    /// Starts an index of all entities. They are all loose at first.
     fn begin(&mut self, changes: &mut Changes<'_, '_>, entities: usize) {
         changes.skip_messages();
         let mut root = WorldBox::EMPTY;
@@ -185,7 +185,7 @@ impl OspCulling {
         self.wait_frames = (self.wait_frames * 2).clamp(LEAST_WAIT_FRAMES, MOST_WAIT_FRAMES);
     }
 
-    /// The entities that this frustum may see; `None` where a plain pass is faster.
+    /// Returns the entities that this frustum may see. `None` if a plain pass is faster.
     pub(crate) fn candidates(
         &mut self,
         settings: &OspCullingSettings,
@@ -205,7 +205,7 @@ impl OspCulling {
     }
 }
 
-/// How many entities may change in a frame, mean.
+/// Returns the largest mean number of entities that may change in a frame.
 fn most_mean(settings: &OspCullingSettings, entities: usize) -> usize {
     match OspCullingSettings::part(settings.most_moved, entities) {
         usize::MAX => usize::MAX,
@@ -213,7 +213,7 @@ fn most_mean(settings: &OspCullingSettings, entities: usize) -> usize {
     }
 }
 
-/// A cube around a box.
+/// Returns a cube around a box.
 fn cube_around(bounds: &WorldBox) -> WorldBox {
     if !bounds.is_valid() {
         return osp::index::IndexConfig::default().root;

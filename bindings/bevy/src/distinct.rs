@@ -8,19 +8,19 @@ use bevy_ecs::{
 use bevy_tasks::ComputeTaskPool;
 use bevy_utils::Parallel;
 
-/// Entities of a thread at least: to wake another one for fewer takes longer than to test them.
+/// Least number of entities for a thread. For fewer, waking another thread takes longer than the tests.
 const LEAST_PART: usize = 1024;
 
-/// Entities whose components are asked for before the first of them is tested: they lie far apart, and one waiting for the memory
-/// after the other would take several times as long.
+/// Number of entities whose components are fetched before the first of them is tested. They lie far apart in memory.
+/// Waiting for the memory of one after the other would take several times as long.
 const AT_ONCE: usize = 16;
 
-/// Entities of which no two are the same.
+/// Entities that are all different.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Distinct<'a>(&'a [Entity]);
 
 impl<'a> Distinct<'a> {
-    /// Entities whose indices ascend, as those of a set do. Panics if they do not.
+    /// Wraps entities whose indices ascend, like those of a set. Panics if they do not.
     pub(crate) fn ascending(entities: &'a [Entity]) -> Self {
         let do_ascend = entities.is_sorted_by(|a, b| a.index_u32() < b.index_u32());
         assert!(do_ascend, "the numbers of a set ascend");
@@ -31,10 +31,11 @@ impl<'a> Distinct<'a> {
         self.0.len()
     }
 
-    /// Hands what the query has of each of them to `check`, on the threads of the task pool, with a value that each thread keeps.
-    /// `touch` reads what `check` will read, so that the memory is asked for several items at once.
+    /// Calls `check` for the query's item of each entity, on the threads of the task pool, with a value that each
+    /// thread keeps. `touch` reads the data that `check` will read, so that the memory of several items is fetched at
+    /// once.
     ///
-    /// (What Bevy has for that compares each entity with each other one.)
+    /// (Bevy's method for this compares each entity with every other one.)
     pub(crate) fn for_each<D: IterQueryData, F: QueryFilter, T: Default + Send>(
         self,
         query: &mut Query<'_, '_, D, F>,
@@ -48,8 +49,8 @@ impl<'a> Distinct<'a> {
             for few in part.chunks(AT_ONCE) {
                 let mut items: [_; AT_ONCE] = std::array::from_fn(|at| {
                     let entity = *few.get(at)?;
-                    // SAFETY: the query is borrowed mutably, so that only this function uses it. No two entities are the same, and
-                    // the parts share none: each item is fetched once.
+                    // SAFETY: the query is borrowed mutably, so only this function uses it. All entities are different,
+                    // and the parts have none in common, so each item is fetched once.
                     #[expect(unsafe_code, reason = "there is no safe way that does not take quadratic time")]
                     unsafe {
                         query.get_unchecked(entity).ok()
@@ -93,7 +94,7 @@ mod tests {
             let mut world = World::new();
             let mut all = (0..count).map(|_| world.spawn(Visits(0)).id()).collect::<Vec<_>>();
             all.sort_unstable_by_key(|id| id.index_u32());
-            // Those that have gone are left out.
+            // Entities that no longer exist are left out.
             let gone = all.iter().copied().step_by(7).collect::<Vec<_>>();
             assert!(gone.iter().all(|id| world.despawn(*id)));
             let heard = all.clone();

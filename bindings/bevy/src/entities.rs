@@ -1,7 +1,7 @@
-//! What the plugin knows of each entity: whether it is in the index, or has to be tested in every frame.
+//! The state of each entity: whether it is in the index, or must be tested in every frame.
 //!
-//! An entity's number in the index is the index of its [`Entity`]; the whole `Entity` is in its record, so that a number that Bevy gives
-//! to another entity is noticed.
+//! An entity's number in the index is the index of its [`Entity`]. Its record has the whole `Entity`, so that the reuse
+//! of a number for another entity is noticed.
 //!
 //! ```text
 //!            changes            rests for some frames
@@ -9,8 +9,9 @@
 //!                        └─ no box, not finite, NoFrustumCulling ──> always
 //! ```
 //!
-//! A loose entity stays in the index at its old place until it settles: whatever moves in every frame costs the index nothing, and what
-//! has moved a little is only adjusted there. Every loose entity is a candidate, so that it does not matter where the index finds it.
+//! A loose entity stays in the index at its old place until it settles. So an entity that moves in every frame costs
+//! the index nothing, and one that has moved a little is only adjusted there. Every loose entity is a candidate, so its
+//! place in the index does not matter.
 
 use std::collections::VecDeque;
 
@@ -21,12 +22,12 @@ use osp::{
     polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
-/// Where an entity is.
+/// The place of an entity's number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// Not followed.
+    /// Not tracked.
     Absent,
-    /// In `always`: no box says where it is.
+    /// In `always`: no box gives its place.
     Always,
     /// In `loose`: it has changed lately.
     Loose,
@@ -40,9 +41,9 @@ struct Record {
     /// The frame of the last change.
     changed_in: u32,
     state: State,
-    /// Whether its number waits in the queue.
+    /// Whether the entity's number is in the queue.
     is_queued: bool,
-    /// Whether the index has it, at its place or, if it is loose, at an old one.
+    /// Whether the entity is in the index. If it is loose, it is at an old place there.
     is_filed: bool,
 }
 
@@ -54,25 +55,25 @@ const ABSENT: Record = Record {
     is_filed: false,
 };
 
-/// Where the bounds of an entity can be had when it settles.
+/// The bounds of an entity when it settles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Bounds {
-    /// There is no such entity any more.
+    /// The entity no longer exists.
     Gone,
-    /// Nothing says where it is, or that must not be used to cull it.
+    /// The place is unknown, or must not be used for culling.
     Unknown,
-    /// This box, world space.
+    /// This box in world space.
     Box(WorldBox),
 }
 
-/// An entity has an index that the index of boxes refuses.
+/// The error for an entity whose index is too large for the index of boxes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BeyondLimit;
 
 #[derive(Debug)]
 pub(crate) struct Entities {
     index: Osp,
-    /// By the index of the entity.
+    /// Records by the index of the entity.
     records: Vec<Record>,
     always: VisibleBlocks,
     loose: VisibleBlocks,
@@ -95,13 +96,13 @@ impl Default for Entities {
 }
 
 impl Entities {
-    /// Forgets all; expects so many entities in this cube.
+    /// Removes everything, and prepares for this many entities in this cube.
     pub(crate) fn begin(&mut self, root: WorldBox, capacity: usize) {
         self.clear();
         self.index = Osp::new(&IndexConfig { root, capacity });
     }
 
-    /// Forgets all.
+    /// Removes everything.
     pub(crate) fn clear(&mut self) {
         self.index.clear();
         self.records.clear();
@@ -110,27 +111,27 @@ impl Entities {
         self.queue.clear();
     }
 
-    /// Entities in the index, with those that are loose and not yet taken out.
+    /// Returns the number of entities in the index, including loose ones that have not been removed yet.
     pub(crate) fn indexed(&self) -> usize {
         self.index.len()
     }
 
-    /// Entities that have changed lately.
+    /// Returns the number of entities that have changed lately.
     pub(crate) fn loose(&self) -> usize {
         self.loose.len()
     }
 
-    /// Entities that are found for every view.
+    /// Returns the number of entities that are found for every view.
     pub(crate) fn always(&self) -> usize {
         self.always.len()
     }
 
-    /// What follows belongs to another frame.
+    /// Starts the next frame.
     pub(crate) fn next_frame(&mut self) {
         self.frame = self.frame.wrapping_add(1);
     }
 
-    /// Follows an entity that came or changed. `has_bounds`: its components say where it is, and it may be culled by that.
+    /// Adds or updates an entity. `has_bounds` is whether its components give its place and allow culling by it.
     #[inline]
     pub(crate) fn note(&mut self, entity: Entity, has_bounds: bool) -> Result<(), BeyondLimit> {
         let number = entity.index_u32();
@@ -152,7 +153,7 @@ impl Entities {
         Ok(())
     }
 
-    /// Stops following an entity.
+    /// Stops tracking an entity.
     pub(crate) fn forget(&mut self, entity: Entity) {
         let number = entity.index_u32();
         if self.records.get(number as usize).is_some_and(|record| record.entity == entity) {
@@ -172,7 +173,7 @@ impl Entities {
         }
         let is_to_leave = matches!(state, State::Absent | State::Always);
         if is_to_leave && std::mem::take(&mut record.is_filed) {
-            // It is there: nothing else takes anything out.
+            // The entity is there, because no other code removes it.
             self.index.remove(id).expect("what is filed is in the index");
         }
         match state {
@@ -188,10 +189,10 @@ impl Entities {
         }
     }
 
-    /// Puts entities into the index that have not changed for so many frames, at most `most` of them.
+    /// Puts entities into the index that have not changed for `frames` frames, at most `most` of them.
     pub(crate) fn settle(&mut self, most: usize, frames: u32, mut bounds_of: impl FnMut(Entity) -> Bounds) {
         let mut settled = 0;
-        // As many again may be looked at that still change.
+        // The same number of entities that still change may also be examined.
         for _ in 0..self.queue.len().min(2 * most) {
             if settled == most {
                 break;
@@ -227,7 +228,7 @@ impl Entities {
         self.index.commit();
     }
 
-    /// The numbers of all entities that a view with this frustum may see.
+    /// Finds the numbers of all entities that a view with this frustum may see.
     pub(crate) fn find(&self, frustum: &Frustum, found: &mut VisibleBlocks) {
         found.clear();
         self.index.frustum_cull_blocks(frustum, found);
@@ -235,14 +236,14 @@ impl Entities {
         found.add(&self.always);
     }
 
-    /// The entities of such numbers. Their indices ascend, so that no entity is there twice.
+    /// Returns the entities with these numbers. Their indices ascend, so no entity appears twice.
     pub(crate) fn list(&self, found: &VisibleBlocks, entities: &mut Vec<Entity>) {
         entities.clear();
         entities.reserve(found.len());
         entities.extend(found.ids().map(|id| self.records[id.index()].entity));
     }
 
-    /// Checks that each entity is in one place; for tests.
+    /// Checks that each entity is in one place. For tests.
     #[cfg(test)]
     pub(crate) fn validate(&self) {
         self.index.validate().unwrap();
@@ -297,7 +298,7 @@ mod tests {
             assert_eq!(found.len(), 1);
             entities.next_frame();
         }
-        // It moves, and moves back: the index has it once, at its old place.
+        // The entity moves away and back. The index has it once, at its old place.
         entities.note(entity, true).unwrap();
         entities.validate();
         assert_eq!((entities.loose(), entities.indexed()), (1, 1));
@@ -306,7 +307,7 @@ mod tests {
         entities.validate();
         assert_eq!((entities.loose(), entities.indexed()), (0, 1));
         assert_eq!(entities.index.bounds(PolygonId(entity.index_u32())), Some(cube_at(9.0)));
-        // A box that the index refuses: it is tested always.
+        // The index refuses this box, so the entity is always tested.
         entities.note(entity, true).unwrap();
         (0..3).for_each(|_| entities.next_frame());
         entities.settle(16, 3, |_| Bounds::Box(cube_at(f32::NAN)));
@@ -332,7 +333,7 @@ mod tests {
         entities.note(first, true).unwrap();
         entities.next_frame();
         entities.settle(16, 1, |_| Bounds::Box(cube_at(5.0)));
-        // The new one is heard of first, then that the old one has gone.
+        // The new entity is reported first, and then the removal of the old one.
         entities.note(second, true).unwrap();
         entities.forget(first);
         entities.validate();

@@ -1,7 +1,8 @@
 //! Frustum culling for [Bevy](https://bevy.org) by the index of [`osp`].
 //!
-//! In each frame and for each view, Bevy's own system tests every entity of the world. With [`OspCullingPlugin`] an index finds the few
-//! that a view may see, and only they are tested, by Bevy's own test: the visible sets are the same.
+//! In each frame and for each view, Bevy's own system tests every entity of the world. With [`OspCullingPlugin`], an
+//! index finds the few entities that a view may see. Only these are tested, by Bevy's own test, so the visible sets are
+//! the same.
 //!
 //! ```
 //! use bevy_app::{App, TaskPoolPlugin};
@@ -26,16 +27,17 @@
 //! (all that moved, came, went)         (OspCulling)      candidates                                    VisibleEntities
 //! ```
 //!
-//! * What has changed lately is *loose*: a candidate for every view, wherever the index still has it, until it has rested for some
-//!   frames. So whatever moves in every frame costs the index nothing.
-//! * Where a plain pass over all entities is faster (few entities, much that moves, a view of most of the world), the system makes
-//!   one. [`OspCullingSettings`] are the limits.
-//! * What cannot be culled by a finite box is a candidate for every view.
+//! * An entity that has changed lately is *loose*: it is a candidate for every view until it has rested for some
+//!   frames. So an entity that moves in every frame costs the index nothing.
+//! * If a plain pass over all entities is faster (few entities, many that move, a view of most of the world), the
+//!   system makes one. [`OspCullingSettings`] are the limits.
+//! * An entity that cannot be culled by a finite box is a candidate for every view.
 //!
 //! # Hidden behind walls
 //!
-//! An entity with an [`Occluder`] hides what is behind it, by the conservative occlusion culling of [`osp::occlusion`]. Without such
-//! entities the visible sets are Bevy's own. [`OspHidden`] tests whether a sound, a character or a trigger is hidden from a camera.
+//! An entity with an [`Occluder`] hides things behind it, by the conservative occlusion culling of [`osp::occlusion`].
+//! Without such entities the visible sets are Bevy's own. [`OspHidden`] tests whether a sound, a character or a trigger
+//! is hidden from a camera.
 
 mod bounds;
 mod changes;

@@ -7,11 +7,11 @@ use osp::{
 };
 use thiserror::Error;
 
-/// Most polygons of an occluder. A view measures those of all occluders, and only large ones hide much: a finer mesh needs a
-/// coarse stand-in.
+/// Largest number of polygons of an occluder. A view measures the polygons of all occluders, and only large ones hide
+/// much. A finer mesh needs a coarse stand-in.
 const MOST_POLYGONS: usize = 1024;
 
-/// Why something cannot be an occluder.
+/// The reason for which something cannot be an occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum OccluderError {
     /// A corner is not finite.
@@ -31,27 +31,31 @@ pub enum OccluderError {
     TooMany(usize),
 }
 
-/// Which sides of an occluder's polygons are drawn, and so hide what is behind them.
+/// The sides of an occluder's polygons that are drawn, and so hide things behind them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OccluderSides {
-    /// The front: corners run counter-clockwise as seen from the eye. For materials that leave out back faces, as Bevy's do
-    /// unless told otherwise. A mirrored transform hides nothing.
+    /// The front: corners run counter-clockwise as seen from the eye. For materials that leave out back faces, which is
+    /// Bevy's default. A mirrored transform hides nothing.
     #[default]
     Front,
-    /// Both, for materials without `cull_mode`.
+    /// Both sides, for materials without `cull_mode`.
     Both,
 }
 
-/// What is drawn of this entity hides what is behind it: a wall, a floor, a hill. For large, opaque things.
+/// The drawn polygons of this entity hide things behind them: for a wall, a floor, a hill, or another large, opaque
+/// thing.
 ///
-/// The polygons are in the entity's space. All they cover must be drawn opaque by every view that draws the entity (no holes,
-/// no transparency, nothing that a shader moves); entities behind them are then left out of the `VisibleEntities` of that view
-/// by the conservative MSVBSP of [`osp::occlusion`]. What can be seen of an entity, be it a pixel, keeps it visible.
+/// The polygons are in the entity's space. Every view that draws the entity must draw their whole area opaque: no
+/// holes, no transparency, and no shader that moves them. The conservative MSVBSP of [`osp::occlusion`] then leaves
+/// entities behind them out of the `VisibleEntities` of that view. An entity stays visible if even one pixel of it can
+/// be seen.
 ///
 /// * An entity that is hidden, in no layer of the view, or has a `VisibilityRange` (it may be dithered) hides nothing there.
-/// * Without an `InheritedVisibility` the occluder is a *stand-in* that is not drawn itself. It must lie inside something that is.
-/// * Only perspective cameras leave something out; what has no `Aabb`, or `NoFrustumCulling`, or an `Occluder` never is.
-/// * Shadows stay: Bevy's light systems find what casts them on their own.
+/// * Without an `InheritedVisibility` the occluder is a *stand-in* that is not drawn itself. It must lie inside a drawn
+///   thing.
+/// * Only perspective cameras leave entities out. They never leave out an entity without `Aabb`, or with
+///   `NoFrustumCulling` or an `Occluder`.
+/// * Shadows stay: Bevy's light systems find the entities that cast them independently.
 #[derive(Component, Clone, Debug, PartialEq)]
 pub struct Occluder {
     polygons: Vec<ConvexPolygon>,
@@ -59,7 +63,7 @@ pub struct Occluder {
 }
 
 impl Occluder {
-    /// A flat, convex quad; its front is where the corners run counter-clockwise.
+    /// Creates a flat, convex quad. Seen from its front, the corners run counter-clockwise.
     ///
     /// # Errors
     /// [`OccluderError::NotFinite`], [`OccluderError::NotFlat`], [`OccluderError::NotConvex`].
@@ -82,7 +86,7 @@ impl Occluder {
         Ok(Self { polygons: vec![ConvexPolygon::quad(corners.map(to_osp))], sides: OccluderSides::Front })
     }
 
-    /// Triangles; the front of each is where its corners run counter-clockwise.
+    /// Creates an occluder of triangles. Seen from the front of each, its corners run counter-clockwise.
     ///
     /// # Errors
     /// [`OccluderError::NotFinite`], [`OccluderError::TooMany`].
@@ -100,19 +104,19 @@ impl Occluder {
         Ok(Self { polygons: triangles.iter().map(of).collect(), sides: OccluderSides::Front })
     }
 
-    /// The triangles of a mesh.
+    /// Creates an occluder of the triangles of a mesh.
     ///
     /// # Errors
     /// [`OccluderError::NoTriangles`], [`OccluderError::NotFinite`], [`OccluderError::TooMany`].
     pub fn from_mesh(mesh: &Mesh) -> Result<Self, OccluderError> {
         let triangles = mesh.triangles().map_err(|_| OccluderError::NoTriangles)?;
-        // One more than there may be says that there are too many, without reading on.
+        // One triangle more than allowed is enough to detect that there are too many.
         let triangles =
             triangles.take(MOST_POLYGONS + 1).map(|triangle| triangle.vertices).collect::<Vec<_>>();
         Self::triangles(&triangles)
     }
 
-    /// The occluder with these sides drawn.
+    /// Returns the occluder with these drawn sides.
     #[must_use]
     pub fn with_sides(mut self, sides: OccluderSides) -> Self {
         self.sides = sides;

@@ -1,4 +1,4 @@
-//! What a view's occluders hide.
+//! The parts of a view that its occluders hide.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -20,19 +20,20 @@ use osp::{
 
 use crate::{Occluder, OccluderSides};
 
-/// Polygons whose shadows are measured for a view: the largest by a rough measure. What the others would hide is drawn.
+/// Number of polygons whose shadows are measured for a view: the largest by a rough measure. Things behind the others
+/// are drawn.
 const MOST_MEASURED: usize = 256;
 
-/// Occluders of a view: the largest of those. More hide little more.
+/// Largest number of occluders of a view: the largest of those polygons. More of them hide little more.
 const MOST_OCCLUDERS: usize = 64;
 
-/// An occluder that covers less than this part of the window hides next to nothing.
+/// An occluder that covers less than this share of the window hides almost nothing.
 const LEAST_SHARE: f64 = 1.0e-3;
 
-/// How far the axes of a camera may be from those of a rotation. A camera that is scaled or sheared has no occluders.
+/// Largest deviation of a camera's axes from those of a rotation. A camera that is scaled or sheared has no occluders.
 const MOST_SHEAR: f32 = 1.0e-3;
 
-/// What hides in a view. Those with a range may be drawn dithered: they hide nothing.
+/// The occluders for a view. Those with a visibility range may be drawn dithered, so they hide nothing.
 pub(crate) type Occluders<'w, 's> = Query<
     'w,
     's,
@@ -45,10 +46,10 @@ pub(crate) type Occluders<'w, 's> = Query<
     Without<VisibilityRange>,
 >;
 
-/// The shadows in one view after the other; kept for its memory.
+/// The shadows in one view after the other. Their memory is used again.
 #[derive(Debug, Default)]
 pub(crate) struct Shadows {
-    /// Made for the first occluder: it takes some megabytes.
+    /// This is created for the first occluder, because it takes some megabytes.
     culler: Option<Msvbsp>,
     polygons: Vec<(f32, [Vec3; 4], usize)>,
     shadows: Vec<ShadowVolume>,
@@ -57,7 +58,7 @@ pub(crate) struct Shadows {
 }
 
 impl Shadows {
-    /// Builds the shadows in a view; `false` if there are none.
+    /// Builds the shadows in a view. Returns `false` if there are none.
     pub(crate) fn build(
         &mut self,
         window: &ViewWindow,
@@ -87,7 +88,7 @@ impl Shadows {
         !self.shadows.is_empty()
     }
 
-    /// The polygons that the view draws, with about the solid angle of each.
+    /// Collects the polygons that the view draws, each with its approximate solid angle.
     fn gather(&mut self, window: &ViewWindow, layers: &RenderLayers, occluders: &Occluders<'_, '_>) {
         self.polygons.clear();
         for (occluder, transform, inherited, occluder_layers) in occluders {
@@ -112,7 +113,7 @@ impl Shadows {
                 }
                 let middle = corners.iter().map(|corner| window.from_eye(*corner)).sum::<DVec3>()
                     / corners.len() as f64;
-                // Twice the area times the cosine, by the square of the distance.
+                // Twice the area times the cosine, divided by the square of the distance.
                 let size = facing.abs() / middle.length().powi(3);
                 let mut four = [corners[0]; 4];
                 four[..corners.len()].copy_from_slice(corners);
@@ -121,7 +122,7 @@ impl Shadows {
         }
     }
 
-    /// Whether nothing of a box can be seen.
+    /// Whether a box is completely hidden.
     #[inline]
     pub(crate) fn hides(&self, bounds: &WorldBox) -> bool {
         self.culler.as_ref().is_some_and(|culler| culler.test_box(bounds).verdict == Verdict::Hidden)
@@ -142,14 +143,14 @@ impl Shadows {
         is_hidden
     }
 
-    /// How often something was hidden since this was asked last.
+    /// Returns the number of hidden entities since the last call.
     pub(crate) fn take_occluded(&mut self) -> usize {
         std::mem::take(self.occluded.get_mut())
     }
 }
 
-/// What a camera shows; `None` for one that nothing is hidden from: not a perspective, scaled, with an oblique near plane or
-/// drawn in parts.
+/// Returns the window of a camera. `None` if nothing is hidden from the camera: it is not perspective, is scaled, has
+/// an oblique near plane, or is drawn in parts.
 pub(crate) fn window(
     camera: &Camera,
     projection: &Projection,
@@ -169,7 +170,8 @@ pub(crate) fn window(
     }
     let [right, up, back] =
         [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| Vec3::from(axis.to_array()).as_dvec3());
-    // Wider than what is drawn, and with the near plane farther away, by more than the GPU rounds.
+    // The window is wider than the picture, and its near plane is farther away, by more than the rounding errors of the
+    // GPU.
     let top = (f64::from(perspective.fov) * 0.5).tan() * (1.0 + WINDOW_MARGIN);
     let side = top * f64::from(perspective.aspect_ratio);
     let corner = |x: f64, y: f64| right * (x * side) + up * (y * top) - back;

@@ -8,23 +8,24 @@ use bevy_utils::prelude::DebugName;
 
 use crate::{OspCulling, OspCullingSettings, check::check_visibility};
 
-/// Replaces Bevy's frustum culling on the CPU by an index. Add it beside Bevy's own plugins, in any order.
+/// Replaces Bevy's frustum culling on the CPU with an index. Add it beside Bevy's own plugins, in any order.
 ///
-/// Its system takes the place of Bevy's [`check_visibility_cpu_culling`]: whatever is ordered before or after that function is
-/// before or after it.
+/// Its system replaces Bevy's [`check_visibility_cpu_culling`]. Systems that are ordered before or after that function
+/// run before or after this one.
 ///
 /// # Panics
-/// When the app is finished, if it has no [`VisibilityPlugin`] (part of Bevy's `CameraPlugin` and `DefaultPlugins`).
+/// Panics when the app is finished, if it has no [`VisibilityPlugin`] (part of Bevy's `CameraPlugin` and
+/// `DefaultPlugins`).
 #[derive(Clone, Debug, Default)]
 pub struct OspCullingPlugin {
-    /// When the index is used.
+    /// Limits for the use of the index.
     pub settings: OspCullingSettings,
 }
 
 impl Plugin for OspCullingPlugin {
     fn build(&self, app: &mut App) {
         app.insert_resource(self.settings.clone()).init_resource::<OspCulling>();
-        // An app that is never finished, as in tests, has it then, too.
+        // An app that is never finished, for example in tests, also gets the system.
         if app.is_plugin_added::<VisibilityPlugin>() {
             replace(app);
         }
@@ -44,7 +45,7 @@ impl Plugin for OspCullingPlugin {
     }
 }
 
-/// Puts the system in the place of Bevy's, unless that has been done.
+/// Puts the system in place of Bevy's, unless that has been done.
 fn replace(app: &mut App) {
     if app.world().resource::<OspCulling>().is_in_place() {
         return;
@@ -55,7 +56,7 @@ fn replace(app: &mut App) {
         ScheduleCleanupPolicy::RemoveSystemsOnly,
     );
     if removed.is_ok_and(|systems| systems > 0) {
-        // A system of both is in the sets of both: what others have ordered by Bevy's function stays in that order.
+        // A combined system is in the sets of both, so the order relative to Bevy's function stays.
         let system = CombinatorSystem::<SecondOnly, _, _>::new(
             IntoSystem::into_system(check_visibility_cpu_culling),
             IntoSystem::into_system(check_visibility),
@@ -66,7 +67,7 @@ fn replace(app: &mut App) {
     }
 }
 
-/// Of two systems, runs the second only.
+/// Runs only the second of two systems.
 struct SecondOnly;
 
 impl<A: System<In = ()>, B: System<In = (), Out = ()>> Combine<A, B> for SecondOnly {

@@ -1,23 +1,27 @@
 use bevy_ecs::resource::Resource;
 
-/// When the plugin uses the index, and when Bevy's way: a plain pass over all entities. The visible sets are the same either way.
+/// Limits for the choice between the index and Bevy's method, which is a plain pass over all entities. The visible sets
+/// are the same with both.
 ///
-/// The limits are about where the two ways cross (`cargo bench -- limits`). The resource may be changed at any time.
+/// At the default limits, both methods take about the same time (`cargo bench -- limits`). The resource may be changed
+/// at any time.
 #[derive(Resource, Clone, Debug, PartialEq)]
 pub struct OspCullingSettings {
-    /// With fewer entities there is no index: a plain pass is faster.
+    /// Least number of entities for an index. With fewer entities a plain pass is faster.
     pub least_entities: usize,
-    /// If more than this part of the entities changes in a frame (moves, comes, gets another box), mean over some frames, or more than
-    /// 6,000 of them, the index is given up, and the plugin waits until they rest. From 1 on there is no limit.
+    /// Largest share of the entities that may change in a frame (move, appear, get another box), as a mean over some
+    /// frames. If more of them change, or more than 6,000, the index is given up, and the plugin waits until they rest.
+    /// From 1 on there is no limit.
     pub most_moved: f32,
-    /// If more than this part of the entities changes in one frame, the index is given up at once.
+    /// Largest share of the entities that may change in a single frame. If more change, the index is given up at once.
     pub most_moved_at_once: f32,
-    /// A view for which the index finds more than this part of the entities is culled by a plain pass: to look up each
-    /// of so many takes longer than to walk over all.
+    /// Largest share of the entities that the index may find for a view. If it finds more, the view is culled by a
+    /// plain pass, because looking up each of so many takes longer than a pass over all.
     pub most_found: f32,
-    /// An entity that has not changed for so many frames is put into the index. Until then it is tested in every frame.
+    /// Number of frames without a change after which an entity is put into the index. Until then it is tested in every
+    /// frame.
     pub settle_frames: u32,
-    /// An index of all entities is filled over about so many frames.
+    /// Approximate number of frames in which a new index is filled.
     pub fill_frames: u32,
 }
 
@@ -35,7 +39,7 @@ impl Default for OspCullingSettings {
 }
 
 impl OspCullingSettings {
-    /// The index always, whatever it costs: for tests and measurements.
+    /// Always uses the index, at any cost: for tests and measurements.
     pub fn always() -> Self {
         Self {
             least_entities: 0,
@@ -47,12 +51,12 @@ impl OspCullingSettings {
         }
     }
 
-    /// A plain pass always.
+    /// Always uses a plain pass.
     pub fn never() -> Self {
         Self { least_entities: usize::MAX, ..Self::default() }
     }
 
-    /// A part of a number of entities; from 1 on there is no limit.
+    /// Returns a share of a number of entities. From 1 on there is no limit.
     pub(crate) fn part(part: f32, entities: usize) -> usize {
         if part >= 1.0 { usize::MAX } else { (f64::from(part) * entities as f64) as usize }
     }

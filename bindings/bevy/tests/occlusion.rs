@@ -1,4 +1,4 @@
-//! Occluders hide what is behind them, and nothing that can be seen.
+//! Occluders hide things behind them, and nothing that can be seen.
 
 #[expect(dead_code, reason = "there is nothing of Bevy's to compare with")]
 mod twins;
@@ -32,13 +32,13 @@ fn class() -> VisibilityClass {
     class
 }
 
-/// A thing of one metre.
+/// A thing with sides of one metre.
 fn thing(place: Vec3) -> impl Bundle {
     let aabb = Aabb::from_min_max(Vec3::splat(-0.5), Vec3::splat(0.5));
     (Transform::from_translation(place), Visibility::default(), class(), aabb)
 }
 
-/// Corners of a wall in the plane z = 0, its front towards +z.
+/// Returns the corners of a wall in the plane z = 0, with its front towards +z.
 fn corners(width: f32, height: f32) -> [Vec3; 4] {
     [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
         .map(|[x, y]: [f32; 2]| Vec3::new(x * width * 0.5, y * height * 0.5, 0.0))
@@ -52,7 +52,7 @@ fn perspective() -> Projection {
     Projection::Perspective(PerspectiveProjection { aspect_ratio: 1.6, ..Default::default() })
 }
 
-/// An app in which a camera looks along -z from the origin, and that camera.
+/// Returns an app in which a camera looks along -z from the origin, and that camera.
 fn app_with_camera(projection: Projection) -> (App, Entity) {
     let mut app = new_app(Some(OspCullingSettings::always()));
     let camera = app.world_mut().spawn((Camera::default(), projection, Transform::default())).id();
@@ -95,7 +95,7 @@ fn a_wall_hides_what_is_behind_it() {
     assert!(with_wall.iter().all(|id| seen(&app, camera).contains(id)), "the wall does not hide itself");
     assert_eq!(occluded(&app), 1);
 
-    // It moves away: all is seen in the same frame, and the wall, as nothing says where it is.
+    // The wall moves away. In the same frame all things are seen, and so is the wall, because its place is unknown.
     app.world_mut().get_mut::<Transform>(wall_id).unwrap().translation.x = 100.0;
     app.update();
     assert_eq!((seen(&app, camera).len(), occluded(&app)), (6, 0));
@@ -211,13 +211,13 @@ fn a_solid_hides_by_the_faces_of_its_mesh() {
     let house = app.world_mut().spawn((cube, place, Visibility::default())).id();
     app.update();
     assert_eq!(occluded(&app), 1, "behind two faces together");
-    // The eye is in the house: back faces are not drawn, and what is outside is seen.
+    // The eye is in the house. Back faces are not drawn, so things outside are seen.
     app.world_mut().entity_mut(house).insert(Transform::default());
     app.update();
     assert_eq!(occluded(&app), 0);
 }
 
-/// Whether one of the walls lies between two points, seen from its front; in `f64`.
+/// Whether one of the walls lies between two points, seen from its front; computed in `f64`.
 fn is_between(eye: DVec3, point: DVec3, walls: &[[DVec3; 4]]) -> bool {
     walls.iter().any(|corners| {
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
@@ -250,7 +250,7 @@ fn nothing_that_can_be_seen_is_hidden() {
         let walls = (0..6)
             .map(|_| {
                 let looking_back = Transform::from_translation(vector(20.0)).looking_at(eye, Vec3::Y);
-                // Its front is +z, and `looking_at` turns -z.
+                // The front of the wall is +z, but `looking_at` turns -z.
                 let turned =
                     looking_back.rotation * Quat::from_rotation_y(std::f32::consts::PI + vector(1.0).x);
                 looking_back.with_rotation(turned).with_scale(Vec3::ONE + vector(0.5).abs())

@@ -1,4 +1,4 @@
-//! The plugin in an app: its place among the systems, the index over many frames, what it may miss.
+//! The plugin in an app: its place among the systems, the index over many frames, and messages that it may miss.
 
 mod twins;
 
@@ -42,7 +42,7 @@ fn spawn_camera(app: &mut App) -> Entity {
 #[derive(Resource, Default)]
 struct SeenAfter(Vec<usize>);
 
-/// Whatever is ordered by Bevy's function keeps its order, and the plugins may come in any order.
+/// Systems that are ordered relative to Bevy's function keep their order. The plugins may be added in any order.
 #[test]
 fn it_is_where_bevys_system_was() {
     for plugin_first in [true, false] {
@@ -87,7 +87,7 @@ fn without_bevys_cameras_it_says_so() {
     app.finish();
 }
 
-/// Messages of removed components live for two frames. What was not heard in time must not leave an old box in the index.
+/// Messages about removed components live for two frames. Missed messages must not leave an old box in the index.
 #[test]
 fn messages_that_were_missed_are_noticed() {
     let mut apps = [new_app(None), new_app(Some(OspCullingSettings::always()))];
@@ -95,7 +95,7 @@ fn messages_that_were_missed_are_noticed() {
     let mut ids = Vec::new();
     for app in &mut apps {
         spawn_camera(app);
-        // Behind the camera: culled as long as it has a box.
+        // These are behind the camera, so they are culled as long as they have a box.
         ids = (0..20).map(|i| spawn_thing(app, Vec3::new(0.0, 0.0, 5.0 + i as f32))).collect();
     }
     for frame in 0..6 {
@@ -112,7 +112,7 @@ fn messages_that_were_missed_are_noticed() {
     twins.compare(&mut apps, "after messages were missed");
 }
 
-/// Few entities, then many that rest, then all move, then they rest again.
+/// There are few entities, then many that rest, then all move, then they rest again.
 #[test]
 fn the_index_comes_when_it_pays_and_goes_when_all_moves() {
     let settings = OspCullingSettings { least_entities: 600, ..OspCullingSettings::default() };
@@ -147,7 +147,7 @@ fn the_index_comes_when_it_pays_and_goes_when_all_moves() {
         things.truncate(400);
         things.extend(spawn(app, 400..1000));
     }
-    // The camera has no box: one is not in the index.
+    // The camera has no box, so one entity is not in the index.
     assert_eq!(run(&mut apps, 60, false, &things), (true, 1000, 1), "many that rest");
     assert_eq!(run(&mut apps, 1, true, &things), (false, 0, 0), "all move");
     assert_eq!(run(&mut apps, 40, true, &things), (false, 0, 0), "all move still");

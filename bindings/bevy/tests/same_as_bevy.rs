@@ -1,4 +1,4 @@
-//! In random worlds, frame by frame, an app with the plugin has the same visible sets as one without.
+//! In random worlds, frame by frame, an app with the plugin has the same visible sets as an app without.
 
 mod twins;
 
@@ -128,7 +128,7 @@ impl Dice {
     }
 }
 
-/// A random world; the same dice make the same world.
+/// A random world. The same dice make the same world.
 struct Game {
     dice: Dice,
     entities: Vec<Entity>,
@@ -185,7 +185,7 @@ impl Game {
         (!self.entities.is_empty()).then(|| self.entities[self.dice.below(self.entities.len())])
     }
 
-    /// What happens to one entity.
+    /// Changes one entity in some way.
     fn change(&mut self, world: &mut World) {
         let Some(id) = self.any() else { return };
         let other = self.any();
@@ -204,7 +204,8 @@ impl Game {
                 entity.insert(dice.visibility());
             }
             9 => {
-                // Not below itself: only what has no parent becomes one, and only what has no children gets one.
+                // An entity must not be below itself. So only an entity without a parent becomes a parent, and only one
+                // without children gets a parent.
                 if let Some(parent) = other
                     && parent != id
                     && !entity.contains::<bevy_ecs::hierarchy::Children>()
@@ -345,7 +346,7 @@ impl Game {
     }
 }
 
-/// Limits that make the plugin change its way often in worlds of some hundred entities.
+/// Limits that make the plugin change its method often in worlds of some hundred entities.
 fn restless() -> OspCullingSettings {
     OspCullingSettings {
         least_entities: 250,
@@ -357,7 +358,8 @@ fn restless() -> OspCullingSettings {
     }
 }
 
-/// Plays a game in an app of Bevy's and in one with the plugin; returns frames that had an index, and views culled by it.
+/// Plays a game in an app with Bevy's culling and in one with the plugin. Returns the number of frames with an index,
+/// and the number of views that were culled by it.
 fn play(settings: OspCullingSettings, seed: u64, entities: usize, frames: usize) -> (usize, usize) {
     let mut apps = [new_app(None), new_app(Some(settings))];
     let mut games = apps.each_mut().map(|app| Game::new(app.world_mut(), seed, entities));
@@ -409,7 +411,7 @@ fn in_an_empty_world() {
     for settings in [OspCullingSettings::always(), OspCullingSettings::default()] {
         play(settings, 30, 0, 10);
     }
-    // Without a camera, and with one alone.
+    // A world without a camera, and one with only a camera.
     let mut apps = [new_app(None), new_app(Some(OspCullingSettings::always()))];
     apps.iter_mut().for_each(App::update);
     for app in &mut apps {

@@ -1,4 +1,4 @@
-/* Frame after frame in an engine: objects come, move and go; two eyes and a light find those to draw; a wall hides what is behind. */
+/* The frames of an engine: objects are added, moved and removed. Two eyes and a light find those to draw. A wall hides things behind it. */
 #include <osp.h>
 
 #include <stdio.h>
@@ -6,7 +6,7 @@
 
 enum { COUNT = 100000, WALL = 1000000 };
 
-/* Every call can be refused, and says why. */
+/* Every call can be refused, with a reason. */
 static void check(OspStatus status) {
     if (status != OSP_STATUS_OK) {
         fprintf(stderr, "osp: %s\n", osp_last_error());
@@ -18,7 +18,7 @@ static OspBox cube(float x, float y, float z, float half) {
     return (OspBox){{x - half, y - half, z - half}, {x + half, y + half, z + half}};
 }
 
-/* An eye of a headset: 90 degrees, along -z; reversed depth, near plane at 0.1, no far plane. The engine has matrices of its own. */
+/* An eye of a headset: 90 degrees, along -z; reversed depth, near plane at 0.1, no far plane. An engine has its own matrices. */
 static OspCamera eye(float x) {
     const float clip_from_world[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, -1, -x, 0, 0.1f, 0};
     OspCamera camera;
@@ -35,7 +35,7 @@ static OspCamera light(void) {
     return camera;
 }
 
-/* The object under a point of the screen: here its box is the object, so that the first is hit. */
+/* The object under a point of the screen. Here the box is the object, so the first hit is the result. */
 static void pick(const OspCuller *culler, const OspCamera *camera) {
     float origin[3], direction[3];
     OspHit hit;
@@ -67,7 +67,7 @@ int main(void) {
     check(osp_culler_set(culler, &wall, &around, 1));
     check(osp_culler_set_occluder_quad(culler, wall, corners));
     for (int frame = 0; frame < 3; frame++) {
-        /* What has changed since the last frame. */
+        /* The changes since the last frame. */
         uint64_t moved = (uint64_t)frame, gone = (uint64_t)(COUNT - 1 - frame);
         OspBox there = cube(0, 0, -3 - (float)frame, 0.05f);
         check(osp_culler_set(culler, &moved, &there, 1));

@@ -1,24 +1,26 @@
-/* osp: finds what cameras see of objects that come, move and go in every frame. Made by cbindgen from bindings/c/src: do not edit.
+/* osp: finds the objects that cameras see, while objects are added, moved and removed in every frame. cbindgen makes this file from
+ * bindings/c/src: do not edit it.
  *
- * A frame: osp_culler_set and osp_culler_remove with what has changed, osp_culler_cull with the cameras, osp_culler_visible for each.
+ * A frame: call osp_culler_set and osp_culler_remove for the changes, osp_culler_cull with the cameras, and osp_culler_visible for each.
  *
- * Answers. A function answers OSP_STATUS_OK, or a status that says why nothing has changed; osp_last_error has the words. A fault
- * inside of osp is answered, too; only if the system has no memory left the program ends. Where there is room for fewer values than
- * were found, the first are in the list, the status is OSP_STATUS_BUFFER_TOO_SMALL, and *count is how many there are.
+ * Status. A function returns OSP_STATUS_OK, or the reason for which nothing has changed; osp_last_error describes it in words. An
+ * error inside osp also gives a status; only if the system runs out of memory, the program ends. If there is room for fewer values
+ * than were found, the list has the first of them, the status is OSP_STATUS_BUFFER_TOO_SMALL, and *count is the number of all.
  *
- * Lifetimes. A handle (OspCuller) lives from osp_culler_new to osp_culler_free. osp keeps no pointer of the caller's after a
- * call, and gives out none but handles and messages. Keys are the caller's: any 64 bits. A message has one place in each thread, as
- * long as the thread lives; the next failure there overwrites it.
+ * Lifetimes. A handle (OspCuller) lives from osp_culler_new to osp_culler_free. osp keeps no pointer from the caller after a call,
+ * and returns only handles and messages. The caller chooses the keys: any 64 bits. Each thread has one place for a message, as long
+ * as the thread lives; the next failure in the thread overwrites it.
  *
- * What cannot be checked: a pointer that is not NULL points to as much memory as the function says, which nobody else writes during
- * the call; a handle is one that osp_culler_new gave and that was not freed. Whatever else is wrong is answered by a status.
+ * Some things cannot be checked, so the caller must guarantee them. A pointer that is not NULL points to as much memory as the
+ * function requires, which nobody else writes during the call. A handle came from osp_culler_new and has not been freed. All other
+ * errors give a status.
  *
- * Threads. Any thread may call, with any handle. Functions that take a const handle may run at once with the same handle; a function
- * that takes another one changes the culler: if it meets another call with that handle, one of the two answers OSP_STATUS_BUSY and
- * has done nothing. Nobody waits. Only free must not meet any other call. Messages are kept for each thread.
+ * Threads. Any thread may use any handle. Functions with a const handle may run at the same time with the same handle. A function with
+ * another handle changes the culler: if it meets another call with that handle, one of the two returns OSP_STATUS_BUSY and has done
+ * nothing. Nobody waits. Only free must not meet any other call. Messages are kept for each thread.
  *
- * Space. World space, right-handed or left-handed, in metres; another unit of a like size does as well (two points that are closer
- * than 1e-7 may count as one where osp looks for occluders).
+ * Space. World space, right-handed or left-handed, in metres. Another unit of a similar size is also possible (two points that are
+ * closer than 1e-7 may count as one in the search for occluders).
  */
 
 #ifndef OSP_H
@@ -29,22 +31,22 @@
 
 
 /**
- * Objects that there can be at once, and of a batch.
+ * Largest number of objects at once, and in a batch.
  */
 #define OSP_MAX_OBJECTS 134217728
 
 /**
- * Cameras of a frame, at most.
+ * Largest number of cameras of a frame.
  */
 #define OSP_MAX_CAMERAS 64
 
 /**
- * The layers of a camera that sees all.
+ * The layers of a camera that sees all layers.
  */
 #define OSP_ALL_LAYERS UINT32_MAX
 
 /**
- * Bytes of a message at most, its zero byte included; what is longer is cut off.
+ * Largest number of bytes of a message, including its zero byte. Longer messages are cut off.
  */
 #define OSP_MESSAGE_BYTES 1024
 
@@ -54,7 +56,8 @@
 #define OSP_VERSION 256
 
 /**
- * What a function answers: OSP_STATUS_OK, or why it has changed nothing. osp_last_error says it in words.
+ * The status that a function returns: OSP_STATUS_OK, or the reason for which it has changed nothing. osp_last_error
+ * describes it in words.
  */
 enum OspStatus
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -62,31 +65,32 @@ enum OspStatus
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Done.
+     * Success.
      */
     OSP_STATUS_OK = 0,
     /**
-     * The answer has more than there is room for: the first of it are in the list. How many there are is in *count.
+     * There are more results than there is room for. The list has the first of them. *count is the number of all.
      */
     OSP_STATUS_BUFFER_TOO_SMALL = 1,
     /**
-     * A pointer is NULL that must not be.
+     * A pointer is NULL where that is not allowed.
      */
     OSP_STATUS_NULL_POINTER = 2,
     /**
-     * A pointer is not aligned for what it points to.
+     * A pointer is not aligned for its type.
      */
     OSP_STATUS_MISALIGNED_POINTER = 3,
     /**
-     * A count is larger than memory, or than what there can be (OSP_MAX_OBJECTS, OSP_MAX_CAMERAS).
+     * A count is larger than memory, or larger than allowed (OSP_MAX_OBJECTS, OSP_MAX_CAMERAS).
      */
     OSP_STATUS_TOO_MANY = 4,
     /**
-     * A matrix has NaN or an infinite number in it, or no inverse.
+     * A matrix contains NaN or an infinite number, or has no inverse.
      */
     OSP_STATUS_INVALID_CAMERA = 5,
     /**
-     * A corner is not finite, a quad is not flat and convex, an index names no vertex, or nothing has an area.
+     * A corner is not finite, a quad is not flat and convex, an index has no vertex, or the whole occluder has no
+     * area.
      */
     OSP_STATUS_INVALID_OCCLUDER = 6,
     /**
@@ -98,15 +102,16 @@ enum OspStatus
      */
     OSP_STATUS_UNKNOWN_KEY = 8,
     /**
-     * Another thread is changing this culler, or, if this call would change it, is using it.
+     * Another thread is changing this culler. If this call would change the culler, another thread may also be reading
+     * it.
      */
     OSP_STATUS_BUSY = 9,
     /**
-     * An earlier call that changed this culler has failed inside of osp: only free it.
+     * An earlier call that changed this culler has failed inside osp. Only free it.
      */
     OSP_STATUS_POISONED = 10,
     /**
-     * A fault inside of osp, which should be reported; it is also written to standard error.
+     * An error inside osp, which should be reported. It is also written to standard error.
      */
     OSP_STATUS_INTERNAL = 11,
 };
@@ -148,7 +153,7 @@ typedef int32_t OspDepth;
 #endif // __cplusplus
 
 /**
- * Why an object, or its occluder, is left out.
+ * The reason for which an object, or its occluder, is left out.
  */
 enum OspRefusal
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -156,7 +161,7 @@ enum OspRefusal
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Its box has NaN or an infinite number in it, or min > max: the object is left out until it has another one.
+     * The box contains NaN or an infinite number, or min > max. The object is left out until it gets another box.
      */
     OSP_REFUSAL_BOUNDS = 0,
     /**
@@ -164,7 +169,7 @@ enum OspRefusal
      */
     OSP_REFUSAL_KEY = 1,
     /**
-     * All occluders together have too many polygons: the object has none.
+     * All occluders together have too many polygons. The object has no occluder.
      */
     OSP_REFUSAL_OCCLUDER = 2,
 };
@@ -177,35 +182,38 @@ typedef int32_t OspRefusal;
 #endif // __cplusplus
 
 /**
- * A culler of objects, each known by a key of the caller's, 64 bits, and a box. Objects come, move and go at any time.
+ * A culler of objects. Each object has a 64-bit key from the caller, and a box. Objects can be added, moved and
+ * removed at any time.
  */
 typedef struct OspCuller OspCuller;
 
 /**
- * A camera or a light: osp_camera_f32 and osp_camera_f64 fill it in.
+ * A camera or a light. osp_camera_f32 and osp_camera_f64 fill it in.
  */
 typedef struct {
     /**
-     * From world to clip space, column after column; x and y from -w to w. Perspective or parallel, on-axis or off-axis, mirrored, y up
-     * or down, with an oblique near plane, with a far plane or without. Taken as exact, however far from the origin the eye is.
+     * Matrix from world to clip space, in column-major order; x and y are from -w to w in view. The projection may be
+     * perspective or parallel, on-axis or off-axis, mirrored, y up or down, with an oblique near plane, with a far
+     * plane or without. The numbers are taken as exact, even for an eye far from the origin.
      */
     double clip_from_world[16];
     /**
-     * One of OspDepth. Of a perspective it may have the wrong direction.
+     * One of OspDepth. For a perspective projection, its direction may be wrong.
      */
     int32_t depth;
     /**
-     * Not 0: what occluders hide is left out. Without effect for a parallel projection, an oblique near plane and a sheared screen.
+     * If this is not 0, objects behind occluders are left out. It has no effect for a parallel projection, an oblique
+     * near plane or a sheared screen.
      */
     int32_t hide_by_occluders;
     /**
-     * The camera sees objects on one of these layers, a bit each.
+     * Layers that the camera sees, one bit each.
      */
     uint32_t layers;
 } OspCamera;
 
 /**
- * A box: its smallest and largest corner, x y z, world space, metres. It may be flat, or a point.
+ * A box by its smallest and largest corner, x y z, in world space, metres. It may be flat, or a point.
  */
 typedef struct {
     /**
@@ -213,27 +221,27 @@ typedef struct {
      */
     float min[3];
     /**
-     * Largest corner, x y z; finite, on no axis less than min.
+     * Largest corner, x y z; finite, and on no axis less than min.
      */
     float max[3];
 } OspBox;
 
 /**
- * What a camera sees.
+ * Numbers of objects that a camera sees.
  */
 typedef struct {
     /**
-     * Objects to draw: osp_culler_visible lists them.
+     * Number of objects to draw, which osp_culler_visible lists.
      */
     size_t visible;
     /**
-     * Objects in view that occluders hide.
+     * Number of objects in view that occluders hide.
      */
     size_t hidden;
 } OspSeen;
 
 /**
- * What was left out, and why.
+ * An object or occluder that was left out, with the reason.
  */
 typedef struct {
     /**
@@ -247,15 +255,16 @@ typedef struct {
 } OspRefused;
 
 /**
- * An object whose box a ray enters, or that is near.
+ * An object whose box a ray enters, or that is near a point.
  */
 typedef struct {
     /**
-     * Its key.
+     * The object's key.
      */
     uint64_t key;
     /**
-     * Where, in lengths of the ray's direction from its origin, or how far away, metres; 0 from inside.
+     * For a ray, the place of the hit in lengths of the ray's direction from its origin. For a point, the distance in
+     * metres. 0 from inside.
      */
     float t;
 } OspHit;
@@ -265,103 +274,91 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * The camera of a matrix of sixteen numbers from world to clip space, column after column, and one of OspDepth. It sees all layers,
- * and nothing is hidden: set hide_by_occluders and layers for another one.
+ * Makes a camera from a matrix of sixteen numbers from world to clip space, in column-major order, and one of
+ * OspDepth. The camera sees all layers and ignores occluders; set hide_by_occluders and layers to change that.
  */
-OspStatus osp_camera_f32(const float *clip_from_world,
-                         int32_t depth,
-                         OspCamera *camera);
+OspStatus osp_camera_f32(const float *clip_from_world, int32_t depth, OspCamera *camera);
 
 /**
- * osp_camera_f32 of a matrix in 64 bits: for an eye that is far from the origin.
+ * The same as osp_camera_f32, with a matrix of 64-bit numbers: for an eye that is far from the origin.
  */
 OspStatus osp_camera_f64(const double *clip_from_world, int32_t depth, OspCamera *camera);
 
 /**
- * The ray through a point of the screen, x and y from -1 to 1 as the matrix has them. origin gets x y z of its point on the near plane,
- * direction x y z of its direction, of the length 1: world space, metres.
+ * Computes the ray through a point of the screen. x and y are from -1 to 1 in the directions of the matrix. origin
+ * gets x y z of the ray's point on the near plane. direction gets x y z of its direction, of length 1. Both are in
+ * world space, metres.
  */
-OspStatus osp_camera_ray(const OspCamera *camera,
-                         float x,
-                         float y,
-                         float *origin,
-                         float *direction);
+OspStatus osp_camera_ray(const OspCamera *camera, float x, float y, float *origin, float *direction);
 
 /**
- * The message of the last call on this thread that did not answer OSP_STATUS_OK; empty if there was none, never NULL. It ends with a
- * zero byte and is plain ASCII, OSP_MESSAGE_BYTES at most. The pointer is the same for every call on one thread and is valid until
- * the thread ends; the next failure on this thread writes its message into the same place. Copy what has to stay.
+ * Returns the message of the last call on this thread that did not return OSP_STATUS_OK. It is empty if there was
+ * none, and never NULL. It ends with a zero byte and is plain ASCII of at most OSP_MESSAGE_BYTES. The pointer is the
+ * same for every call on one thread and is valid until the thread ends. The next failure on this thread writes its
+ * message into the same place, so copy a message that you need later.
  */
 const char *osp_last_error(void);
 
 /**
- * The version of the library that is loaded: major * 65536 + minor * 256 + patch. Compare it with OSP_VERSION, that of the
- * header: while the major number is 0, the minor numbers have to be equal.
+ * Returns the version of the loaded library: major * 65536 + minor * 256 + patch. Compare it with OSP_VERSION, the
+ * version of the header. While the major number is 0, the minor numbers must be equal.
  */
 uint32_t osp_version(void);
 
 /**
- * Makes a culler without objects. It needs no size of the world and no capacity. *culler is the handle, to be freed by
- * osp_culler_free; it is NULL if the call fails.
+ * Makes a culler without objects. It needs no size of the world and no capacity. *culler is the handle, which must be
+ * freed with osp_culler_free. It is NULL if the call fails.
  */
 OspStatus osp_culler_new(OspCuller **culler);
 
 /**
- * Frees a culler and all that is in it. The handle may be NULL; afterwards it must not be used, and no other call may be running
- * with it.
+ * Frees a culler with all its objects. The handle may be NULL. No other call may use the handle at the same time or
+ * afterwards.
  */
 OspStatus osp_culler_free(OspCuller *culler);
 
 /**
- * Inserts objects, or moves those that are there: a key and a box each, the tight box of all that is drawn of the object. A box with
- * NaN, an infinite number or min > max leaves its object out until it has another one; osp_culler_refused names it. Of a key that is
- * there twice the last box holds. An object that moves loses its occluder, unless the new box holds the one before. keys and boxes
- * may be NULL if count is 0.
+ * Inserts objects, or moves those that exist. Each has a key and a box: the tight box of all drawn parts of the
+ * object. A box with NaN, an infinite number or min > max leaves its object out until it gets another box;
+ * osp_culler_refused lists it. If a key is given twice, the last box counts. An object that moves loses its occluder,
+ * unless the new box contains the old one. keys and boxes may be NULL if count is 0.
  */
-OspStatus osp_culler_set(OspCuller *culler,
-                         const uint64_t *keys,
-                         const OspBox *boxes,
-                         size_t count);
+OspStatus osp_culler_set(OspCuller *culler, const uint64_t *keys, const OspBox *boxes, size_t count);
 
 /**
- * Takes objects out, with their occluders and layers. A key without an object is left alone.
+ * Removes objects, with their occluders and layers. Ignores keys without an object.
  */
 OspStatus osp_culler_remove(OspCuller *culler, const uint64_t *keys, size_t count);
 
 /**
- * Takes everything out.
+ * Removes everything.
  */
 OspStatus osp_culler_clear(OspCuller *culler);
 
 /**
- * Puts objects on layers, a bit each: a camera sees an object if both share one. Objects are on the first layer, the mask 1, unless
- * they are put elsewhere; on none, no camera sees them.
+ * Puts objects on layers, one bit each. A camera sees an object if they have a layer in common. By default, objects
+ * are on the first layer, with the mask 1. An object on no layer is invisible to all cameras.
  */
-OspStatus osp_culler_set_layers(OspCuller *culler,
-                                const uint64_t *keys,
-                                const uint32_t *layers,
-                                size_t count);
+OspStatus osp_culler_set_layers(OspCuller *culler, const uint64_t *keys, const uint32_t *layers, size_t count);
 
 /**
- * Gives an object a flat, convex quad that hides what is behind it, in place of the occluder that it had: corners are x y z of its four
- * corners in order around it, either way; world space, metres.
+ * Gives an object a flat, convex quad that hides things behind it. It replaces the object's previous occluder. corners
+ * has x y z of its four corners in order around it, in either direction; world space, metres.
  *
- * An occluder is opaque and hides from both sides. It is drawn itself, or lies inside of what is drawn. It stays where it is until the
- * object moves or goes. A key without a box may have one: a stand-in, which hides and is never listed. A few large occluders hide
- * more in less time than many small ones.
+ * An occluder is opaque and hides from both sides. It must be drawn itself, or lie inside drawn things. It stays in
+ * place until the object moves or is removed. A key without a box may have an occluder: a stand-in, which hides and is
+ * never listed. A few large occluders hide more in less time than many small ones.
  */
-OspStatus osp_culler_set_occluder_quad(OspCuller *culler,
-                                       uint64_t key,
-                                       const float *corners);
+OspStatus osp_culler_set_occluder_quad(OspCuller *culler, uint64_t key, const float *corners);
 
 /**
- * osp_culler_set_occluder_quad with the six sides of a box: the stand-in for a house.
+ * The same as osp_culler_set_occluder_quad, with the six sides of a box: for example a stand-in for a house.
  */
 OspStatus osp_culler_set_occluder_box(OspCuller *culler, uint64_t key, const OspBox *bounds);
 
 /**
- * osp_culler_set_occluder_quad with a mesh: vertices are x y z of vertex_count points; indices are three places in it for each of
- * triangle_count triangles. Triangles without area are left out.
+ * The same as osp_culler_set_occluder_quad, with a mesh. vertices has x y z of vertex_count points. indices has three
+ * numbers of vertices for each of triangle_count triangles. Triangles without area are left out.
  */
 OspStatus osp_culler_set_occluder_mesh(OspCuller *culler,
                                        uint64_t key,
@@ -371,50 +368,46 @@ OspStatus osp_culler_set_occluder_mesh(OspCuller *culler,
                                        size_t triangle_count);
 
 /**
- * Takes an object's occluder away; nothing happens if there is none.
+ * Removes an object's occluder. Nothing happens if there is none.
  */
 OspStatus osp_culler_remove_occluder(OspCuller *culler, uint64_t key);
 
 /**
- * Makes all changes known to osp_culler_in_box, osp_culler_in_sphere, osp_culler_on_ray and osp_culler_nearest. osp_culler_cull does it, too.
+ * Applies all changes, so that osp_culler_in_box, osp_culler_in_sphere, osp_culler_on_ray and osp_culler_nearest use
+ * them. osp_culler_cull does this, too.
  */
 OspStatus osp_culler_commit(OspCuller *culler);
 
 /**
- * Objects in the culler: those with a box that was not refused.
+ * Returns the number of objects in the culler with a valid box.
  */
 OspStatus osp_culler_count(const OspCuller *culler, size_t *count);
 
 /**
- * The box of an object, as it was set last.
+ * Returns the box of an object that was set last.
  */
 OspStatus osp_culler_box(const OspCuller *culler, uint64_t key, OspBox *bounds);
 
 /**
- * Finds what each camera sees: whatever of an object may be on its screen and, for a camera with hide_by_occluders, not behind the
- * occluders. Nothing that can be seen is left out. All cameras are culled in one walk: two eyes, a camera and its lights, the sides
- * of a cube; at most OSP_MAX_CAMERAS. seen gets an OspSeen for each camera; it may be NULL. osp_culler_visible then lists the keys.
+ * Finds the objects that each camera sees. An object counts if a part of it may be on the camera's screen and, for a
+ * camera with hide_by_occluders, not behind the occluders. No visible object is left out. All cameras are culled in
+ * one pass: two eyes, a camera and its lights, the sides of a cube. There may be at most OSP_MAX_CAMERAS. seen gets an
+ * OspSeen for each camera; it may be NULL. osp_culler_visible then lists the keys.
  */
-OspStatus osp_culler_cull(OspCuller *culler,
-                          const OspCamera *cameras,
-                          size_t camera_count,
-                          OspSeen *seen);
+OspStatus osp_culler_cull(OspCuller *culler, const OspCamera *cameras, size_t camera_count, OspSeen *seen);
 
 /**
- * What a camera of the last osp_culler_cull sees, counted from 0: keys gets the keys of the objects to draw, each once, in no particular
- * order; *count is how many there are. What was removed since then is not among them. After an osp_culler_commit of changes there is
- * no camera.
+ * Lists the objects that a camera of the last osp_culler_cull sees; cameras count from 0. keys gets the keys of the
+ * objects to draw, each once, in no particular order. *count gets their number. Objects that were removed since then
+ * are not included. After an osp_culler_commit of changes there is no camera.
  */
-OspStatus osp_culler_visible(const OspCuller *culler,
-                             size_t camera,
-                             uint64_t *keys,
-                             size_t room,
-                             size_t *count);
+OspStatus osp_culler_visible(const OspCuller *culler, size_t camera, uint64_t *keys, size_t room, size_t *count);
 
 /**
- * Tells of each box whether nothing of it can be on a camera's screen: it is out of view, or behind the occluders if the camera has
- * hide_by_occluders. The boxes are in no culler: of a sound, a character, a trigger. hidden gets 1 or 0 for each. A box that is empty
- * or not finite is not hidden. Makes all changes known, as osp_culler_cull does; what that has found stays if there are none.
+ * Finds for each box whether it is completely off a camera's screen or, with hide_by_occluders, behind the occluders.
+ * The boxes do not belong to a culler: they may be those of a sound, a character, a trigger. hidden gets 1 or 0 for
+ * each. An empty or infinite box, or one with NaN, is not hidden. Applies all changes, like osp_culler_cull. If there
+ * are none, the results of the last osp_culler_cull stay.
  */
 OspStatus osp_culler_are_hidden(OspCuller *culler,
                                 const OspCamera *camera,
@@ -423,17 +416,20 @@ OspStatus osp_culler_are_hidden(OspCuller *culler,
                                 uint8_t *hidden);
 
 /**
- * What was refused between the last two calls of osp_culler_cull, and why; of very much the beginning.
+ * Lists the boxes and occluders that were refused between the last two calls of osp_culler_cull, and the reasons. A
+ * very long list is cut off.
  */
 OspStatus osp_culler_refused(const OspCuller *culler, OspRefused *refused, size_t room, size_t *count);
 
 /**
- * Finds the objects whose boxes share a point with a box; touching counts. The answer is as that of osp_culler_visible.
+ * Finds the objects whose boxes have a point in common with a box; touching counts. The result has the form of
+ * osp_culler_visible.
  */
 OspStatus osp_culler_in_box(const OspCuller *culler, const OspBox *bounds, uint64_t *keys, size_t room, size_t *count);
 
 /**
- * Finds the objects whose boxes share a point with a ball: center is x y z, radius metres. The answer is as that of osp_culler_visible.
+ * Finds the objects whose boxes have a point in common with a ball: center is x y z, radius is in metres. The result
+ * has the form of osp_culler_visible.
  */
 OspStatus osp_culler_in_sphere(const OspCuller *culler,
                                const float *center,
@@ -443,9 +439,10 @@ OspStatus osp_culler_in_sphere(const OspCuller *culler,
                                size_t *count);
 
 /**
- * Finds the objects whose boxes a ray enters at t <= t_max, the nearest first. origin and direction are x y z; t is in lengths of the
- * direction; t_max may be infinite. hits gets the first of them, as many as there is room for; *count is how many there are. Room for
- * one is enough for the nearest box; to pick an object by its mesh, test one after the other until t is beyond the nearest hit.
+ * Finds the objects whose boxes a ray enters at t <= t_max, the nearest first. origin and direction are x y z. t is in
+ * lengths of the direction; t_max may be infinite. hits gets as many of them as there is room for. *count gets the
+ * number of all. Room for one is enough for the nearest box. To pick an object by its mesh, test one after the other
+ * until t is beyond the nearest hit.
  */
 OspStatus osp_culler_on_ray(const OspCuller *culler,
                             const float *origin,
@@ -456,14 +453,10 @@ OspStatus osp_culler_on_ray(const OspCuller *culler,
                             size_t *count);
 
 /**
- * Finds the objects whose boxes are nearest to a point, x y z: hits gets as many as there is room for, if there are so many, the nearest
- * first, with their distances as t, metres, 0 from inside; *count is how many it got.
+ * Finds the objects whose boxes are nearest to a point, x y z. hits gets as many as there is room for, if there are
+ * enough objects, the nearest first. Their t is the distance in metres, 0 from inside. *count gets the number of hits.
  */
-OspStatus osp_culler_nearest(const OspCuller *culler,
-                             const float *point,
-                             OspHit *hits,
-                             size_t room,
-                             size_t *count);
+OspStatus osp_culler_nearest(const OspCuller *culler, const float *point, OspHit *hits, size_t room, size_t *count);
 
 #ifdef __cplusplus
 }  // extern "C"

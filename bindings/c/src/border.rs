@@ -1,15 +1,16 @@
-//! The border to C: no panic passes it, and every pointer is read or written here.
+//! The boundary to C. No panic passes it, and every pointer is read or written here.
 //!
-//! What cannot be checked is the caller's part, and stands in the header: a pointer that is not NULL points to as much memory
-//! as the function says, which nobody changes during the call, and a handle has not been freed.
+//! Some things cannot be checked, so the caller must guarantee them, as the header states. A pointer that is not NULL
+//! points to as much memory as the function requires, which nobody changes during the call. A handle has not been
+//! freed.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::status::{Failure, OspStatus, Outcome, keep_message};
 
-/// Runs a call of C.
+/// Runs a call from C.
 pub(crate) fn border(call: impl FnOnce() -> Outcome<()>) -> OspStatus {
-    // What a panic leaves half done is behind a lock that is poisoned by it.
+    // A panic poisons the lock around the data that it leaves in an unfinished state.
     let outcome = catch_unwind(AssertUnwindSafe(call));
     match outcome.unwrap_or_else(|panic| Err(Failure::panicked(&*panic))) {
         Ok(()) => OspStatus::Ok,
@@ -20,7 +21,7 @@ pub(crate) fn border(call: impl FnOnce() -> Outcome<()>) -> OspStatus {
     }
 }
 
-/// Whether a pointer may be read and written for `count` values.
+/// Checks that a pointer may be read and written for `count` values.
 fn check<T>(pointer: *const T, count: usize, name: &str) -> Outcome<()> {
     let failure = |status, what: &str| Err(Failure::new(status, format!("{name}: {what}")));
     if pointer.is_null() {
@@ -40,37 +41,39 @@ fn check<T>(pointer: *const T, count: usize, name: &str) -> Outcome<()> {
     Ok(())
 }
 
-/// An object that C holds a handle of.
+/// Returns the object of a handle that C holds.
 ///
 /// # Safety
 /// The handle is NULL, misaligned, or of an object that lives for `'a`.
 pub(crate) unsafe fn object<'a, T>(handle: *const T, name: &str) -> Outcome<&'a T> {
     check(handle, 1, name)?;
-    // SAFETY: checked as far as it can be; the rest is the caller's part.
+    // SAFETY: this is checked as far as possible; the caller guarantees the rest.
     Ok(unsafe { &*handle })
 }
 
-/// A value.
+/// Reads a value.
 ///
 /// # Safety
 /// See the module.
 pub(crate) unsafe fn value<T: Copy>(pointer: *const T, name: &str) -> Outcome<T> {
     check(pointer, 1, name)?;
-    // SAFETY: checked as far as it can be; the rest is the caller's part.
+    // SAFETY: this is checked as far as possible; the caller guarantees the rest.
     Ok(unsafe { pointer.read() })
 }
 
-/// `N` numbers.
+/// Reads `N` numbers.
 ///
 /// # Safety
 /// See the module.
 pub(crate) unsafe fn numbers<T: Copy, const N: usize>(pointer: *const T, name: &str) -> Outcome<[T; N]> {
     check(pointer, N, name)?;
-    // SAFETY: checked as far as it can be; the rest is the caller's part. An array is aligned as its numbers are.
+    // SAFETY: this is checked as far as possible; the caller guarantees the rest. An array has the same alignment as
+    // its numbers.
     Ok(unsafe { pointer.cast::<[T; N]>().read() })
 }
 
-/// A copy of a list; its pointer may be NULL if it is empty. Copied, because what is written may lie in the same memory.
+/// Copies a list. Its pointer may be NULL if it is empty. It is copied, because the results may be written into the
+/// same memory.
 ///
 /// # Safety
 /// See the module.
@@ -93,12 +96,12 @@ pub(crate) unsafe fn list<T: Copy>(
         let message = format!("{name}: no memory for {count} values");
         return Err(Failure::new(OspStatus::TooMany, message));
     }
-    // SAFETY: checked as far as it can be; the rest is the caller's part.
+    // SAFETY: this is checked as far as possible; the caller guarantees the rest.
     copy.extend_from_slice(unsafe { std::slice::from_raw_parts(pointer, count) });
     Ok(copy)
 }
 
-/// A place for one value.
+/// The place for one value.
 pub(crate) struct Out<T>(*mut T);
 
 impl<T: Copy> Out<T> {
@@ -110,19 +113,19 @@ impl<T: Copy> Out<T> {
     }
 
     pub(crate) fn set(&self, value: T) {
-        // SAFETY: whoever made this has promised it.
+        // SAFETY: the creator of this value has guaranteed it.
         unsafe { self.0.write(value) }
     }
 }
 
-/// A place for a list: the caller's, or none.
+/// The caller's place for a list, or none.
 pub(crate) struct OutList<T> {
     pointer: *mut T,
     room: usize,
 }
 
 impl<T: Copy> OutList<T> {
-    /// `pointer` may be NULL if there is room for nothing.
+    /// Creates the place. `pointer` may be NULL if `room` is 0.
     ///
     /// # Safety
     /// See the module.
@@ -133,12 +136,12 @@ impl<T: Copy> OutList<T> {
         Ok(Self { pointer, room })
     }
 
-    /// Writes values until there is no room; how many there are.
+    /// Writes values while there is room. Returns the number of all values.
     pub(crate) fn write(&self, values: impl Iterator<Item = T>) -> usize {
         let mut count = 0;
         for value in values {
             if count < self.room {
-                // SAFETY: whoever made this has promised it; `count` is less than `room`.
+                // SAFETY: the creator of this value has guaranteed it, and `count` is less than `room`.
                 unsafe { self.pointer.add(count).write(value) }
             }
             count += 1;
@@ -147,7 +150,7 @@ impl<T: Copy> OutList<T> {
     }
 }
 
-/// The caller's place for an answer: a list, and how many there are.
+/// The caller's place for a result: a list, and the number of values.
 pub(crate) struct Answer<T> {
     list: OutList<T>,
     count: Out<usize>,
@@ -163,21 +166,21 @@ impl<T: Copy> Answer<T> {
         count: *mut usize,
         name: &'static str,
     ) -> Outcome<Self> {
-        // SAFETY: the caller's part.
+        // SAFETY: the caller guarantees this.
         let answer =
             unsafe { Self { count: Out::new(count, "count")?, list: OutList::new(list, room, name)?, name } };
         answer.count.set(0);
         Ok(answer)
     }
 
-    /// Writes the first values, as many as there is room for, and how many there are.
+    /// Writes the values for which there is room, and the number of all values.
     pub(crate) fn write_first(&self, values: impl Iterator<Item = T>) -> usize {
         let count = self.list.write(values);
         self.count.set(count);
         count
     }
 
-    /// The same; a failure where there is no room for all.
+    /// Does the same, but fails if there is not room for all values.
     pub(crate) fn write(&self, values: impl Iterator<Item = T>) -> Outcome<()> {
         let (count, room) = (self.write_first(values), self.list.room);
         if count <= room {
@@ -188,21 +191,21 @@ impl<T: Copy> Answer<T> {
     }
 }
 
-/// Gives an object to C.
+/// Passes an object to C.
 pub(crate) fn give<T>(object: T, out: &Out<*mut T>) {
     out.set(Box::into_raw(Box::new(object)));
 }
 
-/// Takes an object back and frees it; NULL is none.
+/// Takes an object back and frees it. NULL is ignored.
 ///
 /// # Safety
-/// The handle is NULL, misaligned, or of an object that [`give`] gave, which is not used from now on.
+/// The handle is NULL, misaligned, or of an object from [`give`] that is not used any more.
 pub(crate) unsafe fn free<T>(handle: *mut T, name: &str) -> Outcome<()> {
     if handle.is_null() {
         return Ok(());
     }
     check(handle, 1, name)?;
-    // SAFETY: the caller's part.
+    // SAFETY: the caller guarantees this.
     drop(unsafe { Box::from_raw(handle) });
     Ok(())
 }
@@ -215,7 +218,7 @@ mod tests {
     use crate::{handle::Guarded, status::osp_last_error};
 
     fn message() -> String {
-        // SAFETY: never NULL, and of this thread.
+        // SAFETY: the pointer is never NULL, and belongs to this thread.
         unsafe { CStr::from_ptr(osp_last_error()) }.to_str().expect("plain text").to_owned()
     }
 

@@ -1,4 +1,4 @@
-//! Cameras as C gives them.
+//! Cameras in the form of the C interface.
 
 use osp::{Camera, Depth};
 
@@ -20,23 +20,25 @@ pub enum OspDepth {
     MinusOneToOne = 2,
 }
 
-/// A camera or a light: osp_camera_f32 and osp_camera_f64 fill it in.
+/// A camera or a light. osp_camera_f32 and osp_camera_f64 fill it in.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OspCamera {
-    /// From world to clip space, column after column; x and y from -w to w. Perspective or parallel, on-axis or off-axis, mirrored, y up
-    /// or down, with an oblique near plane, with a far plane or without. Taken as exact, however far from the origin the eye is.
+    /// Matrix from world to clip space, in column-major order; x and y are from -w to w in view. The projection may be
+    /// perspective or parallel, on-axis or off-axis, mirrored, y up or down, with an oblique near plane, with a far
+    /// plane or without. The numbers are taken as exact, even for an eye far from the origin.
     pub clip_from_world: [f64; 16],
-    /// One of OspDepth. Of a perspective it may have the wrong direction.
+    /// One of OspDepth. For a perspective projection, its direction may be wrong.
     pub depth: i32,
-    /// Not 0: what occluders hide is left out. Without effect for a parallel projection, an oblique near plane and a sheared screen.
+    /// If this is not 0, objects behind occluders are left out. It has no effect for a parallel projection, an oblique
+    /// near plane or a sheared screen.
     pub hide_by_occluders: i32,
-    /// The camera sees objects on one of these layers, a bit each.
+    /// Layers that the camera sees, one bit each.
     pub layers: u32,
 }
 
 impl OspCamera {
-    /// `name` says which camera it is.
+    /// Returns the camera after a check. `name` names it in errors.
     pub(crate) fn checked(&self, name: &str) -> Outcome<Camera> {
         let depths = [
             (OspDepth::ZeroToOne, Depth::ZeroToOne),
@@ -54,7 +56,7 @@ impl OspCamera {
     }
 }
 
-/// Fills a camera in that sees all layers and hides nothing, and checks the matrix.
+/// Fills in a camera that sees all layers and ignores occluders, and checks the matrix.
 fn fill(clip_from_world: [f64; 16], depth: i32, out: &Out<OspCamera>) -> Outcome<()> {
     let camera = OspCamera { clip_from_world, depth, hide_by_occluders: 0, layers: OSP_ALL_LAYERS };
     camera.checked("camera")?;
@@ -62,8 +64,8 @@ fn fill(clip_from_world: [f64; 16], depth: i32, out: &Out<OspCamera>) -> Outcome
     Ok(())
 }
 
-/// The camera of a matrix of sixteen numbers from world to clip space, column after column, and one of OspDepth. It sees all layers,
-/// and nothing is hidden: set hide_by_occluders and layers for another one.
+/// Makes a camera from a matrix of sixteen numbers from world to clip space, in column-major order, and one of
+/// OspDepth. The camera sees all layers and ignores occluders; set hide_by_occluders and layers to change that.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_camera_f32(
     clip_from_world: *const f32,
@@ -71,14 +73,14 @@ pub unsafe extern "C" fn osp_camera_f32(
     camera: *mut OspCamera,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (out, matrix) =
             unsafe { (Out::new(camera, "camera")?, numbers::<f32, 16>(clip_from_world, "clip_from_world")?) };
         fill(matrix.map(f64::from), depth, &out)
     })
 }
 
-/// osp_camera_f32 of a matrix in 64 bits: for an eye that is far from the origin.
+/// The same as osp_camera_f32, with a matrix of 64-bit numbers: for an eye that is far from the origin.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_camera_f64(
     clip_from_world: *const f64,
@@ -86,15 +88,16 @@ pub unsafe extern "C" fn osp_camera_f64(
     camera: *mut OspCamera,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (out, matrix) =
             unsafe { (Out::new(camera, "camera")?, numbers(clip_from_world, "clip_from_world")?) };
         fill(matrix, depth, &out)
     })
 }
 
-/// The ray through a point of the screen, x and y from -1 to 1 as the matrix has them. origin gets x y z of its point on the near plane,
-/// direction x y z of its direction, of the length 1: world space, metres.
+/// Computes the ray through a point of the screen. x and y are from -1 to 1 in the directions of the matrix. origin
+/// gets x y z of the ray's point on the near plane. direction gets x y z of its direction, of length 1. Both are in
+/// world space, metres.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_camera_ray(
     camera: *const OspCamera,
@@ -104,7 +107,7 @@ pub unsafe extern "C" fn osp_camera_ray(
     direction: *mut f32,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands. Three numbers are aligned as one is.
+        // SAFETY: the caller guarantees this, as the header requires. Three numbers have the same alignment as one.
         let (camera, origin, direction) = unsafe {
             (
                 value(camera, "camera")?,

@@ -12,7 +12,8 @@ use crate::{
     },
 };
 
-/// A culler of objects, each known by a key of the caller's, 64 bits, and a box. Objects come, move and go at any time.
+/// A culler of objects. Each object has a 64-bit key from the caller, and a box. Objects can be added, moved and
+/// removed at any time.
 #[expect(missing_debug_implementations, reason = "C sees its name only")]
 pub struct OspCuller(Guarded<Culler<u64>>);
 
@@ -21,16 +22,16 @@ const MOST: usize = OSP_MAX_OBJECTS as usize;
 /// # Safety
 /// See [`object`].
 unsafe fn culler<'a>(culler: *const OspCuller) -> Outcome<&'a Guarded<Culler<u64>>> {
-    // SAFETY: the caller's part.
+    // SAFETY: the caller guarantees this.
     unsafe { object(culler, "culler") }.map(|culler| &culler.0)
 }
 
-/// Makes a culler without objects. It needs no size of the world and no capacity. *culler is the handle, to be freed by
-/// osp_culler_free; it is NULL if the call fails.
+/// Makes a culler without objects. It needs no size of the world and no capacity. *culler is the handle, which must be
+/// freed with osp_culler_free. It is NULL if the call fails.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_new(culler: *mut *mut OspCuller) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let out = unsafe { Out::new(culler, "culler") }?;
         out.set(std::ptr::null_mut());
         give(OspCuller(Guarded::new(Culler::new())), &out);
@@ -38,18 +39,18 @@ pub unsafe extern "C" fn osp_culler_new(culler: *mut *mut OspCuller) -> OspStatu
     })
 }
 
-/// Frees a culler and all that is in it. The handle may be NULL; afterwards it must not be used, and no other call may be running
-/// with it.
+/// Frees a culler with all its objects. The handle may be NULL. No other call may use the handle at the same time or
+/// afterwards.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_free(culler: *mut OspCuller) -> OspStatus {
-    // SAFETY: the caller guarantees it, as the header demands.
+    // SAFETY: the caller guarantees this, as the header requires.
     border(|| unsafe { free(culler, "culler") })
 }
 
-/// Inserts objects, or moves those that are there: a key and a box each, the tight box of all that is drawn of the object. A box with
-/// NaN, an infinite number or min > max leaves its object out until it has another one; osp_culler_refused names it. Of a key that is
-/// there twice the last box holds. An object that moves loses its occluder, unless the new box holds the one before. keys and boxes
-/// may be NULL if count is 0.
+/// Inserts objects, or moves those that exist. Each has a key and a box: the tight box of all drawn parts of the
+/// object. A box with NaN, an infinite number or min > max leaves its object out until it gets another box;
+/// osp_culler_refused lists it. If a key is given twice, the last box counts. An object that moves loses its occluder,
+/// unless the new box contains the old one. keys and boxes may be NULL if count is 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_set(
     culler: *mut OspCuller,
@@ -58,7 +59,7 @@ pub unsafe extern "C" fn osp_culler_set(
     count: usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (culler, keys, boxes) = unsafe {
             (self::culler(culler)?, list(keys, count, MOST, "keys")?, list(boxes, count, MOST, "boxes")?)
         };
@@ -68,7 +69,7 @@ pub unsafe extern "C" fn osp_culler_set(
     })
 }
 
-/// Takes objects out, with their occluders and layers. A key without an object is left alone.
+/// Removes objects, with their occluders and layers. Ignores keys without an object.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_remove(
     culler: *mut OspCuller,
@@ -76,7 +77,7 @@ pub unsafe extern "C" fn osp_culler_remove(
     count: usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (culler, keys) = unsafe { (self::culler(culler)?, list(keys, count, MOST, "keys")?) };
         let mut culler = culler.change()?;
         keys.iter().for_each(|&key| culler.remove(key));
@@ -84,18 +85,18 @@ pub unsafe extern "C" fn osp_culler_remove(
     })
 }
 
-/// Takes everything out.
+/// Removes everything.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_clear(culler: *mut OspCuller) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         *unsafe { self::culler(culler) }?.change()? = Culler::new();
         Ok(())
     })
 }
 
-/// Puts objects on layers, a bit each: a camera sees an object if both share one. Objects are on the first layer, the mask 1, unless
-/// they are put elsewhere; on none, no camera sees them.
+/// Puts objects on layers, one bit each. A camera sees an object if they have a layer in common. By default, objects
+/// are on the first layer, with the mask 1. An object on no layer is invisible to all cameras.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_set_layers(
     culler: *mut OspCuller,
@@ -104,7 +105,7 @@ pub unsafe extern "C" fn osp_culler_set_layers(
     count: usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (culler, keys, layers) = unsafe {
             (self::culler(culler)?, list(keys, count, MOST, "keys")?, list(layers, count, MOST, "layers")?)
         };
@@ -123,17 +124,17 @@ unsafe fn set_occluder(
 ) -> Outcome<()> {
     let occluder =
         occluder.map_err(|why| Failure::new(OspStatus::InvalidOccluder, format!("occluder: {why}")))?;
-    // SAFETY: the caller's part.
+    // SAFETY: the caller guarantees this.
     unsafe { self::culler(culler) }?.change()?.set_occluder(key, occluder);
     Ok(())
 }
 
-/// Gives an object a flat, convex quad that hides what is behind it, in place of the occluder that it had: corners are x y z of its four
-/// corners in order around it, either way; world space, metres.
+/// Gives an object a flat, convex quad that hides things behind it. It replaces the object's previous occluder. corners
+/// has x y z of its four corners in order around it, in either direction; world space, metres.
 ///
-/// An occluder is opaque and hides from both sides. It is drawn itself, or lies inside of what is drawn. It stays where it is until the
-/// object moves or goes. A key without a box may have one: a stand-in, which hides and is never listed. A few large occluders hide
-/// more in less time than many small ones.
+/// An occluder is opaque and hides from both sides. It must be drawn itself, or lie inside drawn things. It stays in
+/// place until the object moves or is removed. A key without a box may have an occluder: a stand-in, which hides and is
+/// never listed. A few large occluders hide more in less time than many small ones.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_set_occluder_quad(
     culler: *mut OspCuller,
@@ -141,14 +142,14 @@ pub unsafe extern "C" fn osp_culler_set_occluder_quad(
     corners: *const f32,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let corners = unsafe { numbers::<[f32; 3], 4>(corners.cast(), "corners") }?;
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         unsafe { set_occluder(culler, key, Occluder::quad(corners)) }
     })
 }
 
-/// osp_culler_set_occluder_quad with the six sides of a box: the stand-in for a house.
+/// The same as osp_culler_set_occluder_quad, with the six sides of a box: for example a stand-in for a house.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_set_occluder_box(
     culler: *mut OspCuller,
@@ -156,15 +157,15 @@ pub unsafe extern "C" fn osp_culler_set_occluder_box(
     bounds: *const OspBox,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let bounds = unsafe { value(bounds, "bounds") }?;
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         unsafe { set_occluder(culler, key, Occluder::cuboid(bounds.corners())) }
     })
 }
 
-/// osp_culler_set_occluder_quad with a mesh: vertices are x y z of vertex_count points; indices are three places in it for each of
-/// triangle_count triangles. Triangles without area are left out.
+/// The same as osp_culler_set_occluder_quad, with a mesh. vertices has x y z of vertex_count points. indices has three
+/// numbers of vertices for each of triangle_count triangles. Triangles without area are left out.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_set_occluder_mesh(
     culler: *mut OspCuller,
@@ -175,48 +176,49 @@ pub unsafe extern "C" fn osp_culler_set_occluder_mesh(
     triangle_count: usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands. Three numbers are aligned as one is.
+        // SAFETY: the caller guarantees this, as the header requires. Three numbers have the same alignment as one.
         let (vertices, triangles) = unsafe {
             let vertices = list::<[f32; 3]>(vertices.cast(), vertex_count, 3 * MOST, "vertices")?;
             (vertices, list::<[u32; 3]>(indices.cast(), triangle_count, MOST, "indices")?)
         };
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         unsafe { set_occluder(culler, key, Occluder::mesh(&vertices, triangles.as_flattened())) }
     })
 }
 
-/// Takes an object's occluder away; nothing happens if there is none.
+/// Removes an object's occluder. Nothing happens if there is none.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_remove_occluder(culler: *mut OspCuller, key: u64) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         unsafe { self::culler(culler) }?.change()?.remove_occluder(key);
         Ok(())
     })
 }
 
-/// Makes all changes known to osp_culler_in_box, osp_culler_in_sphere, osp_culler_on_ray and osp_culler_nearest. osp_culler_cull does it, too.
+/// Applies all changes, so that osp_culler_in_box, osp_culler_in_sphere, osp_culler_on_ray and osp_culler_nearest use
+/// them. osp_culler_cull does this, too.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_commit(culler: *mut OspCuller) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         unsafe { self::culler(culler) }?.change()?.commit();
         Ok(())
     })
 }
 
-/// Objects in the culler: those with a box that was not refused.
+/// Returns the number of objects in the culler with a valid box.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_count(culler: *const OspCuller, count: *mut usize) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (culler, count) = unsafe { (self::culler(culler)?, Out::new(count, "count")?) };
         count.set(culler.read()?.len());
         Ok(())
     })
 }
 
-/// The box of an object, as it was set last.
+/// Returns the box of an object that was set last.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_box(
     culler: *const OspCuller,
@@ -224,7 +226,7 @@ pub unsafe extern "C" fn osp_culler_box(
     bounds: *mut OspBox,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (culler, out) = unsafe { (self::culler(culler)?, Out::new(bounds, "bounds")?) };
         let Some([min, max]) = culler.read()?.bounds(key) else {
             return Err(Failure::new(OspStatus::UnknownKey, format!("key {key}: no object has it")));
@@ -234,9 +236,10 @@ pub unsafe extern "C" fn osp_culler_box(
     })
 }
 
-/// Finds what each camera sees: whatever of an object may be on its screen and, for a camera with hide_by_occluders, not behind the
-/// occluders. Nothing that can be seen is left out. All cameras are culled in one walk: two eyes, a camera and its lights, the sides
-/// of a cube; at most OSP_MAX_CAMERAS. seen gets an OspSeen for each camera; it may be NULL. osp_culler_visible then lists the keys.
+/// Finds the objects that each camera sees. An object counts if a part of it may be on the camera's screen and, for a
+/// camera with hide_by_occluders, not behind the occluders. No visible object is left out. All cameras are culled in
+/// one pass: two eyes, a camera and its lights, the sides of a cube. There may be at most OSP_MAX_CAMERAS. seen gets an
+/// OspSeen for each camera; it may be NULL. osp_culler_visible then lists the keys.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_cull(
     culler: *mut OspCuller,
@@ -245,7 +248,7 @@ pub unsafe extern "C" fn osp_culler_cull(
     seen: *mut OspSeen,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (culler, cameras, out) = unsafe {
             let room = if seen.is_null() { 0 } else { camera_count };
             let cameras = list(cameras, camera_count, OSP_MAX_CAMERAS as usize, "cameras")?;
@@ -260,9 +263,9 @@ pub unsafe extern "C" fn osp_culler_cull(
     })
 }
 
-/// What a camera of the last osp_culler_cull sees, counted from 0: keys gets the keys of the objects to draw, each once, in no particular
-/// order; *count is how many there are. What was removed since then is not among them. After an osp_culler_commit of changes there is
-/// no camera.
+/// Lists the objects that a camera of the last osp_culler_cull sees; cameras count from 0. keys gets the keys of the
+/// objects to draw, each once, in no particular order. *count gets their number. Objects that were removed since then
+/// are not included. After an osp_culler_commit of changes there is no camera.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_visible(
     culler: *const OspCuller,
@@ -272,7 +275,7 @@ pub unsafe extern "C" fn osp_culler_visible(
     count: *mut usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (answer, culler) = unsafe { (Answer::new(keys, room, count, "keys")?, self::culler(culler)?) };
         let culler = culler.read()?;
         let frame = culler.frame();
@@ -285,9 +288,10 @@ pub unsafe extern "C" fn osp_culler_visible(
     })
 }
 
-/// Tells of each box whether nothing of it can be on a camera's screen: it is out of view, or behind the occluders if the camera has
-/// hide_by_occluders. The boxes are in no culler: of a sound, a character, a trigger. hidden gets 1 or 0 for each. A box that is empty
-/// or not finite is not hidden. Makes all changes known, as osp_culler_cull does; what that has found stays if there are none.
+/// Finds for each box whether it is completely off a camera's screen or, with hide_by_occluders, behind the occluders.
+/// The boxes do not belong to a culler: they may be those of a sound, a character, a trigger. hidden gets 1 or 0 for
+/// each. An empty or infinite box, or one with NaN, is not hidden. Applies all changes, like osp_culler_cull. If there
+/// are none, the results of the last osp_culler_cull stay.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_are_hidden(
     culler: *mut OspCuller,
@@ -297,7 +301,7 @@ pub unsafe extern "C" fn osp_culler_are_hidden(
     hidden: *mut u8,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (culler, camera, boxes, out) = unsafe {
             let out = OutList::new(hidden, count, "hidden")?;
             (self::culler(culler)?, value(camera, "camera")?, list(boxes, count, MOST, "boxes")?, out)
@@ -309,7 +313,8 @@ pub unsafe extern "C" fn osp_culler_are_hidden(
     })
 }
 
-/// What was refused between the last two calls of osp_culler_cull, and why; of very much the beginning.
+/// Lists the boxes and occluders that were refused between the last two calls of osp_culler_cull, and the reasons. A
+/// very long list is cut off.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_refused(
     culler: *const OspCuller,
@@ -318,7 +323,7 @@ pub unsafe extern "C" fn osp_culler_refused(
     count: *mut usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (answer, culler) =
             unsafe { (Answer::new(refused, room, count, "refused")?, self::culler(culler)?) };
         answer.write(
@@ -327,7 +332,8 @@ pub unsafe extern "C" fn osp_culler_refused(
     })
 }
 
-/// Finds the objects whose boxes share a point with a box; touching counts. The answer is as that of osp_culler_visible.
+/// Finds the objects whose boxes have a point in common with a box; touching counts. The result has the form of
+/// osp_culler_visible.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_in_box(
     culler: *const OspCuller,
@@ -337,7 +343,7 @@ pub unsafe extern "C" fn osp_culler_in_box(
     count: *mut usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (answer, culler, bounds) = unsafe {
             (Answer::new(keys, room, count, "keys")?, self::culler(culler)?, value(bounds, "bounds")?)
         };
@@ -345,7 +351,8 @@ pub unsafe extern "C" fn osp_culler_in_box(
     })
 }
 
-/// Finds the objects whose boxes share a point with a ball: center is x y z, radius metres. The answer is as that of osp_culler_visible.
+/// Finds the objects whose boxes have a point in common with a ball: center is x y z, radius is in metres. The result
+/// has the form of osp_culler_visible.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_in_sphere(
     culler: *const OspCuller,
@@ -356,7 +363,7 @@ pub unsafe extern "C" fn osp_culler_in_sphere(
     count: *mut usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (answer, culler, center) = unsafe {
             (Answer::new(keys, room, count, "keys")?, self::culler(culler)?, numbers(center, "center")?)
         };
@@ -365,9 +372,10 @@ pub unsafe extern "C" fn osp_culler_in_sphere(
     })
 }
 
-/// Finds the objects whose boxes a ray enters at t <= t_max, the nearest first. origin and direction are x y z; t is in lengths of the
-/// direction; t_max may be infinite. hits gets the first of them, as many as there is room for; *count is how many there are. Room for
-/// one is enough for the nearest box; to pick an object by its mesh, test one after the other until t is beyond the nearest hit.
+/// Finds the objects whose boxes a ray enters at t <= t_max, the nearest first. origin and direction are x y z. t is in
+/// lengths of the direction; t_max may be infinite. hits gets as many of them as there is room for. *count gets the
+/// number of all. Room for one is enough for the nearest box. To pick an object by its mesh, test one after the other
+/// until t is beyond the nearest hit.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_on_ray(
     culler: *const OspCuller,
@@ -379,7 +387,7 @@ pub unsafe extern "C" fn osp_culler_on_ray(
     count: *mut usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (answer, culler, origin, direction) = unsafe {
             let answer = Answer::new(hits, room, count, "hits")?;
             (answer, self::culler(culler)?, numbers(origin, "origin")?, numbers(direction, "direction")?)
@@ -390,8 +398,8 @@ pub unsafe extern "C" fn osp_culler_on_ray(
     })
 }
 
-/// Finds the objects whose boxes are nearest to a point, x y z: hits gets as many as there is room for, if there are so many, the nearest
-/// first, with their distances as t, metres, 0 from inside; *count is how many it got.
+/// Finds the objects whose boxes are nearest to a point, x y z. hits gets as many as there is room for, if there are
+/// enough objects, the nearest first. Their t is the distance in metres, 0 from inside. *count gets the number of hits.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_nearest(
     culler: *const OspCuller,
@@ -401,7 +409,7 @@ pub unsafe extern "C" fn osp_culler_nearest(
     count: *mut usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (answer, culler, point) = unsafe {
             (Answer::new(hits, room, count, "hits")?, self::culler(culler)?, numbers(point, "point")?)
         };

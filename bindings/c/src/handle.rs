@@ -1,5 +1,5 @@
-//! What stands behind a handle: several threads may read it at once, or one change it. Nobody waits: a call that would have
-//! to is refused, and so is every call after a panic in a change.
+//! The object behind a handle. Several threads may read it at once, or one may change it. Nobody waits: a call that
+//! would have to wait is refused, and so is every call after a panic in a change.
 
 use std::sync::{RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
 

@@ -1,5 +1,5 @@
-//! The culler of osp as a C library. `include/osp.h` is made of the items of `culler_api`, `camera`, `status` and `types`, with their
-//! comments, by cbindgen; the test `header` compares it and, with `OSP_WRITE=1`, writes it.
+//! The culler of osp as a C library. cbindgen makes `include/osp.h` from the items of `culler_api`, `camera`, `status`
+//! and `types`, with their comments. The test `header` compares it and, with `OSP_WRITE=1`, writes it.
 //!
 //! ```text
 //! C ─> culler_api ─> border: pointers and panics ─> handle: threads ─> osp::Culler<u64>

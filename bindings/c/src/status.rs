@@ -1,38 +1,41 @@
-//! What a function answers, and the message beside it.
+//! The status that a function returns, and its message.
 
 use std::{any::Any, cell::Cell, ffi::c_char};
 
-/// What a function answers: OSP_STATUS_OK, or why it has changed nothing. osp_last_error says it in words.
+/// The status that a function returns: OSP_STATUS_OK, or the reason for which it has changed nothing. osp_last_error
+/// describes it in words.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OspStatus {
-    /// Done.
+    /// Success.
     Ok = 0,
-    /// The answer has more than there is room for: the first of it are in the list. How many there are is in *count.
+    /// There are more results than there is room for. The list has the first of them. *count is the number of all.
     BufferTooSmall = 1,
-    /// A pointer is NULL that must not be.
+    /// A pointer is NULL where that is not allowed.
     NullPointer = 2,
-    /// A pointer is not aligned for what it points to.
+    /// A pointer is not aligned for its type.
     MisalignedPointer = 3,
-    /// A count is larger than memory, or than what there can be (OSP_MAX_OBJECTS, OSP_MAX_CAMERAS).
+    /// A count is larger than memory, or larger than allowed (OSP_MAX_OBJECTS, OSP_MAX_CAMERAS).
     TooMany = 4,
-    /// A matrix has NaN or an infinite number in it, or no inverse.
+    /// A matrix contains NaN or an infinite number, or has no inverse.
     InvalidCamera = 5,
-    /// A corner is not finite, a quad is not flat and convex, an index names no vertex, or nothing has an area.
+    /// A corner is not finite, a quad is not flat and convex, an index has no vertex, or the whole occluder has no
+    /// area.
     InvalidOccluder = 6,
     /// Another argument is out of its range.
     InvalidArgument = 7,
     /// No object has this key.
     UnknownKey = 8,
-    /// Another thread is changing this culler, or, if this call would change it, is using it.
+    /// Another thread is changing this culler. If this call would change the culler, another thread may also be reading
+    /// it.
     Busy = 9,
-    /// An earlier call that changed this culler has failed inside of osp: only free it.
+    /// An earlier call that changed this culler has failed inside osp. Only free it.
     Poisoned = 10,
-    /// A fault inside of osp, which should be reported; it is also written to standard error.
+    /// An error inside osp, which should be reported. It is also written to standard error.
     Internal = 11,
 }
 
-/// Why a call is refused.
+/// The reason for which a call is refused.
 #[derive(Debug)]
 pub(crate) struct Failure {
     pub(crate) status: OspStatus,
@@ -54,35 +57,36 @@ impl Failure {
 
 pub(crate) type Outcome<T> = Result<T, Failure>;
 
-/// Bytes of a message at most, its zero byte included; what is longer is cut off.
+/// Largest number of bytes of a message, including its zero byte. Longer messages are cut off.
 pub const OSP_MESSAGE_BYTES: u32 = 1024;
 
 thread_local! {
-    /// Without a destructor: it is there until the thread's memory goes.
+    /// This has no destructor, so it exists until the thread's memory is freed.
     static LAST: [Cell<u8>; OSP_MESSAGE_BYTES as usize] = const { [const { Cell::new(0) }; _] };
 }
 
-/// Keeps the message of a failure for this thread, in the place of the one before.
+/// Stores the message of a failure for this thread, in place of the message before.
 pub(crate) fn keep_message(message: &str) {
     let ascii = |letter: char| if letter.is_ascii() && letter != '\0' { letter as u8 } else { b'?' };
     LAST.with(|last| {
         let (_, text) = last.split_last().expect("room for more than the end");
-        // What was there before may be longer: zeros take the rest. The last byte is never written.
+        // The message before may be longer, so zeros fill the rest. The last byte is never written.
         let bytes = message.chars().map(ascii).chain(std::iter::repeat(0));
         text.iter().zip(bytes).for_each(|(place, byte)| place.set(byte));
     });
 }
 
-/// The message of the last call on this thread that did not answer OSP_STATUS_OK; empty if there was none, never NULL. It ends with a
-/// zero byte and is plain ASCII, OSP_MESSAGE_BYTES at most. The pointer is the same for every call on one thread and is valid until
-/// the thread ends; the next failure on this thread writes its message into the same place. Copy what has to stay.
+/// Returns the message of the last call on this thread that did not return OSP_STATUS_OK. It is empty if there was
+/// none, and never NULL. It ends with a zero byte and is plain ASCII of at most OSP_MESSAGE_BYTES. The pointer is the
+/// same for every call on one thread and is valid until the thread ends. The next failure on this thread writes its
+/// message into the same place, so copy a message that you need later.
 #[unsafe(no_mangle)]
 pub extern "C" fn osp_last_error() -> *const c_char {
     LAST.with(|last| last.as_ptr().cast())
 }
 
-/// The version of the library that is loaded: major * 65536 + minor * 256 + patch. Compare it with OSP_VERSION, that of the
-/// header: while the major number is 0, the minor numbers have to be equal.
+/// Returns the version of the loaded library: major * 65536 + minor * 256 + patch. Compare it with OSP_VERSION, the
+/// version of the header. While the major number is 0, the minor numbers must be equal.
 #[unsafe(no_mangle)]
 pub extern "C" fn osp_version() -> u32 {
     OSP_VERSION
@@ -100,7 +104,7 @@ mod tests {
     #[test]
     fn a_message_stays_where_it_is_and_is_cut_off_at_its_end() {
         let first = osp_last_error();
-        // SAFETY: never NULL, ends with a zero byte, and is of this thread.
+        // SAFETY: the pointer is never NULL, the text ends with a zero byte, and it belongs to this thread.
         let text = || unsafe { CStr::from_ptr(osp_last_error()) }.to_str().expect("plain text").to_owned();
         let most = OSP_MESSAGE_BYTES as usize - 1;
         for length in [most - 1, most, most + 1, 3 * most, 3, 0] {

@@ -1,4 +1,4 @@
-//! Values that pass the border.
+//! Values that pass the boundary.
 
 use osp::{
     Refusal,
@@ -9,26 +9,26 @@ use osp::{
 
 use crate::status::{Failure, OspStatus, Outcome};
 
-/// Objects that there can be at once, and of a batch.
+/// Largest number of objects at once, and in a batch.
 pub const OSP_MAX_OBJECTS: u32 = 134_217_728;
 
 const _: () = assert!(OSP_MAX_OBJECTS == PolygonId::LIMIT);
 
-/// Cameras of a frame, at most.
+/// Largest number of cameras of a frame.
 pub const OSP_MAX_CAMERAS: u32 = 64;
 
-/// The layers of a camera that sees all.
+/// The layers of a camera that sees all layers.
 pub const OSP_ALL_LAYERS: u32 = u32::MAX;
 
 const _: () = assert!(OSP_ALL_LAYERS == osp::ALL_LAYERS);
 
-/// A box: its smallest and largest corner, x y z, world space, metres. It may be flat, or a point.
+/// A box by its smallest and largest corner, x y z, in world space, metres. It may be flat, or a point.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OspBox {
     /// Smallest corner, x y z; finite.
     pub min: [f32; 3],
-    /// Largest corner, x y z; finite, on no axis less than min.
+    /// Largest corner, x y z; finite, and on no axis less than min.
     pub max: [f32; 3],
 }
 
@@ -37,7 +37,7 @@ impl OspBox {
         [self.min, self.max]
     }
 
-    /// The box that a function looks in.
+    /// Returns the box in which a function searches.
     pub(crate) fn checked(&self) -> Outcome<[[f32; 3]; 2]> {
         if Aabb::new(self.min.into(), self.max.into()).is_valid() {
             return Ok(self.corners());
@@ -48,35 +48,36 @@ impl OspBox {
     }
 }
 
-/// An object whose box a ray enters, or that is near.
+/// An object whose box a ray enters, or that is near a point.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OspHit {
-    /// Its key.
+    /// The object's key.
     pub key: u64,
-    /// Where, in lengths of the ray's direction from its origin, or how far away, metres; 0 from inside.
+    /// For a ray, the place of the hit in lengths of the ray's direction from its origin. For a point, the distance in
+    /// metres. 0 from inside.
     pub t: f32,
 }
 
-/// What a camera sees.
+/// Numbers of objects that a camera sees.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OspSeen {
-    /// Objects to draw: osp_culler_visible lists them.
+    /// Number of objects to draw, which osp_culler_visible lists.
     pub visible: usize,
-    /// Objects in view that occluders hide.
+    /// Number of objects in view that occluders hide.
     pub hidden: usize,
 }
 
-/// Why an object, or its occluder, is left out.
+/// The reason for which an object, or its occluder, is left out.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OspRefusal {
-    /// Its box has NaN or an infinite number in it, or min > max: the object is left out until it has another one.
+    /// The box contains NaN or an infinite number, or min > max. The object is left out until it gets another box.
     Bounds = 0,
     /// There are OSP_MAX_OBJECTS keys already.
     Key = 1,
-    /// All occluders together have too many polygons: the object has none.
+    /// All occluders together have too many polygons. The object has no occluder.
     Occluder = 2,
 }
 
@@ -90,7 +91,7 @@ impl From<Refusal> for OspRefusal {
     }
 }
 
-/// What was left out, and why.
+/// An object or occluder that was left out, with the reason.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OspRefused {
@@ -104,7 +105,7 @@ fn refused<T>(message: String) -> Outcome<T> {
     Err(Failure::new(OspStatus::InvalidArgument, message))
 }
 
-/// A point as a function takes it.
+/// Checks a point that a function receives.
 pub(crate) fn point(xyz: [f32; 3], name: &str) -> Outcome<Vec3> {
     let point = Vec3::from(xyz);
     if point.is_finite() {
@@ -114,7 +115,7 @@ pub(crate) fn point(xyz: [f32; 3], name: &str) -> Outcome<Vec3> {
     }
 }
 
-/// A ball as a function takes it.
+/// Checks a ball that a function receives.
 pub(crate) fn sphere(center: [f32; 3], radius: f32) -> Outcome<Sphere> {
     let center = point(center, "center")?;
     if radius >= 0.0 && radius.is_finite() {
@@ -123,7 +124,7 @@ pub(crate) fn sphere(center: [f32; 3], radius: f32) -> Outcome<Sphere> {
     refused(format!("radius: expected a finite number from 0 on, found {radius}"))
 }
 
-/// A ray as a function takes it.
+/// Checks a ray that a function receives.
 pub(crate) fn ray(origin: [f32; 3], direction: [f32; 3], t_max: f32) -> Outcome<Ray> {
     let (origin, along) = (point(origin, "origin")?, point(direction, "direction")?);
     if along == Vec3::ZERO {

@@ -10,12 +10,12 @@ static OspCuller *culler;
 static uint64_t answer[MOST_ANSWER];
 static size_t answered;
 static float matrix[16];
-/* The first that a ray enters, or none. */
+/* Returns the first object that a ray enters, or none. */
 static OspHit hit;
 static size_t hits;
 static int line_number;
 
-/* An id of the file as a key that needs all 64 bits. */
+/* Turns an id of the file into a key that needs all 64 bits. */
 static uint64_t key_of(char **text) {
     char *end;
     unsigned long id = strtoul(*text, &end, 10);
@@ -41,7 +41,7 @@ static void put(uint64_t key, const float *numbers) {
     EXPECT(memcmp(&there, &bounds, sizeof there) == 0);
 }
 
-/* From the largest key to the smallest: in the order of the file's ids. */
+/* Orders keys from the largest to the smallest, which is the order of the file's ids. */
 static int descending(const void *a, const void *b) {
     uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
     return (x < y) - (x > y);
@@ -54,7 +54,7 @@ static void sort(uint64_t *keys, size_t count) {
     }
 }
 
-/* What the last view shows, as each depth has it and by 64 bits. */
+/* Checks the contents of the last view, with each range of depths and with 64-bit numbers. */
 static void look(int hide) {
     float opengl[16];
     double doubles[16];

@@ -1,4 +1,4 @@
-/* Wrong arguments: every one is answered by its status, and changes nothing. */
+/* Every wrong argument gives its status, and changes nothing. */
 #include "test.h"
 
 #include <math.h>
@@ -13,7 +13,7 @@ static const OspBox GOOD = {{0, 0, -6}, {1, 1, -5}};
         EXPECT(osp_last_error()[0] != 0);                                                                  \
     } while (0)
 
-/* A pointer that is one byte beside where it should be. */
+/* A pointer that is one byte off. */
 #define BESIDE(type, pointer) ((type)(void *)((char *)(pointer) + 1))
 
 static void errors_of_cameras(void) {
@@ -167,7 +167,7 @@ static void errors_of_frames(OspCuller *culler) {
     REFUSED(INVALID_ARGUMENT, osp_culler_visible(culler, 2, keys, 4, &count));
     REFUSED(INVALID_ARGUMENT, osp_culler_visible(culler, SIZE_MAX, keys, 4, &count));
     EXPECT(osp_culler_visible(culler, 1, NULL, 0, &count) == OSP_STATUS_BUFFER_TOO_SMALL && count == 3);
-    /* What has gone since is not among them; after changes that were committed there is no camera. */
+    /* Removed objects are not listed; after committed changes there is no camera. */
     uint64_t gone = 6;
     EXPECT_OK(osp_culler_remove(culler, &gone, 1));
     EXPECT_OK(osp_culler_visible(culler, 1, keys, 4, &count));
@@ -210,7 +210,7 @@ static void errors_of_queries(OspCuller *culler) {
     EXPECT(count == 0);
 }
 
-/* A box that is none leaves its object out, and the others in. */
+/* An invalid box leaves out its own object, but not the others. */
 static void refusals(OspCuller *culler) {
     const float bad[] = {NAN, INFINITY, -INFINITY, 2};
     uint64_t keys[3] = {100, 101, 102};
@@ -235,7 +235,7 @@ static void refusals(OspCuller *culler) {
     }
 }
 
-/* What osp_last_error gave before a call may be read after it: C does not say which argument of printf is computed first. */
+/* The pointer from osp_last_error before a call may be read after it: C does not define the order of printf's arguments. */
 static void a_message_that_was_asked_for_before_the_call(void) {
     const char *message = osp_last_error();
     const char *words[] = {"culler", "clip_from_world"};
@@ -246,7 +246,7 @@ static void a_message_that_was_asked_for_before_the_call(void) {
         EXPECT(message == osp_last_error());
         EXPECT(strncmp(message, words[i % 2], strlen(words[i % 2])) == 0);
     }
-    /* What is in order leaves it as it is. */
+    /* A successful call leaves the message unchanged. */
     EXPECT_OK(osp_culler_free(NULL));
     EXPECT(message == osp_last_error() && strncmp(message, "clip", 4) == 0);
 }

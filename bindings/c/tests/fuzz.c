@@ -1,4 +1,4 @@
-/* Random calls: whatever the numbers are, each call is answered, books add up, and there is no fault inside. */
+/* Random calls: with any numbers, each call returns a status, the counts agree, and there is no internal error. */
 #include "test.h"
 
 #include <math.h>
@@ -72,7 +72,7 @@ static void any_matrix(float *matrix) {
     }
 }
 
-/* How often each status was answered. */
+/* Number of calls that returned each status. */
 static unsigned answered[OSP_STATUS_UNKNOWN_KEY + 1];
 
 static OspStatus sane(OspStatus status) {
@@ -81,7 +81,7 @@ static OspStatus sane(OspStatus status) {
     return status;
 }
 
-/* Keys of objects that have a box. */
+/* The keys of objects with a box. */
 static uint64_t used[MOST];
 static size_t in_use;
 
@@ -196,7 +196,7 @@ static void call(OspCuller *culler) {
         EXPECT_OK(osp_culler_set_layers(culler, keys, words, some));
         break;
     case 5:
-        /* Rarely flat by chance. */
+        /* This is rarely flat by chance. */
         for (int i = 0; i < 4 && below(8); i++) {
             floats[3 * i] = i % 3 ? 4.0f : -4.0f;
             floats[3 * i + 1] = i > 1 ? 4.0f : -4.0f;
@@ -253,7 +253,7 @@ void run_fuzz(unsigned calls) {
         }
         EXPECT_OK(osp_culler_free(culler));
     }
-    /* No kind of answer is left out; pointers and counts are wrong in errors.c only. */
+    /* Every status occurred, except those for wrong pointers and counts, which errors.c tests. */
     for (int status = OSP_STATUS_OK; status <= OSP_STATUS_UNKNOWN_KEY; status++) {
         int is_of_pointers = status >= OSP_STATUS_NULL_POINTER && status <= OSP_STATUS_TOO_MANY;
         EXPECT(is_of_pointers ? answered[status] == 0 : answered[status] > calls / 1000);

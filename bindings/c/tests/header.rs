@@ -1,4 +1,5 @@
-//! The header is what cbindgen makes of the sources: `OSP_WRITE=1 cargo test -p osp-c --test header` writes it.
+//! Checks that the header is equal to cbindgen's output for the sources. `OSP_WRITE=1 cargo test -p osp-c --test
+//! header` writes it.
 
 use std::{fs, path::Path};
 
@@ -22,5 +23,5 @@ fn the_header_is_made_of_the_sources() {
         fs::write(&path, &text).expect("the header is written");
     }
     let shipped = fs::read_to_string(&path).expect("include/osp.h is shipped");
-    assert!(text == shipped, "expected the shipped header; OSP_WRITE=1 writes it anew:\n{text}");
+    assert!(text == shipped, "expected the shipped header; OSP_WRITE=1 writes it again:\n{text}");
 }

@@ -1,11 +1,11 @@
-/* A wall before small boxes: what it hides, for two eyes at once, on layers, and in either hand; then it moves, goes and comes. */
+/* A wall hides small boxes: for two eyes at once, on layers, left-handed or right-handed. Then the wall moves and is removed. */
 #include "test.h"
 
 #include <string.h>
 
 enum { BEHIND = 144, ASIDE = BEHIND, WALL = 1000, STAND_IN = 1001 };
 
-/* 1: all lies along -z, as drawn here; -1: along +z, and x stays, as left-handed engines have it. */
+/* 1: everything lies along -z; -1: along +z with the same x, as in left-handed engines. */
 static float hand = 1;
 static OspCuller *culler;
 static uint64_t visible[512];
@@ -25,7 +25,7 @@ static void set(uint64_t key, OspBox bounds) {
     EXPECT_OK(osp_culler_set(culler, &key, &bounds, 1));
 }
 
-/* The eyes of a headset, apart by 6 cm; square, near 0.01, without end, reversed. Nothing is hidden for the second, if so asked. */
+/* The eyes of a headset, 6 cm apart: square, near plane 0.01, no far plane, reversed depth. The second one can ignore occluders. */
 static void look(int hide_second, uint32_t layers) {
     OspCamera eyes[2];
     for (int i = 0; i < 2; i++) {
@@ -67,7 +67,7 @@ static void run(int as_mesh) {
         float x = (float)(i % 12) * 0.2f - 1.2f, y = (float)(i / 12) * 0.2f - 1.2f;
         set((uint64_t)i, (OspBox){{x, y, -6}, {x + 0.1f, y + 0.1f, -5.9f}});
     }
-    /* Beside the wall's shadow. */
+    /* This one is beside the wall's shadow. */
     set(ASIDE, (OspBox){{5.8f, 0, -6}, {5.9f, 0.1f, -5.9f}});
     set(WALL, (OspBox){{-1.9f, -1.9f, -2}, {1.9f, 1.9f, -2}});
     look(1, OSP_ALL_LAYERS);
@@ -79,7 +79,7 @@ static void run(int as_mesh) {
     EXPECT(seen[1].visible == BEHIND + 2 && is_visible(1, 7));
     look(1, OSP_ALL_LAYERS);
     EXPECT(seen[0].visible == 2 && seen[1].visible == 2);
-    /* Boxes that are in no culler: behind the wall, beside it, out of view, and none. */
+    /* Boxes that are in no culler: behind the wall, beside it, out of view, and an invalid one. */
     OspBox boxes[4] = {
         box_of_hand((OspBox){{-1, -1, -6}, {1, 1, -5}}), box_of_hand((OspBox){{5.8f, 0, -6}, {5.9f, 1, -5.9f}}),
         box_of_hand((OspBox){{-1, -1, 5}, {1, 1, 6}}), {{1, 1, 1}, {0, 0, 0}}};
@@ -92,7 +92,7 @@ static void run(int as_mesh) {
     eye.hide_by_occluders = 1;
     EXPECT_OK(osp_culler_are_hidden(culler, &eye, boxes, 4, hidden));
     EXPECT(hidden[0] == 1 && hidden[1] == 0 && hidden[2] == 1 && hidden[3] == 0);
-    /* On another layer: only a camera that sees the wall, too, may leave out what is behind it. */
+    /* The wall is on another layer: only a camera that sees the wall may leave out things behind it. */
     uint64_t wall = WALL;
     uint32_t second = 2;
     EXPECT_OK(osp_culler_set_layers(culler, &wall, &second, 1));
@@ -102,11 +102,11 @@ static void run(int as_mesh) {
     EXPECT(seen[0].visible == 2);
     look(1, 4);
     EXPECT(seen[0].visible == 0 && seen[0].hidden == 0);
-    /* It moves out of the way, and hides nothing until it is told where it is now. */
+    /* The wall moves out of the way, and hides nothing until it has a new occluder. */
     set(WALL, (OspBox){{-1.9f, 50, -2}, {1.9f, 54, -2}});
     look(1, OSP_ALL_LAYERS);
     EXPECT(seen[0].visible == BEHIND + 1);
-    /* It goes; a stand-in without a box hides in its place, until it is taken away. */
+    /* The wall is removed. A stand-in without a box hides in its place, until it is removed, too. */
     EXPECT_OK(osp_culler_remove(culler, &wall, 1));
     OspBox house = box_of_hand((OspBox){{-1.9f, -1.9f, -3}, {1.9f, 1.9f, -2}});
     EXPECT_OK(osp_culler_set_occluder_box(culler, STAND_IN, &house));

@@ -1,4 +1,4 @@
-/* What the tests share. */
+/* Shared parts of the tests. */
 #ifndef OSP_TEST_H
 #define OSP_TEST_H
 
@@ -18,15 +18,15 @@
 
 #define EXPECT_OK(call) EXPECT((call) == OSP_STATUS_OK)
 
-/* Runs the cases on a culler; how many answers were compared. */
+/* Runs the cases on a culler. Returns the number of compared results. */
 int run_conformance(const char *path);
-/* Wrong arguments of every function. */
+/* Tests wrong arguments of every function. */
 void run_errors(void);
-/* Random arguments, good and bad, from a seed. */
+/* Tests random arguments, good and bad, from a seed. */
 void run_fuzz(unsigned calls);
-/* What a wall hides, for two eyes and on layers; changes between frames. */
+/* Tests the objects that a wall hides, for two eyes and on layers, with changes between frames. */
 void run_occlusion(void);
-/* Several threads with one handle. */
+/* Tests several threads with one handle. */
 void run_threads(void);
 
 #endif

@@ -1,4 +1,4 @@
-/* Threads with one handle: questions run at once; a change meets nobody, and nobody waits. */
+/* Threads with one handle: queries run at the same time, a change runs alone, and no call waits. */
 #include "test.h"
 
 #include <pthread.h>
@@ -16,7 +16,7 @@ static void *ask(void *busy) {
         OspStatus status = osp_culler_in_box(shared, &everywhere, keys, BOXES, &count);
         EXPECT(status == OSP_STATUS_OK ? count == BOXES : status == OSP_STATUS_BUSY && busy && count == 0);
     }
-    /* Each thread has a message of its own. */
+    /* Each thread has its own message. */
     EXPECT(osp_culler_remove(NULL, NULL, 0) == OSP_STATUS_NULL_POINTER);
     EXPECT(strstr(osp_last_error(), "culler"));
     return NULL;

@@ -14,7 +14,7 @@ sealed class Cases : IDisposable
     readonly OspHit[] hit = new OspHit[1];
     int hits;
 
-    /// <summary>How many answers were compared; throws at the first that is wrong, with its line.</summary>
+    /// <summary>Returns the number of compared results. Throws at the first wrong one, with its line.</summary>
     public static int Run(string path)
     {
         int answers = 0, line = 0;
@@ -109,7 +109,7 @@ sealed class Cases : IDisposable
 
     delegate bool Query(Span<ulong> room, out int found);
 
-    /// <summary>Asks first with no room, then with exactly as much as was said.</summary>
+    /// <summary>Calls first with no room, then with exactly the room that the first call reported.</summary>
     int Grown(Query query)
     {
         int count, again;
@@ -136,14 +136,14 @@ sealed class Cases : IDisposable
         Test.Expect(seen[0].Visible == answer.Length && (isHiding || seen[0].Hidden == 0), "the books of a frame");
     }
 
-    /// <summary>The first keys of the answer, as the file has them.</summary>
+    /// <summary>Returns the first keys of the result, in the form of the file.</summary>
     uint[] Names(int count)
     {
         Test.Expect(keys.Take(count).Distinct().Count() == count, "each key once");
         return keys.Take(count).Select(key => checked((uint)~key)).OrderBy(id => id).ToArray();
     }
 
-    /// <summary>An id of the file as a key that needs all 64 bits.</summary>
+    /// <summary>Turns an id of the file into a key that needs all 64 bits.</summary>
     static ulong KeyOf(string word)
     {
         return ~(ulong)uint.Parse(word);

@@ -6,7 +6,7 @@ using OspCulling;
 static class Test
 {
     static readonly float[] Identity = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
-    /// <summary>Looking along -z, depth as OpenGL has it.</summary>
+    /// <summary>A camera that looks along -z, with the depth of OpenGL.</summary>
     static readonly float[] Ahead = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1.002002f, -1, 0, 0, -0.2002002f, 0 };
     static readonly OspBox Unit = new OspBox(0, 0, 0, 1, 1, 1);
 
@@ -210,7 +210,7 @@ static class Test
         culler.Dispose();
         culler.Dispose();
         Throws<ObjectDisposedException>(() => culler.Set(1, Unit));
-        // Left to the finalizer.
+        // This one is left to the finalizer.
         for (int i = 0; i < 50; i++)
         {
             new OspCuller().Set(1, Unit);

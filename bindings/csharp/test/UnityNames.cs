@@ -1,4 +1,4 @@
-// The names of Unity that UnityPainter.cs calls, with nothing behind them: so that the sample follows Osp.cs.
+// The names of Unity that UnityPainter.cs calls, without any function. They make sure that the sample still fits Osp.cs.
 using System;
 
 #pragma warning disable 649

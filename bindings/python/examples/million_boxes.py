@@ -23,7 +23,7 @@ def fastest_ms(work, repeats=5):
 def in_frustum(planes, boxes):
     seen = np.ones(len(boxes), dtype=bool)
     for nx, ny, nz, d in planes:
-        # The corner that lies farthest along the normal.
+        # Corner that lies farthest along the normal.
         x, y, z = (boxes[:, axis + 3 * (n >= 0)] for axis, n in enumerate((nx, ny, nz)))
         seen &= ((nx * x + ny * y) + nz * z) + d >= 0
     return np.flatnonzero(seen)

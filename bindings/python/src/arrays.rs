@@ -1,5 +1,5 @@
-//! Numbers that come from Python: anything that numpy can make an array of. They are copied, so that nobody can change them
-//! while osp works, and become `f32` without losing anything: boxes and radii are rounded outwards.
+//! Numbers from Python: anything that numpy can make an array of. They are copied, so that nobody can change them while
+//! osp works. They become `f32` without losing visible parts: boxes and radii are rounded outwards.
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use osp::{
@@ -17,7 +17,7 @@ struct Numbers<T> {
     values: Vec<T>,
 }
 
-/// `value` as an array, with the letter of numpy for its kind of numbers and their bytes.
+/// Returns `value` as an array, with numpy's letter for its kind of numbers, and the bytes of a number.
 fn as_array<'py>(value: &Bound<'py, PyAny>) -> PyResult<(Bound<'py, PyAny>, String, usize)> {
     let array = value.py().import("numpy")?.call_method1("asarray", (value,))?;
     let dtype = array.getattr("dtype")?;
@@ -53,7 +53,7 @@ fn floats(value: &Bound<'_, PyAny>, what: &str) -> PyResult<Numbers<f64>> {
     }
 }
 
-/// Three numbers.
+/// Reads three numbers.
 pub(crate) fn vector(value: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec3> {
     let numbers = floats(value, what)?;
     match (&numbers.shape[..], &numbers.values[..]) {
@@ -75,7 +75,7 @@ fn finite(v: Vec3, what: impl Fn() -> String) -> PyResult<Vec3> {
     )))
 }
 
-/// One vector a row.
+/// Reads one vector a row.
 pub(crate) fn vectors(value: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<Vec3>> {
     let Numbers { shape, values } = floats(value, what)?;
     if shape.len() != 2 || shape[1] != 3 {
@@ -92,8 +92,8 @@ fn rows_of_three(values: &[f64], what: &str) -> PyResult<Vec<Vec3>> {
     rows.iter().enumerate().map(vector).collect()
 }
 
-/// Three corners for each triangle: an array of the shape (n, 3, 3), or corners of the shape (n, 3) and faces (m, 3) that
-/// name them.
+/// Reads three corners for each triangle. The input is an array of the shape (n, 3, 3), or corners of the shape (n, 3)
+/// and faces (m, 3) with their numbers.
 pub(crate) fn triangles(
     corners: &Bound<'_, PyAny>,
     faces: Option<&Bound<'_, PyAny>>,
@@ -139,7 +139,7 @@ pub(crate) fn triangles(
     faces.iter().enumerate().map(triangle).collect()
 }
 
-/// A truth value for each of `count` things.
+/// Reads a truth value for each of `count` things.
 pub(crate) fn mask(value: &Bound<'_, PyAny>, count: usize, what: &str) -> PyResult<Vec<bool>> {
     let (array, kind, _) = as_array(value)?;
     if kind != "b" {
@@ -152,8 +152,8 @@ pub(crate) fn mask(value: &Bound<'_, PyAny>, count: usize, what: &str) -> PyResu
     Ok(values)
 }
 
-/// Boxes, which may be empty or not finite: an array of the shape (n, 6), or two of (n, 3) with the smallest and the largest corners;
-/// six numbers, or two times three, are one box. Rounded outwards.
+/// Reads boxes, which may be empty or not finite, and rounds them outwards. The input is an array of the shape (n, 6),
+/// or two of (n, 3) with the smallest and the largest corners. Six numbers, or two times three, are one box.
 pub(crate) fn boxes(
     boxes: &Bound<'_, PyAny>,
     maxs: Option<&Bound<'_, PyAny>>,
@@ -163,7 +163,7 @@ pub(crate) fn boxes(
     Ok(corners.into_iter().map(|[min, max]| [min.map(round_down), max.map(round_up)]).collect())
 }
 
-/// A row alone as an array of one row.
+/// Turns a single row into an array of one row.
 fn as_rows<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     value.py().import("numpy")?.call_method1("atleast_2d", (value,))
 }
@@ -187,7 +187,7 @@ fn corners(boxes: &Bound<'_, PyAny>, maxs: Option<&Bound<'_, PyAny>>) -> PyResul
     Ok(mins.iter().zip(maxs).map(|(&min, &max)| [min, max]).collect())
 }
 
-/// One box from its smallest and its largest corner.
+/// Reads one box from its smallest and its largest corner.
 pub(crate) fn one_box(min: &Bound<'_, PyAny>, max: &Bound<'_, PyAny>) -> PyResult<Aabb> {
     let corner = |value, what| -> PyResult<[f64; 3]> {
         let Numbers { shape, values } = floats(value, what)?;
@@ -204,7 +204,7 @@ pub(crate) fn one_box(min: &Bound<'_, PyAny>, max: &Bound<'_, PyAny>) -> PyResul
     )))
 }
 
-/// A ray; its direction is not zero.
+/// Creates a ray. Its direction must not be zero.
 pub(crate) fn ray(origin: Vec3, direction: Vec3, what: impl Fn() -> String) -> PyResult<Ray> {
     if direction == Vec3::ZERO {
         return Err(PyValueError::new_err(format!("{}: expected a direction other than zero", what())));
@@ -212,7 +212,7 @@ pub(crate) fn ray(origin: Vec3, direction: Vec3, what: impl Fn() -> String) -> P
     Ok(Ray::new(origin, direction))
 }
 
-/// How far a ray reaches, in lengths of its direction.
+/// Reads the length of a ray, in lengths of its direction.
 pub(crate) fn t_max(t_max: f64) -> PyResult<f32> {
     if t_max >= 0.0 {
         return Ok(t_max as f32);
@@ -220,7 +220,7 @@ pub(crate) fn t_max(t_max: f64) -> PyResult<f32> {
     Err(PyValueError::new_err(format!("t_max: expected a number, 0 or more; found {t_max}")))
 }
 
-/// A radius in metres, rounded outwards.
+/// Reads a radius in metres, and rounds it up.
 pub(crate) fn radius(radius_m: f64) -> PyResult<f32> {
     let radius_m = round_up(radius_m);
     if radius_m >= 0.0 && radius_m.is_finite() {
@@ -229,7 +229,7 @@ pub(crate) fn radius(radius_m: f64) -> PyResult<f32> {
     Err(PyValueError::new_err(format!("radius_m: expected a finite number, 0 or more; found {radius_m}")))
 }
 
-/// The least `f32` that is no less.
+/// Returns the smallest `f32` that is not less.
 fn round_up(v: f64) -> f32 {
     let nearest = v as f32;
     if f64::from(nearest) < v { nearest.next_up() } else { nearest }
@@ -239,10 +239,10 @@ fn round_down(v: f64) -> f32 {
     -round_up(-v)
 }
 
-/// Whole numbers from 0 to `most`; one alone counts as an array of one.
+/// Reads whole numbers from 0 to `most`. A single number counts as an array of one.
 pub(crate) fn whole_numbers(value: &Bound<'_, PyAny>, what: &str, most: u64) -> PyResult<Vec<u64>> {
     let (array, kind, _) = as_array(value)?;
-    // The empty list has the type of floating point numbers.
+    // numpy gives the empty list the type of floating point numbers.
     let is_empty = array.getattr("size")?.extract::<usize>()? == 0;
     if is_empty {
         return Ok(Vec::new());
@@ -271,7 +271,8 @@ pub(crate) fn whole_numbers(value: &Bound<'_, PyAny>, what: &str, most: u64) -> 
     numbers
 }
 
-/// The sixteen numbers of a matrix of four rows, as mathematicians write it: it multiplies a column from the left. Column after column.
+/// Reads the sixteen numbers of a matrix with four rows in mathematical notation, which multiplies a column from the
+/// left. Returns them in column-major order.
 pub(crate) fn columns(value: &Bound<'_, PyAny>, what: &str) -> PyResult<[f64; 16]> {
     let Numbers { shape, values } = floats(value, what)?;
     if shape != [4, 4] {
@@ -280,7 +281,7 @@ pub(crate) fn columns(value: &Bound<'_, PyAny>, what: &str) -> PyResult<[f64; 16
     Ok(std::array::from_fn(|i| values[4 * (i % 4) + i / 4]))
 }
 
-/// A matrix of four rows, as [`columns`] takes it.
+/// Reads a matrix of four rows, in the form of [`columns`].
 pub(crate) fn matrix(value: &Bound<'_, PyAny>, what: &str) -> PyResult<Mat4> {
     let matrix = Mat4::from_cols_array(&columns(value, what)?.map(|number| number as f32));
     if matrix.is_finite() {
@@ -289,7 +290,7 @@ pub(crate) fn matrix(value: &Bound<'_, PyAny>, what: &str) -> PyResult<Mat4> {
     Err(PyValueError::new_err(format!("{what}: expected finite numbers")))
 }
 
-/// Rows of equal length as an array of two dimensions.
+/// Returns rows of equal length as an array of two dimensions.
 pub(crate) fn table<'py, const N: usize>(
     py: Python<'py>,
     rows: &[[f32; N]],
@@ -297,7 +298,7 @@ pub(crate) fn table<'py, const N: usize>(
     PyArray1::from_slice(py, rows.as_flattened()).reshape([rows.len(), N])
 }
 
-/// As [`table`], and each row is itself a table of `shape`.
+/// The same as [`table`], but each row is itself a table of `shape`.
 pub(crate) fn cube<'py>(
     py: Python<'py>,
     corners: &[Vec3],

@@ -4,15 +4,16 @@ use pyo3::{exceptions::PyValueError, prelude::*};
 
 use crate::{arrays, view::View};
 
-/// A camera or a light, for `Culler.cull`: a matrix from the world to clip space, and what is left out.
+/// A camera or a light, for `Culler.cull`: a matrix from the world to clip space, and options.
 ///
-/// `clip_from_world` has four rows, as mathematicians write it (`clip = matrix @ [x, y, z, 1]`); many libraries store the
-/// transpose. Perspective or parallel, on-axis or off-axis, mirrored, with a far plane or without; float64 is taken as it is,
-/// however far from the origin the eye is. `depth` says which depths are drawn, after the division by w: `"zero-to-one"` (Vulkan,
-/// Direct3D, Metal, WebGPU), `"one-to-zero"` (reversed) or `"minus-one-to-one"` (OpenGL). Or a `View`, without `depth`.
+/// `clip_from_world` has four rows in mathematical notation (`clip = matrix @ [x, y, z, 1]`); many libraries store the
+/// transpose. It may be perspective or parallel, on-axis or off-axis, mirrored, with a far plane or without. float64
+/// keeps its precision, even for an eye far from the origin. `depth` is the range of visible depths after the division
+/// by w: `"zero-to-one"` (Vulkan, Direct3D, Metal, WebGPU), `"one-to-zero"` (reversed) or `"minus-one-to-one"`
+/// (OpenGL). A `View` is also possible, without `depth`.
 ///
-/// `hide_by_occluders` leaves out what occluders hide; without effect for a parallel projection. `layers` has a bit for each
-/// layer that the camera sees.
+/// `hide_by_occluders` leaves out objects behind occluders; it has no effect for a parallel projection. `layers` has a
+/// bit for each layer that the camera sees.
 ///
 /// `ValueError`: another shape, numbers that are not finite, a matrix without an inverse, another depth.
 ///
@@ -24,7 +25,7 @@ use crate::{arrays, view::View};
 #[pyclass(module = "osp", frozen)]
 #[derive(Debug)]
 pub(crate) struct Camera {
-    /// Not in the object itself: Python's memory is aligned to 16 bytes only.
+    /// This is boxed, because Python's memory is aligned to only 16 bytes.
     camera: Box<osp::Camera>,
 }
 
@@ -44,8 +45,8 @@ impl Camera {
         Ok(Self { camera: Box::new(camera) })
     }
 
-    /// The ray through a point of the screen, `x` and `y` from -1 to 1 as the matrix has them: its origin on the near plane,
-    /// and its direction, of the length 1.
+    /// The ray through a point of the screen, with `x` and `y` from -1 to 1 in the directions of the matrix. Returns
+    /// its origin on the near plane, and its direction of length 1.
     fn ray<'py>(
         &self,
         py: Python<'py>,
@@ -62,7 +63,7 @@ impl Camera {
     }
 }
 
-/// The camera of a `View`, or of a matrix with its depth.
+/// Returns the camera of a `View`, or of a matrix with its depth.
 fn camera_of(value: &Bound<'_, PyAny>, depth: Option<&str>) -> PyResult<osp::Camera> {
     if value.is_instance_of::<View>() {
         return Ok(osp::Camera::from(&View::of(value, depth)?.view));
@@ -81,7 +82,8 @@ fn camera_of(value: &Bound<'_, PyAny>, depth: Option<&str>) -> PyResult<osp::Cam
     osp::Camera::from_matrix(columns, depth).map_err(|why| PyValueError::new_err(why.to_string()))
 }
 
-/// A `Camera`, a `View` or a matrix with the depth from zero to one; the latter two see all layers, and nothing is hidden.
+/// Reads a `Camera`, a `View`, or a matrix with the depth from zero to one. The latter two see all layers and ignore
+/// occluders.
 pub(crate) fn any_camera(value: &Bound<'_, PyAny>) -> PyResult<osp::Camera> {
     match value.cast::<Camera>() {
         Ok(camera) => Ok(*camera.get().camera),

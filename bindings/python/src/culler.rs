@@ -15,13 +15,15 @@ use crate::{arrays, camera::any_camera, errors};
 
 type Keys<'py> = Bound<'py, PyArray1<u64>>;
 
-/// Finds what cameras see of objects that come, move and go: each has a key of yours, any whole number from 0 to 2**64 - 1, and a
-/// box. No size of the world and no capacity have to be named; nothing is ever rebuilt.
+/// Finds the objects that cameras see. Objects can be added, moved and removed at any time. Each has a key of your
+/// choice, any whole number from 0 to 2**64 - 1, and a box. The size of the world and the capacity need not be given;
+/// nothing is ever rebuilt.
 ///
-/// A frame: `set` and `remove` what has changed, then `cull` with all cameras. Boxes are in world space, metres, float32;
-/// float64 is rounded outwards. Answers are arrays of keys (uint64), in no particular order; nothing that can be seen is left out.
+/// In each frame, call `set` and `remove` for the changes, then `cull` with all cameras. Boxes are in world space,
+/// metres, float32; float64 is rounded outwards. Results are arrays of keys (uint64), in no particular order; no
+/// visible object is left out.
 ///
-/// All methods release the interpreter's lock while they work; queries of several threads run at once.
+/// All methods release the interpreter's lock while they work; queries of several threads run at the same time.
 ///
 /// >>> culler = osp.Culler()
 /// >>> culler.set([7, 8], [[-1, 0, -6, 1, 2, -5], [-9, -9, -20, 9, 9, -20]])   # min and max corner of each box
@@ -34,7 +36,7 @@ type Keys<'py> = Bound<'py, PyArray1<u64>>;
 #[pyclass(module = "osp", frozen)]
 #[derive(Debug)]
 pub(crate) struct Culler {
-    /// Not in the object itself: Python's memory is aligned to 16 bytes only.
+    /// This is boxed, because Python's memory is aligned to only 16 bytes.
     inner: Box<RwLock<osp::Culler<u64>>>,
 }
 
@@ -45,13 +47,13 @@ impl Culler {
         Self { inner: Box::new(RwLock::new(osp::Culler::new())) }
     }
 
-    /// Inserts objects, or moves those that are there: keys, and a box for each: `boxes` of the shape (n, 6), or `boxes` and `maxs`
-    /// of (n, 3) with the smallest and the largest corners. One key and six numbers are one object.
+    /// Inserts objects, or moves those that exist. There is a box for each key: `boxes` of the shape (n, 6), or `boxes`
+    /// and `maxs` of (n, 3) with the smallest and the largest corners. One key and six numbers are one object.
     ///
-    /// A box that is not finite or has min > max leaves its object out until it has another one: `refused` names it. An object that
-    /// moves loses its occluder, unless the new box holds the one before.
+    /// A box that is not finite or has min > max leaves its object out until it gets another box; `refused` lists it.
+    /// An object that moves loses its occluder, unless the new box contains the old one.
     ///
-    /// `ValueError`: another shape, or another number of boxes than of keys. `TypeError`: no numbers.
+    /// `ValueError`: another shape, or different numbers of boxes and keys. `TypeError`: not numbers.
     #[pyo3(signature = (keys, boxes, maxs=None))]
     fn set(
         &self,
@@ -69,7 +71,7 @@ impl Culler {
         })
     }
 
-    /// Takes objects out, with their occluders and layers. A key without an object is left alone.
+    /// Removes objects, with their occluders and layers. Ignores keys without an object.
     fn remove(&self, py: Python<'_>, keys: &Bound<'_, PyAny>) -> PyResult<()> {
         let keys = keys_of(keys)?;
         py.detach(|| {
@@ -79,7 +81,7 @@ impl Culler {
         })
     }
 
-    /// Takes everything out.
+    /// Removes everything.
     fn clear(&self, py: Python<'_>) -> PyResult<()> {
         py.detach(|| {
             *self.change()? = osp::Culler::new();
@@ -87,8 +89,8 @@ impl Culler {
         })
     }
 
-    /// Puts objects on layers, a bit each: `layers` is a number for all, or one for each key. A camera sees an object if both share
-    /// a layer. Objects are on the first one, the mask 1, unless they are put elsewhere.
+    /// Puts objects on layers, one bit each. `layers` is a number for all, or one for each key. A camera sees an object
+    /// if they have a layer in common. By default, objects are on the first layer, with the mask 1.
     fn set_layers(&self, py: Python<'_>, keys: &Bound<'_, PyAny>, layers: &Bound<'_, PyAny>) -> PyResult<()> {
         let (keys, layers) = (keys_of(keys)?, arrays::whole_numbers(layers, "layers", u32::MAX.into())?);
         if layers.len() != 1 {
@@ -102,14 +104,17 @@ impl Culler {
         })
     }
 
-    /// Gives an object something that hides what is behind it, in place of what it had; world space, metres. `corners` of the shape
-    /// (4, 3) is a flat, convex quad, its corners in order around it; of (2, 3) a box from its smallest to its largest corner; with
-    /// `faces` of (m, 3), vertices of a mesh.
+    /// Gives an object an occluder, which hides things behind it and replaces the previous occluder; world space,
+    /// metres. `corners` of the shape (4, 3) is a flat, convex quad with its corners in order around it. `corners` of
+    /// (2, 3) is a box from its smallest to its largest corner. With `faces` of (m, 3), `corners` are the vertices of a
+    /// mesh.
     ///
-    /// An occluder is opaque and hides from both sides; it is drawn itself, or lies inside of what is drawn. It stays where it is
-    /// until the object moves or goes. A key without a box may have one: it hides, and is in no answer.
+    /// An occluder is opaque and hides from both sides. It must be drawn itself, or lie inside drawn things. It stays
+    /// in place until the object moves or is removed. A key without a box may have an occluder, which hides but is in
+    /// no result.
     ///
-    /// `ValueError`: another shape, numbers that are not finite, a bent or crossed quad, a face that names no vertex, no area.
+    /// `ValueError`: another shape, numbers that are not finite, a bent or crossed quad, a face without a vertex, no
+    /// area.
     #[pyo3(signature = (key, corners, faces=None))]
     fn set_occluder(
         &self,
@@ -143,7 +148,7 @@ impl Culler {
         })
     }
 
-    /// Takes an object's occluder away. Nothing happens if there is none.
+    /// Removes an object's occluder. Nothing happens if there is none.
     fn remove_occluder(&self, py: Python<'_>, key: u64) -> PyResult<()> {
         py.detach(|| {
             self.change()?.remove_occluder(key);
@@ -151,10 +156,11 @@ impl Culler {
         })
     }
 
-    /// Finds what each camera sees: a tuple with an array of keys for each. A camera is a `Camera`, a `View`, or a matrix with the
-    /// depth from zero to one. All are culled in one walk: two eyes, a camera and its lights, the sides of a cube.
+    /// Finds the objects that each camera sees. Returns a tuple with an array of keys for each. A camera is a `Camera`,
+    /// a `View`, or a matrix with the depth from zero to one. All are culled in one pass: two eyes, a camera and its
+    /// lights, the sides of a cube.
     ///
-    /// `ValueError`, `TypeError`: as for `Camera`.
+    /// `ValueError`, `TypeError`: the same as for `Camera`.
     #[pyo3(signature = (*cameras))]
     fn cull<'py>(&self, py: Python<'py>, cameras: &Bound<'py, PyTuple>) -> PyResult<Bound<'py, PyTuple>> {
         let cameras = cameras.iter().map(|camera| any_camera(&camera)).collect::<PyResult<Vec<_>>>()?;
@@ -166,9 +172,10 @@ impl Culler {
         PyTuple::new(py, seen.into_iter().map(|keys| keys.into_pyarray(py)))
     }
 
-    /// Of each box whether nothing of it can be on a camera's screen: it is out of view, or behind the occluders if the camera has
-    /// `hide_by_occluders`. An array of truth values. The boxes, as `set` takes them, are in no culler: of a sound, a character, a
-    /// trigger. One that is not finite or has min > max is not hidden. Makes all changes known, as `cull` does.
+    /// Finds for each box whether it is completely off a camera's screen or, with `hide_by_occluders`, behind the
+    /// occluders. Returns an array of truth values. The boxes have the form of `set`, but belong to no culler: they may
+    /// be those of a sound, a character, a trigger. A box that is not finite or has min > max is not hidden. Applies
+    /// all changes, like `cull`.
     #[pyo3(signature = (camera, boxes, maxs=None))]
     fn are_hidden<'py>(
         &self,
@@ -182,7 +189,8 @@ impl Culler {
         Ok(hidden.into_pyarray(py))
     }
 
-    /// Makes all changes known to `in_box`, `in_sphere`, `on_ray`, `pick`, `rays` and `nearest`. `cull` does it, too.
+    /// Applies all changes, so that `in_box`, `in_sphere`, `on_ray`, `pick`, `rays` and `nearest` use them. `cull` does
+    /// this, too.
     fn commit(&self, py: Python<'_>) -> PyResult<()> {
         py.detach(|| {
             self.change()?.commit();
@@ -190,13 +198,13 @@ impl Culler {
         })
     }
 
-    /// What was refused between the last two calls of `cull`: pairs of a key and why. Of very much the beginning.
+    /// The refusals between the last two calls of `cull`: pairs of a key and a reason. A very long list is cut off.
     #[getter]
     fn refused(&self, py: Python<'_>) -> PyResult<Vec<(u64, String)>> {
         py.detach(|| Ok(self.read()?.refused().map(|(key, why)| (key, why.to_string())).collect()))
     }
 
-    /// The box of an object, as it was set last: the smallest and the largest corner, float32, of the shape (2, 3).
+    /// The box of an object that was set last: the smallest and the largest corner, float32, of the shape (2, 3).
     ///
     /// `KeyError`: no object has this key.
     fn bounds<'py>(&self, py: Python<'py>, key: u64) -> PyResult<Bound<'py, PyArray2<f32>>> {
@@ -205,7 +213,8 @@ impl Culler {
         arrays::table(py, &bounds.ok_or_else(unknown)?)
     }
 
-    /// The objects whose boxes share a point with the box from `min` to `max`, each three numbers; touching counts.
+    /// The objects whose boxes have a point in common with the box from `min` to `max`, each three numbers; touching
+    /// counts.
     fn in_box<'py>(
         &self,
         py: Python<'py>,
@@ -218,7 +227,7 @@ impl Culler {
         Ok(keys.into_pyarray(py))
     }
 
-    /// The objects whose boxes share a point with a ball; touching counts.
+    /// The objects whose boxes have a point in common with a ball; touching counts.
     fn in_sphere<'py>(
         &self,
         py: Python<'py>,
@@ -232,8 +241,9 @@ impl Culler {
         Ok(keys.into_pyarray(py))
     }
 
-    /// The objects whose boxes a ray enters, the nearest first: their keys, and where (float32; the point is
-    /// `origin + t * direction`, `t` at most `t_max`, and 0 for a ray that starts in a box).
+    /// The objects whose boxes a ray enters, the nearest first. Returns their keys, and the `t` of each entry
+    /// (float32): the point is `origin + t * direction`, with `t` at most `t_max`, and 0 for a ray that starts in a
+    /// box.
     #[pyo3(signature = (origin, direction, t_max=f64::INFINITY))]
     fn on_ray<'py>(
         &self,
@@ -245,9 +255,9 @@ impl Culler {
         Ok(columns(py, self.candidates(py, origin, direction, t_max)?))
     }
 
-    /// The object that a ray meets first, and where: `(key, t)`, or None. `hit(key)` says where the ray meets an object itself, or
-    /// None; it is called for objects whose boxes the ray enters, from the nearest on, as long as one may be nearer than the
-    /// nearest hit. Without `hit` the boxes are what is met.
+    /// The first object that a ray hits, and the place: `(key, t)`, or None. `hit(key)` returns the `t` at which the
+    /// ray hits an object itself, or None. It is called for objects whose boxes the ray enters, the nearest first,
+    /// while one may be nearer than the nearest hit. Without `hit`, the boxes count as the objects.
     #[pyo3(signature = (origin, direction, hit=None, t_max=f64::INFINITY))]
     fn pick(
         &self,
@@ -274,8 +284,8 @@ impl Culler {
         Ok(nearest)
     }
 
-    /// The first boxes that many rays enter: `origins` and `directions` of the shape (n, 3). Returns the keys (0 where a ray enters
-    /// nothing) and the `t` (float32; infinite there).
+    /// The first boxes that many rays enter: `origins` and `directions` of the shape (n, 3). Returns the keys (0 for a
+    /// ray that enters nothing) and the `t` (float32; then infinite).
     #[pyo3(signature = (origins, directions, t_max=f64::INFINITY))]
     fn rays<'py>(
         &self,
@@ -307,8 +317,9 @@ impl Culler {
         Ok(columns(py, hits))
     }
 
-    /// The `count` objects whose boxes are nearest to a point: their keys, the nearest first, and their distances in metres
-    /// (float32; 0 for a box that holds the point). Fewer if there are fewer.
+    /// The `count` objects whose boxes are nearest to a point. Returns their keys, the nearest first, and their
+    /// distances in metres (float32; 0 for a box that contains the point). The result is shorter if there are fewer
+    /// objects.
     #[pyo3(signature = (point, count=1))]
     fn nearest<'py>(
         &self,
@@ -359,13 +370,13 @@ impl Culler {
     }
 }
 
-/// Keys, and a number for each, as two arrays.
+/// Returns keys, and a number for each, as two arrays.
 fn columns(py: Python<'_>, rows: Vec<(u64, f32)>) -> (Keys<'_>, Bound<'_, PyArray1<f32>>) {
     let (keys, numbers): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
     (keys.into_pyarray(py), numbers.into_pyarray(py))
 }
 
-/// Keys: whole numbers of 64 bits.
+/// Reads keys: whole numbers of 64 bits.
 fn keys_of(value: &Bound<'_, PyAny>) -> PyResult<Vec<u64>> {
     arrays::whole_numbers(value, "keys", u64::MAX)
 }

@@ -1,4 +1,4 @@
-//! osp's errors as exceptions.
+//! osp's errors as Python exceptions.
 
 use osp_render::RenderError;
 use osp_session::recording;
@@ -24,7 +24,7 @@ create_exception!(
     "There is no graphics adapter, it cannot do what is asked, or its driver has failed. The message says which."
 );
 
-/// The exception of an error of the renderer.
+/// Returns the exception for an error of the renderer.
 pub(crate) fn of_drawing(error: &RenderError) -> PyErr {
     match error {
         RenderError::Size { .. } => PyValueError::new_err(format!("size: {error}")),
@@ -32,7 +32,8 @@ pub(crate) fn of_drawing(error: &RenderError) -> PyErr {
     }
 }
 
-/// The exception of an error of a reader. What the system refuses becomes an `OSError` such as `FileNotFoundError`.
+/// Returns the exception for an error of a reader. A refusal by the system becomes an `OSError` such as
+/// `FileNotFoundError`.
 pub(crate) fn of_recording(error: &recording::RecordingError) -> PyErr {
     use recording::{Excess, Place, RecordingError as Error};
     let (path, place) = match error {
@@ -48,7 +49,7 @@ pub(crate) fn of_recording(error: &recording::RecordingError) -> PyErr {
         Place::Byte(byte) => (None, Some(byte)),
     };
     let text = match error {
-        // The option has another name here.
+        // The option has another name in Python.
         Error::Limit(excess) if excess.option.starts_with("--max-polygons") => {
             Excess { option: "max_polygons=N", ..(**excess).clone() }.to_string()
         }
@@ -67,7 +68,7 @@ pub(crate) fn of_recording(error: &recording::RecordingError) -> PyErr {
 
 fn of_io(path: &std::path::Path, cause: &std::io::Error) -> PyErr {
     let text = match cause.raw_os_error() {
-        // Python writes the file's name behind this text, and chooses the exception by the number.
+        // Python appends the file's name to this text, and chooses the exception by the number.
         Some(number) => {
             let text = cause.to_string();
             let text = text.strip_suffix(&format!(" (os error {number})")).unwrap_or(&text).to_owned();
@@ -78,7 +79,7 @@ fn of_io(path: &std::path::Path, cause: &std::io::Error) -> PyErr {
     PyOSError::new_err(text)
 }
 
-/// A lock that was held when a thread panicked: what it guards may be half done.
+/// The exception for a lock that was held when a thread panicked. The guarded data may be half changed.
 pub(crate) fn broken() -> PyErr {
     PyRuntimeError::new_err("an earlier call has failed in the middle of its work: make a new object")
 }

@@ -1,8 +1,9 @@
 //! The Python module `osp._native`: osp's culler, readers and measurements for numpy arrays.
 //!
-//! What comes from Python is checked and copied first ([`arrays`]), so that the work itself needs neither the interpreter
-//! nor memory that Python can change: it runs with the interpreter's lock released. The package around it is in `python/osp`.
-//! What is public here is described in `python/osp/_native.pyi` and in the text of each item, which Python's `help` shows.
+//! Data from Python is checked and copied first ([`arrays`]). So the work itself needs neither the interpreter nor
+//! memory that Python can change, and runs with the interpreter's lock released. The package around this module is in
+//! `python/osp`. The public items are declared in `python/osp/_native.pyi` and described in their comments, which
+//! Python's `help` shows.
 
 mod arrays;
 mod camera;
@@ -19,7 +20,7 @@ mod view;
 
 use pyo3::prelude::*;
 
-/// The part of osp that is compiled.
+/// The compiled part of osp.
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<view::View>()?;
@@ -39,7 +40,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     Ok(())
 }
 
-/// Python aligns its objects to 16 bytes; what needs more has to be in a box.
+/// Python aligns its objects to 16 bytes, so types with a larger alignment must be boxed.
 const _: () = {
     assert!(align_of::<view::View>() <= 16 && align_of::<camera::Camera>() <= 16);
     assert!(align_of::<culler::Culler>() <= 16);

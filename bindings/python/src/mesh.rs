@@ -13,19 +13,19 @@ use pyo3::{exceptions::PyValueError, prelude::*};
 
 use crate::{arrays, names, view::View};
 
-/// Occluders of a view, if the caller names no number.
+/// Number of occluders of a view, if the caller gives none.
 const OCCLUDERS: usize = 64;
-/// Most occluders of a view: what is built from them grows faster than they do.
+/// Largest number of occluders of a view. The structure that is built from them grows faster than their number.
 const MOST_OCCLUDERS: usize = 4096;
 
-/// Triangles that are looked at from several views: they are filed once.
+/// Triangles for several views. They are put into an index only once.
 ///
-/// `triangles` are the corners, an array of the shape (n, 3, 3); or, with `faces`, vertices of the shape (n, 3) that the faces
-/// name by their numbers (m, 3), as trimesh has them (`osp.Mesh(mesh.vertices, mesh.faces)`). Float64 becomes float32.
-/// `opaque` is an array of truth values, one for each triangle: which of them hide what is behind them (all, if it is not
-/// given). Triangles hide from both sides.
+/// `triangles` are the corners, an array of the shape (n, 3, 3); or, with `faces`, vertices of the shape (n, 3). Faces
+/// are the numbers of their vertices (m, 3), like those of trimesh (`osp.Mesh(mesh.vertices, mesh.faces)`). Float64
+/// becomes float32. `opaque` is an array of truth values, one for each triangle: whether it hides things behind it
+/// (default: all do). Triangles hide from both sides.
 ///
-/// `ValueError`: another shape, numbers that are not finite, a face that names no vertex. `TypeError`: no numbers.
+/// `ValueError`: another shape, numbers that are not finite, a face without a vertex. `TypeError`: not numbers.
 ///
 /// >>> wall = [[-4, -4, -2], [4, -4, -2], [0, 8, -2]]
 /// >>> behind = [[-0.1, -0.1, -9], [0.1, -0.1, -9], [0, 0.1, -9]]
@@ -38,9 +38,9 @@ const MOST_OCCLUDERS: usize = 4096;
 #[pyclass(module = "osp", frozen)]
 pub(crate) struct Mesh {
     triangles: Triangles,
-    /// Not in the object itself: Python's memory is aligned to 16 bytes only.
+    /// This is boxed, because Python's memory is aligned to only 16 bytes.
     index: Box<Osp>,
-    /// The candidates for occluders, found when a method first asks for them.
+    /// The candidates for occluders, found when a method first needs them.
     pool: OnceLock<Box<OccluderPool>>,
 }
 
@@ -50,7 +50,7 @@ impl std::fmt::Debug for Mesh {
     }
 }
 
-/// Triangles as osp asks for them.
+/// Triangles in the form that osp requires.
 struct Triangles {
     corners: Vec<[Vec3; 3]>,
     opaque: Option<Vec<bool>>,
@@ -99,16 +99,17 @@ impl Mesh {
         py.detach(|| Self::of(Triangles { corners, opaque }))
     }
 
-    /// Which triangles a camera sees: an array of truth values, one for each triangle. `numpy.flatnonzero` makes numbers of
-    /// it.
+    /// Finds the triangles that a camera sees. Returns an array of truth values, one for each triangle.
+    /// `numpy.flatnonzero` converts it to numbers.
     ///
-    /// `view` is a `View`, or a matrix as `View.from_matrix` takes it with the depth from zero to one. Without `occlusion`
-    /// only what lies outside of the view's frustum is left out. With it, what is hidden behind other triangles is left out,
-    /// too, as far as the method finds it: `msvbsp` (a tree of the shadows of the largest occluders), `svbsp` and `frusta`
-    /// (older forms of it) or `depth` (a depth buffer). A triangle of which any point can be seen is never left out.
-    /// `occluders` is the largest number of occluders in a view (64): more find more and take longer.
+    /// `view` is a `View`, or a matrix in the form of `View.from_matrix` with the depth from zero to one. Without
+    /// `occlusion`, only triangles outside of the view's frustum are left out. With it, triangles that the method finds
+    /// hidden behind others are left out, too: `msvbsp` (a tree of the shadows of the largest occluders), `svbsp` and
+    /// `frusta` (older forms of it) or `depth` (a depth buffer). A triangle is never left out if any point of it can be
+    /// seen. `occluders` is the largest number of occluders in a view (default 64). More occluders hide more and take
+    /// longer.
     ///
-    /// `ValueError`: an unknown method, or another number of occluders than 1 to 4096.
+    /// `ValueError`: an unknown method, or a number of occluders that is not from 1 to 4096.
     #[pyo3(signature = (view, occlusion=None, *, occluders=None))]
     fn visible<'py>(
         &self,
@@ -165,8 +166,8 @@ impl Mesh {
         Ok(Self { triangles, index, pool: OnceLock::new() })
     }
 
-    /// What is in view and, if a method is given, not found to be hidden. Nothing is remembered from view to view, so that the
-    /// answer depends on the view alone.
+    /// Returns the triangles that are in view and, if a method is given, are not found to be hidden. No state is kept
+    /// from view to view, so the result depends only on the view.
     fn cull(&self, view: &View, method: Option<Method>, occluders: usize) -> Vec<PolygonId> {
         let mut in_view = VisibleBlocks::new();
         self.index.frustum_cull_blocks(&view.frustum(), &mut in_view);

@@ -1,16 +1,16 @@
-//! Names of structures, methods and cameras, and the errors for other ones.
+//! Names of structures, methods and cameras, and the errors for unknown names.
 
 use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::replay::CameraChoice;
 use pyo3::{exceptions::PyValueError, prelude::*};
 
-/// The structures of a replay.
+/// Returns the structures of a replay.
 pub(crate) fn index_names() -> Vec<&'static str> {
     IndexKind::ALL.iter().map(|kind| kind.name()).collect()
 }
 
-/// The methods of occlusion culling that never hide what can be seen and need no other frame.
+/// Returns the methods of occlusion culling that never hide visible polygons and need no other frame.
 pub(crate) fn conservative_names() -> Vec<&'static str> {
     Method::conservative_cullers().into_iter().map(Method::name).collect()
 }
@@ -23,35 +23,35 @@ pub(crate) fn index_kind(name: &str) -> PyResult<IndexKind> {
     IndexKind::from_name(name).ok_or_else(|| unknown("indexes", name, &index_names()))
 }
 
-/// A method that builds a culler from the occluders of one view.
+/// Returns a method that builds a culler from the occluders of one view.
 pub(crate) fn culler(name: &str) -> PyResult<Method> {
     let is_known = |method: &Method| conservative_names().contains(&method.name());
     Method::from_name(name).filter(is_known).ok_or_else(|| unknown("occlusion", name, &conservative_names()))
 }
 
-/// A method that `verify` judges: also those that are not conservative.
+/// Returns a method that `verify` can test, including methods that are not conservative.
 pub(crate) fn verified(name: &str) -> PyResult<Method> {
     let methods = Method::CULLERS.iter().copied().filter(|&method| method != Method::NONE);
     let known = methods.clone().map(Method::name).collect::<Vec<_>>();
     methods.into_iter().find(|method| method.name() == name).ok_or_else(|| unknown("occlusion", name, &known))
 }
 
-/// A method of a replay: one that the processor runs, or none.
+/// Returns a method of a replay: one that the processor runs, or none.
 pub(crate) fn replayed(name: &str) -> PyResult<Method> {
     let methods = Method::all().filter(|method| !method.is_while_drawing());
     let known = methods.clone().map(Method::name).collect::<Vec<_>>();
     methods.into_iter().find(|method| method.name() == name).ok_or_else(|| unknown("occlusion", name, &known))
 }
 
-/// A method of a picture: any that needs nothing but the recording.
+/// Returns a method of a picture: any that needs only the recording.
 pub(crate) fn drawn(name: &str) -> PyResult<Method> {
     let known = || Method::all().map(Method::name).collect::<Vec<_>>();
     Method::all().find(|method| method.name() == name).ok_or_else(|| unknown("occlusion", name, &known()))
 }
 
-/// The camera of a picture that moves as in a replay.
+/// Returns the camera of a picture that moves like in a replay.
 pub(crate) fn picture_camera(name: &str) -> PyResult<CameraChoice> {
-    // A replay's `auto` is `recorded` here, beside `whole`.
+    // The `auto` of a replay is called `recorded` here, beside `whole`.
     let named = |choice: CameraChoice| if choice == CameraChoice::Auto { "recorded" } else { choice.name() };
     let choice = CameraChoice::ALL.iter().copied().find(|&choice| named(choice) == name);
     choice.ok_or_else(|| {

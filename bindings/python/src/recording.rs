@@ -20,10 +20,10 @@ use pyo3::{
 
 use crate::{arrays, errors, signals::Signals, view::View};
 
-/// Samples that are applied to the model at once; how many changes nothing in what comes out.
+/// Number of samples that are applied to the model at once. It does not change the result.
 const AT_ONCE: u32 = 1024;
 
-/// How a file is read: the arguments that all functions share.
+/// Returns the options for reading a file, from the arguments that all functions share.
 pub(crate) fn options(lenient: bool, max_polygons: Option<u64>) -> PyResult<OpenOptions> {
     let polygons = max_polygons.unwrap_or(Limits::DEFAULT.polygons);
     if !(1..=u64::from(u32::MAX)).contains(&polygons) {
@@ -33,7 +33,7 @@ pub(crate) fn options(lenient: bool, max_polygons: Option<u64>) -> PyResult<Open
     Ok(OpenOptions { lenient, limits: Limits { polygons, ..Limits::DEFAULT } })
 }
 
-/// A stroke as it was begun.
+/// A stroke, with the values from its beginning.
 struct StrokeRow {
     id: u32,
     tool: &'static str,
@@ -45,7 +45,7 @@ struct StrokeRow {
     points: u32,
 }
 
-/// Where something was at a time.
+/// The places of something over time.
 #[derive(Default)]
 struct Poses {
     times_secs: Vec<f64>,
@@ -73,7 +73,7 @@ pub(crate) struct Recording {
     path: PathBuf,
     format: &'static str,
     header: Header,
-    /// As they are at the end.
+    /// The layers in their state at the end.
     layers: Vec<Layer>,
     warnings: Vec<String>,
     skipped: u64,
@@ -229,7 +229,7 @@ impl Recording {
                 strokes.push(stroke.id().map_or(-1, |id| i64::from(id.0)));
                 counts.push(vertices.len() as u8);
                 colors.push([r, g, b, a]);
-                // A brush with holes hides by a part of the polygon only.
+                // A brush with holes hides with only a part of the polygon.
                 opaque.push(self.scene.occluder(id) == Some(polygon));
             }
         });
@@ -248,10 +248,10 @@ impl Recording {
     }
 }
 
-/// Texts as an array of them.
+/// Returns texts as an array.
 fn texts<'py, 'a>(py: Python<'py>, texts: impl Iterator<Item = &'a str>) -> PyResult<Bound<'py, PyAny>> {
     let list = PyList::new(py, texts.collect::<Vec<_>>())?;
-    // The empty list has no type of its own.
+    // numpy gives the empty list no text type.
     py.import("numpy")?.call_method1("array", (list, "str".into_py_any(py)?))
 }
 
@@ -323,7 +323,7 @@ impl Recording {
                 self.begin(rows, stroke.0, "polygon", None, 0.0, *color, *t);
             }
             Event::Layer { layer, name, .. } => {
-                // A layer after those that there are is made.
+                // A layer after the last one is created.
                 let at = *layer as usize;
                 if at >= self.layers.len() {
                     self.layers.resize(at + 1, Layer { name: String::new(), hidden: false });
@@ -353,14 +353,14 @@ impl Recording {
             return;
         }
         let named = paint.map_or("", |paint| paint.brush.as_str());
-        // A GUID becomes the name, if the brush is known.
+        // A GUID is replaced by the name of the brush, if the brush is known.
         let brush = osp_session::brush::find(named).map_or(named, |brush| &brush.name).to_owned();
         let (color, end_secs) = ([r, g, b, a], f64::NAN);
         self.strokes.push(StrokeRow { id, tool, brush, width_m, color, begin_secs, end_secs, points: 0 });
     }
 }
 
-/// A session whose remarks are kept once it has ended.
+/// A session whose remarks are kept after its end.
 struct Noting {
     session: osp_session::recording::Session,
     notes: Option<osp_session::recording::Notes>,

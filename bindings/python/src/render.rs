@@ -28,17 +28,17 @@ use crate::{
     view::View,
 };
 
-/// Longest side of a picture, pixels. Many adapters draw no longer one.
+/// Longest side of a picture, pixels. Many adapters cannot draw larger ones.
 const MOST_PIXELS: i64 = 16_384;
-/// Moments that brushes which move by themselves are seen at, seconds.
+/// Permitted times for animated brushes, seconds.
 const TIMES_SECS: std::ops::RangeInclusive<f64> = 0.0..=1.0e4;
 
-/// Where the eye of a picture is.
+/// The position of the eye in a picture.
 #[derive(Clone, Copy)]
 enum Eye {
-    /// So that it sees the whole model.
+    /// A place from which the eye sees the whole model.
     Whole,
-    /// As in a replay.
+    /// The same as in a replay.
     Path(CameraChoice),
     Fixed(view::View),
 }
@@ -47,7 +47,7 @@ enum Eye {
 struct Settings {
     path: PathBuf,
     size: (u32, u32),
-    /// None: the last.
+    /// None: the last frame.
     frame: Option<i64>,
     eye: Eye,
     occlusion: Method,
@@ -56,7 +56,7 @@ struct Settings {
     options: OpenOptions,
 }
 
-/// A picture of a frame of a session: 8 bits for each of red, green, blue and opacity, rows from the top.
+/// Draws a picture of a frame of a session: 8 bits for each of red, green, blue and opacity, rows from the top.
 #[pyfunction]
 #[pyo3(signature = (path, size, frame, view, occlusion, pace, time_secs, lenient, max_polygons))]
 #[expect(clippy::too_many_arguments, reason = "the arguments of `osp.render`")]
@@ -110,14 +110,14 @@ fn eye(view: &Bound<'_, PyAny>) -> PyResult<Eye> {
     }
 }
 
-/// Plays the session up to the frame as `osp replay` does, culls by the index, and draws what is left.
+/// Plays the session up to the frame like `osp replay`, culls by the index, and draws the rest.
 fn draw(settings: &Settings) -> PyResult<Image> {
     let Settings { path, size, occlusion, pace, time_s, options, .. } = settings;
     let failed = |error| errors::of_recording(&error);
     let undrawn = |error| errors::of_drawing(&error);
     let session = open(path, options).map_err(failed)?;
     let header = session.header.clone();
-    // Before a long session is read for nothing.
+    // A missing adapter is reported before a long session is read.
     let gpu = Arc::new(Gpu::headless().map_err(undrawn)?);
     let mut artist = ArtistSide::default();
     let events = session.inspect(|event| event.iter().for_each(|event| artist.note(event)));
@@ -149,7 +149,7 @@ fn draw(settings: &Settings) -> PyResult<Image> {
         if moment.frame == wanted {
             let view = camera(&moment);
             pipeline.frame(scene, changes, &view);
-            // What culls while it draws lets the polygons of the last frame occlude in the next.
+            // A method that culls while it draws uses the polygons of the last frame as occluders in the next.
             let times = if occlusion.is_while_drawing() { 2 } else { 1 };
             for _ in 0..times {
                 let shown = [Layer::plain(pipeline.draw_list())];
@@ -158,7 +158,7 @@ fn draw(settings: &Settings) -> PyResult<Image> {
             return drawer.image().map_err(undrawn);
         }
         if learns {
-            // As a replay does: which polygons may hide others, it learns from frame to frame.
+            // Like a replay, the pipeline learns from frame to frame which polygons may hide others.
             pipeline.frame(scene, changes, &camera(&moment));
         } else {
             pipeline.skip(scene, changes);
@@ -169,7 +169,7 @@ fn draw(settings: &Settings) -> PyResult<Image> {
 }
 
 impl Settings {
-    /// The number of the frame.
+    /// Returns the number of the frame.
     fn wanted(&self, summary: &Summary) -> PyResult<u64> {
         let path = self.path.display();
         let Some(last) = summary.frames.checked_sub(1) else {
@@ -186,7 +186,7 @@ impl Settings {
         })
     }
 
-    /// The view of each frame, as wide as the picture.
+    /// Returns the view of each frame, with the aspect ratio of the picture.
     fn camera(
         &self,
         header: &Header,
@@ -212,7 +212,7 @@ impl Settings {
     }
 }
 
-/// The view with a finite farthest distance behind everything: the renderer's depth has an end.
+/// Returns the view with a finite farthest distance behind everything, because the renderer's depth is finite.
 fn with_an_end(view: &view::View, bounds: &Aabb) -> view::View {
     let Projection { near_m, far_m, .. } = view.projection;
     if far_m.is_finite() {

@@ -19,7 +19,7 @@ use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 
 use crate::{errors, names, recording::options, signals::Signals};
 
-/// The columns of a replay, a value for each measured frame of each run.
+/// The columns of a replay, with a value for each measured frame of each run.
 #[derive(Default)]
 struct Columns {
     run: Vec<u32>,
@@ -81,7 +81,7 @@ impl Columns {
     }
 }
 
-/// A structure, with a method of occlusion culling or without.
+/// A structure, with or without a method of occlusion culling.
 struct Run {
     index: IndexKind,
     occlusion: Option<Method>,
@@ -98,19 +98,19 @@ struct Settings {
     options: OpenOptions,
 }
 
-/// What a replay gives.
+/// The results of a replay.
 struct Played {
     frames: u64,
     columns: Columns,
     runs: Vec<Run>,
 }
 
-/// The pace of a replay.
+/// Reads the pace of a replay.
 pub(crate) fn pace(text: &str) -> PyResult<Pace> {
     text.parse().map_err(|error| PyValueError::new_err(format!("pace: {error}")))
 }
 
-/// The frames of a session in several structures, and what they say of each run.
+/// Replays the frames of a session in several structures. Returns the columns, and the results for each run.
 #[pyfunction]
 #[pyo3(signature = (path, indexes, occlusion, pace, camera, budget_secs, lenient, max_polygons))]
 #[expect(clippy::too_many_arguments, reason = "the arguments of `osp.replay`")]
@@ -162,7 +162,7 @@ pub(crate) fn replay_frames<'py>(
     about.set_item("index", column(&|run| run.index.name().to_owned()))?;
     about.set_item("occlusion", column(&|run| run.occlusion.unwrap_or(Method::NONE).name().to_owned()))?;
     about.set_item("bytes", played.runs.iter().map(|run| run.bytes as u64).collect::<Vec<_>>())?;
-    // Only of a run that saw every frame: it is compared with those of other programs and machines.
+    // Only a run with every frame has a fingerprint, because it is compared with those of other programs and machines.
     let fingerprint = |run: &Run| {
         (run.fingerprint.frames() == played.frames).then(|| format!("{:016x}", run.fingerprint.value()))
     };
@@ -171,7 +171,7 @@ pub(crate) fn replay_frames<'py>(
     Ok((played.columns.into_dict(py)?, about))
 }
 
-/// The cube that an index is prepared for: the recording's own, else one around everything that it draws.
+/// Returns the cube for which an index is prepared: the recording's own, else one around all its polygons.
 pub(crate) fn root_cube(header: &Header, bounds: &Aabb) -> Aabb {
     let own = header.root.map(|root| Aabb::cube(root.center, root.size)).filter(Aabb::is_valid);
     match own {
@@ -184,7 +184,7 @@ pub(crate) fn root_cube(header: &Header, bounds: &Aabb) -> Aabb {
 fn play(settings: &Settings, mut runs: Vec<Run>) -> PyResult<Played> {
     let Settings { path, pace, camera, budget_secs, options } = settings;
     let failed = |error| errors::of_recording(&error);
-    // Read once to know how long and how large it is, once to play it.
+    // The session is read twice: once to measure its length and size, and once to play it.
     let (summary, _, read) = summarize(open(path, options).map_err(failed)?, *pace);
     read.map_err(failed)?;
     let most = options.limits.frames();
@@ -202,7 +202,7 @@ fn play(settings: &Settings, mut runs: Vec<Run>) -> PyResult<Played> {
     let lane = |run: &Run| {
         let pipeline = Pipeline::new(run.index.create(&config), capacity, StageClock::default());
         let pipeline = match run.occlusion {
-            // What is drawn must not depend on the clock.
+            // The drawn polygons must not depend on the clock.
             Some(method) => method.add_to(
                 pipeline,
                 PassConfig { basis: AutoBasis::Work, ..PassConfig::for_strokes(Occlusion::Auto) },

@@ -1,13 +1,14 @@
-//! Ctrl+C in work that takes long.
+//! Ctrl+C during long work.
 
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 
-/// How often Python is asked. Longer: Ctrl+C has to wait. Shorter: threads of Python hold the work up more often.
+/// Interval between two checks of Python's signals. With a longer one, Ctrl+C takes longer. With a shorter one,
+/// Python's threads delay the work more often.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// Asks Python now and then whether the work is to be stopped.
+/// Checks at intervals whether Python has requested a stop.
 pub(crate) struct Signals {
     asked: Instant,
 }
@@ -17,7 +18,7 @@ impl Signals {
         Self { asked: Instant::now() }
     }
 
-    /// Called often, from work that has released the interpreter. An error: stop, and hand it on.
+    /// Call this often, in work that has released the interpreter. On an error, stop and return it.
     pub(crate) fn check(&mut self) -> PyResult<()> {
         if self.asked.elapsed() < EVERY {
             return Ok(());

@@ -24,9 +24,9 @@ use crate::{
     signals::Signals,
 };
 
-/// Most views of a session.
+/// Largest number of views of a session.
 const MOST_VIEWS: u64 = 100_000;
-/// Sides of the picture that says what can be seen, pixels.
+/// Permitted sides of the picture that determines the visible polygons, pixels.
 const PIXELS: std::ops::RangeInclusive<usize> = 16..=16_384;
 
 /// The settings of a verification.
@@ -40,7 +40,8 @@ struct Settings {
     options: OpenOptions,
 }
 
-/// Compares occlusion culling with what can be seen: a column for each count, a row for each method and number of occluders.
+/// Compares occlusion culling with the truly visible polygons. Returns a column for each count, and a row for each
+/// method and number of occluders.
 #[pyfunction]
 #[pyo3(signature = (path, occlusion, occluders, views, pixels, whole, pace, camera, lenient, max_polygons))]
 #[expect(clippy::too_many_arguments, reason = "the arguments of `osp.verify`")]
@@ -103,7 +104,7 @@ fn verify(settings: &Settings) -> PyResult<Verifier> {
     while player.step().map_err(failed)? {
         verifier.follow(player.scene(), player.changes());
         let moment = Moment { frame: player.frames(), ..player.moment() };
-        // Evenly spaced, the last frame among them.
+        // These frames are evenly spaced and include the last one.
         if moment.frame * views / summary.frames.max(1) > looked {
             looked += 1;
             match whole {

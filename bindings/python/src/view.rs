@@ -10,9 +10,9 @@ use pyo3::{exceptions::PyValueError, prelude::*};
 
 use crate::arrays;
 
-/// An eye in the world and what its screen shows.
+/// An eye in the world and the area of its screen.
 ///
-/// The world is right-handed, +y up, in metres; a view looks along its own -z. Make one by `View.look_at` or
+/// The world is right-handed, +y up, in metres; a view looks along its own -z. Make one with `View.look_at` or
 /// `View.from_matrix`.
 ///
 /// >>> view = osp.View.look_at(eye=(0, 1.6, 3), target=(0, 1, 0))
@@ -28,11 +28,12 @@ pub(crate) struct View {
 
 #[pymethods]
 impl View {
-    /// A view from `eye` towards `target`, each three numbers, metres. `up` is the direction that is upwards on the
-    /// screen, `fov_y_degrees` the vertical field of view (1 to 170), `aspect` the screen's width by its height. Nothing
-    /// nearer than `near_m` or farther than `far_m` (which may be `math.inf`) is shown, measured along the view.
+    /// A view from `eye` towards `target`, each three numbers, metres. `up` is the direction that points upwards on the
+    /// screen. `fov_y_degrees` is the vertical field of view (1 to 170), and `aspect` is the screen's width divided by
+    /// its height. The view shows only distances from `near_m` to `far_m` (which may be `math.inf`), measured along the
+    /// view.
     ///
-    /// `ValueError`: a number is out of its range, `eye` is `target`, or `up` points along the view.
+    /// `ValueError`: a number is out of its range, `eye` equals `target`, or `up` points along the view.
     ///
     /// >>> osp.View.look_at((0, 0, 0), (0, 0, -1), fov_y_degrees=90, aspect=1, near_m=1, far_m=50).far_m
     /// 50.0
@@ -80,15 +81,15 @@ impl View {
         Ok(Self { view: view::View { eye_in_world: eye, world_from_view, projection } })
     }
 
-    /// The view that a matrix shows: from the world to clip space, of four rows as a mathematician writes it
-    /// (`clip = matrix @ [x, y, z, 1]`), perspective, on-axis or not. Many libraries store the transpose.
+    /// The view of a matrix from the world to clip space. The matrix has four rows in mathematical notation (`clip =
+    /// matrix @ [x, y, z, 1]`); many libraries store the transpose. It must be perspective, on-axis or off-axis.
     ///
-    /// `depth` says which depths are drawn, after the division by w: `"zero-to-one"` (Vulkan, Direct3D, Metal, WebGPU; also
-    /// reversed) or `"minus-one-to-one"` (OpenGL). The view is wider than the matrix by a part in a million, so that nothing
-    /// is culled that the matrix shows; the matrix is taken as float32.
+    /// `depth` is the range of visible depths after the division by w: `"zero-to-one"` (Vulkan, Direct3D, Metal,
+    /// WebGPU; also reversed) or `"minus-one-to-one"` (OpenGL). The view is wider than the matrix by a part in a
+    /// million, so that nothing in view of the matrix is culled. The matrix is converted to float32.
     ///
-    /// `ValueError`: another shape, numbers that are not finite, a parallel projection, a sheared or singular matrix, or an
-    /// eye so far away that float32 holds it no better than to a quarter of the near distance.
+    /// `ValueError`: another shape, numbers that are not finite, a parallel projection, a sheared or singular matrix,
+    /// or an eye so far away that its error in float32 exceeds a quarter of the near distance.
     ///
     /// >>> p = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0.1], [0, 0, -1, 0]])  # reversed depth, no end
     /// >>> osp.View.from_matrix(p).far_m
@@ -118,19 +119,20 @@ impl View {
         PyArray1::from_slice(py, &self.view.forward_in_world().to_array())
     }
 
-    /// Nearest distance that is shown, metres along the view.
+    /// Nearest visible distance, metres along the view.
     #[getter]
     fn near_m(&self) -> f64 {
         shortest(self.view.projection.near_m)
     }
 
-    /// Farthest distance that is shown, metres along the view; may be infinite.
+    /// Farthest visible distance, metres along the view; may be infinite.
     #[getter]
     fn far_m(&self) -> f64 {
         shortest(self.view.projection.far_m)
     }
 
-    /// The matrix of four rows from the world to clip space, with reversed depth (near 1, far 0), as osp's renderer uses it.
+    /// The matrix of four rows from the world to clip space, with reversed depth (near 1, far 0), like in osp's
+    /// renderer.
     #[getter]
     fn clip_from_world<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let near_m = self.view.projection.near_m;
@@ -145,7 +147,7 @@ impl View {
         arrays::table(py, &matrix.transpose().to_cols_array_2d())
     }
 
-    /// The six planes that a culler tests boxes against, float32: `nx, ny, nz, d` a row. A box is reported if for each
+    /// The six planes against which a culler tests boxes, float32: `nx, ny, nz, d` a row. A box is reported if for each
     /// plane `nx * x + ny * y + nz * z + d >= 0` at the corner that lies farthest along the normal.
     #[getter]
     fn frustum_planes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
@@ -173,7 +175,7 @@ impl View {
         self.view.frustum()
     }
 
-    /// A view, or a matrix with its depth.
+    /// Reads a view, or a matrix with its depth.
     pub(crate) fn of(view: &Bound<'_, PyAny>, depth: Option<&str>) -> PyResult<Self> {
         if let Ok(view) = view.cast::<Self>() {
             return match depth {
@@ -196,7 +198,7 @@ fn clip_depth(name: &str) -> PyResult<ClipDepth> {
     }
 }
 
-/// The number that Python prints as `f32` is printed: 0.1, not 0.10000000149011612.
+/// Returns the number that Python prints like the `f32`: 0.1, not 0.10000000149011612.
 fn shortest(v: f32) -> f64 {
     v.to_string().parse().unwrap_or(f64::from(v))
 }

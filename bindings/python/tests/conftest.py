@@ -1,4 +1,4 @@
-"""What the tests share."""
+"""Shared parts of the tests."""
 
 import os
 import threading
@@ -66,7 +66,7 @@ def assert_others_run_while(work):
             errors.append(error)
         done.set()
 
-    # A thread that waits for a lock held all the time would tick once at the end.
+    # If the work held the lock all the time, the thread would tick only once, at the end.
     start, ticks = time.monotonic(), [time.monotonic()]
     thread = threading.Thread(target=run)
     thread.start()

@@ -1,4 +1,4 @@
-"""The cases that every binding of osp passes: bindings/conformance.txt, which says what its lines mean."""
+"""The cases that every binding of osp passes: bindings/conformance.txt, which explains its lines."""
 
 import math
 from pathlib import Path
@@ -102,7 +102,7 @@ def test_conformance():
                     continue
                 expected = [int(word) for word in words]
                 if question == "view":
-                    # Its columns come one after the other.
+                    # The file has the matrix in column-major order.
                     check = tested.check_visible if step == "visible" else tested.check_unhidden
                     check(numbers.reshape(4, 4).T, expected)
                 elif question == "boxquery":

@@ -1,4 +1,4 @@
-"""The culler against brute force in numpy, and what is wrong."""
+"""Compares the culler with brute force in numpy, and tests wrong arguments."""
 
 import threading
 
@@ -45,7 +45,7 @@ def test_batches_come_move_and_go_and_many_cameras_see_them(rng):
         assert len(seen) == len(cameras)
         for found, shown in zip(seen, expected):
             assert np.isin(shown, found).all() and len(np.unique(found)) == len(found)
-            # Points so small that little more is reported.
+            # The boxes are so small that few invisible ones are reported.
             assert len(found) <= len(shown) * 1.1 + 5
             most = max(most, len(shown))
     assert most > 100
@@ -196,7 +196,7 @@ def test_float64_is_rounded_outwards_and_far_eyes_are_exact():
     culler.set(5, [0.1] * 3 + [0.7] * 3)  # float32 has neither
     low, high = culler.bounds(5)
     assert (low.astype(float) <= 0.1).all() and (high.astype(float) >= 0.7).all()
-    # A million kilometres away an eye in float32 would be metres beside.
+    # A million kilometres away, an eye in float32 would be off by metres.
     far = 1e9
     matrix = perspective(60, 1, 0.1, 100) @ looking((far + 0.5, 0, 3), (far + 0.5, 0, 0))
     culler.set(6, [far - 64, -1, -1, far + 64, 1, 1])
@@ -280,6 +280,6 @@ def test_what_is_wrong_raises_one_exception(case):
     culler.commit()
     with pytest.raises(exception, match=message) as raised:
         call(culler)
-    # A subclass would be another one: a panic of Rust, for one, is none of these.
+    # The type must be exact: a subclass would be another error. A panic of Rust is none of these types.
     assert raised.type is exception
     assert culler.cull(AHEAD)[0].tolist() == [3] and len(culler) == 1

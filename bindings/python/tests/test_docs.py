@@ -1,4 +1,4 @@
-"""The examples in the documentation, and that there is documentation."""
+"""Runs the examples in the documentation, and checks that everything public is documented."""
 
 import doctest
 import inspect
@@ -35,7 +35,7 @@ def is_of_pictures(text):
     return re.search(r"^ *>>> .*osp\.render\(", text, flags=re.MULTILINE) is not None
 
 
-# The page's examples of pictures stand alone, so that the others are tested where there is no adapter.
+# The page's examples with pictures are separate, so that the others are also tested without an adapter.
 BLOCKS = re.findall(r"^```python\n.*?^```", (HERE / "README.md").read_text(), flags=re.MULTILINE | re.DOTALL)
 EXAMPLES = {
     **ALL,
@@ -54,7 +54,7 @@ def test_examples_are_true(name, recordings, monkeypatch, no_picture):
     if no_picture and is_of_pictures(EXAMPLES[name]):
         pytest.skip(no_picture)
     monkeypatch.chdir(HERE.parents[1])
-    # A fence of Markdown ends what is expected.
+    # A fence of Markdown ends the expected output.
     text = re.sub(r"^```.*$", "", inspect.cleandoc(EXAMPLES[name]), flags=re.MULTILINE)
     names = {"osp": osp, "np": np, "recordings": recordings}
     test = doctest.DocTestParser().get_doctest(text, names, name, name, 0)

@@ -1,4 +1,4 @@
-"""What is wrong raises one exception that says what was expected (of a culler: test_culler.py)."""
+"""Every error raises one exception that names the expected form (for the culler: test_culler.py)."""
 
 import numpy as np
 import osp
@@ -44,5 +44,5 @@ def test_what_is_wrong_raises_one_exception(case):
     call, exception, message = CASES[case]
     with pytest.raises(exception, match=message) as raised:
         call()
-    # A subclass would be another one: a panic of Rust, for one, is none of these.
+    # The type must be exact: a subclass would be another error. A panic of Rust is none of these types.
     assert raised.type is exception

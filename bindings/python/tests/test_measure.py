@@ -1,4 +1,4 @@
-"""Replays and verifications against what osp itself has pinned."""
+"""Compares replays and verifications with the values that osp itself has pinned."""
 
 import re
 
@@ -80,7 +80,7 @@ def test_a_method_that_hides_what_can_be_seen_is_found_out(recordings):
     table = osp.verify(recordings / "portrait.ron", ["depth-centers", "msvbsp-paper"], views=6, pixels=(640, 360))
     assert not table["conservative"].any()
     assert table["false_culls"].sum() > 0
-    # It has promised nothing.
+    # This method does not promise to be conservative.
     assert table.ok
 
 

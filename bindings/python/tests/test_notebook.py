@@ -1,4 +1,4 @@
-"""The notebook runs from its first cell to its last, and what it says comes from the data."""
+"""The notebook runs from its first cell to its last, and its statements come from the data."""
 
 import os
 import re

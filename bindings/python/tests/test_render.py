@@ -1,4 +1,4 @@
-"""Pictures of recordings. Without a graphics adapter they are skipped, unless OSP_GPU_TESTS is 1."""
+"""Pictures of recordings. Without a graphics adapter the tests are skipped, unless OSP_GPU_TESTS is 1."""
 
 import os
 import subprocess
@@ -12,7 +12,7 @@ import pytest
 from conftest import ROOT, assert_others_run_while, looking, perspective
 
 SIZE = (160, 90)
-# In a room of the recording, from where walls hide most of the others.
+# In a room of the recording, in which walls hide most of the other rooms.
 INSIDE = osp.View.look_at((-1.5, 1.6, 1.5), (2, 1, -1))
 SQUARE = "Polygon(t:{t},vertices:[({0},{0},{z}),({1},{0},{z}),({1},{1},{z}),({0},{1},{z})],color:({rgb},1.0))"
 RED, BLUE = "1.0,0.0,0.0", "0.0,0.0,1.0"
@@ -44,7 +44,7 @@ def test_a_picture_is_an_array_of_rows_from_the_top(adapter, squares):
     picture = osp.render(squares, (80, 40), view=view)
     assert picture.shape == (40, 80, 4) and picture.dtype == np.uint8 and (picture[..., 3] == 255).all()
     assert is_red(picture[20, 40]) and is_blue(picture[5, 40]) and is_blue(picture[35, 40])
-    # The upper half is the upper half: an eye below the red square has it above the middle.
+    # The first rows are the upper ones: for an eye below the red square, it is above the middle.
     low = osp.render(squares, (80, 40), view=osp.View.look_at((0, -0.7, 0), (0, -0.7, -1)))
     assert is_red(low[11, 40]) and is_blue(low[28, 40])
 
@@ -61,7 +61,7 @@ def test_a_matrix_and_a_view_without_end_show_the_same(adapter, squares):
     matrix = perspective(50, 2, 0.1, 100) @ looking(eye, target)
     of_matrix = osp.render(squares, (80, 40), view=matrix).astype(int)
     without_end = osp.View.look_at(eye, target, fov_y_degrees=50, far_m=float("inf"))
-    # The view is as high as the picture, whatever its own shape.
+    # The view has the height of the picture, for any aspect ratio of its own.
     of_view = osp.render(squares, (80, 40), view=without_end).astype(int)
     assert len(np.unique(of_view.reshape(-1, 4), axis=0)) > 2
     assert abs(of_matrix - of_view).mean() < 1
@@ -143,7 +143,7 @@ def test_what_is_wrong_raises_one_exception(squares, case):
     arguments, exception, message = WRONG[case]
     with pytest.raises(exception, match=message) as raised:
         osp.render(squares, **{"size": SIZE, **arguments})
-    # A subclass would be another one: a panic of Rust, for one, is none of these.
+    # The type must be exact: a subclass would be another error. A panic of Rust is none of these types.
     assert raised.type is exception
 
 
@@ -178,7 +178,7 @@ def test_damage_is_an_error_or_passed_over(adapter, squares):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has the adapters that this test asks for elsewhere")
 def test_without_an_adapter_there_is_one_clear_error(squares, monkeypatch):
-    # Direct3D is nowhere else.
+    # Direct3D exists only on Windows.
     monkeypatch.setenv("WGPU_BACKEND", "dx12")
     with pytest.raises(osp.AdapterError, match="no graphics adapter was found: is a driver installed?") as raised:
         osp.render(squares, SIZE)

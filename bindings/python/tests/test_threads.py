@@ -1,4 +1,4 @@
-"""The interpreter goes on while osp works."""
+"""The interpreter continues while osp works."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""What a camera sees of a mesh, against rays."""
+"""Compares the visible triangles of a mesh with rays."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -122,7 +122,7 @@ def test_strange_meshes():
     view = osp.View.look_at((0, 0, 0), (0, 0, -1))
     assert osp.visible(view, np.empty((0, 3, 3)), "msvbsp").shape == (0,)
     assert osp.visible(view, np.empty((0, 3)), faces=np.empty((0, 3))).shape == (0,)
-    # A point, a line, and one of enormous size around the eye.
+    # Triangles: a point, a line, and an enormous one around the eye.
     flat = np.array([[[0, 0, -2]] * 3, [[0, 0, -2], [0, 1, -2], [0, 2, -2]], [[-1e30, -1, 0], [1e30, -1, 0], [0, -1, -1e30]]])
     for method in [None, *osp.OCCLUSION_METHODS]:
         assert osp.visible(view, flat, method).all()

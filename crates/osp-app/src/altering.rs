@@ -1,38 +1,38 @@
-//! Changes of the selection: another colour or width, turned, scaled, mirrored, copied.
+//! Changes of the selected strokes: colour, width, rotation, scale, mirror, copies.
 //!
-//! A changed copy replaces each stroke, as one [step](Event::Step) for undo. So a replay, and the file after a crash,
-//! contain the same change.
+//! A changed copy replaces each stroke, all as one [step](Event::Step) for undo. So a replay, and the file after a
+//! crash, contain the same change.
 
 use std::collections::BTreeMap;
 
 use osp_session::recording::{Event, Motion, StrokeId};
 
-/// Change of the selection.
+/// A change of the selected strokes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Altering {
-    /// The colour of the brush.
+    /// The colour becomes that of the brush.
     Color,
-    /// The width of the brush.
+    /// The width becomes that of the brush.
     Width,
-    /// Turned about the vertical through its middle, degrees, counter-clockwise seen from above.
+    /// Rotation about the vertical axis through the selection's centre, degrees, counter-clockwise seen from above.
     Turn(f32),
-    /// Scaled about its middle by a factor.
+    /// Scale about the selection's centre, a factor.
     Scale(f32),
-    /// Mirrored on the mirror while that is on, else on the plane across the x axis through its middle.
+    /// Reflection in the mirror if it is on, else in the plane across the x axis through the selection's centre.
     Mirror,
-    /// Moved in any way, world space.
+    /// Any motion, world space.
     Motion(Motion),
 }
 
-/// Copied strokes, as they were in the world.
+/// Copied strokes in world space, the clipboard.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Clip {
     pub(super) strokes: Vec<ClipStroke>,
-    /// Parents come before children.
+    /// The groups of the strokes; parents come before children.
     pub(super) groups: Vec<ClipGroup>,
     /// Largest extent of all strokes, metres.
     pub(super) extent_m: f32,
-    /// Number of times that it was pasted.
+    /// Number of times that the clip was pasted.
     pub(super) pasted: u32,
 }
 
@@ -41,7 +41,7 @@ pub(super) struct ClipStroke {
     pub(super) id: StrokeId,
     pub(super) events: Vec<Event>,
     pub(super) layer: u32,
-    /// A place among the clip's groups.
+    /// Index of the stroke's group in [`Clip::groups`].
     pub(super) group: Option<usize>,
 }
 
@@ -51,6 +51,6 @@ pub(super) struct ClipGroup {
     pub(super) parent: Option<usize>,
 }
 
-/// Changed copies that replaced strokes, by which undo and redo keep them selected.
+/// Strokes and the changed copies that replaced them, so that undo and redo keep them selected.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Replaced(pub(super) BTreeMap<StrokeId, StrokeId>);

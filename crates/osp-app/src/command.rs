@@ -12,7 +12,7 @@ use osp_session::{
     rig::{RoomFromTracker, Stereo},
 };
 
-/// A command that a person gives by key, button or menu.
+/// A command from a key, button or menu.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
     /// Undo the last edit.
@@ -23,93 +23,93 @@ pub enum Command {
     Tool(ToolChoice),
     /// Make the brush wider (positive) or narrower by steps.
     Widen(f32),
-    /// Brush width, metres.
+    /// Set the brush width, metres.
     Width(f32),
-    /// The brush that paints ribbons.
+    /// Set the brush for ribbons.
     Paint(Option<&'static Brush>),
-    /// Brush colour, sRGB.
+    /// Set the brush colour, sRGB.
     Color([f32; 4]),
-    /// Set the aids for drawing.
+    /// Set the drawing aids.
     Aids(Aids),
-    /// Set the depth of new strokes.
+    /// Set where in depth new strokes are drawn.
     Snap(Snap),
     /// Erase the selected strokes.
     EraseSelected,
     /// Change the selected strokes.
     Alter(Altering),
-    /// Change the layers, or what is on them.
+    /// Change the layers or their strokes.
     Layer(LayerEdit),
-    /// Remember the selected strokes.
+    /// Copy the selected strokes to the clipboard.
     Copy,
-    /// Remember the selected strokes and erase them.
+    /// Copy the selected strokes to the clipboard and erase them.
     Cut,
-    /// Draw the remembered strokes again.
+    /// Draw the strokes of the clipboard again.
     Paste,
-    /// Draw the selected strokes once more.
+    /// Copy the selected strokes and paste the copies.
     Duplicate,
     /// Select all strokes.
     SelectAll,
-    /// End the reading or writing beside the window.
+    /// Cancel the background work.
     CancelWork,
-    /// Select nothing.
+    /// Clear the selection.
     SelectNone,
-    /// Make a group of the selection.
+    /// Group the selected strokes.
     GroupSelected,
-    /// Select all strokes of a group and of those below it.
+    /// Select all strokes of a group and its descendants.
     SelectGroup(GroupId),
-    /// Give a group a name; none if it is empty.
+    /// Set a group's name; an empty name removes it.
     NameGroup(GroupId, String),
-    /// Place a group again.
+    /// Change the transform of a group.
     PlaceGroup(GroupId, Placing),
-    /// Remember the view under a number.
+    /// Store the view under a number.
     KeepView(u32),
-    /// Go to the view with a number.
+    /// Go to the stored view of this number.
     GoToView(u32),
-    /// Write each frame as a picture, or end that.
+    /// Start or stop writing each frame as a picture.
     Frames,
-    /// Step back until the model is in view, without strays far from it.
+    /// Move the camera back until the main part of the model is in view.
     ShowAll,
-    /// Show the finished model of a replay as its artist last saw it.
+    /// Show the finished model of a replay from the artist's last view.
     ShowFinished,
-    /// Turn the camera to the point under the pointer.
+    /// Rotate the camera towards the point under the pointer.
     LookAtPointer,
-    /// Stop moving the culling camera, or let it follow the view again.
+    /// Freeze the culling camera, or let it follow the view again.
     Freeze(bool),
     /// Insert the model into another index.
     Index(IndexKind),
     /// Choose the method of occlusion culling.
     Occlusion(Method),
-    /// Most occluders of a view; `None` is the method's own number.
+    /// Set the largest number of occluders of a view; `None` is the method's default.
     Occluders(Option<usize>),
     /// Turn stages of culling on and off.
     Stages(Stages),
-    /// Show animated brushes at this moment, seconds; `None` lets them move.
+    /// Show animated brushes at a fixed time, seconds; `None` lets time run.
     Moment(Option<f32>),
-    /// Choose which structures are drawn over the model.
+    /// Choose which debug structures are drawn over the model.
     Layers(LayerChoice),
-    /// Change how the rig's screens show the model to two eyes.
+    /// Set how the rig's screens show the pictures for two eyes.
     Stereo(Stereo),
-    /// Give each eye the picture of the other one, or its own.
+    /// Exchange the pictures of the two eyes, or not.
     SwapEyes(bool),
-    /// Distance of the eyes, metres.
+    /// Set the distance between the eyes, metres.
     EyeSeparation(f32),
     /// Show a test pattern on the rig's screens, or the model.
     TestPattern(bool),
-    /// Set the transform from the tracker's space to the room.
+    /// Set the transform from tracker space to room space.
     Calibrate(RoomFromTracker),
     /// Start an empty session.
     New,
     /// Open a session.
     Open(PathBuf),
-    /// Open a session to draw on it, read-only, or without its damaged pieces.
+    /// Open a session in a special way: to draw, read-only, or without its damaged parts.
     OpenAs(PathBuf, Opening),
-    /// Write what is not yet in the session's file.
+    /// Write unsaved events to the session's file.
     Save,
     /// Save the session under a path; the user confirms the replacement of a file.
     SaveAs(PathBuf),
     /// Save the session under a path, and replace a file there.
     SaveOver(PathBuf),
-    /// Try at once to write what could not be written.
+    /// Retry a failed write at once.
     RetrySaving,
     /// Discard everything drawn since the session was opened or saved under a name, after the user has confirmed it.
     Discard,
@@ -129,8 +129,8 @@ pub enum Command {
     Play(bool),
     /// Replay: go to a frame.
     Seek(u64),
-    /// Replay: move on by frames, or back.
+    /// Replay: go forwards or back by this number of frames.
     Step(i64),
-    /// Replay: frames shown for each recorded one.
+    /// Replay: speed, as a factor of the recorded speed.
     Speed(f64),
 }

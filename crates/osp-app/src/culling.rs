@@ -23,10 +23,10 @@ use osp_session::{
 pub(super) use plan::Indexing;
 pub use plan::{CullingPlan, Indexed};
 
-/// The stages of culling that are on.
+/// The stages of culling that can be turned off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stages {
-    /// Polygons outside the view are left out.
+    /// Whether frustum culling is on.
     pub frustum: bool,
 }
 
@@ -36,44 +36,44 @@ impl Default for Stages {
     }
 }
 
-/// Time to insert a whole model into another index.
+/// The insertion of a whole model into another index, with its duration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reindexed {
     /// The index.
     pub kind: IndexKind,
-    /// Polygons inserted.
+    /// Number of polygons inserted.
     pub polygons: u64,
-    /// Time.
+    /// Duration.
     pub took: Duration,
-    /// Whether another thread than the window's inserted them.
+    /// Whether a background thread inserted them.
     pub beside: bool,
 }
 
-/// Results and times of picking with rays since the beginning.
+/// Results and times of picking with rays, summed since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PickCounts {
-    /// Rays cast.
+    /// Number of rays.
     pub rays: u64,
-    /// Polygons that were tested exactly.
+    /// Number of exact polygon tests.
     pub tests: u64,
-    /// Time of all, nanoseconds.
+    /// Time of all rays, nanoseconds.
     pub total_ns: u64,
-    /// Time of the last, nanoseconds.
+    /// Time of the last ray, nanoseconds.
     pub last_ns: u64,
     /// The polygon that the last ray hit.
     pub last: Option<PolygonId>,
 }
 
-/// Counts of searches around points since the beginning.
+/// Counts of searches around points, summed since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReachCounts {
-    /// Points.
+    /// Number of points.
     pub points: u64,
-    /// Polygons whose boxes were tested one by one.
+    /// Number of polygons whose boxes were tested one by one.
     pub polygons: u64,
 }
 
-/// The culling of a frame, with stages that can be turned on and off at any time.
+/// The culling of frames, with stages that can be turned on and off at any time.
 #[derive(Debug)]
 pub struct Culling {
     plan: CullingPlan,
@@ -87,7 +87,7 @@ pub struct Culling {
     /// Scratch of [`Culling::nearest_box`].
     found: Vec<PolygonId>,
     draw_cost: DrawCost,
-    /// All polygons, while the view does not cull.
+    /// All polygons, used while frustum culling is off.
     all: VisibleBlocks,
 }
 
@@ -146,12 +146,12 @@ impl Culling {
         self.stages = stages;
     }
 
-    /// Most occluders of a view; `None` without occlusion culling.
+    /// Largest number of occluders of a view; `None` without occlusion culling.
     pub fn most_occluders(&self) -> Option<usize> {
         self.pipeline.occlusion().map(OcclusionPass::most_occluders)
     }
 
-    /// Changes the most occluders of a view.
+    /// Sets the largest number of occluders of a view.
     pub fn set_occluders(&mut self, occluders: Option<usize>) {
         self.plan.occluders = occluders;
         self.pipeline.set_occluders(occluders);
@@ -162,7 +162,7 @@ impl Culling {
         (self.plan.node_test, self.plan.score) = (node_test, score);
     }
 
-    /// Sets the measure by which `auto` finds the cheapest method, from the next [`Culling::reindex`] on.
+    /// Sets the criterion by which `auto` selects the cheapest method, from the next [`Culling::reindex`] on.
     pub fn set_auto_basis(&mut self, basis: AutoBasis) {
         self.plan.auto_basis = basis;
     }
@@ -178,7 +178,7 @@ impl Culling {
         pass.map_or(&[], |pass| pass.shadows())
     }
 
-    /// Time of the last change of the index.
+    /// Duration of the last change of the index.
     pub fn reindexed(&self) -> Option<Reindexed> {
         self.reindexed
     }
@@ -193,20 +193,20 @@ impl Culling {
         self.reaches
     }
 
-    /// Plan of the present index, and of every index made later.
+    /// The plan of the current index and of every later one.
     pub fn plan(&self) -> &CullingPlan {
         &self.plan
     }
 
-    /// Inserts the whole model into another index, or again into the same. The inserted model contains all changes so
-    /// far: they must not be given to the next frame.
+    /// Inserts the whole model into another index, or again into the same. The inserted model includes all changes so
+    /// far, so these must not be passed to the next frame.
     pub fn reindex(&mut self, kind: IndexKind, occlusion: Method, scene: &Scene, bounds: &Aabb) {
         let plan = CullingPlan { kind, occlusion, ..self.plan.clone() };
         self.take(plan.index(scene, bounds), false);
     }
 
-    /// Takes over a model that another thread has inserted. Without one, or if it was inserted by another plan,
-    /// inserts the model here.
+    /// Takes over a model that another thread has inserted. If there is none, or it was inserted with another plan,
+    /// inserts the model on this thread.
     pub fn meet(&mut self, indexed: Option<Indexed>, scene: &Scene, bounds: &Aabb) {
         match indexed.filter(|indexed| indexed.plan == self.plan) {
             Some(indexed) => self.take(indexed, true),
@@ -226,7 +226,7 @@ impl Culling {
         self.pipeline.skip(scene, changes);
     }
 
-    /// One frame: applies the changes to the index and culls for each of `views` (screens, eyes), by the frustum and by
+    /// Culls one frame: applies the changes to the index, then culls for each of `views` (screens, eyes) by frustum and
     /// occlusion.
     pub fn frame(&mut self, scene: &Scene, changes: &[Change], views: &[View]) -> FrameRecord {
         let record = self.pipeline.frame_of_views(scene, changes, views);
@@ -237,7 +237,7 @@ impl Culling {
         record
     }
 
-    /// The polygons that the frustum of a view of the last frame may see; nothing if there was no such view.
+    /// The polygons in the frustum of a view of the last frame; `None` if there was no such view.
     pub fn in_view(&self, view: usize) -> Option<&VisibleBlocks> {
         self.pipeline.in_view_lists().get(view)
     }
@@ -252,7 +252,8 @@ impl Culling {
         }
     }
 
-    /// Records the time to draw this many polygons. Several frames together show how much time culling one polygon saves.
+    /// Records the time to draw this number of polygons. From several frames the time saved by culling one polygon is
+    /// estimated.
     pub fn note_drawing(&mut self, polygons: u64, ns: u64) {
         self.draw_cost.note(polygons, ns);
         if let Some(polygon_ns) = self.draw_cost.polygon_ns() {
@@ -260,7 +261,7 @@ impl Culling {
         }
     }
 
-    /// Frames with a measured drawing time.
+    /// Number of frames with a measured drawing time.
     pub fn drawings_measured(&self) -> u32 {
         self.draw_cost.frames()
     }
@@ -281,8 +282,8 @@ impl Culling {
         outside.extend(scene.visible_ids().filter(|&id| !is_drawn(id) && !is_in_view(id)));
     }
 
-    /// The first polygon that a ray hits, and the ray's parameter there; polygons of the stroke `without` are ignored.
-    /// `waiting` are the changes that no frame has applied to the index yet.
+    /// The first polygon that a ray hits, and the ray parameter of the hit. Polygons of the stroke `without` are
+    /// ignored. `waiting` are the changes that no frame has applied to the index yet.
     pub fn pick(
         &mut self,
         scene: &Scene,
@@ -315,8 +316,8 @@ impl Culling {
         found
     }
 
-    /// The strokes with a polygon in a part of space. `waiting` are the changes that no frame has applied to the index
-    /// yet.
+    /// The strokes with a polygon in a region of space. `waiting` are the changes that no frame has applied to the
+    /// index yet.
     pub fn strokes_in(&mut self, scene: &Scene, waiting: &[Change], part: &Part) -> Vec<StrokeId> {
         // The index may be a frame behind the scene.
         let mut is_in = |id: PolygonId| {
@@ -333,15 +334,15 @@ impl Culling {
         }
         let late = waiting.iter().filter_map(|change| match *change {
             Change::Insert(id) | Change::Update(id) => Some(id),
-            // A polygon of a space that moves as a whole is found at its present place.
+            // A polygon of a group that moves as a whole is found at its current position.
             Change::Remove(_) | Change::Repaint(_) | Change::Place(_) => None,
         });
         self.found.extend(late.filter(|&id| is_in(id)));
         self.found.iter().filter_map(|&id| scene.stroke_of(id).id()).collect()
     }
 
-    /// The polygon whose box is nearest to a point and within `reach_m` of it along each axis; the first of several.
-    /// `waiting` are the changes that no frame has applied to the index yet.
+    /// The polygon whose box is nearest to a point, within `reach_m` along each axis; of several, that with the
+    /// smallest id. `waiting` are the changes that no frame has applied to the index yet.
     pub fn nearest_box(
         &mut self,
         scene: &Scene,
@@ -354,7 +355,7 @@ impl Culling {
         self.pipeline.box_query(scene, &reach, &mut self.found);
         self.found.extend(waiting.iter().filter_map(|change| match *change {
             Change::Insert(id) | Change::Update(id) => Some(id),
-            // A polygon of a space that moves as a whole is found at its present place.
+            // A polygon of a group that moves as a whole is found at its current position.
             Change::Remove(_) | Change::Repaint(_) | Change::Place(_) => None,
         }));
         self.reaches.points += 1;

@@ -1,17 +1,17 @@
-//! Estimates the cost of drawing a polygon from the times of frames.
+//! Estimates the cost of drawing a polygon from frame times.
 
-/// Weight of a new frame against all earlier ones.
+/// Weight of a new frame relative to all earlier ones.
 const WEIGHT: f64 = 0.02;
-/// Frames before the first estimate.
+/// Number of frames before the first estimate.
 const FIRST_FRAMES: u32 = 60;
-/// Least spread of the numbers of polygons for an estimate, as a part of their mean (standard deviation).
+/// Smallest standard deviation of the numbers of polygons for an estimate, as a fraction of their mean.
 const LEAST_SPREAD: f64 = 0.05;
 
-/// Standard errors that are subtracted from the slope, so that noise does not count as a cost.
+/// Number of standard errors that are subtracted from the slope, so that noise does not count as a cost.
 const ERRORS_OFF: f64 = 3.0;
 
-/// The slope of the frames' times over their numbers of polygons. Even an empty frame costs some time, which culling
-/// does not save. Least squares, with weights that fall with a frame's age.
+/// Linear regression of frame times over numbers of polygons. The slope is the cost of a polygon, because even an empty
+/// frame costs some time, which culling does not save. The weights of the least squares decrease with a frame's age.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DrawCost {
     frames: u32,
@@ -23,8 +23,8 @@ pub(super) struct DrawCost {
 }
 
 impl DrawCost {
-    /// Adds the time of drawing a number of polygons. Times may arrive some frames late: numbers of polygons change
-    /// slowly.
+    /// Adds the drawing time of a number of polygons. Times may arrive some frames late, because the number of polygons
+    /// changes slowly.
     pub(super) fn note(&mut self, polygons: u64, ns: u64) {
         self.frames = self.frames.saturating_add(1);
         let weight = WEIGHT.max(1.0 / f64::from(self.frames));
@@ -41,7 +41,8 @@ impl DrawCost {
         self.frames
     }
 
-    /// The least cost of a polygon, nanoseconds, once it can be distinguished from the cost of an empty frame.
+    /// A lower estimate of the cost of a polygon, nanoseconds. `None` until it can be distinguished from the cost of an
+    /// empty frame.
     pub(super) fn polygon_ns(&self) -> Option<f64> {
         let is_clear =
             self.frames >= FIRST_FRAMES && self.variance.sqrt() > LEAST_SPREAD * self.mean_polygons;
@@ -52,7 +53,7 @@ impl DrawCost {
         let left = (self.variance_ns - slope * self.covariance).max(0.0);
         let frames = f64::from(self.frames).min(2.0 / WEIGHT - 1.0);
         let least_ns = slope - ERRORS_OFF * (left / (self.variance * frames)).sqrt();
-        // Never more than if all of the time went into polygons.
+        // At most the mean time per polygon, as if an empty frame cost nothing.
         let most_ns = (self.mean_ns / self.mean_polygons).max(1.0);
         (least_ns > 0.0 || left == 0.0).then(|| least_ns.clamp(1.0, most_ns))
     }
@@ -62,7 +63,7 @@ impl DrawCost {
 mod tests {
     use super::*;
 
-    /// A frame takes 3 ms and 400 ns a polygon.
+    /// A frame takes 3 ms plus 400 ns per polygon.
     fn after(frames: u32, polygons: impl Fn(u32) -> u64) -> DrawCost {
         let mut cost = DrawCost::default();
         for frame in 0..frames {

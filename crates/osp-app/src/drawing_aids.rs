@@ -1,17 +1,18 @@
-//! Aids for drawing: a straight edge, a mirror, and a brush of constant width on the screen.
+//! Drawing aids: straight lines, a mirror, and a brush of constant width on the screen.
 
 use std::collections::BTreeMap;
 
 use osp_session::recording::{Motion, StrokeId};
 
-/// The aids for drawing.
+/// The drawing aids.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Aids {
-    /// Strokes are straight, as if Shift were held.
+    /// Whether strokes are straight, as with Shift.
     pub straight: bool,
-    /// Position of the mirror, a plane across the x axis, metres. Each stroke is drawn on both sides of it.
+    /// Position of the mirror, a plane across the x axis, metres. Each stroke is also drawn mirrored. `None` without a
+    /// mirror.
     pub mirror_x: Option<f32>,
-    /// Width of the brush in pixels; its width in the model depends on the distance.
+    /// Width of the brush on the screen, pixels; its width in the model then depends on the distance.
     pub width_px: Option<f32>,
 }
 

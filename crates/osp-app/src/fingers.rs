@@ -1,5 +1,5 @@
-//! Fingers on a touch screen. One finger acts as the pointer. Two orbit the camera around the centre of the view and
-//! change its distance. Three move it along the screen.
+//! Fingers on a touch screen. One finger acts as the pointer. Two fingers orbit the camera around the centre of the
+//! view and change its distance. Three fingers pan the camera.
 
 use glam::Vec2;
 
@@ -8,13 +8,13 @@ use glam::Vec2;
 pub struct Fingers {
     /// Number of fingers, at least two.
     pub count: usize,
-    /// Motion of their middle, in heights of the window, y downwards.
+    /// Motion of the fingers' centroid, in heights of the window, y downwards.
     pub moved: Vec2,
-    /// Their distance, as a multiple of the previous one.
+    /// Distance between the fingers divided by the previous one.
     pub spread: f32,
 }
 
-/// A finger that has come down and has not acted yet.
+/// A finger that has touched the screen and has had no effect yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Resting {
     pub(super) at: Vec2,

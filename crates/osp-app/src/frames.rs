@@ -9,12 +9,13 @@ use std::{
 
 use osp_render::{Image, RenderError};
 
-/// Frames a second of the video.
+/// Frame rate of the video, Hz.
 pub(super) const VIDEO_RATE: u32 = 30;
-/// Most pictures that wait to be written; then the window waits, so that none is left out.
+/// Largest number of pictures that wait to be written. If it is reached, the window waits, so that no picture is left
+/// out.
 const WAITING: usize = 8;
 
-/// Writes pictures on a thread of its own.
+/// Writes pictures on its own thread.
 #[derive(Debug)]
 pub(super) struct FrameWriter {
     folder: PathBuf,
@@ -25,7 +26,7 @@ pub(super) struct FrameWriter {
 }
 
 impl FrameWriter {
-    /// Makes a new folder beside a path, with its name and a number.
+    /// Creates a new folder beside a path, with the path's name and a number.
     pub(super) fn beside(path: &Path) -> io::Result<Self> {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let mut number = 1u32;
@@ -57,21 +58,21 @@ impl FrameWriter {
         &self.folder
     }
 
-    /// Takes the next frame.
+    /// Queues the next frame.
     ///
     /// # Errors
-    /// An earlier one could not be written.
+    /// An earlier frame could not be written.
     pub(super) fn take(&mut self, image: Image) -> Result<(), RenderError> {
         let path = self.folder.join(format!("{:06}.png", self.next));
         self.next += 1;
         if let Some(pictures) = &self.pictures {
-            // A writer that has ended has reported why.
+            // A writer that has ended has reported the reason.
             let _ = pictures.send((path, image));
         }
         self.failed.try_recv().map_or(Ok(()), Err)
     }
 
-    /// Waits until all are written; returns their number, and the error if one could not be written.
+    /// Waits until all frames are written. Returns their number, and the error if a frame could not be written.
     pub(super) fn finish(&mut self) -> (u64, Option<RenderError>) {
         self.pictures = None;
         let _ = self.writer.take().map(JoinHandle::join);
@@ -80,7 +81,7 @@ impl FrameWriter {
 }
 
 impl Drop for FrameWriter {
-    /// Writes the pictures that were handed over first.
+    /// Writes the queued pictures first.
     fn drop(&mut self) {
         self.finish();
     }

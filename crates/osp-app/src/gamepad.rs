@@ -9,12 +9,12 @@ use super::{
 };
 use osp_session::recording::Tool;
 
-/// Deflection up to which a stick counts as resting.
+/// Largest deflection of a stick that counts as rest.
 const REST: f32 = 0.15;
-/// Deflection from which a trigger counts as pressed.
+/// Smallest deflection of a trigger that counts as pressed.
 const PRESSED: f32 = 0.05;
 
-/// Draws with a gamepad. Sticks fly and look. The right trigger draws in the middle of the view; its deflection is the
+/// Input from a gamepad. Sticks fly and look. The right trigger draws in the middle of the view; its deflection is the
 /// pressure.
 pub(super) struct Gamepad {
     gilrs: Gilrs,
@@ -27,7 +27,7 @@ impl Gamepad {
         Some(Self { gilrs: Gilrs::new().ok()?, is_drawing: false })
     }
 
-    /// Passes the gamepad's input to the studio.
+    /// Applies the gamepad's input to the studio.
     pub(super) fn steer(&mut self, studio: &mut Studio, size_px: Vec2, frame_secs: f32) {
         while let Some(event) = self.gilrs.next_event() {
             if let gilrs::EventType::ButtonPressed(key, _) = event.event {

@@ -10,29 +10,30 @@ use osp_session::recording::Motion;
 /// A button of the pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Button {
-    /// Left, or the tip of a pen.
+    /// Left button, or the tip of a pen.
     Primary,
-    /// Right.
+    /// Right button.
     Secondary,
-    /// The wheel.
+    /// The wheel, pressed.
     Middle,
 }
 
-/// Keys held while the pointer moves.
+/// Modifier keys that are held down.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Held {
     /// Shift.
     pub shift: bool,
-    /// Alt: turns the left button into the right one, for pens without buttons.
+    /// Alt, which turns the left button into the right one, for pens without buttons.
     pub alt: bool,
 }
 
-/// An event of the pointer on the window. Positions go from -1 to 1, left to right and from the lower to the upper border.
+/// An input event of the pointer on the window. Positions range from -1 to 1, from left to right and from the lower to
+/// the upper border.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Input {
-    /// New position.
+    /// The pointer moved to a position.
     Move(Vec2),
-    /// It has left the window.
+    /// The pointer left the window.
     Leave,
     /// A button went down.
     Press(Button),
@@ -40,15 +41,15 @@ pub enum Input {
     Release(Button),
     /// Pressure of a pen, 0 to 1.
     Pressure(f32),
-    /// The wheel was turned by this many steps, away from the hand.
+    /// The wheel was turned by this number of steps, positive away from the hand.
     Wheel(f32),
 }
 
-/// The action of the pointer while a button is down.
+/// The action of the pointer while a button is pressed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Gesture {
     Draw,
-    /// Whether a step is open for the erased strokes.
+    /// Erases strokes; stores whether an undo step is open for them.
     Erase {
         is_step_open: bool,
     },
@@ -56,44 +57,44 @@ pub(super) enum Gesture {
     Orbit(Vec3),
     Look,
     Pan,
-    /// Selected strokes are dragged: the point on them where the drag began, and the motion so far.
+    /// Drags the selected strokes: the point on them where the drag began, and the translation so far.
     Move {
         from: Vec3,
         by: Vec3,
     },
-    /// A handle of the selection is dragged: the point where the drag began, and the motion of the selection so far.
+    /// Drags a handle of the selection: the point where the drag began, and the motion of the selection so far.
     Handle {
         handle: Handle,
         ring: Ring,
         from: Vec3,
         motion: Motion,
     },
-    /// Two points of the model: at the press, and under the pointer.
+    /// Spans two points of the model: the point at the press, and the point under the pointer.
     Span {
         span: Span,
         from: Vec3,
         to: Vec3,
     },
-    /// A button is down on empty space and the pointer has not moved.
+    /// A button is pressed on empty space and the pointer has not moved.
     Click,
 }
 
-/// The state of the pointer and of held keys.
+/// The state of the pointer and of modifier keys.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Gestures {
     pub(super) pointer: Option<Vec2>,
     pub(super) pressed_at: Vec2,
-    /// A finger has come down; if it moves the pointer, too, a press of the pointer follows.
+    /// Whether a finger has touched the screen. If it also moves the pointer, a press of the pointer follows.
     pub(super) finger_came: bool,
-    /// The button that is down is a finger.
+    /// Whether the pressed button is a finger.
     pub(super) is_touch: bool,
-    /// A finger that may be the first of several.
+    /// A finger that may become the first of several.
     pub(super) resting: Option<Resting>,
-    /// Several fingers are on the window.
+    /// Whether several fingers are on the window.
     pub(super) has_fingers: bool,
     pub(super) gesture: Option<Gesture>,
     pub(super) pressure: Option<f32>,
-    /// Flying: right, up, back, -1 to 1 each.
+    /// Flight direction: right, up, back, each -1 to 1.
     pub(super) flight: Vec3,
 }
 
@@ -103,7 +104,7 @@ impl Gestures {
         self.pointer
     }
 
-    /// Whether something is being dragged.
+    /// Whether a gesture is in progress.
     pub(super) fn is_dragging(&self) -> bool {
         self.gesture.is_some()
     }

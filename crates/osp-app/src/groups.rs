@@ -10,22 +10,23 @@ use osp_session::{
     scene::Scene,
 };
 
-/// New place of a group: moved in its parent's space, then turned about +y and scaled about its middle.
+/// Change of a group's transform: translation in its parent's space, then rotation about +y and scale about the group's
+/// centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placing {
-    /// Displacement, metres.
+    /// Translation, metres.
     pub by: Vec3,
-    /// Turn about +y of the parent's space, degrees, counter-clockwise seen from above.
+    /// Rotation about +y of the parent's space, degrees, counter-clockwise seen from above.
     pub turn_degrees: f32,
-    /// Factor of its size.
+    /// Scale factor.
     pub scale: f32,
 }
 
 impl Placing {
-    /// The present place.
+    /// No change.
     pub const STAY: Self = Self { by: Vec3::ZERO, turn_degrees: 0.0, scale: 1.0 };
 
-    /// The transform after the placing, about a middle in the parent's space.
+    /// The transform after the change; `middle` is the group's centre in the parent's space.
     pub(super) fn after(&self, before: &Transform, middle: Vec3) -> Transform {
         let half = f64::from(self.turn_degrees).to_radians() * 0.5;
         let turn = Quat::from_xyzw(0.0, libm::sin(half) as f32, 0.0, libm::cos(half) as f32);
@@ -34,7 +35,7 @@ impl Placing {
     }
 }
 
-/// The outermost groups whose visible strokes are all among these, and the strokes outside of these groups.
+/// The outermost groups whose visible strokes are all among `strokes`, and the strokes outside of these groups.
 pub(super) fn whole_groups(scene: &Scene, strokes: &[StrokeId]) -> (Vec<GroupId>, Vec<StrokeId>) {
     let mut chosen = BTreeMap::<GroupId, usize>::new();
     let chain_of = |id: &StrokeId| scene.stroke(*id).map_or_else(Vec::new, |stroke| scene.groups_of(stroke));

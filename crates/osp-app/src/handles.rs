@@ -1,4 +1,4 @@
-//! Handles around the selection: a ring that turns it, and a knob on the ring that scales it.
+//! Handles around the selection: a ring that rotates it, and a knob on the ring that scales it.
 
 use glam::{Quat, Vec3};
 
@@ -7,14 +7,14 @@ use osp::{math::rotate, view::View};
 use osp_render::{Depth, LineBatch, LineColor};
 use osp_session::recording::Motion;
 
-/// Distance from a handle at which the pointer still takes it, pixels.
+/// Largest distance from a handle at which the pointer grabs it, pixels.
 const REACH_PX: f32 = 9.0;
 /// Half the edge of the knob, pixels.
 const KNOB_PX: f32 = 6.0;
-/// Least radius of the ring, pixels; at most it is this part of the window's height.
+/// Smallest radius of the ring, pixels. The largest radius is a fraction of the window's height.
 const LEAST_PX: f32 = 36.0;
 const MOST_HEIGHTS: f32 = 0.42;
-/// Step of turns while Shift is held; scales go by tenths.
+/// Step of rotations while Shift is held, degrees; the step of scales is a tenth.
 const STEP_DEGREES: f32 = 15.0;
 const COLOR: LineColor = [255, 220, 90, 255];
 
@@ -27,7 +27,7 @@ pub(super) enum Handle {
     Scale,
 }
 
-/// The ring around the selection, across the line of sight.
+/// The ring around the selection, perpendicular to the line of sight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ring {
     pub(super) middle: Vec3,
@@ -77,7 +77,7 @@ impl Ring {
     }
 }
 
-/// Motion of the selection when a handle is dragged from one point of the ring's plane to another.
+/// Motion of the selection when a handle is dragged from one point in the ring's plane to another.
 pub(super) fn dragged(handle: Handle, ring: &Ring, from: Vec3, to: Vec3, in_steps: bool) -> Motion {
     let (before, after) = (from - ring.middle, to - ring.middle);
     match handle {

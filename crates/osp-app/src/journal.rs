@@ -1,8 +1,8 @@
 //! Writes a session to its file while it is drawn.
 //!
 //! ```text
-//! event ──> History (its whole text, in memory) ──> SessionFile (at the place that was chosen)
-//!                                               └─> SessionFile (a shelter among the autosaves, while the first fails)
+//! event ──> History (its whole text, in memory) ──> SessionFile (at the chosen path)
+//!                                               └─> SessionFile (the shelter, an autosave file, while the first fails)
 //! ```
 
 mod autosaves;
@@ -35,26 +35,26 @@ pub(super) use lock::{NotTaken, SessionLock};
 pub(super) use session_file::SessionFile;
 pub use session_file::Trouble;
 
-/// Wait before the next try of a failed file.
+/// Time before a failed write is retried.
 const RETRY: Duration = Duration::from_secs(3);
 
-/// Saves a session while it is drawn: every event is written to the file, as a line of its own, before the next event.
+/// Saves a session while it is drawn: every event is written to the file, as its own line, before the next event.
 ///
-/// Only one program at a time writes the file. If another program removes, replaces or changes it, or the disk is
-/// full, the file is left alone. The whole session is in memory; it is written to an autosave file (the shelter) until
-/// the file is restored or another path is chosen.
+/// Only one program at a time writes the file. If another program removes, replaces or changes the file, or the disk is
+/// full, the journal no longer writes to it. The whole session is in memory; it is written to an autosave file (the
+/// shelter) until the file is restored or another path is chosen.
 #[derive(Debug)]
 pub struct Journal {
     history: History,
-    /// None for a read-only session.
+    /// `None` for a read-only session.
     file: Option<SessionFile>,
     path: PathBuf,
     is_named: bool,
-    /// Number of events when the session was opened, or saved under a name.
+    /// Number of events when the session was opened or last saved under a name.
     first_events: u64,
-    /// Whether events have come since.
+    /// Whether further events have been added since.
     is_changed: bool,
-    /// The file that the session was opened from is gone: only the journal has its events.
+    /// Whether the file from which the session was opened no longer exists, so that only the journal has its events.
     has_lost_origin: bool,
     trouble: Option<Trouble>,
     tried_at: Instant,
@@ -70,11 +70,11 @@ pub struct Journal {
 pub struct Unwritten {
     /// The session's file.
     pub path: PathBuf,
-    /// Why it cannot be written.
+    /// Reason for which the file cannot be written.
     pub trouble: Box<Trouble>,
-    /// Events that are in memory only.
+    /// Number of events that are only in memory.
     pub missing: u64,
-    /// A file that holds the whole session.
+    /// An autosave file with the whole session.
     pub kept_in: Option<PathBuf>,
 }
 
@@ -87,13 +87,13 @@ fn rest(missing: u64, kept_in: Option<&Path>) -> String {
     }
 }
 
-/// Why a session was not saved at a place.
+/// Reason for which a session was not saved.
 #[derive(Debug, Error)]
 pub enum SaveError {
-    /// A session that can continue has another name.
+    /// The name does not end in `.ron`, which a session that is continued needs.
     #[error("{}: expected a name that ends in .ron", .0.display())]
     Name(PathBuf),
-    /// Another window has the session at this path.
+    /// Another window has the session at this path open.
     #[error(transparent)]
     Held(OpenElsewhere),
     /// The file cannot be written.
@@ -101,7 +101,7 @@ pub enum SaveError {
     Failed {
         /// The file.
         path: PathBuf,
-        /// Why it cannot be written.
+        /// The reason.
         cause: Trouble,
     },
 }
@@ -130,10 +130,10 @@ impl Journal {
         })
     }
 
-    /// The journal of a session without a name. The first event creates its file.
+    /// The journal of an unnamed session. The first event creates its file.
     ///
     /// # Errors
-    /// The header holds a number that no recording may hold.
+    /// The header has an invalid number.
     pub fn unnamed(autosaves: &Autosaves, stem: &str, header: Header) -> Result<Self, RecordingError> {
         let file = autosaves.new_file(stem);
         let path = file.path().to_owned();
@@ -162,12 +162,12 @@ impl Journal {
     /// Adds events that were read from the session's file.
     ///
     /// # Errors
-    /// No recording can hold one of them.
+    /// An event is invalid in a recording.
     pub(super) fn note(&mut self, lines: &Lines) -> Result<(), RecordingError> {
         self.history.push_read(lines)
     }
 
-    /// Notes that the session was opened with the events so far; its file, if it exists already, has them.
+    /// Marks the current events as those with which the session was opened. Its file, if it exists, already has them.
     pub(super) fn start(&mut self) -> Result<(), RecordingError> {
         self.first_events = self.history.events();
         match &mut self.file {
@@ -176,14 +176,14 @@ impl Journal {
         }
     }
 
-    /// Closes the file without a message.
+    /// Closes the file without reporting an error.
     pub(super) fn give_back(self, how: fn(SessionFile)) {
         if let Some(file) = self.file {
             how(file);
         }
     }
 
-    /// Makes the session one without a name.
+    /// Makes the session unnamed.
     pub(super) fn forget_name(&mut self) {
         self.is_named = false;
     }
@@ -208,17 +208,17 @@ impl Journal {
         self.file.is_none()
     }
 
-    /// Whether something was drawn since the session was opened, or saved under a name.
+    /// Whether events were added since the session was opened or saved under a name.
     pub fn is_changed(&self) -> bool {
         self.is_changed
     }
 
-    /// Events since the session was opened, or saved under a name.
+    /// Number of events since the session was opened or saved under a name.
     pub fn new_events(&self) -> u64 {
         if self.is_changed { self.history.events() - self.first_events } else { 0 }
     }
 
-    /// Why the file cannot be written; `None` if it can.
+    /// Reason for which the file cannot be written; `None` if it can.
     pub fn trouble(&self) -> Option<&Trouble> {
         self.trouble.as_ref()
     }
@@ -229,7 +229,7 @@ impl Journal {
         (shelter.missing(&self.history) == 0).then(|| shelter.path())
     }
 
-    /// Events that are in no file.
+    /// Number of events that are in no file.
     pub fn missing(&self) -> u64 {
         let Some(trouble) = &self.trouble else { return 0 };
         let file = self.file.as_ref().filter(|_| !trouble.is_lost());
@@ -238,13 +238,13 @@ impl Journal {
         least.unwrap_or_else(|| self.history.events())
     }
 
-    /// Whether all written data are on the disk, not only in the system's memory.
+    /// Whether all written data are on the disk, not only in the system's cache.
     pub fn is_synced(&self) -> bool {
         self.file.iter().chain(&self.shelter).all(SessionFile::is_synced)
     }
 
-    /// A message with the path of the drawing, if that is an autosave file with a name that nobody has chosen. `None`
-    /// for an autosave file that was opened by its name and not changed.
+    /// A message with the path of the drawing, if it is an autosave file whose name the user has not chosen. `None` for
+    /// an autosave file that was opened by its name and not changed.
     pub(super) fn place_of_edits(&self) -> Option<String> {
         let is_made = self.file.as_ref().is_some_and(SessionFile::is_made) && self.trouble.is_none();
         let is_news = self.is_changed || !self.is_named;
@@ -266,10 +266,10 @@ impl Journal {
         self.file.as_ref().is_some_and(|file| file.is_at(path))
     }
 
-    /// Writes an event, now or, if the file fails, later.
+    /// Adds an event and writes it, at once or, if the file fails, later.
     ///
     /// # Errors
-    /// No recording can hold the event; it is left out.
+    /// The event is invalid in a recording, and is left out.
     pub fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
         self.history.push(event)?;
         self.write_pending();
@@ -279,20 +279,20 @@ impl Journal {
     /// Adds an event that the next call of [`Journal::write_pending`] writes, together with others.
     ///
     /// # Errors
-    /// No recording can hold the event; it is left out.
+    /// The event is invalid in a recording, and is left out.
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
         self.history.push(event)
     }
 
-    /// The events that made these strokes, in their order.
+    /// The events that drew these strokes, in order.
     ///
     /// # Errors
-    /// There is no memory for them.
+    /// The machine has not enough memory for them.
     pub(super) fn events_of(&self, strokes: &BTreeSet<StrokeId>) -> std::io::Result<Vec<Event>> {
         self.history.events_of(strokes)
     }
 
-    /// Writes the added events, now or, if the file fails, later.
+    /// Writes the added events, at once or, if the file fails, later.
     pub(super) fn write_pending(&mut self) {
         self.is_changed = true;
         match &self.trouble {
@@ -301,8 +301,8 @@ impl Journal {
         }
     }
 
-    /// Call it regularly, with or without new events. It checks the file, flushes it to the disk at pauses, and tries
-    /// again to write a file that failed.
+    /// Checks the file, flushes it to the disk at pauses, and retries a failed write. Call it regularly, with or
+    /// without new events.
     pub fn tend(&mut self, now: Instant) {
         let Some(file) = &mut self.file else { return };
         if self.trouble.is_none() {
@@ -321,14 +321,14 @@ impl Journal {
         }
     }
 
-    /// Tries a failed file again at once.
+    /// Retries a failed write at once.
     pub fn retry(&mut self) {
         self.catch_up(Instant::now());
     }
 
     fn catch_up(&mut self, now: Instant) {
         let Some(file) = &mut self.file else { return };
-        // A read-only session is not written, not even the ends of strokes that a crash left open.
+        // A session without changes is not written, not even the ends of strokes that a crash left open.
         let outcome = if self.is_changed { file.catch_up(&self.history) } else { file.check() };
         match outcome {
             Ok(()) => self.leave_shelter(),
@@ -336,7 +336,7 @@ impl Journal {
         }
     }
 
-    /// Removes the shelter once the file has everything and is flushed to the disk.
+    /// Removes the shelter once the file has all events and is flushed to the disk.
     fn leave_shelter(&mut self) {
         if self.trouble.is_none() {
             return;
@@ -362,7 +362,7 @@ impl Journal {
         self.take_shelter(now);
     }
 
-    /// Writes the session among the autosaves while its own file fails.
+    /// Writes the session to an autosave file while its own file fails.
     fn take_shelter(&mut self, now: Instant) {
         let Some(trouble) = &self.trouble else { return };
         let is_on_the_same_disk = self.path.parent() == Some(self.autosaves.folder());
@@ -386,7 +386,7 @@ impl Journal {
         }
     }
 
-    /// Continues in another autosave file, because nobody has chosen the path that was lost.
+    /// Continues in the autosave file, because the user has not chosen the lost path.
     fn stay_in_shelter(&mut self) {
         let Some(shelter) = self.shelter.take() else { return };
         self.path = shelter.path().to_owned();
@@ -398,7 +398,7 @@ impl Journal {
         self.has_lost_origin = true;
     }
 
-    /// Writes the whole session to `to` and continues in that file. An existing file is replaced.
+    /// Writes the whole session to the file `to`, which becomes the session's file. An existing file is replaced.
     ///
     /// # Errors
     /// The file cannot be written, or its name does not end in `.ron`; the session continues in its old file.
@@ -438,7 +438,7 @@ impl Journal {
             }
         };
         if let Some(old) = self.file.replace(file) {
-            // Nobody has chosen the old path, and the new file has everything.
+            // The user has not chosen the old path, and the new file has all events.
             if self.is_named || is_own { old.release() } else { old.remove() }
         }
         if let Some(shelter) = self.shelter.take() {
@@ -448,7 +448,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Notes that the session was saved under a name: only later events count as unsaved.
+    /// Records that the session was saved under a name: only later events count as unsaved.
     fn call_it(&mut self, to: &Path) {
         self.path = to.to_owned();
         (self.is_named, self.is_changed, self.has_lost_origin) = (true, false, false);
@@ -456,10 +456,11 @@ impl Journal {
         (self.trouble, self.shelter_failed_at) = (None, None);
     }
 
-    /// Restores the session and its file to their state when opened or saved under a name. Returns its events.
+    /// Restores the session and its file to the state when it was opened or saved under a name. Returns the events of
+    /// this state.
     ///
     /// # Errors
-    /// There is no memory for them; nothing has changed.
+    /// The machine has not enough memory; nothing has changed.
     pub(super) fn discard(&mut self) -> Result<Vec<Event>, RecordingError> {
         let mut history = History::new(self.history.header().clone())?;
         let mut events = Vec::new();
@@ -467,7 +468,7 @@ impl Journal {
         while history.events() < self.first_events
             && let Some(event) = reader.next_event()?
         {
-            // The same text, so that the history has the same length as its part of the file.
+            // The lines are copied, so that the history has the same length as its part of the file.
             let mut read = Lines::default();
             read.push(event.clone(), reader.line());
             history.push_read(&read)?;
@@ -491,7 +492,7 @@ impl Journal {
         Ok(events)
     }
 
-    /// Writes everything to the file and flushes it to the disk.
+    /// Writes all events to the file and flushes it to the disk.
     ///
     /// # Errors
     /// A part of the session could not be written.
@@ -521,7 +522,7 @@ impl Journal {
         })
     }
 
-    /// Ends the session on purpose. A session that stays marked as open was left by a crash or could not be written.
+    /// Ends the session regularly. A session that stays marked as open was ended by a crash or could not be written.
     ///
     /// # Errors
     /// A part of the session could not be written.
@@ -533,7 +534,7 @@ impl Journal {
         if let Some(file) = self.file.take() {
             match &settled {
                 Err(_) if !self.is_named => file.leave(),
-                // A page shows no files to the user: the next visit restores an unnamed session.
+                // A web page shows no files to the user, so the next visit restores an unnamed session.
                 Ok(()) if cfg!(target_arch = "wasm32") && !self.is_named && file.is_made() => file.leave(),
                 _ => file.release(),
             }
@@ -544,12 +545,12 @@ impl Journal {
 
 #[cfg(feature = "live")]
 impl Journal {
-    /// Removes the session's file, whose contents are elsewhere.
+    /// Removes the session's file, because another file has its contents.
     pub(super) fn remove(self) {
         self.file.into_iter().chain(self.shelter).for_each(SessionFile::remove);
     }
 
-    /// Ends the session but leaves it marked as open: the next `osp sketch` restores it.
+    /// Ends the session but leaves it marked as open, so that the next `osp sketch` restores it.
     ///
     /// # Errors
     /// A part of the session could not be written.

@@ -1,4 +1,4 @@
-//! The changes that a window's GPU gets when a replay jumps, between frames and in them.
+//! The changes for a window's GPU when a replay jumps, between frames and within them.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Strokes that come, go and move all the time.
+/// Strokes that are drawn, erased and moved all the time.
 fn session(random: &mut Pcg64) -> Vec<Event> {
     let t = 0.0;
     let mut events = Vec::new();
@@ -82,12 +82,12 @@ fn studio(folder: &Path, events: &[Event]) -> Studio {
     Studio::new(player, autosaves, IndexKind::BruteForce)
 }
 
-/// The polygons as a painter has sent them.
+/// The polygons as a painter has uploaded them.
 #[derive(Default)]
 struct Sent(Vec<ConvexPolygon>);
 
 impl Sent {
-    /// As `Painter::follow` does.
+    /// The same as `Painter::follow`.
     fn follow(&mut self, studio: &mut Studio) {
         let pending = studio.take_pending();
         if pending.is_other_scene {
@@ -160,7 +160,7 @@ fn a_jump_names_what_has_moved_and_nothing_else() {
             color,
         })
         .collect();
-    // Moves of one that is seen, and of one that is not.
+    // Moves of a visible and of an invisible stroke.
     events.push(Event::Erase { author: Author::SOLE, t, stroke: StrokeId(2) });
     events.push(Event::Move {
         author: Author::SOLE,

@@ -10,29 +10,29 @@ use osp::{
 use osp_render::{Depth, LineBatch, LineColor};
 use osp_session::{recording::Motion, scene::Scene};
 
-/// Most boxes drawn: more of them cover each other.
+/// Largest number of boxes drawn; more boxes would cover each other.
 const MAX_BOXES: usize = 20_000;
-/// Polygon edges drawn at most.
+/// Largest number of polygon edges drawn.
 const MAX_EDGES: usize = 60_000;
 
-/// Structures drawn over the model: boxes of the index, shadow volumes, culled polygons.
+/// Debug structures drawn over the model: boxes of the index, shadow volumes, culled polygons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LayerChoice {
     /// The boxes of the index's nodes, coloured by depth.
     pub nodes: bool,
-    /// Deepest level of the boxes.
+    /// Deepest level whose boxes are drawn.
     pub node_depth: u32,
-    /// Polygons that lie across a split of the root: they cannot be inserted deeper.
+    /// Polygons that intersect a split plane of the root, so that they cannot be inserted deeper.
     pub straddlers: bool,
     /// The occluders and their shadow volumes.
     pub shadows: bool,
-    /// Culled polygons, tinted by the reason (only while the culling camera is frozen).
+    /// Culled polygons, tinted by the reason. Only while the culling camera is frozen.
     pub culled: bool,
-    /// Polygons that the sides of the view cut. While the culling camera is frozen, the sides of that camera's view.
+    /// Polygons that intersect the side planes of the frustum; while the culling camera is frozen, of its frustum.
     pub cut: bool,
-    /// The depth pyramid of `hzb` in place of the picture.
+    /// The depth pyramid of `hzb` instead of the picture.
     pub pyramid: bool,
-    /// Its level, from 1 on: a texel of level n stands for 2^n pixels each way.
+    /// Level of the depth pyramid, from 1: a texel of level n covers 2^n by 2^n pixels.
     pub pyramid_level: u32,
     /// The grid on the floor.
     pub grid: bool,
@@ -57,7 +57,7 @@ impl Default for LayerChoice {
     }
 }
 
-/// A colour for a level of the tree, unlike those of the neighbouring levels.
+/// A colour for a level of the tree, different from those of the neighbouring levels.
 fn depth_color(depth: u32) -> LineColor {
     const COLORS: [LineColor; 7] = [
         [240, 240, 240, 200],
@@ -102,7 +102,7 @@ pub(super) fn draw_nodes(
     boxes.count
 }
 
-/// Draws the outlines of polygons as they are after a motion.
+/// Draws the outlines of polygons, transformed by a motion.
 pub(super) fn draw_outlines(
     scene: &Scene,
     ids: impl Iterator<Item = PolygonId>,
@@ -116,8 +116,8 @@ pub(super) fn draw_outlines(
     }
 }
 
-/// Number of polygons in view that lie wholly in the frustum, and the polygons that its planes cut; both by their
-/// boxes.
+/// Number of polygons in view that lie completely in the frustum, and the polygons that intersect its planes; both
+/// judged by their boxes.
 pub(super) fn inside_and_cut(
     scene: &Scene,
     frustum: &Frustum,
@@ -127,7 +127,7 @@ pub(super) fn inside_and_cut(
     for id in in_view {
         match frustum.classify(&scene.bounds(id)) {
             Containment::Inside => inside += 1,
-            // A polygon in view is not outside.
+            // A polygon in view cannot be outside.
             Containment::Intersects | Containment::Outside => cut.push(id),
         }
     }
@@ -173,9 +173,9 @@ pub(super) fn draw_shadows(
     shadows.len()
 }
 
-/// Draws a grid on the floor whose cells suit the distance of the eye.
+/// Draws a grid on the floor, with a cell size that suits the distance of the eye.
 pub(super) fn draw_grid(eye: Vec3, target: Vec3, distance_m: f32, out: &mut LineBatch) {
-    /// Cells from the middle to the border.
+    /// Number of cells from the middle to the border.
     const CELLS: i32 = 20;
     let cell = 10.0f32.powf((distance_m * 0.4).max(1.0e-6).log10().floor());
     let middle = Vec3::new((target.x / cell).round() * cell, 0.0, (target.z / cell).round() * cell);
@@ -212,7 +212,7 @@ pub(super) fn draw_plane(view: &View, at: Vec3, half_m: f32, out: &mut LineBatch
     }
 }
 
-/// Draws the pointer in space: a circle as wide as the brush.
+/// Draws the pointer in space: a circle of radius `radius_m`, half the width of the brush.
 pub(super) fn draw_cursor(view: &View, at: Vec3, radius_m: f32, color: LineColor, out: &mut LineBatch) {
     const CORNERS: usize = 24;
     let q = view.world_from_view;
@@ -224,7 +224,7 @@ pub(super) fn draw_cursor(view: &View, at: Vec3, radius_m: f32, color: LineColor
     out.outline(&corners, color, Depth::Through);
 }
 
-/// Polygons whose boxes lie across one of the three planes through the middle of `root`.
+/// Polygons whose boxes intersect one of the three planes through the centre of `root`.
 pub(super) fn straddlers(scene: &Scene, root: &Aabb) -> Vec<PolygonId> {
     let middle = root.center();
     let lies_across =

@@ -6,9 +6,9 @@
 //! egui ──────────────────── Interface
 //! ```
 //!
-//! Strokes become the same [`Event`](osp_session::recording::Event)s that a replay reads, and take the same path through
-//! the scene and the index. [`Studio`] is everything but the window and the GPU. [`ui`] has the panels, laid out by egui.
-//! [`run`] puts both into a window.
+//! Strokes become the same [`Event`](osp_session::recording::Event)s that a replay reads, and take the same path
+//! through the scene and the index. [`Studio`] contains everything except the window and the GPU. [`ui`] has the
+//! panels, laid out by egui. [`run`] shows both in a window.
 //!
 //! This crate may depend on all others except `osp-cli`.
 

@@ -7,26 +7,26 @@ use osp::{
 
 /// Vertical field of view, degrees.
 const FOV_DEGREES: f32 = 55.0;
-/// Steepest look up or down, radians: a little short of straight, so that "up" stays defined.
+/// Steepest angle up or down, radians, slightly less than vertical, so that "up" stays defined.
 const STEEPEST: f32 = 1.55;
-/// Nearest distance drawn, as a part of the distance to the centre of the view.
+/// Near distance as a fraction of the distance to the centre of the view.
 const NEAR_PART: f32 = 0.01;
 /// Limits of the distance to the centre of the view, metres.
 const DISTANCES_M: (f32, f32) = (1.0e-4, 1.0e7);
 
-/// Position and direction of the eye: orbit, pan, zoom and fly change the same few numbers.
+/// Position and direction of the eye, as the few numbers that orbit, pan, zoom and flight change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Navigator {
     target: Vec3,
-    /// Turn about +y, radians; 0 looks along -z.
+    /// Rotation about +y, radians; 0 looks along -z.
     yaw: f32,
-    /// Look up (positive) or down, radians.
+    /// Angle of the view above the horizontal, radians.
     pitch: f32,
     distance_m: f32,
 }
 
 impl Default for Navigator {
-    /// A little above the floor, two and a half metres from a point at the height of the chest.
+    /// Slightly above the floor, two and a half metres from a point at the height of the chest.
     fn default() -> Self {
         Self { target: Vec3::new(0.0, 1.2, 0.0), yaw: 0.35, pitch: -0.2, distance_m: 2.5 }
     }
@@ -53,8 +53,8 @@ impl Navigator {
         self.distance_m
     }
 
-    /// The view for a window `aspect` times as wide as high. `bounds` is the box of everything: nothing in it is cut
-    /// off.
+    /// The view for a window of this aspect ratio, width divided by height. `bounds` is the box of the model, which the
+    /// far plane does not clip.
     pub fn view(&self, aspect: f32, bounds: &Aabb) -> View {
         let eye_in_world = self.eye();
         let near_m = self.distance_m * NEAR_PART;
@@ -71,7 +71,8 @@ impl Navigator {
         }
     }
 
-    /// Orbits around a point, world space, which stays where it is on the screen. `turn` is in heights of the window.
+    /// Orbits around a point in world space, which keeps its position on the screen. `turn` is in heights of the
+    /// window.
     pub fn orbit_about(&mut self, pivot: Vec3, turn: Vec2) {
         let before = self.world_from_view();
         self.orbit(turn);
@@ -79,8 +80,8 @@ impl Navigator {
         self.target = pivot + rotate(turned, self.target - pivot);
     }
 
-    /// Comes nearer (positive) to a point, world space, or goes away by steps of a wheel. The point stays where it is on the
-    /// screen.
+    /// Moves towards a point in world space (positive `steps`) or away from it, in steps of the wheel. The point keeps
+    /// its position on the screen.
     pub fn zoom_to(&mut self, point: Vec3, steps: f32) {
         let before_m = self.distance_m;
         self.zoom(steps);
@@ -93,14 +94,14 @@ impl Navigator {
         self.pitch = (self.pitch - turn.y * 3.0).clamp(-STEEPEST, STEEPEST);
     }
 
-    /// Turns about the eye.
+    /// Rotates about the eye.
     pub fn look(&mut self, turn: Vec2) {
         let eye = self.eye();
         self.orbit(turn * 0.5);
         self.target = eye - rotate(self.world_from_view(), Vec3::Z) * self.distance_m;
     }
 
-    /// Moves along the screen, so that the centre of the view follows the hand. `by` is in heights of the window.
+    /// Pans the camera, so that the centre of the view follows the hand. `by` is in heights of the window.
     pub fn pan(&mut self, by: Vec2) {
         let height_m = 2.0 * (FOV_DEGREES.to_radians() * 0.5).tan() * self.distance_m;
         let q = self.world_from_view();
@@ -112,17 +113,18 @@ impl Navigator {
         self.distance_m = (self.distance_m * 0.88f32.powf(steps)).clamp(DISTANCES_M.0, DISTANCES_M.1);
     }
 
-    /// Changes the distance as two fingers do: `by` is the ratio of their distances.
+    /// Changes the distance by a pinch of two fingers; `by` is the ratio of the fingers' distances.
     pub fn spread(&mut self, by: f32) {
         self.distance_m = (self.distance_m / by).clamp(DISTANCES_M.0, DISTANCES_M.1);
     }
 
-    /// Moves the eye and the centre of the view. `by` is in view space (right, up, back), in distances to the centre.
+    /// Moves the eye and the centre of the view. `by` is in view space (right, up, back), in units of the distance to
+    /// the centre.
     pub fn fly(&mut self, by: Vec3) {
         self.target += rotate(self.world_from_view(), by) * self.distance_m;
     }
 
-    /// Turns the eye to a point.
+    /// Rotates the camera towards a point.
     pub fn look_at(&mut self, point: Vec3) {
         let eye = self.eye();
         let back = eye - point;
@@ -136,7 +138,7 @@ impl Navigator {
         }
     }
 
-    /// Steps back until the whole box is in view.
+    /// Moves the camera back until the whole box is in view.
     pub fn show_all(&mut self, bounds: &Aabb) {
         if bounds.is_empty() || !bounds.is_valid() {
             return;
@@ -146,13 +148,13 @@ impl Navigator {
         self.distance_m = (radius_m * 2.0).clamp(DISTANCES_M.0, DISTANCES_M.1).max(0.2);
     }
 
-    /// Goes to a view whose centre is at this distance from the eye.
+    /// Goes to a view whose centre is at `distance_m` from the eye.
     pub fn go_to_from(&mut self, eye: Vec3, world_from_view: Quat, distance_m: f32) {
         self.distance_m = distance_m.clamp(DISTANCES_M.0, DISTANCES_M.1);
         self.go_to(eye, world_from_view);
     }
 
-    /// Goes to a view; the distance to the centre stays.
+    /// Goes to a view; the distance to the centre does not change.
     pub fn go_to(&mut self, eye: Vec3, world_from_view: Quat) {
         let back = rotate(world_from_view, Vec3::Z);
         self.yaw = back.x.atan2(back.z);
@@ -161,7 +163,7 @@ impl Navigator {
     }
 }
 
-/// Metres that a pixel covers at this distance along the view, on a window this many pixels high.
+/// Size of a pixel at this distance along the view, metres, in a window of `height_px` pixels height.
 pub(super) fn pixel_m(view: &View, distance_m: f32, height_px: f32) -> f32 {
     (view.projection.top - view.projection.bottom) * distance_m / height_px.max(1.0)
 }

@@ -17,68 +17,68 @@ use osp_session::{
 
 pub use osp_session::platform::USER_FOLDER;
 
-/// A request of the page, for the next frame.
+/// A request of the page, which the next frame handles.
 #[derive(Debug)]
 pub enum Wish {
     /// Replay a session from the beginning.
     Replay(PathBuf),
-    /// Read a session for a replay, and show the finished model first.
+    /// Read a session for a replay, and first show the finished model.
     Show(PathBuf),
-    /// Carry out a command.
+    /// Execute a command.
     Do(Command),
-    /// Let the camera follow the replay's camera, or stay.
+    /// Let the camera follow the replay's camera, or not.
     FollowCamera(bool),
 }
 
 /// State of the window, for the page.
 #[derive(Clone, Debug, Default)]
 pub struct State {
-    /// Frames shown so far.
+    /// Number of frames shown so far.
     pub frames: u64,
     /// Name of the graphics adapter; empty until the window is open.
     pub adapter: String,
-    /// The session's file.
+    /// Path of the session's file.
     pub path: PathBuf,
-    /// Whether it is a replay.
+    /// Whether the session is a replay.
     pub is_replay: bool,
-    /// Frames played of a replay, or events of a session that is drawn.
+    /// Number of played frames of a replay, or of events of a session for drawing.
     pub position: u64,
-    /// Frames of the session.
+    /// Number of frames of the session.
     pub length: u64,
     /// The view of the last frame.
     pub camera: Option<Camera>,
-    /// The step in which the clock advances, nanoseconds.
+    /// Resolution of the clock, nanoseconds.
     pub clock_step_ns: u64,
-    /// Polygons of the model that are not removed.
+    /// Number of visible polygons of the model.
     pub polygons: u64,
-    /// Polygons handed to the GPU in the last frame.
+    /// Number of polygons passed to the GPU in the last frame.
     pub drawn: u64,
     /// Whether the user is entering text.
     pub wants_text: bool,
     /// Latest message of the window.
     pub message: String,
-    /// File that is being read, and the progress, once it takes a while.
+    /// The file that is being read, and the progress, once reading has taken a while.
     pub work: Option<String>,
-    /// Why the last file was not opened.
+    /// Reason for which the last file was not opened.
     pub refused: Option<String>,
-    /// Why the window has ended.
+    /// Reason for which the window has ended.
     pub failure: Option<String>,
 }
 
-/// Input that the user has typed into a text field of the page: an on-screen keyboard needs such a field.
+/// Input that the user typed into a text field of the page, which an on-screen keyboard needs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Typed {
-    /// Letters.
+    /// Text.
     Text(String),
-    /// The key that removes a letter.
+    /// The key Backspace.
     Backspace,
-    /// The key that ends the entry.
+    /// The key Enter.
     Enter,
 }
 
-/// Folder of opened files; each set of files has a folder of its own in it.
+/// Folder of opened files; each set of files has its own subfolder.
 const INPUT_FOLDER: &str = "/input";
-/// Parts of such a folder's path: the root, this one, and its number.
+/// Number of components of a set's path: the root, this folder, and the set's number.
 const SET_DEPTH: usize = 3;
 
 #[derive(Default)]
@@ -99,12 +99,12 @@ pub fn state() -> State {
     PAGE.with_borrow(|page| page.state.clone())
 }
 
-/// Requests something for the next frame.
+/// Stores a request for the next frame.
 pub fn wish(wish: Wish) {
     PAGE.with_borrow_mut(|page| {
         page.wishes.push(wish);
         page.state.refused = None;
-        // Before the window is open there is no receiver; the first frame finds the request.
+        // Before the window is open there is no receiver; the first frame then finds the request.
         let _ = page.wake.as_ref().map(|wake| wake.send_event(Wake));
     });
 }
@@ -139,7 +139,7 @@ pub(super) fn note_text_field(is_open: bool) {
     PAGE.with_borrow_mut(|page| page.state.wants_text = is_open);
 }
 
-/// Puts a file where [`Wish`]es and the window's own dialogs find it.
+/// Adds a file, so that [`Wish`]es and the window's dialogs can open it.
 pub fn put_file(path: &Path, bytes: Vec<u8>) {
     memory::put(path, bytes);
 }
@@ -147,31 +147,31 @@ pub fn put_file(path: &Path, bytes: Vec<u8>) {
 /// The bytes of a file.
 ///
 /// # Errors
-/// There is no such file.
+/// The file does not exist.
 pub fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
     memory::read(path)
 }
 
-/// The files that the session at `path` is read from: all files of its set in `/input`, or only the one.
+/// The files of the session at `path`: all files of its set in `/input`, or only this file.
 pub fn files_of_session(path: &Path) -> Vec<PathBuf> {
     let set: PathBuf = path.components().take(SET_DEPTH).collect();
     let is_in_set = path.starts_with(INPUT_FOLDER) && path.components().count() > SET_DEPTH;
     if is_in_set { memory::files_below(&set) } else { vec![path.to_owned()] }
 }
 
-/// A change of one of the program's own files ([`USER_FOLDER`]) or of a saved session, which the page stores until the
+/// A change of one of the program's own files ([`USER_FOLDER`]) or of a saved session. The page stores it until the
 /// next visit.
 #[derive(Clone, Debug)]
 pub struct Kept {
     /// The file.
     pub path: PathBuf,
-    /// Number of unchanged bytes before it.
+    /// Number of unchanged bytes before `bytes`.
     pub from: usize,
-    /// The bytes; none if the file was removed.
+    /// The new bytes; `None` if the file was removed.
     pub bytes: Option<Vec<u8>>,
 }
 
-/// Changes since the last call.
+/// The changes since the last call.
 pub fn take_kept() -> Vec<Kept> {
     let is_session = |path: &Path| path.extension().is_some_and(|ending| ending == "ron" || ending == "open");
     let is_own = |path: &Path| path.starts_with(USER_FOLDER) || is_session(path);
@@ -210,7 +210,7 @@ pub(super) fn before_frame(studio: &mut Studio) {
     let wishes = PAGE.with_borrow_mut(|page| std::mem::take(&mut page.wishes));
     let is_end =
         |wish: &Wish| matches!(wish, Wish::Replay(_) | Wish::Show(_) | Wish::Do(Command::CancelWork));
-    // A user who opens another session does not wait for this one.
+    // A user who opens another session should not wait for the current one.
     if studio.is_reading() && wishes.iter().any(is_end) {
         studio.command(Command::CancelWork);
     }
@@ -223,7 +223,7 @@ pub(super) fn before_frame(studio: &mut Studio) {
             Wish::FollowCamera(follows) => studio.follow_replay_camera(follows),
         }
     }
-    // The other requests wait until the session is read.
+    // The other requests wait until the session has been read.
     let waiting: Vec<Wish> = wishes.filter(|wish| !matches!(wish, Wish::Do(Command::CancelWork))).collect();
     PAGE.with_borrow_mut(|page| page.wishes.splice(..0, waiting).for_each(drop));
 }
@@ -250,7 +250,7 @@ pub(super) fn after_frame(studio: &mut Studio, adapter: String, clock_step_ns: u
     });
 }
 
-/// A page has one view, which is symmetric about its axis.
+/// The camera on a page, whose single view is symmetric about its axis.
 fn camera(studio: &Studio) -> Option<Camera> {
     let view = &studio.views().first()?.view;
     Some(Camera {

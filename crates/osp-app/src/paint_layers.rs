@@ -1,48 +1,48 @@
-//! The layers of a session in the window: named, hidden, locked; one of them is drawn on.
+//! The layers of a session in the window, with their names and states. New strokes are drawn on the current layer.
 
 use osp_session::recording::{Author, Paint};
 
 /// A layer as the window shows it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LayerRow {
-    /// Its number.
+    /// Number of the layer.
     pub layer: u32,
-    /// Its name.
+    /// Name of the layer.
     pub name: String,
-    /// Whether its strokes are not drawn.
+    /// Whether the layer's strokes are hidden.
     pub is_hidden: bool,
-    /// Whether its strokes are neither selected nor erased.
+    /// Whether the layer's strokes can be neither selected nor erased.
     pub is_locked: bool,
-    /// Its owner, by number and name, in a session of several authors.
+    /// The layer's owner, by number and name, in a session of several authors.
     pub owner: Option<(Author, String)>,
-    /// Only its owner may draw on it and change it.
+    /// Whether only the owner may draw on the layer and change it.
     pub is_closed: bool,
 }
 
-/// Change of the layers.
+/// A change of the layers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LayerEdit {
-    /// Make another one, and draw on it.
+    /// Create a layer and make it the current one.
     New,
-    /// Draw on it.
+    /// Make a layer the current one.
     Choose(u32),
-    /// Give it a name.
+    /// Name a layer.
     Name(u32, String),
-    /// Hide the current one, or show it.
+    /// Hide or show the current layer.
     ToggleHidden,
-    /// Lock the current one, or unlock it.
+    /// Lock or unlock the current layer.
     ToggleLocked,
-    /// Hide it, or show it.
+    /// Hide or show a layer.
     Hide(u32, bool),
-    /// Lock it, or unlock it.
+    /// Lock or unlock a layer.
     Lock(u32, bool),
-    /// Close an own one to all other authors, or open it.
+    /// Close an own layer to all other authors, or open it.
     Close(u32, bool),
-    /// Bring the selection to the current one.
+    /// Move the selected strokes to the current layer.
     TakeSelection,
 }
 
-/// An author's name, or the number if there is no name.
+/// An author's name, or the number if the name is empty.
 pub(super) fn name_or_number(author: Author, name: &str) -> String {
     if name.trim().is_empty() { format!("author {author}") } else { name.to_owned() }
 }

@@ -17,10 +17,10 @@ use osp_render::{
     WindowSurface,
 };
 
-/// Style of polygons outside of the view.
+/// Style of culled polygons outside of the view.
 const LEFT_OUT: Style = Style { tint: [0.9, 0.12, 0.1], amount: 0.8, opacity: 0.35, glow: 0.0 };
 
-/// Style of hidden polygons.
+/// Style of culled polygons that are hidden.
 const HIDDEN: Style = Style { tint: [0.65, 0.2, 0.95], amount: 0.85, opacity: 0.5, glow: 0.0 };
 
 /// The user interface's shapes and textures.
@@ -34,15 +34,15 @@ pub(super) struct Panels {
 /// Times of a frame's painting, nanoseconds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PaintTimes {
-    /// Sending new polygons, sorting, sending the lists.
+    /// Time to upload new polygons, sort, and upload the lists.
     pub(super) send_ns: u64,
-    /// GPU time of the model; without time stamps, the time to submit and show the frame.
+    /// GPU time of the model; without timestamps, the time to submit and present the frame.
     pub(super) draw_ns: u64,
-    /// Whether the frame reached the screen.
+    /// Whether the frame was presented.
     pub(super) is_shown: bool,
 }
 
-/// Why painting stopped.
+/// Reason for which painting stopped.
 #[derive(Debug)]
 pub(super) enum PaintError {
     /// The surface is lost; a new one may work.
@@ -64,15 +64,15 @@ struct Pane {
     shown: Shown,
     lines: LinePass,
     timer: GpuTimer,
-    /// Own strokes drawn over the model.
+    /// Own strokes that are drawn over the model.
     over: Option<ViewSlot>,
 }
 
-/// The renderer of own strokes, which are few.
+/// Settings of the renderer of own strokes, which are few.
 #[cfg(feature = "live")]
 const OVER: RendererConfig = RendererConfig { chunk_len: 1 << 12, draw_len: 1 << 12, background: [0.0; 3] };
 
-/// Time after which the clock of animated brushes starts again, seconds.
+/// Time after which the clock of animated brushes restarts, seconds.
 const MOST_TIME_S: f64 = 1000.0;
 
 /// Draws frames onto the window.
@@ -83,22 +83,22 @@ pub(super) struct Painter {
     show: ShowPass,
     pyramid: PyramidPass,
     egui: egui_wgpu::Renderer,
-    /// Draws own strokes that are not in a shared session yet; made with the first of them.
+    /// Renderer of own strokes that are not in a shared session yet; created with the first of them.
     over: Option<Renderer>,
     panes: Vec<Pane>,
     walls: Vec<WallWindow>,
     clock: StageClock,
-    /// Start of the brushes' animation.
+    /// Start time of the brushes' animation.
     opened: Reading,
     /// Whether the animation is stopped.
     is_still: bool,
     draw_ns: u64,
-    /// The method of culling on the GPU that the adapter refused last, and the reason.
+    /// The GPU culling method that the adapter refused last, and the reason.
     cannot_cull: Option<(GpuOcclusion, String)>,
 }
 
 impl Painter {
-    /// A painter for a window. The scene is sent with the first frame.
+    /// A painter for a window. The scene is uploaded with the first frame.
     pub(super) async fn new(
         window: Arc<Window>,
         display: Box<dyn wgpu::wgt::WgpuHasDisplayHandle>,
@@ -171,13 +171,13 @@ impl Painter {
         }
     }
 
-    /// Makes the window's surface again after it was lost.
+    /// Creates the window's surface again after it was lost.
     pub(super) fn replace_surface(&mut self, window: &Arc<Window>) -> Result<(), RenderError> {
         self.surface = window_surface(&self.gpu, window)?;
         Ok(())
     }
 
-    /// The last frame's picture of the model on the first screen; on a page it arrives later.
+    /// The picture of the model on the first screen in the last frame; on a web page it arrives later.
     pub(super) fn picture(&self) -> Result<ComingImage, RenderError> {
         let pane = self.panes.first();
         let pane = pane.ok_or_else(|| RenderError::Device("nothing was drawn yet".to_owned()))?;
@@ -196,7 +196,7 @@ impl Painter {
         model: Area,
         mut panels: Panels,
     ) -> Result<PaintTimes, PaintError> {
-        // First, even if the frame fails: egui sends each texture once.
+        // The textures are updated first, even if the frame fails, because egui sends each texture once.
         for (id, deltas) in panels.textures.set.drain() {
             for delta in &deltas {
                 self.egui.update_texture(self.gpu.device(), self.gpu.queue(), id, delta);
@@ -240,12 +240,12 @@ impl Painter {
             Acquired::Nothing => false,
             Acquired::Lost => return Err(PaintError::SurfaceLost),
         };
-        // Receives the times of earlier frames; an empty queue is no error.
+        // The poll receives the times of earlier frames; an empty queue is no error.
         let _ = self.gpu.device().poll(wgpu::PollType::Poll);
         self.gpu.check()?;
         let times = self.panes.iter_mut().filter_map(|pane| {
             let times = pane.timer.take()?;
-            // The times are those of an earlier frame: only culling has a pass of tests.
+            // The times belong to an earlier frame. Only a frame with culling has a test pass.
             pane.slot.note_time(times.test_ns > 0, times.total_ns);
             Some(times)
         });
@@ -257,7 +257,7 @@ impl Painter {
         Ok(PaintTimes { send_ns, draw_ns: self.draw_ns, is_shown: is_shown || is_on_wall })
     }
 
-    /// Reports to the studio what the GPU culled.
+    /// Reports the culling counts of the GPU to the studio.
     fn tell_counts(&mut self, studio: &mut Studio, times: Option<PassTimes>) {
         if !self.panes.iter().all(|pane| pane.slot.culls()) {
             studio.note_drawn(None);
@@ -269,7 +269,7 @@ impl Painter {
         }
     }
 
-    /// Sends the changes of the studio's scene to the GPU.
+    /// Uploads the changes of the studio's scene to the GPU.
     fn follow(&mut self, studio: &mut Studio) {
         let pending = studio.take_pending();
         if pending.is_other_scene {
@@ -286,7 +286,7 @@ impl Painter {
         self.renderer.follow(&pending.changes);
         studio.give_back(pending);
         self.is_still = studio.moment_s().is_some();
-        // Restarts before the numbers in the shader become too coarse.
+        // The time restarts before its precision in the shader becomes too low.
         let time_s = self.clock.since(self.opened).ns as f64 * 1.0e-9 % MOST_TIME_S;
         self.renderer.set_time(studio.moment_s().unwrap_or(time_s as f32));
         self.renderer.send(studio.scene());
@@ -302,7 +302,7 @@ impl Painter {
         view: &RoomView,
         model: Area,
     ) -> Result<(), RenderError> {
-        // The size on its wall; this window's picture is scaled from it.
+        // The size on the view's wall; this window shows a scaled copy.
         let on_wall = self.walls.iter().find_map(|wall| wall.area_of(studio.room(), view));
         let area = on_wall.map_or_else(|| part_of(model, view), |(area, _)| area);
         let (width, height) = (area.width as u32, area.height as u32);
@@ -351,7 +351,7 @@ impl Painter {
         Ok(())
     }
 
-    /// Uploads own strokes that are on their way to a shared session.
+    /// Uploads own strokes that the server of a shared session has not returned yet.
     #[cfg(feature = "live")]
     fn follow_overlay(&mut self, studio: &mut Studio) {
         let Some(overlay) = studio.overlay_mut() else {
@@ -419,7 +419,7 @@ impl Painter {
         }
     }
 
-    /// Draws the windows of a rig's screens; returns whether one of them is visible.
+    /// Draws the windows of a rig's screens. Returns whether one of them is visible.
     fn paint_walls(&mut self, studio: &Studio, views: &[RoomView]) -> Result<bool, PaintError> {
         if self.walls.is_empty() {
             return Ok(false);
@@ -435,7 +435,7 @@ impl Painter {
         }
         self.gpu.queue().submit([encoder.finish()]);
         note_submitted(&mut self.panes);
-        // The walls wait for their displays: if this window waited, too, a frame would wait twice.
+        // The walls wait for their displays. If this window waited, too, a frame would wait twice.
         let is_shown = !frames.is_empty();
         self.surface.set_waits(!is_shown);
         for frame in frames {
@@ -471,7 +471,7 @@ fn encode_panes(
     }
 }
 
-/// The view's part of the model's area, whole pixels.
+/// The view's part of the model's area, in whole pixels.
 fn part_of(model: Area, view: &RoomView) -> Area {
     let x = (model.x + view.from.x * model.width).round();
     let right = (model.x + view.to.x * model.width).round();

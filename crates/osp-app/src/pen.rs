@@ -7,17 +7,18 @@ use osp_session::{
     recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
 };
 
-/// Samples of a ribbon or tube are at least this many pixels apart: a mouse counts whole pixels, and the direction
-/// between neighbouring ones is noise.
+/// Smallest distance between the samples of a ribbon or tube, pixels. A mouse reports whole pixels, so the direction
+/// between neighbouring pixels is noise.
 const SAMPLE_PX: f32 = 2.5;
-/// Distance between a wall's corners, pixels: the wall is cut into convex pieces, and each corner costs one.
+/// Smallest distance between a wall's corners, pixels, because the wall is split into convex pieces, and each corner
+/// costs one.
 const CORNER_PX: f32 = 14.0;
-/// A stroke whose samples are at least this part of its width apart does not fold over itself.
+/// Smallest distance between samples, as a fraction of the width, at which a stroke does not fold over itself.
 const SAMPLE_WIDTH: f32 = 0.15;
-/// Distance between the samples of a straight line, in widths; larger if there would be too many samples.
+/// Distance between the samples of a straight line, in widths; it is larger if there would be too many samples.
 const LINE_WIDTHS: f32 = 1.0;
 const MOST_LINE_PARTS: f32 = 256.0;
-/// Part of the width that is left at pressure 0.
+/// Width at pressure 0 divided by the full width.
 const THINNEST: f32 = 0.1;
 
 /// The settings of the pen.
@@ -25,13 +26,13 @@ const THINNEST: f32 = 0.1;
 pub struct Brush {
     /// The tool.
     pub tool: Tool,
-    /// The brush that ribbons are painted with; without one they are plain.
+    /// The brush of ribbons; `None` for plain ribbons.
     pub paint: Option<&'static brush::Brush>,
     /// Full width, metres.
     pub width_m: f32,
     /// Red, green, blue, opacity, sRGB.
     pub color: [f32; 4],
-    /// The layer that is drawn on.
+    /// The layer of new strokes.
     pub layer: u32,
 }
 
@@ -39,12 +40,12 @@ impl Brush {
     /// Limits of the width, metres.
     pub const WIDTHS_M: (f32, f32) = (1.0e-4, 100.0);
 
-    /// The brush for the current tool: only ribbons have one.
+    /// The brush for the current tool; only ribbons have one.
     pub fn paint(&self) -> Option<&'static brush::Brush> {
         self.paint.filter(|_| self.tool == Tool::Ribbon)
     }
 
-    /// Makes it wider or narrower by steps.
+    /// Makes the pen wider or narrower by steps.
     pub fn widen(&mut self, steps: f32) {
         self.width_m = (self.width_m * 1.15f32.powf(steps)).clamp(Self::WIDTHS_M.0, Self::WIDTHS_M.1);
     }
@@ -56,14 +57,14 @@ impl Default for Brush {
     }
 }
 
-/// Depth of a new stroke.
+/// Rule for the depth of a stroke.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Snap {
-    /// The point under the cursor, or else the centre of the view, at its start; then the plane through it parallel to
-    /// the window.
+    /// At the start of the stroke, the point of the model under the cursor, or else the centre of the view. Then the
+    /// plane through this point parallel to the window.
     #[default]
     Start,
-    /// The surfaces under the cursor all the way; beside them the plane of the start.
+    /// The surface under the cursor along the whole stroke; where there is none, the plane of the start.
     Surface,
     /// The plane through the centre of the view.
     Off,
@@ -77,40 +78,40 @@ struct Sample {
     pressure: f32,
 }
 
-/// A stroke in the making.
+/// An unfinished stroke.
 #[derive(Clone, Debug)]
 struct Drawing {
     stroke: StrokeId,
     brush: Brush,
-    /// A point of the plane that is drawn on.
+    /// A point of the drawing plane.
     anchor: Vec3,
     last: Sample,
-    /// The pointer's position, if that was too near to the last sample.
+    /// The pointer's position, if it was too near to the last sample.
     pending: Option<Sample>,
-    /// Whether the stroke's first event is in the session: a press without a movement makes no stroke.
+    /// Whether the stroke's first event is in the session; a press without a movement gives no stroke.
     has_begun: bool,
-    /// The end of an unfinished straight line, of which the session has no event yet.
+    /// The end of an unfinished straight line, which has no event yet.
     line_to: Option<Sample>,
-    /// The corners of a wall so far: it appears only once it is closed.
+    /// The corners of an unfinished wall, which appears only when it is finished.
     outline: Vec<Vec3>,
 }
 
-/// Draws with a pointer on a plane that faces the viewer.
+/// A pen that draws with the pointer on a plane that faces the viewer.
 #[derive(Clone, Debug, Default)]
 pub struct Pen {
     drawing: Option<Drawing>,
 }
 
-/// The pointer's position, and the surface under it.
+/// The pointer's position, and the view and surface under it.
 #[derive(Clone, Copy, Debug)]
 pub struct PenPoint<'a> {
-    /// The view under it.
+    /// The view under the pointer.
     pub view: &'a View,
-    /// -1 to 1 from left to right and from the lower to the upper border.
+    /// Position, -1 to 1 from left to right and from the lower to the upper border.
     pub at: Vec2,
     /// Height of the window, pixels.
     pub height_px: f32,
-    /// The point of the model under it, if any.
+    /// The point of the model under the pointer, if any.
     pub surface: Option<Vec3>,
     /// The centre of the view: the point around which the camera orbits.
     pub target: Vec3,
@@ -128,8 +129,8 @@ impl PenPoint<'_> {
         ray.origin + ray.direction * distance_m
     }
 
-    /// Orientation of a stroke that lies like paint on the window. The x axis of the pose is a plain ribbon's
-    /// normal and points to the viewer. For a brush, the pose is that of a hand that points into the picture.
+    /// Orientation of a stroke that lies parallel to the window. The x axis of the pose is a plain ribbon's normal and
+    /// points to the viewer. For a brush, the pose is that of a hand that points into the picture.
     fn orientation(&self, brush: &Brush) -> Quat {
         let q = self.view.world_from_view;
         if brush.paint().is_some() {
@@ -154,7 +155,7 @@ impl Pen {
         self.drawing.is_some()
     }
 
-    /// The stroke being drawn.
+    /// The unfinished stroke.
     pub fn stroke(&self) -> Option<StrokeId> {
         self.drawing.as_ref().map(|drawing| drawing.stroke)
     }
@@ -170,12 +171,12 @@ impl Pen {
         Some((drawing.last.p, drawing.line_to?.p))
     }
 
-    /// The corners so far of an unfinished wall.
+    /// The corners of an unfinished wall.
     pub fn outline(&self) -> &[Vec3] {
         self.drawing.as_ref().map_or(&[], |drawing| &drawing.outline)
     }
 
-    /// Start of a stroke that would begin here.
+    /// The start of a stroke that would begin at this position.
     pub fn aim(point: &PenPoint<'_>, snap: Snap) -> Vec3 {
         match (snap, point.surface) {
             (Snap::Start | Snap::Surface, Some(surface)) => surface,
@@ -209,8 +210,8 @@ impl Pen {
         });
     }
 
-    /// Continues the stroke. A straight stroke is a line to the point of release, unless it has begun otherwise; walls
-    /// have no straight edge.
+    /// Continues the stroke. A straight stroke is a line to the point of release, unless the stroke has begun freehand.
+    /// Walls have no straight edges.
     pub fn drag(
         &mut self,
         t: f64,
@@ -247,7 +248,7 @@ impl Pen {
         out.push(sample.event(t, drawing.stroke));
     }
 
-    /// Ends the stroke, if there is one, at the pointer.
+    /// Ends the stroke at the pointer, if there is one.
     pub fn release(&mut self, t: f64, out: &mut Vec<Event>) {
         let Some(mut drawing) = self.drawing.take() else { return };
         drawing.draw_line(t, out);
@@ -263,7 +264,7 @@ impl Pen {
 }
 
 impl Drawing {
-    /// Writes the straight line to the session, in evenly spaced samples.
+    /// Adds the events of the straight line, with evenly spaced samples.
     fn draw_line(&mut self, t: f64, out: &mut Vec<Event>) {
         let Some(end) = self.line_to.take() else { return };
         let start = self.last;
@@ -278,7 +279,7 @@ impl Drawing {
         }
     }
 
-    /// Writes the stroke's beginning and its first sample to the session.
+    /// Adds the events of the stroke's beginning and its first sample.
     fn begin(&mut self, t: f64, out: &mut Vec<Event>) {
         if std::mem::replace(&mut self.has_begun, true) {
             return;

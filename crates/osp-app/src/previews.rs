@@ -16,18 +16,18 @@ use osp_session::{
 };
 
 const PIXEL_BYTES: usize = 4;
-/// Width and height of a picture in the model, metres: about a usual stroke, so that brushes look as in use.
+/// Width and height of the pictured part of the model, metres: about a usual stroke, so that brushes look as in use.
 const CELL_M: (f32, f32) = (0.4, 0.12);
-/// Margin between the ends of a stroke and the edges of its cell.
+/// Margin between the ends of a stroke and the edges of its picture, metres.
 const MARGIN_M: f32 = 0.04;
 const WIDTH_M: f32 = 0.03;
 const HEIGHT_M: f32 = 0.022;
 const SAMPLES: u16 = 60;
-/// Nearly a parallel projection, so that every cell is seen from the front.
+/// A narrow field of view, so that the projection is nearly parallel and every stroke is seen from the front.
 const FOV_DEGREES: f32 = 6.0;
 
-/// Draws a wave with every brush that can be chosen, white on black. Returns the rows of the grid's texture, a byte
-/// each for red, green, blue and opacity. Each brush has a picture of its own, since some spread far.
+/// Draws a wave with every offered brush, white on black. Returns the rows of the grid's texture as bytes: red, green,
+/// blue and opacity. Each brush is drawn separately, because some brushes spread far.
 pub(super) fn draw(gpu: &Arc<Gpu>, grid: &PreviewGrid) -> Result<Vec<u8>, RenderError> {
     let (width_px, height_px) = grid.cell_px();
     let row_bytes = grid.size_px().0 as usize * PIXEL_BYTES;
@@ -55,7 +55,7 @@ pub(super) fn draw(gpu: &Arc<Gpu>, grid: &PreviewGrid) -> Result<Vec<u8>, Render
     Ok(texture)
 }
 
-/// One wave, with more pressure in the middle.
+/// Draws one wave, with more pressure in the middle.
 fn sample(brush: &str, scene: &mut Scene, changes: &mut Vec<Change>) {
     let (t, stroke) = (0.0, StrokeId(0));
     let begin = Event::Begin {

@@ -5,14 +5,15 @@ use super::{
     session::Opening,
 };
 
-/// A question that the user answers before a command is carried out. Until then nothing is written or lost.
+/// A question that the user must answer before a command is executed. Until then no file is written and no data are
+/// lost.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Question {
     /// Another window draws on the session that is to be opened.
     Held {
-        /// The holder of the session.
+        /// The holder of the session's lock.
         held: OpenElsewhere,
-        /// Whether the window shows the session already, read-only.
+        /// Whether the window already shows the session, read-only.
         is_shown: bool,
     },
     /// A copy of a session is to be opened, and edits of the copy exist already.
@@ -21,7 +22,7 @@ pub enum Question {
     Damaged {
         /// The session.
         path: PathBuf,
-        /// Place and kind of the damage.
+        /// Position and kind of the damage.
         damage: String,
     },
     /// A session would replace a file.
@@ -34,21 +35,21 @@ pub enum Question {
     Unwritten {
         /// The unwritten part, and the error.
         reason: String,
-        /// Whether the whole session is in another file.
+        /// Whether another file has the whole session.
         is_kept: bool,
-        /// The command to carry out afterwards.
+        /// The command to execute afterwards.
         then: Then,
     },
     /// Everything drawn since the session was opened or saved under a name would be discarded.
     Discard {
-        /// Events since.
+        /// Number of these events.
         events: u64,
-        /// Whether the session began with them.
+        /// Whether these are all events of the session.
         is_all: bool,
     },
 }
 
-/// Command that ends the current session.
+/// A command that ends the current session.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Then {
     /// The window closes.
@@ -59,16 +60,16 @@ pub enum Then {
     Open(PathBuf, Opening),
 }
 
-/// An answer.
+/// An answer to a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// Open the session read-only.
     Look,
-    /// Draw on a copy of it.
+    /// Draw on a copy of the session.
     Copy,
-    /// Try once more to open it.
+    /// Try again to open the session.
     TryAgain,
-    /// Draw on a copy without the damaged pieces.
+    /// Draw on a copy without the damaged parts.
     Lenient,
     /// Replace the file.
     Replace,
@@ -76,9 +77,9 @@ pub enum Answer {
     SaveAs,
     /// Continue: with the edits, or without the unwritten part.
     GoOn,
-    /// Discard what was drawn.
+    /// Discard the new events.
     Discard,
-    /// Leave everything as it is.
+    /// Change nothing.
     Cancel,
 }
 

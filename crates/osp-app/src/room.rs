@@ -15,29 +15,29 @@ use osp_session::{
     rig::{Eye, Rig, RoomFromTracker, RoomPlace, Screen, Stereo},
 };
 
-/// Nearest distance drawn on a rig's screens, metres.
+/// Near distance of the views on a rig's screens, metres.
 const NEAR_M: f32 = 0.02;
 
 /// One picture of a frame: the view of an eye on a screen, and its part of the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoomView {
-    /// The view that it shows.
+    /// The view.
     pub view: View,
-    /// Number of the rig's screen.
+    /// Index of the rig's screen.
     pub screen: usize,
     /// The eye.
     pub eye: Eye,
-    /// Left and lower corner of its part of the window, 0 to 1.
+    /// Lower left corner of the picture's part of the window, 0 to 1.
     pub from: Vec2,
-    /// Right and upper corner.
+    /// Upper right corner.
     pub to: Vec2,
-    /// Colour channels of the window that it is drawn in.
+    /// Colour channels of the window in which the picture is drawn.
     pub channels: Channels,
-    /// The eye is behind the screen or too near to it: the view is from the nearest place in front.
+    /// Whether the eye is behind the screen or too near to it. The view is then from the nearest position in front.
     pub is_clamped: bool,
 }
 
-/// Place of the screens: one window on a desk, or the screens of a rig around a tracked head.
+/// The screens of a frame: one window on a desk, or the screens of a rig around a tracked head.
 #[derive(Clone, Debug, Default)]
 pub struct Room {
     rig: Option<Rig>,
@@ -57,27 +57,27 @@ impl Room {
         self.rig.as_ref()
     }
 
-    /// Form of the pictures for the two eyes.
+    /// Arrangement of the pictures for the two eyes.
     pub fn stereo(&self) -> Stereo {
         self.stereo
     }
 
-    /// Changes the form of the pictures for the two eyes.
+    /// Sets the arrangement of the pictures for the two eyes.
     pub fn set_stereo(&mut self, stereo: Stereo) {
         self.stereo = stereo;
     }
 
-    /// Whether each eye gets the picture of the other one.
+    /// Whether the pictures of the two eyes are exchanged.
     pub fn swaps_eyes(&self) -> bool {
         self.swaps_eyes
     }
 
-    /// Gives each eye the picture of the other one, or its own.
+    /// Exchanges the pictures of the two eyes, or not.
     pub fn set_swaps_eyes(&mut self, swaps: bool) {
         self.swaps_eyes = swaps;
     }
 
-    /// Changes the distance of the eyes, metres.
+    /// Sets the distance between the eyes, metres.
     pub fn set_eye_separation_m(&mut self, separation_m: f32) {
         if let Some(rig) = &mut self.rig {
             rig.eye_separation_m = separation_m.clamp(0.0, 1.0);
@@ -94,7 +94,7 @@ impl Room {
         self.shows_pattern = shows;
     }
 
-    /// Sets the transform from the tracker's space to the room.
+    /// Sets the transform from tracker space to room space.
     pub fn calibrate(&mut self, room_from_tracker: RoomFromTracker) {
         if let Some(rig) = &mut self.rig {
             rig.room_from_tracker = room_from_tracker;
@@ -108,7 +108,7 @@ impl Room {
         test_pattern::draw(&rig.screens[view.screen], view.screen, view.eye, &|p| place.to_world(p), out);
     }
 
-    /// The eye whose place on the screen an eye's picture takes.
+    /// The eye at whose place on the screen the picture of `eye` is shown.
     pub(super) fn shown_at(&self, eye: Eye) -> Eye {
         if self.swaps_eyes { eye.other() } else { eye }
     }
@@ -122,17 +122,17 @@ impl Room {
         }
     }
 
-    /// Place of the rig's room in the world. Flying moves it; the rig's place for the head is at the camera.
+    /// Transform of the rig's room to the world. The rig's head position is at the camera, so flying moves the room.
     fn place(rig: &Rig, navigator: &Navigator) -> RoomPlace {
         RoomPlace::around(rig, navigator.eye(), navigator.world_from_view())
     }
 
-    /// A world position for a point of the room.
+    /// Transforms a point from room space to world space.
     pub fn to_world(&self, navigator: &Navigator, p: Vec3) -> Vec3 {
         self.rig.as_ref().map_or(p, |rig| Self::place(rig, navigator).to_world(p))
     }
 
-    /// A world pose for a pose in the room: position and orientation.
+    /// Transforms a pose, position and orientation, from room space to world space.
     pub fn pose_to_world(&self, navigator: &Navigator, (p, q): (Vec3, Quat)) -> (Vec3, Quat) {
         (self.to_world(navigator, p), self.turn_to_world(navigator, q))
     }
@@ -141,13 +141,13 @@ impl Room {
         self.rig.as_ref().map_or(q, |rig| Self::place(rig, navigator).turn_to_world(q))
     }
 
-    /// The head at the rig's place for it, with this orientation in the world; `None` without a rig.
+    /// The rig's head position, with this orientation transformed to room space; `None` without a rig.
     pub fn head_tilted_like(&self, world_from_head: Quat) -> Option<(Vec3, Quat)> {
         let rig = self.rig.as_ref()?;
         Some((rig.head, RoomPlace::around(rig, Vec3::ZERO, world_from_head).turn_to_room(world_from_head)))
     }
 
-    /// A tracker's message with poses in the room's space.
+    /// A tracker's message with poses transformed to room space.
     pub fn message_to_room(&self, message: Message) -> Message {
         let Some(of_rig) = self.rig.as_ref().map(|rig| rig.room_from_tracker) else { return message };
         match message {
@@ -160,8 +160,8 @@ impl Room {
         }
     }
 
-    /// A message in the room's space with world positions. The head stays in the room's space: it decides the views of
-    /// the screens.
+    /// A message in room space with positions transformed to world space. The head stays in room space, because it
+    /// determines the views of the screens.
     pub fn message_to_world(&self, navigator: &Navigator, message: Message) -> Message {
         let point = |p| self.to_world(navigator, p);
         match message {
@@ -173,7 +173,7 @@ impl Room {
         }
     }
 
-    /// The views of a frame on a window `aspect` times as wide as high.
+    /// The views of a frame on a window of this aspect ratio, width divided by height.
     pub fn views(
         &self,
         navigator: &Navigator,
@@ -186,7 +186,7 @@ impl Room {
         views
     }
 
-    /// As [`Room::views`], into an existing list.
+    /// Like [`Room::views`], but replaces an existing list.
     pub fn views_into(
         &self,
         navigator: &Navigator,
@@ -205,7 +205,7 @@ impl Room {
                 let here =
                     if on_walls && self.stereo == Stereo::Windows { Stereo::SideBySide } else { self.stereo };
                 let (from, to) = here.part_of(shown_at);
-                // A copy of a wall's picture has the wall's shape.
+                // A copy of a wall's picture has the aspect ratio of the wall.
                 let (margin, size) = match &self.rig {
                     Some(rig) if on_walls => fitted(rig.screens[screen].aspect(), aspect / screens as f32),
                     _ => (Vec2::ZERO, Vec2::ONE),
@@ -230,7 +230,7 @@ impl Room {
         }
     }
 
-    /// The screens that the head is behind, or nearly touches.
+    /// The names of the screens that the head is behind, or nearly touches.
     pub fn screens_behind<'a>(&'a self, views: &'a [RoomView]) -> impl Iterator<Item = &'a str> + Clone {
         let screens = self.rig.as_ref().map_or(&[][..], |rig| &rig.screens);
         screens
@@ -267,20 +267,22 @@ impl Room {
     }
 }
 
-/// The largest part of this shape in the middle of an area of another: its corner and size, as parts of the area's.
+/// The largest part with aspect ratio `aspect`, centred in an area with aspect ratio `into`: its corner and size, as
+/// fractions of the area.
 fn fitted(aspect: f32, into: f32) -> (Vec2, Vec2) {
     let size = Vec2::new((aspect / into).min(1.0), (into / aspect).min(1.0));
     ((Vec2::ONE - size) * 0.5, size)
 }
 
-/// The view of an eye before a plain window.
+/// The view of an eye in front of a plain window.
 fn at_desk(eye: Eye, navigator: &Navigator, hands: &HandsState, aspect: f32, bounds: &Aabb) -> View {
     let mut view = navigator.view(aspect, bounds);
     if let Some((p, q)) = hands.head {
         (view.eye_in_world, view.world_from_view) = (p, q);
         view.projection.far_m = view.projection.far_m.max(far_m(p, bounds));
     }
-    // A thirtieth of the distance is comfortable; the two pictures coincide at the plane through the centre of the view.
+    // An eye separation of a thirtieth of the distance is comfortable. The two pictures coincide at the plane through
+    // the centre of the view.
     let distance_m = navigator.distance_m();
     let half_m = distance_m / 60.0;
     let sideways_m = match eye {

@@ -3,7 +3,7 @@ use osp_session::recording::StrokeId;
 /// The selected strokes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Selection {
-    /// Ascending.
+    /// The strokes, ascending.
     strokes: Vec<StrokeId>,
 }
 
@@ -13,7 +13,7 @@ impl Selection {
         &self.strokes
     }
 
-    /// Whether nothing is selected.
+    /// Whether no stroke is selected.
     pub fn is_empty(&self) -> bool {
         self.strokes.is_empty()
     }
@@ -23,7 +23,7 @@ impl Selection {
         self.strokes.binary_search(&stroke).is_ok()
     }
 
-    /// Selects nothing.
+    /// Deselects all strokes.
     pub fn clear(&mut self) {
         self.strokes.clear();
     }
@@ -36,7 +36,7 @@ impl Selection {
         self.strokes.dedup();
     }
 
-    /// Adds a stroke, or removes it.
+    /// Selects a stroke, or deselects it if it is selected.
     pub fn toggle(&mut self, stroke: StrokeId) {
         match self.strokes.binary_search(&stroke) {
             Ok(at) => {

@@ -38,7 +38,7 @@ enum Source {
     /// Several authors: the server defines the order of events for all of them.
     #[cfg(feature = "live")]
     Live(Box<Live>),
-    /// A recording, which is read only.
+    /// A recording that is replayed.
     Replay(Box<Replay>),
 }
 
@@ -46,12 +46,12 @@ enum Source {
 #[derive(Debug)]
 pub struct Session {
     model: Model,
-    /// Writes the file of the session, one event after the other. In a replay it writes nothing.
+    /// Writes the session's file, one event after the other. In a replay it writes nothing.
     journal: Journal,
     source: Source,
     refused: u64,
     news: Vec<String>,
-    /// Earlier edits of the original session, if this is a copy.
+    /// An earlier copy of the same session with edits, if this is a copy.
     earlier: Option<Autosave>,
 }
 
@@ -67,7 +67,7 @@ impl Session {
         }
     }
 
-    /// Ends the strokes and steps that a crash left open. The file gets these ends together with the next event.
+    /// Ends the strokes and steps that a crash left open. The file gets these events together with the next one.
     fn end_open_strokes(&mut self) {
         let Model { scene, last_secs: t, .. } = &self.model;
         let open = scene.strokes().iter().filter(|stroke| stroke.is_open()).filter_map(|stroke| stroke.id());
@@ -89,8 +89,8 @@ impl Session {
         !events.is_empty()
     }
 
-    /// Writes new events to the file, together, and applies them to the model. Removes invalid events from the list; in a
-    /// read-only session, all events.
+    /// Writes new events to the file together, and applies them to the model. Invalid events are removed from the list;
+    /// in a read-only session, all events are.
     pub fn apply_all(&mut self, events: &mut Vec<Event>) {
         if self.is_read_only() {
             events.clear();
@@ -120,22 +120,22 @@ impl Session {
         self.model.apply(events);
     }
 
-    /// The first limit that the session exceeds, and its name. A reader would refuse the file.
+    /// The first limit that the session exceeds, and its name. A reader with these limits would refuse the file.
     pub(super) fn excess(&self, limits: &Limits) -> Option<(u64, &'static str)> {
         self.model.tally.excess(limits)
     }
 
-    /// [`Session::excess`] after more events.
+    /// [`Session::excess`] if these events were added.
     pub(super) fn excess_with(&self, events: &[Event], limits: &Limits) -> Option<(u64, &'static str)> {
         let mut tally = self.model.tally.clone();
         events.iter().for_each(|event| tally.add(event));
         tally.excess(limits)
     }
 
-    /// The events of these strokes, in order.
+    /// The events that drew these strokes, in order.
     ///
     /// # Errors
-    /// There is not enough memory for them.
+    /// The machine has not enough memory for them.
     pub fn events_of(&self, strokes: &BTreeSet<StrokeId>) -> io::Result<Vec<Event>> {
         self.journal.events_of(strokes)
     }
@@ -174,12 +174,12 @@ impl Session {
         self.journal.is_read_only()
     }
 
-    /// Whether it is a recording that is replayed.
+    /// Whether the session is a replay of a recording.
     pub fn is_replay(&self) -> bool {
         matches!(self.source, Source::Replay(_))
     }
 
-    /// Whether other authors draw in it, too. Such a session cannot be discarded.
+    /// Whether other authors draw in the session, too. Such a session cannot be discarded.
     pub fn is_shared(&self) -> bool {
         !matches!(self.source, Source::File | Source::Replay(_))
     }
@@ -205,7 +205,7 @@ impl Session {
         self.replay().map_or(&[], Replay::remarks)
     }
 
-    /// Plays or pauses a replay. At the end, playing starts from the first frame again.
+    /// Plays or pauses a replay. At the end, playing restarts from the first frame.
     pub fn play(&mut self, run: bool) -> Option<Jump> {
         self.replay_mut().and_then(|(replay, model)| replay.play(model, run))
     }
@@ -278,7 +278,7 @@ impl Session {
         self.replay_mut().map_or(0, |(replay, model)| replay.advance(model))
     }
 
-    /// A box around all polygons drawn so far. In a replay it holds those of all frames.
+    /// A box around all polygons drawn so far; in a replay, around those of all frames.
     pub fn bounds(&self) -> Aabb {
         self.model.bounds
     }
@@ -303,7 +303,7 @@ impl Session {
         self.journal.header()
     }
 
-    /// Path of the file that the session continues in or is read from.
+    /// Path of the session's file, or of the file that was read.
     pub fn path(&self) -> &Path {
         self.journal.path()
     }
@@ -313,12 +313,12 @@ impl Session {
         &self.journal
     }
 
-    /// The journal, to be changed.
+    /// Mutable access to the journal.
     pub fn journal_mut(&mut self) -> &mut Journal {
         &mut self.journal
     }
 
-    /// Earlier edits of the original session, if this is a copy. The next call returns `None`.
+    /// An earlier copy of the same session with edits, if this is a copy. Further calls return `None`.
     pub(super) fn take_earlier(&mut self) -> Option<Autosave> {
         self.earlier.take()
     }
@@ -330,7 +330,7 @@ impl Session {
         news
     }
 
-    /// Time stamp of the last event, seconds. New events continue from there. 0 in a replay, which gets no new events.
+    /// Time stamp of the last event, seconds, from which new events continue. 0 in a replay, which gets no new events.
     pub fn last_secs(&self) -> f64 {
         #[cfg(feature = "live")]
         if let Source::Live(live) = &self.source {
@@ -349,10 +349,10 @@ impl Session {
         self.refused
     }
 
-    /// Writes the session to `to` and continues in that file. An existing file is replaced.
+    /// Writes the session to the file `to`, which becomes the session's file. An existing file is replaced.
     ///
     /// # Errors
-    /// The file cannot be written; the session continues in its old file.
+    /// The file cannot be written; the session keeps its old file.
     pub fn save_as(&mut self, to: &Path) -> Result<(), SaveError> {
         self.journal.save_as(to)
     }
@@ -368,7 +368,7 @@ impl Session {
         self.journal.tend(now);
     }
 
-    /// Tries again to write files that failed.
+    /// Retries failed writes.
     pub(super) fn retry(&mut self) {
         #[cfg(feature = "live")]
         if let Source::Live(live) = &mut self.source {
@@ -377,10 +377,10 @@ impl Session {
         self.journal.retry();
     }
 
-    /// Writes all events of the session, and own events that are on their way to the server.
+    /// Writes all events of the session, and own events that the server has not returned yet.
     ///
     /// # Errors
-    /// A part of it could not be written.
+    /// A part of them could not be written.
     pub(super) fn settle(&mut self) -> Result<(), Unwritten> {
         self.journal.settle()?;
         match &mut self.source {
@@ -390,7 +390,7 @@ impl Session {
         }
     }
 
-    /// Whether an own event that erases the stroke is on its way to the server.
+    /// Whether the server has not returned an own event yet that erases the stroke.
     pub(super) fn is_erasing(&self, stroke: StrokeId) -> bool {
         match &self.source {
             #[cfg(feature = "live")]
@@ -407,7 +407,7 @@ impl Session {
         !self.is_replay() && (self.model.scene.is_step_open() || self.is_shared())
     }
 
-    /// Number of own events that have not come back from the server.
+    /// Number of own events that the server has not returned yet.
     pub(super) fn on_their_way(&self) -> usize {
         match &self.source {
             #[cfg(feature = "live")]
@@ -428,7 +428,7 @@ impl Session {
     /// Restores the session and its file to the state when it was opened or last saved under a name.
     ///
     /// # Errors
-    /// There is not enough memory to read it again. The session stays as it is.
+    /// The machine has not enough memory to read the session again. The session has not changed.
     pub fn discard(&mut self) -> Result<(), RecordingError> {
         if self.is_replay() {
             return Ok(());
@@ -440,7 +440,7 @@ impl Session {
         Ok(())
     }
 
-    /// Leaves a shared session; without the feature `live` there is none.
+    /// Leaves a shared session; without the feature `live` no session is shared.
     #[cfg(not(feature = "live"))]
     pub(super) fn leave(&mut self) -> Result<Vec<String>, Unwritten> {
         Ok(Vec::new())

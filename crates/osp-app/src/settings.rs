@@ -13,28 +13,28 @@ use osp_session::{
     small_file::read_text,
 };
 
-/// Most sessions in the list of recent ones.
+/// Largest number of sessions in the list of recent ones.
 const MOST_RECENT: usize = 12;
-/// Largest file of settings that is read.
+/// Largest settings file that is read, bytes.
 const MOST_BYTES: u64 = 1 << 20;
 
 /// The colours of the panels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Theme {
-    /// Light letters on dark panels.
+    /// Light text on dark panels.
     #[default]
     Dark,
-    /// Dark letters on light panels.
+    /// Dark text on light panels.
     Light,
-    /// As on the desktop.
+    /// The theme of the desktop.
     System,
 }
 
 impl Theme {
-    /// All of them.
+    /// All themes.
     pub const ALL: [Self; 3] = [Self::Dark, Self::Light, Self::System];
 
-    /// Its name in the menu.
+    /// The theme's name in the menu.
     pub fn name(self) -> &'static str {
         match self {
             Self::Dark => "Dark",
@@ -50,11 +50,11 @@ impl Theme {
 pub struct Settings {
     /// The colours of the panels.
     pub theme: Theme,
-    /// Factor of the letters' usual size.
+    /// Factor of the default text size.
     pub zoom: f32,
-    /// Whether the user has drawn in the window: then the introduction is over.
+    /// Whether the user has ever drawn in the window; the introduction is then not shown.
     pub has_drawn: bool,
-    /// The named sessions, the latest first.
+    /// The recent named sessions, the latest first.
     pub recent: Vec<PathBuf>,
 }
 
@@ -70,8 +70,7 @@ impl Settings {
         user_folder("XDG_CONFIG_HOME", ".config/osp").join("window.settings")
     }
 
-    /// Reads them; the defaults if there is no file or it is invalid: invalid settings do not keep the window from
-    /// opening.
+    /// Reads the settings. If the file is missing or invalid, returns the defaults, so that the window still opens.
     pub fn read(path: &Path) -> Self {
         let text = read_text(path, MOST_BYTES).unwrap_or_default();
         let mut settings: Self = ron::from_str(&text).unwrap_or_default();
@@ -82,7 +81,7 @@ impl Settings {
         settings
     }
 
-    /// Writes them.
+    /// Writes the settings.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -96,7 +95,7 @@ impl Settings {
         file.commit().map(|_| ())
     }
 
-    /// Puts a session first among the recent ones.
+    /// Moves a session to the front of the recent ones.
     pub fn note_recent(&mut self, path: &Path) {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         // A path that is not valid text cannot be stored.
@@ -109,12 +108,12 @@ impl Settings {
     }
 }
 
-/// Writes settings on a thread of its own: no frame waits for the disk.
+/// Writes settings on a separate thread, so that no frame waits for the disk.
 #[derive(Debug)]
 pub(super) struct SettingsKeeper {
     latest: Option<Sender<Settings>>,
     writer: Option<JoinHandle<()>>,
-    /// The file, where there are no threads.
+    /// The file, if there are no threads.
     at_once: Option<PathBuf>,
 }
 
@@ -122,7 +121,7 @@ impl SettingsKeeper {
     pub(super) fn new(path: PathBuf) -> Self {
         let (latest, settings) = channel::<Settings>();
         if cfg!(target_arch = "wasm32") {
-            // On a page the files are in memory.
+            // On a web page files are in memory.
             return Self { latest: None, writer: None, at_once: Some(path) };
         }
         let writer = std::thread::spawn(move || {
@@ -135,14 +134,14 @@ impl SettingsKeeper {
                     }
                 }
                 next.recent.truncate(MOST_RECENT);
-                // A failure is not worth a message: the session is what matters.
+                // A failure is not reported, because settings are less important than the session.
                 let _ = next.write(&path);
             }
         });
         Self { latest: Some(latest), writer: Some(writer), at_once: None }
     }
 
-    /// Writes the settings, unless newer ones follow at once.
+    /// Writes the settings, unless newer settings follow at once.
     pub(super) fn keep(&self, settings: &Settings) {
         if let Some(path) = &self.at_once {
             let _ = settings.write(path);
@@ -155,7 +154,7 @@ impl SettingsKeeper {
 }
 
 impl Drop for SettingsKeeper {
-    /// Writes the settings that were handed over first.
+    /// Writes the queued settings first.
     fn drop(&mut self) {
         self.latest = None;
         let _ = self.writer.take().map(JoinHandle::join);

@@ -9,7 +9,7 @@ use osp::{
 };
 use osp_render::{Depth, LineBatch, LineColor};
 
-/// A part of space in which strokes are selected.
+/// A region of space in which strokes are selected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part {
     /// A box.
@@ -24,7 +24,7 @@ impl Part {
         match span {
             Span::Distance => None,
             Span::Box => {
-                // Points on a surface lie beside it by rounding errors, and a flat box would miss the surface.
+                // A margin against rounding errors, because a flat box could miss points of a surface.
                 let more = Vec3::splat(from.distance(to) * 1.0e-3);
                 Some(Self::Box(Aabb::new(from.min(to) - more, from.max(to) + more)))
             }
@@ -32,7 +32,7 @@ impl Part {
         }
     }
 
-    /// Whether a polygon shares a point with it.
+    /// Whether a polygon intersects the region.
     pub(super) fn touches(&self, polygon: &ConvexPolygon) -> bool {
         match self {
             Self::Box(bounds) => polygon.touches(bounds),

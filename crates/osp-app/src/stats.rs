@@ -2,31 +2,31 @@ use std::collections::VecDeque;
 
 use osp_render::PassTimes;
 
-/// Parts of a frame, in their order.
+/// Stages of a frame, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameStage {
     /// Input and tracker samples become polygons.
     Strokes,
-    /// The index takes the new polygons.
+    /// The index inserts the new polygons.
     Insert,
     /// The frustum query.
     Cull,
-    /// Occluders are chosen, shadow volumes built and nodes tested against them.
+    /// Occluder selection, construction of shadow volumes, and tests of nodes.
     Occlusion,
-    /// New polygons and the order of drawing are sent to the GPU.
+    /// Upload of new polygons and of the drawing order to the GPU.
     Send,
-    /// The user interface is laid out.
+    /// Layout of the user interface.
     Panel,
     /// From submission to the finished picture.
     Draw,
 }
 
 impl FrameStage {
-    /// All of them, in order.
+    /// All stages, in order.
     pub const ALL: [Self; 7] =
         [Self::Strokes, Self::Insert, Self::Cull, Self::Occlusion, Self::Send, Self::Panel, Self::Draw];
 
-    /// Its name in the window.
+    /// The stage's name in the window.
     pub fn name(self) -> &'static str {
         match self {
             Self::Strokes => "strokes",
@@ -40,22 +40,22 @@ impl FrameStage {
     }
 }
 
-/// The time of each part of a frame, nanoseconds.
+/// The time of each stage of a frame, nanoseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameTimes([u64; FrameStage::ALL.len()]);
 
 impl FrameTimes {
-    /// Sets a part.
+    /// Sets the time of a stage.
     pub fn set(&mut self, stage: FrameStage, ns: u64) {
         self.0[stage as usize] = ns;
     }
 
-    /// A part, nanoseconds.
+    /// The time of a stage, nanoseconds.
     pub fn get(&self, stage: FrameStage) -> u64 {
         self.0[stage as usize]
     }
 
-    /// All parts, nanoseconds.
+    /// The sum of all stages, nanoseconds.
     pub fn total_ns(&self) -> u64 {
         self.0.iter().sum()
     }
@@ -69,11 +69,11 @@ pub struct History {
 }
 
 impl History {
-    /// Frames kept.
+    /// Number of frames that are stored.
     pub const LENGTH: usize = 240;
 
-    /// Frames whose mean times are shown: about a second. A clock's steps may be longer than a stage: then the stage
-    /// takes either no time or a whole step. The mean over so many frames comes near the true time.
+    /// Number of frames for mean times: about a second. If a stage is shorter than the clock's resolution, it takes
+    /// either no time or a whole step. The mean over so many frames approximates the true time.
     pub const MEAN_OF: usize = 60;
 
     /// Adds a frame and drops the oldest one.
@@ -105,7 +105,7 @@ impl History {
         FrameTimes(sums.map(|sum| sum / count))
     }
 
-    /// The time that this part of the frames (0 to 1) did not exceed, nanoseconds; 0 without frames.
+    /// A percentile of frame times, `part` from 0 to 1, nanoseconds; 0 without frames.
     pub fn percentile_ns(&self, part: f64) -> u64 {
         let rank = (part.clamp(0.0, 1.0) * self.sorted.len() as f64).ceil() as usize;
         self.sorted.get(rank.saturating_sub(1)).copied().unwrap_or(0)
@@ -116,7 +116,7 @@ impl History {
         self.sorted.last().copied().unwrap_or(0)
     }
 
-    /// A stage's share of the time of all frames, 0 to 1.
+    /// A stage's share of the total time of all frames, 0 to 1.
     pub fn share(&self, stage: FrameStage) -> f64 {
         let total: u64 = self.frames.iter().map(FrameTimes::total_ns).sum();
         let of_stage: u64 = self.frames.iter().map(|times| times.get(stage)).sum();
@@ -124,13 +124,13 @@ impl History {
     }
 }
 
-/// The GPU's times of the last frames: browsers round them as coarsely as the clock.
+/// The GPU's times of the last frames. Means are needed, because browsers round the times as coarsely as the clock.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PassHistory(VecDeque<PassTimes>);
 
 impl PassHistory {
-    /// Adds the times of a frame and drops the oldest one. A frame without times clears the history: the method has
-    /// changed.
+    /// Adds the times of a frame and drops the oldest one. A frame without times clears the history, because the method
+    /// has changed.
     pub(super) fn push(&mut self, times: Option<PassTimes>) {
         let Some(times) = times else {
             self.0.clear();
@@ -142,7 +142,7 @@ impl PassHistory {
         self.0.push_back(times);
     }
 
-    /// The mean times of the last [`History::MEAN_OF`] frames; `None` without any.
+    /// The mean times of the last [`History::MEAN_OF`] frames; `None` without times.
     pub(super) fn mean(&self) -> Option<PassTimes> {
         let count = self.0.len() as u64;
         let sum = self.0.iter().copied().reduce(|a, b| a + b)?;
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn the_mean_finds_a_stage_that_is_shorter_than_a_step_of_the_clock() {
-        // A stage of 9 µs on a clock of 100 µs, 60 times a second: no time, or a whole step.
+        // A stage of 9 µs on a clock of 100 µs, 60 times a second: the measured time is zero or a whole step.
         let (step_ns, stage_ns) = (100_000, 9_000);
         let told = |ns: u64| ns - ns % step_ns;
         let mut history = History::default();

@@ -48,13 +48,13 @@ use parts::{Input, Shown, Work};
 /// The message for an attempt to draw on a read-only session.
 const LOOKED_AT: &str = "this session is open read-only: draw on a copy, or save it elsewhere first";
 
-/// Frames that a screen shows in a minute, at 60 Hz.
+/// Number of frames that a 60 Hz screen shows in a minute.
 const FRAMES_OF_A_MINUTE: f64 = 3600.0;
 
 /// The whole window except its panels and the GPU: the session, the tools, the camera and the culling.
 ///
-/// Input becomes [`Event`]s, events change the [`Scene`](osp_session::scene::Scene), and the index follows the
-/// changes: the same path as in a replay.
+/// Input is converted to [`Event`]s, events change the [`Scene`](osp_session::scene::Scene), and the index follows the
+/// changes, as in a replay.
 #[derive(Debug)]
 pub struct Studio {
     pub(super) session: Session,
@@ -68,7 +68,7 @@ pub struct Studio {
     pub(super) frozen: Option<Vec<View>>,
     pub(super) room: Room,
     pub(super) layers: LayerChoice,
-    /// The moment at which animated brushes stand still, seconds.
+    /// The fixed time of animated brushes, seconds; `None` if time runs.
     pub(super) moment_s: Option<f32>,
     pub(super) follows_replay_camera: bool,
     pub(super) messages: Vec<String>,
@@ -79,14 +79,14 @@ pub struct Studio {
     strokes_ns: u64,
     clock: StageClock,
     started: Instant,
-    /// Time stamp of the session when the window opened; new events continue from it.
+    /// Time stamp at which the session was resumed; new events continue from it.
     resumed_secs: f64,
     pub(super) last_aspect: f32,
     pub(super) last_height_px: f32,
 }
 
 impl Studio {
-    /// A studio around a session.
+    /// A studio that shows a session.
     pub fn new(session: Session, autosaves: Autosaves, index: IndexKind) -> Self {
         let resumed_secs = session.last_secs();
         let mut studio = Self {
@@ -120,8 +120,8 @@ impl Studio {
         studio
     }
 
-    /// Starts to show a new session: inserts its model into the index, unless `indexed` has it already, and shows the
-    /// whole model.
+    /// Starts to show a new session: inserts its model into the index, unless `indexed` already contains it, and shows
+    /// the whole model.
     pub(super) fn meet_session(&mut self, indexed: Option<Indexed>) {
         // The whole model is inserted at once, so its changes are not needed.
         self.session.take_changes(&mut Vec::new());
@@ -131,7 +131,7 @@ impl Studio {
         let bounds = self.session.bounds();
         self.culling.meet(indexed, self.session.scene(), &bounds);
         self.navigator = Navigator::default();
-        // The sketch of another program is seen as there: without a grid.
+        // The sketch of another program is shown without a grid, as in that program.
         self.layers.grid = self.session.header().camera.is_none();
         if self.session.is_replay() {
             self.navigator.show_all(&bounds);
@@ -140,7 +140,8 @@ impl Studio {
         }
     }
 
-    /// Shows the model as its artist last saw it, or all of it. The camera then orbits about the middle of the model.
+    /// Shows the model from the artist's last view, or all of it. The camera then orbits around the centre of the
+    /// model.
     pub(super) fn see_as_painted(&mut self) {
         let bounds = main_bounds(self.session.scene(), &self.session.bounds());
         self.navigator.show_all(&bounds);
@@ -150,8 +151,8 @@ impl Studio {
         self.navigator.go_to_from(camera.p, camera.q, distance_m);
     }
 
-    /// Shows the finished model of a replay as its artist last saw it. Played from there, it is drawn again
-    /// from the beginning, in at most a minute.
+    /// Shows the finished model of a replay from the artist's last view. When played from there, the replay restarts
+    /// from the beginning and takes at most a minute.
     pub(super) fn show_finished(&mut self) {
         let Some(frames) = self.session.replay().map(Replay::frame_count) else { return };
         self.command(Command::Play(false));
@@ -189,13 +190,13 @@ impl Studio {
         self.resumed_secs = self.session.last_secs();
     }
 
-    /// Whether drawing changes the session.
+    /// Whether the session can be drawn on.
     pub fn can_draw(&self) -> bool {
         !self.session.is_read_only()
     }
 
-    /// Call it regularly, with or without frames: it checks the session's file and the background work. Returns
-    /// whether there is something new to show.
+    /// Checks the session's file and the background work. Call it regularly, with or without frames. Returns whether
+    /// there is something new to show.
     pub fn tend(&mut self) -> bool {
         let is_done = self.take_work();
         self.look_after_session() || is_done
@@ -223,7 +224,7 @@ impl Studio {
         self.resumed_secs + self.started.elapsed().as_secs_f64()
     }
 
-    /// Whether the picture changes without input, so that frames have to follow each other.
+    /// Whether the picture changes without input, so that frames must be drawn continuously.
     pub fn is_moving(&self) -> bool {
         let is_playing = self.session.replay().is_some_and(Replay::is_playing);
         is_playing || self.input.tracker_waits || self.input.gestures.flight != Vec3::ZERO
@@ -239,13 +240,13 @@ impl Studio {
             .or(self.hands_may_rest().then_some(Duration::from_millis(300)))
     }
 
-    /// Whether a silent hand would end a stroke, or a silent sender would leave.
+    /// Whether an inactive hand would end a stroke, or an inactive sender would leave.
     fn hands_may_rest(&self) -> bool {
         self.input.hands.is_drawing()
             || self.input.senders.as_ref().is_some_and(|senders| !senders.is_empty())
     }
 
-    /// Longest sleep of the window; shorter while data may arrive from elsewhere.
+    /// Longest time for which the window may sleep; it is shorter while data may arrive.
     pub fn tend_within(&self) -> Duration {
         if self.works_in_turns() || self.session.is_behind() {
             return Duration::ZERO;
@@ -253,12 +254,12 @@ impl Studio {
         Duration::from_millis(if self.session.is_shared() || self.is_working() { 20 } else { 500 })
     }
 
-    /// Whether the pointer is dragging something.
+    /// Whether a gesture of the pointer is in progress.
     pub fn is_dragging(&self) -> bool {
         self.input.gestures.is_dragging()
     }
 
-    /// Writes the waiting events to the session and applies them to the model.
+    /// Writes the pending events to the session and applies them to the model.
     pub(super) fn apply_events(&mut self) {
         let start = self.clock.start();
         let mut events = std::mem::take(&mut self.events);
@@ -281,7 +282,7 @@ impl Studio {
         self.strokes_ns += self.clock.since(start).ns;
     }
 
-    /// Shows that the session is read-only. In a replay it shows no message.
+    /// Shows a message that the session is read-only, except in a replay.
     fn tell_of_reading(&mut self) {
         if !self.session.is_replay() {
             self.say_once(LOOKED_AT);
@@ -296,8 +297,8 @@ impl Studio {
         None
     }
 
-    /// The poses for the views of the screens. In a replay on a rig the recorded head is the tracked head, as long as
-    /// the camera follows it: the room takes its position and direction, and the eyes take its tilt.
+    /// The poses for the views of the screens. In a replay on a rig, while the camera follows the recorded head, this
+    /// head acts as the tracked head: the room gets its position and direction, and the eyes its tilt.
     fn hands_before_screens(&self) -> HandsState {
         let hands = self.input.hands.state();
         match self.session.replay() {
@@ -315,17 +316,17 @@ impl Studio {
         self.room.under(&views, at)
     }
 
-    /// The polygon under a ray, among strokes that `counts` accepts.
+    /// The first polygon hit by a ray, among strokes for which `counts` returns `true`.
     pub(super) fn pick(&mut self, ray: &Ray, counts: impl Fn(&Stroke) -> bool) -> Option<(PolygonId, f32)> {
         self.culling.pick(self.session.scene(), self.session.changes(), ray, counts)
     }
 
-    /// The strokes with a polygon in a part of space.
+    /// The strokes with a polygon in a region of space.
     pub(super) fn strokes_in(&mut self, part: &Part) -> Vec<StrokeId> {
         self.culling.strokes_in(self.session.scene(), self.session.changes(), part)
     }
 
-    /// Reports screens that the head has moved behind.
+    /// Shows a message about screens that the head has moved behind.
     fn tell_of_screens_behind(&mut self) {
         let behind = self.room.screens_behind(&self.shown.views);
         if behind.clone().eq(self.shown.behind.iter().map(String::as_str)) {
@@ -341,8 +342,8 @@ impl Studio {
         self.shown.behind = behind;
     }
 
-    /// Runs one frame for a window of this size in pixels: takes the input, updates the index, culls, and stores the
-    /// views and their draw lists.
+    /// Processes one frame for a window of this size in pixels: handles the input, updates the index, culls, and stores
+    /// the views and their draw lists.
     pub fn frame(&mut self, size_px: Vec2, frame_secs: f32) -> FrameReport {
         self.listen();
         // Work in turns continues between frames.
@@ -403,15 +404,15 @@ impl Studio {
         }
     }
 
-    /// Notes that the GPU has lost everything, so that it is sent again.
+    /// Records that the GPU has lost its data, so that all polygons are uploaded again.
     pub fn send_all_again(&mut self) {
         self.pending = Pending { is_other_scene: true, ..Pending::default() };
     }
 
-    /// Ends the session on purpose.
+    /// Ends the session regularly.
     ///
     /// # Errors
-    /// A part of it, or of a session that was closed before, could not be written.
+    /// A part of this session, or of one that was closed before, could not be written.
     pub fn close(mut self) -> Result<(), Unwritten> {
         self.finish_gestures();
         self.end_hands_strokes();

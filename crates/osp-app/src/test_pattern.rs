@@ -1,20 +1,20 @@
-//! The test pattern of a rig's screen: lines fixed to the screen, whatever the head's motion.
+//! The test pattern of a rig's screen: lines that are fixed to the screen, independent of the head's motion.
 //!
-//! The border and the diagonals show whether the whole screen is lit and square. The grid shows its size in metres,
-//! the circle whether it is stretched. The digit is the number of the screen, and the letter names the eye: each eye
-//! has its own letter, place and colour.
+//! The border and the diagonals show whether the whole screen is lit and rectangular. The grid shows the size in
+//! metres, the circle whether the picture is stretched. The digit is the number of the screen, and the letter names the
+//! eye. Each eye has its own letter, position and colour.
 
 use glam::{Vec2, Vec3};
 
 use osp_render::{Depth, LineBatch};
 use osp_session::rig::{Eye, Screen};
 
-/// Distances of the grid's lines, metres: the least that gives few enough lines.
+/// Grid spacings, metres; the smallest that gives few enough lines is used.
 const STEPS_M: [f32; 7] = [0.01, 0.05, 0.1, 0.25, 0.5, 1.0, 5.0];
 const MOST_LINES: f32 = 32.0;
 const CIRCLE_SIDES: u16 = 64;
 
-/// Draws the pattern of a screen of the room; `to_world` maps a point of the room to the world.
+/// Draws the pattern of a screen of the room; `to_world` transforms a point from room space to world space.
 pub(super) fn draw(
     screen: &Screen,
     number: usize,
@@ -24,7 +24,7 @@ pub(super) fn draw(
 ) {
     let (along, upwards) = screen.sides();
     let size_m = Vec2::new(along.length(), upwards.length());
-    // Metres from the lower left corner.
+    // In metres from the lower left corner.
     let place = |p: Vec2| to_world(screen.lower_left + along * (p.x / size_m.x) + upwards * (p.y / size_m.y));
     let mut line = |a: Vec2, b: Vec2, color: [u8; 4]| out.line(place(a), place(b), color, Depth::Through);
     let bright = match eye {
@@ -46,7 +46,7 @@ pub(super) fn draw(
             at_m += step_m;
         }
     }
-    // A little inside the border, which would cut off half of each line.
+    // Slightly inside the border, which would clip half of each line.
     let inset = Vec2::splat(size_m.min_element() * 0.004);
     let (from, to) = (inset, size_m - inset);
     let corners = [from, Vec2::new(to.x, from.y), to, Vec2::new(from.x, to.y)];
@@ -87,7 +87,7 @@ fn strokes(
     color: [u8; 4],
     line: &mut dyn FnMut(Vec2, Vec2, [u8; 4]),
 ) {
-    // Places are halves of a glyph's width and height.
+    // Coordinates are halves of a glyph's width and height.
     let place = |(x, y): (u8, u8)| at + size_m * Vec2::new(f32::from(x), f32::from(y)) * 0.5;
     for [a, b] in strokes {
         line(place(*a), place(*b), color);
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
     use osp_session::rig::Rig;
 
-    /// The lines lie on the screen; each eye has its own, and so has each screen.
+    /// The lines lie on the screen; each eye and each screen has different lines.
     #[test]
     fn the_pattern_is_on_its_screen_and_differs_by_eye_and_screen() {
         for name in ["desktop", "dual-wall", "cave4"] {

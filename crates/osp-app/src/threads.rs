@@ -1,6 +1,6 @@
-//! Work beside the window: on threads, or on a page, which has none, at once.
+//! Background work on threads. A web page has no threads, so the work is done at once.
 
-/// Runs work on a thread of its own. A page has no threads: there the call itself runs it.
+/// Runs work on a new thread. A web page has no threads, so there the call itself runs the work.
 pub(crate) fn beside(name: &str, work: impl FnOnce() + Send + 'static) -> std::io::Result<()> {
     if cfg!(target_arch = "wasm32") {
         work();
@@ -9,8 +9,8 @@ pub(crate) fn beside(name: &str, work: impl FnOnce() + Send + 'static) -> std::i
     std::thread::Builder::new().name(name.to_owned()).spawn(work).map(drop)
 }
 
-/// Runs `make` and, on a thread of its own, `take`, which gets the items that `make` hands over, in their order.
-/// Without threads (on a page) each item is taken at once. At most `ahead` items wait. Handing over returns false once
+/// Runs `make`, and on another thread `take`, which gets the items that `make` passes on, in order. Without threads (on
+/// a web page) each item is processed at once. At most `ahead` items wait. Passing on an item returns `false` once
 /// `take` has failed.
 pub(crate) fn hand_over<T: Send, E: Send, R>(
     ahead: usize,
@@ -48,7 +48,7 @@ pub(crate) fn hand_over<T: Send, E: Send, R>(
     })
 }
 
-/// Waits for a future, then passes its result to `then`. A page cannot wait: it passes the result later.
+/// Waits for a future, then passes its result to `then`. A web page cannot wait, so there the result is passed later.
 pub(crate) fn when_done<T: 'static>(work: impl Future<Output = T> + 'static, then: impl FnOnce(T) + 'static) {
     #[cfg(not(target_arch = "wasm32"))]
     then(pollster::block_on(work));
@@ -56,7 +56,7 @@ pub(crate) fn when_done<T: 'static>(work: impl Future<Output = T> + 'static, the
     wasm_bindgen_futures::spawn_local(async move { then(work.await) });
 }
 
-/// Waits a moment for another program; does nothing on a page.
+/// Waits a moment for another program; does nothing on a web page.
 pub(crate) fn pause(time: std::time::Duration) {
     if !cfg!(target_arch = "wasm32") {
         std::thread::sleep(time);

@@ -3,13 +3,13 @@ use osp_session::recording::Tool;
 /// The tool of the pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToolChoice {
-    /// Draws.
+    /// Draws strokes.
     Draw(Tool),
     /// Erases the strokes that it touches.
     Erase,
     /// Selects strokes and moves them.
     Select,
-    /// Takes two points of the model, at the press and at the release.
+    /// Uses two points of the model, one at the press and one at the release.
     Span(Span),
 }
 
@@ -22,10 +22,10 @@ impl Default for ToolChoice {
 /// Use of two picked points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Span {
-    /// The distance between them.
+    /// Measures the distance between the points.
     Distance,
-    /// The box with the points in opposite corners: strokes in it are selected.
+    /// Selects the strokes in the box that has the points as opposite corners.
     Box,
-    /// The sphere around the first point through the second: strokes in it are selected.
+    /// Selects the strokes in the sphere around the first point through the second.
     Sphere,
 }

@@ -14,7 +14,7 @@ use super::{
 };
 use osp_session::{atomic_file::open_stream, platform::fs::File};
 
-/// Writes one line of JSON for each frame: for measurements, and for tests that drive the window from outside.
+/// Writes one line of JSON for each frame, for measurements, and for tests that control the window from outside.
 #[derive(Debug)]
 pub(super) struct Trace {
     out: File,
@@ -91,7 +91,7 @@ impl Trace {
             "ms": stages,
         });
         self.frame += 1;
-        // One write for each line, so that a program that follows the file reads whole frames.
+        // Each line is written in one write, so that a program that follows the file reads complete lines.
         self.out.write_all(format!("{line}\n").as_bytes())
     }
 }

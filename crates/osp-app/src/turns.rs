@@ -1,10 +1,10 @@
-//! Turns of work between frames.
+//! Turns: slices of time for work between frames.
 
 use std::time::Duration;
 
 use osp_session::platform::time::Instant;
 
-/// Longest turn between slow frames, as a multiple of the shortest.
+/// Longest turn, when frames are slow, as a multiple of the shortest.
 const MOST_TURNS: u32 = 8;
 
 /// The duration of turns of work.
@@ -27,12 +27,13 @@ impl Turns {
         self.least = least;
     }
 
-    /// Notes that a turn has ended.
+    /// Records the end of a turn.
     pub(crate) fn end(&mut self) {
         self.ended = Some(Instant::now());
     }
 
-    /// The duration of the next turn: the duration of the last frame, within limits. Slow frames thus have long turns.
+    /// Returns the duration of the next turn, which is the duration of the last frame, within limits. So slow frames
+    /// have long turns.
     pub(crate) fn next(&self, now: Instant) -> Duration {
         let frame = self.ended.map_or(Duration::ZERO, |ended| now.saturating_duration_since(ended));
         frame.clamp(self.least, self.least * MOST_TURNS)

@@ -1,4 +1,5 @@
-//! The windows of a node of a wall: they show the node's screen, and each frame at the time that the hub sets.
+//! The windows of a node of a wall: they show the node's screen, and present each frame at the time that the hub
+//! specifies.
 
 use std::{
     sync::{
@@ -35,13 +36,13 @@ const LOOK: Duration = Duration::from_millis(10);
 /// Interval between checks for events that a frame waits for.
 const SHORT_LOOK: Duration = Duration::from_millis(1);
 
-/// Why a node has stopped.
+/// Reason for which a node has stopped.
 #[derive(Debug, Error)]
 pub enum ShowError {
-    /// There is no window.
+    /// The window failed.
     #[error(transparent)]
     Window(#[from] WindowError),
-    /// There is no wall.
+    /// The connection to the wall failed.
     #[error(transparent)]
     Wall(#[from] WallError),
 }
@@ -52,11 +53,11 @@ impl From<RenderError> for ShowError {
     }
 }
 
-/// Shows a node's screen on its monitors in the rig, or in a plain window, until a window is closed, Escape is
-/// pressed, or `is_over`. Messages about the hub and the session are passed to `tell`.
+/// Shows a node's screen on its monitors in the rig, or in a plain window. Returns when a window is closed, Escape is
+/// pressed, or `is_over` returns `true`. Messages about the hub and the session are passed to `tell`.
 ///
 /// # Errors
-/// There is no display, nothing that can draw, no such monitor or screen; or the hub does not let the node in.
+/// There is no display, no adapter that can draw, or no such monitor or screen. Or the hub refuses the node.
 pub fn show_node(
     address: &Address,
     options: &NodeOptions,
@@ -69,7 +70,7 @@ pub fn show_node(
     let of_thread = Arc::clone(&is_woken);
     let node = Node::open(address, options, move || {
         if !of_thread.swap(true, Ordering::SeqCst) {
-            // The windows may have been closed.
+            // Sending fails if the windows were closed.
             let _ = proxy.send_event(Wake);
         }
     })?;
@@ -91,7 +92,7 @@ struct Show<F, T> {
     room: Room,
     is_over: F,
     tell: T,
-    /// Whether something has come since the last check.
+    /// Whether data have arrived since the last check.
     is_woken: Arc<AtomicBool>,
     display: Option<Display>,
     failure: Option<ShowError>,
@@ -102,12 +103,12 @@ struct Display {
     gpu: Arc<Gpu>,
     renderer: Renderer,
     eyes: Vec<Picture>,
-    /// Drawn frames that are not shown yet, in the order of the windows. They have to be dropped before the surfaces.
+    /// Drawn frames that are not presented yet, in the order of the windows. They must be dropped before the surfaces.
     frames: Vec<Option<wgpu::SurfaceTexture>>,
     windows: Vec<WallWindow>,
 }
 
-/// Picture of an eye.
+/// The picture of an eye.
 struct Picture {
     slot: ViewSlot,
     target: Target,
@@ -142,7 +143,7 @@ impl<F: Fn() -> bool, T: Fn(&str)> ApplicationHandler<Wake> for Show<F, T> {
             } => event_loop.exit(),
             WindowEvent::Resized(size) => {
                 let Some(display) = &mut self.display else { return };
-                // A picture of another size would not fit.
+                // A drawn picture of the old size would not fit.
                 display.frames.iter_mut().for_each(|frame| *frame = None);
                 for wall in display.windows.iter_mut().filter(|wall| wall.window.id() == window) {
                     wall.surface.resize(size.width, size.height);
@@ -169,7 +170,7 @@ impl<F: Fn() -> bool, T: Fn(&str)> Show<F, T> {
             (self.tell)(&news);
         }
         match self.step() {
-            // The system's own events come between two frames.
+            // The system's events are handled between two frames.
             Ok(Step::Draw | Step::Show) => event_loop.set_control_flow(ControlFlow::Poll),
             Ok(Step::Nothing) => {
                 let look = if self.node.is_waiting() { SHORT_LOOK } else { LOOK };
@@ -179,7 +180,7 @@ impl<F: Fn() -> bool, T: Fn(&str)> Show<F, T> {
         }
     }
 
-    /// Carries out the next step.
+    /// Performs the next step.
     fn step(&mut self) -> Result<Step, ShowError> {
         let Some(display) = &mut self.display else { return Ok(Step::Nothing) };
         let step = self.node.step(Duration::ZERO)?;
@@ -208,7 +209,7 @@ impl Display {
             return Err(RenderError::Surface("the screen has no window".to_owned()).into());
         };
         let gpu = Arc::new(pollster::block_on(Gpu::for_surface_later(instance, &first))?);
-        // Each window creates its own.
+        // Each window creates its own surface.
         drop(first);
         let windows = opened.into_iter().map(|(wall, window)| WallWindow::new(&gpu, wall, window));
         let windows: Vec<_> = windows.collect::<Result<_, _>>()?;
@@ -241,7 +242,7 @@ impl Display {
             self.renderer.encode(&mut encoder, target, slot, timer, |_| {});
         }
         for (wall, held) in self.windows.iter_mut().zip(&mut self.frames) {
-            // A frame that was drawn and never shown is drawn over.
+            // A frame that was drawn and never presented is drawn over.
             let frame = match held.take() {
                 Some(frame) => Some(frame),
                 None => wall.acquire(&self.gpu)?,
@@ -286,7 +287,7 @@ impl Display {
         Ok(())
     }
 
-    /// Shows the drawn frames; returns whether all windows could.
+    /// Presents the drawn frames. Returns whether every window had one.
     fn show(&mut self) -> bool {
         let is_whole = self.frames.iter().all(Option::is_some);
         for frame in self.frames.iter_mut().filter_map(Option::take) {

@@ -1,4 +1,4 @@
-//! A window that shows screens of a rig, and the places of their pictures.
+//! A window that shows screens of a rig, and the positions of their pictures.
 
 use std::sync::Arc;
 
@@ -20,14 +20,14 @@ pub(super) struct WallWindow {
 }
 
 impl WallWindow {
-    /// Starts to draw on a window.
+    /// Prepares a window for drawing.
     pub(super) fn new(gpu: &Gpu, wall: Wall, window: Arc<Window>) -> Result<Self, RenderError> {
         let surface = window_surface(gpu, &window)?;
         let show = ShowPass::new(gpu, surface.format());
         Ok(Self { wall, window, surface, show })
     }
 
-    /// The surface texture to draw next, if the system has one now.
+    /// The next surface texture, if the system has one now.
     pub(super) fn acquire(&mut self, gpu: &Gpu) -> Result<Option<wgpu::SurfaceTexture>, RenderError> {
         match self.surface.acquire(gpu)? {
             Acquired::Frame(frame) => return Ok(Some(frame)),
@@ -75,18 +75,18 @@ pub(super) fn create_surface(
     window: &Arc<Window>,
 ) -> Result<wgpu::Surface<'static>, RenderError> {
     instance.create_surface(Arc::clone(window)).map_err(|error| {
-        // Without a driver this is the first call that fails.
+        // Without a graphics driver this is the first call that fails.
         RenderError::Surface(error.to_string().replace('\n', " "))
     })
 }
 
-/// A new surface of a window, as large as the window is.
+/// A new surface of a window, of the window's size.
 pub(super) fn window_surface(gpu: &Gpu, window: &Arc<Window>) -> Result<WindowSurface, RenderError> {
     let size = window.inner_size();
     WindowSurface::new(gpu, create_surface(gpu.instance(), window)?, size.width, size.height)
 }
 
-/// Begins to draw on a black window.
+/// Begins a render pass that clears a window to black.
 pub(super) fn begin_black<'e>(
     encoder: &'e mut wgpu::CommandEncoder,
     window: &wgpu::TextureView,
@@ -107,7 +107,7 @@ pub(super) fn begin_black<'e>(
     })
 }
 
-/// The area cut to a window: a window that has just shrunk may be smaller than the area laid out for it.
+/// The area clipped to a window, because a window that has just shrunk may be smaller than the area laid out for it.
 pub(super) fn within(area: Area, width: u32, height: u32) -> Area {
     let (width, height) = (width as f32, height as f32);
     let (x, y) = (area.x.clamp(0.0, width), area.y.clamp(0.0, height));

@@ -1,17 +1,17 @@
-//! The windows that cover a rig's monitors, and their pictures.
+//! The windows that cover a rig's monitors, and the pictures in them.
 
 use super::room::{Room, RoomView};
 use osp_render::Channels;
 use osp_session::rig::{Eye, Eyes, Output, Stereo, Viewport};
 
-/// A window of a rig: it covers a monitor, or is one of its own.
+/// A window of a rig, which covers a monitor or is a plain window.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Wall {
     /// The monitor by its name or number; `None` for a plain window.
     pub(super) monitor: Option<String>,
     /// The window's title.
     pub(super) title: String,
-    /// Width divided by height of the first screen on it.
+    /// Aspect ratio, width divided by height, of the first screen on the wall.
     pub(super) aspect: f32,
     parts: Vec<Part>,
 }
@@ -23,7 +23,7 @@ struct Part {
     output: Output,
 }
 
-/// The walls of a room's rig; none for a plain window.
+/// The walls of a room's rig; empty without a rig.
 pub(super) fn walls(room: &Room) -> Vec<Wall> {
     let Some(rig) = room.rig() else { return Vec::new() };
     let mut walls: Vec<Wall> = Vec::new();
@@ -61,7 +61,7 @@ pub(super) fn walls(room: &Room) -> Vec<Wall> {
     walls
 }
 
-/// The walls of a room with one screen: a plain window if its rig names no monitor for it.
+/// The walls of a room with one screen: a plain window if the rig specifies no monitor for the screen.
 #[cfg(feature = "live")]
 pub(super) fn walls_of_one(room: &Room) -> Vec<Wall> {
     let mut walls = walls(room);
@@ -78,7 +78,7 @@ pub(super) fn walls_of_one(room: &Room) -> Vec<Wall> {
 }
 
 impl Wall {
-    /// The part of the window that a view has, and its colours there, if it is shown here.
+    /// The part of the window that shows a view, and its colour channels; `None` if the window does not show the view.
     pub(super) fn place_of(&self, room: &Room, view: &RoomView) -> Option<(Viewport, Channels)> {
         let shown_at = room.shown_at(view.eye);
         let part = self.parts.iter().find(|part| {

@@ -38,10 +38,10 @@ use osp::frame::StageClock;
 use osp_render::{Area, ComingImage, RenderError};
 use osp_session::platform::time::Instant;
 
-/// Number of times that a lost device is opened again before the window closes.
+/// Largest number of recoveries from a lost device before the window closes.
 const MAX_RECOVERIES: u32 = 5;
 
-/// Interval of frames while only brushes are animated.
+/// Interval between frames while only brushes are animated.
 const ANIMATION_STEP: Duration = Duration::from_millis(33);
 
 /// A window and its painter.
@@ -96,7 +96,7 @@ struct App {
     recoveries: u32,
 }
 
-/// The parts that exist only while there is a window.
+/// The parts that exist only while a window exists.
 struct Live {
     window: Arc<Window>,
     egui: egui_winit::State,
@@ -107,26 +107,27 @@ struct Live {
     repaint_at: Option<Instant>,
     /// Whether the user has chosen the full screen.
     is_fullscreen: bool,
-    /// Time of the next check of the session's file, with or without a frame.
+    /// Time of the next check of the session's file, independent of frames.
     tend_at: Instant,
     /// Channel for the pictures of brushes.
     previews: Option<mpsc::Receiver<Result<Vec<u8>, String>>>,
-    /// A picture to be saved, and its file.
+    /// A picture that will be saved, and its file.
     picture: Option<(PathBuf, ComingImage)>,
     #[cfg(feature = "gamepad")]
     gamepad: Option<super::gamepad::Gamepad>,
 }
 
 impl Live {
-    /// Takes the pictures of the brushes, which another thread draws. Until they arrive, and if that fails, the list
-    /// has only names.
+    /// Receives the pictures of the brushes, which another thread draws. Until they arrive, or if drawing fails, the
+    /// list has only names.
     fn take_previews(&mut self, context: &egui::Context, studio: &mut Studio, wake: &EventLoopProxy<Wake>) {
         let Some(drawing) = &self.previews else {
             let (gpu, wake) = (Arc::clone(self.painter.gpu()), wake.clone());
             let (drawn, drawing) = mpsc::channel();
             let _ = threads::beside("previews", move || {
                 let pictures = previews::draw(&gpu, &PreviewGrid::default());
-                // A closing window has no receiver. The pictures are sent first, so that the woken window finds them.
+                // A closing window has no receiver. The pictures are sent first, so that the window finds them when it
+                // is woken.
                 let _ = drawn.send(pictures.map_err(|error| error.to_string()));
                 let _ = wake.send_event(Wake);
             });
@@ -180,7 +181,7 @@ impl ApplicationHandler<Wake> for App {
         if id != live.window.id() {
             match &event {
                 WindowEvent::Resized(size) => live.painter.resize_wall(id, size.width, size.height),
-                // A desktop may give a wall the keyboard.
+                // A desktop may give a wall's window the keyboard focus.
                 WindowEvent::KeyboardInput { .. }
                 | WindowEvent::ModifiersChanged(_)
                 | WindowEvent::Focused(_) => {
@@ -194,7 +195,7 @@ impl ApplicationHandler<Wake> for App {
             }
             return;
         }
-        // egui must not get its own redraw event: it would request the next one.
+        // egui must not get the redraw event, because it would request the next one.
         if !matches!(event, WindowEvent::RedrawRequested)
             && live.egui.on_window_event(&live.window, &event).repaint
         {
@@ -280,13 +281,13 @@ impl App {
         }
     }
 
-    /// Writes a trace line. If that fails, the trace ends: the session matters more.
+    /// Writes a trace line. If that fails, the trace ends, because the session is more important.
     fn trace(&mut self, times: &FrameTimes, is_shown: bool, window: (u32, u32)) {
         let (Some(trace), Some(studio)) = (&mut self.trace, &mut self.studio) else { return };
         if let Err(error) = trace.write(studio, times, is_shown, window) {
             let path = self.options.trace.clone().unwrap_or_default();
             let warning = format!("{}: {error}: no trace from here on", path.display());
-            // A closed standard error is no reason to stop.
+            // A closed standard error is ignored.
             let _ = writeln!(io::stderr().lock(), "warning: {warning}");
             studio.say(warning);
             self.trace = None;
@@ -308,11 +309,11 @@ impl App {
         }
     }
 
-    /// Opens a window. Its painter follows, on a page later.
+    /// Opens a window. Its painter is created afterwards; on a web page it arrives later.
     fn open_window(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
         let attributes = Window::default_attributes().with_title("osp");
         #[cfg(target_arch = "wasm32")]
-        // The page's style sheet decides the size.
+        // The page's style sheet determines the size.
         let attributes = winit::platform::web::WindowAttributesExtWebSys::with_append(attributes, true);
         #[cfg(not(target_arch = "wasm32"))]
         let attributes = {
@@ -337,7 +338,7 @@ impl App {
         self.take_painter(event_loop)
     }
 
-    /// Starts the window's work once it has its painter.
+    /// Completes the opening of a window once its painter exists.
     fn take_painter(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
         let Some(Ok((window, painter))) = self.opening.as_ref().map(mpsc::Receiver::try_recv) else {
             return Ok(());
@@ -347,7 +348,7 @@ impl App {
         if let Some(studio) = &mut self.studio {
             match open_walls(event_loop, studio, &window, &mut painter) {
                 Ok(remark) => remark.into_iter().for_each(|remark| studio.say(remark)),
-                // Drawing continues without a monitor that was removed.
+                // Drawing continues if a monitor was removed.
                 Err(error) if self.recoveries > 0 => studio.say(error.to_string()),
                 Err(error) => return Err(error),
             }
@@ -385,7 +386,7 @@ impl App {
         Ok(())
     }
 
-    /// One frame, from the input to the picture on the window.
+    /// Processes one frame, from the input to the picture on the window.
     fn frame(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
         let (Some(live), Some(studio)) = (&mut self.live, &mut self.studio) else { return Ok(()) };
         #[cfg(target_arch = "wasm32")]
@@ -406,7 +407,7 @@ impl App {
         #[cfg(target_arch = "wasm32")]
         super::page::note_text_field(output.platform_output.ime.is_some());
         live.egui.handle_platform_output(&live.window, output.platform_output);
-        // Reading a picture back needs a wait, which a page does not allow.
+        // Reading a picture back blocks, which a web page does not allow.
         let can_wait = !cfg!(target_arch = "wasm32");
         if let (true, Some(wake)) = (can_wait && live.interface.wants_previews(), &self.wake) {
             live.take_previews(&context, studio, wake);
@@ -447,7 +448,7 @@ impl App {
                 Err(error) => studio.say_once(&error.to_string()),
             }
         }
-        // A frame that was not shown may not have been drawn.
+        // A frame that was not presented may not have been drawn.
         if let Some(path) = painted.is_shown.then(|| studio.take_picture()).flatten() {
             match live.painter.picture() {
                 Ok(coming) => live.picture = Some((path, coming)),
@@ -461,7 +462,7 @@ impl App {
             }
             live.window.request_redraw();
         }
-        // Only on a change: the desktop has keys of its own for the full screen.
+        // Only on a change, because the desktop has its own keys for full screen.
         let wants_screen = live.interface.is_fullscreen();
         if std::mem::replace(&mut live.is_fullscreen, wants_screen) != wants_screen {
             live.window.set_fullscreen(wants_screen.then_some(Fullscreen::Borderless(None)));
@@ -509,7 +510,7 @@ impl App {
         Ok(())
     }
 
-    /// Opens the device again after a loss: the scene is complete, only the GPU's copy is lost.
+    /// Creates the device again after a loss. The scene is complete; only the GPU's copy is lost.
     fn recover(&mut self, event_loop: &ActiveEventLoop, error: RenderError) -> Result<(), WindowError> {
         self.recoveries += 1;
         if self.recoveries > MAX_RECOVERIES {

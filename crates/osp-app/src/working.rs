@@ -1,5 +1,5 @@
-//! Background work of the window: reading a session or writing a model. Without threads a session is read in parts between
-//! frames, and a model is written at once.
+//! Background work of the window: reading a session or writing a model. Without threads a session is read in parts
+//! between frames, and a model is written at once.
 
 mod progress;
 mod task;
@@ -33,12 +33,12 @@ use task::ToPlay;
 pub(super) use progress::Progress;
 pub(super) use task::{Done, ReadSession, Task, ToDraw, Whole};
 
-/// The window does not show shorter work, because it would only flicker.
+/// Shortest duration of work whose progress is shown, because a shorter display would only flicker.
 const SHOWN_AFTER: Duration = Duration::from_millis(200);
-/// Time of a turn in the browser; between turns the page shows frames and handles input.
+/// Duration of a turn of work in the browser; between turns the page shows frames and handles input.
 pub(super) const TURN: Duration = Duration::from_millis(12);
 
-/// Way in which a command reads or writes.
+/// Mode in which a command reads or writes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Way {
     /// At once, before the command returns.
@@ -101,7 +101,7 @@ impl Working {
         let (send, done) = mpsc::channel();
         let progress = Arc::new(Progress::default());
         let of_thread = Arc::clone(&progress);
-        // If the window is gone, the result is dropped.
+        // If the window is closed, the result is dropped.
         threads::beside("work", move || drop(send.send(task.run(&of_thread))))
             .map_err(|error| format!("{what}: {error}"))?;
         Ok(Self { what, kind, progress, by: By::Thread(done), since: Instant::now() })
@@ -197,7 +197,7 @@ impl Working {
         self.progress.is_cancelled.load(Relaxed)
     }
 
-    /// Notes that a window waits for the work and shows frames meanwhile.
+    /// Records that a window waits for the work and shows frames meanwhile.
     pub(super) fn for_window(self) -> Self {
         self.progress.has_window.store(true, Relaxed);
         self
@@ -218,8 +218,8 @@ impl Working {
 pub struct Reading(pub(super) Working);
 
 impl Reading {
-    /// Starts to read a session for drawing. After a window has taken it over, the thread also inserts the model into an
-    /// index by this plan.
+    /// Starts to read a session for drawing. After a window has taken it over, the thread also inserts the model into
+    /// an index, according to `plan`.
     ///
     /// # Errors
     /// The system cannot start a thread.
@@ -249,7 +249,7 @@ impl Reading {
         Working::on_thread(reading(path), Kind::Reading, Box::new(task)).map(Self)
     }
 
-    /// Waits until the session is read, at most this time; `None` waits without limit.
+    /// Waits until the session is read, at most for `at_most`; `None` waits without limit.
     pub fn wait(self, at_most: Option<Duration>) -> Waited {
         let By::Thread(done) = &self.0.by else { return Waited::GoesOn(self) };
         let done = match at_most {
@@ -267,7 +267,7 @@ impl Reading {
                     (session, Opened { remarks, is_recovered: false })
                 }))
             }
-            // A thread that ended without a result is noticed later.
+            // A thread that ended without a result is detected later.
             Ok(Done::Exported { .. }) | Err(_) => Waited::GoesOn(self),
         }
     }
@@ -278,7 +278,7 @@ impl Reading {
 pub enum Waited {
     /// The session, or the error.
     Read(Result<(Box<Session>, Opened), OpenError>),
-    /// It is still being read.
+    /// The session is still being read.
     GoesOn(Reading),
 }
 
@@ -307,8 +307,8 @@ pub struct WorkShown {
     pub part: Option<f32>,
 }
 
-/// Whether a model may be written to this path. It may replace a model, also of another program, after the user has agreed,
-/// but no other file.
+/// Checks that a model may be written to this path. It may replace another model, even of another program, after the
+/// user has confirmed it, but no other file.
 pub(crate) fn check_model(path: &Path) -> Result<(), OutputError> {
     match check_output(path, OutputKind::Glb, false) {
         Err(OutputError::ForeignModel { .. }) => Ok(()),

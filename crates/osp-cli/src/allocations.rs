@@ -11,13 +11,13 @@ thread_local! {
 #[derive(Clone, Copy, Debug)]
 pub struct CountingAllocator;
 
-/// Allocations of this thread so far.
+/// Number of allocations of this thread so far.
 pub(super) fn count() -> u64 {
     ALLOCATIONS.try_with(Cell::get).unwrap_or(0)
 }
 
 fn note() {
-    // Fails only while the thread is being torn down: those are not of interest.
+    // This fails only while the thread is being torn down. Those allocations do not matter.
     let _ = ALLOCATIONS.try_with(|n| n.set(n.get() + 1));
 }
 

@@ -8,10 +8,10 @@ use super::output::one_line;
 use osp_lab::report::thousands;
 use osp_session::recording::{Author, Event};
 
-/// Most authors that the text lists.
+/// Largest number of authors that the text lists.
 const MOST_LISTED: usize = 50;
 
-/// Counts of an author.
+/// Counts for one author.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct AuthorRow {
     author: u32,
@@ -20,12 +20,12 @@ pub(super) struct AuthorRow {
     strokes: u64,
     edits: u64,
     joined_secs: f64,
-    /// None: still there when the recording ends.
+    /// `None` if the author is still there when the recording ends.
     left_secs: Option<f64>,
     present_secs: f64,
 }
 
-/// Counts what authors do. There are no rows while nobody has joined.
+/// Counts the actions of each author. There are no rows while nobody has joined.
 #[derive(Debug, Default)]
 pub(super) struct AuthorRows {
     rows: BTreeMap<Author, AuthorRow>,
@@ -61,7 +61,7 @@ impl AuthorRows {
         }
     }
 
-    /// The rows, by number; none for a session of one author.
+    /// Returns the rows by author number. A session of one author has none.
     pub(super) fn finish(self) -> Vec<AuthorRow> {
         let last_secs = self.last_secs;
         let rows = self.rows.into_values().filter(|_| self.has_joined).map(|mut row| {
@@ -72,7 +72,7 @@ impl AuthorRows {
     }
 }
 
-/// A line for each.
+/// Returns one line of text for each row.
 pub(super) fn lines(rows: &[AuthorRow]) -> Vec<String> {
     let mut lines = Vec::new();
     for (row, number) in rows.iter().take(MOST_LISTED).zip(0..) {

@@ -33,8 +33,8 @@ use osp_session::{output_file::OutputKind, recording::Event, scene::Scene};
 ///
 /// The command divides space into cubic cells: the space that the head went through, or, without a head path, the model
 /// and half as much around it. From some points of each cell it draws six pictures, and finds the polygons visible in
-/// them. The sets are sampled, not exact: they miss polygons that are visible only from between the points. `osp verify
-/// FILE --whole --pvs OUT` counts these.
+/// them. The sets are sampled, not exact: they miss polygons that are visible only from places between the points. `osp
+/// verify FILE --whole --pvs OUT` counts the missed polygons.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp bake recordings/room.ron room.pvs
@@ -75,7 +75,7 @@ pub(super) fn run(args: &BakeArgs) -> anyhow::Result<Outcome> {
     }
     let space = match heads.is_empty() {
         true => around(bounds.center(), bounds.extent() * 0.75),
-        // The eye stays inside where rounding puts it on the border.
+        // Makes the space a little larger, so that rounding does not move an eye on its border out of it.
         false => around(heads.center(), heads.extent() * 0.505 + 0.01),
     };
     let cells = ViewCells::filling(&space, args.cells);
@@ -122,7 +122,7 @@ fn model(args: &BakeArgs) -> anyhow::Result<(Scene, Aabb)> {
     Ok((scene, heads))
 }
 
-/// The sets of all cells, found by several threads.
+/// Computes the sets of all cells on several threads.
 fn bake(
     baker: &Baker<'_>,
     scene: &Scene,
@@ -155,7 +155,7 @@ fn bake(
         }
     };
     let found = thread::scope(|scope| {
-        // If the system gives no more threads, the existing ones do the work, this one included.
+        // If the system gives no more threads, the existing ones do the work, including this one.
         let spawn = |_| thread::Builder::new().spawn_scoped(scope, work).ok();
         let workers: Vec<_> = (1..threads.min(cells.len())).map_while(spawn).collect();
         let mut found = work();

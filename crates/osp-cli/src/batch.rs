@@ -1,4 +1,4 @@
-//! Many sessions, a file for each: finished files are skipped, errors are listed at the end.
+//! Work on many sessions, with one output file for each. Skips finished files and lists the errors at the end.
 
 use std::{
     collections::{HashMap, HashSet},
@@ -26,7 +26,7 @@ use osp_session::{
     recording::import::files_beside,
 };
 
-/// Endings of sessions; a target has its own ending in their place. Longer ones come first.
+/// File endings of sessions. A target gets its own ending in their place. Longer endings come first.
 const ENDINGS: [&str; 11] =
     [".ron.zst", ".poses.gz", ".obj.gz", ".ron", ".tilt", ".apa", ".json", ".poses", ".obj", ".glb", ".gltf"];
 
@@ -37,13 +37,13 @@ pub(super) struct Job {
     pub(super) target: PathBuf,
 }
 
-/// The work on the sessions of a command line.
+/// The work on the sessions that a command line names.
 #[derive(Debug)]
 pub(super) struct Batch {
     jobs: Vec<Job>,
-    /// Targets that are newer than their sessions.
+    /// Number of targets that are newer than their sessions.
     finished: usize,
-    /// Sessions that are of the target's kind already.
+    /// Number of sessions that already have the target's format.
     same: usize,
 }
 
@@ -118,8 +118,8 @@ impl Batch {
         Ok(Self { finished: all - jobs.len(), jobs, same })
     }
 
-    /// Does the work on so many threads; each gets its own `worker`, which returns remarks. `done` and `kind` are words for
-    /// the last line. Errors are listed before it.
+    /// Does the work on `threads` threads. Each gets its own `worker`, which returns remarks. `done` and `kind` are
+    /// words for the last line. Errors are listed before it.
     pub(super) fn run<W: FnMut(&Job) -> anyhow::Result<Vec<String>>>(
         self,
         threads: usize,
@@ -235,7 +235,7 @@ fn has_ending(path: &Path, ending: &str) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().to_ascii_lowercase().ends_with(ending))
 }
 
-/// The place of a session's target, with the session's name: beside it, or below `out`.
+/// Returns the place of a session's target, still with the session's name: beside the session, or below `out`.
 fn place_of(paths: &[PathBuf], session: &Path, out: Option<&Path>) -> PathBuf {
     let Some(out) = out else { return session.to_owned() };
     let below = paths.iter().filter(|path| path.is_dir()).find_map(|path| session.strip_prefix(path).ok());
@@ -272,7 +272,7 @@ fn named(path: &Path, ending: &str) -> PathBuf {
     path.with_file_name(format!("{}{ending}", &name[..name.len() - own.map_or(0, |own| own.len())]))
 }
 
-/// The whole name, and `ending`.
+/// Returns the path with `ending` appended to the whole name.
 fn with(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(ending);

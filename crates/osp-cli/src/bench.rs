@@ -33,13 +33,13 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Polygons that a frame of the growing model inserts.
+/// Number of polygons that each frame of the growing model inserts.
 const BATCH: u32 = 8;
-/// Frames of a flight.
+/// Number of frames of a flight.
 const FLIGHT_FRAMES: u64 = 360;
-/// Polygons of the synthetic model that rays are cast into, at most.
+/// Largest number of polygons of the synthetic model into which rays are cast.
 const MOST_FOR_RAYS: u32 = 1_000_000;
-/// Polygons of the synthetic model of which some move, at most.
+/// Largest number of polygons of the synthetic model in which some polygons move.
 const MOST_MOVING: u32 = 1_000_000;
 
 pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
@@ -61,7 +61,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     }
     let progress = progress::spinner();
     let adapter = args.paper.adapter();
-    // In the order of the report: sessions, flights, growth, rays, moving things, the paper.
+    // Order of the report: sessions, flights, growth, rays, moving things, the paper.
     let [mut rows, mut rays, mut paper] = [(); 3].map(|()| Rows::default());
     for (file, name) in args.files.iter().zip(names(&args.files)) {
         let opened = read(args, file, name, &progress)?;
@@ -119,14 +119,14 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     Ok(if report.rows.faults.is_empty() { Outcome::Done } else { Outcome::CheckFailed })
 }
 
-/// The command line, for the report.
+/// Returns the command line, for the report.
 pub(super) fn command() -> String {
     // A file's name need not be text.
     let words: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
     words.join(" ")
 }
 
-/// The names of files, each another: rows with one name are of one session.
+/// Returns the names of the files, each of them different: rows with the same name belong to the same session.
 fn names(files: &[PathBuf]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for file in files {
@@ -138,7 +138,7 @@ fn names(files: &[PathBuf]) -> Vec<String> {
     names
 }
 
-/// A session that was read once.
+/// A session that has been read once.
 struct Opened<'a> {
     file: &'a Path,
     name: String,

@@ -21,7 +21,7 @@ use osp_session::{recording::Pace, replay::CameraChoice};
 /// Compare all structures on your sessions and on a synthetic model that grows to millions of polygons.
 ///
 /// All indexes take turns in one process: each frame goes through every index before the next frame begins. The report
-/// gives each median with its 95 % confidence interval, and each time with counts of work.
+/// gives the 95 % confidence interval of each median, and counts of work beside each time.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp bench recordings/*.ron --quick
@@ -96,7 +96,7 @@ pub(super) struct BenchArgs {
     /// Write every figure to a CSV file, one per line.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
-    /// Print every table; else the verdict and a table a part.
+    /// Print every table, instead of the verdict and one table for each part.
     #[arg(long, conflicts_with = "json")]
     pub(super) all: bool,
     /// Print one JSON object instead of the tables.
@@ -117,12 +117,12 @@ pub(super) struct BenchArgs {
 }
 
 impl BenchArgs {
-    /// Seconds for each index on a session.
+    /// Returns the seconds to spend on each index for a session.
     pub(super) fn session_secs(&self) -> f64 {
         if self.quick { 0.1 } else { 5.0 }
     }
 
-    /// Numbers of polygons of the growing model.
+    /// Returns the numbers of polygons of the growing model.
     pub(super) fn sizes(&self) -> Vec<u32> {
         match (&self.sizes[..], self.quick) {
             ([], true) => vec![1000, 10_000],
@@ -131,7 +131,7 @@ impl BenchArgs {
         }
     }
 
-    /// Seconds for each index at a size.
+    /// Returns the seconds to spend on each index for one size.
     pub(super) fn growth_secs(&self) -> f64 {
         if self.quick { 0.15 } else { 3.0 }
     }

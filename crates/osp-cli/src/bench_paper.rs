@@ -3,7 +3,7 @@
 use super::{bench_paper_args::PaperArgs, output::complain};
 use osp_lab::bench::{Adapter, PaperConfig};
 
-/// Polygons of the synthetic session, if none is named.
+/// Number of polygons of the synthetic session, which is used if no session is named.
 pub(super) const SYNTHETIC: u32 = 20_000;
 
 impl PaperArgs {
@@ -21,7 +21,7 @@ impl PaperArgs {
         }
     }
 
-    /// The adapter that draws. `None` without `--draw`, or if the machine has none; a line then reports that.
+    /// Opens the adapter that draws. `None` without `--draw`, or if the machine has none; then a line reports that.
     pub(super) fn adapter(&self) -> Option<Adapter> {
         let (width, height) = self.draw?;
         match Adapter::open(width, height) {

@@ -6,20 +6,20 @@ use super::{numbers, occlusion_test_args::TestArgs};
 use osp::occlusion::SelectConfig;
 use osp_rivals::MAX_MAX_DEPTH;
 
-/// Whether `--paper` keeps the other parts of the report.
+/// Whether `--paper` also runs the other parts of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Which {
     /// Only the paper's experiments.
     Alone,
-    /// The other parts of the report, too.
+    /// Also the other parts of the report.
     Also,
 }
 
 /// Options of the paper's experiments.
 #[derive(Args, Debug)]
 pub(super) struct PaperArgs {
-    /// Repeat the experiments of the paper (on a synthetic session if none is given): alone, or after the other parts
-    /// (`--paper=also`).
+    /// Repeat the experiments of the paper, on a synthetic session if none is given. They run alone, or after the other
+    /// parts (`--paper=also`).
     #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "alone", require_equals = true)]
     paper: Option<Which>,
     /// With --paper: draw the frames on the graphics adapter, so that their times include drawing [default size: 1280x720].
@@ -27,8 +27,8 @@ pub(super) struct PaperArgs {
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true,
         requires = "paper", value_parser = size)]
     pub(super) draw: Option<(u32, u32)>,
-    /// With --paper: maximum depths of the paper's tree, binary levels, separated by commas [default: 3,6,9,12,15,18; with
-    /// --quick up to 12]. With a single depth the other experiments use it, too; else they use 15.
+    /// With --paper: maximum depths of the paper's tree, binary levels, separated by commas [default: 3,6,9,12,15,18;
+    /// with --quick up to 12]. If there is a single depth, the other experiments also use it; else they use 15.
     #[arg(long, value_delimiter = ',', requires = "paper", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_MAX_DEPTH)))]
     pub(super) depth: Vec<u32>,
     /// With --paper: edges of its cube, as multiples of the session's cube, separated by commas [default: 0.5,1,2,4]. With
@@ -48,12 +48,12 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 }
 
 impl PaperArgs {
-    /// Whether the paper's experiments are made.
+    /// Whether to run the paper's experiments.
     pub(super) fn is_asked(&self) -> bool {
         self.paper.is_some()
     }
 
-    /// Whether nothing else is measured.
+    /// Whether to measure nothing else.
     pub(super) fn is_alone(&self) -> bool {
         self.paper == Some(Which::Alone)
     }

@@ -13,10 +13,10 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Most rows for unknown brushes; the last row is for all others.
+/// Largest number of rows for unknown brushes. The last row is for all others.
 const MOST_UNKNOWN: usize = 1000;
 
-/// The tool or the unknown brush of each stroke without a known brush. A scene does not keep it.
+/// The tool or the unknown brush of each stroke without a known brush, which a scene does not keep.
 #[derive(Default)]
 pub(super) struct Plain {
     rows: Vec<(String, String)>,
@@ -24,14 +24,14 @@ pub(super) struct Plain {
     row_of: HashMap<StrokeId, usize>,
 }
 
-/// The strokes of one brush that are not erased, with their points, and the polygons that cover anything.
+/// The strokes of one brush that are not erased, with their points, and their polygons that are not empty.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub(super) struct BrushRow {
     brush: String,
     drawn_as: String,
     /// 0 for finished polygons, which belong to no drawn stroke.
     pub(super) strokes: u64,
-    /// Number of these strokes that are not drawn, as their layer is hidden.
+    /// Number of these strokes that are not drawn, because their layer is hidden.
     hidden_strokes: u64,
     points: u64,
     polygons: u64,
@@ -45,7 +45,7 @@ impl Plain {
             Some(paint) => (paint.brush.as_str(), "unknown: drawn as a plain ribbon".to_owned()),
             None => (plain_name(*tool), format!("{}, plain", plain_name(*tool))),
         };
-        // A brush may have the name of a tool.
+        // A brush may have the same name as a tool.
         let key = format!("{name}\n{}", paint.is_some());
         let row = match self.row_by_name.get(&key) {
             Some(&row) => row,
@@ -60,7 +60,7 @@ impl Plain {
         self.row_of.entry(*stroke).or_insert(row);
     }
 
-    /// The rows of a model, those with most strokes first.
+    /// Returns the rows of a model, beginning with the brushes that have the most strokes.
     pub(super) fn rows(&self, scene: &Scene) -> Vec<BrushRow> {
         let mut rows: BTreeMap<(String, String), BrushRow> = BTreeMap::new();
         for stroke in scene.strokes().iter() {
@@ -93,7 +93,7 @@ fn plain_name(tool: Tool) -> &'static str {
     }
 }
 
-/// Form, mixing and light of a brush in words.
+/// Describes the shape, blending and lighting of a brush in words.
 fn drawn_as(brush: &Brush) -> String {
     let form = match brush.family {
         Family::QuadStrip(_) => "ribbon",

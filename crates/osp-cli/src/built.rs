@@ -1,5 +1,5 @@
-//! Commands and options that need a missing feature. Every build parses them, and refuses them with an error that
-//! names the feature.
+//! Commands and options that need a missing feature. Every build parses them, and refuses them with an error that names
+//! the feature.
 
 use std::fmt;
 
@@ -16,7 +16,7 @@ pub(super) enum Feature {
     Serve,
     Window,
     Worlds,
-    /// Worlds behind addresses.
+    /// Worlds at remote addresses.
     WorldsCloud,
 }
 
@@ -32,7 +32,7 @@ impl Feature {
         Self::WorldsCloud,
     ];
 
-    /// Its name in Cargo.toml.
+    /// Returns the feature's name in Cargo.toml.
     const fn name(self) -> &'static str {
         match self {
             Self::Bench => "bench",
@@ -46,7 +46,7 @@ impl Feature {
         }
     }
 
-    /// Whether this build has it.
+    /// Whether this build has the feature.
     pub(super) const fn is_built(self) -> bool {
         match self {
             Self::Bench => cfg!(feature = "bench"),
@@ -61,12 +61,13 @@ impl Feature {
     }
 }
 
-/// Refuses what needs these features.
+/// Refuses a command or option that needs these features.
 pub(super) fn refuse<T>(what: impl fmt::Display, needed: &[Feature]) -> anyhow::Result<T> {
     bail!("{what} {}", Lacking(needed))
 }
 
-/// Features that a build lacks, and the command that builds one with them and all that this build has.
+/// Features that a build lacks. Its text includes the command that builds osp with them and with all features of this
+/// build.
 #[derive(Debug)]
 pub(super) struct Lacking<'a>(pub(super) &'a [Feature]);
 
@@ -92,7 +93,8 @@ impl fmt::Display for Lacking<'_> {
     }
 }
 
-/// Commands and options that need a feature: names of the command, names of the options (none: the command and those below it).
+/// Commands and options that need a feature: the names of the command, then the names of the options. Without options,
+/// the command and its subcommands need it.
 const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["replay"], &["window", "paused", "trace"], Feature::Window),
     (&["bench"], &[], Feature::Bench),
@@ -120,7 +122,7 @@ const NEEDS: &[(&[&str], &[&str], Feature)] = &[
 const OF_WORLDS: &[&str] =
     &["world", "memory", "wait", "path", "frames", "seed", "speed", "far", "prefetch", "rate", "loaders"];
 
-/// Parts of a command that this build lacks: the entries of [`NEEDS`] for it and the commands above it.
+/// Returns the parts of a command that this build lacks: the entries of [`NEEDS`] for it and for the commands above it.
 fn lacking<'a>(
     names: &'a [&str],
 ) -> impl Iterator<Item = &'static (&'static [&'static str], &'static [&'static str], Feature)> + 'a {
@@ -130,13 +132,13 @@ fn lacking<'a>(
     })
 }
 
-/// Whether an option names an address. Paths have no `://`.
+/// Whether an option has an address as its value. Paths have no `://`.
 fn is_address(matches: &ArgMatches, option: &str) -> bool {
     let values = matches.try_get_raw(option).ok().flatten();
     values.into_iter().flatten().any(|value| value.to_string_lossy().contains("://"))
 }
 
-/// Refuses a command line that needs a feature which this build lacks.
+/// Refuses a command line that needs a feature that this build lacks.
 pub(super) fn check(matches: &ArgMatches) -> anyhow::Result<()> {
     let (mut names, mut below) = (Vec::new(), matches);
     while let Some((name, matches)) = below.subcommand() {

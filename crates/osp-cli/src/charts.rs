@@ -10,7 +10,7 @@ use super::{
 use osp_lab::report::{ChartError, ChartFormat, ReplayReport, draw_frame_times};
 use osp_session::output_file::OutputKind;
 
-/// The chart files: one for each session, or none without `--chart`.
+/// The chart files, one for each session. None without `--chart`.
 pub(super) struct Charts(Vec<Output>);
 
 impl Charts {
@@ -28,7 +28,7 @@ impl Charts {
         Ok(Self(charts))
     }
 
-    /// Draws the frame times of a session.
+    /// Draws a chart of a session's frame times.
     pub(super) fn draw(&self, session: usize, report: &ReplayReport) -> anyhow::Result<()> {
         let Some(chart) = self.0.get(session) else { return Ok(()) };
         chart.check()?;

@@ -3,7 +3,7 @@ use clap_complete::{Shell, generate};
 
 use super::{outcome::Outcome, output::say};
 
-/// Print what a shell needs to complete this program's commands, options and names.
+/// Print a script with which a shell completes the commands, options and names of this program.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp completions bash > ~/.local/share/bash-completion/completions/osp

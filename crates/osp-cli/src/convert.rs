@@ -1,4 +1,4 @@
-//! `osp convert`: sessions, or folders of them, in another format.
+//! `osp convert`: writes sessions, or folders of them, in another format.
 
 use std::{io::Write, path::PathBuf};
 
@@ -23,16 +23,17 @@ use osp_session::{
     recording::import::tilt_thumbnail,
 };
 
-/// Convert a session, or all sessions of folders, to another format.
+/// Convert a session, or all sessions in folders, to another format.
 ///
-/// .tilt has what Tilt Brush and Open Brush keep: strokes with brushes, control points and pressures, layers, groups, camera
-/// and light. Erased strokes are left out, moved ones are where they were moved. A session that came from a .tilt gets back
-/// all its metadata; strokes that nobody changed come back bit for bit. A warning names each thing that .tilt cannot keep. This
-/// command alone writes .tilt: `osp export` writes the polygons of one frame, `osp import` every event.
+/// A .tilt file holds the data of Tilt Brush and Open Brush: strokes with brushes, control points and pressures,
+/// layers, groups, camera and light. Erased strokes are left out, and moved strokes are written in their new places. A
+/// session that came from a .tilt file gets all its metadata back; strokes that nobody changed are the same bit for
+/// bit. A warning names each thing that .tilt cannot hold. Only this command writes .tilt: `osp export` writes the
+/// polygons of one frame, and `osp import` writes every event.
 ///
-/// With --to, all sessions of the folders are converted, on all cores. A target that is newer than its session is skipped, so
-/// the same command continues after an interruption. A file appears when it is whole. Errors are listed at the end, and the
-/// exit code is 2 then.
+/// With --to, the command converts all sessions in the folders, on all cores. It skips a target that is newer than its
+/// session, so the same command continues after an interruption. Each file appears only when it is complete. If there
+/// were errors, they are listed at the end, and the exit code is 2.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp convert edited.ron sketch.tilt
@@ -40,23 +41,23 @@ use osp_session::{
   osp convert sketches more/*.apa --to ron.zst
   osp convert recordings --to tilt --out tilt")]
 pub(super) struct ConvertArgs {
-    /// The session and the file to write; with --to, sessions and folders of them.
+    /// The session and the file to write. With --to: sessions, and folders of them.
     #[arg(required = true, value_name = "FILE OUT|FILES_OR_FOLDERS")]
     paths: Vec<PathBuf>,
-    /// The format: binary glTF, osp's recording, the same compressed, Tilt Brush.
+    /// The format: binary glTF, osp's recording, the same compressed, or Tilt Brush.
     #[arg(long, value_name = "FORMAT", value_enum)]
     to: Option<Format>,
-    /// The folder for the files, with the same folders below it [default: beside each session].
+    /// The folder for the files. They get the same subfolders as the sessions [default: beside each session].
     #[arg(long, value_name = "FOLDER", requires = "to")]
     out: Option<PathBuf>,
-    /// Replace files, also newer ones, but never a session that is read.
+    /// Replace files, even newer ones, but never a session that is read.
     #[arg(long)]
     force: bool,
     #[command(flatten)]
     reading: ReadArgs,
 }
 
-/// A format that sessions are converted to.
+/// A format to convert sessions to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Format {
     Glb,
@@ -94,7 +95,7 @@ pub(super) fn run(args: &ConvertArgs) -> anyhow::Result<Outcome> {
     })
 }
 
-/// `osp convert FILE OUT`.
+/// Runs `osp convert FILE OUT`.
 fn one(args: &ConvertArgs) -> anyhow::Result<Outcome> {
     let [source, target] = &args.paths[..] else {
         bail!("expected a session and the file to write, or --to FORMAT; found {} paths", args.paths.len());
@@ -111,7 +112,7 @@ fn one(args: &ConvertArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Writes one session.
+/// Converts one session.
 fn converted(args: &ConvertArgs, job: &Job, format: Format) -> anyhow::Result<Model> {
     let mut outputs = Outputs::new(args.force).reads([&job.source]);
     let output = outputs.add("OUT", &job.target, format.kind())?;
@@ -129,14 +130,14 @@ fn converted(args: &ConvertArgs, job: &Job, format: Format) -> anyhow::Result<Mo
     }
 }
 
-/// Writes the strokes of a session as a `.tilt`.
+/// Writes the strokes of a session as a `.tilt` file.
 fn sketch(args: &ConvertArgs, job: &Job, output: &Output) -> anyhow::Result<Model> {
     let mut session = OpenSession::read_by(Reader::Here, &job.source, &args.reading)?;
     let mut kept = KeptStrokes::default();
     for event in session.by_ref() {
         kept.note(&event.map_err(|error| import::explain(&error, args.reading.lenient))?);
     }
-    // The picture of a sketch is right as long as nobody has changed the sketch.
+    // The picture of a sketch is right only if nobody has changed the sketch.
     let thumbnail = tilt_thumbnail(&job.source);
     let mut file = output.create()?;
     let named = || output.path().display().to_string();

@@ -1,4 +1,4 @@
-//! The cost of drawing a sketch, for `osp info --cost`.
+//! The parts of a sketch that cost most to draw, for `osp info --cost`.
 
 use std::{cmp::Reverse, collections::BTreeMap};
 
@@ -14,21 +14,22 @@ use osp_session::{
     scene::{Scene, Stroke},
 };
 
-/// Most strokes that are listed.
+/// Largest number of strokes that are listed.
 const MOST_STROKES: usize = 10;
 
-/// The triangles that a headset draws. All polygons in the model that cover anything count.
+/// The triangles that a headset draws: the triangles of all polygons in the model that are not empty.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Cost {
     triangles: u64,
     vertices: u64,
     budget_triangles: u64,
-    /// Blended triangles: added light, and paint that shows what is behind it.
+    /// Number of blended triangles, which belong to brushes that add light, or to transparent paint.
     blended_triangles: u64,
-    /// Blended polygons over a pixel of the artist's view, on average. Each is shaded, as none hides another.
+    /// Average number of blended polygons over a pixel of the artist's view. The headset shades each of them, because
+    /// none hides another.
     blended_layers: f64,
     brushes: Vec<BrushCost>,
-    /// The strokes with most triangles.
+    /// The strokes with the most triangles.
     most_expensive_strokes: Vec<StrokeCost>,
 }
 
@@ -46,16 +47,16 @@ struct BrushCost {
 /// The cost of a stroke.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct StrokeCost {
-    /// Its number; none for polygons that came without a stroke.
+    /// The stroke's number. `None` for polygons that belong to no stroke.
     stroke: Option<u32>,
     brush: String,
     triangles: u64,
-    /// Its part of all triangles, 0 to 1.
+    /// The stroke's share of all triangles, from 0 to 1.
     share: f64,
 }
 
 impl Cost {
-    /// The cost of a model that its artist saw by `view`.
+    /// Computes the cost of a model in its artist's `view`.
     pub(super) fn of(scene: &Scene, view: &View, budget_triangles: u64) -> Self {
         let window = Window::of(view);
         let up = osp::math::rotate(view.world_from_view, Vec3::Y);
@@ -104,7 +105,7 @@ impl Cost {
         }
     }
 
-    /// Its lines of text.
+    /// Returns the cost as lines of text.
     pub(super) fn lines(&self) -> Vec<String> {
         let percent = |part: f64| format!("{:.1} %", 100.0 * part);
         let of_budget = part(self.triangles, self.budget_triangles);
@@ -173,7 +174,7 @@ fn part(of: u64, whole: u64) -> f64 {
     if whole == 0 { 0.0 } else { of as f64 / whole as f64 }
 }
 
-/// Whether what is behind the stroke shines through.
+/// Whether things behind the stroke show through it.
 fn is_blended(stroke: &Stroke) -> bool {
     match stroke.brush().map(|brush| brush.draw) {
         Some(draw) => matches!(draw, Draw::Additive | Draw::Blended),
@@ -200,7 +201,7 @@ impl Window {
         Self { eye: view.eye_in_world.as_dvec3(), view_from_world, left, right, bottom, top, near_m }
     }
 
-    /// The part of the window, 0 to 1, that a convex polygon covers, whatever is in front of it.
+    /// Returns the share of the window, from 0 to 1, that a convex polygon covers. Ignores things in front of it.
     fn part_covered_by(&self, corners: &[Vec3]) -> f64 {
         let in_view = corners.iter().map(|p| self.view_from_world * (p.as_dvec3() - self.eye));
         let mut polygon: Vec<DVec3> = in_view.collect();
@@ -242,7 +243,7 @@ mod tests {
             let covered = window.part_covered_by(&square(half, z));
             assert!((covered - expected).abs() < 1.0e-6, "{half} at {z}: {covered}");
         }
-        // Half of it is behind the eye, and half of the rest beside the window.
+        // Half of the floor is behind the eye, and half of the rest is beside the window.
         let floor =
             [(-9.0, 9.0), (0.0, 9.0), (0.0, -1.0e6), (-9.0, -1.0e6)].map(|(x, z)| Vec3::new(x, -0.5, z));
         let covered = window.part_covered_by(&floor);

@@ -20,14 +20,14 @@ use osp_lab::report::{
 use osp_rivals::{Bsp, BspConfig, IndexKind};
 use osp_session::{output_file::OutputKind, scene::Scene};
 
-/// Planes that are drawn at most.
+/// Largest number of planes that are drawn.
 const MOST_PLANES: usize = 2000;
-/// Indexes side by side.
+/// Largest number of indexes side by side.
 const MOST_PANELS: usize = 6;
-/// Polygons whose numbers are written at most.
+/// Largest number of polygons whose numbers are written.
 const MOST_NAMED: u64 = 500;
 
-/// The planes of a tree along the polygons' planes.
+/// Returns the planes of a tree that cuts along the planes of the polygons, down to `levels`.
 fn splits(scene: &Scene, levels: Option<u32>) -> anyhow::Result<Vec<SplitOutline>> {
     let mut tree = Bsp::new(BspConfig::default(), &IndexConfig::default());
     let mut bounds = Aabb::EMPTY;
@@ -46,7 +46,7 @@ fn splits(scene: &Scene, levels: Option<u32>) -> anyhow::Result<Vec<SplitOutline
     Ok(outlines)
 }
 
-/// Distance at which a ray meets the first polygon.
+/// Returns the distance to the first polygon that a ray hits.
 fn first_hit(index: &dyn SpatialIndex, scene: &Scene, ray: &Ray) -> Option<f32> {
     let hit = index.ray_nearest(ray, f32::INFINITY, &mut |id| scene.polygon(id).meet(ray));
     hit.map(|(_, t)| t)

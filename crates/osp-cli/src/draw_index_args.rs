@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use super::{parsers::index_parser, played::FrameArgs, query::Numbers};
 use osp_rivals::IndexKind;
 
-/// Draw an index as it is after a frame: its cells over the polygons, or its tree.
+/// Draw an index in its state after a frame: its cells over the polygons, or its tree.
 ///
 /// The picture of a large tree omits the deepest levels and states that. A legend names the levels.
 #[derive(Args, Debug)]
@@ -24,16 +24,16 @@ use osp_rivals::IndexKind;
 pub(super) struct DrawIndexArgs {
     #[command(flatten)]
     pub(super) session: FrameArgs,
-    /// File of the picture: .svg or .png, or .dot for a tree.
+    /// The picture to write: .svg or .png, or .dot for a tree.
     #[arg(value_name = "OUT")]
     pub(super) out: PathBuf,
     /// The indexes, separated by commas and drawn side by side (`osp replay --help` describes them).
     #[arg(long, default_value = "osp", value_delimiter = ',', value_parser = index_parser())]
     pub(super) index: Vec<IndexKind>,
-    /// Cells or tree. The tree of `osp-paper` has its empty nodes, planes and flags, too.
+    /// Whether to draw the cells or the tree. The tree of `osp-paper` has its empty nodes, planes and flags, too.
     #[arg(long = "as", value_enum, default_value_t = Shown::Space)]
     pub(super) shown: Shown,
-    /// The side from which the cells are seen.
+    /// The side from which to see the cells.
     #[arg(long, value_enum, default_value_t = From::Front)]
     pub(super) from: From,
     /// Draw at most the upper N levels.
@@ -45,7 +45,8 @@ pub(super) struct DrawIndexArgs {
     /// Colour cells by `level`, or polygons by the lowest node that holds them (`leaf`).
     #[arg(long, value_enum, default_value_t = Colors::Level)]
     pub(super) colors: Colors,
-    /// A ray: its origin and its direction. Highlights the nodes that it enters, and marks the first polygon that it hits.
+    /// A ray, by its origin and its direction. Highlights the nodes that the ray enters, and marks the first polygon
+    /// that it hits.
     #[arg(long, num_args = 2, value_names = ["X,Y,Z", "X,Y,Z"], allow_hyphen_values = true)]
     pub(super) ray: Option<Vec<Numbers>>,
     /// Draw the planes of a `bsp` or of `osp-paper` instead of the boxes of the nodes: the upper 2,000, each clipped by the

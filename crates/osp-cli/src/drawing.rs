@@ -1,4 +1,4 @@
-//! `osp replay --draw`: also draws every frame and measures the time.
+//! `osp replay --draw`: also draws every frame and measures the time for it.
 
 use std::{slice, sync::Arc};
 
@@ -14,18 +14,18 @@ use osp_session::{
     replay::{LaneFrame, Replay, RigPath},
 };
 
-/// Draws the polygons that culling leaves of each frame.
+/// Draws the polygons of each frame that culling leaves.
 #[derive(Debug)]
 pub(super) struct Drawing {
-    /// One drawer for each method of culling while drawing, and the number of each lane's drawer: a drawer keeps the state
-    /// of one method.
+    /// One drawer for each method of culling while drawing, and the number of each lane's drawer. A drawer keeps the
+    /// state of only one method.
     drawers: Vec<(GpuOcclusion, Offscreen)>,
     of_lane: Vec<usize>,
     frame: usize,
 }
 
 impl Drawing {
-    /// A drawing for lanes with these choices.
+    /// Creates the drawers for lanes with these methods.
     pub(super) fn new(
         Size { width, height }: Size,
         choices: impl IntoIterator<Item = Option<Method>>,
@@ -58,8 +58,8 @@ impl Drawing {
         Ok(drawing)
     }
 
-    /// Draws the frame of each lane that replayed it. Lanes that leave the same polygons share a drawing: a second
-    /// drawing would find all of them in the caches.
+    /// Draws the frame of each lane that replayed it. Lanes with the same remaining polygons share one drawing: a
+    /// second drawing would find everything in the caches.
     pub(super) fn frame<I>(
         &mut self,
         replay: &Replay<I>,
@@ -72,7 +72,7 @@ impl Drawing {
         for (_, drawer) in &mut self.drawers {
             drawer.follow(replay.changes());
         }
-        // The views of the frame, each with its number among all screens and eyes.
+        // The views of the frame. Each has its number among the views of all screens and eyes.
         let views: Vec<(usize, &View)> = match replay.rig_views() {
             [] => replay.views().iter().enumerate().collect(),
             of_rig => {
@@ -84,7 +84,7 @@ impl Drawing {
         }
         self.frame += 1;
         let mut drawn: Vec<(usize, u64, DrawTimes)> = Vec::new();
-        // In turns, so that no lane is always the first.
+        // The first lane changes from frame to frame, so that no lane is always the first.
         for i in 0..looked.len() {
             let i = (i + self.frame) % looked.len();
             let Some(LaneFrame { drawn: fingerprint, .. }) = looked[i] else { continue };

@@ -1,4 +1,4 @@
-//! `osp export`: the model of a session in a format of other programs.
+//! `osp export`: writes the model of a session in a format that other programs read.
 
 use std::{io::Write, path::PathBuf};
 
@@ -22,13 +22,13 @@ use osp_session::{
 
 /// Write the model of a session as binary glTF, for Blender, engines and viewers.
 ///
-/// `osp convert` does so for whole folders, and writes sketches of Tilt Brush: this command writes polygons of one frame, but
-/// .tilt has the strokes of a whole session.
+/// `osp convert` does this for whole folders, and also writes sketches of Tilt Brush: this command writes the polygons
+/// of one frame, but a .tilt file has the strokes of a whole session.
 ///
-/// The file has a mesh for each layer or stroke, in metres, +y up, with the colours of the strokes at the vertices. Each
-/// brush has a material: unlit brushes use KHR_materials_unlit, brushes of light KHR_materials_emissive_strength. Some
-/// brushes look different there. glTF cannot add light, so brushes of light are blended. Textures are not exported, so
-/// cut-out brushes are whole ribbons. Particles face the session's camera, not the eye.
+/// The file has a mesh for each layer or stroke, in metres, +y up, with the colours of the strokes at the vertices.
+/// Each brush has a material: unlit brushes use KHR_materials_unlit, brushes of light KHR_materials_emissive_strength.
+/// Some brushes look different in other programs. glTF cannot add light, so brushes of light are blended. Textures are
+/// not exported, so cut-out brushes are whole ribbons. Particles face the session's camera, not the eye.
 ///
 /// Each vertex carries two numbers of osp: _TIMESTAMP and _STROKE. _TIMESTAMP is the time from the session's beginning until
 /// the polygon was drawn, seconds; with this attribute Blender can let the drawing grow. _STROKE is the number of the stroke
@@ -45,7 +45,7 @@ pub(super) struct ExportArgs {
     /// The model to write, .glb.
     #[arg(value_name = "OUT")]
     out: PathBuf,
-    /// Content of an object of the file.
+    /// Parts of the session that become objects of the file.
     #[arg(long, value_enum, default_value_t = ObjectsArg::Layers)]
     objects: ObjectsArg,
     /// Let the model replace a file of another kind, but never the session.
@@ -55,9 +55,9 @@ pub(super) struct ExportArgs {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum ObjectsArg {
-    /// A layer of the session.
+    /// Each layer of the session.
     Layers,
-    /// A stroke.
+    /// Each stroke.
     Strokes,
 }
 
@@ -74,13 +74,13 @@ pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// A model that was written: its contents, and what is missing or other than in the session.
+/// A model that has been written: its contents, and remarks about missing or changed parts.
 pub(super) struct Model {
     pub(super) line: String,
     pub(super) remarks: Vec<String>,
 }
 
-/// Writes the model of a frame.
+/// Writes the model after a frame.
 pub(super) fn write_model(session: &FrameArgs, objects: Objects, output: &Output) -> anyhow::Result<Model> {
     let mut times = PolygonTimes::default();
     let note = |events: &[Event], scene: &Scene| times.note(events, scene);

@@ -1,4 +1,4 @@
-//! `osp film`: a session as an animated GIF.
+//! `osp film`: writes a session as an animated GIF.
 
 use std::{f64::consts::TAU, sync::Arc};
 
@@ -28,9 +28,9 @@ use osp_session::{
     replay::{CameraChoice, CameraPath, Moment, Player, main_bounds, whole_view},
 };
 
-/// Time that the film shows the end of a session, hundredths of a second.
+/// Time for which the film shows the end of a session, in hundredths of a second.
 const END: u16 = 100;
-/// Views that decide how far away the eye of a turn must be.
+/// Number of views that determine the distance of the eye in a turn.
 const LOOKS: usize = 72;
 
 pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
@@ -62,7 +62,7 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     let view = |frame: u64, moment: &Moment| match args.path.as_str() {
         "turntable" => turn.view(frame as f64 / times.frames as f64),
         "recorded" => path.view(moment).with_aspect(aspect),
-        // Without a head: nothing comes before the session's own camera.
+        // Without a head, only the session's own camera determines the view.
         _ if header.camera.is_some() => path.view(&Moment::default()).with_aspect(aspect),
         _ => whole,
     };
@@ -106,24 +106,25 @@ struct Times {
 }
 
 impl Times {
-    /// Time that the film shows a frame, hundredths of a second: frames together keep the rate.
+    /// Returns the time for which the film shows a frame, in hundredths of a second. Rounding does not change the frame
+    /// rate.
     fn delay(&self, frame: u64) -> u16 {
         let at = |frame: u64| frame * 100 / u64::from(self.fps);
         (at(frame + 1) - at(frame)) as u16
     }
 }
 
-/// The way once around a model, always as far away.
+/// The path of the eye once around the model, always at the same distance.
 struct Turn {
     center: Vec3,
-    /// From the model to the eye, at the beginning.
+    /// From the model to the eye, at the start of the turn.
     away: Vec3,
     projection: Projection,
     distance_m: f32,
 }
 
 impl Turn {
-    /// A turn that begins with the direction of a whole view of these bounds, and sees all of them from every side.
+    /// Creates a turn that starts in the direction of the view `whole` and sees all of these bounds from every side.
     fn new(bounds: &Aabb, whole: &View) -> Self {
         let center = if bounds.is_empty() { Vec3::ZERO } else { bounds.center() };
         let away = rotate(whole.world_from_view, Vec3::Z);
@@ -140,14 +141,14 @@ impl Turn {
         Self { center, away, projection, distance_m }
     }
 
-    /// The view after a part of the turn.
+    /// Returns the view after a part of the turn.
     fn view(&self, part: f64) -> View {
         let eye = self.center + turned(self.away, part) * self.distance_m;
         View::look_at(eye, self.center, self.projection)
     }
 }
 
-/// A direction after a part of a turn about the vertical.
+/// Returns a direction after a part of a turn about the vertical axis.
 fn turned(direction: Vec3, part: f64) -> Vec3 {
     rotate(Quat::from_rotation_y((part * TAU) as f32), direction)
 }

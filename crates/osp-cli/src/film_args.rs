@@ -6,10 +6,10 @@ use clap::Args;
 
 use super::{numbers, parsers::Size, render_args::ShownArgs};
 
-/// Film a session: a turn around the finished model, the model as it grows, or what its artist saw.
+/// Film a session: a turn around the finished model, the growing model, or the artist's own view.
 ///
-/// It draws what `osp render` draws, with all brushes, on the graphics adapter (one in software will do), and writes an
-/// animated GIF.
+/// The command draws the same pictures as `osp render`, with all brushes, on the graphics adapter (a software adapter
+/// suffices). The result is an animated GIF.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp film sketch.tilt film.gif
@@ -31,7 +31,7 @@ pub(super) struct FilmArgs {
     /// The film to write.
     #[arg(value_name = "OUT.gif")]
     pub(super) out: PathBuf,
-    /// The way of the eye.
+    /// Path of the eye.
     #[arg(long, default_value = "turntable", value_parser = ["turntable", "grow", "recorded"])]
     pub(super) path: String,
     /// Length of the film, seconds.

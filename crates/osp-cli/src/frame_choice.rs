@@ -1,4 +1,4 @@
-//! Choice of the frame that a picture shows.
+//! The choice of the frame for a picture.
 
 use std::{path::Path, str::FromStr};
 
@@ -6,7 +6,7 @@ use anyhow::bail;
 
 use osp_session::{recording::Pace, replay::Summary};
 
-/// A frame, as on the command line.
+/// A frame, in the form of the command line.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum FrameChoice {
     Last,
@@ -28,7 +28,7 @@ impl FromStr for FrameChoice {
 }
 
 impl FrameChoice {
-    /// The number of the frame in a session.
+    /// Returns the number of the frame in a session.
     pub(super) fn number(self, file: &Path, summary: &Summary, pace: Pace) -> anyhow::Result<u64> {
         let Some(end) = summary.frames.checked_sub(1) else {
             bail!("{}: nothing was drawn in this session", file.display());

@@ -1,4 +1,4 @@
-//! Films as GIF files. A frame holds only what has changed since the one before.
+//! Writes films as GIF files. A frame holds only the changes since the frame before.
 
 use std::{io, ops::RangeInclusive};
 
@@ -7,34 +7,34 @@ use gif::{Encoder, EncodingError, Frame, Repeat};
 
 use osp_session::atomic_file::AtomicFile;
 
-/// Colours of a frame; one more entry of its palette stands for what has not changed.
+/// Number of colours of a frame. One more entry of its palette means "no change".
 const COLORS: usize = 255;
 const UNCHANGED: u8 = COLORS as u8;
-/// About so many pixels are looked at to choose the colours of a frame that has more of them.
+/// For a frame with more pixels, the colours are chosen from about this many of them.
 const LOOKED_AT: usize = 50_000;
 
-/// A film that is being written, and plays again and again.
+/// A film that is being written. Viewers repeat it forever.
 pub(super) struct GifFile {
     encoder: Encoder<AtomicFile>,
     size: (u16, u16),
-    /// The last frame: red, green and blue; nothing before the first.
+    /// The last frame as red, green and blue bytes. Empty before the first frame.
     shown: Vec<u8>,
-    /// Choice of the colours of a frame that has too many.
+    /// Choice of the palette for a frame with too many colours.
     choice: ColorChoice,
 }
 
-/// Choice of the colours of a frame that has more than a palette holds.
+/// Choice of the palette for a frame with more colours than it holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ColorChoice {
-    /// Close to all colours, for pictures with shades.
+    /// Colours that are close to all colours of the frame, for pictures with shades.
     Close,
-    /// The most frequent ones, to the bit. In drawings the others are the edges of letters and lines.
+    /// Exactly the most frequent colours. In drawings, the others are at the edges of letters and lines.
     #[cfg(feature = "bench")]
     Frequent,
 }
 
 impl GifFile {
-    /// Begins a film of this size, pixels, each side at most 65,535.
+    /// Starts a film of this size in pixels. Each side is at most 65,535.
     pub(super) fn begin(file: AtomicFile, (width, height): (u32, u32)) -> io::Result<Self> {
         let side = |side: u32| u16::try_from(side).map_err(io::Error::other);
         let size = (side(width)?, side(height)?);
@@ -43,17 +43,18 @@ impl GifFile {
         Ok(Self { encoder, size, shown: Vec::new(), choice: ColorChoice::Close })
     }
 
-    /// The same for drawings: areas of one colour keep it, so that they match their legend.
+    /// Returns the same film for drawings: areas of one colour keep it exactly, so that they match the legend.
     #[cfg(feature = "bench")]
     pub(super) fn of_drawings(self) -> Self {
         Self { choice: ColorChoice::Frequent, ..self }
     }
 
-    /// Appends a frame, red, green and blue by rows from the top, that is shown for so many hundredths of a second.
+    /// Appends a frame that is shown for `delay` hundredths of a second. `rgb` has red, green and blue bytes in rows
+    /// from the top.
     pub(super) fn add(&mut self, rgb: &[u8], delay: u16) -> io::Result<()> {
         let mut frame = match self.changed(rgb) {
             Some((columns, rows)) => self.part(rgb, columns, rows),
-            // A frame is needed for its time.
+            // An unchanged frame is also needed, for its time.
             None => Frame::from_palette_pixels(1, 1, [0], [0, 0, 0], Some(0)),
         };
         frame.delay = delay;
@@ -63,12 +64,12 @@ impl GifFile {
         Ok(())
     }
 
-    /// Ends the film.
+    /// Finishes the film.
     pub(super) fn finish(self) -> io::Result<AtomicFile> {
         self.encoder.into_inner().map_err(to_io)
     }
 
-    /// The columns and rows that hold every pixel that differs from the last frame.
+    /// Returns the columns and rows around all pixels that differ from the last frame.
     fn changed(&self, rgb: &[u8]) -> Option<(RangeInclusive<usize>, RangeInclusive<usize>)> {
         let (width, height) = (usize::from(self.size.0), usize::from(self.size.1));
         if self.shown.is_empty() {
@@ -84,7 +85,7 @@ impl GifFile {
         (columns.0 <= columns.1).then_some((columns.0..=columns.1, rows.0..=rows.1))
     }
 
-    /// A part of the picture, without what is shown there already.
+    /// Returns a part of the picture, without the pixels that are shown there already.
     fn part(
         &self,
         rgb: &[u8],
@@ -117,7 +118,8 @@ impl GifFile {
     }
 }
 
-/// A palette of at most [`COLORS`] and one for what has not changed, and the entry of each of the sorted colours.
+/// A palette of at most [`COLORS`] colours plus one entry for "no change", and the palette entry of each of the sorted
+/// colours.
 type Palette = (Vec<u8>, Vec<u8>);
 
 fn filled(mut palette: Vec<u8>) -> Vec<u8> {

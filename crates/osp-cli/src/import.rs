@@ -1,4 +1,4 @@
-//! `osp import`: a session of any format, written as a recording.
+//! `osp import`: writes a session of any format as a recording.
 
 use std::path::PathBuf;
 
@@ -21,8 +21,8 @@ use osp_session::{
 
 /// Convert a session to osp's own format: text with one event a line, plain or compressed.
 ///
-/// The output is in metres, right-handed, with y up; the events keep the order of the input. The output file appears only
-/// when it is complete.
+/// The output is in metres and right-handed, with y up. The events keep the order of the input. The output file appears
+/// only when it is complete.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp import sketch.tilt sketch.ron.zst
@@ -41,7 +41,7 @@ pub(super) struct ImportArgs {
     reading: ReadArgs,
 }
 
-/// Counts of what was written.
+/// Counts of the written parts.
 #[derive(Default)]
 pub(super) struct Counts {
     events: u64,
@@ -72,7 +72,8 @@ impl Counts {
         }
     }
 
-    /// The counts by kind, without zeros; strokes and points always.
+    /// Returns the counts by kind as text. Strokes and points are always listed, the other kinds only if they are not
+    /// zero.
     pub(super) fn text(&self) -> String {
         let rest = [(self.polygons, "faces"), (self.heads, "head poses"), (self.edits, "edits")];
         [(self.strokes, "strokes"), (self.points, "points")]
@@ -107,7 +108,7 @@ pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Writes the whole session; what it holds and how many bytes it takes.
+/// Writes the whole session. Returns the counts of its parts, and the size of the file in bytes.
 pub(super) fn convert(
     session: &mut OpenSession,
     output: Output,

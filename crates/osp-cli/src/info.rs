@@ -1,4 +1,4 @@
-//! `osp info`: contents of a session.
+//! `osp info`: prints the contents of a session.
 
 use std::path::PathBuf;
 
@@ -23,8 +23,8 @@ use osp_session::{
     scene::GroupNode,
 };
 
-/// Print the contents of a session: strokes, points, polygons, erased strokes, duration, bounds, dropped points with reasons.
-/// Also authors, groups, brushes, light, layers, and the parts of the file that osp does not show.
+/// Print the contents of a session: strokes, points, polygons, erased strokes, duration, bounds, and dropped points
+/// with reasons. Also authors, groups, brushes, light, layers, and the parts of the file that osp does not show.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp info recordings/room.ron
@@ -37,22 +37,23 @@ pub(super) struct InfoArgs {
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
-    /// Also print what makes the sketch heavy: triangles and vertices of each brush, blended paint, and the strokes with most
-    /// triangles. Blended paint is measured as layers over a pixel of the artist's view, on average: each one is shaded.
+    /// Also print the parts of the sketch that cost most to draw. These are triangles and vertices of each brush,
+    /// blended paint, and the strokes with the most triangles. Blended paint is measured as the average number of
+    /// layers over a pixel of the artist's view; each layer is shaded.
     #[arg(long)]
     cost: bool,
-    /// The triangles that a headset may draw in a frame. The default is the lower number of Meta's guidelines for Quest 2,
-    /// 750,000 to 1,000,000.
+    /// Number of triangles that a headset may draw in a frame. The default is the lower number of Meta's guidelines for
+    /// Quest 2, 750,000 to 1,000,000.
     #[arg(long, value_name = "N", requires = "cost", default_value_t = 750_000, value_parser = clap::value_parser!(u64).range(1..))]
     budget_triangles: u64,
     #[command(flatten)]
     reading: ReadArgs,
 }
 
-/// Most layers, and most things not shown, that the text lists.
+/// Largest number of layers, and of parts that are not shown, that the text lists.
 const MOST_LISTED: usize = 20;
 
-/// Most groups that the text lists.
+/// Largest number of groups that the text lists.
 const MOST_GROUPS: usize = 100;
 
 #[derive(Serialize)]
@@ -61,7 +62,7 @@ struct JsonInfo<'a> {
     format: &'a str,
     name: &'a str,
     source: &'a str,
-    /// All drawn strokes.
+    /// All strokes that were drawn, including erased ones.
     strokes: u64,
     /// Strokes that are neither erased nor undone; `brushes` adds up to it.
     strokes_at_end: u64,
@@ -129,7 +130,7 @@ fn corners(bounds: &Aabb) -> Option<[[f32; 3]; 2]> {
     (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()])
 }
 
-/// Contents of a session.
+/// The contents of a session.
 struct Contents {
     summary: Summary,
     tally: PolygonTally,
@@ -164,7 +165,7 @@ pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     } else {
         say(&text(args, &session, &contents))?;
     }
-    // The part that was read is shown all the same.
+    // The part that could be read is shown even after an error.
     outcome?;
     Ok(Outcome::Done)
 }
@@ -283,7 +284,7 @@ fn text(args: &InfoArgs, session: &OpenSession, contents: &Contents) -> String {
     lines.join("\n")
 }
 
-/// The strokes that are neither erased nor undone. Strokes of models have no brush.
+/// Returns the number of strokes that are neither erased nor undone. Strokes of models have no brush.
 fn at_end(brushes: &[BrushRow], s: &Summary) -> u64 {
     match s.undos {
         0 => s.counts.strokes.saturating_sub(s.counts.erased_strokes),
@@ -308,7 +309,7 @@ fn polygons(made: u64, tally: PolygonTally) -> String {
     format!("{} ({})", thousands(made), parts.join(", "))
 }
 
-/// The groups, those below others indented.
+/// Returns one line for each group, indented below its parent.
 fn group_lines(groups: &[GroupNode]) -> Vec<String> {
     let mut lines = Vec::new();
     for (node, number) in groups.iter().take(MOST_GROUPS).zip(0..) {
@@ -341,7 +342,7 @@ fn group_lines(groups: &[GroupNode]) -> Vec<String> {
     lines
 }
 
-/// Light, layers, and what is not shown.
+/// Returns lines about the light, the layers, and the parts that are not shown.
 fn look(header: &Header) -> Vec<(&'static str, String)> {
     let mut lines = Vec::new();
     if let Some(environment) = &header.environment {
@@ -367,7 +368,7 @@ fn look(header: &Header) -> Vec<(&'static str, String)> {
     lines
 }
 
-/// An environment in words; colours as a screen shows them, 0 to 255.
+/// Describes an environment in words. Colours are shown as screen values from 0 to 255.
 fn light(environment: &Environment) -> String {
     let color = |color: glam::Vec3| {
         let [r, g, b] = (color * 255.0).to_array().map(|part| part.round() as u32);

@@ -1,4 +1,4 @@
-//! `osp join`: a member of a shared session without a window.
+//! `osp join`: takes part in a shared session without a window.
 
 use std::{
     fmt::Write as _,
@@ -27,11 +27,11 @@ use osp_lab::report::thousands;
 use osp_net::live::{Address, Connection, Link, News, Status, header};
 use osp_session::{output_file::is_same_file, recording::Event};
 
-/// Longest wait at the end until all own strokes are in the session.
+/// Longest wait at the end until the session has all own strokes.
 const FAREWELL: Duration = Duration::from_secs(3);
 /// Longest time for the final report after a signal.
 const REPORT: Duration = Duration::from_secs(20);
-/// Time between two times that the recording goes to its file and the connection is looked at.
+/// Interval at which the recording is flushed to its file and the connection is checked.
 const BETWEEN: Duration = Duration::from_millis(200);
 
 impl JoinArgs {
@@ -52,7 +52,9 @@ impl JoinArgs {
 pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
     let address = args.server.address(&args.address)?;
     if args.until_empty && !args.watch && args.play.is_none() {
-        bail!("--until-empty: expected --watch or --play; a member that stays is there itself");
+        bail!(
+            "--until-empty: expected --watch or --play; the session is never empty while another member stays"
+        );
     }
     let playing = match &args.play {
         Some(path) => Some(Playing::open(path, &args.reading, args.pace, args.speed, args.play_author)?),
@@ -60,7 +62,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
     };
     let recording = args.recording(&address)?;
     if args.json {
-        // What is said on the way is no JSON.
+        // Messages on the way are not JSON, so they must not go to standard output.
         keep_standard_output_for_a_file();
     }
     let link = Link::open(&address, &args.server.options(args.watch, &args.name), || {})?;
@@ -89,7 +91,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
                 let played = join_player::play(playing, &hand, || ending.load(Ordering::Relaxed));
                 hand.leave();
                 if played.is_err() {
-                    // Damage ends it all, with or without a server.
+                    // An error ends everything, with or without a server.
                     ending.store(true, Ordering::Relaxed);
                 }
                 is_done.store(true, Ordering::Relaxed);
@@ -117,7 +119,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
     member.report(played)
 }
 
-/// Last reported state of the connection.
+/// The last state of the connection that was reported.
 #[derive(Debug, Default)]
 struct Shown {
     connection: Connection,
@@ -131,11 +133,11 @@ struct Member<'a> {
     link: &'a Link,
     recording: SharedRecording,
     rows: AuthorRows,
-    /// Authors that have joined and not left.
+    /// Number of authors that have joined and not left.
     there: u64,
     was_there: bool,
     has_left: bool,
-    /// Own events that the session has refused.
+    /// Number of own events that the session has refused.
     refused: u64,
     shown: Shown,
     started: Instant,
@@ -165,21 +167,22 @@ impl Member<'_> {
             if is_over && leaving.is_none() {
                 leaving = Some(Instant::now());
                 ending.store(true, Ordering::Relaxed);
-                // Who plays leaves by itself, after what it has sent.
+                // With --play, the player itself leaves after all its events.
                 if self.args.play.is_none() {
                     self.link.hand().leave();
                 }
             }
             let is_late = leaving.is_some_and(|since: Instant| since.elapsed() >= FAREWELL);
-            // What has not been written yet may be that somebody came.
+            // An event that has not been written yet may be the arrival of another author.
             let is_empty = is_quiet && self.was_there && self.there == 0 && self.link.status().has_caught_up;
             let is_enough = match self.args.until_empty {
                 true => has_left && is_empty,
-                // Whoever plays ends with what is played; whoever watches is told when.
+                // With --play, the program ends after the last event. Without it, an option or a signal ends the
+                // program.
                 false => has_left && is_played.load(Ordering::Relaxed),
             };
             if is_late || is_enough || (is_over && has_left) {
-                // What has come until now.
+                // Takes all events that have arrived until now.
                 while let Some(news) = self.link.news()? {
                     self.take(news)?;
                 }
@@ -265,12 +268,12 @@ impl Member<'_> {
     }
 }
 
-/// Error text if own events are not in the session.
+/// Returns the error text if some own events are not in the session.
 fn unheard(events: u64) -> Option<String> {
     (events > 0).then(|| format!("{} own events are not in the session", thousands(events)))
 }
 
-/// Why an author is not in the session, and what it can do.
+/// Returns the reason for which an author is not in the session, and a remedy.
 fn shut_out(address: &Address, status: &Status) -> Option<String> {
     match (&status.connection, status.author) {
         (Connection::Crowded, _) => Some(format!(
@@ -279,9 +282,9 @@ fn shut_out(address: &Address, status: &Status) -> Option<String> {
         (Connection::Full, None) => Some(format!(
             "{address} is full, nobody can join it: watch it with --watch, or begin a session of another name"
         )),
-        (Connection::Full, Some(_)) => {
-            Some(format!("{address} is full, nothing more is taken: go on in a session of another name"))
-        }
+        (Connection::Full, Some(_)) => Some(format!(
+            "{address} is full and accepts no more events: continue in a session with another name"
+        )),
         _ => None,
     }
 }
@@ -290,7 +293,7 @@ fn called(name: &str) -> String {
     if name.is_empty() { String::new() } else { format!(": {}", one_line(name)) }
 }
 
-/// The connection in words.
+/// Describes the connection in words.
 pub(super) fn described(address: &Address, status: &Status) -> String {
     let mut text = match &status.connection {
         Connection::Connecting => format!("connecting to {address}"),
@@ -302,7 +305,7 @@ pub(super) fn described(address: &Address, status: &Status) -> String {
         Connection::Crowded => {
             format!("{address}: too many have joined before this member, which joins once there is room")
         }
-        Connection::Full => format!("{address} holds as much as a session may: nothing more is taken"),
+        Connection::Full => format!("{address} is full: no more events are accepted"),
     };
     if let Some(trouble) = &status.trouble {
         // Writing to a string does not fail.

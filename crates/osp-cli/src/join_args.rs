@@ -13,12 +13,12 @@ use osp_session::recording::Pace;
 
 /// Take part in a shared session without a window: write its recording, watch it, or play a session into it.
 ///
-/// Several authors draw in one session over a server of NATS with JetStream (`nats-server -js`), which stores it. Every
-/// member writes the whole session as a recording, from its first event on; the recordings of all members are the same, byte
-/// for byte. Without a server a member continues, and catches up when the server returns.
+/// Several authors draw in one session over a NATS server with JetStream (`nats-server -js`), which stores the session.
+/// Every member writes the whole session as a recording, beginning with the first event. The recordings of all members
+/// are the same, byte for byte. If the server is lost, a member continues, and catches up when the server returns.
 ///
-/// Without --watch or --play it is an author that draws nothing: it writes the recording, and reports when others
-/// leave.
+/// Without --watch or --play, the member is an author that draws nothing. It writes the recording, and reports when
+/// others leave.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   nats-server -js -a 127.0.0.1 -sd sessions
@@ -37,7 +37,7 @@ Ctrl-C leaves the session.
 Exit code 1: own events are not in the session, or the session was full or too crowded to join.")]
 pub(super) struct JoinArgs {
     /// The session: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME.
-    // Parsed later: what is wrong with it is said without the password in it.
+    // This is parsed later, so that an error message about it does not contain the password.
     #[arg(value_name = "ADDRESS")]
     pub(super) address: String,
     /// The recording to write (.ron) [default: NAME.ron].
@@ -45,14 +45,14 @@ pub(super) struct JoinArgs {
     /// Only watch: publish nothing.
     #[arg(long)]
     pub(super) watch: bool,
-    /// The name of this member for the others.
+    /// Name under which the others see this member.
     #[arg(long, default_value = "", hide_default_value = true, conflicts_with = "watch", value_parser = shared_args::name)]
     pub(super) name: String,
-    /// Play this session's events as one's own, then leave.
+    /// Play the events of this session as one's own, then leave.
     #[arg(long, value_name = "SESSION", conflicts_with = "watch")]
     pub(super) play: Option<PathBuf>,
-    /// Play only what this author of --play has drawn; by default all events are played, unless several authors have undone
-    /// something in it.
+    /// Play only the strokes and edits of this author of --play. By default all events are played, unless several
+    /// authors have undone something in it.
     #[arg(long, value_name = "NUMBER", requires = "play")]
     pub(super) play_author: Option<u32>,
     /// Part of the session that each frame (90 a second) plays: `recorded` (by the time stamps) or `samples:N` (N
@@ -62,10 +62,10 @@ pub(super) struct JoinArgs {
     /// Speed, as a multiple of the recorded one.
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor, requires = "play")]
     pub(super) speed: f64,
-    /// Leave after so many seconds.
+    /// Leave after this many seconds.
     #[arg(long = "for", value_name = "SECS", value_parser = numbers::seconds)]
     pub(super) for_secs: Option<f64>,
-    /// With --watch: end once everybody has left (and somebody was there). With --play: stay until then, too.
+    /// With --watch: end when everybody has left (after somebody was there). With --play: also stay until then.
     #[arg(long)]
     pub(super) until_empty: bool,
     #[command(flatten)]

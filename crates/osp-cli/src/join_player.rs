@@ -1,4 +1,4 @@
-//! A recording played into a shared session, as one author's drawing.
+//! Plays a recording into a shared session, as the drawing of one author.
 
 use std::{
     collections::{BTreeSet, HashMap},
@@ -13,7 +13,7 @@ use super::{reading::ReadArgs, session::OpenSession};
 use osp_net::live::{Hand, ME};
 use osp_session::recording::{AUTHORS_FORMAT, Author, Event, GroupId, Pace, Pacer, RecordingError, StrokeId};
 
-/// Own events that may wait for the connection; beyond, playing pauses.
+/// Largest number of own events that may wait for the connection. Above it, playing pauses.
 const MOST_PENDING: usize = 1 << 16;
 
 /// A session that is about to be played.
@@ -50,8 +50,8 @@ impl Playing {
     }
 }
 
-/// Refuses a recording of several authors who took something back: as one author's, an undo would take back another stroke
-/// than it did.
+/// Refuses a recording in which several authors undid or redid something. If one author played it, an undo would take
+/// back a different stroke.
 fn check_undos(path: &Path, reading: &ReadArgs) -> anyhow::Result<()> {
     let (mut authors, mut takes_back) = (BTreeSet::new(), false);
     for event in OpenSession::open(path, reading)? {
@@ -74,7 +74,7 @@ fn is_of(event: &Event, author: Author) -> bool {
     }
 }
 
-/// Plays; how many events were played.
+/// Plays the session. Returns the number of events that were played.
 pub(super) fn play(mut playing: Playing, hand: &Hand, is_over: impl Fn() -> bool) -> anyhow::Result<u64> {
     let mut numbers = Numbers::default();
     let (mut events, mut frames, mut played) = (Vec::new(), 0u32, 0);
@@ -99,7 +99,7 @@ pub(super) fn play(mut playing: Playing, hand: &Hand, is_over: impl Fn() -> bool
     Ok(played)
 }
 
-/// The own numbers of a recording's strokes and groups.
+/// The own numbers for the strokes and groups of a recording.
 #[derive(Debug, Default)]
 struct Numbers {
     strokes: HashMap<StrokeId, u32>,
@@ -119,7 +119,8 @@ impl Numbers {
         Some(())
     }
 
-    /// An event as one's own, at a time; none of it for who comes and goes. `None`: there are too many.
+    /// Returns an event as one's own, at the time `now`. `Some(None)` for authors that come and go. `None` if there are
+    /// too many numbers.
     fn own(&mut self, mut event: Event, now: f64) -> Option<Option<Event>> {
         match &mut event {
             Event::Join { .. } | Event::Leave { .. } => return Some(None),

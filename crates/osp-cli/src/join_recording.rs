@@ -1,4 +1,4 @@
-//! The recording of a shared session: a file that is written from the beginning, or that is the beginning already.
+//! The recording of a shared session. The file is new, or it already holds the beginning of the session.
 
 use std::{
     fs::{File, OpenOptions},
@@ -14,15 +14,15 @@ use osp_session::{
     small_file::open_regular,
 };
 
-/// Bytes of the file that are compared at once.
+/// Number of bytes of the file that are compared at once.
 const COMPARED: usize = 1 << 16;
 
-/// A file whose first bytes may be there: they are compared, what follows is written.
+/// A file that may already hold the first bytes. They are compared with the session, and the rest is written.
 struct Continued {
     file: File,
-    /// Whether a different file is replaced; else it is an error.
+    /// Whether a different file is replaced. Otherwise it is an error.
     replaces: bool,
-    /// Bytes that were there.
+    /// Number of bytes that were in the file already.
     known: u64,
     at: u64,
     hash: Xxh3Default,
@@ -59,24 +59,24 @@ impl Write for Continued {
     }
 }
 
-/// The written recording.
+/// The recording that was written.
 #[derive(Debug)]
 pub(super) struct Written {
     pub(super) path: PathBuf,
     pub(super) bytes: u64,
-    /// Whether there was nothing of the session: no file is made then.
+    /// Whether the session had no events. Then no file is made.
     pub(super) is_nothing: bool,
-    /// Bytes of the file that the session on the server has not.
+    /// Number of bytes in the file beyond the end of the session on the server.
     pub(super) beyond: u64,
-    /// XXH3 of the session, 128 bits.
+    /// 128-bit XXH3 hash of the session.
     pub(super) hash: u128,
 }
 
-/// Before the first event nothing of the file is touched.
+/// The file is not touched before the first event.
 enum State {
     Waiting(Continued, Header),
     Writing(RonWriter<Continued>),
-    /// While one becomes the other, or if that fails.
+    /// During the change from one state to the other, or after it has failed.
     Neither,
 }
 
@@ -84,12 +84,12 @@ enum State {
 pub(super) struct SharedRecording {
     state: State,
     path: PathBuf,
-    /// The file was made, and has no event.
+    /// Whether the file is new and has no event.
     is_nothing: bool,
 }
 
 impl SharedRecording {
-    /// Opens the file, which nobody else may write at the same time.
+    /// Opens the file. Nobody else may write it at the same time.
     pub(super) fn open(path: &Path, header: &Header, force: bool) -> anyhow::Result<Self> {
         let about = || path.display().to_string();
         let is_new = !path.exists();
@@ -129,7 +129,7 @@ impl SharedRecording {
         }
     }
 
-    /// Hands what was written to the file.
+    /// Flushes the written events to the file.
     pub(super) fn flush(&mut self) -> anyhow::Result<()> {
         if let State::Writing(writer) = &mut self.state {
             writer.flush()?;
@@ -145,7 +145,7 @@ impl SharedRecording {
             State::Neither => bail!("{}: it could not be begun", self.path.display()),
         };
         if out.replaces {
-            // What there was of another session behind it.
+            // Removes the remains of another session behind the new end.
             out.file.set_len(out.at).with_context(|| self.path.display().to_string())?;
         }
         out.file.sync_data().with_context(|| self.path.display().to_string())?;
@@ -159,7 +159,7 @@ impl SharedRecording {
 impl Drop for SharedRecording {
     fn drop(&mut self) {
         if self.is_nothing {
-            // A file without an event helps nobody.
+            // A file without an event is useless.
             let _ = std::fs::remove_file(&self.path);
         }
     }
@@ -189,16 +189,16 @@ mod tests {
         let whole = write(&path, &header, false, 100).expect("written");
         let bytes = std::fs::read(&path).expect("read");
         assert_eq!(bytes.len() as u64, whole.bytes);
-        // Cut off in the middle of a line, it is continued.
+        // A file that was cut off in the middle of a line is continued.
         std::fs::write(&path, &bytes[..bytes.len() / 2 + 3]).expect("written");
         let again = write(&path, &header, false, 100).expect("continued");
         assert_eq!((again.bytes, again.beyond, again.hash), (whole.bytes, 0, whole.hash));
         assert_eq!(std::fs::read(&path).expect("read"), bytes);
-        // The server has less.
+        // The server has fewer events than the file.
         let less = write(&path, &header, false, 40).expect("compared");
         assert_eq!(less.bytes + less.beyond, whole.bytes);
         assert_eq!(std::fs::read(&path).expect("read"), bytes);
-        // Another session.
+        // The file holds another session.
         let other = osp_net::live::header("b");
         let error = format!("{:#}", write(&path, &other, false, 5).expect_err("another session"));
         assert!(error.contains("a.ron: it is not the beginning of this session"), "{error}");
@@ -208,7 +208,7 @@ mod tests {
         assert!(error.ends_with("another program writes it"), "{error}");
         drop(held);
         assert_eq!(std::fs::read(&path).expect("read"), bytes);
-        // Where nothing comes, nothing is left behind.
+        // If no event comes, no file is left behind.
         let none = folder.path().join("none.ron");
         assert!(write(&none, &header, false, 0).expect("nothing").is_nothing && !none.exists());
         write(&path, &other, true, 5).expect("replaced");

@@ -19,7 +19,7 @@ use osp_session::{
     scene::Scene,
 };
 
-/// State when the member ended.
+/// The state when the member ended.
 pub(super) struct Report {
     pub(super) address: String,
     pub(super) status: Status,
@@ -31,17 +31,17 @@ pub(super) struct Report {
     pub(super) undelivered: u64,
 }
 
-/// The session as its recording has it.
+/// The session as it is in its recording.
 #[derive(Default, Serialize)]
 struct Shape {
     strokes: u64,
     polygons: u64,
-    /// Fingerprint of the polygons that are shown.
+    /// Fingerprint of the visible polygons.
     fingerprint: String,
 }
 
 impl Report {
-    /// Reads the recording again, as anybody would; none if there is none.
+    /// Reads the recording again, like any other reader. `None` if there is none.
     fn shape(&self) -> anyhow::Result<Option<Shape>> {
         if self.recording.is_nothing {
             return Ok(None);
@@ -101,7 +101,10 @@ impl Report {
             self.recording.hash
         )];
         match self.shape() {
-            Ok(None) => lines = vec![format!("nothing of the session {} has come: no file", self.address)],
+            Ok(None) => {
+                lines =
+                    vec![format!("no event of the session {} was received: no file is written", self.address)]
+            }
             Ok(Some(shape)) => lines.push(format!(
                 "  {:<11} {} strokes, {} polygons, fingerprint {}",
                 "holds",

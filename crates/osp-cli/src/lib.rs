@@ -2,7 +2,7 @@
 //!
 //! Exit codes: 0 done, 1 a check failed, 2 bad input or usage.
 //!
-//! It may use every other module; no module uses it.
+//! This crate may use every other one; none uses it.
 
 mod allocations;
 mod author_rows;
@@ -168,8 +168,8 @@ use clap::{
     error::{ContextKind, ContextValue, ErrorKind},
 };
 
-/// Keep a 3D model drawable in real time while somebody draws it: replay recorded sketching sessions through the OSP
-/// tree and rival structures, and see what each frame costs.
+/// Keep a 3D model drawable in real time while somebody draws it. The commands replay recorded sketching sessions
+/// through the OSP tree and rival structures, and show the cost of each frame.
 #[derive(Parser, Debug)]
 #[command(name = "osp", version = version::VERSION.as_str(), arg_required_else_help = true, after_help = EXAMPLES)]
 struct Cli {
@@ -237,7 +237,7 @@ enum Command {
     Send(send_args::SendArgs),
 }
 
-/// Runs a command that needs a feature. A build without it has refused the command before.
+/// Runs a command that needs a feature. A build without the feature has already refused the command.
 macro_rules! of_feature {
     ($feature:literal, $run:path, $args:ident) => {{
         #[cfg(feature = $feature)]
@@ -324,7 +324,7 @@ fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
 /// Prints the help, or the error in the arguments.
 fn usage(error: &clap::Error) -> ExitCode {
     if error.use_stderr() && error.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        // Arguments are quoted in it.
+        // The error quotes the arguments, which may have several lines.
         output::complain_at_length(usage_error(error).trim_end());
     } else {
         // A closed pipe is no error.
@@ -333,8 +333,8 @@ fn usage(error: &clap::Error) -> ExitCode {
     ExitCode::from(if error.use_stderr() { 2 } else { 0 })
 }
 
-/// Formats a clap error. It replaces the standard library's message for a malformed number with the expected form. If the
-/// user named a file instead of a command, it adds a hint.
+/// Formats a clap error. Replaces the standard library's message for a malformed number with the expected form. If the
+/// user named a file instead of a command, adds a hint.
 fn usage_error(error: &clap::Error) -> String {
     let mut text = error.render().to_string();
     if let Some(cause) = error.source().and_then(|cause| cause.downcast_ref::<ParseIntError>()) {

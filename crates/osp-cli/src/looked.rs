@@ -24,7 +24,7 @@ pub(super) struct Looked {
 }
 
 impl Looked {
-    /// Reads a file, and prints the warnings.
+    /// Reads a file and prints the warnings.
     pub(super) fn at(file: &Path, reading: &ReadArgs, pace: Pace) -> anyhow::Result<Self> {
         let mut session = OpenSession::open(file, reading)?.counted();
         let (looked, read) = Self::of(session.header.clone(), &mut session, pace);
@@ -33,7 +33,7 @@ impl Looked {
         Ok(looked)
     }
 
-    /// Takes the events of an open session.
+    /// Reads the events of an open session.
     pub(super) fn of(
         header: Header,
         events: impl Iterator<Item = Result<Event, RecordingError>>,

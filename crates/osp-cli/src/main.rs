@@ -1,4 +1,4 @@
-//! The `osp` program; everything it does is in [`osp_cli`].
+//! The `osp` program. Its code is in [`osp_cli`].
 
 use std::process::ExitCode;
 

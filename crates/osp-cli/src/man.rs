@@ -7,12 +7,12 @@ use clap_mangen::Man;
 use super::{outcome::Outcome, output::say, outputs::Outputs};
 use osp_session::{atomic_file::Destination, output_file::OutputKind};
 
-/// Write the manual: a page for each command, for `man`.
+/// Write the manual for `man`: one page for each command.
 #[derive(Args, Debug)]
 #[command(after_help = "Example:
   osp man --to ~/.local/share/man/man1 && man osp-replay")]
 pub(super) struct ManArgs {
-    /// A folder for the pages; it is made if there is none.
+    /// A folder for the pages. The command makes it if it does not exist.
     #[arg(long, value_name = "DIR")]
     to: PathBuf,
     /// Replace files of another kind.
@@ -43,7 +43,7 @@ pub(super) fn run(args: &ManArgs, program: Command) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The page of a command and those of the commands below it.
+/// Adds the page of a command and the pages of its subcommands.
 fn add_pages(command: &Command, name: &str, pages: &mut Vec<(String, Command)>) {
     pages.push((format!("{name}.1"), command.clone()));
     for part in command.get_subcommands() {

@@ -1,4 +1,4 @@
-//! A recording that a command makes: it appears under its name only once it is whole.
+//! A recording that a command writes. The file appears under its name only when it is complete.
 
 use std::io;
 
@@ -8,18 +8,18 @@ use osp_session::{
     recording::{Event, Flush, Header, RecordingError, RecordingFile, RonWriter},
 };
 
-/// A recording on its way into a file.
+/// A recording that is being written.
 pub(super) struct NewRecording {
-    // Closed before the file gets its name or is removed: fields are dropped in their order.
+    // Fields are dropped in their order. So the writer closes before the file gets its name or is removed.
     writer: RonWriter<RecordingFile>,
     file: AtomicFile,
     output: Output,
-    /// The reader of the pipe has closed it; that is no error.
+    /// Whether the reader of the pipe has closed it, which is no error.
     nobody_reads: bool,
 }
 
 impl NewRecording {
-    /// Starts the recording beside its place.
+    /// Creates the temporary file beside its final place.
     pub(super) fn create(output: Output, header: &Header) -> anyhow::Result<Self> {
         let path = output.path();
         let mut file = output.create()?;
@@ -37,7 +37,7 @@ impl NewRecording {
         Ok(())
     }
 
-    /// Gives the recording its name; its size in bytes, where it is a file.
+    /// Gives the recording its name. Returns its size in bytes if it is a file.
     pub(super) fn finish(self) -> anyhow::Result<Option<u64>> {
         if !self.nobody_reads {
             is_read(self.writer.finish())?;

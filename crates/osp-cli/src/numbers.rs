@@ -2,12 +2,12 @@
 
 use std::{fmt::Display, ops::RangeInclusive, str::FromStr};
 
-/// Most occluders of a view: each takes memory, and far fewer pay.
+/// Largest number of occluders of a view. Each takes memory, and far fewer are useful.
 const MOST_OCCLUDERS: usize = 65_536;
 /// Longest permitted time: thirty years.
 const MOST_SECONDS: f64 = 1.0e9;
 
-/// Parses a number from a range; the error names the range.
+/// Parses a number in a range. The error names the range.
 fn within<T: FromStr + PartialOrd + Display>(
     text: &str,
     range: &RangeInclusive<T>,
@@ -52,7 +52,7 @@ pub(super) fn factor(text: &str) -> Result<f64, String> {
     within(text, &(0.001..=1000.0), "a factor")
 }
 
-/// Width and height, pixels.
+/// Parses width and height in pixels.
 pub(super) fn sides(text: &str, range: &RangeInclusive<u32>) -> Result<(u32, u32), String> {
     let side = |text: &str| text.parse().ok().filter(|side| range.contains(side));
     let found = text.split_once(['x', 'X']).and_then(|(w, h)| Some((side(w)?, side(h)?)));
@@ -80,7 +80,7 @@ pub(super) fn metres(text: &str) -> Result<f32, String> {
     within(text, &(1.0e-4..=1.0e9), "metres")
 }
 
-/// Copies along x, y and z, `NxMxK`: at most a million in all.
+/// Parses copies along x, y and z, `NxMxK`: at most a million in all.
 pub(super) fn grid(text: &str) -> Result<[u32; 3], String> {
     let counts: Vec<Option<u32>> = text.split(['x', 'X']).map(|count| count.trim().parse().ok()).collect();
     let found = match counts[..] {

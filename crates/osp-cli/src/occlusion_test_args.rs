@@ -26,7 +26,7 @@ impl TestArgs {
         self.score.unwrap_or_default()
     }
 
-    /// The first option that was given.
+    /// Returns the first option that was given.
     pub(super) fn given(self) -> Option<&'static str> {
         let node_test = self.node_test.map(|_| "--node-test");
         node_test.or(self.score.map(|_| "--score"))

@@ -14,21 +14,22 @@ use super::progress;
 pub(super) use osp_lab::report::one_line;
 use osp_lab::report::printable;
 
-/// Whether an output file goes to standard output, so that results must not.
+/// Whether an output file is written to standard output, so that results must not go there.
 static HOLDS_A_FILE: AtomicBool = AtomicBool::new(false);
 
-/// From now on results go to standard error: an output (`--csv -`) is written to standard output.
+/// Sends results to standard error from now on, because an output (`--csv -`) is written to standard output.
 pub(super) fn keep_standard_output_for_a_file() {
     HOLDS_A_FILE.store(true, Ordering::Relaxed);
 }
 
-/// Letters in a line of the terminal: the variable `COLUMNS`, or the width of the terminal. `None` if both are missing.
+/// Returns the number of characters in a line of the terminal: the variable `COLUMNS`, else the width of the terminal.
+/// `None` if both are missing.
 pub(super) fn columns() -> Option<u16> {
     let said = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
     said.filter(|columns| *columns > 0).or_else(|| Some(console::Term::stdout().size_checked()?.1))
 }
 
-/// The name of a file without its folder, to be shown.
+/// Returns the name of a file without its folder, for display.
 pub(super) fn file_name(path: &Path) -> Cow<'_, str> {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()
 }
@@ -45,13 +46,13 @@ pub(super) fn say(text: &str) -> anyhow::Result<()> {
         out.write_all(text.as_bytes()).and_then(|()| out.write_all(b"\n")).and_then(|()| out.flush())
     };
     match progress::aside(write) {
-        // The reader has closed the pipe (`osp replay … | head`); the checks still decide the exit code.
+        // The reader has closed the pipe (`osp replay … | head`). The checks still decide the exit code.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         outcome => outcome.context("standard output"),
     }
 }
 
-/// Writes a remark, in one line. That standard error is closed is no reason to stop.
+/// Writes a remark in one line. A closed standard error is no reason to stop.
 pub(super) fn complain(text: &str) {
     complain_at_length(&one_line(text));
 }

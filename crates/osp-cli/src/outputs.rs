@@ -1,4 +1,4 @@
-//! The files that a command writes: checked before the work begins, and written whole or not at all.
+//! The files that a command writes. They are checked before the work begins, and written whole or not at all.
 
 use std::{
     io,
@@ -23,12 +23,12 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// With `force` an output may replace a file of another kind, but never an input.
+    /// Creates the list. With `force`, an output may replace a file of another kind, but never an input.
     pub(super) fn new(force: bool) -> Self {
         Self { force, inputs: Vec::new(), outputs: Vec::new() }
     }
 
-    /// The command reads this file or folder.
+    /// Adds files or folders that the command reads.
     #[must_use]
     pub(super) fn reads<'a>(mut self, paths: impl IntoIterator<Item = &'a PathBuf>) -> Self {
         for path in paths {
@@ -51,15 +51,15 @@ impl Outputs {
         Ok(())
     }
 
-    /// Checks an output before any work is done. `option` is what named it.
+    /// Checks an output before any work is done. `option` is the option that named it.
     pub(super) fn add(&mut self, option: &str, path: &Path, kind: OutputKind) -> anyhow::Result<Output> {
-        // Where standard output leads to is a file, too.
+        // Standard output may lead to a file that is an input.
         let is_standard_output = path == Path::new("-") && cfg!(unix);
         self.is_no_input(option, if is_standard_output { Path::new("/dev/stdout") } else { path })?;
         let destination = Destination::of(path).with_context(|| path.display().to_string())?;
         let is_written_twice = |other: &Path| match (&destination, Destination::of(other)) {
             (Destination::File(_), Ok(Destination::File(_))) => is_same_file(path, other),
-            // Two outputs to one device do not replace each other, but they would be mixed.
+            // Two outputs to the same device do not replace each other, but their bytes would be mixed.
             (Destination::StandardOutput, Ok(other)) => other == Destination::StandardOutput,
             (Destination::Special(here), Ok(Destination::Special(there))) => {
                 *here == there && here != Path::new("/dev/null")
@@ -75,7 +75,7 @@ impl Outputs {
             output::keep_standard_output_for_a_file();
         }
         if matches!(destination, Destination::File(_)) {
-            // Whether the folder can be written to, shows only when it is.
+            // Only a test file shows whether the folder can be written to.
             output.create()?;
         }
         self.outputs.push((option.to_owned(), path.to_owned()));
@@ -89,7 +89,7 @@ impl Outputs {
         option: &str,
         paths: impl Iterator<Item = PathBuf>,
     ) -> anyhow::Result<()> {
-        // Their names differ, and one of them shows whether the folder can be written to.
+        // The names of the pictures differ. One of them shows whether the folder can be written to.
         for (i, path) in paths.enumerate() {
             self.is_no_input(option, &path)?;
             let output = Output { path, kind: OutputKind::Png, force: self.force };
@@ -130,7 +130,7 @@ impl Output {
         is_there(&self.path, self.kind)
     }
 
-    /// Refuses to replace a file that must not be lost: one may have appeared since the check before the work.
+    /// Refuses to replace a file that must not be lost. Such a file may have appeared since the check before the work.
     pub(super) fn check(&self) -> anyhow::Result<()> {
         check_output(&self.path, self.kind, self.force).map_err(|error: OutputError| {
             match error.yields_to_force() && !self.force {
@@ -140,15 +140,15 @@ impl Output {
         })
     }
 
-    /// Starts a file that is written bit by bit and appears with [`Output::commit`].
+    /// Starts a file that is written in parts and appears with [`Output::commit`].
     pub(super) fn create(&self) -> anyhow::Result<AtomicFile> {
         AtomicFile::create(&self.path).map_err(|error| self.failed(&error))
     }
 
-    /// Gives the file its name; its size in bytes, where it is a file.
+    /// Gives the file its name. Returns its size in bytes if it is a file.
     pub(super) fn commit(&self, file: AtomicFile) -> anyhow::Result<Option<u64>> {
         self.check()?;
-        // A session that appears at this moment is not replaced either.
+        // A session that appears at this moment is not replaced, either.
         let is_new_only = !self.force && self.kind.is_session();
         let outcome = if is_new_only { file.commit_new() } else { file.commit() };
         outcome.map_err(|error| self.failed(&error))

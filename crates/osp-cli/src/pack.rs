@@ -1,4 +1,4 @@
-//! `osp pack`: finished sessions become a world.
+//! `osp pack`: packs finished sessions into a world.
 
 use std::{path::Path, time::Duration};
 
@@ -32,7 +32,7 @@ pub(super) fn run(args: &PackArgs) -> anyhow::Result<Outcome> {
             WorldError::Exists { .. } => anyhow::anyhow!("{error}; --force replaces it"),
             error => error.into(),
         })?;
-    // Shown on a terminal only.
+    // The spinner is shown only on a terminal.
     let progress = ProgressBar::new_spinner();
     progress.enable_steady_tick(Duration::from_millis(200));
     let spacing_m = match (args.repeat, args.spacing) {
@@ -74,13 +74,13 @@ pub(super) fn run(args: &PackArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The place of a cell of a grid: x first, then z, then y.
+/// Returns the place of a cell of a grid. Cells are counted along x first, then z, then y.
 fn place([n, _, k]: [u32; 3], cell: usize) -> Vec3 {
     let (n, k) = (n as usize, k as usize);
     Vec3::new((cell % n) as f32, (cell / (n * k)) as f32, (cell / n % k) as f32)
 }
 
-/// The longest side of the largest session, and a tenth, metres.
+/// Returns 1.1 times the longest side of the largest session, in metres.
 fn spacing(args: &PackArgs) -> anyhow::Result<f32> {
     let mut longest_m = 0.0f32;
     for file in &args.files {
@@ -94,7 +94,7 @@ fn spacing(args: &PackArgs) -> anyhow::Result<f32> {
     Ok(longest_m * 1.1)
 }
 
-/// A session's model at its end.
+/// Returns the model at the end of a session.
 fn finished(file: &Path, reading: &ReadArgs) -> anyhow::Result<Scene> {
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
     let mut session = OpenSession::open(file, reading)?;

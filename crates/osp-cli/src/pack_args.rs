@@ -11,9 +11,9 @@ const ORDERS: [&str; 2] = ["strokes", "space"];
 
 /// Pack finished sessions into a world that may be larger than memory, for `osp replay --world`.
 ///
-/// The final polygons of each session become blocks of up to 4,096 polygons, 64 blocks in an object (a file of a folder). A
-/// manifest, which is written last, has the box, size and checksum of each block. Until then there is no world. The next pack
-/// into the same place removes the remains of a stopped one.
+/// The final polygons of each session become blocks of up to 4,096 polygons. An object (a file of a folder) holds 64
+/// blocks. A manifest, which is written last, has the box, size and checksum of each block. Until then there is no
+/// world. After an interrupted pack, the next pack into the same place removes the remains.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp pack recordings/*.ron --out sketches.world
@@ -29,16 +29,18 @@ pub(super) struct PackArgs {
     /// The folder for the world, or an s3:// address.
     #[arg(long, value_name = "DIR|URL")]
     pub(super) out: String,
-    /// In which order polygons fill blocks: along a curve through `space`, or `strokes`, as they were drawn.
+    /// Order in which polygons fill blocks: along a curve through `space`, or in the order in which they were drawn
+    /// (`strokes`).
     #[arg(long, value_name = "ORDER", default_value = "space", value_parser = ORDERS)]
     pub(super) order: String,
     /// Fill a grid of N by M by K places (along x, y and z) with the sessions in turn.
     #[arg(long, value_name = "NxMxK", value_parser = numbers::grid)]
     pub(super) repeat: Option<[u32; 3]>,
-    /// From one place of --repeat to the next, metres [default: the longest side of the largest session, and a tenth].
+    /// Distance between neighbouring places of --repeat, metres [default: 1.1 times the longest side of the largest
+    /// session].
     #[arg(long, value_name = "METRES", requires = "repeat", value_parser = numbers::metres)]
     pub(super) spacing: Option<f32>,
-    /// Replace an existing world, once the new one is whole.
+    /// Replace an existing world when the new one is complete.
     #[arg(long)]
     pub(super) force: bool,
     #[command(flatten)]

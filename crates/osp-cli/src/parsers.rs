@@ -12,7 +12,7 @@ pub(super) fn occlusion_parser() -> impl TypedValueParser<Value = Method> {
         .try_map(|name| Method::from_name(&name).ok_or_else(|| format!("no method is called {name}")))
 }
 
-/// One of these values, by its name.
+/// Parses one of these values by its name.
 pub(super) fn named<T: Copy + Send + Sync>(
     all: &'static [T],
     name: fn(T) -> &'static str,
@@ -41,7 +41,7 @@ pub(super) struct Size {
 
 #[cfg(feature = "render")]
 impl Size {
-    /// The size of a picture of this height that has the shape of a screen.
+    /// Returns the size of a picture with this height and the aspect ratio of a screen.
     pub(super) fn on(self, screen: &osp_session::rig::Screen) -> Self {
         let width = (f64::from(screen.aspect()) * f64::from(self.height)).round().max(1.0);
         Self { width: width as u32, ..self }

@@ -1,4 +1,4 @@
-//! `osp pick`: the polygon under a point of a frame's picture.
+//! `osp pick`: finds the polygon under a point of a frame's picture.
 
 use std::{str::FromStr, time::Instant};
 
@@ -77,7 +77,7 @@ pub(super) fn run(args: &PickArgs) -> anyhow::Result<Outcome> {
     let played = Played::in_index(&args.frame)?;
     let camera = CameraPath::new(args.camera, played.header.camera, &played.summary.bounds);
     let view = camera.view(&played.moment);
-    // The picture's y goes down, the view's up.
+    // In the picture y points down, in the view up.
     let at = Vec2::new(args.at.0.x * 2.0 - 1.0, 1.0 - args.at.0.y * 2.0);
     let ray = view.ray_through(at);
     let up = rotate(view.world_from_view, Vec3::Y);

@@ -1,4 +1,4 @@
-//! A session played up to a frame, for commands that look at that frame alone.
+//! A session that is played up to a frame, for commands that examine only that frame.
 
 use std::path::PathBuf;
 
@@ -20,7 +20,7 @@ use osp_session::{
     scene::Scene,
 };
 
-/// The session and its frame that a command looks at.
+/// The session and the frame that a command examines.
 #[derive(Args, Debug)]
 pub(super) struct FrameArgs {
     /// The session, of any format that replay reads.
@@ -36,13 +36,13 @@ pub(super) struct FrameArgs {
 }
 
 impl FrameArgs {
-    /// The end of a session.
+    /// Returns the end of a session.
     pub(super) fn end_of(file: PathBuf, reading: ReadArgs) -> Self {
         Self { file, frame: FrameChoice::Last, pace: Pace::Samples(16), reading }
     }
 }
 
-/// A frame, and the index that holds its polygons.
+/// A frame, and the index for its polygons.
 #[derive(Args, Debug)]
 pub(super) struct IndexedFrameArgs {
     #[command(flatten)]
@@ -58,7 +58,7 @@ pub(super) struct Played {
     pub(super) summary: Summary,
     pub(super) scene: Scene,
     pub(super) pipeline: Pipeline,
-    /// Number of the frame, and the poses of head and hand then.
+    /// Number of the frame, and the poses of head and hand in it.
     pub(super) moment: Moment,
 }
 
@@ -71,7 +71,7 @@ impl Played {
         Self::up_to_with(args, index, |_, _| {})
     }
 
-    /// The same; `each` gets the events of every frame, and the model after them.
+    /// Plays up to the frame like [`Played::up_to`]. `each` gets the events of every frame, and the model after them.
     pub(super) fn up_to_with(
         args: &FrameArgs,
         index: IndexKind,
@@ -89,7 +89,7 @@ impl Played {
         for _ in 0..=last {
             progress.inc(1);
             if !player.step()? {
-                bail!("{}: it has become shorter while it was read", file.display());
+                bail!("{}: it became shorter while it was read", file.display());
             }
             pipeline.skip(player.scene(), player.changes());
             each(player.events(), player.scene());

@@ -1,4 +1,4 @@
-//! Progress of a command in the last lines of a terminal; nothing if standard error is no terminal.
+//! Shows the progress of a command in the last lines of a terminal. Shows nothing if standard error is no terminal.
 
 use std::{sync::LazyLock, time::Duration};
 
@@ -9,11 +9,10 @@ use osp_lab::report::one_line;
 /// Interval between two drawings of a spinner.
 const TICK: Duration = Duration::from_millis(200);
 
-/// All that is shown, so that lines of output can go above it.
+/// All bars, so that lines of output can be printed above them.
 static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
 
-/// Writes something while no bar is in the way; they come back when they change next. Whether the terminal is still there is
-/// of no concern to the bars.
+/// Writes text while no bar is shown. The bars return at their next change. The bars ignore a terminal that is closed.
 pub(super) fn aside<T>(write: impl FnOnce() -> T) -> T {
     if !BARS.is_hidden() {
         let _ = BARS.clear();
@@ -21,7 +20,7 @@ pub(super) fn aside<T>(write: impl FnOnce() -> T) -> T {
     write()
 }
 
-/// A bar for so many frames, cells, views and so on, with the time that is left.
+/// Creates a bar for a number of frames, cells or views, with an estimate of the remaining time.
 pub(super) fn bar(many: u64, what: &str, name: &str) -> ProgressBar {
     let template = format!("{{msg}} {{wide_bar}} {{pos}}/{{len}} {what}, {{eta}} left");
     let style = ProgressStyle::with_template(&template).unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -29,7 +28,7 @@ pub(super) fn bar(many: u64, what: &str, name: &str) -> ProgressBar {
     BARS.add(bar).with_message(one_line(name).into_owned())
 }
 
-/// A spinner, for work whose length is unknown.
+/// Creates a spinner, for work of unknown length.
 pub(super) fn spinner() -> ProgressBar {
     let spinner = BARS.add(ProgressBar::new_spinner().with_finish(ProgressFinish::AndClear));
     if !BARS.is_hidden() {
@@ -38,14 +37,14 @@ pub(super) fn spinner() -> ProgressBar {
     spinner
 }
 
-/// Lines that are drawn whenever they change, for a view that no thread may redraw.
+/// Creates lines that are drawn only when they change, so that no thread redraws them.
 #[cfg(feature = "bench")]
 pub(super) fn pane() -> ProgressBar {
     let style = ProgressStyle::with_template("{msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
     BARS.add(ProgressBar::new(1).with_style(style).with_finish(ProgressFinish::AndClear))
 }
 
-/// Counts the events of a session that is read or written. The total is unknown before the end.
+/// Creates a counter for the events of a session that is read or written. The total is unknown before the end.
 pub(super) fn events(name: &str) -> ProgressBar {
     let spinner = spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}: {human_pos} events") {

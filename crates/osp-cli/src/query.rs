@@ -49,21 +49,21 @@ pub(super) struct QueryArgs {
 #[derive(Args, Debug)]
 #[group(required = true, multiple = false)]
 struct PartArgs {
-    /// Find polygons in a box: its least and its greatest corner.
+    /// Find polygons in a box, by its least and its greatest corner.
     #[arg(long = "box", num_args = 2, value_names = ["X,Y,Z", "X,Y,Z"], allow_hyphen_values = true)]
     bounds: Option<Vec<Numbers>>,
-    /// Find polygons in a sphere: its centre and its radius.
+    /// Find polygons in a sphere, by its centre and its radius.
     #[arg(long, num_args = 2, value_names = ["X,Y,Z", "RADIUS"], allow_hyphen_values = true)]
     sphere: Option<Vec<Numbers>>,
-    /// Find the polygons nearest to a point: the point, and the number of polygons.
+    /// Find the polygons nearest to a point, by the point and the number of polygons.
     #[arg(long, num_args = 2, value_names = ["X,Y,Z", "COUNT"], allow_hyphen_values = true)]
     nearest: Option<Vec<Numbers>>,
-    /// Find polygons along a ray: its start and its direction.
+    /// Find polygons along a ray, by its start and its direction.
     #[arg(long, num_args = 2, value_names = ["X,Y,Z", "X,Y,Z"], allow_hyphen_values = true)]
     ray: Option<Vec<Numbers>>,
 }
 
-/// Finite numbers with commas between them.
+/// Finite numbers, separated by commas.
 #[derive(Clone, Debug)]
 pub(super) struct Numbers(Vec<f32>);
 
@@ -80,7 +80,7 @@ impl FromStr for Numbers {
     }
 }
 
-/// The ray of `--ray`, with a direction of unit length, so that hits are distances.
+/// Returns the ray of `--ray`. Its direction has unit length, so that hits are distances.
 pub(super) fn ray_of(values: &[Numbers]) -> anyhow::Result<Ray> {
     let (origin, direction) = match values {
         [origin, direction] => (origin.point("--ray")?, direction.point("--ray")?),
@@ -93,11 +93,11 @@ pub(super) fn ray_of(values: &[Numbers]) -> anyhow::Result<Ray> {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Hits {
-    /// All that it meets.
+    /// All polygons that the ray meets.
     All,
-    /// The nearest.
+    /// The nearest polygon.
     Nearest,
-    /// The first that is found.
+    /// The first polygon that is found.
     Any,
 }
 
@@ -233,7 +233,7 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<Outcome> {
 struct Answer {
     found: Vec<(PolygonId, Option<f32>)>,
     asked: u64,
-    /// `None` along a ray.
+    /// `None` for a ray.
     work: Option<WorkCounts>,
 }
 
@@ -283,7 +283,7 @@ fn ask(played: &Played, part: &Part, hits: Hits) -> Answer {
                 Hits::Nearest => index.ray_nearest(&ray, f32::INFINITY, &mut meet),
                 Hits::Any => index.ray_any(&ray, f32::INFINITY, &mut meet),
                 Hits::All => {
-                    // No hit is owned up to: the search goes on to the end of the ray.
+                    // Returning no hit makes the search continue to the end of the ray.
                     let mut note = |id| {
                         found.extend(meet(id).map(|t| (id, Some(t))));
                         None
@@ -297,9 +297,9 @@ fn ask(played: &Played, part: &Part, hits: Hits) -> Answer {
     answer
 }
 
-/// Most polygons that the table lists.
+/// Largest number of polygons that the table lists.
 const MOST_LISTED: usize = 20;
-/// Most strokes that the first line names.
+/// Largest number of strokes that the first line names.
 const MOST_NAMED: usize = 12;
 
 fn text(report: &Report<'_>) -> String {

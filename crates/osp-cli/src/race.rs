@@ -1,4 +1,4 @@
-//! `osp race`: structures on one session in turns, frame by frame.
+//! `osp race`: runs structures on one session in turns, frame by frame.
 
 use super::{
     bench::command,
@@ -29,7 +29,7 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
     let film = outputs.add_any("--film", args.film.as_ref(), OutputKind::Gif)?;
     let report = match (&args.file, args.synth) {
         (Some(file), _) => {
-            // A thread that reads ahead would take a core from the structures, or their own.
+            // A thread that reads ahead would take a core from the structures, or share theirs.
             let open = || OpenSession::read_by(Reader::Here, file, &args.reading);
             let mut session = open()?;
             let (looked, read) = Looked::of(session.header.clone(), &mut session, args.pace);
@@ -86,7 +86,7 @@ where
     let mut run = || {
         view.begin();
         race(&input, open()?, |race| view.show(race)).map_err(|error| match error {
-            // It names the file, so that its readers can be told how to get at the rest.
+            // The error names the file, so that the hint about a damaged session can name it, too.
             RaceError::Recording(error) => error.into(),
             error => anyhow::Error::from(error),
         })

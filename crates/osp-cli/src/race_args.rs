@@ -9,11 +9,11 @@ use super::{bench_args::contender_parser, parsers::camera_parser, reading::ReadA
 use osp_lab::Contender;
 use osp_session::{recording::Pace, replay::CameraChoice};
 
-/// Race structures on one session, frame by frame, and see which of them keep up with 90 frames a second.
+/// Race structures on one session, frame by frame, and find those that keep up with 90 frames a second.
 ///
-/// Each structure gets the same polygons and the same view in every frame. One thread runs all of them in turns, and
-/// another one begins each frame. A frame is insertion, commit and culling; nothing is drawn. All structures must have
-/// the same polygons in view in every frame.
+/// Each structure gets the same polygons and the same view in every frame. One thread runs all of them in turns; the
+/// structure that begins changes from frame to frame. A frame is insertion, commit and culling; nothing is drawn. All
+/// structures must have the same polygons in view in every frame.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp race recordings/portrait.ron
@@ -30,7 +30,7 @@ pub(super) struct RaceArgs {
     /// The session, of any format that replay reads.
     #[arg(required_unless_present = "synth", conflicts_with = "synth")]
     pub(super) file: Option<PathBuf>,
-    /// Race on a synthetic session of loose strokes with so many polygons instead.
+    /// Race on a synthetic session of loose strokes with this many polygons instead.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub(super) synth: Option<u32>,
     /// Two to four structures, separated by commas.
@@ -43,14 +43,15 @@ pub(super) struct RaceArgs {
     /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     pub(super) camera: CameraChoice,
-    /// Race so often and take the least time of each frame, which leaves out most of what other programs take of the core.
+    /// Number of races. The least time of each frame counts, which leaves out most of the time that other programs take
+    /// from the core.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub(super) runs: u32,
     /// Write every figure to a CSV file, one per line.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
-    /// Write a film of the race to a GIF file: for each structure the model as it grows, the time of a frame, and a strip
-    /// chart on which frames that missed 90 Hz stay red.
+    /// Write a film of the race to a GIF file. For each structure it shows the growing model, the time of a frame, and
+    /// a strip chart. Frames that missed 90 Hz stay red in the chart.
     #[arg(long, value_name = "OUT.gif")]
     pub(super) film: Option<PathBuf>,
     /// Print one JSON object instead of the verdict and the table.
@@ -64,7 +65,7 @@ pub(super) struct RaceArgs {
 }
 
 impl RaceArgs {
-    /// Refuses numbers of structures that make no race.
+    /// Refuses a race of too few or too many structures.
     pub(super) fn check(&self) -> anyhow::Result<()> {
         let found = self.index.len();
         ensure!((2..=4).contains(&found), "--index: expected two to four structures; found {found}");

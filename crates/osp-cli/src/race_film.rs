@@ -12,7 +12,7 @@ use osp_lab::{
 };
 use osp_session::recording::{Event, RecordingError};
 
-/// Time of the growing model, and how long its end is seen, hundredths of a second.
+/// Time of the growing model, and of its end, in hundredths of a second.
 const GROWING: usize = 1300;
 const END: u16 = 300;
 
@@ -36,7 +36,7 @@ pub(super) fn write(
         file.add(rgb, if drawn == film.frames() { delay + END } else { delay })
     };
     film.draw(view, events, take).map_err(|error| match error {
-        // It names the file, so that its readers can be told how to get at the rest.
+        // The error names the file, so that the hint about a damaged session can name it, too.
         FilmError::Recording(error) => error.into(),
         error => anyhow::Error::from(error).context(name()),
     })?;

@@ -1,4 +1,4 @@
-//! A race on a terminal: the time of the latest frame of each structure in large digits, and a strip chart.
+//! Shows a race on a terminal: the time of the latest frame of each structure in large digits, and a strip chart.
 
 use std::time::{Duration, Instant};
 
@@ -11,22 +11,22 @@ use osp_lab::{
     report::thousands,
 };
 
-/// Interval between two drawings of the view: all structures wait meanwhile.
+/// Interval between two drawings of the view. All structures wait during a drawing.
 const EVERY: Duration = Duration::from_millis(100);
-/// Lines of large digits, and of the strip chart beside them.
+/// Height of the large digits, and of the strip chart beside them, in lines.
 const HEIGHT: usize = 3;
-/// Letters of the longest figure.
+/// Number of characters in the longest figure.
 const FIGURE: usize = 6;
-/// Columns of a large digit with the gap after it.
+/// Number of columns of a large digit, including the gap after it.
 const DIGIT: usize = 4;
-/// Eighths of a line.
+/// Characters for each number of eighths of a line.
 const EIGHTHS: [char; 9] = [' ', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
-/// The view, in the last lines of the terminal; nothing where standard error is no terminal.
+/// The view, in the last lines of the terminal. Nothing is shown if standard error is no terminal.
 pub(super) struct RaceView {
     pane: ProgressBar,
     drawn: Option<Instant>,
-    /// The race that is on, from 1, and how many there are.
+    /// Number of the current race, from 1, and the number of races.
     run: u32,
     runs: u32,
 }
@@ -36,7 +36,7 @@ impl RaceView {
         Self { pane: progress::pane(), drawn: None, run: 0, runs }
     }
 
-    /// The next race begins.
+    /// Starts the next race.
     pub(super) fn begin(&mut self) {
         self.run += 1;
     }
@@ -53,13 +53,13 @@ impl RaceView {
         self.drawn = Some(Instant::now());
     }
 
-    /// Makes room for the report.
+    /// Clears the view for the report.
     pub(super) fn finish(self) {
         self.pane.finish_and_clear();
     }
 }
 
-/// The lines of the view on a terminal of this width.
+/// Returns the lines of the view on a terminal of this width.
 fn lines(race: &Race, race_of: &str, columns: usize) -> Vec<String> {
     let frames = race.racers().first().map_or(0, |racer| racer.times_ns().len());
     let mut lines = vec![format!(
@@ -96,13 +96,14 @@ fn red(text: &str) -> String {
     console::style(text).for_stderr().red().to_string()
 }
 
-/// The lines of a strip chart of the latest frames, one a column; its height is a frame at 90 Hz.
+/// Returns the lines of a strip chart of the latest frames, one frame a column. The full height is the time of a frame
+/// at 90 Hz.
 fn strip(times_ns: &[u64], columns: usize) -> [String; HEIGHT] {
     let latest = &times_ns[times_ns.len().saturating_sub(columns)..];
     let line = |row: usize| {
         let below = 8 * (HEIGHT - 1 - row) as u64;
         let column = |&ns: &u64| {
-            // What took any time is seen.
+            // Even the shortest frame is visible.
             let eighths = (ns.saturating_mul(8 * HEIGHT as u64) / Racer::MOST_NS).max(1);
             let letter = EIGHTHS[eighths.saturating_sub(below).min(8) as usize];
             if ns > Racer::MOST_NS { red(&letter.to_string()) } else { letter.to_string() }
@@ -112,7 +113,7 @@ fn strip(times_ns: &[u64], columns: usize) -> [String; HEIGHT] {
     std::array::from_fn(line)
 }
 
-/// Five rows of three pixels for each digit; the highest bit is the upper left.
+/// Each digit has five rows of three pixels. The highest bit is the upper left pixel.
 const DIGITS: [u16; 10] = [
     0b111_101_101_101_111,
     0b010_110_010_010_111,
@@ -126,7 +127,7 @@ const DIGITS: [u16; 10] = [
     0b111_101_111_001_111,
 ];
 
-/// Digits, points, commas and spaces as large letters: two rows of pixels are a line.
+/// Returns digits, points, commas and spaces as large characters. Two rows of pixels make one line.
 fn large(text: &str) -> [String; HEIGHT] {
     let pixels = |letter: char| match letter.to_digit(10) {
         Some(digit) => DIGITS[digit as usize],

@@ -10,10 +10,10 @@ use osp_session::{
     replay::Summary,
 };
 
-/// Treatment of damage, and limits of a session.
+/// Options for damaged sessions, and limits of a session.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct ReadArgs {
-    /// Skip damaged pieces and count them, instead of stopping at the first; stop reading at a limit instead of refusing
+    /// Skip damaged parts and count them, instead of stopping at the first; stop reading at a limit instead of refusing
     /// the session.
     #[arg(long)]
     pub(super) lenient: bool,

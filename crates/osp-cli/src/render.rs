@@ -1,4 +1,4 @@
-//! `osp render`: pictures of a session, without a window.
+//! `osp render`: draws pictures of a session, without a window.
 
 use std::{
     fs,
@@ -64,7 +64,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     }
     if !args.order.is_empty() && args.occlusion.is_while_drawing() {
         let name = args.occlusion.name();
-        bail!("--order is of frames that the CPU culls: --occlusion {name} has an order of its own");
+        bail!("--order needs frames that the CPU culls: --occlusion {name} has its own order");
     }
     let gpu = Arc::new(Gpu::headless()?);
     let Looked { header, summary, model, backwards } =
@@ -83,7 +83,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     drawer.set_environment(environment.as_deref());
     drawer.set_time(args.shown.time);
     drawer.set_colors(args.colors());
-    // A second drawer, so that what one remembers cannot hide a fault of the other.
+    // This is a second drawer, so that the state of one cannot hide an error of the other.
     let mut by_painter = match painter {
         Some(painter) => Some(PainterPictures::new(painter, &gpu, args.size, &config)?),
         None => None,
@@ -127,7 +127,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
         _ if fixed.is_some() => {
             let path = CameraPath::new(CameraChoice::Auto, fixed, &summary.bounds);
-            // Without a head: nothing comes before the fixed camera.
+            // Without a head, only the fixed camera determines the view.
             let view = path.view(&Moment::default()).with_aspect(drawer.aspect());
             Box::new(move |_| view)
         }
@@ -206,7 +206,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                     }
                 };
                 if args.occlusion.is_while_drawing() {
-                    // The polygons of the last frame occlude in the next; here the last frame is the last picture.
+                    // The polygons of the last frame occlude in the next one. Here the last frame is the last picture.
                     let (first, _) = picture(&mut drawer, shown, scene, view, ids)?;
                     compare(&first, ", drawn first");
                 }
@@ -217,12 +217,12 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                 compare(&image, "");
             }
         } else if has_occlusion {
-            // As a replay does: which polygons may hide others, it learns from frame to frame.
+            // Like a replay, the pipeline learns from frame to frame which polygons may hide others.
             let seen = pictures.seen(rig.as_mut(), &camera(&moment));
             let views: Vec<View> = seen.iter().map(|(_, view)| *view).collect();
             pipeline.frame_of_views(scene, changes, &views);
         } else {
-            // A room that stands stands where the first eye is.
+            // A room that does not move stays at the place of the first eye.
             pictures.seen(rig.as_mut(), &camera(&moment));
             pipeline.skip(scene, changes);
         }
@@ -240,7 +240,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
-/// Pictures a second in the video of --every.
+/// Frame rate of the video that --every suggests.
 const VIDEO_RATE: u32 = 30;
 
 fn picture(
@@ -284,7 +284,7 @@ fn line(frame: u64, scene: &Scene, polygons: &VisibleBlocks, times: &DrawTimes, 
 struct Wanted {
     every: Option<u64>,
     last: u64,
-    /// Digits of the largest number, so that the files sort.
+    /// Number of digits of the largest number, so that the files sort correctly.
     digits: usize,
 }
 
@@ -302,7 +302,7 @@ impl Wanted {
         match (&args.to, &args.out) {
             (Some(folder), _) => folder.join(format!("{frame:0width$}.png", width = self.digits)),
             (None, Some(out)) => out.clone(),
-            // clap asks for one of them.
+            // clap requires one of the two.
             (None, None) => PathBuf::from("osp.png"),
         }
     }

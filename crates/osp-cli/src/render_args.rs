@@ -21,9 +21,9 @@ use osp_session::{
     replay::CameraChoice,
 };
 
-/// Names of the ways to paint without a depth buffer.
+/// Names of the ways to draw without a depth buffer.
 const PAINTERS: [&str; 2] = ["bsp", "centre"];
-/// Names of the orders of opaque polygons, and of all of them.
+/// Names of the drawing orders of opaque polygons, and a name for all of them.
 const ORDERS: [&str; 6] = ["none", "front-to-back", "back-to-front", "material", "z-prepass", "all"];
 
 /// Moment at which brushes that move by themselves are drawn by default, seconds.
@@ -31,7 +31,7 @@ pub(super) const MOMENT_S: f32 = 5.6;
 
 /// Draw frames of a session to PNG files, without a window.
 ///
-/// The command plays the session up to the frame as `osp replay` does, culls by the index, and draws the rest on the
+/// The command plays the session up to the frame like `osp replay`, culls by the index, and draws the rest on the
 /// graphics adapter. A software adapter suffices.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
@@ -69,13 +69,13 @@ pub(super) struct RenderArgs {
     /// Draw every Nth frame and the last one, into the folder --to.
     #[arg(long, value_name = "N", requires = "to", conflicts_with = "out", value_parser = clap::value_parser!(u64).range(1..))]
     pub(super) every: Option<u64>,
-    /// The folder for the pictures of --every; osp makes it if it does not exist.
+    /// The folder for the pictures of --every. The command makes it if it does not exist.
     #[arg(long, value_name = "DIR", requires = "every")]
     pub(super) to: Option<PathBuf>,
     /// Width and height in pixels.
     #[arg(long, default_value = "1280x720")]
     pub(super) size: Size,
-    /// The index that finds what is in view.
+    /// The index that finds the polygons in view.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     pub(super) index: IndexKind,
     /// Also cull hidden polygons by this method.
@@ -84,35 +84,35 @@ pub(super) struct RenderArgs {
     /// Draw each frame a second time without culling; a pixel that differs gives exit code 1.
     #[arg(long)]
     pub(super) check: bool,
-    /// Draw by the painter's algorithm: polygons in view from back to front, without a depth test. `bsp` finds the order
-    /// by a BSP tree, which cuts polygons where there is none; `centre` sorts by the distance of their middles. The
-    /// picture is compared with that of the depth buffer; with --check, more than one pixel in 10,000 that no edge
-    /// explains gives exit code 1.
+    /// Draw by the painter's algorithm: polygons in view from back to front, without a depth test. `bsp` finds the
+    /// order by a BSP tree, and cuts polygons that have no order; `centre` sorts by the distance of their middles. The
+    /// picture is compared with the picture of the depth buffer. With --check, the exit code is 1 if more than one
+    /// pixel in 10,000 differs away from edges.
     #[arg(long, value_name = "ORDER", conflicts_with = "rig", value_parser = PAINTERS)]
     pub(super) painter: Option<String>,
-    /// Also draw each frame with its opaque polygons in other orders, separated by commas, and print a table of what each
-    /// costs: the time of drawing, overdraw, draw calls, changes of material. The picture is that of the first. `none` is
-    /// the renderer's own, by number.
+    /// Also draw each frame with its opaque polygons in other orders, separated by commas, and print a table of their
+    /// costs. The table has the time of drawing, overdraw, draw calls and changes of material. The picture uses the
+    /// first order. `none` is the renderer's own order, by number.
     #[arg(long, value_delimiter = ',', value_parser = ORDERS)]
     #[arg(conflicts_with_all = ["painter", "check", "rig"])]
     pub(super) order: Vec<String>,
-    /// Rounds of --order, after one that does not count; each draws every order.
+    /// Number of rounds of --order. Each draws every order. An additional first round does not count.
     #[arg(long, value_name = "N", requires = "order", default_value_t = 9, value_parser = clap::value_parser!(u16).range(1..))]
     pub(super) repeats: u16,
-    /// Print the figures of --order as JSON, an object a frame.
+    /// Print the figures of --order as JSON, one object for each frame.
     #[arg(long, requires = "order")]
     pub(super) json: bool,
-    /// Place of the eye. `own` is the session's own camera (that of a sketch's thumbnail), else `whole`. `whole` frames the
-    /// model without distant strays, from the side of the session's own camera, else from the artist's first side.
-    /// `recorded` is the recorded head path, else the session's own camera, else `orbit`. `orbit` circles around the model,
-    /// `follow` is behind the hand, `inside` turns in the middle of the model.
+    /// Position of the eye. `own` is the session's own camera (for a sketch, the camera of its thumbnail), else
+    /// `whole`. `whole` shows the whole model except distant strays, from the side of the session's own camera, else
+    /// from the artist's first side. `recorded` is the recorded head path, else the session's own camera, else `orbit`.
+    /// `orbit` circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "own", value_parser = camera_parser())]
     pub(super) camera: RenderCamera,
     /// Position of the eye, in place of --camera, in the form of a recording's header: `(p: (x, y, z), q: (x, y, z, w),
-    /// fov_degrees: 60)` is the eye in metres, the turn from view to world, and the vertical field of view.
+    /// fov_degrees: 60)` gives the eye in metres, the rotation from view to world, and the vertical field of view.
     #[arg(long, conflicts_with = "camera")]
     pub(super) view: Option<Camera>,
-    /// Colour strokes as they were painted (`own`), or by who drew them (`authors`, which `osp info` lists).
+    /// Colour strokes with their own paint (`own`), or by author (`authors`, which `osp info` lists).
     #[arg(long, value_name = "WHOSE", default_value = "own", value_parser = ["own", "authors"], conflicts_with_all = ["painter", "order"])]
     pub(super) color_by: String,
     #[command(flatten)]
@@ -121,13 +121,13 @@ pub(super) struct RenderArgs {
     pub(super) rig: RigPathArgs,
 }
 
-/// Reading of a session that pictures or films are made of.
+/// Options for reading a session of which pictures or films are made.
 #[derive(Args, Debug)]
 pub(super) struct ShownArgs {
     /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
     #[arg(long, default_value = "samples:16")]
     pub(super) pace: Pace,
-    /// The moment that brushes which move by themselves are seen at, seconds after the beginning.
+    /// Time at which animated brushes are shown, seconds after the beginning.
     #[arg(long, default_value_t = MOMENT_S, value_parser = numbers::moment_s)]
     pub(super) time: f32,
     #[command(flatten)]
@@ -137,19 +137,19 @@ pub(super) struct ShownArgs {
     pub(super) force: bool,
 }
 
-/// The position of a picture's eye.
+/// Position of the eye in a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RenderCamera {
-    /// The session's camera, or as `Whole`.
+    /// The session's camera, else the same as `Whole`.
     Own,
-    /// So that it sees the whole model.
+    /// A place from which the eye sees the whole model.
     Whole,
-    /// As in a replay.
+    /// The same as in a replay.
     Path(CameraChoice),
 }
 
 fn camera_parser() -> impl TypedValueParser<Value = RenderCamera> {
-    // `auto`, as in a replay, is accepted for `recorded`.
+    // `auto`, the name in a replay, is accepted for `recorded`.
     let names = ["own", "whole", "recorded", "orbit", "follow", "inside"].map(PossibleValue::new);
     let names = names.into_iter().chain([PossibleValue::new("auto").hide(true)]);
     PossibleValuesParser::new(names).try_map(|name| match name.as_str() {

@@ -1,4 +1,4 @@
-//! `osp render --order`: the cost of each order of drawing, all in turns in one run.
+//! `osp render --order`: measures the cost of each drawing order, all in turns in one run.
 
 use std::sync::Arc;
 
@@ -17,13 +17,13 @@ use osp_render::{
 };
 use osp_session::{recording::Environment, scene::Scene};
 
-/// The orders with these names; `all` is each of them.
+/// Returns the orders with these names. `all` names each of them.
 pub(super) fn named_orders(names: &[String]) -> Vec<OpaqueOrder> {
     let is_named = |order: &OpaqueOrder, name: &str| name == "all" || name == order.name();
     names.iter().flat_map(|name| OpaqueOrder::ALL.into_iter().filter(|order| is_named(order, name))).collect()
 }
 
-/// Draws the same in several orders.
+/// Draws the same picture in several orders.
 pub(super) struct OrderTrials {
     drawer: Offscreen,
     orders: Vec<OpaqueOrder>,
@@ -38,7 +38,8 @@ pub(super) struct FrameOrders {
     width: u32,
     height: u32,
     adapter: String,
-    /// Whether the times of drawing are by the stamps of the adapter; else from submission to completion.
+    /// Whether the times of drawing come from the time stamps of the adapter. Otherwise they are from submission to
+    /// completion.
     gpu_times: bool,
     repeats: usize,
     orders: Vec<OrderFigures>,
@@ -59,7 +60,7 @@ struct OrderFigures {
     differing_pixels: usize,
 }
 
-/// Cost of one order so far.
+/// The measured costs of one order so far.
 #[derive(Default)]
 struct Measured {
     sort_ns: Vec<u64>,
@@ -97,7 +98,7 @@ impl OrderTrials {
         self.drawer.follow(changes);
     }
 
-    /// Draws what is in view in every order, in turns; the picture is that of the first.
+    /// Draws the polygons in view in every order, in turns. The picture uses the first order.
     pub(super) fn draw(
         &mut self,
         frame: u64,
@@ -108,7 +109,7 @@ impl OrderTrials {
         let layers = [Layer::plain(polygons)];
         let drawer = &mut self.drawer;
         drawer.set_opaque_order(OpaqueOrder::None, false);
-        // The first frame sends the polygons; its picture is what the others are compared with.
+        // The first frame sends the polygons to the adapter. The others are compared with its picture.
         let mut gpu_times = drawer.draw(scene, view, &layers)?.gpu_ns.is_some();
         let usual = drawer.image()?;
         let mut measured: Vec<Measured> = self.orders.iter().map(|_| Measured::default()).collect();

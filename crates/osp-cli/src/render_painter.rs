@@ -1,4 +1,4 @@
-//! `osp render --painter`: pictures by the painter's algorithm, compared with those of the depth buffer.
+//! `osp render --painter`: draws by the painter's algorithm, and compares the pictures with those of the depth buffer.
 
 use std::{path::Path, sync::Arc};
 
@@ -15,7 +15,7 @@ use osp_render::{
 };
 use osp_session::{brush::Draw, scene::Scene};
 
-/// Pixels that may differ where no edge explains it: one in so many.
+/// One in this many pixels may differ without an edge that explains it.
 const UNEXPLAINED: usize = 10_000;
 
 /// The painter with this name.
@@ -23,7 +23,7 @@ pub(super) fn named_painter(name: &str) -> Option<Painter> {
     Painter::ALL.into_iter().find(|painter| painter.name() == name)
 }
 
-/// Draws the same twice: by a painter, and with a depth buffer.
+/// Draws the same picture twice: by a painter, and with a depth buffer.
 pub(super) struct PainterPictures {
     painter: Painter,
     by_painter: Offscreen,
@@ -31,7 +31,7 @@ pub(super) struct PainterPictures {
     is_noted: bool,
 }
 
-/// A painter's picture beside that of the depth buffer.
+/// A painter's picture, compared with the picture of the depth buffer.
 pub(super) struct Compared {
     painter: Painter,
     polygons: usize,
@@ -63,7 +63,7 @@ impl PainterPictures {
         self.by_depth.follow(changes);
     }
 
-    /// Draws what is in view.
+    /// Draws the polygons in view.
     pub(super) fn draw(
         &mut self,
         scene: &Scene,
@@ -88,7 +88,7 @@ impl PainterPictures {
         })
     }
 
-    /// Reports once the parts that look different elsewhere.
+    /// Reports once the parts that look different in the ordinary picture.
     fn note_what_is_drawn_otherwise(&mut self, scene: &Scene, polygons: &VisibleBlocks) {
         if self.is_noted {
             return;
@@ -115,14 +115,14 @@ impl PainterPictures {
         }
     }
 
-    /// The painter's picture.
+    /// Returns the painter's picture.
     pub(super) fn image(&self) -> Result<Image, RenderError> {
         self.by_painter.image()
     }
 }
 
 impl Compared {
-    /// Whether edges explain how the pictures differ, but for one pixel in ten thousand.
+    /// Whether edges explain the difference between the pictures, except for one pixel in ten thousand.
     pub(super) fn is_explained(&self) -> bool {
         self.unexplained * UNEXPLAINED <= self.pixels
     }

@@ -1,4 +1,4 @@
-//! The pictures of a frame: one, or one for each screen and eye of a rig.
+//! The pictures of a frame: a single one, or one for each screen and eye of a rig.
 
 use std::{
     path::{Path, PathBuf},
@@ -10,12 +10,12 @@ use osp::view::View;
 use osp_render::{Gpu, Offscreen, RenderError, RendererConfig};
 use osp_session::{replay::RigPath, rig::Eye};
 
-/// A picture of each frame.
+/// One of the pictures of each frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Picture {
-    /// The number of the drawer's view.
+    /// Number of the drawer's view.
     pub(super) number: usize,
-    /// Suffix of the file's name, `left-right-eye`; none without a rig.
+    /// Suffix of the file's name, like `left-right-eye`. `None` without a rig.
     suffix: Option<String>,
     /// The screen and the eye, for messages.
     on_screen: Option<(String, Eye)>,
@@ -23,7 +23,7 @@ pub(super) struct Picture {
 }
 
 impl Picture {
-    /// The file of this picture, of a frame that has this one.
+    /// Returns the file of this picture, for a frame with the file `path`.
     pub(super) fn path(&self, path: &Path) -> PathBuf {
         let Some(suffix) = &self.suffix else { return path.to_owned() };
         let mut name = path.file_stem().unwrap_or_default().to_owned();
@@ -35,12 +35,12 @@ impl Picture {
         path.with_file_name(name)
     }
 
-    /// `, left-right-eye`; nothing without a rig.
+    /// Returns a text like `, left-right-eye`. Empty without a rig.
     pub(super) fn name(&self) -> String {
         self.suffix.as_ref().map(|suffix| format!(", {suffix}")).unwrap_or_default()
     }
 
-    /// Why a frame has no such picture.
+    /// Returns the reason for which a frame lacks this picture.
     pub(super) fn why_not(&self) -> String {
         let Some((screen, eye)) = &self.on_screen else { return String::new() };
         format!("the {} is not in front of the screen `{}`", eye.name(), screen.escape_debug())
@@ -52,7 +52,7 @@ impl Picture {
 pub(super) struct Pictures(Vec<Picture>);
 
 impl Pictures {
-    /// One of this size, or with a rig one of this height for each screen and eye.
+    /// Creates one picture of this size. With a rig, creates one of this height for each screen and eye.
     pub(super) fn new(size: Size, rig: Option<&RigPath>) -> Self {
         let Some(rig) = rig else {
             let size = (size.width, size.height);
@@ -65,7 +65,7 @@ impl Pictures {
             if eye != Eye::Middle {
                 suffix += &format!("-{}", in_file_name(eye.name()));
             }
-            // Two screens may have the same name, and some systems do not tell large letters from small ones.
+            // Two screens may have the same name, and some systems ignore the difference between upper and lower case.
             let is_taken = |suffix: &str| {
                 let same = |other: &Picture| other.suffix.as_ref().map(|other| other.to_lowercase());
                 pictures.iter().any(|other| same(other) == Some(suffix.to_lowercase()))
@@ -80,12 +80,12 @@ impl Pictures {
         Self(pictures)
     }
 
-    /// All of them.
+    /// Returns all pictures.
     pub(super) fn all(&self) -> &[Picture] {
         &self.0
     }
 
-    /// A drawer with a view for each.
+    /// Creates a drawer with one view for each picture.
     pub(super) fn drawer(&self, gpu: Arc<Gpu>, config: &RendererConfig) -> Result<Offscreen, RenderError> {
         let [first, others @ ..] = &self.0[..] else { unreachable!("a rig has a screen") };
         let mut drawer = Offscreen::on(gpu, first.size.0, first.size.1, config)?;
@@ -95,7 +95,7 @@ impl Pictures {
         Ok(drawer)
     }
 
-    /// The pictures that a frame with this camera has, each with its view.
+    /// Returns the pictures of a frame with this camera, each with its view.
     pub(super) fn seen(&self, rig: Option<&mut RigPath>, camera: &View) -> Vec<(Picture, View)> {
         let Some(rig) = rig else {
             return self.0.iter().map(|picture| (picture.clone(), *camera)).collect();
@@ -107,7 +107,7 @@ impl Pictures {
     }
 }
 
-/// A name as a part of a file's name, on every system.
+/// Returns a name in a form that is allowed in file names on every system.
 fn in_file_name(name: &str) -> String {
     let allowed = |c: char| if c.is_alphanumeric() || matches!(c, '-' | '_') { c } else { '-' };
     name.chars().take(40).map(allowed).collect()

@@ -1,4 +1,4 @@
-//! `osp replay`: sessions through several indexes, from the files to the tables and checks.
+//! `osp replay`: plays sessions through several indexes, and writes the tables and checks.
 
 use std::path::Path;
 
@@ -36,7 +36,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     if args.window {
         return in_window(args, &outputs);
     }
-    // Whatever is wrong with the arguments is said before the work, not after it.
+    // Errors in the arguments are reported before the work, not after it.
     args.play.check(args.draw.is_some())?;
     let rig = args.rig.path()?;
     let pins = args.check.as_deref().map(Pins::read).transpose()?;
@@ -110,7 +110,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     if let (Some(csv), Some(output)) = (csv, &outputs.csv) {
         output.commit(csv.finish().with_context(|| output.path().display().to_string())?)?;
     }
-    // Nothing is pinned that has failed a check.
+    // A run that failed a check is not pinned.
     if let Some(output) = outputs.pin.filter(|_| outcome == Outcome::Done) {
         output.check()?;
         new_pins.write(output.path())?;
@@ -118,7 +118,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
-/// Why a session has no fingerprint to compare or to pin.
+/// The reason for which a session has no fingerprint to compare or to pin.
 const INCOMPLETE: &str = "no index replayed every frame, so the session has no fingerprint: raise --budget";
 
 /// Plays the first session in a window with the first index.
@@ -129,7 +129,7 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
         Autosaves, Command, OpenError, Reading, Session, Settings, Studio, Waited, WindowOptions, run,
     };
     if args.rig.room == RoomMotion::Stands {
-        bail!("--room stands is not for --window: there the room goes along with the replay's camera");
+        bail!("--room stands does not work with --window: there the room follows the replay's camera");
     }
     let room = args.rig.screens.room()?;
     let [file] = &args.files[..] else { anyhow::bail!("a window plays one session") };

@@ -23,9 +23,9 @@ use osp_session::{
 
 /// Play sessions through several indexes, frame by frame, and print the cost of the frames.
 ///
-/// Each frame takes the next samples of the session and turns them into polygons. Each index then inserts these polygons
-/// and culls against the camera's frustum. Within a frame the indexes run one after the other, on the same polygons and
-/// view. If two indexes find different polygons in a frame, the exit code is 1.
+/// Each frame takes the next samples of the session and turns them into polygons. Each index then inserts these
+/// polygons and culls by the camera's frustum. Within a frame the indexes run one after the other, on the same polygons
+/// and the same view. If two indexes find different polygons in a frame, the exit code is 1.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp replay recordings/portrait.ron
@@ -101,8 +101,8 @@ pub(super) struct ReplayArgs {
     /// Write a CSV file with one line for each index and frame.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
-    /// Draw a chart of the frame times over the session, .png or .svg (with several sessions each name gets a number). Needs the
-    /// feature `bench`.
+    /// Draw a chart of the frame times over the session, .png or .svg. With several sessions, each name gets a number.
+    /// Needs the feature `bench`.
     #[arg(long, value_name = "FILE")]
     pub(super) chart: Option<PathBuf>,
     /// Print one JSON object for each session instead of a table.
@@ -114,7 +114,8 @@ pub(super) struct ReplayArgs {
     /// Write the fingerprints of this run to a file for --check.
     #[arg(long, value_name = "FILE")]
     pub(super) pin: Option<PathBuf>,
-    /// Compare in this many frames what occlusion culling leaves out with what really cannot be seen.
+    /// In this many frames, compare the polygons that occlusion culling leaves out with the polygons that really are
+    /// hidden.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion", value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
     pub(super) verify_frames: u64,
     /// Let an output replace a file of another kind, even a session, but never a file that is read.
@@ -124,13 +125,14 @@ pub(super) struct ReplayArgs {
     pub(super) rig: RigPathArgs,
     #[command(flatten)]
     pub(super) world: WorldArgs,
-    /// Also draw what is left of each frame on the graphics adapter, and measure that time [default size: 1280x720].
+    /// Also draw the remaining polygons of each frame on the graphics adapter, and measure the time for it [default
+    /// size: 1280x720].
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
     pub(super) draw: Option<Size>,
-    /// Play the session in a window, at once (see --paused), with its times and counts.
+    /// Play the session in a window, with its times and counts. It starts at once, unless --paused is given.
     #[arg(long, conflicts_with_all = ["csv", "chart", "json", "check", "pin"])]
     pub(super) window: bool,
-    /// With --window: stand before the first frame until somebody plays it.
+    /// With --window: wait before the first frame until somebody presses play.
     #[arg(long, requires = "window")]
     pub(super) paused: bool,
     /// With --window: write one line of JSON for each frame shown.
@@ -151,7 +153,7 @@ pub(super) struct PlayArgs {
     /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     pub(super) camera: CameraChoice,
-    /// Most seconds to spend on each index; applying the events counts, too.
+    /// Largest number of seconds to spend on each index, including the time to apply the events.
     #[arg(long, default_value_t = 20.0, value_name = "SECS", value_parser = numbers::seconds)]
     pub(super) budget: f64,
     /// Methods of occlusion culling, separated by commas; each runs after frustum culling. Without --index the only index is
@@ -164,29 +166,30 @@ pub(super) struct PlayArgs {
     pub(super) occluders: Option<usize>,
     #[command(flatten)]
     pub(super) tests: TestArgs,
-    /// Assumed time to draw one polygon, nanoseconds: occlusion culling tests only what costs more to draw than to test,
-    /// and `auto` decides by it.
+    /// Assumed time to draw one polygon, nanoseconds. Occlusion culling tests only nodes that cost more to draw than to
+    /// test, and `auto` decides by this time.
     #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = numbers::nanoseconds)]
     pub(super) polygon_ns: f64,
-    /// Index of the polygons of a group that moves: `polygons` updates each polygon in every frame that places the group.
-    /// `whole` keeps them in a second index, in the group's own space. The results are the same. A window takes groups whole.
+    /// Index for the polygons of a group that moves. `polygons` updates each polygon in every frame in which the group
+    /// moves. `whole` keeps the polygons in a second index, in the group's own space. The results are the same. A
+    /// window always uses `whole`.
     #[arg(long, value_enum, default_value_t = GroupFiling::Polygons)]
     pub(super) groups: GroupFiling,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
 }
 
-/// Index of the polygons of groups that move.
+/// Index for the polygons of groups that move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum GroupFiling {
-    /// Each by its box in the world.
+    /// In the main index, each by its box in the world.
     Polygons,
-    /// In an index of the group's own.
+    /// In an index of their own for each group.
     Whole,
 }
 
 impl PlayArgs {
-    /// The indexes, each with its method of occlusion culling, if any.
+    /// Returns the indexes, each with its method of occlusion culling, if any.
     pub(super) fn runs(&self) -> Vec<(IndexKind, Option<Method>)> {
         let indexes = match (self.index.as_slice(), self.occlusion.is_empty()) {
             ([], true) => IndexKind::DEFAULT,
@@ -200,7 +203,7 @@ impl PlayArgs {
         indexes.iter().flat_map(|index| methods.iter().map(|method| (*index, *method))).collect()
     }
 
-    /// All options, with those that were not given, in one line: the same line, the same work.
+    /// Returns all options in one line, including those that were not given. The same line means the same work.
     pub(super) fn in_one_line(&self) -> String {
         let runs = self.runs();
         let join = |names: Vec<&str>| names.join(",");
@@ -233,7 +236,7 @@ impl PlayArgs {
         line
     }
 
-    /// Reports errors in the options before the work, not after it. `draws`: whether frames are drawn.
+    /// Reports errors in the options before the work, not after it. `draws` is whether frames are drawn.
     pub(super) fn check(&self, draws: bool) -> anyhow::Result<()> {
         if let Some(choice) = self.occlusion.iter().find(|choice| choice.is_while_drawing() && !draws) {
             let name = choice.name();
@@ -251,7 +254,7 @@ impl PlayArgs {
 }
 
 impl ReplayArgs {
-    /// A replay that writes nothing.
+    /// Returns the arguments of a replay that writes nothing.
     pub(super) fn plain(play: PlayArgs) -> Self {
         Self {
             files: Vec::new(),

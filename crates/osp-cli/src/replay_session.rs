@@ -1,4 +1,4 @@
-//! One session of `osp replay`, through all indexes.
+//! Replays one session through all indexes.
 
 use std::path::Path;
 
@@ -33,23 +33,23 @@ use osp_session::{
 /// Environment of a replay: the session's reader, the receiver of remarks, and the measure by which `auto` chooses.
 pub(super) struct Around<'a> {
     pub(super) reader: Reader,
-    /// By counts of work, where what is culled must not depend on the clock.
+    /// Counts of work, if the culled polygons must not depend on the clock.
     pub(super) basis: AutoBasis,
     pub(super) progress: fn(frames: u64, name: &str) -> ProgressBar,
     /// Receives remarks on the session for the user.
     pub(super) remark: &'a mut dyn FnMut(&str),
 }
 
-/// A session that was replayed.
+/// A session that has been replayed.
 pub(super) struct Replayed {
     pub(super) report: ReplayReport,
-    /// Short name of its format.
+    /// Short name of the session's format.
     pub(super) format: &'static str,
-    /// Damaged pieces that were passed over.
+    /// Number of damaged parts that were skipped.
     pub(super) skipped: u64,
 }
 
-/// Plays a session for people at a terminal; its frames go to the CSV file, if there is one.
+/// Plays a session for people at a terminal. Its frames go to the CSV file, if there is one.
 pub(super) fn replay_file(
     args: &ReplayArgs,
     file: &Path,
@@ -67,7 +67,7 @@ pub(super) fn replay_file(
     Ok(replay(args, file, rig, csv, around)?.report)
 }
 
-/// Plays a session; its frames go to the CSV file, if there is one.
+/// Plays a session. Its frames go to the CSV file, if there is one.
 pub(super) fn replay(
     args: &ReplayArgs,
     file: &Path,
@@ -79,7 +79,7 @@ pub(super) fn replay(
     if around.reader == Reader::Thread {
         session = session.counted();
     }
-    // Read once to know how long and how large it is, once to play it.
+    // The session is read twice: once to measure its length and size, and once to play it.
     let (summary, _, read) = summarize(&mut session, args.play.pace);
     session.notes().warnings.iter().for_each(|warning| (around.remark)(warning));
     let skipped = session.notes().skipped;
@@ -102,7 +102,8 @@ pub(super) fn replay(
     let mut rig_report = rig.as_ref().map(RigReport::new);
     let mut lanes = lanes(&args.play, around.basis, &kinds, &session.header, &summary);
     if rig.is_some() {
-        // What several views cost is compared with one. Occlusion culling learns from frame to frame what hides in a view.
+        // The cost of several views is compared with the cost of one. Occlusion culling learns from frame to frame
+        // which polygons are hidden in a view.
         let turn = if kinds.iter().any(|(_, method)| method.is_some()) { 16 } else { 1 };
         let more = self::lanes(&args.play, around.basis, &kinds, &session.header, &summary);
         lanes.extend(more.into_iter().map(|lane| lane.of_one_view(turn)));
@@ -139,7 +140,7 @@ pub(super) fn replay(
     }
     while let Some(outcomes) = replay.step()? {
         let mut frames = outcomes.to_vec();
-        // With a rig the lanes of one view come after the others.
+        // With a rig, the lanes of one view come after the others.
         let of_one_view = frames.split_off(kinds.len());
         if let Some(report) = &mut rig_report {
             report.add(replay.rig_views());
@@ -156,7 +157,7 @@ pub(super) fn replay(
                 csv.write(&name, run, frame).with_context(csv_name)?;
             }
         }
-        // Evenly spaced, the last frame among them.
+        // These frames are evenly spaced and include the last one.
         if replay.frames() * args.verify_frames / summary.frames.max(1) > verified {
             verified += 1;
             verify_frame(&replay, &looked, &mut runs);
@@ -190,7 +191,7 @@ pub(super) fn replay(
     Ok(Replayed { report, format, skipped })
 }
 
-/// Counts the visible polygons that the lanes of this frame have culled.
+/// Counts the visible polygons that the lanes of this frame have wrongly culled.
 fn verify_frame<I>(replay: &Replay<I>, looked: &[bool], runs: &mut [RunReport])
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
@@ -208,9 +209,9 @@ where
             else {
                 continue;
             };
-            // All see the same in the frustum.
+            // All lanes see the same polygons in the frustum.
             let visible = visible.get_or_insert_with(|| {
-                // Polygons that the frustum has culled wrongly are tested, too.
+                // The polygons that frustum culling has wrongly left out are tested, too.
                 let mut ids = lost_polygons(replay.scene(), view, &in_view.to_vec());
                 ids.extend(in_view.ids());
                 verify::visible_polygons(replay.scene(), &window, &ids, OracleConfig::default())

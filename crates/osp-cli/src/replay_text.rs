@@ -6,7 +6,7 @@ use super::{
 };
 use osp_lab::report::{ReplayReport, RunReport, thousands};
 
-/// The table of a session, and what is to be known of it.
+/// Returns the table of a session, with remarks on it.
 pub(super) fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
     let mut lines = vec![format!(
         "{}: {} strokes, {} points, {} polygons; {} frames ({}, camera {})",

@@ -1,4 +1,4 @@
-//! `osp replay --world`: a flight through a world, from the address to the table.
+//! `osp replay --world`: plays a flight through a world, and prints a table.
 
 use std::{
     collections::VecDeque,
@@ -27,9 +27,9 @@ use osp_session::{
     replay::{CameraChoice, CameraPath, Moment},
 };
 
-/// Frames of a flight that is made up.
+/// Number of frames of a synthetic flight.
 const FRAMES: u64 = 900;
-/// Frames a second by which `--speed` counts.
+/// Frame rate to which `--speed` refers.
 const FRAMES_A_SECOND: f32 = 90.0;
 
 pub(super) fn run(args: &ReplayArgs, address: &str, csv: Option<&Output>) -> anyhow::Result<Outcome> {
@@ -54,7 +54,7 @@ pub(super) fn run(args: &ReplayArgs, address: &str, csv: Option<&Output>) -> any
     };
     let rate = if options.wait { 0 } else { options.rate };
     let mut due = Instant::now();
-    // No more views than are looked at ahead, or `--frames` would be memory that nothing bounds.
+    // This holds no more views than the flight looks ahead. Otherwise `--frames` would make memory unbounded.
     let prefetch = usize::from(options.prefetch);
     let mut coming = VecDeque::with_capacity(prefetch + 1);
     loop {
@@ -63,7 +63,7 @@ pub(super) fn run(args: &ReplayArgs, address: &str, csv: Option<&Output>) -> any
         if rate > 0 {
             let now = Instant::now();
             thread::sleep(due.saturating_duration_since(now));
-            // A frame that is late does not hurry those that follow.
+            // A late frame does not shorten the frames after it.
             due = due.max(now) + Duration::from_secs(1) / u32::from(rate);
         }
         let ahead = prefetch.checked_sub(1).and_then(|last| coming.get(last));
@@ -82,10 +82,10 @@ pub(super) fn run(args: &ReplayArgs, address: &str, csv: Option<&Output>) -> any
     Ok(Outcome::Done)
 }
 
-/// Views, one a frame.
+/// Views, one for each frame.
 type Views = Box<dyn Iterator<Item = View>>;
 
-/// The camera's name and its views.
+/// Returns the camera's name and its views.
 fn views(args: &ReplayArgs, world: &World) -> anyhow::Result<(String, Views)> {
     let WorldArgs { path, frames, seed, speed, far, .. } = &args.world;
     let camera = args.play.camera;
@@ -113,7 +113,7 @@ fn views(args: &ReplayArgs, world: &World) -> anyhow::Result<(String, Views)> {
     Ok((camera.name().to_owned(), Box::new((0..frames).map(view))))
 }
 
-/// The views of the recorded head of a session, whose strokes are not looked at.
+/// Returns the views of a session's recorded head. Ignores its strokes.
 fn recorded(args: &ReplayArgs, file: &Path, world: &World, most: u64) -> anyhow::Result<Vec<View>> {
     let session = OpenSession::open(file, &args.play.reading)?;
     let camera = CameraPath::new(args.play.camera, session.header.camera, &world.bounds());
@@ -123,7 +123,7 @@ fn recorded(args: &ReplayArgs, file: &Path, world: &World, most: u64) -> anyhow:
     while (views.len() as u64) < most && pacer.next_frame(&mut events)? {
         events.iter().for_each(|event| moment.note(event));
         has_head |= moment.head.is_some();
-        // Until there is a head, there is nothing to fly along.
+        // Before the first head pose there is no path to follow.
         if moment.head.is_some() || args.play.camera != CameraChoice::Auto {
             views.push(camera.view(&moment));
         }

@@ -33,7 +33,7 @@ pub(super) struct RigCommand {
 const FORMAT: &str = "A rig is a file of RON. What may be left out is said with [what it is then]:
   (
     name: \"two walls\",
-    // Where the head is until a tracker says otherwise, metres, y up.
+    // Where the head is until a tracker moves it, metres, y up.
     head: (0.0, 1.6, 0.0),
     // Distance of the eyes, metres [0.064].
     eye_separation_m: 0.064,
@@ -41,9 +41,9 @@ const FORMAT: &str = "A rig is a file of RON. What may be left out is said with 
     stereo: SideBySide,
     // Whether each eye gets the picture of the other one [false].
     swap_eyes: false,
-    // The tracker's space in the room [the same space].
+    // From the tracker's space to the room's space [the same space].
     room_from_tracker: (p: (0, 0, 0), q: (0, 0, 0, 1)),
-    // 1 to 16 rectangles, by three corners as seen from in front of them.
+    // 1 to 16 rectangles, each by three of its corners, as seen from in front of it.
     screens: [
       (
         name: \"left\",
@@ -74,13 +74,13 @@ Examples:
 enum What {
     /// List the monitors that a rig may name.
     Monitors,
-    /// List the errors of rigs; exit code 1 if a head sees nothing on a screen, 2 if a file is no rig.
+    /// List the errors in rigs. The exit code is 1 if the head sees nothing on some screen, 2 if a file is no rig.
     Check {
         /// Files, or names of shipped rigs.
         #[arg(required = true, value_name = "RIG")]
         rigs: Vec<String>,
     },
-    /// Print a rig's screens as its head sees them, and draw them.
+    /// Print the screens of a rig as its head sees them, and optionally draw them.
     Show {
         /// A file, or the name of a shipped rig.
         #[arg(value_name = "RIG")]
@@ -111,7 +111,7 @@ fn check(names: &[String]) -> anyhow::Result<Outcome> {
     for name in names {
         let rig = match Rig::open(name) {
             Ok(rig) => rig,
-            // The others are looked at first.
+            // The other rigs are checked first.
             Err(error) => {
                 if let Some(before) = wrong.replace(error) {
                     complain(&format!("error: {before}"));
@@ -153,7 +153,7 @@ fn monitors() -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Planes that only have to be there: a view needs them.
+/// Near and far planes, which a view requires. They do not matter here.
 const NEAR_M: f32 = 0.01;
 const FAR_M: f32 = 100.0;
 
@@ -203,7 +203,7 @@ fn show(name: &str, plan: Option<&PathBuf>, force: bool) -> anyhow::Result<Outco
     Ok(Outcome::Done)
 }
 
-/// Output of a screen's picture.
+/// Describes the output of a screen's picture.
 fn shown_on(screen: &Screen, output: &Output) -> String {
     let Viewport(x, y, width, height) = output.viewport;
     let part = match output.viewport == Viewport::WHOLE {
@@ -218,7 +218,7 @@ fn shown_on(screen: &Screen, output: &Output) -> String {
     format!("{}: monitor `{}`{part}{eyes}", one_line(&screen.name), one_line(&output.monitor))
 }
 
-/// A screen as the head sees it.
+/// Describes a screen as the head sees it.
 fn row(rig: &Rig, screen: &Screen) -> [String; 6] {
     let (across, upwards) = screen.sides();
     let degrees = |low: f32, high: f32| format!("{:.1}", (high.atan() - low.atan()).to_degrees());

@@ -11,14 +11,14 @@ use osp_session::{
     rig::{Rig, Stereo},
 };
 
-/// A rig, and how its screens show it to two eyes.
+/// A rig, and the form of its pictures for two eyes.
 #[derive(Args, Debug)]
 pub(super) struct RigArgs {
-    /// Show the model on the screens of a rig: desktop, dual-wall, cave4, or a file that describes one.
+    /// Show the model on the screens of a rig: desktop, dual-wall, cave4, or a file that describes another one.
     #[arg(long, value_name = "RIG")]
     pub(super) rig: Option<String>,
-    /// Form of the pictures for the two eyes: mono, side-by-side, top-bottom, anaglyph, or windows (one for each screen and
-    /// eye) [default: the rig's own].
+    /// Form of the pictures for the two eyes: mono, side-by-side, top-bottom, anaglyph, or windows (one for each screen
+    /// and eye) [default: the rig's own form].
     #[arg(long, value_name = "HOW", value_parser = named(Stereo::ALL, Stereo::name))]
     pub(super) stereo: Option<Stereo>,
 }
@@ -28,8 +28,9 @@ pub(super) struct RigArgs {
 pub(super) struct RigPathArgs {
     #[command(flatten)]
     pub(super) screens: RigArgs,
-    /// Motion of the rig's room. `follows`: it goes along with the eye and turns with it about the vertical; the eye is
-    /// always at the rig's place for the head. `stands`: it stays at the first frame's eye, and the eye walks in it.
+    /// Motion of the rig's room. `follows`: the room moves with the eye and turns with it about the vertical, so the
+    /// eye is always at the rig's place for the head. `stands`: the room stays at the first frame's eye, and the eye
+    /// moves in it.
     #[arg(long, value_name = "HOW", default_value = "follows", requires = "rig", value_parser = room_parser())]
     pub(super) room: RoomMotion,
 }
@@ -38,18 +39,18 @@ pub(super) fn room_parser() -> impl TypedValueParser<Value = RoomMotion> {
     named(RoomMotion::ALL, RoomMotion::name)
 }
 
-/// The file of a rig, if its name is not that of a shipped one.
+/// Returns the file of a rig. `None` if the name is that of a shipped rig.
 pub(super) fn rig_file(name: &str) -> Option<PathBuf> {
     (!Rig::shipped().any(|shipped| shipped == name)).then(|| PathBuf::from(name))
 }
 
 impl RigArgs {
-    /// The file of the rig, if it is one: no output may replace it.
+    /// Returns the file of the rig, if it is one. No output may replace it.
     pub(super) fn file(&self) -> Option<PathBuf> {
         self.rig.as_deref().and_then(rig_file)
     }
 
-    /// The rig, with the way to show it to two eyes.
+    /// Opens the rig. Returns it with the form of its pictures for two eyes.
     pub(super) fn open(&self) -> anyhow::Result<Option<(Rig, Stereo)>> {
         let Some(name) = &self.rig else { return Ok(None) };
         let mut rig = Rig::open(name)?;
@@ -60,7 +61,7 @@ impl RigArgs {
         Ok(Some((rig, stereo)))
     }
 
-    /// The room that a window shows.
+    /// Returns the room that a window shows.
     #[cfg(feature = "window")]
     pub(super) fn room(&self) -> anyhow::Result<osp_app::Room> {
         let mut room = match self.open()? {
@@ -78,12 +79,12 @@ impl RigArgs {
 }
 
 impl RigPathArgs {
-    /// No rig: one eye, one screen.
+    /// Returns the arguments without a rig: one eye, one screen.
     pub(super) const fn none() -> Self {
         Self { screens: RigArgs { rig: None, stereo: None }, room: RoomMotion::Follows }
     }
 
-    /// The screens before the first frame; `None` without a rig.
+    /// Returns the screens before the first frame. `None` without a rig.
     pub(super) fn path(&self) -> anyhow::Result<Option<RigPath>> {
         let Some((rig, stereo)) = self.screens.open()? else {
             if self.screens.stereo.is_some() {

@@ -1,4 +1,4 @@
-//! `osp send`: a session sent to a window as a tracker would send it.
+//! `osp send`: sends a session to a window, like a tracker.
 
 use std::{
     net::{ToSocketAddrs, UdpSocket},
@@ -19,7 +19,7 @@ use osp_app::tracker::{Message, Teller, TrackerKey, osc_keyed, osc_packet, write
 use osp_lab::report::thousands;
 use osp_session::recording::{Pace, Pacer};
 
-/// Bytes of a datagram that pass every network in one piece, with a key before them.
+/// Largest number of bytes of a datagram that every network passes in one piece, including a key before the lines.
 const PACKET_BYTES: usize = 1200;
 
 pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
@@ -73,7 +73,7 @@ struct Sender {
     socket: UdpSocket,
     osc: bool,
     key: Option<TrackerKey>,
-    /// Lines that are not sent yet.
+    /// Lines that have not been sent yet.
     packet: String,
     packets: u64,
     refused: u64,

@@ -20,14 +20,15 @@ pub(super) struct SendArgs {
     /// Address and port of the window that listens.
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub(super) to: String,
-    /// Part of the session that each packet time (90 a second) sends: `recorded` (by its time stamps) or `samples:N` (N
-    /// samples of the hand).
+    /// Part of the session that is sent for each packet (90 a second): `recorded` (by its time stamps) or `samples:N`
+    /// (N samples of the hand).
     #[arg(long, default_value = "recorded")]
     pub(super) pace: Pace,
     /// Speed, as a multiple of the recorded one.
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor)]
     pub(super) speed: f64,
-    /// The key that the window requires (`osp sketch --tracker-key`). The list of processes shows it to everybody on this machine.
+    /// The key that the window requires (`osp sketch --tracker-key`). The list of processes shows the key to everybody
+    /// on this machine.
     #[arg(long)]
     pub(super) key: Option<TrackerKey>,
     /// Read the key from a file of one line. Without it and --key, the variable OSP_TRACKER_KEY gives the key, if it is set.

@@ -20,7 +20,7 @@ use tower_http::services::{ServeFile, fs::ServeFileSystemResponseBody};
 
 use osp_session::small_file::check_regular;
 
-/// The folder that is served, and the port.
+/// The folder to serve, and the port.
 pub(super) struct Site {
     folder: PathBuf,
     port: u16,
@@ -33,7 +33,7 @@ struct Found {
     bytes: u64,
 }
 
-/// Why there is none.
+/// The reason for which there is no file.
 struct Refusal(StatusCode, &'static str);
 
 const NONE: Refusal = Refusal(StatusCode::NOT_FOUND, "there is no such file here\n");
@@ -41,23 +41,24 @@ const NONE: Refusal = Refusal(StatusCode::NOT_FOUND, "there is no such file here
 type Body = Either<ServeFileSystemResponseBody, Full<Bytes>>;
 
 impl Site {
-    /// `folder` without links.
+    /// Creates a site. `folder` must be free of links.
     pub(super) fn new(folder: PathBuf, port: u16) -> Self {
         Self { folder, port }
     }
 
-    /// Whether the `Host` header names this machine. Prevents DNS rebinding: another site's name that resolves to this machine.
+    /// Whether the `Host` header names this machine. This prevents DNS rebinding, in which the name of another site
+    /// resolves to this machine.
     fn is_ours(&self, headers: &HeaderMap) -> bool {
         let mut hosts = headers.get_all(header::HOST).iter().map(HeaderValue::as_bytes);
         let (Some(host), None) = (hosts.next(), hosts.next()) else { return false };
-        // Browsers leave the usual port out.
+        // Browsers leave out the default port.
         let is_port = |rest: &[u8]| {
             rest == format!(":{}", self.port).as_bytes() || (self.port == 80 && rest.is_empty())
         };
         [&b"127.0.0.1"[..], b"localhost"].iter().any(|name| host.strip_prefix(*name).is_some_and(is_port))
     }
 
-    /// The file of an address: one in the folder or below.
+    /// Finds the file of an address, in the folder or below it.
     fn find(&self, path: &str) -> Result<Found, Refusal> {
         let path = percent_decode_str(path)
             .decode_utf8()
@@ -71,25 +72,25 @@ impl Site {
             file.push("index.html");
         }
         let file = fs::canonicalize(&file).map_err(|_| NONE)?;
-        // Nor may a link lead out of the folder, or to a hidden file.
+        // A link must not lead out of the folder, or to a hidden file, either.
         if !file.strip_prefix(&self.folder).is_ok_and(is_shown) {
             return Err(NONE);
         }
-        // A pipe would wait for a writer.
+        // A pipe would wait for a writer, so it is refused.
         check_regular(&file).map_err(|_| NONE)?;
         let bytes = fs::metadata(&file).map_err(|_| NONE)?.len();
         Ok(Found { kind: kind_of(&file), path: file, bytes })
     }
 }
 
-/// Whether a path goes only downwards and has no hidden part: hidden files and folders hold keys and histories.
+/// Whether a path leads only downwards and has no hidden part. Hidden files and folders hold keys and histories.
 fn is_shown(relative: &Path) -> bool {
     relative
         .components()
         .all(|part| matches!(part, Component::Normal(name) if !name.as_encoded_bytes().starts_with(b".")))
 }
 
-/// The answer to a request.
+/// Returns the answer to a request.
 pub(super) async fn answer(
     site: Arc<Site>,
     request: Request<Incoming>,
@@ -123,7 +124,7 @@ async fn found(site: Arc<Site>, request: Request<Incoming>) -> Result<Response<B
     let path = request.uri().path().to_owned();
     const FAILED: Refusal = Refusal(StatusCode::INTERNAL_SERVER_ERROR, "the file cannot be read\n");
     let file = tokio::task::spawn_blocking(move || site.find(&path)).await.map_err(|_| FAILED)??;
-    // Only GET has parts (RFC 9110, section 14.2).
+    // Only GET has ranges (RFC 9110, section 14.2).
     let part = if request.method() == Method::GET { part(request.headers(), file.bytes) } else { None };
     request.headers_mut().remove(header::RANGE);
     if let Some(part) = part {
@@ -139,12 +140,13 @@ async fn found(site: Arc<Site>, request: Request<Incoming>) -> Result<Response<B
     }
     let kind = file.kind.parse().map_err(|_| FAILED)?;
     let answer = ServeFile::new_with_mime(&file.path, &kind).try_call(request).await;
-    // The file was there a moment ago.
+    // The file existed a moment ago, so this is rare.
     answer.map(|answer| answer.map(Either::Left)).map_err(|_| NONE)
 }
 
-/// The range of a request (RFC 9110, section 14) in a file of `bytes` bytes; it may begin behind the end. `None` sends the whole
-/// file: for no range, several ranges, a malformed one, or one with `If-Range`.
+/// Returns the range of a request (RFC 9110, section 14) in a file of `bytes` bytes. The range may begin behind the end
+/// of the file. `None` sends the whole file: for no range, several ranges, a malformed range, or a range with
+/// `If-Range`.
 fn part(headers: &HeaderMap, bytes: u64) -> Option<RangeInclusive<u64>> {
     let mut ranges = headers.get_all(header::RANGE).iter();
     let (Some(range), None) = (ranges.next(), ranges.next()) else { return None };
@@ -168,7 +170,7 @@ fn part(headers: &HeaderMap, bytes: u64) -> Option<RangeInclusive<u64>> {
     }
 }
 
-/// The media type of a file. Browsers run JavaScript modules and WebAssembly only under their own types.
+/// Returns the media type of a file. Browsers run JavaScript modules and WebAssembly only under the right types.
 fn kind_of(file: &Path) -> &'static str {
     let ending = file.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     match ending.as_str() {
@@ -185,14 +187,14 @@ fn kind_of(file: &Path) -> &'static str {
     }
 }
 
-/// Whether compression pays: for text, WebAssembly and models, but not for raster images and packed files.
+/// Whether compression is useful: it is for text, WebAssembly and models, but not for raster images and packed files.
 pub(super) fn is_worth_compressing(_: StatusCode, _: Version, headers: &HeaderMap, _: &Extensions) -> bool {
     let kind = headers.get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
     kind.starts_with("text/")
         || ["application/wasm", "application/json", "image/svg+xml", "model/gltf-binary"].contains(&kind)
 }
 
-/// The headers of every answer.
+/// Adds the headers of every answer.
 pub(super) fn with_headers<B>(mut answer: Response<B>) -> Response<B> {
     let headers = answer.headers_mut();
     for (name, value) in [

@@ -6,9 +6,10 @@ use clap::Args;
 
 /// Serve a folder to browsers on this machine: the page that `web/build` makes in `web/dist`, or another one.
 ///
-/// Requests of other machines are refused. Each answer has the headers that isolate a page from pages of other sites. Browsers
-/// require them for a clock in steps of 5 µs. A request for a part of a file gets that part. Text, WebAssembly and models are
-/// compressed for those who take gzip. Files and folders whose names begin with a dot are not served.
+/// Requests from other machines are refused. Each answer has the headers that isolate a page from pages of other sites.
+/// Browsers give only such pages a clock with steps of 5 µs. The server answers requests for a part of a file. It
+/// compresses text, WebAssembly and models if the browser accepts gzip. Files and folders whose names begin with a dot
+/// are not served.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp serve

@@ -32,9 +32,9 @@ use super::{
     serve_args::ServeArgs,
 };
 
-/// Concurrent connections; further ones wait until one of these ends. A browser opens six.
+/// Largest number of concurrent connections. Further ones wait until one of these ends. A browser opens six.
 const MOST_CONNECTIONS: usize = 64;
-/// Limits of the head of a request: its bytes, and its lines. The first also bounds the buffer of a connection.
+/// Limits for the head of a request: its bytes, and its lines. The first also bounds the buffer of a connection.
 const MOST_HEAD_BYTES: usize = 16 << 10;
 const MOST_HEAD_LINES: usize = 64;
 /// Longest time from the beginning of a connection, or the end of an answer, to the end of the next head.
@@ -43,11 +43,11 @@ const HEAD_TIME: Duration = Duration::from_secs(10);
 const STALL_TIME: Duration = Duration::from_secs(10);
 /// Time after which a connection begins no further answer. The answer under way then has the same time again.
 const CONNECTION_TIME: Duration = Duration::from_secs(300);
-/// Time for the answers under way when a signal arrives.
+/// Time for unfinished answers when a signal arrives.
 const FAREWELL: Duration = Duration::from_secs(2);
 /// Pause after an attempt to accept a connection has failed.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
-/// Smaller files are sent uncompressed.
+/// Files smaller than this are sent uncompressed.
 const LEAST_COMPRESSED_BYTES: u64 = 1024;
 
 pub(super) fn run(args: &ServeArgs) -> anyhow::Result<Outcome> {
@@ -55,7 +55,7 @@ pub(super) fn run(args: &ServeArgs) -> anyhow::Result<Outcome> {
     let runtime =
         runtime::Builder::new_multi_thread().enable_all().build().context("the server's threads")?;
     let outcome = runtime.block_on(serve(args, folder));
-    // A file system that does not answer keeps the program no longer.
+    // A file system that does not answer must not keep the program running.
     runtime.shutdown_background();
     outcome.map(|()| Outcome::Done)
 }
@@ -71,7 +71,7 @@ fn folder(given: &Path) -> anyhow::Result<PathBuf> {
     Ok(folder)
 }
 
-/// Takes connections until a signal comes.
+/// Accepts connections until a signal comes.
 async fn serve(args: &ServeArgs, folder: PathBuf) -> anyhow::Result<()> {
     let wanted = SocketAddr::from((Ipv4Addr::LOCALHOST, args.port));
     let listener = TcpListener::bind(wanted).await.with_context(|| wanted.to_string())?;
@@ -101,19 +101,19 @@ async fn serve(args: &ServeArgs, folder: PathBuf) -> anyhow::Result<()> {
         _ = ending.wait_for(|is_ending| *is_ending) => {}
     }
     drop(listener);
-    // All places are free once all answers have ended; those that take longer are broken off.
+    // All places are free when all answers have ended. Slower answers are cut off.
     let _ = timeout(FAREWELL, free.acquire_many(MOST_CONNECTIONS as u32)).await;
     Ok(())
 }
 
-/// Answers what comes over a connection.
+/// Answers the requests of a connection.
 async fn hold(
     stream: TcpStream,
     site: Arc<Site>,
     mut ending: watch::Receiver<bool>,
     _place: OwnedSemaphorePermit,
 ) {
-    // Without the delay of Nagle's algorithm.
+    // Turns off the delay of Nagle's algorithm.
     let _ = stream.set_nodelay(true);
     let mut stream = TimeoutStream::new(stream);
     stream.set_write_timeout(Some(STALL_TIME));
@@ -132,7 +132,7 @@ async fn hold(
         .title_case_headers(true)
         .serve_connection(TokioIo::new(Box::pin(stream)), TowerToHyperService::new(isolated));
     let mut connection = pin!(connection);
-    // A connection that breaks off or sends nonsense affects no other.
+    // A connection that breaks off or sends nonsense does not affect the others.
     tokio::select! {
         _ = connection.as_mut() => return,
         () = sleep(CONNECTION_TIME) => {}
@@ -142,11 +142,11 @@ async fn hold(
     let _ = timeout(CONNECTION_TIME, connection).await;
 }
 
-/// Ends the server on Ctrl-C and other signals. The answers under way then have `FAREWELL` to end.
+/// Ends the server on Ctrl-C and other signals. Unfinished answers then have `FAREWELL` to end.
 fn end_on_signals(end: watch::Sender<bool>) {
     osp_session::atomic_file::before_a_signal_ends(Some(Box::new(move || {
         end.send_replace(true);
-        // The program ends by itself meanwhile; if it does not, the signal ends it.
+        // The program normally ends by itself before this; if it does not, the signal ends it.
         std::thread::sleep(2 * FAREWELL);
     })));
 }

@@ -1,4 +1,4 @@
-//! Opens sessions of any format for the commands, and reads ahead of the player on a thread.
+//! Opens sessions of any format for the commands, and reads ahead on a thread.
 
 use std::{
     path::{Path, PathBuf},
@@ -12,11 +12,13 @@ use indicatif::ProgressBar;
 use super::{output::complain, progress, reading::ReadArgs};
 use osp_session::recording::{self, Event, EventSource, Header, Notes, OpenOptions, RecordingError};
 
-/// Events handed over at once.
+/// Largest number of events that are passed on at once.
 const BATCH: usize = 1024;
-/// Strokes that edits name and corners of polygons that are handed over at once; one event may have more.
+/// Largest number of corners of polygons, and of stroke numbers in edits, that are passed on at once. A single event
+/// may have more.
 const BATCH_LISTS: usize = 1 << 16;
-/// Batches that may wait: the reader is at most this far ahead, so memory does not grow with the file.
+/// Largest number of batches that may wait. The reader is at most this far ahead, so that memory does not grow with the
+/// file.
 const WAITING: usize = 16;
 
 /// A message from the reading thread.
@@ -29,9 +31,9 @@ enum Message {
 /// Thread that reads the events of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reader {
-    /// A thread of its own, which is ahead of whoever takes them.
+    /// A separate thread, which reads ahead.
     Thread,
-    /// The thread that takes them: for work that has one core to itself.
+    /// The thread that takes the events. This is for work with only one core.
     Here,
 }
 
@@ -54,7 +56,7 @@ pub(super) struct OpenSession {
 }
 
 impl OpenSession {
-    /// Opens a session of any format; a thread of its own reads it.
+    /// Opens a session of any format. A separate thread reads it.
     pub(super) fn open(path: &Path, reading: &ReadArgs) -> anyhow::Result<Self> {
         Self::read_by(Reader::Thread, path, reading)
     }
@@ -71,7 +73,7 @@ impl OpenSession {
         }
     }
 
-    /// Starts to read a session that is open.
+    /// Starts to read an open session.
     fn of(session: recording::Session, path: &Path) -> anyhow::Result<Self> {
         let (header, format) = (session.header.clone(), session.format);
         let (sender, messages) = sync_channel(WAITING);
@@ -95,25 +97,25 @@ impl OpenSession {
         }
     }
 
-    /// Shows on a terminal how many events it has read.
+    /// Shows the number of events read so far on a terminal.
     pub(super) fn counted(mut self) -> Self {
         self.progress = progress::events(&self.path.to_string_lossy());
         self
     }
 
-    /// Prints the reader's warnings; complete after the last event.
+    /// Prints the reader's warnings. They are complete after the last event.
     pub(super) fn warn(&self) {
         self.notes.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
     }
 
-    /// The reader's remarks; complete after the last event.
+    /// Returns the reader's remarks. They are complete after the last event.
     pub(super) fn notes(&self) -> &Notes {
         &self.notes
     }
 }
 
-/// Hint for recovering the readable part of a damaged session. `None` if nothing of it can be read, or for another
-/// error.
+/// Returns a hint for recovering the readable part of a damaged session. `None` if nothing of it can be read, or for
+/// another error.
 pub(super) fn rescue(error: &anyhow::Error) -> Option<String> {
     let damaged = error.chain().find_map(|cause| match cause.downcast_ref()? {
         RecordingError::Line { path, .. } | RecordingError::Byte { path, .. } => Some(path),
@@ -135,7 +137,7 @@ pub(super) fn rescue(error: &anyhow::Error) -> Option<String> {
     Some(format!("; `osp import --lenient {name} {rescued}` keeps what can be read{draw}"))
 }
 
-/// A path as a shell takes it.
+/// Quotes a path for a shell.
 pub(super) fn quoted(path: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:=@%".contains(c);
     if path.chars().all(is_plain) { path.to_owned() } else { format!("'{}'", path.replace('\'', "'\\''")) }
@@ -154,7 +156,7 @@ fn read(mut session: recording::Session, sender: &SyncSender<Message>) {
         batch.extend(event);
         let ends = last.is_some();
         let is_full = batch.len() == BATCH || lists >= BATCH_LISTS;
-        // A send fails once the receiver is gone: then there is nothing left to do.
+        // Sending fails if the receiver is gone. Then there is nothing left to do.
         if (ends || is_full)
             && sender.send(Message::Events(std::mem::replace(&mut batch, Vec::with_capacity(BATCH)))).is_err()
         {
@@ -204,7 +206,7 @@ impl Iterator for OpenSession {
                     self.notes = notes;
                 }
                 Err(_) if self.ended => return None,
-                // It went without a word: what it would have read must not look like the end of the session.
+                // The thread ended without an error message. This must not look like the end of the session.
                 Err(_) => {
                     self.ended = true;
                     let cause = std::io::Error::other("the thread that reads it has stopped");
@@ -228,7 +230,8 @@ mod tests {
     use super::*;
     use osp_session::recording::{Author, StrokeId};
 
-    /// Far more events than may be read ahead, naming so many strokes each; counts those that were read.
+    /// Produces far more events than may be read ahead. Each names the same number of strokes. Counts the events that
+    /// were read.
     struct Endless(Arc<AtomicUsize>, usize);
 
     impl EventSource for Endless {
@@ -258,7 +261,7 @@ mod tests {
             }
             read.load(Ordering::Relaxed)
         };
-        // Nobody has asked for anything yet.
+        // Nobody has taken an event yet.
         assert!(until(WAITING * BATCH) <= most);
         for i in 0..5 * BATCH {
             let event = session.next().expect("more").expect("whole");

@@ -17,7 +17,7 @@ use osp_net::live::{Address, Credentials, LinkOptions, Role, Who};
 use osp_session::small_file::read_text;
 
 impl ServerArgs {
-    /// An address as it was typed, with the credentials of a file. Errors do not contain the password.
+    /// Parses an address, and adds the credentials of a file. Errors do not contain the password.
     pub(super) fn address(&self, typed: &str) -> anyhow::Result<Address> {
         let mut address: Address = typed.parse()?;
         if let Some(path) = &self.credentials {
@@ -32,7 +32,7 @@ impl ServerArgs {
         Ok(address)
     }
 
-    /// Options of the connection, as an author of this name or to watch.
+    /// Returns the options of the connection, for an author with this name or for a watcher.
     pub(super) fn options(&self, watches: bool, name: &str) -> LinkOptions {
         let role = match watches {
             true => Role::Watcher,
@@ -41,19 +41,19 @@ impl ServerArgs {
         LinkOptions { role, certificates: self.tls_ca.clone() }
     }
 
-    /// Whether one of them was given.
+    /// Whether any of the options was given.
     #[cfg(feature = "window")]
     pub(super) fn is_given(&self) -> bool {
         self.credentials.is_some() || self.tls_ca.is_some() || self.unencrypted
     }
 }
 
-/// Has Ctrl-C and others end the program as it ends by itself, in so much time.
+/// Makes Ctrl-C and other signals end the program in the normal way, within `time`.
 #[cfg(unix)]
 pub(super) fn end_on_signals(ending: &Arc<AtomicBool>, time: Duration) {
     let ending = Arc::clone(ending);
     osp_session::atomic_file::before_a_signal_ends(Some(Box::new(move || {
-        // The program ends by itself meanwhile; if it does not, the signal ends it.
+        // The program normally ends by itself before this; if it does not, the signal ends it.
         ending.store(true, Ordering::Relaxed);
         thread::sleep(time);
     })));

@@ -6,21 +6,21 @@ use clap::Args;
 
 use osp_session::recording::Author;
 
-/// Address of a server and access to it.
+/// Address of a server, and access to it.
 #[derive(Args, Debug)]
 pub(super) struct ServerArgs {
-    /// A file with who one is to the server: one line, a token or USER:PASSWORD.
+    /// A file of one line with the credentials for the server: a token or USER:PASSWORD.
     #[arg(long, value_name = "FILE")]
     pub(super) credentials: Option<PathBuf>,
-    /// Certificates (PEM) of authorities to trust beside those of the system.
+    /// Certificates (PEM) of authorities to trust in addition to those of the system.
     #[arg(long, value_name = "FILE")]
     pub(super) tls_ca: Option<PathBuf>,
-    /// Go to another machine unencrypted: everybody on the way may read and change what is drawn.
+    /// Allow an unencrypted connection to another machine. Everybody on the way can then read and change the drawing.
     #[arg(long)]
     pub(super) unencrypted: bool,
 }
 
-/// An author's name for the others.
+/// Parses the name under which others see an author.
 pub(super) fn name(text: &str) -> Result<String, String> {
     match text.len() <= Author::MAX_NAME_BYTES {
         true => Ok(text.to_owned()),

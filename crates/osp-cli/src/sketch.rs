@@ -1,4 +1,4 @@
-//! `osp sketch`: the window to draw in.
+//! `osp sketch`: opens the window to draw in.
 
 use std::{
     path::{Path, PathBuf},
@@ -20,12 +20,12 @@ use osp_app::{
 use osp_app::{Live, Unjoined};
 use osp_session::output_file::OutputKind;
 
-/// If reading a session takes longer than this, the window opens meanwhile, and reports errors itself.
+/// If reading a session takes longer than this, the window opens before the end, and reports errors itself.
 pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
 
 impl SketchArgs {
-    /// Opens the session to draw on it; if another window has it, for reading only, and reports its owner. A long session
-    /// is read beside the window.
+    /// Opens the session to draw on it. If another window has the session, opens it read-only and reports its owner. A
+    /// long session is read while the window is already open.
     fn open(&self, path: &Path, autosaves: &Autosaves) -> anyhow::Result<Start> {
         let access = match (self.read_only, self.copy) {
             (true, _) => Access::ReadOnly,
@@ -58,7 +58,7 @@ impl SketchArgs {
 
 #[cfg(feature = "live")]
 impl SketchArgs {
-    /// Begins to take part in a shared session.
+    /// Starts to take part in a shared session.
     fn join(&self, address: &str, autosaves: &Autosaves) -> anyhow::Result<Start> {
         let options = self.server.options(self.watch, &self.name);
         let address = self.server.address(address)?;
@@ -76,7 +76,7 @@ struct Start {
     session: Session,
     opened: Opened,
     held: Option<OpenElsewhere>,
-    /// The session that is to be shown instead, once it has been read.
+    /// The session that will replace the shown one when it has been read.
     reading: Option<Reading>,
 }
 
@@ -87,7 +87,7 @@ impl Start {
 }
 
 impl WindowArgs {
-    /// Culling of the window until somebody changes it.
+    /// Returns the culling of the window until somebody changes it.
     fn culling(&self) -> CullingPlan {
         let plan = CullingPlan::new(self.index, self.occlusion);
         plan.with_tests(self.tests.node_test(), self.tests.score())
@@ -105,7 +105,7 @@ impl WindowArgs {
         Ok(())
     }
 
-    /// The screens.
+    /// Returns the screens.
     fn room(&self) -> anyhow::Result<Room> {
         let mut room = self.rig.room()?;
         room.show_pattern(self.test_pattern);

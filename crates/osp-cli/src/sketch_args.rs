@@ -18,9 +18,9 @@ use osp_rivals::IndexKind;
 
 /// Draw in a window: with a mouse or a pen, or with a tracker.
 ///
-/// The window writes every sample to the session's file before it takes the next one. It flushes the file to the disk at
-/// the next pause. If you name no file, the session is written to an autosave file; after a crash the next `osp sketch`
-/// restores it. Nothing is written before something is drawn, and no file is replaced without your consent.
+/// The window writes every sample to the session's file before it takes the next one. It flushes the file to the disk
+/// at the next pause. If you name no file, the session is written to an autosave file; after a crash the next `osp
+/// sketch` restores it. Nothing is written before you draw, and no file is replaced without your consent.
 ///
 /// The menus and F1 list all keys. The window stores recent sessions, colours and letter size in osp/window.settings in
 /// the folder XDG_CONFIG_HOME (else ~/.config). You may delete that file.
@@ -52,36 +52,38 @@ hand draws while the first button is pressed (--tracker udp://0.0.0.0:5000).
 As OSC: /osp/head, /osp/hand and so on; the key as /osp/key, the first message of a bundle.
 `osp send SESSION --to 127.0.0.1:9327` plays a session as such a tracker.")]
 pub(super) struct SketchArgs {
-    /// The session to continue, or a new one (.ron). A session that `osp sketch` did not draw (imported, shipped, of
-    /// another format, write-protected) is opened as a copy.
+    /// The session to continue, or a new one (.ron). A session that was not drawn with `osp sketch` (imported, shipped,
+    /// of another format, write-protected) is opened as a copy.
     pub(super) file: Option<PathBuf>,
     #[command(flatten)]
     pub(super) window: WindowArgs,
     #[command(flatten)]
     pub(super) tracker: TrackerArgs,
-    /// Each sender of the tracker's messages is an author of its own, 16 at a time: with strokes, undo and a colour of its own, in
-    /// a session that is new or of several authors. It joins with its first message and leaves after five seconds without one.
+    /// Make each sender of the tracker's messages a separate author, 16 at a time. Each has its own strokes, undo and
+    /// colour. The session must be new or have several authors. A sender joins with its first message and leaves after
+    /// five seconds without one.
     #[arg(long, requires = "tracker", conflicts_with = "tracker_any")]
     pub(super) tracker_authors: bool,
-    /// Only look at the session.
+    /// Only view the session.
     #[arg(long, requires = "file", conflicts_with = "copy")]
     pub(super) read_only: bool,
     /// Draw on a copy of the session, in an autosave file.
     #[arg(long, requires = "file")]
     pub(super) copy: bool,
-    /// Skip damaged pieces and count them, instead of refusing the session, and draw on a copy.
+    /// Skip damaged parts and count them, instead of refusing the session, and draw on a copy.
     #[arg(long, requires = "file")]
     pub(super) lenient: bool,
-    /// Draw together with others, in a session on a server of NATS: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME (`osp
-    /// join --help` describes how to start one). The recording of the whole session is saved as you draw, in FILE if it is
-    /// given: a new file, or one that is the beginning of this session, as it was left; what was drawn since is appended.
-    // Parsed later: what is wrong with it is said without the password in it.
+    /// Draw together with others, in a session on a NATS server: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME
+    /// (`osp join --help` describes how to start one). The recording of the whole session is saved while you draw, in
+    /// FILE if it is given. FILE must be new, or an unchanged recording of the beginning of this session; the newer
+    /// events are appended.
+    // This is parsed later, so that an error message about it does not contain the password.
     #[arg(long, value_name = "ADDRESS", conflicts_with_all = ["read_only", "copy", "lenient"])]
     pub(super) join: Option<String>,
     /// Only watch the others.
     #[arg(long, requires = "join")]
     pub(super) watch: bool,
-    /// Your name for the others.
+    /// Name under which the others see you.
     #[arg(long, default_value = "", hide_default_value = true, requires = "join", conflicts_with = "watch")]
     #[arg(value_parser = shared_args::name)]
     pub(super) name: String,

@@ -22,7 +22,7 @@ const MOST_LINE_BYTES: u64 = 16 << 20;
 /// One session. docs/study.md describes the fields.
 #[derive(Serialize)]
 pub(super) struct StudyLine<'a> {
-    /// Version of the fields. It comes first, so that osp recognises its own lines.
+    /// Version of the fields. This field comes first, so that osp recognises its own lines.
     osp_study: u32,
     pub(super) file: &'a str,
     pub(super) file_hash: Option<String>,
@@ -38,7 +38,7 @@ pub(super) struct StudyLine<'a> {
 }
 
 impl<'a> StudyLine<'a> {
-    /// A line without results.
+    /// Creates a line without results.
     pub(super) fn new(file: &'a str, options: &'a str, machine: &'a Place) -> Self {
         Self {
             osp_study: VERSION,
@@ -67,7 +67,7 @@ pub(super) struct Place {
     simd: String,
     osp_version: String,
     osp_commit: String,
-    /// Hash of the program if the commit is unknown or had changes.
+    /// Hash of the program, if the commit is unknown or had changes.
     osp_program: Option<String>,
     optimized: bool,
 }
@@ -114,7 +114,8 @@ impl Found {
 }
 
 impl Found {
-    /// The same of another session with the same contents: an error names the one that was measured.
+    /// Returns the same result for another session with the same contents. An error names the session that was
+    /// measured.
     pub(super) fn of(self, name: &str) -> Self {
         match self {
             Self::Error(error) if !error.contains(name) => {
@@ -151,13 +152,13 @@ struct Verdict {
 pub(super) struct StudyFile {
     path: PathBuf,
     file: File,
-    /// The end of the last whole line that was read.
+    /// End of the last complete line that was read.
     read_to: u64,
     known: HashMap<String, Found>,
 }
 
 impl StudyFile {
-    /// Opens or creates the file. It must be none of the `inputs`, the sessions.
+    /// Opens or creates the file. It must not be one of the `inputs`, the sessions.
     pub(super) fn open(path: &Path, inputs: &[PathBuf], force: bool) -> anyhow::Result<Self> {
         let named = || path.display().to_string();
         if !matches!(Destination::of(path).with_context(named)?, Destination::File(_)) {
@@ -186,7 +187,8 @@ impl StudyFile {
         if last == *b"\n" { Ok(()) } else { self.file.write_all(b"\n") }
     }
 
-    /// The result of a session with these contents, options and machine, if there is one by now: other processes add lines, too.
+    /// Returns the result of a session with these contents, options and machine, if there is one by now. Other
+    /// processes add lines, too.
     pub(super) fn find(
         &mut self,
         hash: &str,
@@ -197,11 +199,11 @@ impl StudyFile {
         Ok(self.known.get(hash))
     }
 
-    /// Adds a line, unless another process has added one for the same session meanwhile. A lock keeps other processes out: an
-    /// incomplete line of theirs is ended first, and an own one is taken back.
+    /// Adds a line, unless another process has meanwhile added one for the same session. A lock keeps other processes
+    /// out. An incomplete line of another process is ended first, and an incomplete own line is removed.
     pub(super) fn add(&mut self, line: &StudyLine<'_>) -> anyhow::Result<()> {
         let text = serde_json::to_string(line)?;
-        // Some file systems of clusters have no locks: there a line is still one write.
+        // Some file systems of clusters have no locks. There a line is still written at once.
         let is_locked = self.file.lock().is_ok();
         let added = self.add_locked(line, &text);
         if is_locked {
@@ -225,7 +227,7 @@ impl StudyFile {
         Ok(())
     }
 
-    /// Reads the lines that were added since. Skips incomplete lines.
+    /// Reads the lines that were added since the last time. Skips incomplete lines.
     fn read_on(&mut self, options: &str, machine: &Place) -> anyhow::Result<()> {
         let named = || self.path.display().to_string();
         let mut lines = BufReader::new(&self.file);
@@ -242,7 +244,7 @@ impl StudyFile {
                 );
             }
             if line.last() != Some(&b'\n') {
-                // It may still grow.
+                // The line may still grow.
                 return Ok(());
             }
             self.read_to += line.len() as u64;
@@ -280,12 +282,12 @@ mod tests {
         let open = || StudyFile::open(&path, &[], false).expect("a file");
         let (mut a, mut b) = (open(), open());
         a.add(&line("one", "1", &machine)).expect("added");
-        // A process dies within a line while another one has the file open.
+        // A process dies in the middle of a line while another one has the file open.
         let mut text = fs::read_to_string(&path).expect("a line");
         text.push_str(&text.clone()[..40]);
         fs::write(&path, &text).expect("half a line");
         b.add(&line("two", "2", &machine)).expect("added");
-        // Both have measured the same.
+        // Both have measured the same session.
         b.add(&line("one again", "1", &machine)).expect("not added");
         a.add(&line("two again", "2", &machine)).expect("not added");
         let text = fs::read_to_string(&path).expect("lines");

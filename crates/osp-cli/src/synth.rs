@@ -1,4 +1,4 @@
-//! `osp synth`: a session made up from a seed.
+//! `osp synth`: writes a synthetic session that depends on a seed.
 
 use std::path::PathBuf;
 
@@ -20,7 +20,7 @@ use osp_session::{
     recording::{Event, SynthKind, synthesize, synthesize_class},
 };
 
-/// Write a synthetic session: an invented person draws, as a seed decides.
+/// Write a synthetic session, in which an invented person draws. A seed determines everything.
 ///
 /// The same kind, number of polygons and seed give the same file, byte for byte, on every machine.
 #[derive(Args, Debug)]
@@ -49,7 +49,7 @@ pub(super) struct SynthArgs {
     /// Seed of the random numbers; another seed gives another session of the same kind.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Number of artists of `class`, who share the polygons; 3 without this option.
+    /// Number of artists of `class`, who share the polygons [default: 3].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(SynthKind::MOST_AUTHORS)))]
     authors: Option<u32>,
     /// Replace the file if it exists.

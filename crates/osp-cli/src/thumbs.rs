@@ -1,4 +1,4 @@
-//! `osp thumbs`: a picture of each session.
+//! `osp thumbs`: draws a picture of each session.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use osp_render::{Gpu, Layer, Offscreen, RendererConfig, background_for};
 use osp_session::{output_file::OutputKind, recording::Pace, replay::still_view};
 
 pub(super) fn run(args: &ThumbsArgs) -> anyhow::Result<Outcome> {
-    // Beside a session a file of the same name may be a picture that its artist made.
+    // A picture beside a session with the same name may be the artist's own.
     let ending = if args.out.is_some() { ".png" } else { ".thumb.png" };
     let batch = Batch::plan(&args.files, args.out.as_deref(), (ending, OutputKind::Png), args.force)?;
     batch.run(1, ["drawn", ending], || {
@@ -27,7 +27,7 @@ pub(super) fn run(args: &ThumbsArgs) -> anyhow::Result<Outcome> {
     })
 }
 
-/// Draws one session; returns the reader's remarks.
+/// Draws one session. Returns the reader's remarks.
 fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<String>> {
     let mut outputs = Outputs::new(args.force).reads([&job.source]);
     let output = outputs.add("--out", &job.target, OutputKind::Png)?;

@@ -6,10 +6,11 @@ use clap::Args;
 
 use super::{parsers::Size, reading::ReadArgs};
 
-/// Draw a picture of each session of folders: a PNG from its artist's view, as `osp render` draws it.
+/// Draw a picture of each session in folders: a PNG from its artist's view, with the drawing of `osp render`.
 ///
-/// A picture that is newer than its session is skipped, so the same command continues after an interruption. Errors are
-/// listed at the end, and the exit code is 2 then. One graphics adapter draws all of them; a software adapter suffices.
+/// The command skips a picture that is newer than its session, so the same command continues after an interruption. If
+/// there were errors, they are listed at the end, and the exit code is 2. One graphics adapter draws all pictures; a
+/// software adapter suffices.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp thumbs sketches --out thumbs
@@ -21,13 +22,13 @@ pub(super) struct ThumbsArgs {
     /// The sessions, of any format that replay reads, or folders of them.
     #[arg(required = true, value_name = "FILES_OR_FOLDERS")]
     pub(super) files: Vec<PathBuf>,
-    /// The folder for the pictures, with the same folders below it [default: beside each session].
+    /// The folder for the pictures. They get the same subfolders as the sessions [default: beside each session].
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,
     /// Width and height in pixels.
     #[arg(long, default_value = "320x240")]
     pub(super) size: Size,
-    /// Draw pictures again that are newer than their sessions; replace files of another kind, but never a session.
+    /// Also draw pictures that are newer than their sessions, and replace files of another kind, but never a session.
     #[arg(long)]
     pub(super) force: bool,
     #[command(flatten)]

@@ -8,14 +8,14 @@ use super::{output::complain, tracker_args::TrackerArgs};
 use osp_app::tracker::{Listening, TrackerAddress, TrackerKey, TrackerOptions};
 use osp_session::small_file::{open_regular, read_text};
 
-/// The variable that gives a key where the command line does not.
+/// The variable that gives a key if the command line does not.
 const KEY_VARIABLE: &str = "OSP_TRACKER_KEY";
 
-/// Longest file of a key, bytes: the key and some ends of lines.
+/// Largest size of a key file in bytes: the key and some line ends.
 const KEY_FILE_BYTES: u64 = 2 * TrackerKey::MAX_BYTES as u64;
 
 impl TrackerArgs {
-    /// Refuses a file that cannot be read, before anything else begins.
+    /// Refuses a file that cannot be read, before the work begins.
     pub(super) fn check(&self) -> anyhow::Result<()> {
         if let Some(TrackerAddress::File(path)) = &self.tracker {
             open_regular(path).with_context(|| format!("tracker {}", path.display()))?;
@@ -23,7 +23,7 @@ impl TrackerArgs {
         Ok(())
     }
 
-    /// Options of the tracker; prints a warning about dangerous ones. Without a tracker no key is read.
+    /// Returns the options of the tracker. Prints a warning about dangerous ones. Without a tracker no key is read.
     pub(super) fn options(&self) -> anyhow::Result<TrackerOptions> {
         let key = match self.tracker {
             Some(_) => key(self.tracker_key.as_ref(), self.tracker_key_file.as_deref())?,
@@ -41,8 +41,8 @@ impl TrackerArgs {
     }
 }
 
-/// The key of the command line, else that of the file, else that of the variable. A variable that is set to no key is refused: to
-/// continue without one would let everybody in.
+/// Returns the key of the command line, else of the file, else of the variable. A variable with an empty key is
+/// refused: without a key everybody could send.
 pub(super) fn key(word: Option<&TrackerKey>, file: Option<&Path>) -> anyhow::Result<Option<TrackerKey>> {
     if word.is_some() {
         return Ok(word.cloned());
@@ -55,7 +55,7 @@ pub(super) fn key(word: Option<&TrackerKey>, file: Option<&Path>) -> anyhow::Res
         (None, Some(value)) => (KEY_VARIABLE.to_owned(), value.to_string_lossy().into_owned()),
         (None, None) => return Ok(None),
     };
-    // The error does not show the word.
+    // The error does not contain the key.
     text.trim_end_matches(['\r', '\n']).parse().map(Some).map_err(|why| anyhow!("{from}: {why}"))
 }
 

@@ -1,4 +1,4 @@
-//! `--tracker` and how to listen to it.
+//! `--tracker` and the options for listening to it.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use clap::Args;
 #[cfg(feature = "window")]
 pub(super) use osp_app::tracker::{TrackerAddress, TrackerKey};
 
-/// Without the window nothing listens: any word will do until the option is refused.
+/// Without the window nothing listens. Every value is accepted until the option is refused.
 #[cfg(not(feature = "window"))]
 pub(super) type TrackerAddress = String;
 #[cfg(not(feature = "window"))]
@@ -19,18 +19,18 @@ pub(super) struct TrackerArgs {
     /// input.
     #[arg(long, value_name = "FROM")]
     pub(super) tracker: Option<TrackerAddress>,
-    /// Accept the messages of every sender, not only of the first.
+    /// Accept the messages of every sender, not only of the first one.
     #[arg(long, requires = "tracker")]
     pub(super) tracker_any: bool,
-    /// Accept only packets that begin with this key. The key is sent unencrypted: everybody who reads the packets can use it.
-    /// The list of processes shows it to everybody on this machine. A file or the variable OSP_TRACKER_KEY keeps it out of
-    /// there.
+    /// Accept only packets that begin with this key. The key is sent unencrypted: everybody who reads the packets can
+    /// use it. The list of processes shows the key to everybody on this machine; use a file or the variable
+    /// OSP_TRACKER_KEY to avoid that.
     #[arg(long, value_name = "KEY", requires = "tracker")]
     pub(super) tracker_key: Option<TrackerKey>,
     /// Read the key from a file of one line. Without it and --tracker-key, the variable OSP_TRACKER_KEY gives the key, if it is set.
     #[arg(long, value_name = "FILE", requires = "tracker", conflicts_with = "tracker_key")]
     pub(super) tracker_key_file: Option<PathBuf>,
-    /// The room of the DTrack system that sends was calibrated with z up, not y.
+    /// The sending DTrack system was calibrated with z up instead of y up.
     #[arg(long, requires = "tracker")]
     pub(super) tracker_z_up: bool,
 }

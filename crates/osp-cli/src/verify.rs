@@ -1,4 +1,4 @@
-//! `osp verify`: occlusion culling against the truth.
+//! `osp verify`: compares occlusion culling with the truth.
 
 use std::path::{Path, PathBuf};
 
@@ -43,11 +43,11 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Compare what occlusion culling leaves out with what really cannot be seen.
+/// Compare the polygons that occlusion culling leaves out with the polygons that really are hidden.
 ///
-/// At evenly spaced frames of each session, the command draws a picture of polygon numbers at high resolution. A polygon
-/// is visible if it owns a pixel of it, or if a ray from the eye reaches it. Then each method culls the same view. If a
-/// conservative method, which promises never to do so, culls a visible polygon, the exit code is 1.
+/// At evenly spaced frames of each session, the command draws a picture of polygon numbers at high resolution. A
+/// polygon is visible if some pixel shows its number, or if a ray from the eye reaches it. Then each method culls the
+/// same view. A conservative method promises never to cull a visible polygon; if one does, the exit code is 1.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp verify recordings/room.ron
@@ -101,8 +101,8 @@ pub(super) struct VerifyArgs {
     /// continues; the exit code is then 1.
     #[arg(long)]
     all: bool,
-    /// Verify only the K-th of N parts of the sessions of --all, sorted by path: each N-th session from the K-th on. A
-    /// part that changes from day to day is a rotating sample.
+    /// Verify only part K of N of the sessions of --all, sorted by path: every N-th session, beginning with the K-th.
+    /// With another K each day, all sessions are verified in N days.
     #[arg(long, value_name = "K/N", requires = "all")]
     part: Option<Part>,
     /// Number of views of each session.
@@ -142,9 +142,9 @@ pub(super) struct VerifyArgs {
     /// Form of an occluder: a `patch` of neighbouring polygons, or a `single` polygon.
     #[arg(long, default_value = "patch", value_parser = ["patch", "single"])]
     grouping: String,
-    /// Volume by which a node is tested: its `box`, the `sphere` around it (as in the paper), the `outline` of the box, or
-    /// its eight `corners` in one shadow. `corners-apart` tests each corner in any shadow (the paper's figure 14, on the
-    /// left: not conservative).
+    /// Volume by which a node is tested: its `box`, the `sphere` around it (as in the paper), the `outline` of the box,
+    /// or its eight `corners` in one shadow. `corners-apart` lets each corner be in a different shadow (left part of
+    /// the paper's figure 14; not conservative).
     #[arg(long, alias = "test", default_value = "box", value_parser = ["box", "sphere", "outline", "corners", CORNERS_APART])]
     node_test: String,
     /// Score of an occluder: the `solid-angle` of its part in the picture, or equation (1) of the `paper`.
@@ -173,7 +173,7 @@ pub(super) struct VerifyArgs {
     reading: ReadArgs,
 }
 
-/// The node test of the paper's figure 14, on the left.
+/// Name of the node test in the left part of the paper's figure 14.
 const CORNERS_APART: &str = "corners-apart";
 
 fn pixels(text: &str) -> Result<(u32, u32), String> {
@@ -194,7 +194,7 @@ impl VerifyArgs {
         named.unwrap_or(NodeTest::Corners)
     }
 
-    /// Adds the methods that are as the paper has them, and wrong.
+    /// Adds the wrong methods in the form that the paper has them.
     fn add_literal(&self, verifier: &mut Verifier) {
         let apart = self.tests_corners_apart();
         for method in self.methods().into_iter().filter(|method| method.capless || apart) {
@@ -312,7 +312,7 @@ struct Verified<'a> {
 fn config(args: &VerifyArgs) -> VerifyConfig {
     let grouping = if args.grouping == "single" { Grouping::Single } else { Grouping::Patches };
     let methods = args.methods();
-    // What is not a method of its own is added later.
+    // The other methods are added later.
     let methods = methods.iter().filter(|method| !method.capless && !args.tests_corners_apart());
     let methods = methods.map(|method| method.occlusion);
     let kinds = methods.filter(|occlusion| Method::CULLERS.contains(occlusion));
@@ -335,7 +335,7 @@ fn config(args: &VerifyArgs) -> VerifyConfig {
     }
 }
 
-/// Verifies one view, with all methods.
+/// Verifies one view with all methods.
 fn look(
     verifier: &mut Verifier,
     drawn: &mut Option<DrawnTrials>,
@@ -350,7 +350,7 @@ fn look(
     Ok(())
 }
 
-/// Plays a session and verifies its views; returns the verifier, the drawn trials, and the number of polygons.
+/// Plays a session and verifies its views. Returns the verifier, the drawn trials, and the number of polygons.
 fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<DrawnTrials>, u64)> {
     let mut source = Source::open(file, &args.reading)?;
     let (summary, _, read) = summarize(&mut source, args.pace);

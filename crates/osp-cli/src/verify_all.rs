@@ -1,4 +1,4 @@
-//! `osp verify --all`: every session of folders, and a table of all of them.
+//! `osp verify --all`: verifies every session in folders, and makes a table of all of them.
 
 use std::{
     io::Read,
@@ -17,7 +17,7 @@ use osp_lab::{
 };
 use osp_session::{atomic_file::is_unfinished, output_file::STUDY_START, recording::looks_like_session};
 
-/// Bytes at the beginning of a file by which a session is detected.
+/// Number of bytes at the beginning of a file by which a session is detected.
 const START_BYTES: u64 = 4096;
 
 /// One of several parts of the sessions, `K/N`.
@@ -49,11 +49,12 @@ impl FromStr for Part {
     }
 }
 
-/// The sessions that are named, and those of the folders that are, sorted by path; of these a part.
+/// Returns the named sessions and the sessions in the named folders, sorted by path. Leaves out the sessions of other
+/// parts.
 pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for path in paths {
-        // A name that leads nowhere is a slip of the keyboard, not a damaged session.
+        // A name that leads nowhere is a typing error, not a damaged session.
         std::fs::metadata(path).with_context(|| path.display().to_string())?;
         if !path.is_dir() || looks_like_session(path, &[]) {
             found.push(path.clone());
@@ -63,7 +64,7 @@ pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<Path
         while let Some(entry) = walk.next() {
             let entry = match entry {
                 Ok(entry) => entry,
-                // Whoever reads it says why that fails.
+                // The reader of the session reports the error.
                 Err(error) => {
                     found.extend(error.path().map(Path::to_owned));
                     continue;
@@ -88,7 +89,7 @@ pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<Path
     Ok(found.into_iter().enumerate().filter(|(place, _)| part.holds(*place)).map(|(_, path)| path).collect())
 }
 
-/// The path of a session below the folder that was named.
+/// Returns the path of a session relative to the named folder.
 pub(super) fn name_in(paths: &[PathBuf], session: &Path) -> String {
     let below = paths.iter().filter(|path| path.is_dir()).find_map(|path| session.strip_prefix(path).ok());
     let below = below.filter(|below| !below.as_os_str().is_empty());
@@ -99,18 +100,18 @@ fn join(paths: &[PathBuf]) -> String {
     paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
-/// A file that cannot be read counts as a session, so that the one who reads it says why.
+/// Whether a file looks like a session. A file that cannot be read counts as one, so that its reader reports the error.
 fn begins_like_session(path: &Path) -> bool {
     let mut start = Vec::new();
     let read = std::fs::File::open(path).and_then(|file| file.take(START_BYTES).read_to_end(&mut start));
-    // A file of `osp study` is JSON, too, but no session.
+    // A file of `osp study` is also JSON, but no session.
     read.is_err() || (looks_like_session(path, &start) && !start.starts_with(STUDY_START))
 }
 
 const PART: &str = "verify-all";
 const ALL: &str = "all sessions";
 
-/// The results of all sessions, a line each.
+/// The results of all sessions, one line each.
 #[derive(Default)]
 pub(super) struct Overview {
     rows: Rows,
@@ -121,7 +122,7 @@ pub(super) struct Overview {
 }
 
 impl Overview {
-    /// Takes the results of a session.
+    /// Adds the results of a session.
     pub(super) fn add(&mut self, name: &str, polygons: u64, verifier: &Verifier) {
         let views = verifier.views();
         let mean = |sum: u64| sum as f64 / views.views.max(1) as f64;

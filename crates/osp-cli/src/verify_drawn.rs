@@ -1,4 +1,4 @@
-//! `osp verify --occlusion hzb`: the share of the hidden polygons that a method finds while drawing.
+//! `osp verify --occlusion hzb`: measures the share of the hidden polygons that a method finds while drawing.
 
 use std::{collections::HashSet, sync::Arc};
 
@@ -18,13 +18,13 @@ use osp_session::scene::Scene;
 
 const PART: &str = "verify-drawn";
 
-/// One method over all views so far.
+/// Results of one method over all views so far.
 struct Trial {
     name: &'static str,
     drawer: Offscreen,
     totals: Totals,
     counts: DrawnCounts,
-    /// Sums over the views of the medians of their frames, and of the means.
+    /// Sum over the views of the medians of their frames, and sum of their means.
     draw_ns: u64,
     draw_mean_ns: u64,
     passes: PassTimes,
@@ -33,12 +33,12 @@ struct Trial {
     times: Vec<DrawTimes>,
 }
 
-/// The result of a frame without culling.
+/// Returns the result of a frame without culling.
 fn all_drawn(in_view: usize) -> DrawnCounts {
     DrawnCounts { in_view: in_view as u64, second_pass: in_view as u64, ..DrawnCounts::default() }
 }
 
-/// The median.
+/// Returns the median.
 fn median(values: impl Iterator<Item = u64>) -> u64 {
     let mut values: Vec<u64> = values.collect();
     values.sort_unstable();
@@ -46,14 +46,14 @@ fn median(values: impl Iterator<Item = u64>) -> u64 {
 }
 
 impl Trial {
-    /// The polygons of these that the last frame drew.
+    /// Returns those of the polygons that the last frame drew.
     fn drawn(&self, scene: &Scene, ids: &[PolygonId]) -> anyhow::Result<DrawList> {
         let mut drawn = DrawList::new();
         match self.drawer.drawn()? {
             None => drawn.extend_from_slice(ids),
             Some(opaque) => {
                 drawn.extend_from_slice(&opaque);
-                // The drawer does not say which transparent polygons it left out.
+                // The drawer does not report the transparent polygons that it left out.
                 let is_transparent = |id: &&_| scene.stroke_of(**id).color().3 < 1.0;
                 let mut others: Vec<_> = ids.iter().filter(is_transparent).copied().collect();
                 let listed: HashSet<_> = opaque.iter().collect();
@@ -81,7 +81,7 @@ impl Trial {
     }
 }
 
-/// Draws each view with every method, and without.
+/// Draws each view with every method, and without culling.
 pub(super) struct DrawnTrials {
     trials: Vec<Trial>,
     size: Size,
@@ -90,7 +90,7 @@ pub(super) struct DrawnTrials {
 }
 
 impl DrawnTrials {
-    /// A trial for each method that culls while drawing; `None` if there is no such method.
+    /// Creates a trial for each method that culls while drawing. `None` if there is no such method.
     pub(super) fn new(methods: &[NamedMethod], size: Size, at_rest: AtRest) -> anyhow::Result<Option<Self>> {
         let drawn: Vec<_> = methods.iter().copied().filter(NamedMethod::is_drawn).collect();
         if drawn.is_empty() {
@@ -98,7 +98,7 @@ impl DrawnTrials {
         }
         let gpu = Arc::new(Gpu::headless()?);
         let mut trials = Vec::new();
-        // The picture without culling comes first: all others are compared with it.
+        // The picture without culling comes first, because all others are compared with it.
         for method in std::iter::once(NamedMethod::new(Method::NONE)).chain(drawn) {
             let NamedMethod { name, occlusion, .. } = method;
             let mut drawer =
@@ -119,7 +119,7 @@ impl DrawnTrials {
         Ok(Some(Self { trials, size, at_rest, adapter: gpu.name() }))
     }
 
-    /// Follows the scene by one frame's changes.
+    /// Applies the changes of one frame.
     pub(super) fn follow(&mut self, changes: &[Change]) {
         for trial in &mut self.trials {
             trial.drawer.follow(changes);
@@ -132,7 +132,7 @@ impl DrawnTrials {
         let polygons: VisibleBlocks = ids.iter().copied().collect();
         let mut whole = None;
         for frame in 0..self.at_rest.settle + self.at_rest.frames {
-            // In turns, so that whatever else the machine does falls on all.
+            // The trials take turns, so that other work of the machine affects all of them.
             for trial in &mut self.trials {
                 let times = trial.drawer.draw(scene, view, &[Layer::plain(&polygons)])?;
                 let picture = trial.drawer.image()?;

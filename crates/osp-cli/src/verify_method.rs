@@ -8,10 +8,10 @@ use osp_lab::Method;
 use osp_render::{HzbBound, HzbConfig, HzbFine, HzbGroup};
 use osp_rivals::RivalOcclusion;
 
-/// The paper's tree as it is printed.
+/// The paper's tree exactly as printed.
 const CAPLESS: &str = "msvbsp-paper-capless";
 
-/// Names of depth pyramids with their settings.
+/// Names of depth pyramids, with their settings.
 const PYRAMIDS: [&str; 9] =
     ["hzb", "hzb-16", "hzb-4", "hzb-1", "hzb-16-box", "hzb-4-box", "hzb-1-box", "hzb-16-fine", "hzb-4-fine"];
 
@@ -20,7 +20,7 @@ const PYRAMIDS: [&str; 9] =
 pub(super) struct NamedMethod {
     pub(super) name: &'static str,
     pub(super) occlusion: Method,
-    /// Whether it is the paper's tree without caps, which is no method of its own.
+    /// Whether this is the paper's tree without caps, which is not a separate method.
     pub(super) capless: bool,
 }
 
@@ -35,7 +35,7 @@ impl NamedMethod {
         methods.map(Self::new).collect()
     }
 
-    /// Whether it culls while drawing.
+    /// Whether the method culls while drawing.
     pub(super) fn is_drawn(&self) -> bool {
         self.occlusion.is_while_drawing() || self.occlusion == Occlusion::Auto.into()
     }
@@ -49,7 +49,7 @@ impl NamedMethod {
         methods.chain([capless]).chain(drawn)
     }
 
-    /// The settings of a depth pyramid with this name: `hzb-GROUP-HOW`.
+    /// Returns the settings of a depth pyramid with this name, `hzb-GROUP-HOW`.
     #[cfg(feature = "render")]
     pub(super) fn hzb(&self) -> HzbConfig {
         let mut parts = self.name.split('-').skip(1);

@@ -1,4 +1,4 @@
-//! Stands for `verify_drawn` in a build that cannot draw: it refuses the methods that cull while drawing.
+//! Replaces `verify_drawn` in a build that cannot draw. It refuses the methods that cull while drawing.
 
 use super::{
     built::{self, Feature},

@@ -1,9 +1,9 @@
 use std::sync::LazyLock;
 
-/// The commit that the program was built from; `-dirty` if something was changed since.
+/// The commit from which the program was built, with `-dirty` if there were changes.
 pub(super) const COMMIT: Option<&str> = option_env!("OSP_COMMIT");
 
-/// Version, commit and features, as `osp --version` prints them.
+/// Version, commit and features, in the form of `osp --version`.
 pub(super) static VERSION: LazyLock<String> = LazyLock::new(|| {
     let features: Vec<&str> = [
         ("bench", cfg!(feature = "bench")),

@@ -1,4 +1,4 @@
-//! `osp wall`: a wall of several machines that show one moment of one shared session.
+//! `osp wall`: a wall of several machines that show the same moment of a shared session.
 
 use std::{
     sync::{
@@ -135,7 +135,7 @@ impl WallArgs {
     }
 }
 
-/// A node that shows nothing.
+/// Runs a node that shows nothing.
 fn answer(
     address: &Address,
     options: &NodeOptions,
@@ -155,7 +155,7 @@ fn answer(
     Ok(node.counts())
 }
 
-/// The head that a tracker in the hub's room sees.
+/// The head, from a tracker in the hub's room.
 #[derive(Debug)]
 struct TrackedHead {
     #[cfg(feature = "window")]
@@ -164,7 +164,7 @@ struct TrackedHead {
     rig: Rig,
     head: (Vec3, Quat),
     heard: Instant,
-    /// Whether silence was reported.
+    /// Whether the lack of messages has been reported.
     is_missed: bool,
 }
 
@@ -184,7 +184,7 @@ impl TrackedHead {
         Ok(None)
     }
 
-    /// In the room.
+    /// Returns the current pose in the room.
     fn now(&mut self) -> (Vec3, Quat) {
         #[cfg(feature = "window")]
         while let Some(message) = self.tracker.take() {
@@ -197,7 +197,7 @@ impl TrackedHead {
         self.head
     }
 
-    /// A new message about the tracker, if any.
+    /// Returns a new message about the tracker, if any.
     fn news(&mut self) -> Option<&'static str> {
         let is_missed = self.heard.elapsed() > Duration::from_secs(1);
         let is_new = std::mem::replace(&mut self.is_missed, is_missed) != is_missed;

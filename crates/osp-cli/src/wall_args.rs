@@ -10,12 +10,12 @@ use super::{
 };
 use osp_session::replay::RoomMotion;
 
-/// Show a shared session on a wall of several machines, each frame on all screens at once.
+/// Show a shared session on a wall of several machines, with each frame on all screens at once.
 ///
 /// A hub chooses the moment of the session, and a node on each machine shows it on one screen of the rig. The hub waits
-/// until every node that is in has drawn a frame, then has all of them show it. It has the model, too, and names a node that
-/// shows something else. A node that misses three frames in a row is out: the hub no longer waits for it, until it has
-/// answered 20 frames in time.
+/// until every active node has drawn a frame, then makes all of them show it. The hub also has the model, and names a
+/// node that shows something else. A node that misses three frames in a row becomes inactive: the hub no longer waits
+/// for it, until it has answered 20 frames in time.
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -39,10 +39,10 @@ pub(super) struct WallArgs {
     #[command(subcommand)]
     pub(super) what: Option<What>,
     /// The session: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME.
-    // Parsed later: what is wrong with it is said without the password in it.
+    // This is parsed later, so that an error message about it does not contain the password.
     #[arg(value_name = "ADDRESS", required = true)]
     pub(super) address: Option<String>,
-    /// Be the hub, which chooses what is shown, and when.
+    /// Be the hub, which chooses the content and time of each frame.
     #[arg(long, required_unless_present = "node", conflicts_with = "node")]
     pub(super) hub: bool,
     /// Be a node: show this screen of the rig.
@@ -50,23 +50,23 @@ pub(super) struct WallArgs {
     pub(super) node: Option<String>,
     #[command(flatten)]
     pub(super) rig: RigArgs,
-    /// Motion of the hub's room. `follows`: it goes along with the head of the session's artist. `stands`: the room's space is
-    /// the world's, and the artist's head walks in it. With --tracker it stands.
+    /// Motion of the hub's room. `follows`: the room moves with the head of the session's artist. `stands`: the room's
+    /// space is the world's, and the artist's head moves in it. With --tracker the room stands.
     #[arg(long, value_name = "HOW", default_value = "follows", conflicts_with = "node", value_parser = room_parser())]
     pub(super) room: RoomMotion,
-    /// Most frames a second of the hub.
+    /// Largest frame rate of the hub.
     #[arg(long, default_value_t = 90.0, value_name = "FRAMES", conflicts_with = "node", value_parser = rate)]
     pub(super) rate: f64,
-    /// The longest that a frame waits for a node, milliseconds: a node that takes longer is left out, so that it does not slow
-    /// the others down.
+    /// Longest time that a frame waits for a node, milliseconds. The hub does not wait longer for a slow node, so that
+    /// it does not delay the others.
     #[arg(long, default_value_t = 1000.0, value_name = "MS", conflicts_with = "node", value_parser = patience)]
     pub(super) patience: f64,
     #[command(flatten)]
     pub(super) tracker: TrackerArgs,
-    /// A node that draws nothing: it culls its screen's views and answers.
+    /// Be a node that draws nothing: it culls its screen's views and answers.
     #[arg(long, conflicts_with = "hub")]
     pub(super) headless: bool,
-    /// End after so many seconds.
+    /// End after this many seconds.
     #[arg(long = "for", value_name = "SECS", value_parser = numbers::seconds)]
     pub(super) for_secs: Option<f64>,
     #[command(flatten)]
@@ -78,15 +78,15 @@ pub(super) struct WallArgs {
 pub(super) struct WayArgs {
     #[command(flatten)]
     pub(super) server: ServerArgs,
-    /// Print what there was as one JSON object.
+    /// Print the summary as one JSON object.
     #[arg(long)]
     pub(super) json: bool,
 }
 
 #[derive(Subcommand, Debug)]
 pub(super) enum What {
-    /// Print the nodes, frames a second, skew and lag of a wall. The exit code is 1 if a screen has no active node, or
-    /// one that differs from the hub.
+    /// Print the nodes, frame rate, skew and lag of a wall. The exit code is 1 if a screen has no active node, or one
+    /// that differs from the hub.
     Status {
         /// The session.
         #[arg(value_name = "ADDRESS")]

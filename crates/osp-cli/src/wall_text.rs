@@ -15,7 +15,7 @@ fn times(times: &Times) -> String {
     format!("p50 {}, p99 {}, longest {} ms", ms(*p50_us), ms(*p99_us), ms(*max_us))
 }
 
-/// The table of a wall.
+/// Returns the table of a wall.
 pub(super) fn text(report: &WallReport) -> String {
     let mut lines = vec![format!(
         "{} on {}: {:.1} frames a second (at most {}), {} frames; {} events, {} polygons",
@@ -28,11 +28,14 @@ pub(super) fn text(report: &WallReport) -> String {
         thousands(report.polygons),
     )];
     lines.extend(report.trouble.as_deref().map(|trouble| one_line(trouble).into_owned()));
-    lines.push(format!("frame (from the hub's word to the swap): {}", times(&report.frame)));
+    lines.push(format!("frame (from the hub's message to the swap): {}", times(&report.frame)));
     lines.push(format!("between two swaps: {}", times(&report.period)));
-    lines.push(format!("skew (first to last word of a node that it shows a frame): {}", times(&report.skew)));
+    lines.push(format!(
+        "skew (from the first to the last node that reports a frame): {}",
+        times(&report.skew)
+    ));
     if report.garbage > 0 {
-        lines.push(format!("{} messages were no messages of a wall", thousands(report.garbage)));
+        lines.push(format!("{} messages did not belong to a wall", thousands(report.garbage)));
     }
     let mut table = columns_table();
     table.set_header([
@@ -80,7 +83,7 @@ fn row(node: &NodeReport) -> [String; 9] {
     ]
 }
 
-/// The final report of a node.
+/// Returns the final report of a node.
 pub(super) fn counts_text(counts: &NodeCounts) -> String {
     format!("{} frames, {} events of the session", thousands(counts.frames), thousands(counts.events))
 }

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::numbers;
 
-/// The other options of a replay are about sessions that are played, not about finished ones.
+/// Options of a replay that apply to sessions that are played, not to a world.
 const NOT_OF_WORLDS: [&str; 15] = [
     "index",
     "budget",
@@ -28,16 +28,16 @@ const NOT_OF_WORLDS: [&str; 15] = [
 /// A world in place of sessions.
 #[derive(Args, Clone, Debug)]
 pub(super) struct WorldArgs {
-    /// Fly through a world that `osp pack` has made, instead of playing sessions: a folder, or (feature `worlds-cloud`) an
-    /// http://, https:// or s3:// address. The other options that apply are --camera, --pace, --csv, --json and those of
-    /// worlds.
+    /// Fly through a world that `osp pack` has made, instead of playing sessions: a folder, or (feature `worlds-cloud`)
+    /// an http://, https:// or s3:// address. The only other options that apply are --camera, --pace, --csv, --json and
+    /// the options of worlds.
     #[arg(long, value_name = "DIR|URL", conflicts_with_all = NOT_OF_WORLDS)]
     pub(super) world: Option<String>,
     /// With --world: bytes that blocks may take in memory; k, M and G stand for 2^10, 2^20 and 2^30.
     #[arg(long, value_name = "BYTES", default_value = "1G", requires = "world", value_parser = numbers::bytes)]
     pub(super) memory: u64,
-    /// With --world: wait in each frame for all blocks that are in view, so that the fingerprint is that of the same sessions in
-    /// memory. Without it, a frame continues without them and counts them.
+    /// With --world: wait in each frame for all blocks in view, so that the fingerprint is that of the same sessions in
+    /// memory. Without it, a frame continues without the missing blocks and counts them.
     #[arg(long, requires = "world")]
     pub(super) wait: bool,
     /// With --world: fly along the recorded head path of this session, cut into frames by --pace.
@@ -46,20 +46,20 @@ pub(super) struct WorldArgs {
     /// With --world: number of frames [default: 900, with --path all].
     #[arg(long, value_name = "N", requires = "world", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     pub(super) frames: Option<u64>,
-    /// With --world: seed of the flight that is made up if there is no --path and no other --camera.
+    /// With --world: seed of the synthetic flight, which is used if there is no --path and no other --camera.
     #[arg(long, value_name = "S", default_value_t = 1, requires = "world", conflicts_with = "path")]
     pub(super) seed: u64,
     /// With --world: distance of this flight in a second of 90 frames, metres [default: the world's longest side in 10
     /// s].
     #[arg(long, value_name = "METRES", requires = "world", conflicts_with = "path", value_parser = numbers::metres)]
     pub(super) speed: Option<f32>,
-    /// With --world: limit of the view, metres [default: everything].
+    /// With --world: greatest distance of visible polygons, metres [default: unlimited].
     #[arg(long, value_name = "METRES", requires = "world", value_parser = numbers::metres)]
     pub(super) far: Option<f32>,
-    /// With --world: load what is in view so many frames later, too; 0: nothing ahead.
+    /// With --world: also load the blocks that will be in view up to this many frames later; 0 loads nothing ahead.
     #[arg(long, value_name = "FRAMES", default_value_t = 30, requires = "world", value_parser = clap::value_parser!(u16).range(..=900))]
     pub(super) prefetch: u16,
-    /// With --world: frames a second; 0: each begins when the one before has ended, as with --wait.
+    /// With --world: frames a second; 0 starts each frame when the one before has ended, also the case with --wait.
     #[arg(long, value_name = "N", default_value_t = 90, requires = "world", conflicts_with = "wait", value_parser = clap::value_parser!(u16).range(..=1000))]
     pub(super) rate: u16,
     /// With --world: number of threads that load blocks.
@@ -68,7 +68,7 @@ pub(super) struct WorldArgs {
 }
 
 impl WorldArgs {
-    /// No world.
+    /// Returns the arguments without a world.
     pub(super) fn none() -> Self {
         Self {
             world: None,
@@ -85,13 +85,13 @@ impl WorldArgs {
         }
     }
 
-    /// The folder of the world, if it is in one.
+    /// Returns the folder of the world, if it is in one.
     pub(super) fn folder(&self) -> Option<PathBuf> {
         self.world.as_ref().filter(|world| !world.contains("://")).map(PathBuf::from)
     }
 }
 
-/// The last part of the address.
+/// Returns the last part of the address.
 #[cfg(feature = "worlds")]
 pub(super) fn world_name(address: &str) -> String {
     address.trim_end_matches('/').rsplit('/').next().unwrap_or(address).to_owned()

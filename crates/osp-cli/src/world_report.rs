@@ -15,7 +15,7 @@ use osp_lab::{
 use osp_net::world::{Frame, WalkCounts, World};
 use osp_session::replay::SessionFingerprint;
 
-/// Longer frames count as so long, nanoseconds: an hour.
+/// Longer frames count as this long, in nanoseconds: an hour.
 const LONGEST_NS: u64 = 3_600_000_000_000;
 
 /// The figures of a flight.
@@ -29,7 +29,7 @@ pub(super) struct WorldReport {
     sources: Vec<String>,
     map_bytes: u64,
     frames: u64,
-    /// Nanoseconds.
+    /// Times in nanoseconds.
     work: Histogram<u64>,
     visible: u64,
     in_view: u64,
@@ -90,7 +90,7 @@ impl WorldReport {
         }
     }
 
-    /// A line of the table.
+    /// Returns a line of the table.
     pub(super) fn line(world: &str, frame: &Frame) -> String {
         let name = csv_cell(world);
         format!(
@@ -131,7 +131,7 @@ impl WorldReport {
         sum as f64 / self.frames.max(1) as f64
     }
 
-    /// The fingerprint of all frames; none where a frame went on without something.
+    /// Returns the fingerprint of all frames. `None` if some frame had missing blocks.
     fn fingerprint(&self) -> Option<String> {
         (self.missing.frames == 0).then(|| format!("{:016x}", self.fingerprint.value()))
     }

@@ -1,18 +1,18 @@
-//! Measures work that takes less than 50 steps of the clock over several runs at once.
+//! Measures short work (less than 50 steps of the clock) over several runs at once.
 
 use std::sync::OnceLock;
 
 use osp::frame::shortest_step_ns;
 use osp_session::platform::time::Instant;
 
-/// A measurement of repeatable work lasts at least so many steps of the clock. Its error is then at most 2 %.
+/// Smallest duration of a measurement of repeatable work, in steps of the clock. The error is then at most 2 %.
 pub(super) const RESOLUTIONS: f64 = 50.0;
-/// Most runs in one measurement.
+/// Largest number of runs in one measurement.
 const MOST_RUNS: f64 = 10_000.0;
 /// Number of steps that are measured to find the resolution.
 const STEPS: u32 = 1000;
 
-/// Resolution of this machine's clock, nanoseconds: the least time between two different readings.
+/// Resolution of this machine's clock, nanoseconds: the smallest difference between two readings.
 pub(super) fn resolution_ns() -> u64 {
     static FOUND: OnceLock<u64> = OnceLock::new();
     *FOUND.get_or_init(|| {
@@ -21,7 +21,7 @@ pub(super) fn resolution_ns() -> u64 {
     })
 }
 
-/// Resolution of any clock in nanoseconds. For a clock that stands still it is one millisecond.
+/// Resolution of a clock, nanoseconds. For a clock that stands still it is one millisecond.
 fn resolution_of(now_ns: impl FnMut() -> u64) -> u64 {
     match shortest_step_ns(STEPS, now_ns) {
         0 => 1_000_000,
@@ -65,7 +65,7 @@ mod tests {
                 assert!(off.abs() <= 0.021, "{run_ns} ns, steps of {step_ns}: {off}");
             }
         }
-        // One run alone would be far off.
+        // A single run would give a large error.
         assert!(measured_ns(33.0, 100, 0.0, 1) < 1.0);
         assert_eq!(runs_for(0.0, 100), 500);
     }
@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn the_resolution_is_the_least_step() {
         let time_ns = Cell::new(0u64);
-        // Every reading takes 7 ns, and the clock shows whole hundreds.
+        // Every reading takes 7 ns, and the clock shows only multiples of 100.
         let now = || {
             time_ns.set(time_ns.get() + 7);
             time_ns.get() / 100 * 100

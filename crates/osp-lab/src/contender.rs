@@ -8,7 +8,7 @@ use osp_rivals::PeerKind;
 pub enum Contender {
     /// One of this project.
     Own(IndexKind),
-    /// Another crate's.
+    /// A structure of another crate.
     #[cfg(feature = "peers")]
     Peer(PeerKind),
 }
@@ -18,7 +18,7 @@ impl Contender {
     pub const PEERS: [&'static str; 6] =
         ["parry3d", "parry3d-rebuilt", "obvhs", "obvhs-rebuilt", "rstar", "bvh-crate"];
 
-    /// All of them, our own first.
+    /// All contenders, those of this project first.
     pub fn all() -> Vec<Self> {
         let own = IndexKind::ALL.iter().copied().map(Self::Own);
         #[cfg(feature = "peers")]
@@ -28,7 +28,7 @@ impl Contender {
         all.collect()
     }
 
-    /// Its name on the command line and in tables.
+    /// The contender's name on the command line and in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Own(kind) => kind.name(),

@@ -1,9 +1,9 @@
 //! Slow and exact references, benchmarks and reports for osp.
 //!
-//! [`oracle`] finds the visible polygons. [`verify`] compares culling with it on the models of [`scenes`]. [`literal`] is
-//! the paper's own method where that is wrong. [`pvs`] samples potentially visible sets. [`mod@bench`] compares structures
-//! (feature `bench`). [`report`] makes tables, pages and charts. This crate may depend on all others except `osp-net`,
-//! `osp-app` and `osp-cli`.
+//! [`oracle`] finds the visible polygons. [`verify`] compares occlusion culling with the oracle on the models of
+//! [`scenes`]. [`literal`] has the paper's rules that cull visible polygons. [`pvs`] samples potentially visible sets.
+//! [`mod@bench`] compares structures (feature `bench`). [`report`] makes tables, pages and charts. This crate may
+//! depend on all others except `osp-net`, `osp-app` and `osp-cli`.
 
 #[cfg(feature = "bench")]
 pub mod bench;

@@ -1,5 +1,5 @@
-//! The rules of the OSP paper for occlusion culling, to the letter, where they cull visible polygons. For comparisons
-//! only: nothing here can be chosen as a method of culling.
+//! The OSP paper's rules of occlusion culling that cull visible polygons, implemented literally. For comparisons only:
+//! they cannot be selected as a culling method.
 
 use osp::{
     math::{Aabb, Sphere},
@@ -10,13 +10,13 @@ use osp::{
 };
 use osp_rivals::occlusion::{MsvbspPaper, PaperCaps};
 
-/// The paper's tree without caps: volumes between the eye and an occluder count as hidden, too.
+/// The paper's tree without caps: volumes between the eye and an occluder also count as hidden.
 pub fn msvbsp_without_caps(occluders: usize) -> Box<dyn OcclusionCuller> {
     Box::new(MsvbspPaper::new(PaperCaps::None, node_budget(occluders)))
 }
 
-/// A method of occlusion culling that tests a box by its eight corners one by one (Fig. 14, on the left): hidden if each of
-/// them is, whichever occluder hides it. Between two of them the box may be in plain sight.
+/// A culler that tests a box by its eight corners separately (Fig. 14, on the left). The box counts as hidden if each
+/// corner is hidden, even by different occluders. Between two corners the box may be visible.
 pub struct CornersApart(Box<dyn OcclusionCuller>);
 
 impl CornersApart {

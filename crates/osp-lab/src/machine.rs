@@ -5,29 +5,29 @@ use serde::Serialize;
 use crate::clock::resolution_ns;
 use osp::index::Backend;
 
-/// The machine and the build of osp that measured the results.
+/// The machine, and the build of osp that measured the results.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Machine {
-    /// Name of the processor, as the system gives it.
+    /// Name of the processor, as reported by the system.
     pub processor: String,
-    /// Hardware threads that this process may use.
+    /// Number of hardware threads that this process may use.
     pub threads: usize,
     /// Operating system and architecture.
     pub system: String,
-    /// Instruction set of the box tests.
+    /// SIMD instruction set of the box tests.
     pub simd: String,
     /// Version of the program.
     pub version: String,
     /// Commit of the build; it ends in `-dirty` if the working tree had changes.
     pub commit: String,
-    /// The least time between two readings of the clock that differ, nanoseconds.
+    /// Resolution of the clock, the smallest difference between two readings, nanoseconds.
     pub clock_resolution_ns: u64,
     /// Whether the program was compiled with optimisation.
     pub optimized: bool,
 }
 
 impl Machine {
-    /// This machine, and the program that was built from `commit`.
+    /// The current machine, and the program built from `commit`.
     pub fn here(commit: Option<&str>) -> Self {
         Self {
             processor: processor().unwrap_or_else(|| "unknown".to_owned()),
@@ -61,7 +61,7 @@ impl Machine {
     }
 }
 
-/// The processor's name where the system keeps it in a file.
+/// The processor's name, if the system has it in `/proc/cpuinfo`.
 fn processor() -> Option<String> {
     let text = fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name") || line.starts_with("Model"))?;

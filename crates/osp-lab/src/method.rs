@@ -6,16 +6,16 @@ use osp::{
 use osp_render::GpuOcclusion;
 use osp_rivals::RivalOcclusion;
 
-/// Every method of occlusion culling that a frame can have: the culler's own, and those of the rivals and of the renderer.
+/// Every occlusion culling method of a frame: methods of the culler, of the rivals and of the renderer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Method {
-    /// The culler's own.
+    /// A method of the culler.
     Own(Occlusion),
-    /// One that the culler's own are compared with.
+    /// A rival, for comparison with the culler's methods.
     Rival(RivalOcclusion),
-    /// While drawing, by a depth pyramid on the GPU; the CPU culls by the frustum only.
+    /// Hi-Z culling on the GPU while drawing, by a depth pyramid; the CPU culls only by the frustum.
     Hzb,
-    /// While drawing, by hardware occlusion queries; the CPU culls by the frustum only.
+    /// Hardware occlusion queries while drawing; the CPU culls only by the frustum.
     Queries,
 }
 
@@ -35,7 +35,7 @@ impl Method {
     /// Frustum culling alone.
     pub const NONE: Self = Self::Own(Occlusion::None);
 
-    /// The methods that build an [`OcclusionCuller`] from the largest occluders of each frame, and none.
+    /// The methods that build an [`OcclusionCuller`] from the largest occluders of each frame, and `none`.
     pub const CULLERS: &'static [Self] = &[
         Self::NONE,
         Self::Rival(RivalOcclusion::Frusta),
@@ -46,13 +46,13 @@ impl Method {
         Self::Rival(RivalOcclusion::DepthCenters),
     ];
 
-    /// All of them.
+    /// All methods.
     pub fn all() -> impl Iterator<Item = Self> + Clone {
         let others = [Occlusion::PreviousFrame, Occlusion::Auto].map(Self::Own).into_iter();
         Self::CULLERS.iter().copied().chain(others).chain([Self::Hzb, Self::Queries])
     }
 
-    /// Its name on the command line and in tables.
+    /// The method's name on the command line and in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Own(own) => own.name(),
@@ -67,13 +67,13 @@ impl Method {
         Self::all().find(|method| method.name() == name)
     }
 
-    /// The cullers that are conservative and hide something.
+    /// The methods that are conservative and cull polygons.
     pub fn conservative_cullers() -> Vec<Self> {
         let cullers = Self::CULLERS.iter().copied().filter(|method| *method != Self::NONE);
         cullers.filter(|method| method.soundness() == Soundness::Conservative).collect()
     }
 
-    /// Whether it never culls what is visible.
+    /// Whether the method never culls visible polygons.
     pub fn soundness(self) -> Soundness {
         match self {
             Self::Rival(_) => self.create(1).soundness(),
@@ -81,17 +81,17 @@ impl Method {
         }
     }
 
-    /// Whether only the renderer finds what is hidden: the CPU culls by the frustum alone.
+    /// Whether the renderer alone does the occlusion culling, so that the CPU culls only by the frustum.
     pub fn is_while_drawing(self) -> bool {
         matches!(self, Self::Hzb | Self::Queries)
     }
 
-    /// Whether [`Method::add_to`] adds something.
+    /// Whether [`Method::add_to`] adds a culler.
     pub fn is_on_cpu(self) -> bool {
         self != Self::NONE && !self.is_while_drawing()
     }
 
-    /// The culler of this method, with room for this many occluders ([`Occlusion::create`]).
+    /// The culler of this method, with capacity for `occluders` occluders ([`Occlusion::create`]).
     pub fn create(self, occluders: usize) -> Box<dyn OcclusionCuller> {
         match self {
             Self::Own(own) => own.create(occluders),
@@ -100,8 +100,8 @@ impl Method {
         }
     }
 
-    /// The pipeline with what this method does on the CPU, by these settings but for their choice. A method that culls while
-    /// drawing does nothing there.
+    /// The pipeline with this method's culling on the CPU. The settings are `config`, except for the choice of the
+    /// method. A method that culls while drawing does not change the pipeline.
     #[must_use]
     pub fn add_to(self, pipeline: Pipeline, config: PassConfig) -> Pipeline {
         match self {
@@ -113,7 +113,7 @@ impl Method {
         }
     }
 
-    /// Its method on the GPU, while drawing.
+    /// The method's culling on the GPU, while drawing.
     #[cfg(feature = "render")]
     pub fn while_drawing(self) -> GpuOcclusion {
         match self {

@@ -1,8 +1,9 @@
-//! The reference: the polygons that are really visible. Slow, exact up to sampling, independent of every culler.
+//! The reference: the polygons that are truly visible. It is slow, exact up to sampling, and independent of every
+//! culler.
 //!
-//! A polygon that owns a pixel of a buffer of polygon numbers is visible. At any resolution, polygons
-//! smaller than a pixel fall between the samples, so rays are cast at each polygon without a pixel: to points close
-//! to its corners, along its edges and in its middle. If no opaque polygon stops one of them, the polygon is visible.
+//! A polygon that owns a pixel of an id buffer is visible. At any resolution, polygons smaller than a pixel fall
+//! between the samples. So rays are cast at each polygon without a pixel: to points close to its corners, along its
+//! edges and in its middle. If no opaque polygon blocks one of these rays, the polygon is visible.
 
 use glam::DVec3;
 
@@ -13,21 +14,22 @@ use osp::{
     view::ViewWindow,
 };
 
-/// Largest distance at which a ray beside a triangle still meets it, as a sine: neighbours have no crack between them.
+/// Largest angle, as a sine, by which a ray may miss a triangle and still hit it, so that neighbours have no crack
+/// between them.
 const BORDER_SINE: f64 = 1.0e-10;
 
-/// A surface hides another if it is nearer by this part of the distance.
+/// Relative difference of the distances from which a nearer surface hides another.
 const NEARER: f64 = 1.0e-10;
 
-/// Pixels of a bin, each way.
+/// Width and height of a bin, pixels.
 const BIN: usize = 32;
 
 /// Resolution of the oracle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OracleConfig {
-    /// Pixels across.
+    /// Width, pixels.
     pub width: usize,
-    /// Pixels down.
+    /// Height, pixels.
     pub height: usize,
 }
 
@@ -41,35 +43,35 @@ impl Default for OracleConfig {
 /// A polygon that may be in view.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject {
-    /// Its number.
+    /// The polygon's id.
     pub id: PolygonId,
-    /// Its shape, world space. More than three corners are a fan around the first.
+    /// The polygon, world space. More than three corners are a fan around the first corner.
     pub polygon: ConvexPolygon,
-    /// The part of it that hides what is behind it, in its plane.
+    /// The part of the polygon that hides polygons behind it, in its plane.
     pub occluder: Option<ConvexPolygon>,
 }
 
 /// Whether a polygon is visible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sight {
-    /// Part of it is visible, or all.
+    /// A part of the polygon is visible.
     Visible,
-    /// None of it is visible, though part of it is in the window.
+    /// The polygon is fully hidden, though a part of it is in the window.
     Hidden,
-    /// It is not in the window, or seen exactly edge-on.
+    /// The polygon is not in the window, or is seen exactly edge-on.
     Outside,
 }
 
-/// A drawn triangle from the eye, cut off at the near plane.
+/// A triangle relative to the eye, clipped at the near plane.
 struct Facet {
     subject: u32,
-    /// Whether it hides what is behind it.
+    /// Whether the triangle hides polygons behind it.
     is_opaque: bool,
-    /// Inward normals of the sides, unit length.
+    /// Inward unit normals of the side planes through the eye.
     sides: [DVec3; 4],
     side_count: usize,
     corners: [DVec3; 4],
-    /// `normal . x = distance` on it.
+    /// The triangle's plane: `normal . x = distance`.
     normal: DVec3,
     distance: f64,
 }
@@ -80,7 +82,7 @@ impl Facet {
         let far = triangle.iter().map(|v| v.length()).fold(0.0, f64::max);
         let distance = normal.dot(triangle[0]);
         let (normal, distance) = if distance < 0.0 { (-normal, -distance) } else { (normal, distance) };
-        // NaN fails, too.
+        // A NaN fails the comparison, too.
         let has_a_face = distance > 1.0e-12 * far && far.is_finite();
         if !has_a_face {
             return None;
@@ -110,7 +112,7 @@ impl Facet {
         Some(Self { subject, is_opaque, sides, side_count: count, corners, normal, distance })
     }
 
-    /// The distance at which a ray from the eye along a unit direction hits it.
+    /// The distance at which a ray from the eye along a unit direction hits the triangle.
     fn meet(&self, direction: DVec3) -> Option<f64> {
         let inside = self.sides[..self.side_count].iter().all(|side| side.dot(direction) >= -BORDER_SINE);
         let along = self.normal.dot(direction);
@@ -118,20 +120,20 @@ impl Facet {
     }
 }
 
-/// The truth about one view.
+/// The visible polygons of one view.
 pub struct Oracle {
     window: ViewWindow,
     raster: Raster,
     width: usize,
     height: usize,
     facets: Vec<Facet>,
-    /// By subject: its facets lie one after the other.
+    /// Ranges of `facets` by subject.
     facets_of: Vec<std::ops::Range<u32>>,
     ids: Vec<PolygonId>,
-    /// By pixel: nearest opaque facet, and the reciprocal of its distance along the view.
+    /// By pixel: the nearest opaque facet, and the reciprocal of its distance along the view.
     owner: Vec<u32>,
     depth: Vec<f64>,
-    /// Opaque facets by bin, as one list.
+    /// Ranges of `binned`, the opaque facets, by bin.
     bins: Vec<std::ops::Range<u32>>,
     binned: Vec<u32>,
     sight: Vec<Sight>,
@@ -146,7 +148,7 @@ impl std::fmt::Debug for Oracle {
 }
 
 impl Oracle {
-    /// Finds which of these polygons are visible. O(pixels covered + polygons); tens of bytes a pixel.
+    /// Determines which of these polygons are visible. O(pixels covered + polygons) time; tens of bytes per pixel.
     pub fn new(
         window: &ViewWindow,
         subjects: impl IntoIterator<Item = Subject>,
@@ -190,12 +192,12 @@ impl Oracle {
         oracle
     }
 
-    /// The polygons, in the order given, each with whether it is visible.
+    /// The polygons in the given order, each with its visibility.
     pub fn answers(&self) -> impl Iterator<Item = (PolygonId, Sight)> + '_ {
         self.ids.iter().copied().zip(self.sight.iter().copied())
     }
 
-    /// The rows of pixels that a facet may touch, and of one row the pixels whose centres it covers.
+    /// The rows of pixels that a facet may touch.
     fn rows(&self, facet: &Facet) -> std::ops::Range<usize> {
         let ys = facet.corners[..facet.side_count].iter().map(|v| self.raster.project(*v).y);
         let (low, high) = ys.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
@@ -215,12 +217,12 @@ impl Oracle {
                 return 0..0;
             }
         }
-        // Saturates; a NaN becomes 0.
+        // The cast saturates; a NaN becomes 0.
         from as usize..to.max(0.0) as usize
     }
 
     fn draw(&mut self) {
-        // Twice: a transparent polygon owns no pixel, but is visible where no opaque polygon is nearer.
+        // Opaque facets first. A transparent polygon owns no pixel, but is visible if no opaque polygon is nearer.
         for pass in [true, false] {
             for i in 0..self.facets.len() {
                 let facet = &self.facets[i];
@@ -258,7 +260,7 @@ impl Oracle {
         }
     }
 
-    /// The bins that a facet's picture may touch.
+    /// The bins that a facet's projection may touch.
     fn bins_of(&self, facet: &Facet) -> (std::ops::RangeInclusive<usize>, std::ops::RangeInclusive<usize>) {
         let at = facet.corners[..facet.side_count].iter().map(|v| self.raster.project(*v));
         let (mut low, mut high) = (glam::DVec2::INFINITY, glam::DVec2::NEG_INFINITY);
@@ -350,7 +352,7 @@ impl Oracle {
             let facet = &self.facets[facet as usize];
             facet.subject != subject && facet.meet(direction).is_some_and(|t| t < distance * (1.0 - NEARER))
         };
-        // The owner of the pixel is tested first: it most likely stops the ray.
+        // The owner of the pixel is tested first, because it most likely blocks the ray.
         let owner = self.owner[py * self.width + px];
         if owner != NOBODY && stops(owner) {
             return true;

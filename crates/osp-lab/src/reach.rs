@@ -1,5 +1,5 @@
-//! The reference for the frustum: the polygons that reach into a view. In `f64` and relative to the eye, as things are
-//! drawn; by another method than [`View::frustum`], and without boxes.
+//! The reference for frustum culling: the polygons that intersect a view. Computed in `f64` relative to the eye, as in
+//! drawing; by another method than [`View::frustum`], and without boxes.
 
 use glam::{DMat3, DVec3};
 
@@ -10,12 +10,12 @@ use osp::{
 };
 use osp_session::scene::Scene;
 
-/// A view as six inequalities, which hold for every point that it shows.
+/// A view as six inequalities, which hold for every point in the view.
 #[derive(Clone, Copy, Debug)]
 pub struct Reach {
     eye_in_world: DVec3,
     view_from_world: DMat3,
-    /// In view space: a point `p` that is shown has `normal . p > distance` for each.
+    /// In view space: a point `p` in the view has `normal . p > distance` for each side.
     sides: [(DVec3, f64); 6],
 }
 
@@ -40,8 +40,8 @@ impl Reach {
         }
     }
 
-    /// Whether a point of a polygon lies in the view, not only on its border. More than three corners are a fan around
-    /// the first.
+    /// Whether a polygon has a point in the view, not only on its border. More than three corners are a fan around the
+    /// first corner.
     pub fn holds_part_of(&self, polygon: &ConvexPolygon) -> bool {
         let corners = polygon.vertices();
         corners[1..].windows(2).any(|pair| {
@@ -52,7 +52,8 @@ impl Reach {
         })
     }
 
-    /// Clips on its own, not by the crate's one routine: a reference has to find that one's mistakes, too.
+    /// The function has its own clipping instead of the crate's routine, because a reference must also find errors of
+    /// that routine.
     fn holds_part_of_triangle(&self, triangle: [DVec3; 3]) -> bool {
         let mut left = Corners { at: [DVec3::ZERO; MOST_CORNERS], count: 0 };
         triangle.into_iter().for_each(|p| left.push(p));
@@ -73,13 +74,13 @@ impl Reach {
     }
 }
 
-/// The part of a triangle that the sides of the view leave.
+/// The part of a triangle inside the view.
 struct Corners {
     at: [DVec3; MOST_CORNERS],
     count: usize,
 }
 
-/// Six sides add a corner each; rounding adds a few to a triangle that is nearly a line.
+/// Largest number of corners: each of six sides adds one; rounding adds a few to a triangle that is nearly a line.
 const MOST_CORNERS: usize = 12;
 
 impl Corners {
@@ -91,13 +92,13 @@ impl Corners {
     }
 }
 
-/// The polygons that reach into a view and are not among those that its frustum may see: none, as long as nothing is
-/// wrong with the frustum and the index. O(polygons of the scene).
+/// The polygons that intersect a view but are not in `in_view`, the result of frustum culling. The list is empty,
+/// unless the frustum or the index has an error. O(polygons of the scene).
 pub fn lost_polygons(scene: &Scene, view: &View, in_view: &[PolygonId]) -> Vec<PolygonId> {
     let mut is_in_view = vec![false; scene.polygon_count()];
     in_view.iter().for_each(|id| is_in_view[id.index()] = true);
     let reach = Reach::new(view);
-    // A polygon that is not finite cannot be drawn.
+    // A polygon with an infinite box cannot be drawn.
     let is_lost = |&id: &PolygonId| {
         !is_in_view[id.index()] && scene.bounds(id).is_valid() && reach.holds_part_of(&scene.polygon(id))
     };

@@ -1,12 +1,12 @@
-//! Scenes on which methods of occlusion culling are compared: tests, benches and `osp verify` share them.
+//! Test scenes for the comparison of occlusion culling methods. Tests, benchmarks and `osp verify` share them.
 //!
-//! Each is a session of events: first the model, then head poses, which are the views.
+//! Each scene is a session of events: first the model, then head poses, which are the views.
 
 use glam::{DVec3, Quat, Vec3};
 
 use osp_session::recording::{Author, Event, NormalRule, StrokeId, Tool};
 
-/// Head poses of a scene.
+/// Number of head poses of a scene.
 const VIEWS: usize = 24;
 
 /// The scenes by name.
@@ -14,19 +14,19 @@ const VIEWS: usize = 24;
 pub enum TestScene {
     /// Nine furnished rooms with doors, seen from inside: a few large walls hide nearly everything.
     Rooms,
-    /// Upright panels in a hall full of small things: panels hide parts, together more than alone.
+    /// Upright panels in a hall full of small objects: each panel hides a part, and several together hide more.
     Panels,
-    /// Ribbons 4 cm wide in a 4 m cube, seen from outside: hardly anything is large enough to hide another.
+    /// Ribbons 4 cm wide in a 4 m cube, seen from outside: hardly any ribbon is large enough to hide another.
     NarrowRibbons,
     /// Ribbons 20 cm wide.
     WideRibbons,
 }
 
 impl TestScene {
-    /// All of them.
+    /// All scenes.
     pub const ALL: &'static [Self] = &[Self::Rooms, Self::Panels, Self::NarrowRibbons, Self::WideRibbons];
 
-    /// Its name on the command line.
+    /// The scene's name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rooms => "rooms",
@@ -41,7 +41,7 @@ impl TestScene {
         Self::ALL.iter().copied().find(|scene| scene.name() == name)
     }
 
-    /// Its events: about 5,000 to 20,000 polygons, then the head poses. Always the same.
+    /// The scene's events: about 5,000 to 20,000 polygons, then the head poses. They are always the same.
     pub fn events(self) -> Vec<Event> {
         let mut scene = Builder { events: Vec::new(), random: Random(1), strokes: 0 };
         match self {
@@ -54,7 +54,7 @@ impl TestScene {
     }
 }
 
-/// Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014.
+/// The SplitMix64 generator: Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014.
 pub(super) struct Random(u64);
 
 impl Random {
@@ -102,7 +102,7 @@ impl Builder {
         self.events.push(Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color });
     }
 
-    /// A rectangle from a corner along two edges.
+    /// A rectangle, from one corner along two edges.
     fn sheet(&mut self, corner: DVec3, u: DVec3, v: DVec3) {
         self.quad([corner, corner + u, corner + u + v, corner + v]);
     }
@@ -117,7 +117,7 @@ impl Builder {
         }
     }
 
-    /// Looks from `eye` into a direction, +y up.
+    /// Adds a head pose at `eye` that looks in a direction, +y up.
     fn look(&mut self, eye: DVec3, direction: DVec3) {
         let back = -direction.normalize().as_vec3();
         let right = Vec3::Y.cross(back).normalize();

@@ -1,5 +1,5 @@
-//! Compares occlusion culling with the truth: the visible polygons that a method culls, the share of the hidden ones that it
-//! finds, and its cost.
+//! Compares occlusion culling with the truth: the visible polygons that a method culls, the share of the hidden
+//! polygons that it culls, and its cost.
 
 use crate::{
     Method, lost_polygons,
@@ -23,28 +23,28 @@ use osp_session::scene::Scene;
 pub struct VerifyConfig {
     /// The methods.
     pub kinds: Vec<Method>,
-    /// Numbers of occluders, each with every method.
+    /// Numbers of occluders, each used with every method.
     pub occluders: Vec<usize>,
-    /// Configuration of the candidates for occluders.
+    /// Settings of the pool of occluder candidates.
     pub pool: PoolConfig,
-    /// Configuration of the selection of a view's occluders, except for their number.
+    /// Settings of the selection of a view's occluders, except for their number.
     pub select: SelectConfig,
-    /// Configuration of the node tests.
+    /// Settings of the node tests.
     pub cull: CullConfig,
-    /// Resolution of the [`Oracle`], which finds the truth.
+    /// Resolution of the [`Oracle`], which finds the visible polygons.
     pub oracle: OracleConfig,
-    /// Each stage is timed this many times, and the fastest counts.
+    /// Number of times that each stage is measured; the fastest counts.
     pub repeats: u32,
 }
 
-/// Number of frames for which a camera rests at each view, for methods that depend on the previous frames. The measured
-/// frames are the same for all of these methods. Other methods do the same work in each of them, so they are given one
+/// Number of frames for which a camera rests at each view, for methods that depend on the previous frame. The measured
+/// frames are the same for all of these methods. Other methods do the same work in each frame, so they get a single
 /// frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AtRest {
-    /// Frames before the measured ones; of these only culled visible polygons are counted.
+    /// Number of frames before the measured ones; in these frames only culled visible polygons are counted.
     pub settle: u32,
-    /// Measured frames, at least 1.
+    /// Number of measured frames, at least 1.
     pub frames: u32,
 }
 
@@ -55,18 +55,18 @@ impl Default for AtRest {
     }
 }
 
-/// One method with one number of occluders, over all views so far.
+/// One method with one number of occluders, and its sums over all views so far.
 pub struct Trial {
     occluders: usize,
     means: Means,
     totals: Totals,
 }
 
-/// Occluders that a method takes.
+/// Source of a method's occluders.
 enum Means {
-    /// The best of the large polygons.
+    /// The best-scored polygons of the pool.
     Chosen(Box<ViewOcclusion>),
-    /// The polygons that were visible in the last frame.
+    /// The polygons that were visible in the previous frame.
     Last(Box<PreviousFrameOccluders>),
 }
 
@@ -82,45 +82,45 @@ impl std::fmt::Debug for Trial {
 /// Sums over the views.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Totals {
-    /// Views verified.
+    /// Number of verified views.
     pub views: u64,
-    /// Measured frames of these views: the sums are over them.
+    /// Number of measured frames of these views; the sums are over these frames.
     pub frames: u64,
-    /// Visible polygons that were culled, in all frames, measured or not.
+    /// Number of visible polygons that were culled, in all frames, measured or not.
     pub false_culls: u64,
-    /// The first of them, with the number of its view.
+    /// The first such polygon, with the number of its view.
     pub first_false: Option<(u64, PolygonId)>,
-    /// Hidden polygons that were culled.
+    /// Number of hidden polygons that were culled.
     pub hidden_culled: u64,
-    /// Hidden polygons.
+    /// Number of hidden polygons.
     pub hidden: u64,
-    /// Polygons that the method left to draw.
+    /// Number of polygons that the method left to draw.
     pub drawn: u64,
-    /// Polygons that it left more than once, or that are not in the view.
+    /// Number of polygons that the method reported more than once, or that are not in the view.
     pub misreported: u64,
-    /// Occluders used.
+    /// Number of occluders used.
     pub occluders: u64,
-    /// Nodes of the culler, or tiles that are covered.
+    /// Number of nodes of the culler, or of covered tiles.
     pub planes: u64,
-    /// Nodes tested.
+    /// Number of nodes tested.
     pub node_tests: u64,
-    /// Polygons tested.
+    /// Number of polygons tested.
     pub polygon_tests: u64,
-    /// Choosing occluders, nanoseconds.
+    /// Time to select occluders, nanoseconds.
     pub select_ns: u64,
-    /// Building the culler, nanoseconds.
+    /// Time to build the culler, nanoseconds.
     pub build_ns: u64,
-    /// Taking what is hidden out of what the frustum may see, with all tests, nanoseconds: as a frame does it.
+    /// Time to remove hidden polygons from the result of frustum culling, with all tests, as in a frame, nanoseconds.
     pub query_ns: u64,
 }
 
 impl Totals {
-    /// Share of the hidden polygons that was culled, per cent.
+    /// Share of the hidden polygons that were culled, per cent.
     pub fn hidden_culled_percent(&self) -> f64 {
         if self.hidden == 0 { 0.0 } else { self.hidden_culled as f64 * 100.0 / self.hidden as f64 }
     }
 
-    /// The mean of a sum, over the measured frames.
+    /// The mean of a sum over the measured frames.
     pub fn mean(&self, sum: u64) -> f64 {
         sum as f64 / self.frames.max(1) as f64
     }
@@ -135,7 +135,7 @@ impl Trial {
         }
     }
 
-    /// Whether the method promises to cull nothing visible.
+    /// Whether the method guarantees that it culls no visible polygon.
     pub fn soundness(&self) -> Soundness {
         match &self.means {
             Means::Chosen(occlusion) => occlusion.culler().soundness(),
@@ -143,7 +143,7 @@ impl Trial {
         }
     }
 
-    /// Most occluders a view.
+    /// Largest number of occluders of a view.
     pub fn occluders(&self) -> usize {
         self.occluders
     }
@@ -153,7 +153,7 @@ impl Trial {
         &self.totals
     }
 
-    /// Whether a method that must not has culled what is visible, or has lost or doubled a polygon.
+    /// Whether a conservative method has culled a visible polygon, or any method has lost or doubled a polygon.
     pub fn failed(&self) -> bool {
         let broken = self.totals.false_culls > 0 && self.soundness() == Soundness::Conservative;
         broken || self.totals.misreported > 0
@@ -163,23 +163,23 @@ impl Trial {
 /// Sums over the views that do not depend on a method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ViewTotals {
-    /// Views verified.
+    /// Number of verified views.
     pub views: u64,
-    /// Polygons in the frustum.
+    /// Number of polygons in the frustum.
     pub in_view: u64,
-    /// Visible polygons among them.
+    /// Number of visible polygons among them.
     pub visible: u64,
-    /// Invisible polygons in the window among them.
+    /// Number of polygons among them that are in the window but hidden.
     pub hidden: u64,
-    /// Polygons that reach into a view, hidden or not, but that its frustum has culled.
+    /// Number of polygons that intersect a view, hidden or not, but that frustum culling removed.
     pub lost: u64,
-    /// The first of them, with the number of its view.
+    /// The first such polygon, with the number of its view.
     pub first_lost: Option<(u64, PolygonId)>,
-    /// Culling by the frustum alone, nanoseconds.
+    /// Time of frustum culling alone, nanoseconds.
     pub frustum_ns: u64,
 }
 
-/// Culls a model by each method in several views and compares what is left with the truth.
+/// Culls a model by each method in several views, and compares the result with the visible polygons.
 pub struct Verifier {
     config: VerifyConfig,
     index: Box<dyn SpatialIndex>,
@@ -191,10 +191,10 @@ pub struct Verifier {
     at_rest: AtRest,
     clock: StageClock,
     in_view: DrawList,
-    /// The same as a frame has it, and what a method leaves of it.
+    /// Scratch: the result of frustum culling in blocks, and the polygons that a method leaves of it.
     blocks: [VisibleBlocks; 2],
     drawn: DrawList,
-    /// By polygon, for one view: the true visibility, and the number of frames that drew it.
+    /// By polygon, for one view: the true visibility, and the number of times that a method drew it.
     truth: Vec<(Option<Sight>, u8)>,
 }
 
@@ -205,7 +205,7 @@ impl std::fmt::Debug for Verifier {
 }
 
 impl Verifier {
-    /// A verifier around an empty index.
+    /// A verifier with an empty index.
     pub fn new(index: Box<dyn SpatialIndex>, config: VerifyConfig, clock: StageClock) -> Self {
         let mut verifier = Self {
             pool: OccluderPool::new(config.pool),
@@ -230,7 +230,7 @@ impl Verifier {
         verifier
     }
 
-    /// Adds the caller's own method, with this many occluders a view; before the first view.
+    /// Adds a method with this number of occluders per view. Call it before the first view.
     pub fn add(&mut self, culler: Box<dyn OcclusionCuller>, occluders: usize) {
         let VerifyConfig { pool, cull, select, .. } = self.config;
         let config = OcclusionConfig { pool, select: SelectConfig { occluders, ..select }, cull };
@@ -238,8 +238,8 @@ impl Verifier {
         self.trials.push(Trial { occluders, means, totals: Totals::default() });
     }
 
-    /// Adds culling by the polygons that were visible in the last frame; before the first view. The camera then rests at each
-    /// view.
+    /// Adds the method whose occluders are the polygons visible in the previous frame. Call it before the first view.
+    /// The camera then rests at each view.
     pub fn add_last(&mut self, last: PreviousFrameOccluders) {
         let means = Means::Last(Box::new(last));
         self.trials.push(Trial {
@@ -249,47 +249,47 @@ impl Verifier {
         });
     }
 
-    /// Also verifies potentially visible sets; they must belong to the model that is verified.
+    /// Also verifies potentially visible sets, which must belong to the verified model.
     #[must_use]
     pub fn with_pvs(mut self, pvs: Pvs) -> Self {
         self.pvs = Some((pvs, Totals::default()));
         self
     }
 
-    /// Does not find the truth, which takes minutes in a model of a million polygons: culled polygons are counted and timed, but
-    /// not compared.
+    /// Does not determine the visible polygons, which takes minutes in a model of a million polygons. Culled polygons
+    /// are counted and timed, but not compared.
     #[must_use]
     pub fn without_truth(mut self) -> Self {
         self.has_truth = false;
         self
     }
 
-    /// Sets the rest of the camera at each view.
+    /// Sets the number of frames for which the camera rests at each view.
     #[must_use]
     pub fn with_rest(mut self, at_rest: AtRest) -> Self {
         self.at_rest = at_rest;
         self
     }
 
-    /// Whether what is culled is compared with the truth.
+    /// Whether culled polygons are compared with the visible ones.
     pub fn has_truth(&self) -> bool {
         self.has_truth
     }
 
-    /// The potentially visible sets, with the result of verifying them.
+    /// The potentially visible sets, with the results of their verification.
     pub fn pvs(&self) -> Option<&(Pvs, Totals)> {
         self.pvs.as_ref()
     }
 
-    /// Follows the scene by one frame's changes.
+    /// Applies the changes of a frame.
     pub fn follow(&mut self, scene: &Scene, changes: &[Change]) {
         for &change in changes {
-            // A box that the index refuses is not finite: it cannot be drawn, so it cannot be culled wrongly.
+            // A box that the index refuses is not finite, so its polygon cannot be drawn or culled wrongly.
             let _ = match change {
                 Change::Insert(id) => self.index.insert(id, &scene.bounds(id)),
                 Change::Remove(id) => self.index.remove(id),
                 Change::Update(id) => self.index.update(id, &scene.bounds(id)),
-                // The scenes that are verified tell of each polygon.
+                // The verified scenes report each polygon instead of whole groups.
                 Change::Repaint(_) | Change::Place(_) => Ok(()),
             };
         }
@@ -301,14 +301,14 @@ impl Verifier {
         }
     }
 
-    /// Does what a program does once a model is loaded and before it is looked at: joins walls that are cut small.
+    /// Joins walls that consist of small polygons, as a program does after a model is loaded.
     pub fn finish(&mut self, scene: &Scene) {
         self.pool.join_walls(scene);
     }
 
-    /// Verifies one view: finds the truth, then runs every method.
+    /// Verifies one view: determines the visible polygons, then runs every method.
     pub fn look(&mut self, scene: &Scene, view: &View) {
-        // A degenerate projection shows nothing.
+        // A degenerate projection shows no polygon.
         let Some(window) = view.window() else { return };
         self.index.commit();
         let frustum = view.frustum();
@@ -333,7 +333,7 @@ impl Verifier {
                 self.views.hidden += u64::from(sight == Sight::Hidden);
             }
         } else {
-            // Neither wrong to cull nor found if culled.
+            // Polygons in the frustum are `Outside` by default: culling them is neither wrong nor counted.
             self.in_view.ids().iter().for_each(|id| self.truth[id.index()].0 = Some(Sight::Outside));
         }
         self.views.in_view += self.in_view.len() as u64;
@@ -351,7 +351,7 @@ impl Verifier {
             totals.views += 1;
             match means {
                 Means::Chosen(occlusion) => {
-                    // Each view is a jump, and each repeat the first look at it.
+                    // Each view is a jump of the camera, so each repeat starts without data of a previous view.
                     let select = &mut || {
                         occlusion.forget();
                         occlusion.select(&self.pool, scene, &window)
@@ -393,8 +393,8 @@ impl Verifier {
         self.in_view.ids()
     }
 
-    /// Compares what another method draws in a frame of the last view with the truth. The caller counts
-    /// the views.
+    /// Compares the polygons that another method draws in a frame of the last view with the visible ones. The caller
+    /// counts the views.
     pub fn judge(&mut self, drawn: &DrawList, totals: &mut Totals) {
         let view = self.views.views.saturating_sub(1);
         totals.add(view, drawn, &mut self.truth, &self.in_view);
@@ -411,7 +411,7 @@ impl Verifier {
     }
 }
 
-/// A view with what culling it needs.
+/// A view, and the data for culling it.
 struct Look<'a> {
     scene: &'a Scene,
     window: &'a ViewWindow,
@@ -428,7 +428,7 @@ impl Look<'_> {
         fastest(self.clock, self.repeats, ns, stage)
     }
 
-    /// The frames of a camera at rest.
+    /// Measures the frames of a camera at rest.
     fn at_rest(
         &self,
         last: &mut PreviousFrameOccluders,
@@ -450,7 +450,8 @@ impl Look<'_> {
         for _ in 0..self.at_rest.frames.max(1) {
             let build = &mut || last.build(0, self.scene, self.window, input.in_view);
             let built = self.fastest(&mut totals.build_ns, build);
-            // This frame's polygons replace those of the last frame; the buffer stays, so every repeat does the same work.
+            // This frame's polygons replace those of the previous frame; the depth buffer stays, so every repeat does
+            // the same work.
             let cull = &mut || {
                 let mut counts = built;
                 last.cull(0, input, left, &mut counts);
@@ -507,7 +508,7 @@ impl Totals {
     }
 }
 
-/// The polygons of a view that the oracle finds visible, in order of their numbers.
+/// The visible polygons of a view, as found by the oracle, sorted by id.
 pub fn visible_polygons(
     scene: &Scene,
     window: &ViewWindow,
@@ -524,7 +525,7 @@ pub fn visible_polygons(
     visible
 }
 
-/// Number of these polygons that are not drawn.
+/// Number of visible polygons that are not drawn.
 pub fn missing(visible: &[PolygonId], drawn: &[PolygonId]) -> u64 {
     let mut drawn = drawn.to_vec();
     drawn.sort_unstable();
@@ -544,7 +545,7 @@ pub(crate) fn subjects<'a>(
     })
 }
 
-/// Runs `work` several times, adds the shortest time, and returns the last result.
+/// Runs `stage` several times, adds the shortest time to `ns`, and returns the last result.
 fn fastest<T: Default>(clock: &StageClock, repeats: u32, ns: &mut u64, stage: &mut impl FnMut() -> T) -> T {
     let (mut outcome, mut least_ns) = (T::default(), u64::MAX);
     for _ in 0..repeats.max(1) {

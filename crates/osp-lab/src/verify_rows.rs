@@ -1,4 +1,4 @@
-//! Results of a verification, as rows.
+//! The results of a verification as rows.
 
 use crate::{
     rows::{Figures, Rows},
@@ -9,7 +9,7 @@ use osp::occlusion::Soundness;
 const PART: &str = "verify";
 
 impl Trial {
-    /// Its name in the rows: the method, its number of occluders, and whether it promises nothing.
+    /// The trial's name in the rows: the method, its number of occluders, and a note if it is not conservative.
     fn row_name(&self) -> String {
         let sure = if self.soundness() == Soundness::Conservative { "" } else { " (not conservative)" };
         format!("{}, {} occluders{sure}", self.name(), self.occluders())
@@ -17,8 +17,8 @@ impl Trial {
 }
 
 impl Verifier {
-    /// Adds a verified session: the part `verify`. Its faults are polygons that were lost, culled though they are visible, or
-    /// reported twice.
+    /// Adds a verified session; the rows are the part `verify`. Faults are polygons that were lost, culled although
+    /// visible, or reported twice.
     pub fn add_to(&self, rows: &mut Rows, recording: &str, polygons: u64) {
         rows.part(PART, "Occlusion culling against what can be seen");
         let views = self.views();

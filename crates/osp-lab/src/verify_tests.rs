@@ -10,7 +10,7 @@ fn list(ids: &[u32]) -> DrawList {
     list
 }
 
-/// Polygons 0 and 1 can be seen, 2 cannot, 3 is not in the view.
+/// Polygons 0 and 1 are visible, 2 is hidden, 3 is not in the view.
 fn truth() -> (Vec<(Option<Sight>, u8)>, DrawList) {
     let sights = [Some(Sight::Visible), Some(Sight::Visible), Some(Sight::Hidden), None];
     (sights.map(|sight| (sight, 0)).to_vec(), list(&[0, 1, 2]))
@@ -59,7 +59,7 @@ fn a_polygon_reported_twice_or_from_out_of_view_fails_whatever_is_promised() {
             assert!(trial(kind, totals.clone()).failed(), "{drawn:?}");
         }
     }
-    // Once in each of two frames is right.
+    // A polygon may be drawn once in each of two frames.
     assert_eq!(added(&[&[0, 1], &[0, 1]]).misreported, 0);
 }
 
@@ -73,7 +73,7 @@ fn what_is_wrong_before_the_frames_that_count_is_wrong_all_the_same() {
     assert_eq!((totals.false_culls, totals.misreported), (1, 2));
     assert_eq!(totals.first_false, Some((5, PolygonId(0))));
     assert!(trial(SOUND, totals.clone()).failed());
-    // More of it adds up, and the first stays the first.
+    // Further faults are added, and the first one stays.
     totals.add_faults(6, &list(&[0, 3]), &mut truth, &in_view);
     assert_eq!((totals.false_culls, totals.misreported), (2, 3));
     assert_eq!(totals.first_false, Some((5, PolygonId(0))));

@@ -1,8 +1,8 @@
-//! Atomic outputs: each appears under its name whole, or not at all.
+//! Atomic outputs: an output appears under its name complete, or not at all.
 //!
 //! A writer fills an unnamed file beside the target, flushes it to the disk, and then replaces the target in one step.
-//! Until then the target stays as it was. A writer that fails, is dropped, or (in the program) is ended by a signal
-//! leaves nothing behind.
+//! Until then the target does not change. A writer that fails or is dropped leaves no file behind; neither does a
+//! program that a signal ends.
 
 use std::{
     collections::BTreeSet,
@@ -14,21 +14,22 @@ use std::{
 
 use tempfile::TempPath;
 
-/// Symbolic links that are followed one after the other, as on Linux.
+/// Largest number of symbolic links that are followed one after the other, as on Linux.
 const MOST_LINKS: usize = 40;
-/// Begins the names of files that are being written.
+/// Prefix of the names of unfinished files.
 const PREFIX: &str = ".unfinished-";
 
-/// Whether a file has the name of one that is being written, or that a killed program has left behind.
+/// Whether the file has the name of an unfinished file: one that is being written, or that a killed program left
+/// behind.
 pub fn is_unfinished(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(PREFIX))
 }
 
-/// Files that are being written: these a signal has to remove.
+/// Unfinished files. A signal that ends the program removes them.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
-    // The set is whole whatever the holder did.
+    // The set is complete even if a thread panicked while it held the lock.
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -46,22 +47,22 @@ pub enum Destination {
 }
 
 impl Destination {
-    /// Destination of a path. The file need not exist, and a link may lead to none.
+    /// Destination of a path. The file need not exist, and a link may lead to a path without a file.
     ///
     /// # Errors
-    /// It names no file, or the links lead in a circle.
+    /// The path names no file, or its links lead in a circle.
     pub fn of(path: &Path) -> io::Result<Self> {
         match path.to_str() {
             Some("-" | "/dev/stdout" | "/dev/fd/1" | "/proc/self/fd/1") => return Ok(Self::StandardOutput),
             Some("/dev/stderr" | "/dev/fd/2" | "/proc/self/fd/2") => return Ok(Self::StandardError),
             _ => {}
         }
-        // These paths lead to open files, which need not have a name. A file that has a name is replaced under it:
-        // another program that has opened it, perhaps to read, must not see it change.
+        // These paths lead to open files, which need not have a name. A file with a name is replaced under its name,
+        // because a program that reads the old file must not see it change.
         if (path.starts_with("/dev/fd") || path.starts_with("/proc/self/fd")) && !is_link_to_file(path) {
             return Ok(Self::Special(path.to_owned()));
         }
-        // Without a name, or with one that only a folder can have, the end of the work would be an error.
+        // A path without a file name, or with the name of a folder, would fail only when the finished file is renamed.
         if path.file_name().is_none() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
             return Err(io::Error::new(io::ErrorKind::InvalidFilename, "expected the name of a file"));
         }
@@ -80,7 +81,7 @@ impl Destination {
     }
 }
 
-/// Whether a link names a file that exists under this name.
+/// Whether the link leads to a file that still exists under the name it was opened by.
 fn is_link_to_file(path: &Path) -> bool {
     #[cfg(unix)]
     if let (Ok(target), Ok(open)) = (fs::read_link(path), fs::metadata(path)) {
@@ -97,17 +98,18 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// An unfinished output. [`AtomicFile::commit`] replaces the target by it; without a commit the target stays. Pipes,
-/// devices and standard output are written to directly.
+/// An unfinished output. [`AtomicFile::commit`] replaces the target by the output; without a commit the target does not
+/// change. Pipes, devices and standard output are written to directly.
 #[derive(Debug)]
 pub struct AtomicFile {
-    // Closed before the file is renamed or removed: fields are dropped in their order.
+    // This field comes first, so that the file is closed before it is renamed or removed.
     out: BufWriter<Sink>,
     unfinished: Option<Unfinished>,
 }
 
 impl AtomicFile {
-    /// Starts an output. The target stays what it is; its permissions and owner will be those of the new file.
+    /// Starts an output. The target does not change until the commit. The new file gets the target's permissions and
+    /// owner.
     ///
     /// # Errors
     /// The folder cannot be written to, or the target is write-protected or a folder.
@@ -123,28 +125,28 @@ impl AtomicFile {
         Ok(Self { out: BufWriter::with_capacity(1 << 16, sink), unfinished })
     }
 
-    /// Another handle of the open output, for a writer that must own a file. It begins at the end of what was written
-    /// so far.
+    /// Another handle of the open output, for a writer that must own a file. The handle's position is behind the last
+    /// written byte.
     ///
     /// # Errors
-    /// The system gives no further handle, or what was written before cannot be.
+    /// The system gives no further handle, or earlier bytes cannot be written.
     pub fn handle(&mut self) -> io::Result<File> {
         self.out.flush()?;
         self.out.get_ref().file.try_clone()
     }
 
-    /// Puts what was written in the place of the target; its size in bytes, where it is a file.
+    /// Replaces the target by the output. Returns the size in bytes if the target is a file.
     ///
     /// # Errors
-    /// It cannot be written or renamed; the target is then what it was before.
+    /// The output cannot be written or renamed; the target then has not changed.
     pub fn commit(self) -> io::Result<Option<u64>> {
         self.finish(|unfinished, target| unfinished.persist(target))
     }
 
-    /// As [`AtomicFile::commit`], but replaces nothing: a target that exists by now is an error.
+    /// Like [`AtomicFile::commit`], but never replaces a file: a target that exists by now is an error.
     ///
     /// # Errors
-    /// As [`AtomicFile::commit`], or the target exists.
+    /// The errors of [`AtomicFile::commit`], or the target exists.
     pub fn commit_new(self) -> io::Result<Option<u64>> {
         self.finish(|unfinished, target| unfinished.persist_noclobber(target))
     }
@@ -158,7 +160,7 @@ impl AtomicFile {
         file.sync_all()?;
         let bytes = file.metadata()?.len();
         drop(file);
-        // A signal waits until the file has its name.
+        // A signal waits for this lock until the file has its name.
         let mut all = self::unfinished();
         if let Some(path) = unfinished.path.take() {
             all.remove::<Path>(&path);
@@ -184,20 +186,20 @@ impl Write for AtomicFile {
     }
 }
 
-/// Replaces a file by what `write` writes, whole or not at all.
+/// Replaces a file, completely or not at all, by the bytes that `write` writes.
 ///
 /// # Errors
-/// `write` fails, or the file cannot be written; the file is then what it was before.
+/// `write` fails, or the file cannot be written; the file then has not changed.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let mut file = AtomicFile::create(path)?;
     write(&mut file)?;
     file.commit().map(drop)
 }
 
-/// Opens an output whose readers follow it while it grows. The old contents are gone at once.
+/// Opens an output that other programs read while it grows. The old contents are gone at once.
 ///
 /// # Errors
-/// It cannot be written.
+/// The output cannot be written.
 pub fn open_stream(path: &Path) -> io::Result<File> {
     match Destination::of(path)? {
         Destination::StandardOutput => own_copy(&io::stdout()),
@@ -207,7 +209,7 @@ pub fn open_stream(path: &Path) -> io::Result<File> {
     }
 }
 
-/// An open file. A reader may close its end of a pipe early; that is no error.
+/// An open file. A broken pipe is no error, because the reader of a pipe may close it early.
 #[derive(Debug)]
 struct Sink {
     file: File,
@@ -234,10 +236,10 @@ impl Write for Sink {
     }
 }
 
-/// A file that is removed unless it gets its name.
+/// A file that is removed when dropped, unless it was renamed to its target.
 #[derive(Debug)]
 struct Unfinished {
-    /// `None` once it has its name.
+    /// `None` once the file has its name.
     path: Option<TempPath>,
     target: PathBuf,
 }
@@ -252,19 +254,20 @@ impl Unfinished {
         if old.as_ref().is_some_and(Metadata::is_dir) {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
         }
-        // Renaming ignores write protection.
+        // This check is needed because renaming ignores write protection.
         if old.as_ref().is_some_and(|data| data.permissions().readonly()) {
             return Err(io::Error::new(io::ErrorKind::PermissionDenied, "the file is write-protected"));
         }
         let mut builder = tempfile::Builder::new();
         builder.prefix(PREFIX);
-        // The system's error: the crate's own message names the temporary file, which a user has never seen.
+        // The system's error is returned, because the error of `tempfile` names the temporary file, which a user has
+        // never seen.
         let mut code = None;
         let make = |path: &Path| {
             let made = File::options().read(true).write(true).create_new(true).open(path);
             made.inspect_err(|error| code = error.raw_os_error())
         };
-        // No signal comes between the file and its entry in the list.
+        // The lock keeps a signal from coming between the creation of the file and its entry in the list.
         let mut all = unfinished();
         let made = builder.make_in(folder_of(&target), make);
         let (file, path) =
@@ -294,15 +297,15 @@ fn keep_permissions(file: &File, old: &Metadata) -> io::Result<()> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::MetadataExt;
-        // Only the system's administrator may give a file away; others keep their own.
+        // Only an administrator may give a file to another owner; for other users the error is ignored.
         let _ = std::os::unix::fs::fchown(file, Some(old.uid()), Some(old.gid()));
     }
     file.set_permissions(old.permissions())
 }
 
-/// A renamed file is on the disk once its folder is.
+/// Flushes the folder, because a new name is on the disk only after that.
 fn sync_folder(folder: &Path) -> io::Result<()> {
-    // A folder that may not be listed cannot be opened, and not every file system can flush a folder.
+    // A folder without read permission cannot be opened, and some file systems cannot flush a folder.
     #[cfg(unix)]
     if let Ok(opened) = File::open(folder) {
         match opened.sync_all() {
@@ -329,19 +332,19 @@ fn own_copy(stream: &impl std::os::windows::io::AsHandle) -> io::Result<File> {
     stream.as_handle().try_clone_to_owned().map(File::from)
 }
 
-/// Message of the program before a signal ends it.
+/// Prints the program's message before a signal ends it.
 type LastWords = Box<dyn Fn() + Send>;
 static LAST_WORDS: Mutex<Option<LastWords>> = Mutex::new(None);
 
-/// Sets the program's message before a signal ends it, or removes it.
+/// Sets the function that prints a message before a signal ends the program, or removes it.
 pub fn before_a_signal_ends(words: Option<LastWords>) {
     *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = words;
 }
 
-/// Has the program remove what is unfinished when a signal ends it, which then ends it as it would have.
+/// Removes the unfinished files when a signal ends the program. The signal's default action then follows.
 ///
 /// # Errors
-/// The system refuses a thread or a handler.
+/// The system refuses a thread or a signal handler.
 #[cfg(unix)]
 pub fn remove_unfinished_on_signals() -> io::Result<()> {
     use signal_hook::{
@@ -349,14 +352,14 @@ pub fn remove_unfinished_on_signals() -> io::Result<()> {
         iterator::Signals,
         low_level::emulate_default_handler,
     };
-    // A program that was started with a signal ignored (`nohup`, a shell's background) keeps ignoring it. The last
-    // signal is sent when a file exceeds the system's size limit.
+    // A program that was started with a signal ignored (`nohup`, a background job of a shell) continues to ignore it.
+    // SIGXFSZ is sent when a file exceeds the system's size limit.
     let wanted =
         [SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGXFSZ].into_iter().filter(|&signal| !is_ignored(signal));
     let mut signals = Signals::new(wanted)?;
     std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
         for signal in signals.forever() {
-            // Held until the end: nothing new is begun, nothing is renamed any more.
+            // The lock is held until the end, so that no file is begun or renamed any more.
             let all = unfinished();
             for path in all.iter() {
                 let _ = fs::remove_file(path);
@@ -364,7 +367,7 @@ pub fn remove_unfinished_on_signals() -> io::Result<()> {
             if let Some(words) = &*LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) {
                 words();
             }
-            // Does not return for these signals.
+            // For these signals this call does not return.
             let _ = emulate_default_handler(signal);
         }
     })?;
@@ -456,7 +459,7 @@ mod tests {
         assert!(fs::symlink_metadata(&link).expect("there").is_symlink());
         assert_eq!(fs::read(&target).expect("there"), b"new");
         assert_eq!(fs::metadata(&target).expect("there").permissions().mode() & 0o777, 0o640);
-        // A link to nowhere makes what it names.
+        // A link to a missing file creates that file.
         let (dangling, made) = (folder.path().join("dangling"), folder.path().join("made"));
         symlink(&made, &dangling).expect("linked");
         write_atomically(&dangling, |out| out.write_all(b"x")).expect("written");
@@ -508,7 +511,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let (path, gone) = (folder.path().join("a.txt"), folder.path().join("gone"));
         fs::write(&path, "old").expect("written");
-        // Somebody reads it.
+        // A program has opened this file for reading.
         let (open, nameless) = (File::open(&path).expect("open"), File::create(&gone).expect("made"));
         fs::remove_file(&gone).expect("removed");
         let number = |file: &File| std::os::fd::AsRawFd::as_raw_fd(file);

@@ -1,13 +1,14 @@
-//! Recorded sketching sessions: strokes of a tracked hand, as files, as polygons, and frame by frame.
+//! Recorded sketching sessions: strokes of a tracked hand, stored in files, converted to polygons and replayed frame by
+//! frame.
 //!
 //! ```text
 //! a file ──> recording (events) ──> stroke (polygons) ──> scene (a Geometry of osp) ──> replay (frames of osp)
 //! ```
 //!
-//! | module | what it is |
+//! | module | contents |
 //! | --- | --- |
 //! | [`recording`] | events, their files, importers, synthetic sessions |
-//! | [`brush`] | the brushes: what strokes become and look like |
+//! | [`brush`] | the brushes: polygons and appearance of strokes |
 //! | [`stroke`] | samples become polygons |
 //! | [`scene`] | strokes, groups, undo; implements [`Geometry`](osp::polygon::Geometry) |
 //! | [`rig`] | several screens around tracked eyes |

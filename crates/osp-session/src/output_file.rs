@@ -1,5 +1,5 @@
-//! Rules for replacing files: an output replaces nothing or its own kind. A session, or a file of another kind, is
-//! somebody's work.
+//! Rules for replacing files: an output replaces only a file of its own kind. A session, or a file of another kind, is
+//! a person's work and is not replaced.
 
 use std::{
     io::{self, Read},
@@ -12,56 +12,56 @@ use crate::{
     atomic_file::Destination, platform::fs, recording::looks_like_session, small_file::open_regular,
 };
 
-/// Bytes from the beginning of a file that decide what it is.
+/// Number of bytes at the beginning of a file that decide its kind.
 const SNIFF_BYTES: u64 = 4096;
 
-/// The kinds of file that are written.
+/// The kinds of output files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutputKind {
     /// Comma-separated values.
     Csv,
-    /// A page.
+    /// A web page.
     Html,
-    /// A picture of pixels.
+    /// A picture in pixels.
     Png,
-    /// A film.
+    /// An animated film.
     Gif,
-    /// A picture of lines.
+    /// A picture in vector form.
     Svg,
     /// A graph for Graphviz.
     Dot,
-    /// A line of JSON for each frame.
+    /// A trace: one line of JSON for each frame.
     Trace,
-    /// Fingerprints to compare with.
+    /// Fingerprints of the frames of a replay, for comparison.
     Pins,
-    /// Sets of what can be seen from where.
+    /// Potentially visible sets: the polygons that are visible from a region.
     Pvs,
     /// A model, binary glTF.
     Glb,
     /// A page for `man`.
     Manual,
-    /// The lines of a study: JSON, one for each session.
+    /// The results of a study: one line of JSON for each session.
     Study,
     /// A session.
     Recording,
-    /// A session as a sketch of Tilt Brush.
+    /// A session in the format of a Tilt Brush sketch.
     Tilt,
 }
 
-/// First bytes of the lines of a study.
+/// First bytes of a study's results.
 pub const STUDY_START: &[u8] = b"{\"osp_study\":";
-/// Beginning of the JSON of our own models, behind the heads of the file and of its first chunk.
+/// Beginning of the JSON of a model that osp wrote, behind the headers of the file and of its first chunk.
 const OWN_MODEL_START: &[u8] = b"{\"asset\":{\"generator\":\"osp ";
-/// Bytes of both heads.
+/// Number of bytes of both headers.
 const MODEL_HEADS: usize = 20;
 
 use OutputKind::{Csv, Dot, Gif, Glb, Html, Manual, Pins, Png, Pvs, Recording, Study, Svg, Tilt, Trace};
 
 impl OutputKind {
-    /// The kinds that a file's beginning distinguishes. A sketch is a session, so it counts as a recording.
+    /// The kinds that the contents of a file distinguish. A sketch counts as a recording, because it is a session.
     const ALL: [Self; 13] = [Png, Gif, Glb, Pvs, Html, Svg, Dot, Manual, Pins, Trace, Study, Csv, Recording];
 
-    /// Its name in messages.
+    /// The kind's name in messages.
     fn name(self) -> &'static str {
         match self {
             Csv => "a table (CSV)",
@@ -80,7 +80,7 @@ impl OutputKind {
         }
     }
 
-    /// Endings of names of this kind.
+    /// File name endings of this kind.
     fn endings(self) -> &'static [&'static str] {
         match self {
             Csv => &[".csv"],
@@ -100,12 +100,13 @@ impl OutputKind {
         }
     }
 
-    /// Whether programs go by the ending; text may be called anything that does not name another kind.
+    /// Whether the name must have one of the endings, because programs depend on it. Text files may have any ending
+    /// that does not belong to another kind.
     fn needs_ending(self) -> bool {
         matches!(self, Png | Gif | Svg | Dot | Pvs | Glb | Study | Recording | Tilt)
     }
 
-    /// Whether it is a session, which is somebody's work: without a request no file of it is replaced.
+    /// Whether the kind is a session. A session is a person's work, so an output never replaces it without `--force`.
     pub fn is_session(self) -> bool {
         matches!(self, Recording | Tilt)
     }
@@ -116,7 +117,7 @@ impl OutputKind {
         self.endings().iter().any(|ending| name.ends_with(ending))
     }
 
-    /// Whether a name may be given to this kind of file.
+    /// Whether a file of this kind may have this name.
     fn fits_name(self, path: &Path) -> bool {
         let is_session = || {
             let endings = [".ron", ".zst", ".tilt", ".apa", ".json", ".poses", ".obj", ".gz", ".gltf"];
@@ -126,14 +127,14 @@ impl OutputKind {
         match self {
             _ if self.is_named(path) => true,
             _ if self.needs_ending() => false,
-            // These were text of the same language, or lines of it, before they had endings of their own.
+            // Earlier versions wrote these kinds under the endings `.ron` and `.json`.
             Pins if Recording.is_named(path) => true,
             Trace if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json")) => true,
             _ => !is_session() && !Self::ALL.iter().any(|other| other.is_named(path)),
         }
     }
 
-    /// Whether a file that begins so is of this kind.
+    /// Whether a file with this beginning is of this kind.
     fn begins(self, start: &[u8], path: &Path) -> bool {
         let text = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start).trim_ascii_start();
         let starts = |mark: &str| {
@@ -145,7 +146,7 @@ impl OutputKind {
             Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
             Gif => start.starts_with(b"GIF8"),
             Glb => start.starts_with(b"glTF"),
-            // Other programs have pages of their own.
+            // Manual pages of other programs must not be replaced, so the page must be one of osp.
             Manual => {
                 let mut lines = start.split(|&byte| byte == b'\n');
                 lines.any(|line| line.starts_with(b".TH osp ") || line.starts_with(b".TH osp-"))
@@ -186,7 +187,7 @@ impl OutputKind {
     }
 }
 
-/// Whether a file of this kind exists.
+/// Whether a file of this kind exists at `path`.
 pub fn is_there(path: &Path, kind: OutputKind) -> bool {
     start_of(path).is_ok_and(|start| kind_of(&start, path) == Some(Ok(kind)))
 }
@@ -203,19 +204,19 @@ pub fn is_made(path: &Path, kind: OutputKind) -> bool {
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "their messages tell")]
 pub enum OutputError {
-    /// The name is that of another kind of file.
+    /// The file name has the ending of another kind of file.
     #[error("{}: expected a name that ends in {expected}", path.display())]
     Ending { path: PathBuf, expected: String },
-    /// A file of another kind exists.
+    /// A file of another kind exists at the path.
     #[error("{}: holds {found}, not {wanted}", path.display())]
     OtherKind { path: PathBuf, found: &'static str, wanted: &'static str },
-    /// A model of another program exists: somebody's work, and a session that osp reads.
+    /// A model of another program exists at the path. It is a person's work, and a session that osp can read.
     #[error("{}: holds a model of another program", path.display())]
     ForeignModel { path: PathBuf },
-    /// A file exists of a kind that is only replaced on request.
+    /// A file exists whose kind is only replaced with `--force`.
     #[error("{}: exists already", path.display())]
     Exists { path: PathBuf },
-    /// The place cannot be used.
+    /// The path cannot be used.
     #[error("{}: {cause}", path.display())]
     Io { path: PathBuf, cause: io::Error },
 }
@@ -234,7 +235,7 @@ impl OutputError {
     }
 }
 
-/// Whether a file of this kind may be written here. With `force` it may replace one of any kind.
+/// Checks that a file of this kind may be written at `path`. With `force` the output may replace a file of any kind.
 pub fn check_output(path: &Path, kind: OutputKind, force: bool) -> Result<(), OutputError> {
     let io = |cause| OutputError::io(path, cause);
     let target = match Destination::of(path).map_err(io)? {
@@ -243,7 +244,7 @@ pub fn check_output(path: &Path, kind: OutputKind, force: bool) -> Result<(), Ou
         Destination::File(target) => target,
     };
     let is_misnamed = !kind.fits_name(path) && !kind.fits_name(&target);
-    // Text may have any name that its owner insists on.
+    // With `force`, a text file may have any name.
     if is_misnamed && (kind.needs_ending() || !force) {
         let expected = kind.endings().join(" or ");
         return Err(OutputError::Ending { path: path.to_owned(), expected });
@@ -284,7 +285,7 @@ pub fn check_output(path: &Path, kind: OutputKind, force: bool) -> Result<(), Ou
 }
 
 fn check_special(path: &Path, force: bool) -> io::Result<()> {
-    // A disk holds more than a file.
+    // A block device has the data of a whole disk, so it is never replaced without `force`.
     #[cfg(unix)]
     if !force
         && fs::metadata(path)
@@ -315,7 +316,7 @@ fn is_own_model(start: &[u8]) -> bool {
     start.get(MODEL_HEADS..).is_some_and(|json| json.starts_with(OWN_MODEL_START))
 }
 
-/// Whether two paths lead to one file, through links of either kind. Neither is opened.
+/// Whether two paths lead to the same file, through symbolic or hard links. Neither file is opened.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     #[cfg(unix)]
     if let (Ok(a), Ok(b)) = (fs::metadata(a), fs::metadata(b)) {
@@ -328,7 +329,7 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// The path without links and detours; of a file that does not exist yet, by its folder.
+/// The canonical path. For a file that does not exist yet, the folder's path is canonical.
 fn whole_path(path: &Path) -> Option<PathBuf> {
     let Ok(Destination::File(target)) = Destination::of(path) else { return None };
     let by_folder = || {
@@ -339,7 +340,7 @@ fn whole_path(path: &Path) -> Option<PathBuf> {
     target.canonicalize().ok().or_else(by_folder)
 }
 
-/// Whether a file lies, or would lie, in a folder or below.
+/// Whether a file lies, or would lie, in a folder or below it.
 pub fn lies_in(file: &Path, folder: &Path) -> bool {
     match (whole_path(file), folder.canonicalize()) {
         (Some(file), Ok(folder)) => file.starts_with(folder),

@@ -1,5 +1,5 @@
-//! Reads small files that a user names and that are not sessions. Only regular files up to a stated size are read: a
-//! pipe without a writer, a device without end and a file of gigabytes each give one clear error.
+//! Reads small files that a user specifies and that are not sessions. Only regular files up to a given size are read. A
+//! pipe without a writer, an endless device and a file of gigabytes each give a clear error.
 
 use std::{
     io::{self, Read},
@@ -8,7 +8,7 @@ use std::{
 
 use crate::platform::fs::{self, File};
 
-/// Opens a regular file. A pipe would wait for a writer, a device might never end.
+/// Opens a regular file. Other kinds are refused, because a pipe would wait for a writer and a device might never end.
 pub fn open_regular(path: &Path) -> io::Result<File> {
     check_regular(path)?;
     File::open(path)
@@ -24,7 +24,7 @@ pub fn check_regular(path: &Path) -> io::Result<()> {
     Err(io::Error::new(io::ErrorKind::InvalidInput, format!("expected a regular file; found {found}")))
 }
 
-/// Reads a regular file of UTF-8 text of at most so many bytes.
+/// Reads a regular file of UTF-8 text of at most `most_bytes` bytes.
 pub fn read_text(path: &Path, most_bytes: u64) -> io::Result<String> {
     let mut bytes = Vec::new();
     open_regular(path)?.take(most_bytes + 1).read_to_end(&mut bytes)?;

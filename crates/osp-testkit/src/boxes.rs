@@ -3,12 +3,12 @@
 use glam::Vec3;
 use osp::math::{Aabb, Frustum, Plane};
 
-/// SplitMix64 (Steele, Lea, Flood, 2014): small, seedable, the same everywhere.
+/// The SplitMix64 generator (Steele, Lea, Flood, 2014): small, seedable, with the same numbers on every machine.
 #[derive(Clone, Debug)]
 pub struct Rng(pub u64);
 
 impl Rng {
-    /// The next 64 random bits.
+    /// Returns the next 64 random bits.
     #[allow(clippy::should_implement_trait, reason = "no iterator: it never ends")]
     pub fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -18,28 +18,28 @@ impl Rng {
         z ^ z >> 31
     }
 
-    /// From 0 to below `n`.
+    /// Returns a number from 0 to below `n`.
     pub fn below(&mut self, n: usize) -> usize {
         (self.next() % n as u64) as usize
     }
 
-    /// From 0 to below 1.
+    /// Returns a number from 0 to below 1.
     pub fn unit(&mut self) -> f32 {
         (self.next() >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    /// From `low` to below `high`.
+    /// Returns a number from `low` to below `high`.
     pub fn range(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
     }
 
-    /// A point in a box.
+    /// Returns a point in a box.
     pub fn point(&mut self, bounds: &Aabb) -> Vec3 {
         let t = Vec3::new(self.unit(), self.unit(), self.unit());
         bounds.min + (bounds.max - bounds.min) * t
     }
 
-    /// A vector of length 1.
+    /// Returns a vector of length 1.
     pub fn direction(&mut self) -> Vec3 {
         loop {
             let v = Vec3::new(self.range(-1.0, 1.0), self.range(-1.0, 1.0), self.range(-1.0, 1.0));
@@ -51,13 +51,13 @@ impl Rng {
     }
 }
 
-/// The cube that the synthetic session is drawn in.
+/// Returns the cube that contains the synthetic session.
 pub fn root() -> Aabb {
     Aabb::cube(Vec3::ZERO, 4.0)
 }
 
-/// A session of smooth ribbon strokes in [`root`]: quads of about 1 x 2 cm, 40 to 240 a stroke, boxes in order of
-/// drawing.
+/// Returns the boxes of a session of smooth ribbon strokes in [`root`], in the order of drawing. A stroke has 40 to 240
+/// quads of about 1 x 2 cm.
 pub fn drawn(count: usize, seed: u64) -> Vec<Aabb> {
     let mut rng = Rng(seed);
     let room = Aabb::cube(Vec3::ZERO, 3.9);
@@ -84,7 +84,7 @@ pub fn drawn(count: usize, seed: u64) -> Vec<Aabb> {
     boxes
 }
 
-/// The same boxes in random order.
+/// Returns the same boxes in random order.
 pub fn shuffled(mut boxes: Vec<Aabb>, seed: u64) -> Vec<Aabb> {
     let mut rng = Rng(seed);
     for i in (1..boxes.len()).rev() {
@@ -93,7 +93,7 @@ pub fn shuffled(mut boxes: Vec<Aabb>, seed: u64) -> Vec<Aabb> {
     boxes
 }
 
-/// A perspective view from `eye` towards `target`.
+/// Returns a perspective view from `eye` towards `target`.
 pub fn view(eye: Vec3, target: Vec3, fov_y_degrees: f32, aspect: f32, near_m: f32, far_m: f32) -> Frustum {
     let forward = (target - eye).normalize_or(Vec3::NEG_Z);
     let right = forward.cross(Vec3::Y).try_normalize().unwrap_or(Vec3::X);
@@ -111,7 +111,7 @@ pub fn view(eye: Vec3, target: Vec3, fov_y_degrees: f32, aspect: f32, near_m: f3
     ])
 }
 
-/// Views of a model in `bounds`: some from outside looking in, some from inside.
+/// Returns views of a model in `bounds`, from outside towards the model or from its middle.
 pub fn views(bounds: &Aabb, count: usize, from: Place, seed: u64) -> Vec<Frustum> {
     let mut rng = Rng(seed);
     let center = bounds.center();
@@ -133,8 +133,8 @@ pub fn views(bounds: &Aabb, count: usize, from: Place, seed: u64) -> Vec<Frustum
 /// Position of a view's eye.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// Round the model.
+    /// Around the model.
     Outside,
-    /// In the middle of it.
+    /// In the middle of the model.
     Inside,
 }

@@ -12,7 +12,7 @@ thread_local! {
 }
 
 fn note(allocations: u64, bytes: i64) {
-    // Fails only while the thread is being torn down.
+    // This fails only while the thread is being torn down.
     let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + allocations));
     let _ = HELD_BYTES.try_with(|held| {
         held.set(held.get() + bytes);
@@ -20,12 +20,13 @@ fn note(allocations: u64, bytes: i64) {
     });
 }
 
-/// The system's allocator with counts. A test binary makes it its own: `#[global_allocator] static COUNTING: Counting = Counting;`.
+/// The system's allocator with counts. A test binary declares it as its allocator: `#[global_allocator] static
+/// COUNTING: Counting = Counting;`.
 #[derive(Debug)]
 pub struct Counting;
 
 #[allow(unsafe_code, reason = "a global allocator cannot be written without; it only counts and passes on")]
-// SAFETY: every call is handed to the system's allocator unchanged.
+// SAFETY: every call is passed to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         note(1, layout.size() as i64);
@@ -52,17 +53,18 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// Allocations of this thread so far.
+/// Returns the number of allocations of this thread so far.
 pub fn allocations() -> u64 {
     ALLOCATIONS.with(Cell::get)
 }
 
-/// Bytes that this thread has allocated, less those that it has freed, of other threads too.
+/// Returns the bytes that this thread has allocated minus those that it has freed, even if another thread allocated
+/// them.
 pub fn held_bytes() -> i64 {
     HELD_BYTES.with(Cell::get)
 }
 
-/// Runs a function; returns its result and the most bytes that this thread held for it at a time.
+/// Runs a function. Returns its result, and the largest number of bytes that this thread held for it at any time.
 pub fn peak_of<T>(run: impl FnOnce() -> T) -> (T, i64) {
     let before = HELD_BYTES.get();
     PEAK_BYTES.set(before);

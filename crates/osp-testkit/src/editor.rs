@@ -1,14 +1,14 @@
-//! Random sessions that edit more than they draw: erase, move, group, place, undo and redo, all on few strokes.
+//! Random sessions of few strokes with more edits than drawing: erase, move, group, place, undo and redo.
 
 use glam::{Quat, Vec3};
 use osp_session::recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform};
 use rand_pcg::{Pcg64, rand_core::Rng};
 
-/// Strokes drawn at the start of every session.
+/// Number of strokes that are drawn at the start of every session.
 pub const STROKES: u32 = 8;
 const GROUPS: u32 = 4;
 
-/// Makes random edits of a few strokes; equal seeds make equal sessions.
+/// Makes random edits of a few strokes. Equal seeds make equal sessions.
 #[derive(Debug)]
 pub struct Editor {
     random: Pcg64,
@@ -16,12 +16,12 @@ pub struct Editor {
 }
 
 impl Editor {
-    /// An editor of a scene without strokes.
+    /// Creates an editor of a scene without strokes.
     pub fn new(seed: u64) -> Self {
         Self { random: Pcg64::new(u128::from(seed), 7), strokes: 0 }
     }
 
-    /// From 0 to below `count`.
+    /// Returns a number from 0 to below `count`.
     pub fn below(&mut self, count: u32) -> u32 {
         (self.random.next_u64() % u64::from(count)) as u32
     }
@@ -41,12 +41,12 @@ impl Editor {
         Vec3::new(self.between(-0.5, 0.5), self.between(-0.5, 0.5), self.between(-0.3, 0.3))
     }
 
-    /// The strokes at the start of the session.
+    /// Returns the strokes at the start of the session.
     pub fn start(&mut self) -> Vec<Event> {
         (0..STROKES).flat_map(|_| self.stroke()).collect()
     }
 
-    /// A new stroke, opaque or not, in front of an eye that looks along -z from the origin.
+    /// Returns a new stroke, opaque or not, in front of an eye that looks along -z from the origin.
     pub fn stroke(&mut self) -> Vec<Event> {
         let stroke = StrokeId(self.strokes);
         self.strokes += 1;
@@ -75,7 +75,7 @@ impl Editor {
         events
     }
 
-    /// An edit of a stroke or group, which need not exist.
+    /// Returns an edit of a stroke or group, which need not exist.
     pub fn edit(&mut self) -> Vec<Event> {
         let t = 0.0;
         let some = |editor: &mut Self| {
@@ -116,7 +116,7 @@ impl Editor {
         }]
     }
 
-    /// The events of a frame: mostly a few edits.
+    /// Returns the events of a frame: mostly a few edits.
     pub fn frame(&mut self) -> Vec<Event> {
         let edits = 1 + self.below(4);
         (0..edits).flat_map(|_| self.edit()).collect()

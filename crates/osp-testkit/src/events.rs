@@ -9,26 +9,26 @@ use osp_session::{
 /// The beginning of a stroke: `Begin { width: 0.2, ..Begin::of(stroke) }.event()`.
 #[derive(Clone, Debug)]
 pub struct Begin {
-    /// The author; default: the only one.
+    /// The author. Default: the only one.
     pub author: Author,
     /// The stroke's number.
     pub stroke: StrokeId,
-    /// A ribbon.
+    /// The tool. Default: a ribbon.
     pub tool: Tool,
-    /// Metres; 0.1.
+    /// The width in metres. Default: 0.1.
     pub width: f32,
-    /// White.
+    /// The colour. Default: white.
     pub color: (f32, f32, f32, f32),
-    /// [`NormalRule::Transport`].
+    /// The rule for normals. Default: [`NormalRule::Transport`].
     pub normal: NormalRule,
-    /// The share of the width without pressure; 1.
+    /// The share of the width without pressure. Default: 1.
     pub thinnest: f32,
-    /// None.
+    /// The paint. Default: none.
     pub paint: Option<Box<Paint>>,
 }
 
 impl Begin {
-    /// The beginning of a plain ribbon.
+    /// Returns the beginning of a plain ribbon.
     pub fn of(stroke: StrokeId) -> Self {
         Self {
             author: Author::SOLE,
@@ -42,19 +42,19 @@ impl Begin {
         }
     }
 
-    /// The event, at the time 0.
+    /// Returns the event, at the time 0.
     pub fn event(self) -> Event {
         let Self { author, stroke, tool, width, color, normal, thinnest, paint } = self;
         Event::Begin { author, t: 0.0, stroke, tool, width, color, normal, thinnest, paint }
     }
 }
 
-/// A sample of a stroke, pressed fully.
+/// Returns a sample of a stroke, at full pressure.
 pub fn point(stroke: StrokeId, p: Vec3) -> Event {
     Event::Point { t: 0.0, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }
 }
 
-/// A polygon of the only author.
+/// Returns a polygon of the only author.
 pub fn polygon(
     stroke: Option<StrokeId>,
     vertices: impl Into<Vec<Vec3>>,
@@ -63,7 +63,7 @@ pub fn polygon(
     Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices: vertices.into(), color }
 }
 
-/// The scene after these events.
+/// Returns the scene after these events.
 pub fn scene_of<'a>(events: impl IntoIterator<Item = &'a Event>) -> Scene {
     let mut scene = Scene::new();
     scene.apply_all(events, &mut Vec::new());

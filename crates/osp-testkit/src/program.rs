@@ -1,4 +1,4 @@
-//! The program, run as a user runs it.
+//! Runs the program like a user.
 
 use std::{
     ffi::OsStr,
@@ -16,14 +16,14 @@ use crate::ROOT;
 pub struct Program(pub &'static str);
 
 impl Program {
-    /// The program with arguments, in a folder.
+    /// Returns the program with arguments, in a folder.
     pub fn command_in<S: AsRef<OsStr>>(
         self,
         folder: impl AsRef<Path>,
         args: impl IntoIterator<Item = S>,
     ) -> Command {
         let mut command = Command::new(self.0);
-        // Some graphics drivers complain if there is none.
+        // Some graphics drivers complain if this variable is missing.
         command.args(args).current_dir(folder).env("XDG_RUNTIME_DIR", std::env::temp_dir());
         command
     }
@@ -33,11 +33,11 @@ impl Program {
         self.command_in(ROOT, args)
     }
 
-    /// Exit status and output.
+    /// Returns the exit status and output.
     ///
     /// # Panics
     ///
-    /// Panics if it does not start.
+    /// Panics if the program does not start.
     pub fn run_in<S: AsRef<OsStr>>(
         self,
         folder: impl AsRef<Path>,
@@ -51,7 +51,7 @@ impl Program {
         self.run_in(ROOT, args)
     }
 
-    /// Output of a successful run.
+    /// Returns the output of a successful run.
     ///
     /// # Panics
     ///
@@ -72,11 +72,11 @@ impl Program {
         self.done_in(ROOT, args)
     }
 
-    /// Error message of a run that ends with exit code 2.
+    /// Returns the error message of a run that ends with exit code 2.
     ///
     /// # Panics
     ///
-    /// Panics if it ends otherwise.
+    /// Panics if the program ends in another way.
     pub fn refused_in<S: AsRef<OsStr>>(
         self,
         folder: impl AsRef<Path>,
@@ -93,7 +93,7 @@ impl Program {
         self.refused_in(ROOT, args)
     }
 
-    /// The JSON that a successful run prints.
+    /// Returns the JSON that a successful run prints.
     ///
     /// # Panics
     ///
@@ -112,17 +112,17 @@ impl Program {
     }
 }
 
-/// Text that a program has printed.
+/// Returns the text that a program has printed.
 pub fn stdout(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// Text that a program has printed to standard error.
+/// Returns the text that a program has printed to standard error.
 pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// The JSON that a successful program has printed.
+/// Returns the JSON that a successful program has printed.
 ///
 /// # Panics
 ///
@@ -132,11 +132,11 @@ pub fn json(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).expect("one JSON value")
 }
 
-/// The names in a folder, sorted, so that a forgotten file is seen.
+/// Returns the names in a folder, sorted, so that a test finds a forgotten file.
 ///
 /// # Panics
 ///
-/// Panics if it is no folder.
+/// Panics if it is not a folder.
 pub fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).expect("a folder");
     let mut names: Vec<String> =
@@ -145,21 +145,21 @@ pub fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Makes a named pipe; false where the system has none.
+/// Makes a named pipe. Returns false if the system has none.
 pub fn make_pipe(path: &Path) -> bool {
     Command::new("mkfifo").arg(path).status().is_ok_and(|status| status.success())
 }
 
-/// A folder that is removed after the test.
+/// Makes a folder that is removed after the test.
 ///
 /// # Panics
 ///
-/// Panics if none can be made.
+/// Panics if the folder cannot be made.
 pub fn temp() -> TempDir {
     tempfile::tempdir().expect("a temporary folder")
 }
 
-/// The path of a shipped session: `room` for `recordings/room.ron`.
+/// Returns the path of a shipped session: `room` for `recordings/room.ron`.
 pub fn shipped_session(name: &str) -> String {
     format!("{ROOT}/recordings/{name}.ron")
 }

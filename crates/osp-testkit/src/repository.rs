@@ -1,4 +1,4 @@
-//! The repository that a package of `crates` lies in.
+//! The repository with the packages of `crates`.
 
 use std::{
     fs,
@@ -8,12 +8,12 @@ use std::{
 /// The folder of the repository.
 pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// A file or folder of the repository.
+/// Returns the path of a file or folder of the repository.
 pub fn at(path: impl AsRef<Path>) -> PathBuf {
     Path::new(ROOT).join(path)
 }
 
-/// The folders of all packages of the program; the root package comes first.
+/// Returns the folders of all packages of the program, beginning with the root package.
 pub fn packages() -> Vec<PathBuf> {
     let crates = fs::read_dir(at("crates")).expect("packages");
     let crates = crates.map(|package| package.expect("an entry").path());

@@ -20,7 +20,7 @@ const FARTHEST_PX: f64 = (1 << 23) as f64;
 /// A picture shows a part of the window only if the part is smaller than this share of it.
 const LARGEST_PART: f64 = 0.8;
 
-/// A part is at least this share of the window each way: of a smaller part, corners would be too imprecise.
+/// A part is at least this share of the window each way, because the corners of a smaller part would be too imprecise.
 const SMALLEST_PART: f64 = 1.0 / 16.0;
 
 /// Border around the occluders, as a share of the part of the window that they fill.
@@ -54,8 +54,8 @@ impl Picture {
         Self { raster: *raster, near, most_tangent, known: [DVec2::NEG_INFINITY, DVec2::INFINITY] }
     }
 
-    /// The picture of the part of the window that contains these lowest and highest tangents, with this many pixels across
-    /// and up, if the part is small; else the picture itself. It must show the whole window.
+    /// The picture of the part of the window that contains these lowest and highest tangents, with this many pixels
+    /// across and up. If the part is large, the result is the picture itself, which must show the whole window.
     pub(super) fn zoomed(
         self,
         window: &ViewWindow,

@@ -1,4 +1,4 @@
-//! `osp bench` in a worker of the page: `bench.js` calls these functions there, and ends the worker to cancel.
+//! `osp bench` in a worker of the page. `bench.js` calls these functions in the worker, and ends the worker to cancel.
 //!
 //! ```text
 //! page.js ─> bench.js (a worker) ─> measure ─> osp_lab::bench ─> the report as a page of its own
@@ -20,7 +20,7 @@ use osp_session::{
 };
 use wasm_bindgen::prelude::*;
 
-/// Those of `osp bench --quick`.
+/// The same as those of `osp bench --quick`.
 const SIZES: [u32; 2] = [1000, 10_000];
 const SESSION_SECS: f64 = 0.1;
 const GROWTH_SECS: f64 = 0.15;
@@ -29,28 +29,28 @@ const MOVING_SECS: f64 = 0.01;
 const QUESTIONS: usize = 64;
 const BATCH: u32 = 8;
 const FLIGHT_FRAMES: u64 = 360;
-/// Frames between two reports on how far it has come.
+/// Number of frames between two progress reports.
 const SAID_EVERY: u64 = 64;
 
 thread_local! {
     static FILES: RefCell<MemoryFiles> = RefCell::default();
 }
 
-/// Puts a file where [`measure`] finds it.
+/// Stores a file for [`measure`].
 #[wasm_bindgen]
 pub fn put(path: &str, bytes: Vec<u8>) {
     FILES.with_borrow_mut(|files| files.insert(path, bytes));
 }
 
-/// Measures all structures on a session, as `osp bench FILE --quick` does. `browser` stands in the report where
-/// a processor would; `say` is told what is measured. Returns the report: a whole page of HTML.
+/// Measures all structures on a session, like `osp bench FILE --quick`. In the report `browser` replaces the processor.
+/// `say` gets progress reports. Returns the report as a whole page of HTML.
 ///
 /// # Errors
 /// The session cannot be read.
 #[wasm_bindgen]
 pub fn measure(path: &str, browser: &str, say: &js_sys::Function) -> Result<String, JsError> {
     let tell = |text: &str| {
-        // Whoever does not want to hear it does not end the measurement.
+        // If nobody receives the report, the measurement continues.
         let _ = say.call1(&JsValue::NULL, &text.into());
     };
     Ok(bench::page(&run(path, browser, &tell)?))

@@ -1,4 +1,4 @@
-//! `osp-web-bindings FILE.wasm FOLDER`: writes `osp_web_bg.wasm` and the JavaScript that loads it into a folder.
+//! `osp-web-bindings FILE.wasm FOLDER` writes `osp_web_bg.wasm` and the JavaScript that loads it into a folder.
 
 use std::path::PathBuf;
 

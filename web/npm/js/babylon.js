@@ -1,4 +1,4 @@
-// Culls the meshes of a Babylon.js scene. See README.md and babylon.d.ts. It needs nothing of Babylon but the scene it is given.
+// Culls the meshes of a Babylon.js scene. See README.md and babylon.d.ts. It uses no part of Babylon except the scene.
 
 import { Osp } from "./index.js";
 import { roundDown, roundUp } from "./outward.js";
@@ -6,27 +6,27 @@ import { roundDown, roundUp } from "./outward.js";
 /** Scenes that have a culler. */
 const TAKEN = new WeakSet();
 
-/** Numbers of a box. */
+/** Number of values of a box. */
 const BOX = 6;
 
 export class SceneCuller {
   #scene;
   #osp;
   #candidatesBefore;
-  /** What took the place of the scene's. */
+  /** The function that replaces the scene's. */
   #finder = () => (this.#observer === null ? this.#candidatesBefore.call(this.#scene) : this.#find());
   #observer;
   #ids = new Map();
-  /** By id; a hole where an id is not in use. */
+  /** Meshes by id. An unused id is a hole. */
   #meshes = [];
   #boxes = new Float64Array(0);
   #isFiled = new Uint8Array(0);
-  /** The frame in which a mesh was last in the scene. */
+  /** By id: the last frame in which the mesh was in the scene. */
   #frameOf = new Uint32Array(0);
   #frame = 0;
   #free = [];
   #candidates = { data: [], length: 0 };
-  /** Candidates of the last frame. */
+  /** Number of candidates of the last frame. */
   #count = 0;
   #found = new Uint32Array(0);
 
@@ -54,7 +54,7 @@ export class SceneCuller {
     this.#scene.onDisposeObservable.remove(this.#observer);
     this.#observer = null;
     TAKEN.delete(this.#scene);
-    // Where somebody has put another function over ours, that one stays, and ours only hands on.
+    // If somebody has replaced our function, theirs stays, and ours only calls the original.
     if (this.#scene.getActiveMeshCandidates === this.#finder) this.#scene.getActiveMeshCandidates = this.#candidatesBefore;
     this.#candidates.data.length = 0;
     this.#osp.free();
@@ -93,7 +93,7 @@ export class SceneCuller {
   }
 
   /**
-   * The meshes that the scene's camera may see, and those that must always be looked at. All of them where nobody knows what it sees:
+   * Returns the meshes that the scene's camera may see, and those that are always candidates. Returns all meshes if the view is unknown:
    * an exception in a frame would end Babylon's loop.
    */
   #find() {
@@ -126,8 +126,8 @@ export class SceneCuller {
   }
 
   /**
-   * Brings the index up to date; answers the meshes that are not in it. The scene's own list is read, because its observers hear of a
-   * new mesh only after the frame.
+   * Updates the index. Returns the meshes that are not in it. The scene's own list is read, because its observers are notified of a new
+   * mesh only after the frame.
    */
   #follow() {
     const always = [],
@@ -147,7 +147,7 @@ export class SceneCuller {
       if (ids.moved.length > 0) this.#osp.update(Uint32Array.from(ids.moved), this.#boxesOf(ids.moved));
       if (ids.came.length > 0) this.#osp.insert(Uint32Array.from(ids.came), this.#boxesOf(ids.came));
     } catch (error) {
-      // The boxes that were noted are not those of the index: the next frame notes them anew.
+      // The stored boxes are not those of the index, so the next frame stores them again.
       for (const id of [...ids.moved, ...ids.came]) this.#boxes[BOX * id] = NaN;
       throw error;
     }
@@ -156,7 +156,7 @@ export class SceneCuller {
     return always;
   }
 
-  /** Notes the mesh's box; whether it is another one than is in the index. A mesh without a finite box leaves the index. */
+  /** Stores the mesh's box. Returns whether it differs from the one in the index. A mesh without a finite box leaves the index. */
   #isMoved(mesh, id) {
     mesh.computeWorldMatrix();
     const { minimumWorld: low, maximumWorld: high } = mesh.getBoundingInfo().boundingBox;
@@ -191,8 +191,11 @@ export class SceneCuller {
 
 if (Symbol.dispose) SceneCuller.prototype[Symbol.dispose] = SceneCuller.prototype.dispose;
 
-/** Whether Babylon has to see a mesh in each frame, wherever it is. */
+/** Whether Babylon must get a mesh in each frame, at any place. */
 const isAlwaysAsked = (mesh) => mesh.alwaysSelectAsActiveMesh || mesh.infiniteDistance || !!mesh.actionManager;
 
-/** Of WebXR, or another rig: with multiview one pass draws for both eyes, and the scene's matrix is that of the left one. */
+/**
+ * Whether a camera belongs to WebXR or another rig. With multiview, one pass draws for both eyes, but the scene's matrix is for the left
+ * one.
+ */
 const drawsForSeveralEyes = (camera) => !!camera && (camera.cameraRigMode > 0 || camera.isRigCamera === true);

@@ -1,9 +1,9 @@
-// What arguments have to be, before any number of them is looked at.
+// Checks of arguments, before any of their numbers is used.
 
 const nameOf = (value) =>
   value === null || value === undefined ? String(value) : (value[Symbol.toStringTag] ?? value.constructor?.name ?? typeof value);
 
-/** A typed array of this kind, from any window. */
+/** Checks a typed array of this kind, from any window. */
 export function typed(value, kind, name) {
   if (!ArrayBuffer.isView(value) || value[Symbol.toStringTag] !== kind) {
     throw new TypeError(`${name}: expected a ${kind}, found ${nameOf(value)}`);
@@ -11,7 +11,7 @@ export function typed(value, kind, name) {
   return value;
 }
 
-/** An array, typed or not, of so many numbers. */
+/** Checks an array, typed or not, of this many numbers. */
 export function numbers(value, length, name) {
   const isList = Array.isArray(value) || (ArrayBuffer.isView(value) && !(value instanceof DataView));
   if (!isList) throw new TypeError(`${name}: expected an array of ${length} numbers, found ${nameOf(value)}`);
@@ -19,13 +19,13 @@ export function numbers(value, length, name) {
   return value;
 }
 
-/** A number. */
+/** Checks a number. */
 export function number(value, name) {
   if (typeof value !== "number") throw new TypeError(`${name}: expected a number, found ${nameOf(value)}`);
   return value;
 }
 
-/** Six numbers for each id. */
+/** Checks that there are six numbers for each id. */
 export function boxesOf(ids, boxes) {
   typed(ids, "Uint32Array", "ids");
   typed(boxes, "Float32Array", "boxes");
@@ -34,7 +34,7 @@ export function boxesOf(ids, boxes) {
   }
 }
 
-/** Whether depth goes from -1 to 1. That also holds what goes from 0 to 1, so it is what is taken where nothing is said. */
+/** Whether depth goes from -1 to 1. This is the default, because it includes the range from 0 to 1. */
 export function isWebgl(depth) {
   if (depth === undefined || depth === "webgl") return true;
   if (depth === "webgpu") return false;

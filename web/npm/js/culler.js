@@ -1,16 +1,17 @@
-// Objects with keys of the caller's that come, move and go, and what each camera sees of them. See README.md and index.d.ts.
+// Objects with keys from the caller, which can be added, moved and removed, and the objects that each camera sees. See
+// README.md and index.d.ts.
 
 import { Culler as Core } from "../wasm/osp_culling.js";
 import { number, numbers, typed } from "./check.js";
 import { bigs, checkLoaded, doubles, floats, ids as words } from "./memory.js";
 import { outward } from "./outward.js";
 
-/** How Rust knows which depths a matrix draws. */
+/** Numbers for the ranges of depth in Rust. */
 const DEPTHS = { webgpu: 0, reversed: 1, webgl: 2 };
 
 const ALL_LAYERS = 0xffffffff;
 
-/** Keys of one kind: how one and many are checked, written to memory, which has 64 bits for each, and read. */
+/** Functions for one kind of keys: they check one or many, write them to memory with 64 bits each, and read them. */
 const KINDS = {
   uint32: {
     list: "Uint32Array",
@@ -187,7 +188,7 @@ export class Culler {
     this.#core = null;
   }
 
-  /** One key or many as a list. */
+  /** Returns one key or many as a list. */
   #listOf(keys) {
     return ArrayBuffer.isView(keys) ? typed(keys, this.#kind.list, "keys") : [this.#one(keys)];
   }
@@ -199,7 +200,7 @@ export class Culler {
     throw new kind(`key: expected ${expected}, or a ${list} of many, found ${String(key)}`);
   }
 
-  /** Writes keys and numbers where the culler reads them. */
+  /** Writes keys and numbers to the place from which the culler reads them. */
   #write(keys, { singles = [], whole = [], double = [] } = {}) {
     const culler = this.#culler;
     culler.room(keys.length, singles.length, whole.length, double.length);
@@ -209,7 +210,7 @@ export class Culler {
     doubles(culler.doubles_at(), double.length).set(double);
   }
 
-  /** Writes the numbers of a question one behind the other. */
+  /** Writes the numbers of a query one after the other. */
   #ask(...parts) {
     this.#write([], { double: parts.flatMap((part) => Array.from(part)) });
   }
@@ -234,7 +235,7 @@ export class Culler {
     return culler.bounds();
   }
 
-  /** A copy of the answer, which belongs to the caller. */
+  /** Returns a copy of the result, which belongs to the caller. */
   #found(count) {
     return this.#kind.read(this.#culler.found_at(), count);
   }
@@ -246,13 +247,13 @@ export class Culler {
 
 if (Symbol.dispose) Culler.prototype[Symbol.dispose] = Culler.prototype.free;
 
-/** A mask of layers. */
+/** Checks a mask of layers. */
 function mask(layers) {
   if (Number.isInteger(layers) && layers >= 0 && layers <= ALL_LAYERS) return layers;
   throw new RangeError(`layers: expected a mask from 0 to 2^32 - 1, found ${String(layers)}`);
 }
 
-/** Cameras of the eyes of a WebXR pose. */
+/** Returns the cameras of the eyes of a WebXR pose. */
 export function xrCameras(pose, options = {}, spaceFromWorld = null) {
   return Array.from(pose.views, ({ projectionMatrix, transform }) => {
     const clipFromSpace = product(projectionMatrix, transform.inverse.matrix);
@@ -260,7 +261,7 @@ export function xrCameras(pose, options = {}, spaceFromWorld = null) {
   });
 }
 
-/** a * b in double precision, columns one after the other. */
+/** Returns a * b in double precision, in column-major order. */
 function product(a, b) {
   return Float64Array.from({ length: 16 }, (_, i) =>
     [0, 1, 2, 3].reduce((sum, k) => sum + a[4 * k + (i % 4)] * b[4 * Math.floor(i / 4) + k], 0),

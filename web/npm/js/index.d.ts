@@ -1,38 +1,39 @@
 /** An array, typed or not, of numbers. */
 export type Numbers = readonly number[] | Float32Array | Float64Array | Int32Array;
 
-/** Where the WebAssembly is: a URL, the answer of a `fetch`, bytes, or a module that is compiled. */
+/** Source of the WebAssembly: a URL, the response of a `fetch`, bytes, or a compiled module. */
 export type Source = string | URL | Request | Response | ArrayBuffer | ArrayBufferView<ArrayBuffer> | WebAssembly.Module;
 
-/** Loads the WebAssembly, once. Everything else throws until it has ended. Without a source it is the one beside the package. */
+/** Loads the WebAssembly, once. Everything else throws until this has ended. The default source is the file beside the package. */
 export function init(source?: Source | Promise<Source>): Promise<void>;
 
-/** The instructions that test boxes: "simd128" or "scalar". */
+/** The instruction set that tests boxes: "simd128" or "scalar". */
 export function kernel(): "simd128" | "scalar";
 
-/** Bytes of the WebAssembly's memory, in use or not, for all objects together. It never shrinks. */
+/** Size of the WebAssembly's memory in bytes, used or not, for all objects together. It never shrinks. */
 export function memoryBytes(): number;
 
-/**
- * Boxes of numbers of double precision, six each, as boxes of single precision that hold them.
+/** Rounds boxes of double precision, six numbers each, outwards to boxes of single precision.
  * @throws RangeError not six numbers for each box
  */
 export function outward(boxes: ArrayLike<number>): Float32Array;
 
 /** Keys of a culler: numbers from 0 to 2^32 - 1 ("uint32"), or BigInts from 0 to 2^64 - 1 ("uint64"). */
 export type Key = number | bigint;
-/** Many of them. */
+/** Many keys. */
 export type Keys<K extends Key> = K extends bigint ? BigUint64Array : Uint32Array;
 
 /** A camera or a light. */
 export interface Camera {
-  /** World to clip space, sixteen numbers, column after column, as three.js, WebGL and WebGPU have it. Perspective or parallel. */
+  /**
+   * Matrix from world to clip space: sixteen numbers in column-major order, as in three.js, WebGL and WebGPU. Perspective or parallel.
+   */
   clipFromWorld: Numbers;
-  /** "webgl" if nothing is said; "reversed" is from 1 at the near plane to 0. */
+  /** Default: "webgl". "reversed" is from 1 at the near plane to 0. */
   depth?: ClipDepth | "reversed" | undefined;
-  /** Whether what occluders hide is left out; without effect for a parallel projection. */
+  /** Whether objects behind occluders are left out. It has no effect for a parallel projection. */
   hideByOccluders?: boolean | undefined;
-  /** The camera sees objects on one of these layers, a bit each; all if nothing is said. */
+  /** Layers that the camera sees, one bit each. Default: all. */
   layers?: number | undefined;
 }
 
@@ -43,9 +44,9 @@ export interface Ray {
 }
 
 /**
- * Finds what cameras see of objects that come, move and go at any time. Each object has a key of yours and a box: six numbers min x,
- * min y, min z, max x, max y, max z, world space. A Float32Array is taken as it is, other numbers are rounded outwards. No size of the
- * world and no capacity have to be named; nothing is ever rebuilt, and nothing that can be seen is left out.
+ * Finds the objects that cameras see. Objects can be added, moved and removed at any time. Each has a key of your choice, and a box: six
+ * numbers min x, min y, min z, max x, max y, max z, world space. A Float32Array is used unchanged, other numbers are rounded outwards.
+ * The size of the world and the capacity need not be given. Nothing is ever rebuilt, and no visible object is left out.
  *
  * Answers are copies, in no particular order, each key once. After `free` every method throws an Error. Numbers out of range throw a
  * RangeError, other types than these a TypeError; so does a batch for which no memory is left. The culler is then as it was.
@@ -53,85 +54,85 @@ export interface Ray {
 export class Culler<K extends Key = number> {
   constructor(...options: K extends bigint ? [{ keys: "uint64" }] : [{ keys?: "uint32" | undefined }?]);
 
-  /** Objects with a box that was not refused. */
+  /** Number of objects with a valid box. */
   readonly size: number;
 
   /**
-   * Inserts objects, or moves those that are there: a key and six numbers, or many keys and six numbers for each. A box that is not
-   * finite or has min > max leaves its object out until it has another one: `refused` names it. An object that moves loses its
-   * occluder, unless the new box holds the one before.
+   * Inserts objects, or moves those that exist: a key and six numbers, or many keys and six numbers for each. A box that is not finite or
+   * has min > max leaves its object out until it gets another box; `refused` lists it. An object that moves loses its occluder, unless
+   * the new box contains the old one.
    */
   set(keys: K | Keys<K>, boxes: Numbers): void;
-  /** Takes objects out, with their occluders and layers. A key without an object is left alone. */
+  /** Removes objects, with their occluders and layers. Ignores keys without an object. */
   remove(keys: K | Keys<K>): void;
-  /** Takes everything out. */
+  /** Removes everything. */
   clear(): void;
-  /** Puts objects on layers, a bit each: a mask for all, or one for each. Objects are on the mask 1 unless they are put elsewhere. */
+  /** Puts objects on layers, one bit each: a mask for all, or one for each. By default, objects have the mask 1. */
   setLayers(keys: K | Keys<K>, layers: number | Uint32Array): void;
 
   /**
-   * Gives an object something that hides what is behind it, in place of what it had, world space: x, y, z of the four corners of a flat,
-   * convex quad, in order around it; or the six numbers of a box; or vertices of a mesh, with three indices for each triangle. Opaque,
-   * and hides from both sides; drawn itself, or inside of what is drawn. It stays where it is until the object moves or goes. A key
-   * without a box may have one: it hides, and is in no answer.
+   * Gives an object an occluder in world space, which hides things behind it and replaces the previous occluder. It is a flat, convex
+   * quad: x, y, z of the four corners, in order around it. Or it is the six numbers of a box, or the vertices of a mesh, with three
+   * indices for each triangle. An occluder is opaque and hides from both sides. It must be drawn itself, or lie inside drawn things. It
+   * stays in place until the object moves or is removed. A key without a box may have an occluder, which hides but is in no result.
    * @throws RangeError numbers that are not finite, a bent or crossed quad, an index without a vertex, no area
    */
   setOccluder(key: K, corners: Numbers, indices?: Uint32Array): void;
-  /** Takes an object's occluder away. Nothing happens if there is none. */
+  /** Removes an object's occluder. Nothing happens if there is none. */
   removeOccluder(key: K): void;
 
   /**
-   * What each camera sees: an array of keys for each. All cameras are culled in one walk: two eyes (`xrCameras`), a camera and its
-   * lights, the sides of a cube.
+   * Finds the objects that each camera sees. Returns an array of keys for each. All cameras are culled in one pass: two eyes
+   * (`xrCameras`), a camera and its lights, the sides of a cube.
    * @throws RangeError a matrix with numbers that are not finite, or without an inverse
    */
   cull(...cameras: Camera[]): Keys<K>[];
   /**
-   * Of each box, six numbers, 1 if nothing of it can be on a camera's screen, else 0: it is out of view, or behind the occluders if the
-   * camera hides by them. The boxes are in no culler: of a sound, a character, a trigger. One that is not finite or has min > max is not
-   * hidden. Makes all changes known, as `cull` does.
+   * Returns 1 for each box (six numbers) that is completely off a camera's screen or, with `hideByOccluders`, behind the occluders; else
+   * 0. The boxes belong to no culler: they may be those of a sound, a character, a trigger. A box that is not finite or has min > max is
+   * not hidden. Applies all changes, like `cull`.
    */
   areHidden(camera: Camera, boxes: Numbers): Uint8Array;
-  /** How many objects in view of a camera of the last `cull` occluders hide. */
+  /** Number of objects that are in view of a camera of the last `cull`, but hidden by occluders. */
   hidden(camera?: number): number;
-  /** What was refused between the last two calls of `cull`, and why; of very much the beginning. */
+  /** The refusals between the last two calls of `cull`, with the reasons. A very long list is cut off. */
   readonly refused: { key: K; why: string }[];
-  /** Makes all changes known to `inBox`, `inSphere`, `onRay`, `pick` and `nearest`. `cull` does it, too. */
+  /** Applies all changes, so that `inBox`, `inSphere`, `onRay`, `pick` and `nearest` use them. `cull` does this, too. */
   commit(): void;
 
   /** Whether an object has this key. */
   has(key: K): boolean;
-  /** Its box as it was set last, a copy; undefined where there is none. */
+  /** A copy of an object's box that was set last; undefined if there is none. */
   box(key: K): Float32Array | undefined;
 
-  /** The objects whose boxes share a point with the box from `min` to `max`; touching counts. */
+  /** The objects whose boxes have a point in common with the box from `min` to `max`; touching counts. */
   inBox(min: Numbers, max: Numbers): Keys<K>;
-  /** The objects whose boxes share a point with a ball; touching counts. */
+  /** The objects whose boxes have a point in common with a ball; touching counts. */
   inSphere(center: Numbers, radius: number): Keys<K>;
   /**
-   * The objects whose boxes a ray enters, at most `tMax` lengths of the direction away, the nearest first; `ts` says where, 0 from
+   * The objects whose boxes a ray enters, at most `tMax` lengths of the direction away, the nearest first. `ts` has the places, 0 from
    * inside.
    */
   onRay(origin: Numbers, direction: Numbers, tMax?: number): { keys: Keys<K>; ts: Float32Array };
   /**
-   * The object that a ray meets first; null if it meets none. `hit` says where the ray meets an object itself, if it does. It is called
-   * for objects whose boxes the ray enters, from the nearest on, as long as one may be nearer than the nearest hit. Without `hit` the
-   * boxes are what is met.
+   * The first object that a ray hits, or null. `hit` returns the place at which the ray hits an object itself, if it does. It is called
+   * for objects whose boxes the ray enters, the nearest first, while one may be nearer than the nearest hit. Without `hit`, the boxes
+   * count as the objects.
    */
   pick(ray: Ray, hit?: (key: K) => number | null | undefined, tMax?: number): { key: K; t: number } | null;
-  /** The objects whose boxes are nearest to a point, and their distances, 0 from inside; the nearest first. Fewer if there are fewer. */
+  /** The objects whose boxes are nearest to a point, the nearest first, and their distances, 0 from inside. At most `count`. */
   nearest(point: Numbers, count?: number): { keys: Keys<K>; distances: Float32Array };
-  /** The ray through a point of a camera's screen, x and y from -1 to 1, from the near plane on; its direction has the length 1. */
+  /** The ray through a point of a camera's screen, x and y from -1 to 1. It starts on the near plane; its direction has length 1. */
   screenRay(camera: Camera, x: number, y: number): { origin: Float32Array; direction: Float32Array };
 
-  /** Gives the memory back. Calling it again does nothing. */
+  /** Frees the memory. Calling this again does nothing. */
   free(): void;
   [Symbol.dispose](): void;
 }
 
 /**
- * The cameras of a WebXR pose (`frame.getViewerPose(space)`), one for each view, with the same options. `spaceFromWorld`, 16 numbers,
- * takes the world of the boxes to `space`; without it both are the same.
+ * The cameras of a WebXR pose (`frame.getViewerPose(space)`), one for each view, with the same options. `spaceFromWorld`, 16 numbers, is
+ * the matrix from the world of the boxes to `space`; without it both are the same.
  */
 export function xrCameras(
   pose: { views: Iterable<{ projectionMatrix: Float32Array; transform: { inverse: { matrix: Float32Array } } }> },
@@ -141,55 +142,56 @@ export function xrCameras(
 
 /** Hints, not limits. */
 export interface OspOptions {
-  /** Centre of a cube around most of what will come; 0, 0, 0. */
+  /** Centre of a cube around most of the future boxes. Default: 0, 0, 0. */
   rootCenter?: Numbers | undefined;
-  /** Edge of that cube, in the unit of the boxes; 64. */
+  /** Edge of that cube, in the unit of the boxes. Default: 64. */
   rootSize?: number | undefined;
-  /** Boxes to reserve memory for, about 50 bytes each; 1024. At most 2^27. */
+  /** Number of boxes to reserve memory for, about 50 bytes each, at most 2^27. Default: 1024. */
   capacity?: number | undefined;
 }
 
-/** Which depths the matrix draws, after the division by w. */
+/** Range of visible depths of the matrix, after the division by w. */
 export type ClipDepth =
-  /** From -1 to 1. It holds everything that "webgpu" holds, so nothing is lost by it. */
+  /** From -1 to 1. This includes the range of "webgpu", so it is always safe. */
   | "webgl"
   /** From 0 to 1 or, reversed, from 1 to 0. */
   | "webgpu";
 
 export interface CullOptions {
-  /** "webgl" if nothing is said. */
+  /** Default: "webgl". */
   depth?: ClipDepth | undefined;
-  /** Occluders, built for the same matrix and depth: boxes behind them are left out. */
+  /** Occluders that were built for the same matrix and depth. Boxes behind them are left out. */
   occlusion?: DepthBuffer | undefined;
 }
 
-/** What a ray enters first. */
+/** The first box that a ray enters. */
 export interface Hit {
   id: number;
-  /** Where, in lengths of the direction from the origin; 0 from inside. */
+  /** Place of the hit, in lengths of the direction from the origin; 0 from inside. */
   t: number;
 }
 
 /** Boxes, the nearest first. */
 export interface Nearest {
   ids: Uint32Array;
-  /** From the point to each box; 0 from inside. */
+  /** Distance from the point to each box; 0 from inside. */
   distances: Float32Array;
 }
 
 /**
- * An index of boxes that come, move and go at any time; nothing is ever rebuilt. A box is six numbers of a Float32Array: min x, min y,
- * min z, max x, max y, max z, finite, min <= max. Ids are yours: whole numbers below 2^27, best small and without gaps.
+ * An index of boxes, which can be added, moved and removed at any time; nothing is ever rebuilt. A box is six numbers of a Float32Array:
+ * min x, min y, min z, max x, max y, max z, finite, min <= max. You choose the ids: whole numbers below 2^27, best small and without
+ * gaps.
  *
- * A batch is taken whole or not at all. Answers are copies, in no particular order, each id once. After `free` every method throws an
- * Error. Numbers out of range throw a RangeError, other types than these a TypeError; the index is then as it was.
+ * A batch succeeds as a whole or changes nothing. Results are copies, in no particular order, each id once. After `free` every method
+ * throws an Error. Numbers out of range throw a RangeError, other types than these a TypeError; the index is then as it was.
  */
 export class Osp {
   constructor(options?: OspOptions);
 
-  /** Boxes in the index. */
+  /** Number of boxes in the index. */
   readonly size: number;
-  /** Bytes that the index holds. */
+  /** Memory of the index in bytes. */
   readonly bytes: number;
 
   /**
@@ -198,112 +200,112 @@ export class Osp {
    */
   insert(ids: Uint32Array, boxes: Float32Array): void;
   /**
-   * Gives ids that are in the index other boxes.
+   * Replaces the boxes of ids that are in the index.
    * @throws RangeError an id is not in the index or given twice; a box is not finite or has min > max; no memory is left
    */
   update(ids: Uint32Array, boxes: Float32Array): void;
   /**
-   * Takes ids out.
+   * Removes ids.
    * @throws RangeError an id is not in the index or given twice
    */
   remove(ids: Uint32Array): void;
-  /** Takes all out; keeps the memory. */
+  /** Removes everything, but keeps the memory. */
   clear(): void;
   /**
-   * Ends the changes of a frame: does a bounded share of upkeep. A query calls it where you have not.
-   * @throws RangeError other objects have taken the memory that it needs since the changes were made; so does a query then
+   * Ends the changes of a frame, with a bounded amount of maintenance. A query calls it if you have not.
+   * @throws RangeError other objects have taken the necessary memory since the changes were made; then a query throws this, too
    */
   commit(): void;
 
   /** Whether an id is in the index. */
   has(id: number): boolean;
-  /** The box of an id, a copy; undefined where there is none. */
+  /** A copy of the box of an id; undefined if there is none. */
   box(id: number): Float32Array | undefined;
 
   /**
-   * The boxes that a camera may see: all that share a point with what the matrix shows (by its double precision), and perhaps a few
-   * near its edges. The matrix takes the world to clip space, sixteen numbers, column after column, as three.js, WebGL and WebGPU have
-   * it; perspective or parallel.
+   * The boxes that a camera may see: all that have a point in common with the view of the matrix (in double precision), and perhaps a few
+   * near its edges. The matrix is from world to clip space: sixteen numbers in column-major order, as in three.js, WebGL and WebGPU;
+   * perspective or parallel.
    * @throws RangeError numbers that are not finite, a matrix without an inverse, occlusion that was built for another matrix
    */
   cull(clipFromWorld: Numbers, options?: CullOptions): Uint32Array;
   /**
-   * `cull` into an array of yours; how many ids it wrote. `osp.size` is room enough.
-   * @throws RangeError as `cull`, or there is too little room; nothing is written then
+   * The same as `cull`, into your own array. Returns the number of ids. Room for `osp.size` ids is enough.
+   * @throws RangeError as in `cull`, or there is too little room; then nothing is written
    */
   cullInto(out: Uint32Array, clipFromWorld: Numbers, options?: CullOptions): number;
   /**
-   * The boxes that lie wholly behind none of one to six planes, four numbers a, b, c, d each; inside is a x + b y + c z + d >= 0. A few
-   * more may be found, by the rounding of coordinates as large as the index has seen.
+   * The boxes that are not completely behind any of one to six planes, four numbers a, b, c, d each; inside is a x + b y + c z + d >= 0.
+   * Because of rounding, a few more may be found. Their number depends on the largest coordinates so far.
    * @throws RangeError not one to six planes, numbers that are not finite in single precision
    */
   cullPlanes(planes: Numbers): Uint32Array;
-  /** `cullPlanes` into an array of yours; how many ids it wrote. */
+  /** The same as `cullPlanes`, into your own array. Returns the number of ids. */
   cullPlanesInto(out: Uint32Array, planes: Numbers): number;
 
   /**
-   * The boxes that share a point with the box from `min` to `max`; touching counts.
+   * The boxes that have a point in common with the box from `min` to `max`; touching counts.
    * @throws RangeError numbers that are not finite, min > max
    */
   inBox(min: Numbers, max: Numbers): Uint32Array;
   /**
-   * The boxes that share a point with a ball; touching counts.
+   * The boxes that have a point in common with a ball; touching counts.
    * @throws RangeError a centre that is not finite, a radius that is below 0 or not finite
    */
   inSphere(center: Numbers, radius: number): Uint32Array;
   /**
-   * The box that a ray enters first, at most `tMax` lengths of the direction away; null if it enters none. Of several at the same
-   * place the lowest id. Origin and direction are rounded to single precision.
+   * The first box that a ray enters, at most `tMax` lengths of the direction away, or null. If several are at the same place, it has the
+   * lowest id. Origin and direction are rounded to single precision.
    * @throws RangeError numbers that are not finite, a direction 0, 0, 0, tMax below 0 or NaN
    */
   ray(origin: Numbers, direction: Numbers, tMax?: number): Hit | null;
   /**
-   * The boxes nearest to a point; of those at the same distance the lower ids. Fewer if there are fewer. The point is rounded to single
-   * precision, and so are the distances.
+   * The boxes nearest to a point, at most `count`. Among boxes at the same distance, lower ids come first. The point and the distances
+   * are rounded to single precision.
    * @throws RangeError a point that is not finite, a count below 0 or NaN
    */
   nearest(point: Numbers, count?: number): Nearest;
 
-  /** Gives the memory back. Calling it again does nothing. */
+  /** Frees the memory. Calling this again does nothing. */
   free(): void;
   [Symbol.dispose](): void;
 }
 
 export interface DepthBufferOptions {
-  /** Pixels across, 1 to 8192, rounded up to a multiple of 64; 512. */
+  /** Width in pixels, 1 to 8192, rounded up to a multiple of 64. Default: 512. */
   width?: number | undefined;
-  /** Pixels down, 1 to 8192, rounded up to a multiple of 4; 288. */
+  /** Height in pixels, 1 to 8192, rounded up to a multiple of 4. Default: 288. */
   height?: number | undefined;
 }
 
 export interface BuildOptions {
-  /** "webgl" if nothing is said. */
+  /** Default: "webgl". */
   depth?: ClipDepth | undefined;
-  /** The corners of each polygon, 3 to 7; triangles if nothing is said. */
+  /** Number of corners of each polygon, 3 to 7. Default: triangles. */
   cornersOf?: Uint32Array | undefined;
 }
 
 /**
- * A masked depth buffer in software, of large opaque convex polygons that hide what is behind them, from either side. Conservative: a
+ * A masked depth buffer in software, for large opaque convex polygons that hide things behind them, from both sides. Conservative: a
  * pixel counts only where one polygon covers all of it, so few large polygons (a wall as one quad) hide more than many small ones.
  */
 export class DepthBuffer {
   constructor(options?: DepthBufferOptions);
 
   /**
-   * Fills the buffer for a frame: `corners` are x, y, z of the corners in order around each polygon, world space. How many of the
-   * polygons hide something; those seen edge-on or before the near plane hide nothing.
-   * @throws RangeError a matrix that is no perspective, or knows its eye no better than to 10^-7 of the near distance; corners that are
-   * not finite, other numbers of corners; it is as it was then
+   * Fills the buffer for a frame: `corners` are x, y, z of the corners in order around each polygon, world space. Returns the number of
+   * polygons that hide something. Polygons that are seen edge-on or are in front of the near plane hide nothing.
+   * @throws RangeError a matrix that is not perspective, or has an eye with an error above 10^-7 of the near distance; corners that are
+   * not finite, invalid numbers of corners. Then the buffer is unchanged
    */
   build(clipFromWorld: Numbers, corners: Float32Array, options?: BuildOptions): number;
   /**
-   * Tests boxes, six numbers each: 1 for each that is hidden wherever the screen shows it, else 0.
+   * Tests boxes, six numbers each. Returns 1 for each box that is completely hidden on the screen, else 0.
    * @throws RangeError a box is not finite or has min > max; nothing was built yet
    */
   hidden(boxes: Float32Array): Uint8Array;
 
-  /** Gives the memory back. Calling it again does nothing. */
+  /** Frees the memory. Calling this again does nothing. */
   free(): void;
   [Symbol.dispose](): void;
 }

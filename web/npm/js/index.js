@@ -1,4 +1,4 @@
-// An index of boxes that come, move and go at any time. See README.md and index.d.ts.
+// An index of boxes, which can be added, moved and removed at any time. See README.md and index.d.ts.
 
 import { Index, kernel as kernelName } from "../wasm/osp_culling.js";
 import { boxesOf, isWebgl, number, numbers, typed } from "./check.js";
@@ -10,7 +10,7 @@ export { DepthBuffer } from "./depth-buffer.js";
 export { init, memoryBytes } from "./memory.js";
 export { outward } from "./outward.js";
 
-/** The instructions that test boxes: "simd128" or "scalar". */
+/** The instruction set that tests boxes: "simd128" or "scalar". */
 export function kernel() {
   checkLoaded();
   return kernelName();
@@ -126,7 +126,7 @@ export class Osp {
     this.#core = null;
   }
 
-  /** Writes a batch where the index reads it. */
+  /** Writes a batch to the place from which the index reads it. */
   #write(ids, boxes) {
     const index = this.#index;
     boxesOf(ids, boxes);
@@ -136,7 +136,7 @@ export class Osp {
     return index;
   }
 
-  /** Writes the numbers of a question one behind the other. */
+  /** Writes the numbers of a query one after the other. */
   #ask(...parts) {
     const into = doubles(this.#index.numbers_at(), 24);
     let at = 0;
@@ -162,7 +162,7 @@ export class Osp {
     return index.cull_planes(count);
   }
 
-  /** A copy of the answer, which belongs to the caller. */
+  /** Returns a copy of the result, which belongs to the caller. */
   #found(count) {
     return idsAt(this.#index.found_at(), count).slice();
   }

@@ -3,6 +3,6 @@
 export async function moduleBeside() {
   const answer = await fetch(new URL("../wasm/osp_culling_bg.wasm", import.meta.url));
   if (!answer.ok) throw new Error(`osp-culling: expected the WebAssembly at ${answer.url}, found status ${answer.status}`);
-  // Not by streaming: that wants a MIME type which not every server sends.
+  // This does not stream, because streaming requires a MIME type that some servers do not send.
   return WebAssembly.compile(await answer.arrayBuffer());
 }

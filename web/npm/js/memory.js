@@ -1,20 +1,20 @@
-// The module and its memory. Its memory moves when it grows, so a view of it is made for each access and never kept.
+// The module and its memory. The memory moves when it grows, so a new view of it is made for each access.
 
 import { initSync } from "../wasm/osp_culling.js";
 import { moduleBeside } from "#load";
 
-/** The memory of the module, once it is there. */
+/** The memory of the module, after it has been loaded. */
 let memory = null;
-/** What `init` waits for. */
+/** The promise that `init` waits for. */
 let pending = null;
 
 /**
- * Loads the WebAssembly; once. Called again it waits for the same.
- * @param source where it is, if not beside the package: a URL, a Response, bytes, or a compiled module
+ * Loads the WebAssembly, once. Another call waits for the same load.
+ * @param source the source, if it is not beside the package: a URL, a Response, bytes, or a compiled module
  */
 export function init(source) {
   pending ??= load(source).catch((error) => {
-    // So that it may be tried again.
+    // After an error, the load may be tried again.
     pending = null;
     throw error;
   });
@@ -35,7 +35,7 @@ async function moduleOf(source) {
   return WebAssembly.compile(await answer.arrayBuffer());
 }
 
-/** Throws where `init` has not ended. */
+/** Throws if `init` has not ended. */
 export function checkLoaded() {
   if (memory === null) throw new Error("osp-culling: call `await init()` first");
 }
@@ -45,7 +45,7 @@ export const doubles = (at, length) => new Float64Array(memory.buffer, at, lengt
 export const floats = (at, length) => new Float32Array(memory.buffer, at, length);
 export const ids = (at, length) => new Uint32Array(memory.buffer, at, length);
 
-/** Bytes of the module's memory, used or not. It never shrinks. */
+/** Returns the size of the module's memory in bytes, used or not. It never shrinks. */
 export function memoryBytes() {
   checkLoaded();
   return memory.buffer.byteLength;

@@ -1,9 +1,9 @@
-// Numbers of double precision as boxes of single precision that hold them.
+// Rounds numbers of double precision outwards to boxes of single precision.
 
 const single = new Float32Array(1);
 const bits = new Int32Array(single.buffer);
 
-/** The largest number of single precision that is no more. */
+/** Returns the largest number of single precision that is not greater. */
 export function roundDown(v) {
   single[0] = v;
   if (single[0] > v) {
@@ -13,11 +13,11 @@ export function roundDown(v) {
   return single[0];
 }
 
-/** The least number of single precision that is no less. */
+/** Returns the smallest number of single precision that is not less. */
 export const roundUp = (v) => -roundDown(-v);
 
 /**
- * Boxes of numbers of double precision, rounded outwards.
+ * Returns boxes of double precision, rounded outwards.
  * @param boxes min x, min y, min z, max x, max y, max z of each
  */
 export function outward(boxes) {

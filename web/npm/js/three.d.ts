@@ -8,30 +8,30 @@ export interface CullerOptions {
 }
 
 /**
- * Culls the instances of a `BatchedMesh`: files their boxes in an index and sets their visibility in each frame. It follows
- * `addInstance`, `deleteInstance`, `setMatrixAt`, `setGeometryIdAt`, `setGeometryAt`, `deleteGeometry` and `dispose` of this mesh;
- * the mesh itself may move, too. While it is there, the visibility of the instances belongs to it, and three.js culls the mesh no
- * more (`frustumCulled` and `perObjectFrustumCulled` are false).
+ * Culls the instances of a `BatchedMesh`: it keeps their boxes in an index and sets their visibility in each frame. It tracks
+ * `addInstance`, `deleteInstance`, `setMatrixAt`, `setGeometryIdAt`, `setGeometryAt`, `deleteGeometry` and `dispose` of this mesh; the
+ * mesh itself may move, too. While the culler exists, it controls the visibility of the instances, and three.js does not cull the mesh
+ * (`frustumCulled` and `perObjectFrustumCulled` are false).
  */
 export class BatchedMeshCuller {
   /** @throws TypeError not a BatchedMesh; Error before `init`, and for a mesh that has a culler already */
   constructor(mesh: BatchedMesh, options?: CullerOptions);
 
-  /** The index, in the space of the mesh; ids are those of the instances. Ask it what you like, and change nothing. */
+  /** The index, in the space of the mesh, with the ids of the instances. Use it for queries only; do not change it. */
   readonly osp: Osp;
-  /** The instances that the last `update` has left visible; valid until the next one. */
+  /** The instances that are visible after the last `update`. Valid until the next one. */
   readonly visible: Uint32Array;
 
   /**
-   * Once in each frame, before the mesh is drawn: shows what one of the cameras may see and hides the rest; how many are shown. Name
-   * the cameras of shadows (with their matrices brought up to date), mirrors, portals and cube maps as well, or they lack what is
-   * beside the view. In WebXR, name the eyes of the frame's pose (`xrCameras`): three.js sets its own cameras only while it draws. All
-   * instances are shown for an `ArrayCamera` or one of its cameras, and where a matrix has no finite inverse: a canvas without height,
-   * a mesh that is scaled to nothing. Instances without a finite box are always shown, and not counted.
+   * Call this once in each frame, before the mesh is drawn. It shows the instances that one of the cameras may see and hides the rest.
+   * Returns the number of shown instances. Also pass the cameras of shadows (with updated matrices), mirrors, portals and cube maps, or
+   * they lack instances beside the view. In WebXR, pass the eyes of the frame's pose (`xrCameras`): three.js sets its own cameras only
+   * while it draws. All instances are shown for an `ArrayCamera` or one of its cameras, and if a matrix has no finite inverse: a canvas
+   * without height, a mesh that is scaled to nothing. Instances without a finite box are always shown, and not counted.
    */
   update(...cameras: (Camera | ClipCamera)[]): number;
 
-  /** Leaves the mesh as it was, with all instances visible. A method that was put over the culler's meanwhile stays. */
+  /** Restores the mesh, with all instances visible. A method that has meanwhile replaced the culler's stays. */
   dispose(): void;
   [Symbol.dispose](): void;
 }

@@ -4,13 +4,13 @@ import { Box3, Matrix4, WebGPUCoordinateSystem } from "three";
 import { Osp } from "./index.js";
 import { roundDown, roundUp } from "./outward.js";
 
-/** Methods of the mesh that change what the index holds. They work as before; the culler only hears of them. */
+/** Methods of the mesh that change the contents of the index. They work as before; the culler is only notified. */
 const FOLLOWED = ["addInstance", "deleteInstance", "setMatrixAt", "setGeometryIdAt", "setGeometryAt", "dispose"];
 
 /** Meshes that have a culler. */
 const TAKEN = new WeakSet();
 
-/** Of an instance: it is in the mesh; in the index; waits to be filed; its visibility is true. */
+/** State bits of an instance: it is in the mesh; it is in the index; it waits for the index; its visibility is true. */
 const PRESENT = 1,
   FILED = 2,
   CHANGED = 4,
@@ -26,11 +26,11 @@ export class BatchedMeshCuller {
   #frame = 0;
   /** Instances whose CHANGED is set. */
   #changed = [];
-  /** Filed since the last frame: the mesh shows them, whether they are in view or not. */
+  /** Instances that came into the index since the last frame. The mesh shows them, in view or not. */
   #fresh = [];
-  /** By name: the method that took the place of the mesh's, and what the mesh itself had there before, if anything. */
+  /** By name: the method that replaces the mesh's, and the mesh's own property before that, if any. */
   #followers = new Map();
-  /** Instances that were shown at the end of the last frame, and the answer of this one. */
+  /** Instances that were shown at the end of the last frame, and the result of this one. */
   #shown = new Uint32Array(0);
   #shownCount = 0;
   #found = new Uint32Array(0);
@@ -66,7 +66,7 @@ export class BatchedMeshCuller {
     this.#file();
     const mesh = this.#mesh;
     mesh.updateWorldMatrix(true, false);
-    // All answers first: after an exception everything is as the last frame left it.
+    // All results come first, so that after an exception the state is that of the last frame.
     const answers = cameras.map((camera) => this.#inViewOf(camera));
     this.#frame += 1;
     let count = 0;
@@ -94,7 +94,7 @@ export class BatchedMeshCuller {
     if (this.#before === null) return;
     TAKEN.delete(this.#mesh);
     for (const [name, { follower, own }] of this.#followers) {
-      // Where somebody has put another method over ours, that one stays, and ours only hands on.
+      // If somebody has replaced our method, theirs stays, and ours only calls the original.
       if (this.#mesh[name] !== follower) continue;
       if (own) Object.defineProperty(this.#mesh, name, own);
       else delete this.#mesh[name];
@@ -154,7 +154,7 @@ export class BatchedMeshCuller {
     }
   }
 
-  /** The mesh's limit may have been raised. */
+  /** Grows the arrays if the mesh's limit was raised. */
   #grow() {
     const length = this.#mesh.maxInstanceCount;
     if (length <= this.#state.length) return;
@@ -169,7 +169,7 @@ export class BatchedMeshCuller {
     this.#found = longer(Uint32Array, this.#found);
   }
 
-  /** Instances in the index that a camera may see: all of them where nobody knows what it sees. */
+  /** Returns the instances in the index that a camera may see, or all of them if its view is unknown. */
   #inViewOf(camera) {
     if (camera.clipFromWorld !== undefined) {
       return this.#inClipOf(this.#clipFromMesh.fromArray(camera.clipFromWorld), camera.depth ?? "webgl");
@@ -196,7 +196,7 @@ export class BatchedMeshCuller {
     return ids;
   }
 
-  /** Brings the index up to date. What an exception leaves undone stays among the changed. */
+  /** Updates the index. After an exception, the rest stays among the changed instances. */
   #file() {
     const most = this.#changed.length;
     const batchOf = () => ({ count: 0, ids: new Uint32Array(most), boxes: new Float32Array(6 * most) });
@@ -227,11 +227,11 @@ export class BatchedMeshCuller {
     this.#osp.commit();
   }
 
-  /** The box of an instance in the space of the mesh, rounded outwards; null where there is no finite one. */
+  /** Returns the box of an instance in the space of the mesh, rounded outwards; null if there is no finite one. */
   #boxOf(id) {
     const mesh = this.#mesh;
     const bounds = mesh.getBoundingBoxAt(mesh.getGeometryIdAt(id), this.#box);
-    // three.js takes instances of geometries that it does not have.
+    // three.js allows instances of geometries that do not exist.
     if (bounds === null) return null;
     const { min, max } = bounds;
     const m = mesh.getMatrixAt(id, this.#matrix).elements;
@@ -255,11 +255,11 @@ export class BatchedMeshCuller {
     this.#state[id] = isVisible ? this.#state[id] | SHOWN : this.#state[id] & ~SHOWN;
   }
 
-  /** Hides an instance that is in the index and was not found in this frame. */
+  /** Hides an instance that is in the index but was not found in this frame. */
   #hideUnseen(id) {
     const isShown = PRESENT | FILED | SHOWN;
     if ((this.#state[id] & isShown) === isShown && this.#seen[id] !== this.#frame) this.#show(id, false);
-    // Without a box nobody knows where it is: it is drawn.
+    // Without a box the instance's place is unknown, so it is drawn.
     if ((this.#state[id] & (PRESENT | FILED | SHOWN)) === PRESENT) this.#show(id, true);
   }
 }
@@ -268,7 +268,10 @@ if (Symbol.dispose) BatchedMeshCuller.prototype[Symbol.dispose] = BatchedMeshCul
 
 const hasDepthFromZero = (camera) => camera.coordinateSystem === WebGPUCoordinateSystem || camera.reversedDepth === true;
 
-/** Of WebXR, whose poses three.js sets while it draws, or an array of cameras: `matrixWorldInverse` is not all that they see. */
+/**
+ * Whether a camera belongs to WebXR, whose poses three.js sets while it draws, or is an array: `matrixWorldInverse` does not cover its
+ * view.
+ */
 const drawsForSeveralEyes = (camera) => camera.isArrayCamera === true || camera.viewport !== undefined;
 
 function isInMesh(mesh, id) {

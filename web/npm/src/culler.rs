@@ -13,23 +13,24 @@ use crate::{
     scratch::{resize, round_down, round_up},
 };
 
-/// Memory asked for per object before a batch is taken. Too small: the module may run out of memory in the middle of a batch, which ends
-/// the program. Too large: memory that is asked for stays with the module.
+/// Memory that is requested per object before a batch is applied. If this is too small, the module may run out of
+/// memory in the middle of a batch, which ends the program. If it is too large, the module keeps more memory than
+/// necessary.
 const CHANGE_BYTES: usize = 400;
 
-/// The lists of all objects may be moved to longer ones, of so many bytes for each.
+/// The lists of all objects may be moved to longer ones, with this many bytes for each object.
 const LIST_BYTES: usize = 160;
 
-/// What the answer for a camera takes, for each object at most.
+/// Largest number of bytes per object in the result for a camera.
 const SEEN_BYTES: usize = 4;
 
-/// What a polygon of an occluder takes.
+/// Memory for a polygon of an occluder.
 const POLYGON_BYTES: usize = 1024;
 
-/// Numbers of a camera beside its matrix: its depth, whether occluders hide, its layers.
+/// Number of options of a camera beside its matrix: its depth, whether occluders hide, its layers.
 const OPTIONS: usize = 3;
 
-/// A culler of objects. JavaScript writes what it asks into the culler's memory and reads the answers there.
+/// A culler of objects. JavaScript writes arguments into the culler's memory and reads the results there.
 #[wasm_bindgen]
 pub struct Culler {
     culler: osp::Culler<u64>,
@@ -38,15 +39,16 @@ pub struct Culler {
     floats: Vec<f32>,
     /// Layers, indices, or the options of cameras.
     words: Vec<u32>,
-    /// Matrices, or what a query asks.
+    /// Matrices, or arguments of a query.
     doubles: Vec<f64>,
-    /// Keys of the last answer.
+    /// Keys of the last result.
     found: Vec<u64>,
-    /// For each of these a number; or a box; or a ray.
+    /// For each of these keys a number; or a box; or a ray.
     measured: Vec<f32>,
-    /// Changes since the last commit.
+    /// Number of changes since the last commit.
     pending: usize,
-    /// [`room::asked`] when this culler asked last, and the changes for which there was memory then.
+    /// [`room::asked`] at the last request for memory by this culler, and the number of changes for which there was
+    /// memory then.
     asked: u64,
     room: usize,
 }
@@ -59,7 +61,7 @@ impl std::fmt::Debug for Culler {
 
 #[wasm_bindgen]
 impl Culler {
-    /// A culler without objects.
+    /// Creates a culler without objects.
     #[wasm_bindgen(constructor)]
     pub fn new() -> Outcome<Self> {
         if !room::is_left(0) {
@@ -79,7 +81,7 @@ impl Culler {
         })
     }
 
-    /// Makes room for so many keys, and numbers of each kind.
+    /// Makes room for this many keys, and numbers of each type.
     pub fn room(&mut self, keys: usize, floats: usize, words: usize, doubles: usize) -> Outcome<()> {
         resize(&mut self.keys, keys, 0)?;
         resize(&mut self.floats, floats, 0.0)?;
@@ -87,47 +89,47 @@ impl Culler {
         resize(&mut self.doubles, doubles, 0.0)
     }
 
-    /// Where keys may be written, 64 bits each.
+    /// Address for keys, 64 bits each.
     pub fn keys_at(&self) -> usize {
         self.keys.as_ptr().expose_provenance()
     }
 
-    /// Where numbers of single precision may be written.
+    /// Address for numbers of single precision.
     pub fn floats_at(&self) -> usize {
         self.floats.as_ptr().expose_provenance()
     }
 
-    /// Where whole numbers may be written.
+    /// Address for whole numbers.
     pub fn words_at(&self) -> usize {
         self.words.as_ptr().expose_provenance()
     }
 
-    /// Where numbers of double precision may be written.
+    /// Address for numbers of double precision.
     pub fn doubles_at(&self) -> usize {
         self.doubles.as_ptr().expose_provenance()
     }
 
-    /// Where the keys of the last answer are.
+    /// Address of the keys of the last result.
     pub fn found_at(&self) -> usize {
         self.found.as_ptr().expose_provenance()
     }
 
-    /// Where its numbers are.
+    /// Address of the numbers of the last result.
     pub fn measured_at(&self) -> usize {
         self.measured.as_ptr().expose_provenance()
     }
 
-    /// Objects in the culler.
+    /// Number of objects in the culler.
     pub fn len(&self) -> usize {
         self.culler.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no objects.
     pub fn is_empty(&self) -> bool {
         self.culler.is_empty()
     }
 
-    /// Gives the keys that were written the boxes that were written.
+    /// Sets the boxes of objects, from the keys and boxes in memory.
     pub fn set(&mut self) -> Outcome<()> {
         self.make_room(self.keys.len())?;
         let corners = self.floats.as_chunks::<3>().0.as_chunks::<2>().0;
@@ -135,28 +137,28 @@ impl Culler {
         Ok(())
     }
 
-    /// Takes the keys that were written out.
+    /// Removes the objects with the keys in memory.
     pub fn remove(&mut self) -> Outcome<()> {
         self.make_room(self.keys.len())?;
         self.keys.iter().for_each(|&key| self.culler.remove(key));
         Ok(())
     }
 
-    /// Takes everything out.
+    /// Removes everything.
     pub fn clear(&mut self) {
         self.culler = osp::Culler::new();
         self.pending = 0;
     }
 
-    /// Puts the keys that were written on the layers that were written.
+    /// Puts the objects with the keys in memory on the layers in memory.
     pub fn set_layers(&mut self) -> Outcome<()> {
         self.make_room(self.keys.len())?;
         self.keys.iter().zip(&self.words).for_each(|(&key, &layers)| self.culler.set_layers(key, layers));
         Ok(())
     }
 
-    /// Gives the key that was written an occluder of the corners that were written: two of a box, four of a quad; or, with indices,
-    /// those of a mesh.
+    /// Gives the object with the key in memory an occluder with the corners in memory: two of a box, four of a quad;
+    /// or, with indices, those of a mesh.
     pub fn set_occluder(&mut self) -> Outcome<()> {
         let polygons = 6 + self.words.len() / 3;
         if !room::is_left(polygons.saturating_mul(POLYGON_BYTES) + 2 * size_of_val(&*self.floats)) {
@@ -177,12 +179,12 @@ impl Culler {
         Ok(())
     }
 
-    /// Takes the occluder of the key that was written away.
+    /// Removes the occluder of the object with the key in memory.
     pub fn remove_occluder(&mut self) {
         self.culler.remove_occluder(self.keys[0]);
     }
 
-    /// Makes all changes known to the queries.
+    /// Applies all changes, so that queries use them.
     pub fn commit(&mut self) -> Outcome<()> {
         self.check_pending()?;
         self.culler.commit();
@@ -190,7 +192,7 @@ impl Culler {
         Ok(())
     }
 
-    /// Culls for the cameras that were written.
+    /// Culls for the cameras in memory.
     pub fn cull(&mut self) -> Outcome<()> {
         let options = self.words.as_chunks::<OPTIONS>().0;
         let cameras = self.doubles.as_chunks::<16>().0.iter().zip(options).enumerate();
@@ -210,19 +212,20 @@ impl Culler {
         Ok(())
     }
 
-    /// Finds what a camera of the last cull sees; how many.
+    /// Finds the objects that a camera of the last cull sees. Returns their number.
     pub fn see(&mut self, camera: usize) -> Outcome<usize> {
         let frame = self.culler.frame();
         let Some(seen) = frame.get(camera) else { return Ok(0) };
         Self::answer(&mut self.found, seen.len(), seen.iter())
     }
 
-    /// How many objects occluders hide from a camera of the last cull.
+    /// Returns the number of objects that occluders hide from a camera of the last cull.
     pub fn hidden(&self, camera: usize) -> usize {
         self.culler.frame().get(camera).map_or(0, |seen| seen.hidden())
     }
 
-    /// Marks the boxes that were written of which the camera that was written sees nothing, by 1 and 0 as keys found; how many boxes.
+    /// Tests whether the camera in memory sees each of the boxes in memory. The found keys are 1 for a hidden box and 0
+    /// for another. Returns the number of boxes.
     pub fn are_hidden(&mut self) -> Outcome<usize> {
         let matrix = std::array::from_fn(|i| self.doubles[i]);
         let options = std::array::from_fn(|i| self.words[i]);
@@ -237,7 +240,7 @@ impl Culler {
         Self::answer(&mut self.found, hidden.len(), hidden.into_iter().map(u64::from))
     }
 
-    /// Finds what was refused between the last two culls; how many.
+    /// Finds the refusals between the last two culls. Returns their number.
     pub fn refused(&mut self) -> Outcome<usize> {
         Self::answer(
             &mut self.found,
@@ -246,19 +249,20 @@ impl Culler {
         )
     }
 
-    /// Why one of these was refused.
+    /// Returns the reason of one of these refusals.
     pub fn why(&self, at: usize) -> Option<String> {
         self.culler.refused().nth(at).map(|(_, why)| why.to_string())
     }
 
-    /// Whether an object has the key that was written; its box is then the six numbers measured.
+    /// Whether an object has the key in memory. Then the six measured numbers are its box.
     pub fn bounds(&mut self) -> bool {
         let Some(bounds) = self.culler.bounds(self.keys[0]) else { return false };
         self.measure(bounds.as_flattened().iter().copied());
         true
     }
 
-    /// Finds what shares a point with the box from the first three numbers to the next three; how many.
+    /// Finds the objects that have a point in common with the box from the first three numbers to the next three.
+    /// Returns their number.
     pub fn in_box(&mut self) -> Outcome<usize> {
         let (min, max) = (self.point(0), self.point(3));
         let bounds = [min.map(round_down), max.map(round_up)];
@@ -271,11 +275,12 @@ impl Culler {
         Self::answer(&mut self.found, 0, self.culler.in_box(bounds))
     }
 
-    /// Finds what shares a point with the ball around the first three numbers, of the radius after them; how many.
+    /// Finds the objects that have a point in common with the ball around the first three numbers, with the radius
+    /// after them. Returns their number.
     pub fn in_sphere(&mut self) -> Outcome<usize> {
         let (center, radius) = (DVec3::from_array(self.point(0)), self.doubles[3]);
         let near = center.as_vec3();
-        // Of single precision, and around the ball itself.
+        // This ball has single precision, and contains the exact one.
         let around = round_up(radius + (center - near.as_dvec3()).length());
         if !(radius >= 0.0 && around.is_finite() && near.is_finite()) {
             return refused("sphere: expected a finite center, and a finite radius from 0 on");
@@ -284,8 +289,9 @@ impl Culler {
         Self::answer(&mut self.found, 0, self.culler.in_sphere(near, around))
     }
 
-    /// Finds what a ray enters, from the first three numbers along the next three, at most as far as the one after them, the nearest
-    /// first; how many. Where are the numbers measured.
+    /// Finds the objects that a ray enters, the nearest first. The ray starts at the first three numbers, has the next
+    /// three as its direction, and is as long as the number after them. Returns the number of objects. The measured
+    /// numbers are the places of the entries.
     pub fn on_ray(&mut self) -> Outcome<usize> {
         let [origin, along] = [0, 3].map(|from| DVec3::from_array(self.point(from)).as_vec3());
         let t_max = self.doubles[6] as f32;
@@ -301,8 +307,8 @@ impl Culler {
         Self::answer(&mut self.found, hits.len(), hits.into_iter().map(|(key, _)| key))
     }
 
-    /// Finds the objects nearest to the point of the first three numbers, the nearest first; how many. Their distances are the numbers
-    /// measured.
+    /// Finds the objects nearest to the point of the first three numbers, the nearest first. Returns their number. The
+    /// measured numbers are their distances.
     pub fn nearest(&mut self, count: f64) -> Outcome<usize> {
         let point = DVec3::from_array(self.point(0)).as_vec3();
         if !point.is_finite() {
@@ -317,7 +323,8 @@ impl Culler {
         Self::answer(&mut self.found, near.len(), near.into_iter().map(|(key, _)| key))
     }
 
-    /// Measures the ray through a point of the screen of the camera that was written: its origin, and its direction.
+    /// Computes the ray through a point of the screen of the camera in memory. The measured numbers are its origin and
+    /// its direction.
     pub fn screen_ray(&mut self, x: f32, y: f32) -> Outcome<()> {
         let matrix = std::array::from_fn(|i| self.doubles[i]);
         let options = std::array::from_fn(|i| self.words[i]);
@@ -327,7 +334,7 @@ impl Culler {
     }
 }
 
-/// A camera of its sixteen numbers and its options.
+/// Creates a camera from its sixteen numbers and its options.
 fn camera(matrix: &[f64; 16], [depth, hides, layers]: &[u32; OPTIONS]) -> Result<Camera, String> {
     let depth = match depth {
         0 => Depth::ZeroToOne,
@@ -350,7 +357,7 @@ impl Culler {
         self.measured.extend(numbers);
     }
 
-    /// Replaces the answer; about how many come is known for room.
+    /// Replaces the result. `about` is the approximate number of keys, to reserve room.
     fn answer(found: &mut Vec<u64>, about: usize, keys: impl Iterator<Item = u64>) -> Outcome<usize> {
         found.clear();
         if found.capacity() < about {
@@ -363,7 +370,7 @@ impl Culler {
         Ok(found.len())
     }
 
-    /// Refuses a query whose answer may find no room.
+    /// Refuses a query whose result may find no room.
     fn check_answer(&self) -> Outcome<()> {
         if room::is_left(self.culler.len().saturating_mul(3 * size_of::<(u64, f32)>())) {
             return Ok(());
@@ -375,7 +382,7 @@ impl Culler {
     fn make_room(&mut self, more: usize) -> Outcome<()> {
         let needed = self.pending + more;
         if self.asked != room::asked() || needed > self.room {
-            // In larger steps, so that single objects do not ask each time.
+            // The steps are larger, so that single objects do not request memory each time.
             let steps = [needed.max(self.room + self.room / 2), needed];
             let Some(room) = steps.into_iter().find(|&changes| self.is_left(changes)) else {
                 return refused(&format!("there is no memory left for {more} more changes"));
@@ -386,7 +393,7 @@ impl Culler {
         Ok(())
     }
 
-    /// Refuses to commit where others have taken the memory since the changes were made.
+    /// Refuses to commit if others have taken the memory since the changes were made.
     fn check_pending(&mut self) -> Outcome<()> {
         if self.pending == 0 || self.asked == room::asked() || self.is_left(self.pending) {
             return Ok(());
@@ -402,7 +409,7 @@ impl Culler {
         is_left
     }
 
-    /// What changes may take until they are committed.
+    /// Returns the largest number of bytes that the changes may take until they are committed.
     fn change_bytes(&self, changes: usize) -> usize {
         let lists = if changes > 0 { (self.culler.len() + changes).saturating_mul(LIST_BYTES) } else { 0 };
         changes.saturating_mul(CHANGE_BYTES).saturating_add(lists)

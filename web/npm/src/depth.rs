@@ -19,23 +19,23 @@ use crate::{
     views::Camera,
 };
 
-/// Most pixels across or down.
+/// Largest number of pixels across or down.
 const MOST_PIXELS: f64 = 8192.0;
 
-/// What a pixel takes, at most: 96 bytes for each 64 x 4.
+/// Largest number of bytes for a pixel: 96 for each 64 x 4 pixels.
 const PIXEL_BYTES: f64 = 0.5;
 
-/// What an occluder takes while the buffer is filled, beside its shadow.
+/// Memory for an occluder while the buffer is filled, beside its shadow.
 const OCCLUDER_BYTES: usize = 64;
 
-/// A depth buffer of the occluders that are nearest to the eye, in software. JavaScript writes into its memory.
+/// A software depth buffer of the occluders that are nearest to the eye. JavaScript writes into its memory.
 #[wasm_bindgen]
 pub struct Depth {
     buffer: DepthBuffer,
     scratch: Scratch,
     corners: Vec<Vec3>,
     occluders: Vec<ShadowVolume>,
-    /// What it was built for.
+    /// The camera for which the buffer was built.
     camera: Option<Camera>,
 }
 
@@ -47,7 +47,7 @@ impl std::fmt::Debug for Depth {
 
 #[wasm_bindgen]
 impl Depth {
-    /// An empty buffer of so many pixels.
+    /// Creates an empty buffer with this many pixels.
     #[wasm_bindgen(constructor)]
     pub fn new(width: f64, height: f64) -> Outcome<Self> {
         let is_taken = |pixels: f64| (1.0..=MOST_PIXELS).contains(&pixels);
@@ -56,7 +56,7 @@ impl Depth {
                 "width, height: expected numbers from 1 to {MOST_PIXELS}, found {width} and {height}"
             ));
         }
-        // Rounded up to whole tiles.
+        // The size is rounded up to whole tiles.
         if !room::is_left(((width + 64.0) * (height + 4.0) * PIXEL_BYTES) as usize) {
             return refused("there is no memory left for the depth buffer");
         }
@@ -76,28 +76,28 @@ impl Depth {
         self.scratch.room(floats, counts)
     }
 
-    /// Where 24 numbers of 64 bits may be written.
+    /// Address for 24 numbers of 64 bits.
     pub fn numbers_at(&self) -> usize {
         self.scratch.numbers.as_ptr().expose_provenance()
     }
 
-    /// Where corners or boxes may be written.
+    /// Address for corners or boxes.
     pub fn boxes_at(&self) -> usize {
         self.scratch.boxes.as_ptr().expose_provenance()
     }
 
-    /// Where the number of corners of each polygon may be written.
+    /// Address for the number of corners of each polygon.
     pub fn ids_at(&self) -> usize {
         self.scratch.ids.as_ptr().expose_provenance()
     }
 
-    /// Where the last answer is.
+    /// Address of the last result.
     pub fn found_at(&self) -> usize {
         self.scratch.found.as_ptr().expose_provenance()
     }
 
-    /// Fills the buffer with the convex polygons that were written, as the matrix that was written shows them; how many of them
-    /// hide something. After a refusal the buffer is as it was.
+    /// Fills the buffer with the convex polygons in memory, as seen by the matrix in memory. Returns the number of
+    /// polygons that hide something. After a refusal the buffer is unchanged.
     pub fn build(&mut self, is_webgl: bool) -> Outcome<usize> {
         let camera = Camera::new(&self.scratch.numbers, is_webgl)?;
         let window = camera.window()?;
@@ -116,7 +116,7 @@ impl Depth {
                 "corners: expected {expected}, as many as the polygons have, found {found}"
             ));
         }
-        // Each polygon may fall apart into its triangles.
+        // Each polygon may be split into triangles.
         let most = corners.len() - 2 * counts.len();
         self.occluders.clear();
         if self.occluders.try_reserve(most).is_err() || !room::is_left(most * OCCLUDER_BYTES) {
@@ -137,7 +137,7 @@ impl Depth {
         Ok(used)
     }
 
-    /// Tests the boxes that were written: 1 for each that is hidden, 0 for the others. How many there are.
+    /// Tests the boxes in memory. The result has 1 for each hidden box, 0 for the others. Returns the number of boxes.
     pub fn test(&mut self) -> Outcome<usize> {
         if self.camera.is_none() {
             return refused("the depth buffer is empty: call build first");
@@ -157,7 +157,7 @@ impl Depth {
 }
 
 impl Depth {
-    /// Whether it was built for this camera: for another one its answers would be wrong.
+    /// Checks that the buffer was built for this camera. For another one its results would be wrong.
     pub(crate) fn check_built_for(&self, camera: &Camera) -> Outcome<()> {
         match &self.camera {
             Some(built) if built == camera => Ok(()),
@@ -166,7 +166,7 @@ impl Depth {
         }
     }
 
-    /// Lists what the frustum may see and the buffer does not hide.
+    /// Lists the boxes that the frustum may see and the buffer does not hide.
     pub(crate) fn cull(&self, osp: &Osp, frustum: &Frustum, list: &mut DrawList) {
         let (mut in_view, mut drawn) = (VisibleBlocks::new(), VisibleBlocks::new());
         osp.frustum_cull_blocks(frustum, &mut in_view);
@@ -176,7 +176,7 @@ impl Depth {
     }
 }
 
-/// The boxes of an index, none of which hides anything by itself.
+/// The boxes of an index. None of them hides anything itself.
 struct Boxes<'a>(&'a Osp);
 
 impl Geometry for Boxes<'_> {

@@ -16,38 +16,38 @@ use crate::{
     views::{Camera, frustum_of_planes},
 };
 
-/// Memory asked for per box before a batch is taken. Too small: the module may run out of memory in the middle of a batch, which ends
-/// the program. Too large: memory that is asked for stays with the module.
+/// Memory that is requested per box before a batch is applied. If this is too small, the module may run out of memory
+/// in the middle of a batch, which ends the program. If it is too large, the module keeps more memory than necessary.
 const BOX_BYTES: usize = 80;
 
-/// Memory that an index reserves per box of its capacity, at most; as above.
+/// Largest memory that an index reserves per box of its capacity. It has the same risks as [`BOX_BYTES`].
 const ROOM_BYTES: usize = 160;
 
-/// Ids that a query may write behind its answer.
+/// Number of ids that a query may write behind its result.
 const BEHIND: usize = 1024;
 
-/// What the nearest boxes take while they are looked for, each.
+/// Memory for each of the nearest boxes during the search.
 const NEAREST_BYTES: usize = 64;
 
-/// An index of boxes. JavaScript writes what it asks into the index's memory and reads the answers there.
+/// An index of boxes. JavaScript writes arguments into the index's memory and reads the results there.
 #[wasm_bindgen]
 pub struct Index {
     osp: Osp,
     is_committed: bool,
-    /// Boxes that came or moved since it was committed.
+    /// Number of boxes that were added or moved since the last commit.
     pending: usize,
-    /// [`room::asked`] when this index asked last.
+    /// [`room::asked`] at the last request for memory by this index.
     asked: u64,
-    /// Boxes for which there was memory when it was asked.
+    /// Number of boxes for which there was memory at that request.
     room: usize,
-    /// The highest id for which there was.
+    /// The highest id for which there was memory.
     highest: u32,
-    /// Around all boxes that came since it was empty.
+    /// A box around all boxes that were added since the index was empty.
     extent: Aabb,
     scratch: Scratch,
     list: DrawList,
     nearest: Vec<(PolygonId, f32)>,
-    /// The ids of a call, to find those that are given twice.
+    /// The ids of a call, to find ids that are given twice.
     given: VisibleBlocks,
 }
 
@@ -59,7 +59,7 @@ impl std::fmt::Debug for Index {
 
 #[wasm_bindgen]
 impl Index {
-    /// An empty index; hints as for [`IndexConfig`].
+    /// Creates an empty index. The hints are those of [`IndexConfig`].
     #[wasm_bindgen(constructor)]
     pub fn new(x: f64, y: f64, z: f64, size: f64, capacity: f64) -> Outcome<Self> {
         let root = Aabb::cube(DVec3::new(x, y, z).as_vec3(), size as f32);
@@ -94,47 +94,47 @@ impl Index {
         self.scratch.room(floats, ids)
     }
 
-    /// Where 24 numbers of 64 bits may be written.
+    /// Address for 24 numbers of 64 bits.
     pub fn numbers_at(&self) -> usize {
         self.scratch.numbers.as_ptr().expose_provenance()
     }
 
-    /// Where boxes may be written.
+    /// Address for boxes.
     pub fn boxes_at(&self) -> usize {
         self.scratch.boxes.as_ptr().expose_provenance()
     }
 
-    /// Where ids may be written.
+    /// Address for ids.
     pub fn ids_at(&self) -> usize {
         self.scratch.ids.as_ptr().expose_provenance()
     }
 
-    /// Where the last answer is.
+    /// Address of the last result.
     pub fn found_at(&self) -> usize {
         self.scratch.found.as_ptr().expose_provenance()
     }
 
-    /// Where the distances of the last answer, or the box asked for, are.
+    /// Address of the distances of the last result, or of the requested box.
     pub fn measured_at(&self) -> usize {
         self.scratch.measured.as_ptr().expose_provenance()
     }
 
-    /// Boxes in the index.
+    /// Number of boxes in the index.
     pub fn len(&self) -> usize {
         self.osp.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no boxes.
     pub fn is_empty(&self) -> bool {
         self.osp.is_empty()
     }
 
-    /// Memory held, bytes.
+    /// Memory of the index in bytes.
     pub fn bytes(&self) -> usize {
         self.osp.bytes()
     }
 
-    /// Inserts the boxes that were written under the ids that were written: all or none.
+    /// Inserts the boxes in memory under the ids in memory: all or none.
     pub fn insert(&mut self) -> Outcome<()> {
         let count = self.scratch.ids.len();
         self.make_room(count)?;
@@ -145,7 +145,7 @@ impl Index {
                 let before = &self.scratch.ids[..at];
                 let is_twice = before.contains(&id.0);
                 for &id in before {
-                    // It came in this very call.
+                    // This box was added in the same call.
                     let _ = self.osp.remove(PolygonId(id));
                 }
                 self.is_committed &= before.is_empty();
@@ -163,7 +163,7 @@ impl Index {
         Ok(())
     }
 
-    /// Gives the ids that were written the boxes that were written: all or none.
+    /// Replaces the boxes of the ids in memory: all or none.
     pub fn update(&mut self) -> Outcome<()> {
         self.check_known()?;
         let count = self.scratch.ids.len();
@@ -171,7 +171,7 @@ impl Index {
         for at in 0..count {
             extent = extent.union(&self.scratch.checked(at)?);
         }
-        // Each is taken out and comes in somewhere else.
+        // Each box is removed, and added at another place.
         if !self.is_left(count) {
             return refused(&format!("there is no memory left for {count} boxes at other places"));
         }
@@ -185,7 +185,7 @@ impl Index {
         Ok(())
     }
 
-    /// Takes the ids that were written out: all or none.
+    /// Removes the ids in memory: all or none.
     pub fn remove(&mut self) -> Outcome<()> {
         self.check_known()?;
         for &id in &self.scratch.ids {
@@ -196,17 +196,17 @@ impl Index {
         Ok(())
     }
 
-    /// Takes everything out.
+    /// Removes everything.
     pub fn clear(&mut self) {
         self.osp.clear();
         self.is_committed = false;
         self.forget_extent();
     }
 
-    /// Ends a batch of changes. A query does it where it was not done. Refused if others have taken the memory since the changes
-    /// were made that this may need.
+    /// Ends a batch of changes. A query does this if it was not done. Refused if others have taken the necessary memory
+    /// since the changes were made.
     pub fn commit(&mut self) -> Outcome<()> {
-        // Nobody has asked since: it is there.
+        // Nobody has requested memory since then, so it is still available.
         if self.pending > 0 && !self.asked_last() && !self.is_left(0) {
             return refused("there is no memory left for the changes since the last commit");
         }
@@ -215,7 +215,7 @@ impl Index {
         Ok(())
     }
 
-    /// Whether an id is in use; its box is then the six numbers measured.
+    /// Whether an id is in use. Then the six measured numbers are its box.
     pub fn bounds(&mut self, id: u32) -> bool {
         let Some(Aabb { min, max }) = self.osp.bounds(PolygonId(id)) else { return false };
         self.scratch.measured.clear();
@@ -223,13 +223,14 @@ impl Index {
         true
     }
 
-    /// Finds what the matrix that was written may show; how many.
+    /// Finds the boxes that the matrix in memory may see. Returns their number.
     pub fn cull(&mut self, is_webgl: bool) -> Outcome<usize> {
         let frustum = Camera::new(&self.scratch.numbers, is_webgl)?.frustum();
         self.find(&frustum)
     }
 
-    /// Finds what the matrix that was written may show and the occluders of a depth buffer do not hide; how many.
+    /// Finds the boxes that the matrix in memory may see and the occluders of a depth buffer do not hide. Returns their
+    /// number.
     pub fn cull_behind(&mut self, is_webgl: bool, depth: &Depth) -> Outcome<usize> {
         let camera = Camera::new(&self.scratch.numbers, is_webgl)?;
         depth.check_built_for(&camera)?;
@@ -239,17 +240,18 @@ impl Index {
         Ok(self.scratch.answer(self.list.ids().iter().copied()))
     }
 
-    /// Finds what lies wholly behind none of the planes that were written, one to six; how many.
+    /// Finds the boxes that are not completely behind any of the planes in memory, one to six. Returns their number.
     pub fn cull_planes(&mut self, planes: usize) -> Outcome<usize> {
         let numbers = &self.scratch.numbers[..4 * planes.min(6)];
         let frustum = frustum_of_planes(numbers, &self.extent)?;
         self.find(&frustum)
     }
 
-    /// Finds what shares a point with the box from the first three numbers to the next three; how many.
+    /// Finds the boxes that have a point in common with the box from the first three numbers to the next three. Returns
+    /// their number.
     pub fn in_box(&mut self) -> Outcome<usize> {
         let (min, max) = (self.scratch.point(0), self.scratch.point(3));
-        // As a box of numbers with endless decimals would be: widened to the next of single precision.
+        // The box is widened to the next numbers of single precision.
         let bounds = Aabb::new(Vec3::from_array(min.map(round_down)), Vec3::from_array(max.map(round_up)));
         if !min.iter().zip(&max).all(|(min, max)| min <= max) || !bounds.is_valid() {
             return refused("box: expected finite numbers and min <= max");
@@ -260,11 +262,12 @@ impl Index {
         Ok(self.scratch.answer(self.list.ids().iter().copied()))
     }
 
-    /// Finds what shares a point with the ball around the first three numbers, of the radius after them; how many.
+    /// Finds the boxes that have a point in common with the ball around the first three numbers, with the radius after
+    /// them. Returns their number.
     pub fn in_sphere(&mut self) -> Outcome<usize> {
         let (center, radius) = (DVec3::from_array(self.scratch.point(0)), self.scratch.numbers[3]);
         let near = center.as_vec3();
-        // The index is asked with a ball of single precision around it, and each box then with the ball itself.
+        // The index searches with a larger ball of single precision. Then each box is tested against the exact ball.
         let shift = (center - near.as_dvec3()).length();
         let around = Sphere { center: near, radius_m: round_up((radius + shift) * (1.0 + SPHERE_ROUNDING)) };
         if !(radius >= 0.0 && around.radius_m.is_finite() && near.is_finite()) {
@@ -282,8 +285,9 @@ impl Index {
         Ok(self.scratch.answer(self.list.ids().iter().copied()))
     }
 
-    /// Finds the box that a ray enters first, from the first three numbers along the next three, at most as far as the one after
-    /// them: one id found and one number measured, or none. Whether there is one.
+    /// Finds the first box that a ray enters: one found id and one measured number, or none. The ray starts at the
+    /// first three numbers, has the next three as its direction, and is as long as the number after them. Returns
+    /// whether there is one.
     pub fn ray(&mut self) -> Outcome<bool> {
         let [origin, along] = [0, 3].map(|from| DVec3::from_array(self.scratch.point(from)).as_vec3());
         let t_max = self.scratch.numbers[6] as f32;
@@ -302,7 +306,8 @@ impl Index {
         Ok(hit.is_some())
     }
 
-    /// Finds the boxes nearest to the point of the first three numbers, with their distances, the nearest first; how many.
+    /// Finds the boxes nearest to the point of the first three numbers, with their distances, the nearest first.
+    /// Returns their number.
     pub fn nearest(&mut self, count: f64) -> Outcome<usize> {
         let point = DVec3::from_array(self.scratch.point(0)).as_vec3();
         if !point.is_finite() {
@@ -312,7 +317,7 @@ impl Index {
             return refused(&format!("count: expected a number from 0 on, found {count}"));
         }
         self.commit_if_changed()?;
-        // More than there are would only be reserved.
+        // A larger count would only reserve more memory.
         let (osp, count) = (&self.osp, (count as usize).min(self.osp.len()));
         if !room::is_left(count.saturating_mul(NEAREST_BYTES)) {
             return refused(&format!("there is no memory left for the {count} nearest boxes"));
@@ -326,7 +331,7 @@ impl Index {
     }
 }
 
-/// How much larger the ball is that the index is asked with: more than the squares of single precision are rounded.
+/// Factor by which the ball for the index is larger. It covers the rounding of squares in single precision.
 const SPHERE_ROUNDING: f64 = 1.0e-6;
 
 impl Index {
@@ -334,12 +339,12 @@ impl Index {
         if self.is_committed { Ok(()) } else { self.commit() }
     }
 
-    /// Whether nobody has asked for memory since this index did, so that what was there is there still.
+    /// Whether nobody has requested memory since this index did, so that the same memory is still available.
     fn asked_last(&self) -> bool {
         self.asked == room::asked()
     }
 
-    /// Whether there is memory for so many boxes, and for the changes that are not committed.
+    /// Whether there is memory for this many boxes, and for the changes that are not committed.
     fn is_left(&mut self, boxes: usize) -> bool {
         let asked_last = self.asked_last();
         let again = if asked_last { 0 } else { self.pending };
@@ -347,12 +352,12 @@ impl Index {
         if asked_last || is_left {
             self.asked = room::asked();
         }
-        // What was counted on before may be taken now.
+        // The memory that was counted on before may be in use now.
         self.room = self.osp.len();
         is_left
     }
 
-    /// Refuses boxes for which there is no memory, or for an answer that holds them all.
+    /// Refuses boxes for which there is no memory, or whose complete list as a result would have none.
     fn make_room(&mut self, more: usize) -> Outcome<()> {
         let needed = self.osp.len() + more;
         let highest = self.scratch.ids.iter().fold(self.highest, |highest, &id| highest.max(id));
@@ -365,7 +370,7 @@ impl Index {
             self.room = self.osp.len();
         }
         let of_sets = room::bytes_of_sets(&self.scratch.ids);
-        // In larger steps, so that single boxes do not ask each time.
+        // The steps are larger, so that single boxes do not request memory each time.
         for room in [needed.max(self.room + self.room / 2), needed] {
             self.list.clear();
             self.scratch.found.clear();
@@ -376,7 +381,7 @@ impl Index {
             drop(trial);
             if is_there {
                 self.asked = room::asked();
-                // With room to count on before it is asked again.
+                // There is room in reserve before the next request.
                 self.room = room;
                 if highest > self.highest {
                     self.highest = highest.saturating_add(highest / 2);
@@ -398,7 +403,7 @@ impl Index {
         Ok(self.scratch.answer(self.list.ids().iter().copied()))
     }
 
-    /// Whether each id that was written is in the index, and given once.
+    /// Checks that each id in memory is in the index, and given once.
     fn check_known(&mut self) -> Outcome<()> {
         self.given.clear();
         for &id in &self.scratch.ids {
@@ -424,7 +429,7 @@ fn twice<T>(id: PolygonId) -> Outcome<T> {
     refused(&format!("id {}: it is given twice", id.0))
 }
 
-/// What the index says, of ids instead of polygons.
+/// Returns the error of the index, with ids instead of polygons.
 fn sentence(error: IndexError) -> String {
     error.to_string().replacen("polygon", "id", 1)
 }

@@ -5,8 +5,9 @@
 //! JavaScript (js/index.js) ─> numbers in memory that Rust owns ─> culler, index, depth ─> osp
 //! ```
 //!
-//! JavaScript asks for room, writes its numbers there, calls, and copies the answer out. It finds the places anew for each call,
-//! because they move when memory grows. Everything that it may get wrong is refused by an exception and changes nothing.
+//! JavaScript requests room, writes its numbers there, calls a function, and copies the result. It gets the addresses
+//! again for each call, because they move when memory grows. Every wrong argument causes an exception and changes
+//! nothing.
 
 mod culler;
 mod depth;
@@ -22,7 +23,7 @@ pub use index::Index;
 use osp::index::Backend;
 use wasm_bindgen::prelude::*;
 
-/// Which instructions test the boxes: `simd128` or `scalar`.
+/// Returns the instruction set that tests the boxes: `simd128` or `scalar`.
 #[wasm_bindgen]
 pub fn kernel() -> String {
     Backend::detect().name().to_owned()

@@ -1,12 +1,12 @@
-//! What is refused, in one sentence.
+//! Refusals, in one sentence each.
 
 use js_sys::RangeError;
 use wasm_bindgen::JsValue;
 
-/// The outcome of a call from JavaScript.
+/// The result of a call from JavaScript.
 pub(crate) type Outcome<T> = Result<T, JsValue>;
 
-/// An exception for numbers that cannot be taken.
+/// Returns an exception for invalid numbers.
 pub(crate) fn refused<T>(message: &str) -> Outcome<T> {
     Err(RangeError::new(message).into())
 }

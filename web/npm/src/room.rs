@@ -1,27 +1,29 @@
-//! Whether there is memory left. WebAssembly ends a program that asks for more than there is, so large pieces are asked for first.
+//! Whether there is memory left. WebAssembly ends a program that allocates more than there is, so large parts are
+//! requested first.
 
 use std::cell::Cell;
 
-/// What objects take beside their lists, and ahead: an index grows by chunks of up to 0.7 MB, some of each kind in one commit.
+/// Memory for objects beside their lists, and in reserve. An index grows by chunks of up to 0.7 MB, some of each kind
+/// in one commit.
 const OTHER_BYTES: usize = 4 << 20;
 
 thread_local! {
-    /// Counts who has asked for memory, or has taken some.
+    /// Counts requests for memory, and uses without a request.
     static ASKED: Cell<u64> = const { Cell::new(0) };
 }
 
-/// Changes as soon as anybody asks for memory. While it is the same, what was there is there still, but for what the one has taken
-/// that asked last.
+/// Returns a number that changes with every request for memory. While it is the same, the available memory is the same,
+/// except for memory that the last requester has taken.
 pub(crate) fn asked() -> u64 {
     ASKED.get()
 }
 
-/// To be called by whoever takes memory without asking.
+/// Call this when memory is taken without a request.
 pub(crate) fn note_taken() {
     ASKED.set(ASKED.get() + 1);
 }
 
-/// So much memory, and some more, if it is there.
+/// Allocates this much memory, and a reserve, if it is available.
 pub(crate) fn take(bytes: usize) -> Option<Vec<u8>> {
     note_taken();
     let mut trial = Vec::new();
@@ -29,12 +31,13 @@ pub(crate) fn take(bytes: usize) -> Option<Vec<u8>> {
     Some(trial)
 }
 
-/// Whether so much memory is there, and some more.
+/// Whether this much memory is available, and a reserve.
 pub(crate) fn is_left(bytes: usize) -> bool {
     take(bytes).is_some()
 }
 
-/// What sets of ids take that reach to the highest of these: a bit for each number, in lists that grow by a half, three at a time.
+/// Returns the memory of sets of ids up to the highest of these: a bit for each number, in lists that grow by a half,
+/// three at a time.
 pub(crate) fn bytes_of_sets(ids: &[u32]) -> usize {
     ids.iter().max().map_or(0, |&highest| highest as usize / 2)
 }

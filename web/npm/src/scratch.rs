@@ -1,4 +1,4 @@
-//! Numbers on their way between JavaScript and Rust; kept for their memory.
+//! Numbers that are passed between JavaScript and Rust. Their memory is used again.
 
 use osp::{glam::Vec3, math::Aabb, polygon::PolygonId};
 
@@ -7,25 +7,25 @@ use crate::{
     room,
 };
 
-/// Numbers of a box.
+/// Number of values of a box.
 const BOX: usize = 6;
 
-/// Numbers that JavaScript has written, and those that it will read.
+/// Numbers from JavaScript, and numbers for it.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     /// A matrix, planes, points.
     pub(crate) numbers: [f64; 24],
     /// Boxes: `min x, min y, min z, max x, max y, max z` each. Or corners.
     pub(crate) boxes: Vec<f32>,
-    /// One for each box.
+    /// One id for each box.
     pub(crate) ids: Vec<u32>,
-    /// What a query has found.
+    /// The results of a query.
     pub(crate) found: Vec<u32>,
-    /// For each of these, a distance or the like.
+    /// A distance or another number for each of these.
     pub(crate) measured: Vec<f32>,
 }
 
-/// Makes a list as long as asked; what is in it, JavaScript overwrites.
+/// Resizes a list. JavaScript overwrites its contents.
 pub(crate) fn resize<T: Clone>(list: &mut Vec<T>, len: usize, blank: T) -> Outcome<()> {
     list.truncate(len);
     if list.capacity() < len {
@@ -40,19 +40,19 @@ pub(crate) fn resize<T: Clone>(list: &mut Vec<T>, len: usize, blank: T) -> Outco
 }
 
 impl Scratch {
-    /// Room for what JavaScript writes.
+    /// Makes room for the numbers from JavaScript.
     pub(crate) fn room(&mut self, floats: usize, ids: usize) -> Outcome<()> {
         resize(&mut self.boxes, floats, 0.0)?;
         resize(&mut self.ids, ids, 0)
     }
 
-    /// The box at a place.
+    /// Returns the box at an index.
     pub(crate) fn bounds(&self, at: usize) -> Aabb {
         let corner = |from: usize| Vec3::from_slice(&self.boxes[at * BOX + from..]);
         Aabb::new(corner(0), corner(3))
     }
 
-    /// The box at a place, if an index takes it.
+    /// Returns the box at an index, if it is valid.
     pub(crate) fn checked(&self, at: usize) -> Outcome<Aabb> {
         let bounds = self.bounds(at);
         if bounds.is_valid() {
@@ -62,31 +62,31 @@ impl Scratch {
         refused(&format!("box {at}: expected finite numbers and min <= max, found {numbers:?}"))
     }
 
-    /// Boxes that were written.
+    /// Returns the number of boxes in memory.
     pub(crate) fn box_count(&self) -> usize {
         self.boxes.len() / BOX
     }
 
-    /// Replaces the answer.
+    /// Replaces the result.
     pub(crate) fn answer(&mut self, ids: impl Iterator<Item = PolygonId>) -> usize {
         self.found.clear();
         self.found.extend(ids.map(|id| id.0));
         self.found.len()
     }
 
-    /// Three of the numbers.
+    /// Returns three of the numbers.
     pub(crate) fn point(&self, from: usize) -> [f64; 3] {
         [self.numbers[from], self.numbers[from + 1], self.numbers[from + 2]]
     }
 }
 
-/// The least `f32` that is no less.
+/// Returns the smallest `f32` that is not less.
 pub(crate) fn round_up(v: f64) -> f32 {
     let nearest = v as f32;
     if f64::from(nearest) < v { nearest.next_up() } else { nearest }
 }
 
-/// The largest `f32` that is no more.
+/// Returns the largest `f32` that is not greater.
 pub(crate) fn round_down(v: f64) -> f32 {
     -round_up(-v)
 }

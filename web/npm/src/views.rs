@@ -8,7 +8,7 @@ use osp::{
 
 use crate::refusal::{Outcome, refused};
 
-/// A matrix from world to clip space and the depths that it draws, as they were given.
+/// A matrix from world to clip space and its range of depths, in their original form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Camera {
     clip_from_world: [f64; 16],
@@ -21,7 +21,7 @@ impl Camera {
         let clip_from_world: [f64; 16] = std::array::from_fn(|i| numbers[i]);
         let camera = Self { clip_from_world, is_webgl };
         let matrix = camera.matrix();
-        // So large that its numbers are none in the single precision of the planes.
+        // The matrix is so large that the planes in single precision would be infinite.
         if !matrix.as_mat4().is_finite() || !matrix.is_finite() {
             return refused("clipFromWorld: expected finite numbers");
         }
@@ -36,12 +36,12 @@ impl Camera {
         DMat4::from_cols_array(&self.clip_from_world)
     }
 
-    /// Holds whatever the matrix shows.
+    /// Returns a frustum that contains the whole view of the matrix.
     pub(crate) fn frustum(&self) -> Frustum {
         Frustum::from_double_matrix(&self.matrix(), if self.is_webgl { -1.0 } else { 0.0 })
     }
 
-    /// What a perspective projection shows, from its own eye in double precision.
+    /// Returns the view of a perspective projection, from its own eye, in double precision.
     pub(crate) fn window(&self) -> Outcome<ViewWindow> {
         let depth = if self.is_webgl { ClipDepth::MinusOneToOne } else { ClipDepth::ZeroToOne };
         match ViewWindow::from_double_matrix(&self.matrix(), depth) {
@@ -53,8 +53,8 @@ impl Camera {
     }
 }
 
-/// The frustum of at most six planes a b c d (inside is `a x + b y + c z + d >= 0`), for boxes within `bounds`: what rounding the
-/// planes and the test to `f32` may cost such a box is added.
+/// Returns the frustum of at most six planes a b c d, for boxes within `bounds`; inside is `a x + b y + c z + d >= 0`.
+/// The frustum is enlarged by the largest error from rounding the planes and the test to `f32`.
 pub(crate) fn frustum_of_planes(numbers: &[f64], bounds: &Aabb) -> Outcome<Frustum> {
     let is_taken = |number: &f64| (*number as f32).is_finite();
     if !numbers.iter().all(is_taken) {

@@ -17,7 +17,7 @@ use bevy_mesh::MeshPlugin;
 use bevy_osp::{OspCullingPlugin, OspCullingSettings};
 use bevy_transform::TransformPlugin;
 
-/// The entities whose visibility counts as changed in a frame: renderers go by that.
+/// The entities whose visibility counts as changed in a frame, on which renderers depend.
 #[derive(Resource, Default, PartialEq, Debug)]
 struct Changes(Vec<Entity>);
 
@@ -26,17 +26,17 @@ fn note_changes(mut changes: ResMut<'_, Changes>, changed: Query<'_, '_, Entity,
     changes.0.sort_unstable();
 }
 
-/// More than there are resources and systems.
+/// A number larger than the number of resources and systems.
 const FIRST_ENTITY: u32 = 256;
 
-/// An app with Bevy's cameras, with the plugin if there are settings.
+/// Creates an app with Bevy's cameras. If there are settings, it has the plugin.
 ///
-/// Two threads at least: lists that several threads have filled are compared.
+/// It has at least two threads, so that lists from several threads are compared.
 pub(crate) fn new_app(settings: Option<OspCullingSettings>) -> App {
     new_app_on(2, settings)
 }
 
-/// The same, with this many threads for systems at least.
+/// Does the same, with at least this many threads for systems.
 pub(crate) fn new_app_on(least_threads: usize, settings: Option<OspCullingSettings>) -> App {
     let mut app = App::new();
     let mut task_pool_options = TaskPoolOptions::default();
@@ -55,7 +55,7 @@ pub(crate) fn new_app_on(least_threads: usize, settings: Option<OspCullingSettin
     app.finish();
     app.cleanup();
     app.update();
-    // Resources are entities, too, and the plugin has some: from here on, both apps give the same ids.
+    // Resources are entities, too, and the plugin has some. From here on, both apps give the same ids.
     while app.world_mut().spawn_empty().id().index_u32() < FIRST_ENTITY - 1 {}
     app
 }
@@ -71,7 +71,7 @@ impl Twins {
         Self([None, None])
     }
 
-    /// What each entity and each view has must be the same, bit by bit.
+    /// Checks that the data of each entity and each view are the same, bit by bit.
     pub(crate) fn compare(&mut self, apps: &mut [App; 2], when: &str) {
         let mut states = Vec::new();
         for (app, queries) in apps.iter_mut().zip(&mut self.0) {

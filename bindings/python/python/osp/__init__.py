@@ -1,11 +1,12 @@
 """Visibility culling for 3D models that grow, for numpy.
 
-* `Culler`: objects with keys of yours that come, move and go; which of them does each camera see, also behind walls? Which lie in a
-  box or a ball, meet a ray, are nearest?
-* `visible`, `Mesh`: which triangles of a mesh a camera sees, also behind what hides them.
-* `open`: recorded sketches (Tilt Brush, Open Brush, A-Painter, CASSIE, osp's own, .obj, .glb) as arrays.
+* `Culler`: objects with keys of your choice, which can be added, moved and removed. It finds the objects that each
+  camera sees, also with walls that hide others. It finds the objects in a box or a ball, along a ray, or nearest to a
+  point.
+* `visible`, `Mesh`: finds the triangles of a mesh that a camera sees, also without those that others hide.
+* `open`: reads recorded sketches (Tilt Brush, Open Brush, A-Painter, CASSIE, osp's own, .obj, .glb) as arrays.
 * `replay`, `verify`: measure spatial structures and occlusion culling on a recording.
-* `render`: a picture of a recording, where there is a graphics adapter.
+* `render`: draws a picture of a recording, if there is a graphics adapter.
 
 Space is right-handed, +y up, -z forward, in metres. A `View` is made from an eye and a target, or from any engine's matrix.
 

@@ -1,4 +1,4 @@
-"""Recordings through spatial structures and occlusion culling, measured."""
+"""Measures spatial structures and occlusion culling on recordings."""
 
 from __future__ import annotations
 
@@ -19,24 +19,25 @@ def _names(names: Union[str, Sequence[str]]) -> Sequence[str]:
 
 
 class Replay(Table):
-    """What `osp.replay` measures: a row for each frame of each index.
+    """The measurements of `osp.replay`: a row for each frame of each index.
 
-    | column | what it is |
+    | column | content |
     | --- | --- |
     | `index`, `occlusion` | names of the structure and of the method of occlusion culling |
     | `frame` | number of the frame, from 0 |
-    | `inserted`, `removed`, `updated` | polygons that came, went and moved in this frame |
-    | `polygons`, `visible`, `drawn` | polygons in the model, in the frustum, and left to draw by occlusion culling |
+    | `inserted`, `removed`, `updated` | polygons that were added, removed and moved in this frame |
+    | `polygons`, `visible`, `drawn` | polygons in the model, in the frustum, and left to draw after occlusion culling |
     | `boxes_tested` | boxes that the frustum was tested against |
-    | `insert_ns`, `cull_ns`, `occlusion_ns`, `frame_ns` | time to follow the changes (with a rebuild), to cull by the frustum, by occlusion, and of all three, nanoseconds |
-    | `timed` | False: frames before this one were skipped (`budget_secs`), so that its times are not its own |
+    | `insert_ns`, `cull_ns`, `occlusion_ns`, `frame_ns` | time to apply the changes (including a rebuild), to cull by the frustum, to cull by occlusion, and the sum of the three, nanoseconds |
+    | `timed` | False if frames before this one were skipped (`budget_secs`), so its times include their changes |
     | `fingerprint` | a hash of the polygons in the frustum, uint64: equal for equal sets |
     """
 
     summary: Table
     """A row for each index (and method): `index`, `occlusion`, `frames` (measured), `insert_us`, `cull_us` (medians),
-    `frame_us_p50`, `frame_us_p95`, `frame_us_p99`, `frame_us_max`, `visible`, `drawn` (means), `memory_bytes`, `fingerprint`
-    (of the session, 16 hexadecimal digits, as `osp replay` prints it; empty if frames were left out)."""
+    `frame_us_p50`, `frame_us_p95`, `frame_us_p99`, `frame_us_max`, `visible`, `drawn` (means), `memory_bytes`,
+    `fingerprint` (of the session, 16 hexadecimal digits, the same as in `osp replay`; empty if frames were left
+    out)."""
 
     agree: bool
     """Whether all structures saw the same polygons in every frame."""
@@ -101,14 +102,14 @@ def replay(
 ) -> Replay:
     """Plays a recording frame by frame through several structures, with the same polygons and the same view for each.
 
-    `indexes` are names of `osp.INDEXES`. With `occlusion` (`none`, `auto`, `depth-last` or one of `osp.OCCLUSION_METHODS`;
-    several are compared) each structure also culls what is hidden. `pace` is `samples:N`, N samples of the hand a frame, or
-    `recorded`, by the time stamps. `camera` is `auto` (the recorded head, else the session's own camera, else `orbit`),
-    `orbit`, `follow` or `inside`. An index is timed for `budget_secs` at most, on evenly spaced parts of the session. `lenient`
-    and `max_polygons` are as in `osp.open`.
+    `indexes` are names of `osp.INDEXES`. With `occlusion` (`none`, `auto`, `depth-last` or one of
+    `osp.OCCLUSION_METHODS`; several are compared) each structure also culls hidden polygons. `pace` is `samples:N`, N
+    samples of the hand a frame, or `recorded`, by the time stamps. `camera` is `auto` (the recorded head, else the
+    session's own camera, else `orbit`), `orbit`, `follow` or `inside`. An index is timed for at most `budget_secs`, on
+    evenly spaced parts of the session. `lenient` and `max_polygons` are the same as in `osp.open`.
 
-    Times are of this machine, on one thread; fingerprints are the same everywhere. Errors are those of `osp.open`, and
-    `ValueError` for an unknown name or a number out of its range.
+    Times depend on the machine and use one thread; fingerprints are the same everywhere. Errors are those of
+    `osp.open`, and `ValueError` for an unknown name or a number out of its range.
 
     >>> table = osp.replay(recordings / "room.ron", ["brute-force", "osp"], pace="samples:64")
     >>> table.agree
@@ -126,27 +127,28 @@ def replay(
 
 
 class Verification(Table):
-    """What `osp.verify` finds: a row for each method of occlusion culling and number of occluders, summed over the views.
+    """The results of `osp.verify`, summed over the views: a row for each method of occlusion culling and number of occluders.
 
-    | column | what it is |
+    | column | content |
     | --- | --- |
-    | `occlusion`, `occluders` | name of the method, most occluders in a view |
-    | `conservative` | whether it promises to hide nothing that can be seen |
+    | `occlusion`, `occluders` | name of the method, largest number of occluders in a view |
+    | `conservative` | whether the method promises never to cull a visible polygon |
     | `views` | views that were compared |
-    | `false_culls` | polygons that can be seen and were left out: 0 for a conservative method |
+    | `false_culls` | visible polygons that were culled: 0 for a conservative method |
     | `misreported` | polygons reported twice, or that are not in view |
-    | `hidden`, `hidden_culled`, `hidden_culled_percent` | polygons in view that cannot be seen, and those of them that were found |
+    | `hidden`, `hidden_culled`, `hidden_culled_percent` | hidden polygons in view, and number and share of them that were culled |
     | `drawn` | polygons that were left to draw |
-    | `select_ns`, `build_ns`, `query_ns` | time to choose occluders, to build from them, to test, nanoseconds |
+    | `select_ns`, `build_ns`, `query_ns` | time to choose occluders, to build the structure from them, and to test, nanoseconds |
     | `failed` | whether the method broke its promise |
     """
 
     seen: Dict[str, int]
-    """Sums over the views that do not depend on a method: `views`, `in_view` (polygons in the frustum), `visible` and `hidden`
-    (of these, what can and cannot be seen), `lost` (polygons in view that the frustum left out: 0)."""
+    """Sums over the views that do not depend on a method: `views`, `in_view` (polygons in the frustum), `visible` and
+    `hidden` (of these, those that can and cannot be seen), `lost` (polygons in view that frustum culling wrongly left
+    out: 0)."""
 
     ok: bool
-    """Whether no method broke its promise and the frustum left out nothing."""
+    """Whether no method broke its promise and frustum culling left out nothing wrongly."""
 
     def __init__(self, columns: Dict[str, Any], seen: Dict[str, int]) -> None:
         super().__init__(columns)
@@ -167,12 +169,12 @@ def verify(
     lenient: bool = False,
     max_polygons: Optional[int] = None,
 ) -> Verification:
-    """Compares occlusion culling with what can really be seen, polygon by polygon.
+    """Compares occlusion culling with the truly visible polygons, polygon by polygon.
 
     `occlusion` names methods: those of `osp.OCCLUSION_METHODS`, and `msvbsp-paper` and `depth-centers`, which are not
-    conservative. `occluders` is one number or several to compare. `views` are spread over the session; with `whole` each looks
-    at the finished model. What can be seen is found by a picture of `pixels` (width, height) and by rays to polygons that own
-    no pixel. Other arguments and errors are as in `osp.replay`.
+    conservative. `occluders` is one number or several to compare. `views` are spread over the session; with `whole`
+    each shows the finished model. A picture of `pixels` (width, height), and rays to polygons that own no pixel,
+    determine the visible polygons. Other arguments and errors are the same as in `osp.replay`.
 
     >>> table = osp.verify(recordings / "room.ron", ["msvbsp", "depth"], views=1, pixels=(320, 180))
     >>> table.ok

@@ -1,4 +1,4 @@
-"""The part of osp that is compiled. Import from `osp`."""
+"""The compiled part of osp. Import from `osp` instead."""
 
 import os
 from pathlib import Path

@@ -23,14 +23,15 @@ def open(
 ) -> Recording:
     """Reads a recorded sketch to its end.
 
-    `.ron` and `.ron.zst` (osp), `.tilt` as a file or folder (Tilt Brush, Open Brush), `.apa` (A-Painter), `.json` (CASSIE),
-    `.poses`, `.poses.gz` (trackers), `.obj`, `.obj.gz`, `.glb`, `.gltf`: the content decides, then the name.
+    `.ron` and `.ron.zst` (osp), `.tilt` as a file or folder (Tilt Brush, Open Brush), `.apa` (A-Painter), `.json`
+    (CASSIE), `.poses`, `.poses.gz` (trackers), `.obj`, `.obj.gz`, `.glb`, `.gltf`: the format is detected from the
+    content, then from the name.
 
-    With `lenient`, damaged pieces are passed over and counted (`Recording.skipped`, `Recording.warnings`). `max_polygons`
-    (4,000,000) bounds the memory that a file may take.
+    With `lenient`, damaged parts are skipped and counted (`Recording.skipped`, `Recording.warnings`). `max_polygons`
+    (default 4,000,000) bounds the memory that a file may take.
 
-    `OSError`: the file cannot be read. `RecordingError` (a `ValueError`): it is damaged, too large or of another format;
-    the message names the file, the line or byte, and what was expected.
+    `OSError`: the file cannot be read. `RecordingError` (a `ValueError`): it is damaged, too large or of another
+    format; the message names the file, the line or byte, and the expected form.
 
     >>> sketch = osp.open(recordings / "room.ron")
     >>> sketch
@@ -42,10 +43,10 @@ def open(
 
 
 class Recording:
-    """A recorded sketch: what was drawn, and the model at its end. `osp.open` makes one.
+    """A recorded sketch: the drawn strokes, and the model at the end. `osp.open` makes one.
 
-    The tables are made when they are first asked for. Positions are in metres in the world, times in seconds, colours sRGB
-    from 0 to 1 with opacity, rotations quaternions (x, y, z, w), world from what is rotated.
+    The tables are made at their first use. Positions are in metres in the world, times in seconds. Colours are sRGB
+    from 0 to 1 with opacity. Rotations are quaternions (x, y, z, w) from the rotated thing's space to the world.
 
     >>> sketch = osp.open(recordings / "portrait.ron")
     >>> sketch.strokes["tool"][:3].tolist()
@@ -60,12 +61,12 @@ class Recording:
 
     @property
     def path(self) -> Path:
-        """The file that it was read from."""
+        """The file from which the sketch was read."""
         return self._native.path
 
     @property
     def format(self) -> str:
-        """Short name of its format: `ron`, `ron.zst`, `tilt`, `apa`, `cassie`, `poses`, `obj`, `glb`, `gltf`."""
+        """Short name of the file's format: `ron`, `ron.zst`, `tilt`, `apa`, `cassie`, `poses`, `obj`, `glb`, `gltf`."""
         return self._native.format
 
     @property
@@ -75,7 +76,7 @@ class Recording:
 
     @property
     def source(self) -> str:
-        """The program or file that it comes from; may be empty."""
+        """The program or file from which the session comes; may be empty."""
         return self._native.source
 
     @property
@@ -85,17 +86,17 @@ class Recording:
 
     @property
     def left_out(self) -> List[str]:
-        """What the file has and a recording does not hold, in words: pictures, models, videos."""
+        """Descriptions of the parts of the file that a recording cannot hold: pictures, models, videos."""
         return self._native.left_out
 
     @property
     def warnings(self) -> List[str]:
-        """What the reader has to say: damage that did not stop it, unknown brushes."""
+        """The reader's warnings: skipped damage, unknown brushes."""
         return self._native.warnings
 
     @property
     def skipped(self) -> int:
-        """Damaged pieces that were passed over (`lenient`)."""
+        """Number of damaged parts that were skipped (`lenient`)."""
         return self._native.skipped
 
     @property
@@ -105,21 +106,21 @@ class Recording:
 
     @property
     def bounds(self) -> Optional[NDArray[np.float32]]:
-        """Smallest and largest corner of the model at the end, of the shape (2, 3); None if there is nothing."""
+        """Smallest and largest corner of the model at the end, of the shape (2, 3); None if the model is empty."""
         return self._native.bounds
 
     @cached_property
     def strokes(self) -> Table:
-        """A row for each stroke, in the order of their beginnings: `stroke` (its number), `tool` (`ribbon`, `wall`, `tube`;
-        `polygon` where faces came without one), `brush` (name; empty if it has none), `color` (n, 4), `width_m`, `begin_secs`,
-        `end_secs` (NaN if it has no end), `points` (how many), `layer`, `visible` (whether it is in the model at the
-        end: not erased, undone or hidden)."""
+        """A row for each stroke, in the order of their beginnings: `stroke` (its number), `tool` (`ribbon`, `wall`,
+        `tube`; `polygon` for faces without a tool), `brush` (name; empty if it has none), `color` (n, 4), `width_m`,
+        `begin_secs`, `end_secs` (NaN if it has no end), `points` (their number), `layer`, `visible` (whether it is in
+        the model at the end: not erased, undone or hidden)."""
         return Table(self._native.strokes())
 
     @cached_property
     def points(self) -> Table:
         """A row for each control point, in the order of recording: `stroke`, `time_secs`, `position` (n, 3), `rotation`
-        (n, 4) of the tracker, `pressure` (0 to 1). Points are where the hand was; edits have not moved them."""
+        (n, 4) of the tracker, `pressure` (0 to 1). Points are the places of the hand; edits do not change them."""
         return Table(self._native.points())
 
     @cached_property
@@ -133,9 +134,10 @@ class Recording:
 
     @cached_property
     def polygons(self) -> Table:
-        """A row for each polygon of the model at the end: `polygon` (its number), `stroke` (-1 if it has none), `corners`
-        (n, 4, 3), where a triangle repeats its last corner, `corner_count` (3 or 4), `color` (n, 4), `opaque` (whether
-        all of it hides what is behind it). Particles, which turn to the eye, lie as they are stored."""
+        """A row for each polygon of the model at the end: `polygon` (its number), `stroke` (-1 if it has none),
+        `corners` (n, 4, 3), where a triangle repeats its last corner, `corner_count` (3 or 4), `color` (n, 4), `opaque`
+        (whether its whole area hides things behind it). Particles, which normally turn to the eye, lie as they are
+        stored."""
         return Table(self._model["polygons"])
 
     @property
@@ -152,8 +154,8 @@ class Recording:
 
     @cached_property
     def mesh(self) -> _native.Mesh:
-        """The triangles as an `osp.Mesh`, in which only opaque paint hides what is behind it:
-        `sketch.mesh.visible(view, "msvbsp")` has a truth value for each of them."""
+        """The triangles as an `osp.Mesh`, in which only opaque paint hides things behind it: `sketch.mesh.visible(view,
+        "msvbsp")` has a truth value for each of them."""
         return _native.Mesh(self.triangles, opaque=self.polygons["opaque"][self.polygon_of_triangle])
 
     @property

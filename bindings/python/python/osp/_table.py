@@ -15,7 +15,7 @@ _LETTERS = {"color": "rgba", "position": "xyz", "rotation": "xyzw"}
 class Table(Dict[str, "np.ndarray[Any, Any]"]):
     """A dict of columns (numpy arrays) of equal length.
 
-    `to_pandas` makes a data frame; where every column has one dimension, so does `pandas.DataFrame(table)`.
+    `to_pandas` makes a data frame. If every column has one dimension, `pandas.DataFrame(table)` does so, too.
 
     >>> table = osp.Table(time_secs=np.array([0.0, 0.5]), position=np.array([[0, 1, 2], [3, 4, 5]]))
     >>> table.rows
@@ -26,12 +26,12 @@ class Table(Dict[str, "np.ndarray[Any, Any]"]):
 
     @property
     def rows(self) -> int:
-        """How many rows all columns have."""
+        """Number of rows of all columns."""
         return next((len(column) for column in self.values()), 0)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """The table as a data frame of pandas, which has to be installed. A column of vectors becomes one for each of
-        their components: `position_x`, `color_r`, `corners_0_x`."""
+        """Returns the table as a data frame of pandas, which must be installed. A column of vectors becomes one column
+        for each component: `position_x`, `color_r`, `corners_0_x`."""
         import pandas
 
         columns = {}

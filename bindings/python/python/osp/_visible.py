@@ -1,4 +1,4 @@
-"""What a camera sees of a mesh."""
+"""Visible triangles of a mesh."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def visible(
     opaque: Optional[ArrayLike] = None,
     occluders: Optional[int] = None,
 ) -> NDArray[np.bool_]:
-    """Which triangles a camera sees: an array of truth values, one for each triangle.
+    """Finds the triangles that a camera sees. Returns an array of truth values, one for each triangle.
 
     The arguments are those of `Mesh` and of `Mesh.visible`, and so are the errors. For several views of one mesh, make a
     `Mesh` once.

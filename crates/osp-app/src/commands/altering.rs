@@ -71,8 +71,8 @@ impl Studio {
         self.take_copies(&alteration);
     }
 
-    /// The event that moves the selection if it is a whole group. It takes one line of the file instead of copies of all
-    /// strokes.
+    /// The event that moves the selection if it is a whole group. The event is one line of the file, instead of copies
+    /// of all strokes.
     fn placed_group(&self, motion: &Motion) -> Option<Event> {
         let (group, scene) = (self.selected_group()?, self.scene());
         let own = Motion { is_mirrored: false, to: scene.group_transform(group)? };
@@ -122,7 +122,7 @@ impl Studio {
             edits += out.len() - first;
         }
         edits += assign(t, layers, &mut out);
-        // The copies come first, so a crash in between loses nothing.
+        // The copies come first, so that a crash in between loses no stroke.
         out.extend(old.iter().map(|&stroke| Event::Erase { author: Author::SOLE, t, stroke }));
         if self.take_step(edits, out) {
             self.input.replaced.0.extend(old.into_iter().zip(copies.iter().copied()));
@@ -188,7 +188,7 @@ impl Studio {
         }
         self.events.extend(events);
         self.apply_events();
-        // The step does not count an edit that changed nothing, so it may still be open.
+        // The step does not count an edit without effect, so it may still be open.
         if self.scene().is_step_open() || (edits > 1 && self.session.may_have_open_step()) {
             self.events.push(Event::Step { author: Author::SOLE, t, edits: 0 });
             self.apply_events();
@@ -265,13 +265,13 @@ impl Studio {
         }
     }
 
-    /// Draws the copied strokes again and selects them. Each paste moves them a little farther from their original place.
+    /// Draws the copied strokes again and selects them. Each further paste has a larger offset from the original place.
     fn place_clip(&mut self, clip: &Clip) {
         /// Offset of one paste, as a fraction of the extent.
         const BESIDE: f32 = 0.1;
         let aside = rotate(self.navigator.world_from_view(), Vec3::new(1.0, -1.0, 0.0));
         let motion = Motion::by(aside * (clip.extent_m * BESIDE * clip.pasted as f32));
-        // Strokes of a closed layer go to the layer that is drawn on.
+        // Strokes of a closed layer are pasted to the current layer.
         let mut moved_to = BTreeMap::<u32, u32>::new();
         for layer in clip.strokes.iter().map(|stroke| stroke.layer).collect::<BTreeSet<_>>() {
             if !self.is_layer_open(layer) {
@@ -316,8 +316,8 @@ impl Studio {
         }
     }
 
-    /// Updates the selection after an undo or redo: removes strokes that are gone, and selects the originals or copies that
-    /// replaced them.
+    /// Updates the selection after an undo or redo: removes strokes that are no longer visible, and selects the
+    /// originals or copies that replaced them.
     pub(crate) fn follow_selection(&mut self, is_undo: bool) {
         let scene = self.session.scene();
         let is_there = |id: &StrokeId| scene.stroke(*id).is_some_and(|stroke| stroke.is_visible());
@@ -334,8 +334,8 @@ impl Studio {
     }
 }
 
-/// Two transforms for a copy that moves in the world but stays in its group: from the space of the stroke's samples to that
-/// of the copy, and from there to the world. `None` if the group is scaled to a point.
+/// Two transforms for a copy that moves in the world but stays in its group: from the space of the stroke's samples to
+/// that of the copy, and from the latter to world space. `None` if the group has scale 0.
 fn spaces(scene: &Scene, id: StrokeId, motion: &Motion) -> Option<(Motion, Motion)> {
     let stroke = scene.stroke(id)?;
     let home = match scene.groups_of(stroke).first() {

@@ -20,12 +20,13 @@ impl Studio {
         self.work.question.as_ref()
     }
 
-    /// Shows a question in the window.
+    /// Opens a question in the window.
     pub fn ask(&mut self, question: Question) {
         self.work.question = Some(question);
     }
 
-    /// Opens a question if the window shows a copy that has earlier edits. The user chooses whether to continue with them.
+    /// Opens a question if the window shows a session that has edits in an earlier copy. The user chooses whether to
+    /// continue with these edits.
     pub(crate) fn offer_edits(&mut self) {
         if self.work.question.is_none()
             && let Some(edits) = self.session.take_earlier()

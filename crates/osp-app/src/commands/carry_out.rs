@@ -16,7 +16,7 @@ use osp_session::{
 };
 
 impl Studio {
-    /// The author that draws in this window.
+    /// The author of this window's strokes.
     pub(crate) fn author(&self) -> Author {
         #[cfg(feature = "live")]
         if let Some(live) = self.session.live() {
@@ -25,13 +25,14 @@ impl Studio {
         Author::SOLE
     }
 
-    /// Whether a command would do anything now. The window disables the buttons and menu entries of all other commands.
+    /// Whether a command would have an effect now. The window disables the buttons and menu entries of all other
+    /// commands.
     pub fn can(&self, command: &Command) -> bool {
         let scene = self.session.scene();
         match command {
             Command::Undo => self.can_draw() && scene.can_undo_of(self.author()),
             Command::Redo => self.can_draw() && scene.can_redo_of(self.author()),
-            // Measuring changes nothing.
+            // Measuring does not change the session.
             Command::Tool(ToolChoice::Span(Span::Distance)) => true,
             Command::Tool(_)
             | Command::Widen(_)
@@ -70,7 +71,7 @@ impl Studio {
         }
     }
 
-    /// Carries out a command; [`Studio::messages`] gets a message if that fails.
+    /// Executes a command. If it fails, [`Studio::messages`] gets a message.
     pub fn command(&mut self, command: Command) {
         let goes_on = matches!(command, Command::CancelWork | Command::Quit | Command::Answer(_));
         if self.is_reading() && !goes_on {
@@ -206,7 +207,7 @@ impl Studio {
     }
 
     fn switch_index(&mut self, kind: IndexKind, occlusion: Method) {
-        // The whole scene is inserted below; it includes the changes that were waiting for the old index.
+        // The whole scene is inserted below, including the changes that were pending for the old index.
         self.session.take_changes(&mut self.pending.changes);
         let bounds = self.session.bounds();
         self.culling.reindex(kind, occlusion, self.session.scene(), &bounds);
@@ -223,7 +224,7 @@ impl Studio {
         }
     }
 
-    /// Writes all pending events to the file at once, and names the file.
+    /// Writes all pending events to the file at once, and shows the file's name.
     fn save(&mut self) {
         self.finish_gestures();
         self.apply_events();
@@ -258,7 +259,7 @@ impl Studio {
         self.tell_of_file(outcome.map(|()| done));
     }
 
-    /// Reports the outcome of reading or writing a file, and keeps it for the file dialog.
+    /// Reports the result of reading or writing a file, and stores it for the file dialog.
     pub(crate) fn tell_of_file(&mut self, outcome: Result<String, String>) {
         self.work.file_outcome = Some(outcome.as_ref().map(|_| ()).map_err(Clone::clone));
         match outcome {
@@ -267,7 +268,7 @@ impl Studio {
         }
     }
 
-    /// Returns the outcome of the last command that read or wrote a file, once.
+    /// Returns the result of the last command that read or wrote a file, once.
     pub fn take_file_outcome(&mut self) -> Option<Result<(), String>> {
         self.work.file_outcome.take()
     }
@@ -303,7 +304,7 @@ impl Studio {
     }
 
     fn take_jump(&mut self, jump: Jump) {
-        // The index follows at once, because after another jump the scene may lack these polygons.
+        // The index is updated at once, because after another jump the scene may lack these polygons.
         self.culling.follow(self.session.scene(), &jump.changes);
         let keep = self.pending.keep.map_or(jump.polygon_count, |keep| keep.min(jump.polygon_count));
         self.pending.keep = Some(keep);

@@ -32,8 +32,7 @@ impl Studio {
         self.deselect_locked();
     }
 
-    /// Makes a group of the selection. Groups that are selected as a whole become its children. No stroke changes its
-    /// place.
+    /// Groups the selected strokes. Groups that are selected as a whole become children. No stroke moves.
     pub(crate) fn group_selection(&mut self) {
         let scene = self.session.scene();
         let (groups, loose) = whole_groups(scene, self.input.selection.strokes());
@@ -47,7 +46,7 @@ impl Studio {
         let Some(&parent) = parents.first() else { return };
         if parents.len() > 1 {
             self.say(
-                "the selection takes parts of several groups: select whole groups, or strokes of one"
+                "the selection has parts of several groups: select whole groups, or strokes of one"
                     .to_owned(),
             );
             return;

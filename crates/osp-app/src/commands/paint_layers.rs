@@ -35,12 +35,12 @@ impl Studio {
         }
     }
 
-    /// The layer that is drawn on.
+    /// The current layer, on which new strokes are drawn.
     pub fn chosen_layer(&self) -> u32 {
         self.input.brush.layer
     }
 
-    /// Whether this window's author can reserve a layer for themselves, or has done so.
+    /// Whether this window's author can close a layer to other authors, or has done so.
     pub fn can_close_layer(&self, layer: u32) -> bool {
         let me = self.author();
         let owner = self.scene().layer_states().get(&layer).and_then(|state| state.owner);
@@ -49,12 +49,12 @@ impl Studio {
         self.can_draw() && !me.is_sole() && layer > 0 && is_free
     }
 
-    /// Whether a layer is reserved for another author.
+    /// Whether another author has closed the layer to this window's author.
     pub fn is_layer_of_others(&self, layer: u32) -> bool {
         !self.scene().may_touch(self.author(), layer)
     }
 
-    /// Whether an edit of the layers would do anything now.
+    /// Whether an edit of the layers would have an effect now.
     pub(crate) fn can_edit_layers(&self, edit: &LayerEdit) -> bool {
         let chosen = self.input.brush.layer;
         self.can_draw()
@@ -117,7 +117,7 @@ impl Studio {
                 self.events.push(event);
             }
             LayerEdit::TakeSelection => {
-                // The header's settings of the layer become an event. New strokes on this layer then follow it.
+                // The header's setting of the layer becomes an event, so that new strokes on this layer also get it.
                 let state = self.scene().layer_states().get(&chosen.layer);
                 if state.is_none_or(|state| state.hidden.is_none()) {
                     self.events.push(change(chosen.layer, None, Some(chosen.is_hidden), None));
@@ -148,17 +148,17 @@ impl Studio {
         self.input.selection.set(strokes);
     }
 
-    /// Whether the strokes of a layer must not change: it is locked, or reserved for another author.
+    /// Whether the strokes of a layer must not change: the layer is locked, or another author has closed it.
     pub(crate) fn is_layer_held(&self, layer: u32) -> bool {
         self.scene().is_locked(layer) || self.is_layer_of_others(layer)
     }
 
-    /// Whether a layer is neither hidden nor locked, nor reserved for another author.
+    /// Whether a layer is neither hidden nor locked, and not closed by another author.
     pub(crate) fn is_layer_open(&self, layer: u32) -> bool {
         !self.session_layer(layer).is_hidden && !self.is_layer_held(layer)
     }
 
-    /// The reason why nobody can draw on the chosen layer here; `None` if it is open.
+    /// The reason for which the user cannot draw on the current layer; `None` if drawing is possible.
     pub(crate) fn why_layer_is_closed(&self) -> Option<String> {
         let LayerRow { name, is_hidden, is_locked, owner, .. } = self.session_layer(self.input.brush.layer);
         if self.is_layer_of_others(self.input.brush.layer) {
@@ -169,7 +169,7 @@ impl Studio {
         (is_hidden || is_locked).then(|| format!("{name} is {why}"))
     }
 
-    /// Whether the chosen layer accepts strokes. If not, reports the reason.
+    /// Whether the current layer accepts strokes. If not, shows the reason.
     pub(crate) fn may_draw_on_layer(&mut self) -> bool {
         let Some(why) = self.why_layer_is_closed() else { return true };
         if !self.session.is_replay() {

@@ -31,7 +31,7 @@ impl Studio {
         };
     }
 
-    /// As [`Studio::work_beside`], but without a thread: each call of [`Studio::tend`] works for the time `turn`.
+    /// Like [`Studio::work_beside`], but without a thread: each call of [`Studio::tend`] works for the time `turn`.
     pub fn work_in_turns(&mut self, turn: Duration) {
         self.work.way = Way::Turns(turn);
     }
@@ -101,7 +101,7 @@ impl Studio {
         }
         match work.finish()? {
             Done::Opened { outcome: Ok(read), .. } => {
-                // The window is gone, so standard error gets the messages.
+                // The window is closed, so the messages go to standard error.
                 for remark in read.opened.remarks {
                     let _ = writeln!(io::stderr().lock(), "{remark}");
                 }
@@ -162,7 +162,7 @@ impl Studio {
         self.work.unread.take()
     }
 
-    /// Takes over a session that is being read, and shows it when it is complete.
+    /// Takes over a background read, and shows the session when it is complete.
     pub fn take_over(&mut self, reading: Reading) {
         self.work_beside();
         self.wait_for(reading.0);

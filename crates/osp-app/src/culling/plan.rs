@@ -10,7 +10,7 @@ use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::scene::Scene;
 
-/// Settings by which a model is indexed and culled.
+/// Settings for indexing and culling a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CullingPlan {
     pub(super) kind: IndexKind,
@@ -21,7 +21,7 @@ pub struct CullingPlan {
     pub(super) auto_basis: AutoBasis,
 }
 
-/// An indexed model, which another thread may have made.
+/// An indexed model, which another thread may have built.
 #[derive(Debug)]
 pub struct Indexed {
     pub(super) plan: CullingPlan,
@@ -31,7 +31,7 @@ pub struct Indexed {
 }
 
 impl CullingPlan {
-    /// A plan with this index and this method of occlusion culling.
+    /// A plan with this index and this occlusion culling method.
     pub fn new(kind: IndexKind, occlusion: Method) -> Self {
         Self {
             kind,
@@ -43,19 +43,19 @@ impl CullingPlan {
         }
     }
 
-    /// The plan with another test of nodes and another score of occluders.
+    /// The plan with another node test and another occluder score.
     #[must_use]
     pub fn with_tests(self, node_test: NodeTest, score: Score) -> Self {
         Self { node_test, score, ..self }
     }
 
-    /// An index of no model.
+    /// An empty index and its root cube.
     pub(super) fn index_nothing(&self) -> (Aabb, Pipeline) {
         let root = root_for(&Aabb::EMPTY);
         (root, self.pipeline(root, 0))
     }
 
-    /// Inserts a whole model with this box into a new index.
+    /// Inserts a whole model into a new index; `bounds` is the model's box.
     pub fn index(self, scene: &Scene, bounds: &Aabb) -> Indexed {
         let clock = StageClock::default();
         let start = clock.start();
@@ -66,7 +66,7 @@ impl CullingPlan {
         Indexed { plan: self, root, pipeline, took }
     }
 
-    /// As [`CullingPlan::index`], in steps.
+    /// Like [`CullingPlan::index`], in steps.
     pub(crate) fn begin_index(self, scene: &Scene, bounds: &Aabb) -> Indexing {
         let root = root_for(bounds);
         let pipeline = self.pipeline(root, scene.polygon_count());
@@ -75,7 +75,7 @@ impl CullingPlan {
     }
 
     fn pipeline(&self, root: Aabb, polygons: usize) -> Pipeline {
-        // Twice the number of polygons, so that no frame of a growing model has to enlarge the index.
+        // Twice the number of polygons, so that the index of a growing model need not be enlarged in a frame.
         let capacity = IndexConfig::default().capacity.max(polygons * 2);
         let index = self.kind.create(&IndexConfig { root, capacity });
         let pass = PassConfig {
@@ -99,7 +99,7 @@ pub(crate) struct Indexing {
 }
 
 impl Indexing {
-    /// Inserts some of the model. Returns whether there is more to do.
+    /// Inserts a part of the model. Returns whether polygons are left.
     pub(crate) fn step(&mut self, scene: &Scene) -> bool {
         let clock = StageClock::default();
         let start = clock.start();
@@ -114,7 +114,7 @@ impl Indexing {
     }
 }
 
-/// The default root cube if everything is in it, else one around everything.
+/// The default root cube if it contains everything, else a cube around everything.
 fn root_for(bounds: &Aabb) -> Aabb {
     let usual = IndexConfig::default().root;
     if bounds.is_empty() || usual.contains(bounds) {

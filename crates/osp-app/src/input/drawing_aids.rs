@@ -30,7 +30,7 @@ impl Studio {
         self.input.brush.width_m / self.middle_pixel_m()
     }
 
-    /// Adapts the brush to the camera, so that its width in pixels stays the same.
+    /// Adapts the brush width to the camera, so that the width in pixels stays the same.
     pub(crate) fn follow_width(&mut self) {
         if let Some(width_px) = self.input.aids.width_px {
             let (narrowest, widest) = Brush::WIDTHS_M;
@@ -38,7 +38,7 @@ impl Studio {
         }
     }
 
-    /// Notes that the user has changed the width of the brush, as a width in pixels.
+    /// Stores the brush width in pixels after the user has changed it.
     pub(crate) fn take_width(&mut self) {
         if self.input.aids.width_px.is_some() {
             self.input.aids.width_px = Some(self.width_px());
@@ -53,7 +53,7 @@ impl Studio {
         Brush { width_m: width_m.clamp(Brush::WIDTHS_M.0, Brush::WIDTHS_M.1), ..self.input.brush }
     }
 
-    /// Adds the mirror images of the strokes in the waiting events, from event number `first` on.
+    /// Adds the mirror images of the strokes in the pending events, from event number `first` on.
     pub(crate) fn mirror_events(&mut self, first: usize) {
         if self.input.aids.mirror_x.is_none() && self.input.twins.0.is_empty() {
             return;

@@ -8,9 +8,9 @@ use crate::{
     studio::Studio,
 };
 
-/// Time in seconds after which a resting finger counts as a single one and uses the tool.
+/// Time after which a resting finger uses the tool, because no second finger followed, seconds.
 const ALONE_SECS: f64 = 0.3;
-/// Distance in heights of the window after which a moving finger counts as a single one.
+/// Distance after which a moving finger uses the tool, in heights of the window.
 const ALONE_BY: f32 = 0.012;
 
 impl Studio {
@@ -43,13 +43,13 @@ impl Studio {
         }
     }
 
-    /// Notes a finger. The window system reports it first as a touch, then as the pointer.
+    /// Records a finger. The window system reports it first as a touch, then as the pointer.
     pub fn note_finger(&mut self, has_come: bool) {
         self.input.gestures.finger_came = has_come;
     }
 
-    /// Holds back a press of the pointer at `at` if it comes from a finger, until the finger counts as a single one.
-    /// Returns whether it came from a finger.
+    /// Delays a press of the pointer at `at` if it comes from a finger, until it is clear that no second finger
+    /// follows. Returns whether it came from a finger.
     pub fn touch(&mut self, at: Option<Vec2>) -> bool {
         let is_finger = std::mem::take(&mut self.input.gestures.finger_came);
         if is_finger && let Some(at) = at {
@@ -58,7 +58,7 @@ impl Studio {
         is_finger
     }
 
-    /// Ends a touch that the window system cancelled for a gesture of its own. The stroke stays.
+    /// Ends a touch that the window system cancelled for its own gesture. The stroke stays.
     pub fn cancel_touch(&mut self) {
         self.input.gestures.resting = None;
         if self.input.gestures.is_touch {
@@ -66,7 +66,8 @@ impl Studio {
         }
     }
 
-    /// Presses where a single finger came down, once it has moved to `at`, was lifted, or has rested long enough.
+    /// Presses the pointer where a single finger touched the screen, once it has moved to `at`, was lifted, or has
+    /// rested long enough.
     pub fn press_touch(&mut self, at: Option<Vec2>, is_lifted: bool, held: Held, size_px: Vec2) {
         let Some(resting) = self.input.gestures.resting else { return };
         let aspect = size_px.x / size_px.y.max(1.0);

@@ -13,16 +13,16 @@ use osp_session::{
     recording::{Author, Event},
 };
 
-/// Most messages of a tracker that a frame handles; the others wait for the next frame. At 60 frames a second a hundred
-/// trackers send fewer.
+/// Largest number of tracker messages that a frame handles; the others wait for the next frame. At 60 frames a second a
+/// hundred trackers send fewer.
 const MESSAGES_A_FRAME: u32 = 4096;
-/// Most erasures, undos and redos among them, because a single one may change the whole model.
+/// Largest number of erasures, undos and redos among them, because a single one may change the whole model.
 const EDITS_A_FRAME: u32 = 64;
-/// After so many changed polygons the frame handles no more messages.
+/// Number of changed polygons after which the frame handles no more messages.
 const CHANGES_A_FRAME: usize = 1 << 16;
 
 impl Studio {
-    /// Handles the tracker's messages since the last frame.
+    /// Handles the tracker's messages that arrived since the last frame.
     pub(crate) fn listen(&mut self) {
         if self.is_reading() {
             return;
@@ -38,7 +38,7 @@ impl Studio {
         self.input.tracker_waits = !self.take_messages(t, &tracker);
         let first = self.events.len();
         self.input.hands.rest(t, &mut self.events);
-        // While messages wait, a sender may not be silent at all.
+        // While messages wait, a sender need not be inactive.
         if let Some(senders) = self.input.senders.as_mut().filter(|_| !self.input.tracker_waits) {
             senders.rest(Instant::now(), t, &mut self.events);
         }
@@ -47,7 +47,7 @@ impl Studio {
         self.input.tracker = Some(tracker);
     }
 
-    /// Handles messages up to the limits of a frame. Returns whether none is left.
+    /// Handles messages up to the limits of a frame. Returns whether no message is left.
     fn take_messages(&mut self, t: f64, tracker: &Tracker) -> bool {
         let (mut messages, mut edits) = (0, 0);
         while messages < MESSAGES_A_FRAME
@@ -118,8 +118,8 @@ impl Studio {
         false
     }
 
-    /// Appends the events of a message to the waiting events. Returns the author, and the point where it erases; `None` if
-    /// its sender cannot become an author.
+    /// Appends the events of a message to the pending events. Returns the author, and the point at which the message
+    /// erases. `None` if the sender cannot become an author.
     fn take_message(
         &mut self,
         t: f64,

@@ -17,9 +17,9 @@ use osp_session::recording::{Author, Event, Motion, StrokeId};
 /// Largest movement of the pointer during a click, heights of the window.
 const CLICK: f32 = 0.006;
 
-/// Distance in pixels at which the pointer still touches a stroke. Strokes can be thinner than a pixel.
+/// Distance from a stroke at which the pointer still touches it, pixels, because strokes can be thinner than a pixel.
 const TOUCH_PX: f32 = 4.0;
-/// Most points tested along one movement of the eraser, because a fast hand makes long movements.
+/// Largest number of points tested along one movement of the eraser, because a fast hand makes long movements.
 const MAX_TOUCHES: f32 = 256.0;
 
 impl Studio {
@@ -57,7 +57,7 @@ impl Studio {
     }
 
     fn press(&mut self, button: Button, held: Held, size_px: Vec2, aspect: f32) {
-        // The event of a pen's pressure comes before the event of its press.
+        // The event of a pen's pressure arrives before the event of its press.
         let pressure = self.input.gestures.pressure;
         self.finish_gestures();
         self.input.gestures.pressure = pressure;
@@ -198,7 +198,7 @@ impl Studio {
             if let Some(placed) = self.moved_group(by) {
                 self.events.push(placed);
             } else {
-                // One edit, or several if one line of the file cannot name all strokes.
+                // One edit, or several if one line of the file cannot list all strokes.
                 let parts = self.input.selection.strokes().chunks(Event::MAX_STROKES_NAMED);
                 self.events.extend(parts.map(|strokes| Event::Move {
                     author: Author::SOLE,
@@ -220,7 +220,7 @@ impl Studio {
         }
     }
 
-    /// Ends the eraser's step of undo, because an edit of somebody else comes next.
+    /// Ends the eraser's undo step, because an edit of another author follows.
     pub(crate) fn part_eraser_step(&mut self) {
         if let Some(Gesture::Erase { is_step_open: is_open @ true }) = &mut self.input.gestures.gesture {
             *is_open = false;
@@ -228,24 +228,24 @@ impl Studio {
         }
     }
 
-    /// Sets the direction of flight: right, up, back, each -1 to 1; zero stands still.
+    /// Sets the flight direction: right, up, back, each -1 to 1; zero stands still.
     pub fn set_flight(&mut self, direction: Vec3) {
         self.input.gestures.flight = direction;
     }
 
-    /// Turns about the eye. `turn` is in heights of the window.
+    /// Rotates about the eye. `turn` is in heights of the window.
     pub fn look(&mut self, turn: Vec2) {
         self.navigator.look(turn);
     }
 
     pub(crate) fn fly(&mut self, frame_secs: f32) {
-        /// Speed of flight: distances to the centre of the view, per second.
+        /// Flight speed, as a fraction of the distance to the centre of the view per second.
         const SPEED: f32 = 0.9;
         // After a very long frame the eye must not leave the model.
         self.navigator.fly(self.input.gestures.flight * (SPEED * frame_secs.clamp(0.0, 0.1)));
     }
 
-    /// The view under the pointer and the place where a stroke would begin there.
+    /// The view under the pointer, and the point where a stroke would begin.
     pub(crate) fn aim(&mut self, at: Vec2, height_px: f32, aspect: f32) -> Option<(View, Vec3)> {
         let (view, on_screen) = self.view_at(at, aspect)?;
         let surface = self.surface_under(&view, on_screen);
@@ -345,7 +345,7 @@ impl Studio {
         Some(ray.origin + ray.direction * t)
     }
 
-    /// The point of the model under the pointer; where there is none, the centre of the view.
+    /// The point of the model under the pointer; if there is none, the centre of the view.
     fn point_to_turn_about(&mut self, aspect: f32) -> Vec3 {
         self.point_under_pointer(aspect).unwrap_or(self.navigator.target())
     }

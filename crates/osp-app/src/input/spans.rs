@@ -1,4 +1,4 @@
-//! Measures, or selects in a box or sphere, between two points of the model.
+//! Measures a distance, or selects strokes in a box or sphere, between two points of the model.
 
 use glam::{Vec2, Vec3};
 

@@ -16,14 +16,14 @@ use osp_session::{
     small_file::open_regular,
 };
 
-/// Most bytes of the original session's name in the name of a copy.
+/// Largest number of bytes of the original session's name in the name of a copy.
 const MOST_STEM_BYTES: usize = 100;
 
-/// Longest first line of an autosave file that is read for the session's source.
+/// Longest first line of an autosave file that is read to find the session's source, bytes.
 const MOST_HEADER_BYTES: u64 = 1 << 16;
-/// Beginning of the source in the header of a session that osp drew.
+/// Beginning of the source in the header of a session drawn with osp.
 pub(crate) const OURS: &str = "osp sketch ";
-/// Precedes the path of the original session in the source of a copy.
+/// Separator before the path of the original session in the source of a copy.
 const FROM: &str = ", from ";
 
 /// The source of a copy of a session.
@@ -32,7 +32,7 @@ pub(crate) fn source_of_copy(session: &Path, source: &str) -> String {
     format!("{OURS}{version}{FROM}{}: {source}", true_path(session).display())
 }
 
-/// The origin in the source of a copy: the path of the original session and its source.
+/// The origin in the source of a copy: the path and the source of the original session.
 fn origin(header: &Header) -> Option<&str> {
     header.source.strip_prefix(OURS)?.split_once(FROM).map(|(_, origin)| origin)
 }
@@ -47,7 +47,7 @@ pub(super) fn name_of_origin(header: &Header) -> Option<String> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Autosave {
     path: PathBuf,
-    /// Name of the sketch that its session comes from.
+    /// Name of the session that the file is a copy of, or its own name.
     of: String,
     changed: SystemTime,
 }
@@ -58,12 +58,12 @@ impl Autosave {
         &self.path
     }
 
-    /// Name of the sketch that its session comes from: the name of a file, or the beginning of its own name.
+    /// Name of the session that the file is a copy of; for other files the beginning of the file's own name.
     pub fn of(&self) -> &str {
         &self.of
     }
 
-    /// Time of its last change, as text.
+    /// Time of the last change, as text.
     pub fn time(&self) -> String {
         Moment::of(self.changed).for_people()
     }
@@ -75,14 +75,14 @@ impl fmt::Display for Autosave {
     }
 }
 
-/// Autosave files: sessions without a name, in a folder of their own.
+/// The folder of autosave files, which contain unnamed sessions.
 #[derive(Clone, Debug)]
 pub struct Autosaves {
     folder: PathBuf,
 }
 
 impl Autosaves {
-    /// The folder; `None` is the user's own data folder.
+    /// The autosave files in `folder`; `None` means the user's data folder.
     pub fn new(folder: Option<PathBuf>) -> Self {
         Self { folder: folder.unwrap_or_else(default_folder) }
     }
@@ -92,9 +92,9 @@ impl Autosaves {
         &self.folder
     }
 
-    /// A new file with an unused name. It is made with the first event.
+    /// A new file with an unused name. The first event creates it.
     pub(super) fn new_file(&self, stem: &str) -> SessionFile {
-        // Without a folder the lock cannot be taken; the file reports why when the first event comes.
+        // Without a folder no lock can be taken; the first event then reports the reason.
         let _ = fs::create_dir_all(&self.folder);
         let stamp = Moment::now().for_file_name();
         let stem = shortened(stem);
@@ -119,13 +119,13 @@ impl Autosaves {
         SessionFile::new(self.folder.join(format!("{stem}-{stamp}-{}.ron", process_id())), None)
     }
 
-    /// Whether a file is an autosave file, by its folder and its name.
+    /// Whether a file is an autosave file, judged by its folder and its name.
     pub(crate) fn has(&self, path: &Path) -> bool {
         name_without_time(path).is_some()
             && true_path(path).parent().is_some_and(|folder| folder == true_path(&self.folder))
     }
 
-    /// All regular files among them that are not empty, the last written first, with their names without time.
+    /// All non-empty autosave files, the last written first, named without the time.
     fn files(&self) -> Vec<Autosave> {
         let Ok(entries) = fs::read_dir(&self.folder) else { return Vec::new() };
         let found = entries.flatten().filter_map(|entry| {
@@ -139,7 +139,8 @@ impl Autosaves {
         found
     }
 
-    /// At most `most` autosave files, the last written first. A file with an unreadable beginning has its file name.
+    /// At most `most` autosave files, the last written first. A file whose header cannot be read is listed by its file
+    /// name.
     pub fn last(&self, most: usize) -> Vec<Autosave> {
         let mut found = self.files();
         found.truncate(most);
@@ -152,7 +153,7 @@ impl Autosaves {
         found
     }
 
-    /// The last written edits of a copy of this session.
+    /// The last written copy of this session, which has edits.
     pub(crate) fn edits_of(&self, session: &Path) -> Option<Autosave> {
         let stem = session.file_stem().unwrap_or_default().to_string_lossy();
         let from = format!("{}: ", true_path(session).display());
@@ -165,7 +166,7 @@ impl Autosaves {
         Some(Autosave { of, ..edits })
     }
 
-    /// The sessions that are marked as open, the newest first: their programs have ended, or still have them open.
+    /// The sessions that are marked as open, the newest first. Their programs have crashed, or still have them open.
     pub(crate) fn marked(&self) -> Vec<PathBuf> {
         let Ok(entries) = fs::read_dir(&self.folder) else { return Vec::new() };
         let mut found: Vec<(SystemTime, PathBuf)> = Vec::new();
@@ -178,7 +179,7 @@ impl Autosaves {
                 Ok(data) if data.len() > 0 => {
                     found.push((data.modified().unwrap_or(SystemTime::UNIX_EPOCH), session));
                 }
-                // Nothing was drawn, so there is only the mark. It is removed if its program has ended.
+                // The session has no event, so only the mark exists. It is removed if its program has ended.
                 _ => {
                     if let Some(lock) = SessionLock::take_over(&session) {
                         release_if_empty(lock, &session);
@@ -191,7 +192,8 @@ impl Autosaves {
     }
 }
 
-/// Releases the lock of an empty session. Its program may have drawn a first stroke and ended since the check.
+/// Releases the lock if the session's file is empty. Its program may have drawn a first stroke and ended since the
+/// check.
 fn release_if_empty(lock: SessionLock, session: &Path) {
     match fs::metadata(session) {
         Ok(data) if data.len() > 0 => lock.leave(),
@@ -199,7 +201,7 @@ fn release_if_empty(lock: SessionLock, session: &Path) {
     }
 }
 
-/// The beginning of a name, short enough for any disk even with the time and a mark's ending behind it.
+/// The beginning of a name, short enough for any file system, even with the time and a mark's ending appended.
 fn shortened(stem: &str) -> &str {
     &stem[..stem.floor_char_boundary(MOST_STEM_BYTES)]
 }
@@ -227,7 +229,7 @@ fn unstamped(name: &str) -> Option<&str> {
     without_time(name).or_else(of_numbered).map(|at| &name[..at])
 }
 
-/// The header of a session, if its file begins with one.
+/// The header of a session, if the file begins with one.
 fn read_header(path: &Path) -> Option<Header> {
     let file = open_regular(path).ok()?.take(MOST_HEADER_BYTES);
     let reader = RonReader::new(BufReader::new(file), path, OpenOptions::default()).ok()?;

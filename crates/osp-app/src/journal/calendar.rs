@@ -16,10 +16,11 @@ impl Moment {
         Self::of(platform::time::now())
     }
 
-    /// The date for a number of days: Howard Hinnant, "chrono-Compatible Low-Level Date Algorithms", 2013.
+    /// Howard Hinnant's algorithm for the date of a number of days: "chrono-Compatible Low-Level Date Algorithms",
+    /// 2013.
     pub(super) fn of(time: SystemTime) -> Self {
         let secs = time.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs());
-        // Eras of 400 years that begin in March, so that the leap day is the last of a year.
+        // Eras of 400 years begin in March, so that the leap day is the last day of a year.
         let shifted = secs / 86_400 + 719_468;
         let (era, day_of_era) = (shifted / 146_097, shifted % 146_097);
         let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
@@ -35,14 +36,14 @@ impl Moment {
         (self.second_of_day / 3600, self.second_of_day / 60 % 60, self.second_of_day % 60)
     }
 
-    /// `20260131-235959`.
+    /// A text such as `20260131-235959`.
     pub(super) fn for_file_name(&self) -> String {
         let Self { year, month, day, .. } = self;
         let (hour, minute, second) = self.clock();
         format!("{year:04}{month:02}{day:02}-{hour:02}{minute:02}{second:02}")
     }
 
-    /// `2026-01-31 23:59:59 UTC`.
+    /// A text such as `2026-01-31 23:59:59 UTC`.
     pub(super) fn for_people(&self) -> String {
         let Self { year, month, day, .. } = self;
         let (hour, minute, second) = self.clock();

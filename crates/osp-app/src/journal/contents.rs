@@ -7,7 +7,7 @@ use xxhash_rust::xxh3::Xxh3Default;
 
 use osp_session::platform::fs::{File, Metadata};
 
-/// A 128-bit hash of a file's contents, to notice changes by other programs.
+/// A 128-bit hash of a file's contents, to detect changes by other programs.
 #[derive(Clone, Default)]
 pub(super) struct Contents {
     bytes: u64,
@@ -15,7 +15,7 @@ pub(super) struct Contents {
 }
 
 impl Contents {
-    /// Contents of the first bytes of a file, or of all if there are fewer. The file's position is then unspecified.
+    /// Hashes the first `bytes` bytes of a file, or all if there are fewer. The file's position is then unspecified.
     pub(super) fn read(mut file: &File, bytes: u64) -> io::Result<Self> {
         let mut contents = Self::default();
         file.seek(SeekFrom::Start(0))?;
@@ -31,7 +31,7 @@ impl Contents {
         }
     }
 
-    /// Adds the bytes that follow.
+    /// Adds further bytes.
     pub(super) fn push(&mut self, bytes: &[u8]) {
         self.bytes += bytes.len() as u64;
         self.hash.update(bytes);
@@ -53,7 +53,7 @@ impl fmt::Debug for Contents {
 /// Time of a file's last change, by the system's clock. Two writes within one tick have the same time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stamp {
-    /// The time of the last change of status, which no program can set back.
+    /// The time of the last status change, which no program can set back.
     #[cfg(unix)]
     seconds_and_nanoseconds: (i64, i64),
     #[cfg(not(unix))]

@@ -11,20 +11,21 @@ use osp_session::{
     },
 };
 
-/// Bytes of text that are compressed at once: about a quarter of a millisecond on the window's thread.
+/// Size of a block of text that is compressed at once, bytes. It takes about a quarter of a millisecond on the window's
+/// thread.
 const BLOCK_BYTES: usize = 1 << 16;
-/// Longest line that is kept as the file had it, bytes.
+/// Longest line that is kept unchanged from the file, bytes.
 const KEPT_LINE_BYTES: usize = 512;
-/// The fastest level that compresses a session to less than half.
+/// The fastest compression level that halves a session's size or better.
 const COMPRESSION_LEVEL: i32 = 1;
 
-/// The lines of all events of a session in memory, the same as in its file. If the file is lost or damaged, the
-/// session is written again from them.
+/// The lines of all events of a session in memory, the same as in its file. If the file is lost or damaged, the session
+/// is written again from them.
 #[derive(Debug)]
 pub(super) struct History {
     lines: RonWriter<Text>,
     header: Header,
-    /// The bytes from the first line of a stroke to the end of its last one.
+    /// For each stroke, the range of bytes from its first line to the end of its last line.
     strokes: HashMap<StrokeId, (u64, u64)>,
 }
 
@@ -32,7 +33,7 @@ impl History {
     /// The history of an empty session.
     ///
     /// # Errors
-    /// The header holds a number that no recording may hold.
+    /// The header has an invalid number.
     pub(super) fn new(header: Header) -> Result<Self, RecordingError> {
         let lines = RonWriter::new(Text::default(), "the session", &header, Flush::EachEvent)?;
         Ok(Self { lines, header, strokes: HashMap::new() })
@@ -46,7 +47,7 @@ impl History {
     /// Appends an event.
     ///
     /// # Errors
-    /// No recording can hold it; the history is as it was.
+    /// The event is invalid in a recording; the history has not changed.
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
         self.append(event, |lines| lines.write(event))
     }
@@ -54,7 +55,7 @@ impl History {
     /// Appends events that were read, with their lines if the file has lines.
     ///
     /// # Errors
-    /// No recording can hold one of them; those before it were appended.
+    /// An event is invalid in a recording; the events before it were appended.
     pub(super) fn push_read(&mut self, lines: &Lines) -> Result<(), RecordingError> {
         let mut start = 0;
         for (event, &end) in lines.events.iter().zip(&lines.ends) {
@@ -79,7 +80,7 @@ impl History {
             Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. } => {
                 self.strokes.entry(*stroke).or_insert((start, end)).1 = end;
             }
-            // Strokes that never began, of which damaged files have millions, take no memory.
+            // Strokes without a beginning, of which damaged files have millions, take no memory.
             Event::Point { stroke, .. } | Event::End { stroke, .. } => {
                 if let Some(lines) = self.strokes.get_mut(stroke) {
                     lines.1 = end;
@@ -90,15 +91,15 @@ impl History {
         Ok(())
     }
 
-    /// The events that made these strokes, in their order. Unpacks the parts of the text with these events.
+    /// The events that drew these strokes, in order. Decompresses only the blocks with these events.
     ///
     /// # Errors
-    /// There is no memory for a block.
+    /// The machine has not enough memory for a block.
     pub(super) fn events_of(&self, strokes: &BTreeSet<StrokeId>) -> io::Result<Vec<Event>> {
         let mut ranges: Vec<(u64, u64)> =
             strokes.iter().filter_map(|stroke| self.strokes.get(stroke)).copied().collect();
         ranges.sort_unstable();
-        // Ranges in the same block are read together, so the block is unpacked once.
+        // Ranges in the same block are read together, so that the block is decompressed once.
         ranges.dedup_by(|next, last| {
             let is_near = next.0 <= last.1 + BLOCK_BYTES as u64;
             if is_near {
@@ -131,18 +132,18 @@ impl History {
         Ok(events)
     }
 
-    /// Bytes of the text.
+    /// Size of the text, bytes.
     pub(super) fn bytes(&self) -> u64 {
         let text = self.lines.get_ref();
         text.sealed_bytes + text.open.len() as u64
     }
 
-    /// Events.
+    /// Number of events.
     pub(super) fn events(&self) -> u64 {
         self.lines.lines() - 1
     }
 
-    /// The text from a byte on, in pieces of whole lines if a line begins at that byte.
+    /// The text from a byte on, block by block. If a line begins at that byte, the pieces are complete lines.
     pub(super) fn pieces(&self, from: u64) -> Pieces<'_> {
         let text = self.lines.get_ref();
         let next = text.blocks.partition_point(|block| block.end <= from);
@@ -157,30 +158,30 @@ impl History {
         self.pieces(0).try_for_each(|piece| out.write_all(&piece?))
     }
 
-    /// The events, as a reader of the file would read them.
+    /// A reader of the events, as from the file.
     ///
     /// # Errors
-    /// There is no memory for a block.
+    /// The machine has not enough memory for a block.
     pub(super) fn read(&self) -> Result<RonReader<TextReader<'_>>, RecordingError> {
         let reader = TextReader { pieces: self.pieces(0), piece: Cow::Borrowed(&[]), read: 0 };
         RonReader::new(reader, "the session", OpenOptions::default())
     }
 }
 
-/// Events that were read from a file, and their lines if it has lines.
+/// Events that were read from a file, and their lines if the file has lines.
 #[derive(Debug, Default)]
 pub(crate) struct Lines {
     events: Vec<Event>,
     text: String,
-    /// End of each event's line in the text; an event without a line takes no bytes of it.
+    /// End of each event's line in `text`; an event without a line takes no bytes of it.
     ends: Vec<usize>,
-    /// Bytes of the lines that were read.
+    /// Total size of the lines that were read, bytes.
     bytes: usize,
 }
 
 impl Lines {
-    /// Adds an event, and the line that it was read from. A very long line is replaced by a new one: it may consist of
-    /// a comment, which no limit counts.
+    /// Adds an event, and the line that it was read from. A very long line is not kept, but written again from its
+    /// event: it may consist of a comment, to which no limit applies.
     pub(crate) fn push(&mut self, event: Event, line: Option<&str>) {
         self.events.push(event);
         self.bytes += line.map_or(0, str::len);
@@ -188,7 +189,7 @@ impl Lines {
         self.ends.push(self.text.len());
     }
 
-    /// Bytes of the lines that were read.
+    /// Total size of the lines that were read, bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.bytes
     }
@@ -199,7 +200,7 @@ impl Lines {
     }
 }
 
-/// Lines in blocks, all but the last of them compressed.
+/// Lines in blocks, all compressed but the last.
 #[derive(Debug, Default)]
 struct Text {
     blocks: Vec<Block>,
@@ -209,7 +210,7 @@ struct Text {
 
 #[derive(Debug)]
 struct Block {
-    /// Bytes of the text up to its end.
+    /// Size of the text up to the block's end, bytes.
     end: u64,
     plain_bytes: usize,
     packed: Packed,
@@ -240,7 +241,7 @@ impl Write for Text {
         if self.open.len() >= BLOCK_BYTES {
             let plain_bytes = self.open.len();
             self.sealed_bytes += plain_bytes as u64;
-            // Without memory for compression the text stays as it is.
+            // If there is no memory for compression, the text stays uncompressed.
             let packed = match zstd::bulk::compress(&self.open, COMPRESSION_LEVEL) {
                 Ok(packed) => Packed::Zstd(packed),
                 Err(_) => Packed::Plain(self.open.clone()),
@@ -256,7 +257,7 @@ impl Write for Text {
     }
 }
 
-/// A part of a history's text, block by block.
+/// An iterator over a part of a history's text, block by block.
 #[derive(Debug)]
 pub(super) struct Pieces<'h> {
     text: &'h Text,
@@ -291,7 +292,7 @@ impl<'h> Iterator for Pieces<'h> {
     }
 }
 
-/// Reads a history's text.
+/// A reader of a history's text.
 #[derive(Debug)]
 pub(super) struct TextReader<'h> {
     pieces: Pieces<'h>,

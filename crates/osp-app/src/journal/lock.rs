@@ -15,14 +15,14 @@ use osp_session::platform::{
     fs::{self, File, Metadata, TryLockError},
 };
 
-/// Most bytes of a lock file that are read: a longer file is not ours.
+/// Largest lock file that is read, bytes; a longer file is not a lock file of osp.
 const MOST_MARK_BYTES: u64 = 4096;
 /// Beginning of the text in every lock file.
 const WORD_START: &[u8] = b"Open(";
-/// Lock files that may vanish while we open them, one after the other, before we give up.
+/// Largest number of lock files that may vanish one after the other while they are opened, before an error is reported.
 const MOST_ATTEMPTS: u32 = 100;
 
-/// The program that has a session open, as the lock file names it.
+/// The program that has a session open, as stored in the lock file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename = "Open")]
 struct Word {
@@ -38,7 +38,7 @@ impl Word {
 
     fn parse(text: &str) -> Option<Self> {
         let word: Self = ron::from_str(text.trim()).ok()?;
-        // The text is shown in a terminal and in a window.
+        // Control characters are rejected, because the text is shown in a terminal and in a window.
         let is_printable = |text: &str| text.len() <= 255 && !text.chars().any(char::is_control);
         (is_printable(&word.host) && is_printable(&word.since)).then_some(word)
     }
@@ -61,7 +61,7 @@ fn host() -> String {
     platform::host_name()
 }
 
-/// A session that cannot be opened for drawing because another window has it.
+/// The error of a session that cannot be opened for drawing because another window has it open.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{}: is open in another window: {}", session.display(), self.holder())]
 pub struct OpenElsewhere {
@@ -70,7 +70,7 @@ pub struct OpenElsewhere {
 }
 
 impl OpenElsewhere {
-    /// A session that is locked itself, while its lock file is free.
+    /// The session's file is locked, although its lock file is free.
     pub(super) fn by_somebody(session: &Path) -> Self {
         Self { session: session.to_owned(), word: None }
     }
@@ -80,7 +80,7 @@ impl OpenElsewhere {
         &self.session
     }
 
-    /// The holder: process, machine, time of opening.
+    /// The holder of the lock: process, machine, time of opening.
     pub fn holder(&self) -> impl fmt::Display + '_ {
         fmt::from_fn(|f| match &self.word {
             Some(Word { process, host, since }) => write!(f, "process {process} on {host}, since {since}"),
@@ -93,44 +93,44 @@ impl OpenElsewhere {
 #[derive(Debug)]
 pub(crate) enum NotTaken {
     Held(OpenElsewhere),
-    /// The lock file can be neither made nor read.
+    /// The lock file can be neither created nor read.
     Failed(io::Error),
 }
 
 /// The right to write a session. One program has it, from opening to closing.
 ///
-/// It is an advisory lock on a lock file beside the session, `NAME.ron.open` (the mark). The lock is not on the
-/// session itself, because the session need not exist yet. Also, a program that replaces the session (by a rename)
-/// would leave the lock on the old file, where no other program finds it.
+/// It is an advisory lock on a lock file beside the session, `NAME.ron.open` (the mark). The session itself is not
+/// locked, because it need not exist yet. Also, a program that replaces the session (by a rename) would leave the lock
+/// on the old file, which no other program opens.
 ///
-/// The mark's name comes from the session's true name, so symbolic links to one session share it. Hard links do not;
-/// therefore a session that exists is locked, too (see [`SessionFile`](super::session_file::SessionFile)). The mark
-/// names the program that has the session. Closing the session on purpose removes it; after a crash it stays, without
-/// its lock.
+/// The mark's name is derived from the session's canonical path, so symbolic links to one session share a mark. Hard
+/// links do not; therefore an existing session is locked, too (see [`SessionFile`](super::session_file::SessionFile)).
+/// The mark contains the program that has the session. A regular closing of the session removes the mark; after a crash
+/// it stays, but unlocked.
 ///
 /// If the file system has no locks (some network shares), the mark's text counts. Then two programs that start within
 /// the same instant may both take the session.
 #[derive(Debug)]
 pub(crate) struct SessionLock {
-    /// None where the folder takes no files.
+    /// `None` if no file can be created in the folder.
     mark: Option<Mark>,
 }
 
 #[derive(Debug)]
 struct Mark {
     path: PathBuf,
-    /// Holds the lock.
+    /// The open file, which holds the lock.
     file: File,
-    /// Another file with the mark's name: it is locked, but neither written to nor removed.
+    /// Whether another program's file has the mark's name. Such a file is locked, but neither written nor removed.
     is_foreign: bool,
 }
 
 /// The contents of a mark.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Content {
-    /// The text of the last program that held the lock, if it is whole.
+    /// The text of the last holder of the lock, if it is complete.
     Ours(Option<Word>),
-    /// Other data, which are not ours to overwrite.
+    /// Data of another program, which must not be overwritten.
     Foreign,
 }
 
@@ -160,20 +160,20 @@ impl Content {
 }
 
 impl SessionLock {
-    /// The mark's path: beside the file to which the name leads after all symbolic links.
+    /// The path of a session's mark, beside the session's file after all symbolic links are resolved.
     pub(crate) fn mark_of(session: &Path) -> PathBuf {
         let mut mark = true_path(session).into_os_string();
         mark.push(".open");
         PathBuf::from(mark)
     }
 
-    /// Takes the lock of a session, which need not exist (but its folder must).
+    /// Takes the lock of a session. The session need not exist, but its folder must.
     pub(crate) fn take(session: &Path) -> Result<Self, NotTaken> {
         Self::take_or_make(session, true)
     }
 
-    /// Takes the lock of a session that an ended program has left open. None if another program has taken it before
-    /// us, or has taken and closed it since.
+    /// Takes the lock of a session that an ended program has left open. `None` if another program has taken the lock,
+    /// or has taken and released it since.
     pub(crate) fn take_over(session: &Path) -> Option<Self> {
         Self::take_or_make(session, false).ok().filter(|lock| lock.mark.is_some())
     }
@@ -186,7 +186,7 @@ impl SessionLock {
             let (mut file, is_writable) = match options.open(&mark) {
                 Ok(file) => (file, true),
                 Err(error) if is_forbidden(&error) => match File::open(&mark) {
-                    // Another person's mark, in a folder that we may not write to.
+                    // The mark belongs to another user, in a folder without write permission.
                     Ok(file) => (file, false),
                     Err(_) => return Ok(Self { mark: None }),
                 },
@@ -210,13 +210,13 @@ impl SessionLock {
                 let word = Some(word);
                 return Err(NotTaken::Held(OpenElsewhere { session: session.to_owned(), word }));
             }
-            // The former holder may have removed the mark between our opening and our locking it. Then we hold a file
-            // without a name, and the next program makes a new mark.
+            // The former holder may have removed the mark between the opening and the locking. The locked file then has
+            // no name, and the next program would create a new mark.
             if !is_at(&file, &mark) {
                 continue;
             }
             if is_writable && !is_foreign {
-                // If the mark's text cannot be written, the lock still counts.
+                // If the mark's text cannot be written, the lock is still valid.
                 let _ = write_word(&mut file);
             }
             return Ok(Self { mark: Some(Mark { path: mark, file, is_foreign }) });
@@ -224,17 +224,17 @@ impl SessionLock {
         Err(NotTaken::Failed(io::Error::other("its mark comes and goes")))
     }
 
-    /// Gives the lock back on purpose.
+    /// Releases the lock and removes the mark.
     pub(crate) fn release(self) {
         if let Some(Mark { path, file, is_foreign: false }) = self.mark
             && is_at(&file, &path)
         {
-            // If the mark stays, the session is offered again: nothing is lost.
+            // If the mark stays, the session is offered for restoring; no data are lost.
             let _ = fs::remove_file(path);
         }
     }
 
-    /// Gives the lock back, but leaves the mark: the session counts as left open.
+    /// Releases the lock but leaves the mark, so that the session counts as left open.
     pub(crate) fn leave(self) {}
 }
 
@@ -252,11 +252,11 @@ fn write_word(file: &mut File) -> io::Result<()> {
     let text = ron::to_string(&Word::ours()).map_err(io::Error::other)?;
     file.set_len(0)?;
     file.rewind()?;
-    // The type's name marks our files; `ron` leaves it out.
+    // The type's name identifies the mark; `ron` omits it, so it is written here.
     file.write_all(format!("Open{text}\n").as_bytes())
 }
 
-/// The name that a path stands for once every symbolic link is followed. The file need not exist.
+/// The canonical path, with every symbolic link resolved. The file need not exist.
 pub(crate) fn true_path(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -290,8 +290,8 @@ impl Identity {
     }
 }
 
-/// Locks a file. A child process shares our open files and their locks for a moment at its start. So a taken lock is
-/// tried again before it is reported.
+/// Locks a file. A failed attempt is repeated, because a child process shares open files and their locks for a moment
+/// at its start.
 fn try_lock_patiently(file: &File) -> Result<(), TryLockError> {
     const TRIES: u32 = 10;
     const PAUSE: Duration = Duration::from_millis(10);

@@ -27,38 +27,38 @@ use osp_session::{
 
 /// Time without writes after which the file is flushed to the disk.
 const PAUSE: Duration = Duration::from_secs(1);
-/// Least interval between two readings of a file that may have been changed.
+/// Smallest interval between two readings of a file that may have been changed.
 const LOOK_AGAIN: Duration = Duration::from_secs(1);
 /// Longest time between flushes if there is no pause.
 const LONGEST_UNSYNCED: Duration = Duration::from_secs(10);
 
-/// Why events could not be written to a session's file.
+/// Reason for which events cannot be written to a session's file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Trouble {
-    /// No file exists at its path any more.
+    /// No file exists at the session's path any more.
     #[error("it was removed, or its folder was")]
     Removed,
-    /// Another file exists at its path.
+    /// Another file exists at the session's path.
     #[error("another file was put in its place")]
     Replaced,
-    /// Another program has written to it.
+    /// Another program has written to the file.
     #[error("another program has changed it: it has {found} bytes, not {expected}")]
     Changed {
         /// Expected length, bytes.
         expected: u64,
-        /// Length found, bytes.
+        /// Actual length, bytes.
         found: u64,
     },
-    /// Another program has written over a part of it.
+    /// Another program has overwritten a part of the file.
     #[error("another program has written over a part of it")]
     Overwritten,
-    /// Another program has created it since the session began.
+    /// Another program has created the file since the session began.
     #[error("another program has made a file of this name")]
     Appeared,
-    /// Another window has opened it since the session began.
+    /// Another window has opened the file since the session began.
     #[error("{0}")]
     Held(OpenElsewhere),
-    /// It cannot be written: the disk is full or broken.
+    /// The file cannot be written: the disk is full or defective.
     #[error("{0}")]
     CannotWrite(String),
 }
@@ -68,7 +68,7 @@ impl Trouble {
         Self::CannotWrite(error.to_string())
     }
 
-    /// Whether the file at the path, if any, is another one than the session's.
+    /// Whether the session's path has no file, or another one.
     pub fn is_lost(&self) -> bool {
         !matches!(self, Self::CannotWrite(_))
     }
@@ -83,21 +83,21 @@ impl From<NotTaken> for Trouble {
     }
 }
 
-/// A file with the text of a [`History`] up to some byte; only this program writes it.
+/// A file with the text of a [`History`] up to some byte. Only this program may write it.
 ///
-/// Before every write the file at the path is compared with the open one, to find changes by other programs.
+/// Before every write the file at the path is compared with the open one, to detect changes by other programs.
 #[derive(Debug)]
 pub(crate) struct SessionFile {
     path: PathBuf,
-    /// None if it could not be taken yet: the first event makes the folder.
+    /// `None` if the lock could not be taken yet, because the first event creates the folder.
     lock: Option<SessionLock>,
     /// None until the first event creates it.
     open: Option<OpenFile>,
-    /// Bytes of the history in it.
+    /// Number of bytes of the history that the file has.
     held: u64,
-    /// Lines of the history in it.
+    /// Number of lines of the history that the file has.
     lines: u64,
-    /// The end of the file when the session was opened. None if there was no file.
+    /// The end of the file when the session was opened; `None` if no file existed.
     before: Option<Before>,
 }
 
@@ -105,42 +105,42 @@ pub(crate) struct SessionFile {
 struct OpenFile {
     file: Arc<File>,
     identity: Identity,
-    /// Its length in bytes, unless another program has changed it.
+    /// Length in bytes, unless another program has changed it.
     bytes: u64,
-    /// Bytes of its whole lines; the next line is written behind them.
+    /// Size of the complete lines, bytes; the next line is written after them.
     whole_bytes: u64,
-    /// A hash of its whole lines.
+    /// A hash of the complete lines.
     contents: Contents,
-    /// Time of our last change.
+    /// Time of this program's last change.
     touched: Stamp,
-    /// Another program may have changed it, and it has not been compared since.
+    /// Whether another program may have changed the file, and it has not been compared since.
     is_suspect: bool,
     compared_at: Option<Instant>,
-    /// Its last line has no newline yet.
+    /// Whether the last line has no newline yet.
     lacks_newline: bool,
-    /// A write has failed, and the torn line that it left could not be removed.
+    /// Whether a write has failed and its incomplete line could not be removed.
     is_torn: bool,
-    /// The last flush to the disk failed: written events may be lost.
+    /// Whether the last flush to the disk failed, so that written events may be lost.
     is_doubtful: bool,
     unsynced: Option<Unsynced>,
     syncing: Option<Receiver<io::Result<()>>>,
 }
 
-/// Time of the first write that is not flushed to the disk.
+/// Times of the first and the last write that are not flushed to the disk.
 #[derive(Clone, Copy, Debug)]
 struct Unsynced {
     first: Instant,
     last: Instant,
 }
 
-/// The end of a file before anything was appended.
+/// The end of a file before any event was appended.
 #[derive(Debug)]
 struct Before {
     held: u64,
     lines: u64,
     whole_bytes: u64,
     lacks_newline: bool,
-    /// A torn line behind the whole ones.
+    /// An incomplete line after the complete ones.
     torn: Vec<u8>,
 }
 
@@ -150,10 +150,10 @@ impl SessionFile {
         Self { path, lock, open: None, held: 0, lines: 0, before: None }
     }
 
-    /// Opens a session to continue it. The lock is taken first: no other program changes the file afterwards.
+    /// Opens a session to continue it. The lock was taken before, so no other program changes the file afterwards.
     ///
     /// # Errors
-    /// Another program has the file, or it cannot be opened for writing; the lock comes back.
+    /// Another program has the file open, or the file cannot be opened for writing. The error returns the lock.
     pub(crate) fn open(path: PathBuf, lock: SessionLock) -> Result<Self, (Trouble, SessionLock)> {
         match open_for_writing(&path) {
             Ok(open) => {
@@ -163,10 +163,10 @@ impl SessionFile {
         }
     }
 
-    /// Notes that the file's contents were read into the history: new events are appended from here.
+    /// Marks the file's contents as read into the history: new events are appended from here on.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The file cannot be read.
     pub(super) fn follow_from_here(&mut self, history: &History) -> Result<(), RecordingError> {
         let Some(open) = &mut self.open else { return Ok(()) };
         if open.bytes > 0 {
@@ -194,7 +194,7 @@ impl SessionFile {
     /// Writes a whole session to a path and continues in that file. An existing file is replaced.
     ///
     /// # Errors
-    /// It cannot be written; the existing file stays.
+    /// The file cannot be written; an existing file has not changed.
     pub(super) fn replace(path: &Path, lock: SessionLock, history: &History) -> Result<Self, Trouble> {
         let mut file = Self::new(path.to_owned(), Some(lock));
         if let Err(trouble) = file.rewrite(history) {
@@ -205,7 +205,7 @@ impl SessionFile {
         Ok(file)
     }
 
-    /// Makes the present end of the file the state to which a discarded session returns.
+    /// Makes the current end of the file the state to which a discarded session returns.
     fn start_here(&mut self) {
         self.before = self.open.as_ref().map(|open| Before {
             held: self.held,
@@ -220,17 +220,17 @@ impl SessionFile {
         &self.path
     }
 
-    /// Whether there is a file yet.
+    /// Whether the file exists yet.
     pub(super) fn is_made(&self) -> bool {
         self.open.is_some()
     }
 
-    /// Whether this path leads to it.
+    /// Whether this path leads to the file.
     pub(super) fn is_at(&self, path: &Path) -> bool {
         true_path(path) == true_path(&self.path)
     }
 
-    /// Lines of the history, without its header, that the file lacks.
+    /// Number of lines of the history, without its header, that the file lacks.
     pub(super) fn missing(&self, history: &History) -> u64 {
         if self.open.as_ref().is_some_and(|open| open.is_doubtful) {
             return history.events();
@@ -243,7 +243,7 @@ impl SessionFile {
         self.open.as_ref().is_none_or(|open| open.unsynced.is_none() && open.syncing.is_none())
     }
 
-    /// Whether the file exists and is unchanged since our last write.
+    /// Checks that the file exists and is unchanged since this program's last write.
     pub(super) fn check(&mut self) -> Result<(), Trouble> {
         let Some(open) = &mut self.open else { return Ok(()) };
         let found = match fs::metadata(&self.path) {
@@ -259,8 +259,8 @@ impl SessionFile {
         if found.len() != open.bytes && !open.is_torn {
             return Err(Trouble::Changed { expected: open.bytes, found: found.len() });
         }
-        // The same length does not mean the same contents. Reading a file costs more than reading its metadata. So it
-        // is read only if these (times, permissions) have changed.
+        // A file of the same length may have other contents. Because reading a file costs more than reading its
+        // metadata, it is read only if the metadata (times, permissions) have changed.
         let now = Instant::now();
         open.is_suspect |= Stamp::of(&found) != open.touched;
         let was_just_compared =
@@ -272,7 +272,7 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Whether the file is unchanged since our last write, byte by byte.
+    /// Checks that the file is unchanged since this program's last write, byte by byte.
     pub(super) fn check_all(&mut self) -> Result<(), Trouble> {
         self.check()?;
         self.open.as_mut().map_or(Ok(()), |open| open.compare(Instant::now()))
@@ -310,7 +310,7 @@ impl SessionFile {
         if self.lock.is_none() {
             self.lock = Some(SessionLock::take(&self.path)?);
         }
-        // A link to a missing file is not an existing file.
+        // A link to a missing file does not count as an existing file.
         let place = match Destination::of(&self.path) {
             Ok(Destination::File(place)) => place,
             _ => self.path.clone(),
@@ -333,14 +333,14 @@ impl SessionFile {
         write_atomically(&place, |out| history.write_to(out)).map_err(|error| Trouble::io(&error))?;
         let mut open = open_for_writing(&self.path)?;
         open.learn_contents().map_err(|error| Trouble::io(&error))?;
-        // Its name may not be on the disk yet.
+        // The file's new name may not be on the disk yet.
         open.note_write(Instant::now());
         self.open = Some(open);
         (self.held, self.lines) = (history.bytes(), history.events() + 1);
         Ok(())
     }
 
-    /// Flushes the file to the disk at a pause, on a thread of its own, because a disk may be slow.
+    /// Flushes the file to the disk at a pause, on a separate thread, because a disk may be slow.
     pub(super) fn sync_at_pauses(&mut self, now: Instant) -> Result<(), Trouble> {
         let Some(open) = &mut self.open else { return Ok(()) };
         open.take_synced()?;
@@ -352,7 +352,7 @@ impl SessionFile {
             let (sender, receiver) = channel();
             let (file, path) = (Arc::clone(&open.file), self.path.clone());
             let started = threads::beside("sync", move || {
-                // There is no receiver any more if the session was closed meanwhile.
+                // Sending fails if the session was closed meanwhile.
                 let _ = sender.send(sync(&file, &path));
             });
             if started.is_ok() {
@@ -362,11 +362,11 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Flushes everything to the disk now.
+    /// Flushes all data to the disk now.
     pub(super) fn sync(&mut self) -> Result<(), Trouble> {
         let Some(open) = &mut self.open else { return Ok(()) };
         if let Some(syncing) = open.syncing.take() {
-            // A thread that ended without an answer has flushed nothing.
+            // A thread that ended without a result has flushed nothing.
             let result = syncing.recv().unwrap_or_else(|_| Err(io::Error::other("it was not synced")));
             open.note_sync(result)?;
         }
@@ -378,8 +378,8 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Restores the file to its state when the session was opened. A file that another program has changed is left
-    /// alone; if that program undoes its change, the file is written again.
+    /// Restores the file to its state when the session was opened. A file that another program has changed is not
+    /// touched. If that program undoes its change, the file is written again.
     pub(super) fn revert(&mut self) -> Result<(), Trouble> {
         let Some(open) = &mut self.open else { return Ok(()) };
         open.is_doubtful = true;
@@ -406,7 +406,7 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Closes the session on purpose: it is no longer marked as open.
+    /// Closes the session regularly, so that it is no longer marked as open.
     pub(crate) fn release(mut self) {
         self.open = None;
         if let Some(lock) = self.lock.take() {
@@ -414,7 +414,7 @@ impl SessionFile {
         }
     }
 
-    /// Closes the file but leaves the session marked as open: the next window restores it.
+    /// Closes the file but leaves the session marked as open, so that the next window restores it.
     pub(crate) fn leave(mut self) {
         self.open = None;
         if let Some(lock) = self.lock.take() {
@@ -422,20 +422,20 @@ impl SessionFile {
         }
     }
 
-    /// Takes the lock out of it, for another file under the same name.
+    /// Takes the lock out, for another file of the same name.
     pub(super) fn take_lock(&mut self) -> Option<SessionLock> {
         self.lock.take()
     }
 
-    /// Gives it a lock, such as the lock of the former file.
+    /// Sets the lock, for example to that of the former file.
     pub(super) fn put_lock(&mut self, lock: Option<SessionLock>) {
         self.lock = lock;
     }
 
-    /// Removes the file if it has only our data, and closes it.
+    /// Closes the file, and removes it if no other program has changed it.
     pub(super) fn remove(mut self) {
         if self.open.is_some() && self.check().is_ok() {
-            // A copy too many does no harm.
+            // An unnecessary copy does no harm.
             let _ = fs::remove_file(&self.path);
         }
         self.release();
@@ -443,7 +443,7 @@ impl SessionFile {
 }
 
 impl OpenFile {
-    /// A file with whole lines only.
+    /// An open file with complete lines only.
     fn new(file: File, data: &Metadata) -> Self {
         Self {
             file: Arc::new(file),
@@ -462,7 +462,7 @@ impl OpenFile {
         }
     }
 
-    /// Reads the whole lines and hashes them, to recognise them later.
+    /// Reads and hashes the complete lines, to detect changes later.
     fn learn_contents(&mut self) -> io::Result<()> {
         self.touched = Stamp::of(&self.file.metadata()?);
         self.contents = Contents::read(&self.file, self.whole_bytes)?;
@@ -470,23 +470,23 @@ impl OpenFile {
         Ok(())
     }
 
-    /// Compares the whole lines with the data that we have read and written.
+    /// Compares the complete lines with the hash of the data that were read and written.
     fn compare(&mut self, now: Instant) -> Result<(), Trouble> {
         let found = Contents::read(&self.file, self.whole_bytes).map_err(|error| Trouble::io(&error))?;
         self.is_suspect = found != self.contents;
-        // A file that differs is read each time, because it may be restored.
+        // A file that differs is read each time, because its contents may be restored.
         self.compared_at = (!self.is_suspect).then_some(now);
         if self.is_suspect { Err(Trouble::Overwritten) } else { Ok(()) }
     }
 
-    /// Notes that we have written to it.
+    /// Records this program's write.
     fn note_touch(&mut self) {
         if let Ok(data) = self.file.metadata() {
             self.touched = Stamp::of(&data);
         }
     }
 
-    /// Cuts off a torn line, or completes one that lacks only its newline.
+    /// Removes an incomplete line, or completes a line that lacks only its newline.
     fn prepare(&mut self) -> io::Result<()> {
         let mut file = &*self.file;
         if self.is_torn || self.bytes != self.whole_bytes {
@@ -505,8 +505,8 @@ impl OpenFile {
         Ok(())
     }
 
-    /// Writes whole lines, in one write if the system can. Returns the lines that the file has now; a torn line is
-    /// removed.
+    /// Appends complete lines, in one write if the system can. Returns the lines that the file has now; an incomplete
+    /// line is removed.
     fn append<'p>(&mut self, lines: &'p [u8]) -> (&'p [u8], io::Result<()>) {
         let mut file = &*self.file;
         let mut written = 0;
@@ -550,7 +550,7 @@ impl OpenFile {
         self.note_sync(result)
     }
 
-    /// Writes the file again after a failed flush, which may have lost any part.
+    /// After a failed flush, marks the file to be written again, because the flush may have lost any part.
     fn note_sync(&mut self, result: io::Result<()>) -> Result<(), Trouble> {
         result.map_err(|error| {
             self.is_doubtful = true;
@@ -574,7 +574,7 @@ fn open_for_writing(path: &Path) -> Result<OpenFile, Trouble> {
 /// Flushes a file's contents and its name to the disk.
 fn sync(file: &File, path: &Path) -> io::Result<()> {
     match file.sync_all() {
-        // If a file cannot be flushed (on some network and virtual file systems), nothing more can be done for it.
+        // If a file system cannot flush files (some network and virtual ones), nothing more can be done.
         Err(error) if matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => {}
         result => result?,
     }
@@ -582,14 +582,14 @@ fn sync(file: &File, path: &Path) -> io::Result<()> {
         && let Some(folder) = true_path(path).parent()
         && let Ok(folder) = File::open(folder)
     {
-        // Not every file system can flush a folder.
+        // Some file systems cannot flush a folder.
         let _ = folder.sync_all();
     }
     Ok(())
 }
 
-/// Locks the file itself. Two names of one file without a symbolic link (hard links, a folder mounted twice) have
-/// different marks, but the file has one lock. On systems other than Unix such a lock would keep readers out.
+/// Locks the session's file itself. Two paths of one file without a symbolic link (hard links, a folder mounted twice)
+/// have different marks, but the file has one lock. On systems other than Unix such a lock would exclude readers.
 fn lock_itself(file: &File, path: &Path) -> Result<(), Trouble> {
     if cfg!(unix) && matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
         return Err(Trouble::Held(OpenElsewhere::by_somebody(path)));

@@ -26,7 +26,7 @@ impl Desk {
         Autosaves::new(Some(self.path("autosaves")))
     }
 
-    /// A session of three events at this place, closed.
+    /// Creates a session of three events at this path and closes it.
     fn drawn(&self, name: &str) -> PathBuf {
         let mut document = self.open(name);
         draw(&mut document, 3);
@@ -38,7 +38,7 @@ impl Desk {
         Session::open(&self.path(name), &self.autosaves()).expect("a session").0
     }
 
-    /// Names of what lies among the autosaves.
+    /// Paths of the files among the autosaves.
     fn autosaved(&self) -> Vec<PathBuf> {
         let Ok(entries) = fs::read_dir(self.path("autosaves")) else { return Vec::new() };
         let mut found: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
@@ -81,7 +81,7 @@ fn every_event_is_in_the_file_at_once_and_a_crash_is_found() {
     let path = journal.path().to_owned();
     assert_eq!(autosaves.marked(), std::slice::from_ref(&path));
     assert!(SessionLock::take_over(&path).is_none(), "its program lives");
-    // A crash: the lock goes with the program, the mark stays.
+    // A crash: the lock vanishes with the program, the mark stays.
     drop(journal);
     let (mut document, opened) = Session::recover_or_new(&autosaves);
     assert!(opened.is_recovered && !document.journal().is_named());
@@ -121,7 +121,7 @@ fn an_unchanged_session_is_closed_as_it_was_found() {
         assert!(fs::read(desk.path("a.ron")).expect("a file") == bytes);
         assert_eq!(modified(), before);
         assert_eq!(fs::read_dir(desk.folder.path()).expect("the folder").count(), 1, "nothing else is there");
-        // What was put off is written with the first event.
+        // Postponed events are written with the first event.
         let mut document = desk.open("a.ron");
         draw(&mut document, 1);
         let (events, file) = (document.event_count(), desk.path("a.ron"));
@@ -145,7 +145,7 @@ fn a_session_has_one_writer() {
         assert!(said.contains(&std::process::id().to_string()) && said.contains("since"), "{said}");
         draw(&mut first, 1);
         let events = events_in(&path);
-        // To look at it, and to draw on a copy of it, is allowed.
+        // Reading the session, and drawing on a copy of it, is allowed.
         let (mut looking, _) =
             Session::open_as(&path, &desk.autosaves(), Opening::with(Access::ReadOnly)).expect("readable");
         assert!(looking.is_read_only() && !looking.apply(Event::Undo { author: Author::SOLE, t: 0.0 }));
@@ -157,7 +157,7 @@ fn a_session_has_one_writer() {
         copy.close().expect("written");
         draw(&mut first, 1);
         assert_eq!(events_in(&path), events + 1);
-        // Nor does another session take its place.
+        // Nor can another session be saved to its path.
         let mut other = Session::new(&desk.autosaves());
         draw(&mut other, 1);
         let refused = other.save_as(&path).expect_err("held");
@@ -185,7 +185,7 @@ fn another_name_of_the_file_is_no_way_around() {
     assert_eq!(fs::read_dir(desk.folder.path()).expect("the folder").count(), 3);
 }
 
-/// Accidents of a file while it is open.
+/// Changes to a file, by other programs, while it is open.
 type Accident = (&'static str, fn(&Path));
 
 fn accidents() -> [Accident; 6] {
@@ -203,7 +203,7 @@ fn accidents() -> [Accident; 6] {
         }),
         ("written over in place", |path| {
             use std::io::{Seek, SeekFrom, Write};
-            // The system's clock for files stands still for some milliseconds.
+            // The system's clock for files advances in steps of some milliseconds.
             std::thread::sleep(Duration::from_millis(30));
             let modified = fs::metadata(path).and_then(|data| data.modified()).expect("a time");
             let mut file = fs::File::options().write(true).open(path).expect("the file");
@@ -240,7 +240,7 @@ fn a_file_that_is_lost_is_left_alone_and_nothing_of_the_session_is_lost() {
                 assert!(document.journal().trouble().is_some_and(Trouble::is_lost), "{case}");
                 let news = document.take_news().join("\n");
                 assert!(news.contains("a.ron"), "{case}: {news}");
-                // Power fails now: everything is in the shelter.
+                // If power failed now, the shelter would have all events.
                 let shelter = document.journal().shelter().expect("a shelter");
                 assert_eq!(events_in(shelter) as u64, document.event_count(), "{case}");
                 draw(&mut document, 2);
@@ -252,7 +252,7 @@ fn a_file_that_is_lost_is_left_alone_and_nothing_of_the_session_is_lost() {
             let kept_in = unwritten.kept_in.as_ref().expect("a shelter");
             assert_eq!(events_in(kept_in) as u64, events, "{case}");
             assert!(unwritten.to_string().contains(&kept_in.display().to_string()), "{unwritten}");
-            // The next window brings it back.
+            // The next window restores it.
             let (document, opened) = Session::recover_or_new(&desk.autosaves());
             assert!(opened.is_recovered && document.event_count() == events, "{case}");
             document.close().expect("unchanged");
@@ -317,7 +317,7 @@ fn a_session_without_a_name_goes_on_in_another_file() {
     let news = document.take_news().join("\n");
     assert!(news.contains("removed") && news.contains(&second.display().to_string()), "{news}");
     drop(document);
-    // What a session began with stays when its file is lost and what was drawn since is discarded.
+    // The initial contents of a session stay, even if its file is lost and the later events are discarded.
     let (mut document, opened) = Session::recover_or_new(&desk.autosaves());
     assert!(opened.is_recovered);
     fs::remove_file(&second).expect("removed");
@@ -362,7 +362,7 @@ fn what_is_discarded_leaves_the_file_as_it_was() {
         document.close().expect("nothing to write");
         assert!(fs::read(desk.path("a.ron")).expect("a file") == bytes, "{tail}");
     }
-    // A file of this sitting goes; what was saved under a name stays.
+    // A file created in this run is removed; a file saved under a name stays.
     let mut document = desk.open("new.ron");
     draw(&mut document, 2);
     document.discard().expect("read again");
@@ -401,7 +401,7 @@ fn events_wait_where_the_file_cannot_be_made() {
     let desk = Desk::new();
     fs::create_dir(desk.path("blocked")).expect("a folder");
     let mut document = desk.open("blocked/a.ron");
-    // Files where folders should be.
+    // Files where folders are expected.
     fs::remove_dir_all(desk.path("blocked")).expect("removed");
     fs::write(desk.path("blocked"), "").expect("a file");
     fs::write(desk.path("autosaves"), "").expect("a file");
@@ -454,8 +454,7 @@ fn a_move_of_very_many_strokes_is_one_line_and_what_is_longer_stops_nothing() {
     assert_eq!(events_in(&desk.path("a.ron")), 3);
 }
 
-/// A disk of a few kilobytes: the test runs itself under a limit of the size of files, which the system keeps like the
-/// end of a disk.
+/// A disk of a few kilobytes: the test runs itself under a limit of the file size, which acts like a full disk.
 #[test]
 fn a_full_disk_loses_nothing() {
     const INSIDE: &str = "OSP_TEST_INSIDE_A_LIMIT";
@@ -467,7 +466,7 @@ fn a_full_disk_loses_nothing() {
         eprintln!("skipped: there is no `prlimit` here to make a disk small");
         return;
     }
-    // Beyond the limit the system would end the program, not refuse the write.
+    // Beyond the limit the system would send a signal that ends the program, instead of refusing the write.
     let script = "trap '' XFSZ; exec \"$0\" --exact journal::tests::a_full_disk_loses_nothing --nocapture";
     let program = std::env::current_exe().expect("this program");
     let run = Command::new("sh").args(["-c", script]).arg(program).env(INSIDE, "1").output().expect("sh");
@@ -495,14 +494,14 @@ fn on_a_full_disk() {
     assert!(in_file > 50 && journal.missing() == events - in_file, "{in_file} and {}", journal.missing());
     let refused = document.save_as(&desk.path("b.ron")).expect_err("no room there either");
     assert!(refused.to_string().contains("b.ron") && !desk.path("b.ron").exists(), "{refused}");
-    // Some room, but not enough.
+    // Some space, but not enough.
     limit_files("3000");
     document.journal_mut().tend(later());
     assert!(document.journal().missing() > 0 && events_in(&path) as u64 > in_file);
-    // Not without a word.
+    // The loss is reported.
     let unwritten = document.journal_mut().settle().expect_err("no room");
     assert!(unwritten.missing > 500 && unwritten.to_string().contains("in no file"), "{unwritten}");
-    // Somebody tidies up.
+    // A user frees some space.
     limit_files("unlimited");
     document.journal_mut().tend(later());
     assert_eq!((document.journal().missing(), document.journal().trouble()), (0, None));
@@ -539,7 +538,7 @@ fn of_sessions_left_open_the_newest_that_can_be_read_is_brought_back() {
     document.close().expect("unchanged");
     assert_eq!(desk.autosaves().marked(), std::slice::from_ref(newest), "it is not forgotten");
     assert_eq!(fs::read_to_string(newest).expect("text"), damaged);
-    // What can be read of it is drawn on as a copy.
+    // The readable part is opened as a copy.
     let lenient = Opening { lenient: true, ..Opening::default() };
     let (document, opened) = Session::open_as(newest, &desk.autosaves(), lenient).expect("a copy");
     assert_eq!(document.event_count(), 1);

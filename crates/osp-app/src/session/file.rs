@@ -19,12 +19,12 @@ use osp_session::{
 };
 
 impl Session {
-    /// An empty session without a name.
+    /// An empty, unnamed session.
     pub fn new(autosaves: &Autosaves) -> Self {
         Self::unnamed(autosaves, our_header("sketch"))
     }
 
-    /// An empty session of several authors without a name.
+    /// An empty, unnamed session of several authors.
     pub fn of_several(autosaves: &Autosaves) -> Self {
         Self::unnamed(autosaves, of_several(our_header("sketch")))
     }
@@ -39,11 +39,11 @@ impl Session {
         Self::recover_or_new_within(autosaves, Limits::DEFAULT)
     }
 
-    /// [`Session::recover_or_new`] with limits.
+    /// Like [`Session::recover_or_new`], with limits.
     pub fn recover_or_new_within(autosaves: &Autosaves, limits: Limits) -> (Self, Opened) {
         let mut opened = Opened::default();
         for path in autosaves.marked() {
-            // Take the lock before reading, because another window may try to restore the same session.
+            // The lock is taken before reading, because another window may try to restore the same session.
             let Some(lock) = SessionLock::take_over(&path) else { continue };
             let file = match SessionFile::open(path.clone(), lock) {
                 Ok(file) => file,
@@ -71,8 +71,8 @@ impl Session {
         (Self::new(autosaves), opened)
     }
 
-    /// Opens a session of any format. A session of `osp sketch` continues in its file, which may be new. For any other
-    /// session, the first new event creates a copy among the autosaves.
+    /// Opens a session of any format. A session of `osp sketch` continues in its own file, which may be new. For any
+    /// other session, the first new event creates a copy among the autosaves.
     ///
     /// # Errors
     /// The session cannot be read, has an unknown format, or is open for drawing in another window.
@@ -80,18 +80,18 @@ impl Session {
         Self::open_as(path, autosaves, Opening::default())
     }
 
-    /// [`Session::open`] with options.
+    /// Like [`Session::open`], with options.
     ///
     /// # Errors
-    /// As [`Session::open`]; but another window may have the session open if it is opened read-only or as a copy.
+    /// The errors of [`Session::open`]. Read-only or as a copy, the session may be open in another window.
     pub fn open_as(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<(Self, Opened), OpenError> {
         Self::open_watched(path, autosaves, how, &|_| true)
     }
 
-    /// [`Session::open_as`] with progress: calls `go_on` from time to time with the number of events read.
+    /// Like [`Session::open_as`], with progress: calls `go_on` regularly with the number of events read.
     ///
     /// # Errors
-    /// As [`Session::open_as`], or [`OpenError::Cancelled`] if `go_on` returned `false`.
+    /// The errors of [`Session::open_as`], or [`OpenError::Cancelled`] if `go_on` returned `false`.
     pub fn open_watched(
         path: &Path,
         autosaves: &Autosaves,
@@ -105,14 +105,14 @@ impl Session {
             goes_on
         };
         let outcome = Self::start(path, autosaves, how)?.read(&watch);
-        // The error of the reader would only be that it was interrupted.
+        // The reader's error would only state that it was interrupted.
         if was_cancelled.get() { Err(OpenError::Cancelled(path.to_owned())) } else { Ok(outcome?) }
     }
 
-    /// Starts to open a session as [`Session::open_as`] does. The caller then reads the events.
+    /// Begins to open a session like [`Session::open_as`]. The caller then reads the events.
     ///
     /// # Errors
-    /// As [`Session::open_as`].
+    /// The errors of [`Session::open_as`].
     pub(crate) fn start(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<Started, OpenError> {
         let may_begin = how.access == Access::Write && is_ron(path);
         let is_new = match fs::metadata(path) {
@@ -136,13 +136,13 @@ impl Session {
         };
         let reader = match why_copied {
             Some(why) => {
-                // `Access::Copy` stands for a new copy, not for the earlier one.
+                // `Access::Copy` requests a new copy, not the earlier one.
                 let is_asked_for = how.access == Access::Copy && !how.lenient;
                 let earlier = if is_asked_for { None } else { autosaves.edits_of(path) };
                 Self::to_copy(session, path, why, autosaves)?.offering(earlier)
             }
             None => {
-                // A session that a crash left open stays marked if opening it fails.
+                // A session that a crash left open stays marked if it cannot be opened.
                 let was_left_open = fs::is_there(&SessionLock::mark_of(path));
                 let file = take(path)?;
                 let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
@@ -155,7 +155,7 @@ impl Session {
     /// Opens a session read-only, even if another window has it open or it is empty.
     ///
     /// # Errors
-    /// The session cannot be read, or is of no known format.
+    /// The session cannot be read, or its format is unknown.
     pub fn look_at(
         path: &Path,
         autosaves: &Autosaves,
@@ -173,7 +173,7 @@ impl Session {
         let session = recording::open(path, &how.options())?;
         let journal = Journal::of_reader(path, session.header.clone(), autosaves)?;
         let remark = format!("{}: opened read-only", path.display());
-        // A read-only session holds no file to release.
+        // A read-only session has no file to release.
         let reader = SessionReader::new(session, journal, SessionFile::release);
         Ok(Started::Reads(Box::new(reader.remarking(Some(remark), None))))
     }
@@ -230,7 +230,7 @@ impl Session {
             let lock = match SessionLock::take(path) {
                 Ok(lock) => Some(lock),
                 Err(NotTaken::Held(held)) => return Err(OpenError::Held(held)),
-                // The first event takes the lock again and reports why that fails.
+                // The first event tries to take the lock again and reports the failure.
                 Err(NotTaken::Failed(_)) => None,
             };
             SessionFile::new(path.to_owned(), lock)
@@ -248,7 +248,7 @@ impl Session {
         autosaves: &Autosaves,
         give_back: fn(SessionFile),
     ) -> Result<SessionReader, OpenError> {
-        // osp must not append behind damage, because no reader would reach the new events.
+        // osp must not append after damage, because no reader would reach the new events.
         match recording::open(path, &OpenOptions { lenient: false, limits }) {
             Ok(session) => {
                 let journal = Journal::named(file, session.header.clone(), autosaves)?;
@@ -261,7 +261,7 @@ impl Session {
         }
     }
 
-    /// Starts to read a session into a new one among the autosaves.
+    /// Begins to read a session into a new one among the autosaves.
     fn to_copy(
         session: recording::Session,
         path: &Path,
@@ -278,7 +278,7 @@ impl Session {
     }
 }
 
-/// The folder of a file, if the folder does not exist.
+/// The folder of a file, if it does not exist.
 fn missing_folder(path: &Path) -> Option<PathBuf> {
     let Ok(Destination::File(target)) = Destination::of(path) else { return None };
     let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty())?;
@@ -313,7 +313,7 @@ fn take(path: &Path) -> Result<SessionFile, OpenError> {
     })
 }
 
-/// The reason why the user draws on a copy; `None` if the session itself can continue.
+/// The reason for which the user draws on a copy; `None` if the session itself can continue.
 fn why_not_itself(session: &recording::Session, path: &Path, lenient: bool) -> Option<&'static str> {
     if lenient {
         Some("its damaged pieces are left out")
@@ -328,7 +328,7 @@ fn why_not_itself(session: &recording::Session, path: &Path, lenient: bool) -> O
     }
 }
 
-/// Root could write to any file, but osp respects the file's read-only permission.
+/// Checks the read-only permission, too, because the root user could write to any file.
 fn may_be_written(path: &Path) -> bool {
     let is_marked = fs::metadata(path).is_ok_and(|data| data.permissions().readonly());
     !is_marked && fs::File::options().write(true).open(path).is_ok()

@@ -1,5 +1,5 @@
-//! A shared session in the window. Own events go to the server, which returns the events of all authors in one order. Until
-//! then an overlay shows the own strokes.
+//! A shared session in the window. Own events are sent to the server, which returns the events of all authors in one
+//! order. Until then an overlay shows the own strokes.
 
 mod inbox;
 mod joining;
@@ -35,51 +35,51 @@ pub use overlay::Overlay;
 /// Interval between two checks of the files.
 const TEND: Duration = Duration::from_millis(500);
 
-/// The pen of another author.
+/// The current pen position of another author.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OtherPen {
-    /// Its author.
+    /// The author.
     pub author: Author,
     /// The last point, world space.
     pub at: Vec3,
 }
 
-/// The connection to the others who draw in a session.
+/// The connection to the other authors of a session.
 #[derive(Debug)]
 pub struct Live {
     link: Link,
     has_news: Arc<AtomicBool>,
     /// Whether events were taken after the panels of that frame were laid out.
     was_taken: bool,
-    /// Events that have arrived and are not in the model.
+    /// Events that have arrived but are not in the model yet.
     inbox: Inbox,
-    /// Time in each frame for events from the inbox.
+    /// Duration in each frame for events from the inbox.
     turns: Turns,
     /// Whether the last slice left events in the inbox.
     is_behind: bool,
     session: String,
     is_watcher: bool,
-    /// Own events that have not come back from the server, oldest first.
+    /// Own events that the server has not returned yet, oldest first.
     waiting: VecDeque<Event>,
-    /// All own events. This file keeps strokes that were drawn without a server, even after a crash.
+    /// A journal of all own events. Its file keeps strokes that were drawn without a server, even after a crash.
     own: Journal,
     overlay: Overlay,
-    /// The events that the session's file held before joining.
+    /// The events that the session's file had before joining.
     known: Option<Known>,
-    /// Strokes that own events erase which are on their way to the server.
+    /// Strokes that own events erase which the server has not returned yet.
     erasing: BTreeSet<StrokeId>,
     /// Number of own events that the server refused, and of own strokes that the model left out because of their layer.
     refused: usize,
-    /// The authors as which this window has joined.
+    /// The authors under which this window has joined.
     own_authors: BTreeSet<Author>,
-    /// The next number for an own stroke or group.
+    /// The next number of an own stroke or group.
     next: u32,
     /// Each author's unfinished stroke, and its last point.
     pens: BTreeMap<Author, (StrokeId, Option<Vec3>)>,
     /// The status at the last [`Live::take_note`].
     told: Status,
     tended_at: Option<Instant>,
-    /// The reason why no more events come.
+    /// The reason for which no more events arrive.
     ended: Option<String>,
     has_left: bool,
 }
@@ -132,7 +132,7 @@ impl Live {
         is_other | self.has_news.swap(false, Relaxed) | std::mem::take(&mut self.was_taken)
     }
 
-    /// Maintains the file of own events. Returns whether the session's own file is due, too.
+    /// Checks and flushes the file of own events. Returns whether the session's own file should be checked, too.
     pub(super) fn tend(&mut self, now: Instant, said: &mut Vec<String>) -> bool {
         let is_time = self.tended_at.is_none_or(|at| now.saturating_duration_since(at) >= TEND);
         if is_time {
@@ -148,7 +148,7 @@ impl Live {
         &mut self.own
     }
 
-    /// Whether a stroke is being erased already.
+    /// Whether an own event already erases the stroke.
     pub(super) fn is_erasing(&self, stroke: StrokeId) -> bool {
         self.erasing.contains(&stroke)
     }
@@ -158,17 +158,17 @@ impl Live {
         &self.session
     }
 
-    /// Whether this window cannot draw: it only watches, or it has used all numbers of its author.
+    /// Whether this window cannot draw: it only watches, or all numbers of its author are used.
     pub fn is_watcher(&self) -> bool {
         self.is_watcher || ME.number(self.next).is_none()
     }
 
-    /// Own strokes that are on their way.
+    /// Own strokes that the server has not returned yet.
     pub fn overlay(&self) -> &Overlay {
         &self.overlay
     }
 
-    /// Own strokes that are on their way.
+    /// Own strokes that the server has not returned yet.
     pub(crate) fn overlay_mut(&mut self) -> &mut Overlay {
         &mut self.overlay
     }
@@ -190,7 +190,7 @@ impl Live {
     /// # Errors
     /// The event is invalid.
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
-        // The file of own events has a single author, so it cannot reserve a layer.
+        // The file of own events has a single author, so its events cannot close a layer.
         let mut alone = event.names_author().then(|| event.clone());
         if let Some(Event::Layer { mine, .. }) = &mut alone {
             *mine = None;
@@ -216,7 +216,7 @@ impl Live {
         self.is_behind
     }
 
-    /// Puts the next piece of events into `out`, without events that are in the file already. Appends messages to the user
+    /// Moves the next piece of events to `out`, without events that the file has already. Appends messages for the user
     /// to `said`. Returns whether there was a piece.
     fn take_piece(&mut self, out: &mut Vec<Event>, said: &mut Vec<String>) -> bool {
         if self.inbox.is_empty() {
@@ -238,7 +238,8 @@ impl Live {
         true
     }
 
-    /// Removes events that are in the file already. If the file has different events, removes all and leaves the session.
+    /// Removes events that the file has already. If the file has different events, removes all events and leaves the
+    /// session.
     fn pass_over_known(&mut self, events: &mut Vec<Event>, said: &mut Vec<String>) {
         let Some(known) = &mut self.known else { return };
         if let Err(why) = known.pass_over(events) {
@@ -250,7 +251,7 @@ impl Live {
         self.known.take_if(|known| known.is_over());
     }
 
-    /// When the window leaves the session: returns the next events, which the file gets but the model does not.
+    /// Returns the next events when the window leaves the session. They are added to the file but not to the model.
     fn take_rest(&mut self, said: &mut Vec<String>) -> Option<Vec<Event>> {
         if self.inbox.is_empty() {
             self.fetch(said);
@@ -263,7 +264,7 @@ impl Live {
         Some(rest)
     }
 
-    /// Handles news from the server up to the next events, and puts these events into the inbox.
+    /// Handles messages of the server up to the next events, and adds these events to the inbox.
     fn fetch(&mut self, said: &mut Vec<String>) {
         let has_caught_up = self.link.status().has_caught_up;
         while self.inbox.is_empty() && self.ended.is_none() {
@@ -297,7 +298,7 @@ impl Live {
     }
 
     /// Counts own strokes that the model left out because another author had closed their layer before they arrived.
-    /// Returns a message to the user.
+    /// Returns a message for the user.
     fn note_left_out(&mut self, events: &[Event], scene: &Scene) -> Option<String> {
         let is_left_out = |event: &&Event| {
             matches!(event, Event::Begin { author, stroke, .. }
@@ -311,7 +312,7 @@ impl Live {
         })
     }
 
-    /// Leaves the session, because the file belongs to another session and nothing may be appended to it.
+    /// Leaves the session, because the file belongs to another session and must not be changed.
     fn refuse(&mut self, why: String, said: &mut Vec<String>) {
         self.link.hand().leave();
         self.is_watcher = true;
@@ -415,18 +416,18 @@ impl Live {
         format!("{connection}{who}{there}{latency}{waiting}{unsaved}")
     }
 
-    /// Number of own events that have not come back from the server.
+    /// Number of own events that the server has not returned yet.
     pub(super) fn waiting(&self) -> usize {
         self.waiting.len()
     }
 
-    /// Whether own events have not come back from the server.
+    /// Whether the server has not returned all own events yet.
     pub fn is_waiting(&self) -> bool {
         !self.waiting.is_empty()
     }
 }
 
-/// A message if another author has joined or left.
+/// A message about another author who has joined or left.
 fn coming_or_going(event: &Event, own: Option<Author>) -> Option<String> {
     match event {
         Event::Join { author, name, .. } if Some(*author) != own => Some(match name.as_str() {

@@ -8,7 +8,7 @@ use osp_session::{
 /// Number of events that the model applies at once.
 pub(super) const PIECE: usize = 1024;
 
-/// The result of the events so far. A replay does not update the counts, because it also plays backwards.
+/// The model after the events so far. A replay does not update the counts, because it can also play backwards.
 #[derive(Debug)]
 pub(super) struct Model {
     pub(super) scene: Scene,
@@ -21,7 +21,7 @@ pub(super) struct Model {
     pub(super) next_stroke: u32,
     pub(super) last_secs: f64,
     pub(super) events: u64,
-    /// The counts that a reader compares with its limits.
+    /// The counts for comparison with a reader's limits.
     pub(super) tally: Tally,
 }
 
@@ -44,7 +44,7 @@ impl Model {
     /// An unused stroke number up to `last`, which must be a power of two minus one.
     pub(super) fn new_stroke(&mut self, last: u32) -> StrokeId {
         self.next_stroke &= last;
-        // After the last number it continues with unused numbers from 0 on.
+        // After the last number it continues with unused numbers from 0.
         for _ in 0..last {
             if !self.scene.is_used(StrokeId(self.next_stroke)) {
                 break;

@@ -11,12 +11,12 @@ use osp_session::recording::{Limits, OpenOptions, RecordingError};
 /// The access to a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Access {
-    /// Draw on it.
+    /// Draw on the session.
     #[default]
     Write,
-    /// Read it only.
+    /// Only read the session.
     ReadOnly,
-    /// Draw on a copy of it.
+    /// Draw on a copy of the session.
     Copy,
 }
 
@@ -25,11 +25,11 @@ pub enum Access {
 pub struct Opening {
     /// The access.
     pub access: Access,
-    /// Skips damaged pieces instead of refusing the session. The user then draws on a copy.
+    /// Whether to skip damaged parts instead of refusing the session. The user then draws on a copy.
     pub lenient: bool,
     /// Limits of the session.
     pub limits: Limits,
-    /// A new file becomes a session of several authors.
+    /// Whether a new file becomes a session of several authors.
     pub of_several: bool,
 }
 
@@ -53,16 +53,16 @@ pub struct Opened {
     pub is_recovered: bool,
 }
 
-/// Why a session was not opened.
+/// Reason for which a session was not opened.
 #[derive(Debug, Error)]
 pub enum OpenError {
-    /// It cannot be read.
+    /// The session cannot be read.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// Another window draws on it.
+    /// Another window draws on the session.
     #[error(transparent)]
     Held(OpenElsewhere),
-    /// The user cancelled it.
+    /// The user cancelled the opening.
     #[error("{}: opening it was cancelled", .0.display())]
     Cancelled(PathBuf),
 }
@@ -72,7 +72,7 @@ impl OpenError {
         Self::Recording(RecordingError::io(path, error))
     }
 
-    /// Whether a part of the session can be read: all but damaged pieces, or up to a limit.
+    /// Whether a part of the session can be read: all but damaged parts, or up to a limit.
     pub fn is_damage(&self) -> bool {
         matches!(
             self,

@@ -1,4 +1,4 @@
-//! Reads a session for drawing, either at once with threads or piece by piece.
+//! Reads a session for drawing, either at once on several threads or piece by piece.
 
 use std::{io, sync::Arc};
 
@@ -9,9 +9,9 @@ use crate::{
 };
 use osp_session::recording::{self, EventSource, RecordingError};
 
-/// Most bytes of a piece; ordinary lines need fewer.
+/// Largest size of a piece, bytes; ordinary lines need less.
 const PIECE_BYTES: usize = 1 << 18;
-/// Most pieces that wait for the journal or for the model.
+/// Largest number of pieces that wait for the journal or the model.
 const PIECES_AHEAD: usize = 4;
 
 /// The result of starting to open a session.
@@ -38,9 +38,9 @@ pub(crate) struct SessionReader {
     session: Session,
     recorded: recording::Session,
     opened: Opened,
-    /// A remark to append to those of the reader.
+    /// A remark that is appended to those of the reader.
     remark: Option<String>,
-    /// Releases the file if reading does not reach the end.
+    /// Releases the file if reading is aborted.
     give_back: fn(SessionFile),
     /// Whether to end strokes that a crash left open.
     ends_strokes: bool,
@@ -98,11 +98,11 @@ impl SessionReader {
         outcome
     }
 
-    /// Reads the session to its end, with threads for the model and the journal. Calls `go_on` from time to time with the
+    /// Reads the session to its end, with threads for the model and the journal. Calls `go_on` regularly with the
     /// number of events read.
     ///
     /// # Errors
-    /// As [`SessionReader::step`], or an error of kind `Interrupted` if `go_on` returned `false`.
+    /// The errors of [`SessionReader::step`], or an error of kind `Interrupted` if `go_on` returned `false`.
     pub(super) fn read(mut self, go_on: &dyn Fn(u64) -> bool) -> Result<(Session, Opened), RecordingError> {
         match self.read_all(go_on) {
             Ok(()) => self.finish(),
@@ -113,8 +113,8 @@ impl SessionReader {
         }
     }
 
-    /// Reads the events piece by piece. One thread applies them to the model, another one packs their lines for the
-    /// journal.
+    /// Reads the events piece by piece. One thread applies them to the model, another one compresses their lines for
+    /// the journal.
     fn read_all(&mut self, go_on: &dyn Fn(u64) -> bool) -> Result<(), RecordingError> {
         let Session { model, journal, .. } = &mut self.session;
         let events = &mut *self.recorded.events;
@@ -168,7 +168,7 @@ impl SessionReader {
         Ok((self.session, self.opened))
     }
 
-    /// Cancels reading. The file stays as it was.
+    /// Aborts reading. The file has not changed.
     pub(crate) fn give_up(self) {
         self.session.journal.give_back(self.give_back);
     }

@@ -26,9 +26,9 @@ use osp_session::{
 pub struct Jump {
     /// The changes for the index, from the old model to the new one.
     pub changes: Vec<Change>,
-    /// Polygons that have moved, visible or not, including earlier movements without a change.
+    /// Polygons that have moved, visible or not, including earlier movements that no change reported.
     pub moved: Vec<PolygonId>,
-    /// Number of polygons now. New polygons reuse the numbers from here on.
+    /// Number of polygons after the jump. New polygons reuse the numbers from here on.
     pub polygon_count: usize,
 }
 
@@ -61,7 +61,7 @@ pub struct Replay {
     changes: Vec<Change>,
     is_playing: bool,
     speed: f64,
-    /// The part of the next frame that is due.
+    /// The fraction of the next frame that is due.
     due: f64,
 }
 
@@ -103,12 +103,12 @@ impl Replay {
         }
     }
 
-    /// Whether it is playing.
+    /// Whether the replay is playing.
     pub fn is_playing(&self) -> bool {
         self.is_playing
     }
 
-    /// Recorded frames for each one shown.
+    /// Number of recorded frames per shown frame.
     pub fn speed(&self) -> f64 {
         self.speed
     }
@@ -118,7 +118,7 @@ impl Replay {
         self.speed = if speed.is_finite() { speed.clamp(0.01, 1000.0) } else { 1.0 };
     }
 
-    /// Plays or pauses. At the end, playing starts again from the first frame.
+    /// Plays or pauses. At the end, playing restarts from the first frame.
     pub(super) fn play(&mut self, model: &mut Model, run: bool) -> Option<Jump> {
         self.is_playing = run && self.frame_count() > 0;
         (self.is_playing && self.position() == self.frame_count()).then(|| self.seek(model, 0))
@@ -191,7 +191,8 @@ impl Replay {
 fn difference(from: &Scene, to: &Scene) -> Jump {
     let (old, new) = (from.polygon_count(), to.polygon_count());
     let mut jump = Jump { polygon_count: new, ..Jump::default() };
-    // The polygon and its space may have moved in opposite directions, so that the polygon stays in place.
+    // The polygon and its space may have moved in opposite directions, so that the polygon's position in the world is
+    // unchanged.
     let is_elsewhere_in_space = |id| {
         from.space(id).is_some() && Geometry::bounds_in_space(from, id) != Geometry::bounds_in_space(to, id)
     };
@@ -204,7 +205,7 @@ fn difference(from: &Scene, to: &Scene) -> Jump {
             && (from.polygon(id) != to.polygon(id)
                 || from.space(id) != to.space(id)
                 || from.stroke_of(id).was_displaced_unseen());
-        // Its group may have moved as a whole since the GPU scene got the polygon.
+        // The polygon's group may have moved as a whole since the polygon was uploaded to the GPU scene.
         if has_moved || (in_old && in_new && from.space(id).is_some()) {
             jump.moved.push(id);
         }
@@ -215,7 +216,7 @@ fn difference(from: &Scene, to: &Scene) -> Jump {
             _ => {}
         }
     }
-    // The old places are unknown, so all spaces are placed again.
+    // The former transforms are unknown, so all spaces are placed again.
     jump.changes.extend(to.spaces().map(Change::Place));
     jump
 }
@@ -254,7 +255,7 @@ mod tests {
         play.finish()
     }
 
-    /// A session with everything that changes a model.
+    /// A session with all kinds of events that change a model.
     fn player() -> Session {
         let t = 0.0;
         let mut events = Vec::new();
@@ -336,7 +337,7 @@ mod tests {
             for id in &jump.moved {
                 held[id.index()] = player.scene().polygon(*id);
             }
-            // And on from there, frame by frame.
+            // Further frames after the jump, one by one.
             for _ in 0..3 {
                 let mut changes = Vec::new();
                 player.step(&mut changes);

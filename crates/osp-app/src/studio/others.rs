@@ -7,29 +7,29 @@ use crate::session::Live;
 use osp::view::View;
 use osp_session::recording::Author;
 
-/// Radius of the ring around another author's pen, as a part of the camera's distance.
+/// Radius of the ring around another author's pen, as a fraction of the camera's distance.
 const RING_PART: f32 = 0.01;
-/// Most authors whose pens are shown: more would hide the model.
+/// Largest number of authors whose pens are shown, because more would hide the model.
 const MOST_SHOWN: usize = 100;
 
-/// An author's pen in the model's part of the window. Places there are 0 to 1 from its left and lower border.
+/// Another author's pen in the model's part of the window. Positions are 0 to 1 from the left and the lower border.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OtherInView {
-    /// Its author.
+    /// The author.
     pub author: Author,
-    /// The author's name; empty if there is none.
+    /// The author's name; may be empty.
     pub name: String,
     /// Position of the pen.
     pub at: Vec2,
-    /// Radius of the ring around it, in parts of the height.
+    /// Radius of the ring around the pen, as a fraction of the height.
     pub radius: f32,
-    /// Left and lower corner of the view that shows it.
+    /// Lower left corner of the view that shows the pen.
     pub from: Vec2,
-    /// Right and upper corner of that view.
+    /// Upper right corner of that view.
     pub to: Vec2,
 }
 
-/// Position of a point on a view's screen, -1 to 1, and its depth, metres; none if the view does not show it.
+/// Position of a point on a view's screen, -1 to 1, and its depth, metres; `None` if the view does not show the point.
 fn on_screen(view: &View, p: Vec3) -> Option<(Vec2, f32)> {
     let distance_m = (p - view.eye_in_world).dot(view.forward_in_world());
     if distance_m.partial_cmp(&view.projection.near_m) != Some(std::cmp::Ordering::Greater) {
@@ -47,8 +47,8 @@ impl Studio {
         (pens.map(|pen| (pen.author, pen.at)), self.navigator.distance_m() * RING_PART)
     }
 
-    /// Other authors who draw now in view, on a window `aspect` times as wide as high. A pen behind the eye is not in
-    /// view.
+    /// The pens of other authors who are drawing now, on a window of this aspect ratio (width divided by height). Pens
+    /// outside the views are left out.
     pub fn others_in_view(&self, aspect: f32) -> Vec<OtherInView> {
         let (others, radius_m) = self.others();
         let mut others = others.peekable();
@@ -57,7 +57,7 @@ impl Studio {
         }
         let hands = self.hands_before_screens();
         let mut views = self.room.views(&self.navigator, &hands, aspect, &self.session.bounds());
-        // If two eyes share a part of the window, one of them shows the name.
+        // If two eyes share a part of the window, only one of them shows the name.
         views.dedup_by_key(|view| (view.from, view.to));
         let mut found = Vec::new();
         for (author, p) in others {

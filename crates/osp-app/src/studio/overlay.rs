@@ -1,4 +1,4 @@
-//! Additions of a frame to the model: culled polygons, and lines.
+//! Overlays of a frame over the model: culled polygons, and lines.
 
 use glam::Vec2;
 
@@ -9,7 +9,7 @@ use osp_render::{Depth, LineBatch};
 use osp_session::recording::Motion;
 
 impl Studio {
-    /// Finds culled polygons, to be drawn tinted: only while the eye and the culling camera differ.
+    /// Finds the culled polygons, which are drawn tinted, while the culling camera is frozen.
     pub(super) fn find_culled(&mut self) {
         self.shown.culled.clear();
         self.shown.hidden.clear();

@@ -1,4 +1,4 @@
-//! The parts of the studio that start empty: input, the work of commands, the contents of a frame.
+//! The parts of the studio that are initially empty: input, the work of commands, the contents of a frame.
 
 use std::path::PathBuf;
 
@@ -31,7 +31,7 @@ use osp_render::{DrawnCounts, LineBatch, PassTimes};
 pub struct FrameReport {
     /// Times and counts of the index.
     pub record: FrameRecord,
-    /// Time to turn the input since the last frame into polygons, nanoseconds.
+    /// Time to convert the input since the last frame to polygons, nanoseconds.
     pub strokes_ns: u64,
     /// Number of input samples in this frame.
     pub samples: u64,
@@ -62,20 +62,20 @@ pub(crate) struct Input {
     pub(crate) selection: Selection,
     pub(crate) replaced: Replaced,
     pub(crate) clip: Clip,
-    /// The box of the selection as it was last shown.
+    /// The box of the selection when it was last shown.
     pub(crate) shown_bounds: Option<Aabb>,
-    /// The selection of `shown_bounds`.
+    /// The selection that `shown_bounds` belongs to.
     pub(crate) bounds_of: Option<Selection>,
     pub(crate) measured: Option<(Vec3, Vec3)>,
     pub(crate) gestures: Gestures,
     pub(crate) tracker: Option<Tracker>,
-    /// Whether messages of the tracker wait that the last frame did not handle.
+    /// Whether messages of the tracker were left over by the last frame.
     pub(crate) tracker_waits: bool,
     pub(crate) hands: Hands,
     /// The senders of the tracker's messages, if each one is a separate author.
     pub(crate) senders: Option<Senders>,
     pub(crate) watch: Watch,
-    /// Whether the tracker is being calibrated. Hands then do not draw.
+    /// Whether the tracker is being calibrated; hands then do not draw.
     pub(crate) is_calibrating: bool,
 }
 
@@ -89,13 +89,13 @@ impl Input {
     }
 }
 
-/// Work that commands have started, and its outcomes.
+/// Work that commands have started, and its results.
 #[derive(Debug, Default)]
 pub(crate) struct Work {
     pub(crate) question: Option<Question>,
     /// Whether the user has closed the window and no question is open.
     pub(crate) is_closing: bool,
-    /// Outcome of the last command that read or wrote a file.
+    /// Result of the last command that read or wrote a file.
     pub(crate) file_outcome: Option<Result<(), String>>,
     /// File for a picture of the next frame.
     pub(crate) picture: Option<PathBuf>,
@@ -113,8 +113,8 @@ pub(crate) struct Work {
 /// The contents of the last frame.
 #[derive(Debug, Default)]
 pub(crate) struct Shown {
-    /// Numbers of polygons that lie wholly in the frustum, and of those that its planes cut; `None` while this is not
-    /// shown.
+    /// Numbers of polygons that lie completely in the frustum, and of those that intersect its planes; `None` while
+    /// this is not shown.
     pub(crate) cut: Option<(u64, u64)>,
     /// Names of the screens that the head was behind in the last frame.
     pub(crate) behind: Vec<String>,

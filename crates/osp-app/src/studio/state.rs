@@ -20,7 +20,7 @@ use osp::{
 use osp_render::{DrawnCounts, LineBatch, PassTimes};
 use osp_session::{platform::time::Instant, recording::Limits, scene::Scene};
 
-/// Settings from outside, and values for the panels.
+/// Settings, and values for the panels.
 impl Studio {
     /// Sets the tracker to read.
     pub fn set_tracker(&mut self, tracker: Tracker) {
@@ -28,25 +28,25 @@ impl Studio {
         self.input.tracker = Some(tracker);
     }
 
-    /// Own strokes that are not in a shared session yet.
+    /// Own strokes that the shared session does not have yet.
     #[cfg(feature = "live")]
     pub fn overlay(&self) -> Option<&Overlay> {
         self.session.live().map(Live::overlay)
     }
 
-    /// Own strokes that are not in a shared session yet.
+    /// Own strokes that the shared session does not have yet.
     #[cfg(feature = "live")]
     pub(crate) fn overlay_mut(&mut self) -> Option<&mut Overlay> {
         self.session.live_mut().map(Live::overlay_mut)
     }
 
-    /// Sets the node test and the score of occlusion culling, before it is chosen.
+    /// Sets the node test and the occluder score of occlusion culling. Call it before a method is chosen.
     pub fn set_tests(&mut self, node_test: NodeTest, score: Score) {
         self.culling.set_tests(node_test, score);
     }
 
-    /// Sets the measure by which `auto` finds the cheapest method of occlusion culling, before it is chosen. Times are
-    /// measured here; counts give the same decision on every machine.
+    /// Sets the criterion by which `auto` selects the cheapest occlusion culling method. Call it before the method is
+    /// chosen. Times are measured on this machine; counts give the same decision on every machine.
     pub fn set_auto_basis(&mut self, basis: AutoBasis) {
         self.culling.set_auto_basis(basis);
     }
@@ -76,12 +76,12 @@ impl Studio {
         self.input.is_calibrating = is_calibrating;
     }
 
-    /// The screens that the head is behind, or nearly touches.
+    /// The names of the screens that the head is behind, or nearly touches.
     pub fn screens_behind(&self) -> impl Iterator<Item = &str> {
         self.room.screens_behind(&self.shown.views)
     }
 
-    /// Notes that the last frame's picture was passed to the display.
+    /// Records that the last frame's picture was passed to the display.
     pub fn note_shown(&mut self) {
         self.input.watch.note_shown(Instant::now());
     }
@@ -121,23 +121,23 @@ impl Studio {
         self.input.snap
     }
 
-    /// Numbers of polygons in the first view that lie wholly in the frustum, and that its planes cut; `None` while
-    /// this is not shown.
+    /// Numbers of polygons in the first view that lie completely in the frustum, and that intersect its planes; `None`
+    /// while this is not shown.
     pub fn inside_and_cut(&self) -> Option<(u64, u64)> {
         self.shown.cut
     }
 
-    /// The moment at which animated brushes stand still, seconds; `None` if they move.
+    /// The fixed time of animated brushes, seconds; `None` if time runs.
     pub fn moment_s(&self) -> Option<f32> {
         self.moment_s
     }
 
-    /// The structures that are drawn over the model.
+    /// The debug structures that are drawn over the model.
     pub fn layers(&self) -> LayerChoice {
         self.layers
     }
 
-    /// Whether the culling camera stands still.
+    /// Whether the culling camera is frozen.
     pub fn is_frozen(&self) -> bool {
         self.frozen.is_some()
     }
@@ -172,9 +172,9 @@ impl Studio {
         &self.messages
     }
 
-    /// Adds a message.
+    /// Adds a message for the user.
     pub fn say(&mut self, message: String) {
-        /// Most messages that are kept.
+        /// Largest number of messages that are kept.
         const KEPT: usize = 50;
         if self.messages.len() >= KEPT {
             self.messages.remove(0);
@@ -182,7 +182,7 @@ impl Studio {
         self.messages.push(message);
     }
 
-    /// Adds a message unless it is the last one already.
+    /// Adds a message, unless it equals the last one.
     pub(crate) fn say_once(&mut self, message: &str) {
         if self.messages.last().is_none_or(|last| last != message) {
             self.say(message.to_owned());
@@ -194,8 +194,8 @@ impl Studio {
         self.shown.report
     }
 
-    /// Counts of culling on the GPU, all views together, and times of the GPU. They belong to the latest frame whose
-    /// results have arrived; `None` if there is none.
+    /// Counts of culling on the GPU over all views, and times of the GPU. They belong to the latest frame whose results
+    /// have arrived; `None` if there is none.
     pub fn while_drawing(&self) -> Option<(DrawnCounts, Option<PassTimes>)> {
         self.shown.while_drawing
     }
@@ -220,12 +220,12 @@ impl Studio {
         self.shown.patterns.get(view).filter(|_| self.room.shows_pattern()).unwrap_or(&self.shown.lines)
     }
 
-    /// Polygons outside of the views of the last frame; empty unless they are shown.
+    /// Polygons outside the views of the last frame; empty unless they are shown.
     pub fn culled(&self) -> &VisibleBlocks {
         &self.shown.culled
     }
 
-    /// Polygons that occlusion culling left out of the last frame; empty unless they are shown.
+    /// Polygons that occlusion culling removed in the last frame; empty unless they are shown.
     pub fn hidden(&self) -> &VisibleBlocks {
         &self.shown.hidden
     }

@@ -3,37 +3,37 @@ use std::{collections::BTreeMap, net::SocketAddr, str::FromStr, time::Duration};
 use super::osc::osc_key;
 use osp_session::platform::time::Instant;
 
-/// Most datagrams that are read in a second; later ones are dropped and counted. Ten trackers at a thousand poses a
-/// second stay below.
+/// Largest number of datagrams that are read in a second; later ones are dropped and counted. Ten trackers with a
+/// thousand poses a second stay below it.
 const DATAGRAMS_A_SECOND: u32 = 10_000;
 
-/// Most senders that are authors at the same time.
+/// Largest number of senders that are authors simultaneously.
 const MOST_AUTHORS: usize = 16;
 
-/// Accepted senders.
+/// The senders whose datagrams are accepted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Listening {
-    /// The first sender, until it falls silent.
+    /// The first sender, until it is inactive.
     #[default]
     First,
-    /// All senders, as if they were one.
+    /// All senders, as one.
     Everybody,
-    /// All senders, each as an author of the session: 16 at a time.
+    /// All senders, each as an author of the session; at most 16 simultaneously.
     Authors,
 }
 
 /// Options for accepting datagrams.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TrackerOptions {
-    /// Accepted senders.
+    /// The accepted senders.
     pub listening: Listening,
-    /// Key that a datagram has to begin with, if any.
+    /// Key with which a datagram must begin, if any.
     pub key: Option<TrackerKey>,
-    /// DTrack's room was calibrated with z up.
+    /// Whether DTrack's room was calibrated with z up.
     pub z_up: bool,
 }
 
-/// A word that a sender and a listener share. It is sent unencrypted: it keeps out senders without it, but not
+/// A word that sender and listener share. It is sent unencrypted: it excludes senders that lack it, but not
 /// eavesdroppers on the network.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TrackerKey(String);
@@ -47,7 +47,7 @@ impl TrackerKey {
         &self.0
     }
 
-    /// Compares two words in a time that does not depend on the place of their difference.
+    /// Compares two words in constant time.
     fn is(&self, other: &str) -> bool {
         let differing = self.0.bytes().zip(other.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b));
         self.0.len() == other.len() && differing == 0
@@ -70,15 +70,15 @@ impl FromStr for TrackerKey {
 /// Whether a datagram is accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Admission {
-    /// It is read.
+    /// The datagram is read.
     Read,
-    /// It came from a sender that is not accepted, or without the key.
+    /// The datagram came from a sender that is not accepted, or lacks the key.
     Refused,
-    /// There were too many in this second.
+    /// The limit of datagrams per second is exceeded.
     TooMany,
 }
 
-/// Tests every datagram before it is read.
+/// Checks every datagram before it is read.
 #[derive(Debug)]
 pub(super) struct Door {
     options: TrackerOptions,
@@ -89,8 +89,8 @@ pub(super) struct Door {
 }
 
 impl Door {
-    /// Silence of a sender after which another one may replace it, such as the same one after a restart on another
-    /// port.
+    /// Time without messages after which another sender may replace the accepted one, for example the same sender
+    /// restarted on another port.
     pub(crate) const SILENCE: Duration = Duration::from_secs(5);
 
     pub(super) fn new(options: TrackerOptions) -> Self {
@@ -110,7 +110,7 @@ impl Door {
             None => true,
             Some(key) => key_of(packet).is_some_and(|said| key.is(said)),
         };
-        // Before it is counted, so that refused datagrams do not use up the limit.
+        // This check comes before the count, so that refused datagrams do not use up the limit.
         if is_stranger || !knows_key {
             return Admission::Refused;
         }
@@ -121,7 +121,7 @@ impl Door {
         if self.this_second > DATAGRAMS_A_SECOND { Admission::TooMany } else { Admission::Read }
     }
 
-    /// Notes that an admitted sender has sent a valid message: its messages are accepted from now on.
+    /// Records that an admitted sender has sent a valid message: its datagrams are accepted from now on.
     pub(super) fn note_understood(&mut self, from: SocketAddr, now: Instant) {
         if self.options.listening != Listening::Everybody {
             self.heard.retain(|_, heard| now.duration_since(*heard) < Self::SILENCE);
@@ -130,8 +130,8 @@ impl Door {
     }
 }
 
-/// Whether a datagram is OSC: it begins with an address, or with `#bundle` and a zero byte; a comment has no zero
-/// byte.
+/// Whether a datagram is OSC: it begins with an address, or with `#bundle` and a zero byte. A comment line has no zero
+/// byte there.
 pub(super) fn is_osc(packet: &[u8]) -> bool {
     packet.starts_with(b"/") || packet.starts_with(b"#bundle\0")
 }

@@ -1,20 +1,20 @@
-//! Packets of DTrack, the program of ART's trackers (Advanced Realtime Tracking, "DTrack2 User Manual", appendix B.2): lines of
-//! ASCII, millimetres, rotation matrices by columns.
+//! Packets of DTrack, the program of ART's trackers (Advanced Realtime Tracking, "DTrack2 User Manual", appendix B.2):
+//! lines of ASCII, millimetres, rotation matrices by columns.
 //!
-//! Body 0 (`6d`, or `6di` with its state) is the head, Flysticks (`6df2`, or the older `6df`) are the hands. A hand draws while
-//! the first button of its Flystick is pressed. All other lines are ignored.
+//! Body 0 (`6d`, or `6di` with its state) is the head; Flysticks (`6df2`, or the older `6df`) are the hands. A hand
+//! draws while the first button of its Flystick is pressed. All other lines are ignored.
 
 use glam::{Mat3, Quat, Vec3};
 
 use super::message::Message;
 
-/// Whether a datagram is DTrack's: it begins with the number of the frame.
+/// Whether a datagram comes from DTrack: it begins with the frame number.
 pub(super) fn is_dtrack(packet: &[u8]) -> bool {
     packet.starts_with(b"fr ")
 }
 
-/// Reads a packet; appends its messages and returns the number of malformed lines. `z_up`: the room was calibrated with z
-/// up; poses are turned to y up.
+/// Parses a packet. Appends its messages and returns the number of malformed lines. `z_up` is whether the room was
+/// calibrated with z up; poses are then rotated to y up.
 pub fn parse_dtrack(text: &str, z_up: bool, messages: &mut Vec<Message>) -> u64 {
     let mut malformed = 0;
     for line in text.lines() {
@@ -33,7 +33,7 @@ pub fn parse_dtrack(text: &str, z_up: bool, messages: &mut Vec<Message>) -> u64 
     malformed
 }
 
-/// Position, and rotation to the world.
+/// Position, and rotation from the body to the world.
 type Pose = (Vec3, Quat);
 
 fn head(id: f64, is_tracked: bool, (p, q): Pose) -> Option<Message> {
@@ -47,7 +47,7 @@ fn hand(id: f64, quality: f64, buttons: f64, (p, q): Pose) -> Option<Message> {
     is_hand.then_some(Message::Hand { hand: id as u8, p, q, pressure })
 }
 
-/// Parses the objects of a line, each with this many blocks in brackets; `None` if it is malformed.
+/// Parses the objects of a line, each with `blocks_each` blocks in brackets; `None` if the line is malformed.
 fn take(
     line: &str,
     blocks_each: usize,
@@ -63,7 +63,7 @@ fn take(
         let mut state = [0.0; 3];
         let said = thing[0].len().min(3);
         state[..said].copy_from_slice(&thing[0][..said]);
-        // An object out of sight has a matrix of zeros.
+        // An untracked object has a matrix of zeros.
         let Some(pose) = pose_of(&thing[1], &thing[2], z_up) else { continue };
         messages.extend(message(&state, pose).and_then(Message::checked));
     }
@@ -91,12 +91,12 @@ fn blocks_of(line: &str) -> Option<Vec<Vec<f64>>> {
     inside.map(|inside| numbers(inside?)).collect()
 }
 
-/// The pose, or `None` if the numbers are none.
+/// The pose; `None` if the numbers are not a pose.
 fn pose_of(place: &[f64], turn: &[f64], z_up: bool) -> Option<Pose> {
     let &[x, y, z, ..] = place else { return None };
     let turn: &[f64; 9] = turn.try_into().ok()?;
     let matrix = Mat3::from_cols_array(&turn.map(|part| part as f32));
-    // A rotation, except for the rounding to the three digits of older programs.
+    // The matrix must be a rotation, except for rounding to the three digits of older programs.
     let is_rotation = (matrix.determinant() - 1.0).abs() < 0.1
         && (0..3).all(|axis| (matrix.col(axis).length() - 1.0).abs() < 0.1);
     if !is_rotation {

@@ -8,7 +8,7 @@ use osp_session::recording::{Author, Event, NormalRule, Paint, StrokeId, Tool};
 /// The last pose of the head.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HandsState {
-    /// Head: position, world from head.
+    /// Pose of the head: position, world from head.
     pub head: Option<(Vec3, Quat)>,
 }
 
@@ -19,7 +19,7 @@ struct Hand {
     heard_secs: f64,
 }
 
-/// Turns a tracker's messages into the events of a session.
+/// Converts a tracker's messages to the events of a session.
 #[derive(Clone, Debug)]
 pub struct Hands {
     author: Author,
@@ -29,7 +29,8 @@ pub struct Hands {
 }
 
 impl Hands {
-    /// Silence after which a drawing hand counts as stopped, seconds: its last message may have been lost.
+    /// Time without messages after which a drawing hand's stroke ends, seconds, because the hand's last message may
+    /// have been lost.
     pub const SILENCE_SECS: f64 = 1.0;
 
     /// Hands that draw with `first_brush` until a message chooses another brush.
@@ -37,26 +38,26 @@ impl Hands {
         Self { author: Author::SOLE, hands: BTreeMap::new(), first_brush, state: HandsState::default() }
     }
 
-    /// The same hands, of this author.
+    /// The same hands for this author.
     #[must_use]
     pub fn of_author(self, author: Author) -> Self {
         Self { author, ..self }
     }
 
-    /// Their poses.
+    /// The last pose of the head.
     pub fn state(&self) -> HandsState {
         self.state
     }
 
-    /// Follows the head without recording it.
+    /// Updates the head's pose without recording it.
     pub fn look(&mut self, message: &Message) {
         if let Message::Head { p, q } = *message {
             self.state.head = Some((p, q));
         }
     }
 
-    /// Takes a message that came at `t` and appends its events. `next_stroke` returns a new number. An erasure is
-    /// returned instead, because only the caller can find the stroke.
+    /// Processes a message that arrived at `t` and appends its events. `next_stroke` returns an unused number. An
+    /// erasure is returned instead, because only the caller can find the stroke.
     pub fn take(
         &mut self,
         t: f64,
@@ -103,7 +104,7 @@ impl Hands {
         None
     }
 
-    /// Ends the strokes of hands that are silent for too long.
+    /// Ends the strokes of hands that have been inactive for too long.
     pub fn rest(&mut self, t: f64, out: &mut Vec<Event>) {
         for hand in self.hands.values_mut() {
             if t - hand.heard_secs > Self::SILENCE_SECS
@@ -120,7 +121,7 @@ impl Hands {
         out.extend(strokes.map(|stroke| Event::End { t, stroke }));
     }
 
-    /// Whether some hand is drawing.
+    /// Whether any hand is drawing.
     pub fn is_drawing(&self) -> bool {
         self.hands.values().any(|hand| hand.drawing.is_some())
     }

@@ -4,7 +4,8 @@ use glam::{Quat, Vec3};
 
 use super::message::{BrushChoice, Message, TOOLS, normal_name, normal_of};
 
-/// Reads a line. `Ok(None)`: it has no message (empty, a comment, a key). An unknown brush is a plain ribbon.
+/// Parses a line. Returns `Ok(None)` if the line has no message (empty, a comment, a key). An unknown brush is treated
+/// as a plain ribbon.
 ///
 /// # Errors
 /// The expected form.
@@ -12,7 +13,7 @@ pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
     parse_line_telling(line, &mut |_| {})
 }
 
-/// The number of a packet's frame: `frame N`, or DTrack's `fr N`; in the first line, or in the second after a key.
+/// The frame number of a packet: `frame N`, or DTrack's `fr N`, in the first line, or in the second line after a key.
 pub(super) fn frame_number(packet: &str) -> Option<u32> {
     packet.lines().take(2).find_map(|line| {
         let mut words = line.split_ascii_whitespace();
@@ -23,7 +24,7 @@ pub(super) fn frame_number(packet: &str) -> Option<u32> {
     })
 }
 
-/// As [`parse_line`]; reports the name of an unknown brush.
+/// Like [`parse_line`], and reports the name of an unknown brush.
 pub(super) fn parse_line_telling(
     line: &str,
     unknown: &mut dyn FnMut(&str),
@@ -49,7 +50,7 @@ pub(super) fn parse_line_telling(
         "erase" => Message::Erase { p: words.point()? },
         "undo" => Message::Undo,
         "redo" => Message::Redo,
-        // The frame number was read before.
+        // The frame number was parsed before.
         "frame" => {
             let number = words.0.next().and_then(|word| word.parse::<u32>().ok());
             number.ok_or("the number of a frame")?;
@@ -90,9 +91,9 @@ impl Words<'_> {
     }
 }
 
-/// Appends a message as a line, with its line end. Numbers read back to the same bits.
+/// Appends a message as a line with its newline. Numbers read back to the same bits.
 pub fn write_line(message: &Message, out: &mut String) {
-    // Writing to a string does not fail.
+    // Writing to a string never fails.
     let _ = match *message {
         Message::Head { p, q } => {
             writeln!(out, "head {} {} {} {} {} {} {}", p.x, p.y, p.z, q.x, q.y, q.z, q.w)

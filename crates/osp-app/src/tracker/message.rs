@@ -11,13 +11,13 @@ use osp_session::{
 pub struct BrushChoice {
     /// The tool.
     pub tool: Tool,
-    /// The brush that a ribbon is painted with; without one it is plain.
+    /// The brush of a ribbon; `None` for a plain ribbon.
     pub paint: Option<&'static Brush>,
     /// Full width, metres.
     pub width_m: f32,
     /// Red, green, blue, opacity, sRGB, 0 to 1.
     pub color: (f32, f32, f32, f32),
-    /// Direction of a ribbon relative to the pose.
+    /// Orientation of a ribbon relative to the pose.
     pub normal: NormalRule,
 }
 
@@ -39,17 +39,17 @@ pub enum Message {
         p: Vec3,
         /// World from hand.
         q: Quat,
-        /// 0 to 1.
+        /// Pressure, 0 to 1.
         pressure: f32,
     },
-    /// The brush of a hand from its next stroke on.
+    /// The brush of a hand, from its next stroke on.
     Brush {
         /// Number of the hand.
         hand: u8,
         /// The brush.
         brush: BrushChoice,
     },
-    /// Erase the stroke at this place.
+    /// Erase the stroke at a position.
     Erase {
         /// Position.
         p: Vec3,
@@ -61,10 +61,10 @@ pub enum Message {
 }
 
 impl Message {
-    /// The message with unit quaternions, if a session can hold every number in it.
+    /// The message with normalised quaternions; `None` if a number is invalid in a session.
     pub(super) fn checked(self) -> Option<Self> {
         let point = |p: Vec3| (p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M).then_some(p);
-        // Trackers send rounded quaternions: lengths within a tenth of 1 are normalised, others are no rotation.
+        // Trackers send rounded quaternions: lengths within a tenth of 1 are normalised, others are not rotations.
         let turn = |q: Quat| ((0.9..=1.1).contains(&q.length())).then(|| q.normalize());
         Some(match self {
             Self::Head { p, q } => Self::Head { p: point(p)?, q: turn(q)? },
@@ -88,8 +88,8 @@ impl Message {
 pub(super) const TOOLS: &str = "a tool (ribbon, wall or tube) or the name of a brush";
 
 impl BrushChoice {
-    /// The tool of this name, or the ribbon with the brush of this name, and its default direction. An unknown brush is
-    /// reported, and drawn as a plain ribbon.
+    /// The tool of this name, or the ribbon with the brush of this name, and its default orientation. An unknown brush
+    /// is reported, and drawn as a plain ribbon.
     pub(super) fn named(
         name: &str,
         unknown: &mut dyn FnMut(&str),
@@ -101,11 +101,11 @@ impl BrushChoice {
         if paint.is_none() {
             unknown(name);
         }
-        // Brushes paint across the hand's direction of travel.
+        // Brushes are oriented across the hand's direction of travel.
         (Tool::Ribbon, paint, NormalRule::Travel)
     }
 
-    /// The name of its tool or brush, one word.
+    /// The name of the tool or brush, a single word.
     pub(super) fn name(&self) -> &'static str {
         match self.paint {
             Some(brush) if brush.name.contains(' ') => &brush.guid,

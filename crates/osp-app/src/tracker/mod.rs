@@ -1,7 +1,7 @@
-//! Poses from outside: a socket, a file or standard input, as lines of text or OSC messages.
+//! Poses of a tracker from a socket, a file or standard input, as lines of text or OSC messages.
 //!
-//! Every tracker has some way to print numbers; ten lines of script turn them into this format. One message a line,
-//! one or several lines in a packet, numbers in metres and unit quaternions `x y z w` (world from tracker), +y up:
+//! Every tracker can print numbers; a script of ten lines converts them to this format. Each line is a message, and a
+//! packet has one or several lines. Numbers are metres and unit quaternions `x y z w` (world from tracker), +y up:
 //!
 //! ```text
 //! head  X Y Z  QX QY QZ QW                        the eye moves here
@@ -15,23 +15,24 @@
 //! # anything
 //! ```
 //!
-//! `TOOL` is `ribbon`, `wall`, `tube` or the name of a brush, such as `Light`. An unknown brush is reported once and drawn
-//! as a plain ribbon. `HAND` is 0 to 255 and 0 if left out: each hand draws its own stroke. `NORMAL` is the direction of a
-//! ribbon relative to the pose: `local-x` (default), `side-x`, `travel` (default of brushes) or `transport`.
+//! `TOOL` is `ribbon`, `wall`, `tube` or the name of a brush, such as `Light`. An unknown brush is reported once and
+//! drawn as a plain ribbon. `HAND` is 0 to 255, and 0 if omitted; each hand draws its own stroke. `NORMAL` is the
+//! orientation of a ribbon relative to the pose: `local-x` (default), `side-x`, `travel` (default of brushes) or
+//! `transport`.
 //!
-//! The same as OSC: addresses `/osp/head`, `/osp/hand`, `/osp/brush`, `/osp/erase`, `/osp/undo`, `/osp/redo`, with the
-//! numbers as floats (the hand as integer, tool and normal as strings), alone or in bundles. A key is `/osp/key` with a
-//! string, the first message of a bundle.
+//! In OSC, the messages have the addresses `/osp/head`, `/osp/hand`, `/osp/brush`, `/osp/erase`, `/osp/undo`,
+//! `/osp/redo`, alone or in bundles. Their numbers are floats, but the hand is an integer, and tool and normal are
+//! strings. A key is `/osp/key` with a string, the first message of a bundle.
 //!
 //! Packets of ART's DTrack (ASCII) are accepted on the same socket: body 0 is the head, Flysticks are the hands, and a
 //! hand draws while the first button is pressed ([`parse_dtrack`]).
 //!
-//! A socket accepts one sender: the first with a valid message, until it is silent for five seconds. Datagrams of
-//! other senders, and datagrams without a required key, are counted and not read. As an option, each sender is an
-//! author of its own instead ([`Senders`]), sixteen at a time.
+//! A socket accepts one sender: the first with a valid message, until it is inactive for five seconds. Datagrams of
+//! other senders, and datagrams without a required key, are counted and not read. Optionally, each sender is a separate
+//! author ([`Senders`]), at most sixteen simultaneously.
 //!
-//! Messages do not depend on each other: a lost packet costs only a sample. Malformed messages are counted and
-//! dropped. [`Hands`] turns messages into the events of a session; [`Teller`] does the opposite.
+//! Messages do not depend on each other, so a lost packet costs only a sample. Malformed messages are counted and
+//! dropped. [`Hands`] converts messages to the events of a session; [`Teller`] does the opposite.
 
 mod door;
 mod dtrack;

@@ -1,28 +1,28 @@
 //! Matthew Wright, "The Open Sound Control 1.0 Specification", 2002.
 //!
-//! There is no library for it here: nested bundles must not be parsed by unlimited recursion, since anybody on the
-//! network can send them.
+//! No library is used, because nested bundles must not be parsed by unlimited recursion: anybody on the network can
+//! send them.
 
 use glam::{Quat, Vec3};
 
 use super::message::{BrushChoice, Message, normal_name, normal_of};
 
-/// Most levels of nested bundles.
+/// Largest depth of nested bundles.
 const MAX_DEPTH: u32 = 4;
-/// Beginning of a bundle. A time tag of 8 bytes follows, which is ignored: poses count when they arrive.
+/// Beginning of a bundle. A time tag of 8 bytes follows, which is ignored, because poses count when they arrive.
 const BUNDLE: &[u8] = b"#bundle\0";
 /// The address of the message with the key.
 const KEY: &str = "/osp/key";
-/// Everything is padded to this many bytes.
+/// All values are padded to multiples of this number of bytes.
 const WORD: usize = 4;
 
-/// Parses a packet; appends its messages to `out` and returns the number of malformed ones. An unknown brush is a
-/// plain ribbon.
+/// Parses a packet. Appends its messages to `out` and returns the number of malformed ones. An unknown brush is treated
+/// as a plain ribbon.
 pub fn parse_osc(bytes: &[u8], out: &mut Vec<Message>) -> u64 {
     parse_osc_telling(bytes, out, &mut |_| {})
 }
 
-/// As [`parse_osc`]; reports the names of unknown brushes.
+/// Like [`parse_osc`], and reports the names of unknown brushes.
 pub(super) fn parse_osc_telling(bytes: &[u8], out: &mut Vec<Message>, unknown: &mut dyn FnMut(&str)) -> u64 {
     take_packet(bytes, 0, out, unknown)
 }
@@ -61,7 +61,7 @@ pub(super) fn osc_key(packet: &[u8]) -> Option<&str> {
     take_text(&mut bytes).filter(|_| is_key && bytes.is_empty())
 }
 
-/// Parses a message; a key returns nothing, because it was checked before.
+/// Parses a message. A key gives no message, because it was checked before.
 fn read(bytes: &[u8], unknown: &mut dyn FnMut(&str)) -> Option<Option<Message>> {
     if osc_key(bytes).is_some() {
         return Some(None);
@@ -69,7 +69,7 @@ fn read(bytes: &[u8], unknown: &mut dyn FnMut(&str)) -> Option<Option<Message>> 
     let mut bytes = bytes;
     let address = take_text(&mut bytes)?;
     let tags = match bytes {
-        // Old senders leave the types out if there are no arguments.
+        // Old senders omit the types if there are no arguments.
         [] => "",
         _ => take_text(&mut bytes)?.strip_prefix(',')?,
     };
@@ -101,7 +101,7 @@ fn read(bytes: &[u8], unknown: &mut dyn FnMut(&str)) -> Option<Option<Message>> 
     if values.tags.is_empty() && values.bytes.is_empty() { message.checked().map(Some) } else { None }
 }
 
-/// Text that ends with one to four zero bytes, so that the next value begins at a multiple of four.
+/// Parses text that ends with one to four zero bytes, so that the next value begins at a multiple of four.
 fn take_text<'a>(bytes: &mut &'a [u8]) -> Option<&'a str> {
     let length = bytes.iter().position(|&b| b == 0)?;
     let (text, rest) = bytes.split_at_checked((length / WORD + 1) * WORD)?;
@@ -109,7 +109,7 @@ fn take_text<'a>(bytes: &mut &'a [u8]) -> Option<&'a str> {
     str::from_utf8(&text[..length]).ok()
 }
 
-/// The remaining arguments: a type each, and their bytes.
+/// The remaining arguments: their types, and their bytes.
 struct Values<'a> {
     tags: &'a [u8],
     bytes: &'a [u8],
@@ -152,7 +152,7 @@ impl<'a> Values<'a> {
         Some(Quat::from_xyzw(self.number()?, self.number()?, self.number()?, self.number()?))
     }
 
-    /// The hand, or 0 at the end of the message.
+    /// The number of the hand, or 0 at the end of the message.
     fn hand(&mut self) -> Option<u8> {
         match self.tag() {
             None => Some(0),
@@ -255,7 +255,7 @@ mod tests {
     fn packets_are_laid_out_as_the_specification_says() {
         let expected = b"/osp/erase\0\0,fff\0\0\0\0\x3f\x80\0\0\xc0\0\0\0\0\0\0\0";
         assert_eq!(osc_packet(&Message::Erase { p: Vec3::new(1.0, -2.0, 0.0) }), expected);
-        // Of other senders: doubles and integers where floats are usual, a bundle, no types at all.
+        // Packets of other senders: doubles and integers instead of floats, a bundle, no types.
         let mut bundle = b"#bundle\0\0\0\0\0\0\0\0\x01".to_vec();
         let mixed = b"/osp/erase\0\0,dif\0\0\0\0\x3f\xf0\0\0\0\0\0\0\xff\xff\xff\xfe\0\0\0\0";
         for message in [&mixed[..], b"/osp/undo\0\0\0"] {
@@ -279,7 +279,7 @@ mod tests {
             let said = osc_key(&keyed[..end]);
             assert!(said.is_none_or(|said| said == "word"), "cut at {end}: {said:?}");
         }
-        // A key alone may be sent, too.
+        // A key may also be sent alone.
         assert_eq!(parse_osc(&keyed[20..44], &mut Vec::new()), 0);
         assert_eq!(parse_osc(b"/osp/key\0\0\0\0,i\0\0\0\0\0\x01", &mut Vec::new()), 1);
     }

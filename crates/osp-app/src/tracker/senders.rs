@@ -10,12 +10,12 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Senders of a tracker's messages, each of them an author of the session with hands, strokes and undo of its own. It joins with
-/// its first message and leaves after five seconds without one; if it comes back, it is another author.
+/// Senders of a tracker's messages. Each sender is an author of the session with its own hands, strokes and undo. It
+/// joins with its first message and leaves after five seconds without one. If it returns, it is another author.
 #[derive(Clone, Debug, Default)]
 pub struct Senders {
     present: BTreeMap<SocketAddr, Sender>,
-    /// The last author that joined here.
+    /// The last author who joined through this tracker.
     last: Author,
 }
 
@@ -23,15 +23,15 @@ pub struct Senders {
 struct Sender {
     author: Author,
     hands: Hands,
-    /// Strokes that it has begun.
+    /// Number of strokes that the sender has begun.
     strokes: u32,
     heard: Instant,
 }
 
 impl Senders {
-    /// Takes a message of the sender `from`, as [`Hands::take`] does: `at` is its instant, `t` its time in the
-    /// session. Returns the author and the place where the message erases something; none if the session can have no
-    /// more authors.
+    /// Processes a message of the sender `from`, like [`Hands::take`]. `at` is its time of arrival, `t` its time in the
+    /// session. Returns the author and the point at which the message erases; `None` if the session can have no more
+    /// authors.
     pub fn take(
         &mut self,
         (from, at): (SocketAddr, Instant),
@@ -41,7 +41,7 @@ impl Senders {
         out: &mut Vec<Event>,
     ) -> Option<(Author, Option<Vec3>)> {
         if self.present.get(&from).is_some_and(|sender| sender.author.number(sender.strokes).is_none()) {
-            // It has used all its numbers: its further strokes are another author's.
+            // All numbers of the author are used, so the sender's further strokes belong to another author.
             self.leave(from, t, out);
         }
         if !self.present.contains_key(&from) {
@@ -61,13 +61,13 @@ impl Senders {
         Some((*author, hands.take(t, message, next_stroke, out)))
     }
 
-    /// The present author of the lowest number who has sent a head pose.
+    /// The present author with the lowest number who has sent a head pose.
     pub fn first_with_head(&self) -> Option<Author> {
         let with_head = self.present.values().filter(|sender| sender.hands.state().head.is_some());
         with_head.map(|sender| sender.author).min()
     }
 
-    /// Ends the strokes of hands that are silent for too long, and removes senders that are.
+    /// Ends the strokes of hands that have been inactive for too long, and removes inactive senders.
     pub fn rest(&mut self, now: Instant, t: f64, out: &mut Vec<Event>) {
         for sender in self.present.values_mut() {
             sender.hands.rest(t, out);
@@ -75,7 +75,7 @@ impl Senders {
         self.leave_if(|sender| now.saturating_duration_since(sender.heard) >= Door::SILENCE, t, out);
     }
 
-    /// Removes all senders: their later strokes are in another session.
+    /// Removes all senders, because their later strokes belong to another session.
     pub fn stop(&mut self, t: f64, out: &mut Vec<Event>) {
         self.leave_if(|_| true, t, out);
         self.last = Author::default();
@@ -86,7 +86,7 @@ impl Senders {
         self.present.is_empty()
     }
 
-    /// In the order in which they joined.
+    /// In the order in which the senders joined.
     fn leave_if(&mut self, is_over: impl Fn(&Sender) -> bool, t: f64, out: &mut Vec<Event>) {
         let over = self.present.iter().filter(|(_, sender)| is_over(sender));
         let mut over: Vec<_> = over.map(|(&from, sender)| (sender.author, from)).collect();

@@ -27,16 +27,16 @@ use osp_session::{
     small_file::open_regular,
 };
 
-/// Most messages that wait for the next frame. Later ones of a socket are dropped and counted; a stream is read
-/// further once there is room.
+/// Largest number of messages that wait for the next frame. Later messages of a socket are dropped and counted; a
+/// stream waits.
 const WAITING: usize = 1 << 16;
-/// Most messages of one datagram; the others are dropped and counted.
+/// Largest number of messages of one datagram; further messages are dropped and counted.
 const MESSAGES_A_DATAGRAM: usize = 1024;
-/// Longest line: longer ones are malformed. Bounds the memory that a stream without line ends can take.
+/// Longest line, bytes; longer ones are malformed. The limit bounds the memory for a stream without newlines.
 const MAX_LINE_BYTES: u64 = 4096;
-/// A stream without a line end in this many bytes is no tracker's; reading it ends.
+/// Number of bytes without a newline after which reading a stream ends, because the stream cannot be a tracker's.
 const MAX_UNBROKEN_BYTES: u64 = 1 << 20;
-/// Most unknown brushes that are named.
+/// Largest number of unknown brushes that are reported.
 const MOST_UNKNOWN_BRUSHES: usize = 20;
 /// Interval at which a thread checks whether it should end, and whether a file has grown.
 const NAP: Duration = Duration::from_millis(20);
@@ -46,9 +46,9 @@ const NAP: Duration = Duration::from_millis(20);
 pub enum TrackerAddress {
     /// Datagrams sent to this local address.
     Udp(SocketAddr),
-    /// Standard input, lines.
+    /// Lines of standard input.
     StandardInput,
-    /// A file, lines, from its beginning and on as it grows.
+    /// Lines of a file, from its beginning and while it grows.
     File(PathBuf),
 }
 
@@ -71,19 +71,19 @@ impl FromStr for TrackerAddress {
 }
 
 impl TrackerAddress {
-    /// A warning for an address that is not this machine's own: the whole network can draw.
+    /// A warning for an address that is not local to this machine, because the whole network can then draw.
     pub fn warning(&self, options: &TrackerOptions) -> Option<String> {
         let Self::Udp(address) = self else { return None };
         let advice = match options.key {
             None => "--tracker-key-file requires a key, udp://127.0.0.1 listens to this machine only",
-            Some(_) => "only senders with the key are read, but the key is sent as it is",
+            Some(_) => "only senders with the key are read, but the key is sent unencrypted",
         };
         let everybody = address.ip().is_unspecified();
         everybody.then(|| format!("udp://{address} listens to every machine that reaches this one: {advice}"))
     }
 }
 
-/// The default address is this machine only.
+/// Parses an address; the default is this machine only.
 fn parse_address(text: &str) -> Option<SocketAddr> {
     let text = text.trim_end_matches('/');
     match text.strip_prefix(':') {
@@ -93,7 +93,7 @@ fn parse_address(text: &str) -> Option<SocketAddr> {
     }
 }
 
-/// Why a tracker cannot be read.
+/// Reason for which a tracker cannot be read.
 #[derive(Debug, Error)]
 #[error("tracker {what}: {cause}")]
 pub struct TrackerError {
@@ -104,18 +104,18 @@ pub struct TrackerError {
 /// Counts of a tracker's messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Messages understood.
+    /// Number of valid messages.
     pub messages: u64,
-    /// Malformed lines or packets.
+    /// Number of malformed lines or packets.
     pub malformed: u64,
-    /// Messages dropped because too many waited for a frame, or because a datagram had too many. Also datagrams
-    /// dropped because there were too many in a second.
+    /// Number of messages that were dropped because too many waited for a frame, or a datagram had too many. Includes
+    /// datagrams beyond the limit per second.
     pub dropped: u64,
-    /// Missing frames of a sender that numbers them; `None` without numbers.
+    /// Number of missing frames of a sender that numbers them; `None` without numbers.
     pub lost: Option<u64>,
-    /// Datagrams not read: from a sender that is not accepted, or without the key.
+    /// Number of datagrams that were not read, because their sender is not accepted or they lack the key.
     pub refused: u64,
-    /// Whether reading the stream has ended, because it has no lines.
+    /// Whether reading the stream has ended because it has no lines.
     pub has_given_up: bool,
 }
 
@@ -132,14 +132,14 @@ struct Tally {
     counts: Counts,
     /// One more than the number of the sender's last frame; 0 before the first.
     last_frame: u64,
-    /// Unknown brushes that the tracker has chosen, and how many of them have been reported.
+    /// Unknown brushes that the tracker has chosen, and the number of those that were reported.
     unknown: Vec<String>,
     told: usize,
 }
 
 impl Shared {
     fn tally(&self) -> MutexGuard<'_, Tally> {
-        // It is whole whatever the holder did.
+        // The tally is consistent even if a thread panicked while it held the lock.
         self.tally.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -152,10 +152,10 @@ impl Shared {
     }
 }
 
-/// A message, with its time and sender.
+/// A message that arrived, with its time and sender.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Came {
-    /// When it came.
+    /// Time of arrival.
     pub at: Instant,
     /// Sender of a message to a socket.
     pub from: Option<SocketAddr>,
@@ -163,23 +163,23 @@ pub struct Came {
     pub message: Message,
 }
 
-/// A tracker that is read on a thread of its own.
+/// A tracker that is read on a separate thread.
 #[derive(Debug)]
 pub struct Tracker {
     messages: Receiver<Came>,
     shared: Arc<Shared>,
     local_address: Option<SocketAddr>,
     listening: Listening,
-    /// Not joined for standard input, because its read cannot be interrupted.
+    /// The reading thread; `None` for standard input, because its read cannot be interrupted.
     thread: Option<JoinHandle<()>>,
 }
 
 impl Tracker {
-    /// Starts to read. `wake` is called on the thread when a message has come; then not again before the next
+    /// Starts to read. `wake` is called on the thread when a message has arrived, but at most once before the next
     /// [`Tracker::take`].
     ///
     /// # Errors
-    /// The address is taken or not ours; the file cannot be opened.
+    /// The address is in use or not one of this machine, or the file cannot be opened.
     pub fn open(
         address: &TrackerAddress,
         options: &TrackerOptions,
@@ -214,28 +214,28 @@ impl Tracker {
         Ok(Self { messages, shared, local_address, listening: options.listening, thread })
     }
 
-    /// The address of the socket, if there is one; the port is the real one if 0 was given.
+    /// The address of the socket, if there is one; if port 0 was given, with the assigned port.
     pub fn local_address(&self) -> Option<SocketAddr> {
         self.local_address
     }
 
-    /// Sources that are accepted.
+    /// The senders that are accepted.
     pub fn listening(&self) -> Listening {
         self.listening
     }
 
-    /// The next message, if one has come.
+    /// The next message, if one has arrived.
     pub fn take(&self) -> Option<Message> {
         self.take_heard().map(|came| came.message)
     }
 
-    /// The next message, if one has come, with its time and sender.
+    /// The next message, if one has arrived, with its time and sender.
     pub fn take_heard(&self) -> Option<Came> {
         self.shared.is_woken.store(false, Ordering::SeqCst);
         self.messages.try_recv().ok()
     }
 
-    /// The unknown brushes that messages have chosen since the last call; each is named once.
+    /// The unknown brushes that messages have chosen since the last call; each is reported once.
     pub fn unknown_brushes(&self) -> Vec<String> {
         let mut tally = self.shared.tally();
         let told = tally.told;
@@ -253,13 +253,13 @@ impl Drop for Tracker {
     fn drop(&mut self) {
         self.shared.is_over.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // The thread sleeps for a moment at most; a panic of it has no effect any more.
+            // The thread sleeps only for a moment; a panic of it no longer matters.
             let _ = thread.join();
         }
     }
 }
 
-/// Why reading lines has ended.
+/// Reason for which reading lines has ended.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum LinesEnd {
     /// The file has become shorter.
@@ -279,7 +279,7 @@ impl Output {
         self.shared.is_over.load(Ordering::Relaxed)
     }
 
-    /// Queues a message of a socket, if there is room: later messages are newer.
+    /// Queues a message of a socket if there is room; otherwise drops it, because newer messages follow.
     fn pass_on(&self, from: SocketAddr, message: Message) {
         self.shared.tally().counts.messages += 1;
         if self.sender.try_send(Came { at: Instant::now(), from: Some(from), message }).is_err() {
@@ -287,7 +287,7 @@ impl Output {
         }
     }
 
-    /// Queues a message of a stream, once there is room: all of it is a drawing, and the stream can wait.
+    /// Queues a message of a stream, and waits for room, because a stream is a complete drawing and can wait.
     fn pass_on_patiently(&self, message: Message) {
         self.shared.tally().counts.messages += 1;
         let mut heard = Came { at: Instant::now(), from: None, message };
@@ -308,19 +308,19 @@ impl Output {
         self.shared.tally().counts.dropped += count;
     }
 
-    /// Counts the frames between the last one and this. A late frame no longer counts as lost; a restarted sender adds
-    /// no loss.
+    /// Counts the frames missing between the last frame and this one. A late frame no longer counts as lost; a
+    /// restarted sender adds no loss.
     fn note_frame(&self, number: u32) {
-        /// A larger gap is no loss but another count.
+        /// Larger gaps do not count as loss, but as another numbering.
         const MOST_LOST: u64 = 100_000;
-        /// A sender that is farther behind has restarted.
+        /// A sender whose number is lower by more than this has restarted.
         const LATE: u64 = 1000;
         let mut tally = self.shared.tally();
         let (next, expected) = (u64::from(number) + 1, tally.last_frame);
         let lost = tally.counts.lost.unwrap_or(0);
         let missing = next.saturating_sub(expected + 1);
         tally.counts.lost = Some(match next {
-            // It was counted as lost when a later one came.
+            // The frame was counted as lost when a later one arrived.
             _ if next <= expected && expected - next < LATE => lost.saturating_sub(1),
             _ if expected > 0 && missing <= MOST_LOST => lost + missing,
             _ => lost,
@@ -341,7 +341,7 @@ impl Output {
         let mut packet = vec![0; 1 << 16];
         let mut messages = Vec::new();
         while !self.is_over() {
-            // A timeout, and on some systems the refusal of an earlier answer, arrive as errors: listen on.
+            // A timeout, and on some systems the refusal of an earlier answer, arrive as errors and are ignored.
             let Ok((length, from)) = socket.recv_from(&mut packet) else { continue };
             let packet = &packet[..length];
             let now = Instant::now();
@@ -389,7 +389,7 @@ impl Output {
     }
 
     fn tail(&self, mut file: File, path: &std::path::Path) {
-        // A log that was started again is shorter than the part read so far: it is read from its beginning.
+        // If a log file is shorter than the part read so far, it was restarted, and is read from its beginning.
         while self.read_lines(&mut file) == LinesEnd::Shorter {
             let rewound = file.seek(SeekFrom::Start(0)).is_ok();
             if !rewound || !path.exists() {
@@ -406,12 +406,12 @@ impl Output {
         }
     }
 
-    /// Reads lines until the end. A file that has a size may grow, until it has become shorter.
+    /// Reads lines until the end. A file may grow; reading ends if it becomes shorter.
     fn read_lines(&self, stream: impl Read + MaybeSized) -> LinesEnd {
         let mut reader = BufReader::new(stream);
         let mut line = Vec::new();
         let mut consumed = 0u64;
-        // Bytes of the current line.
+        // Number of bytes of the current line.
         let mut unbroken = 0u64;
         while !self.is_over() {
             let room = MAX_LINE_BYTES - line.len() as u64;

@@ -8,20 +8,19 @@ use osp_session::{
     recording::{Event, StrokeId},
 };
 
-/// Turns the events of a session into the messages of a tracker. Each of several unfinished strokes gets a hand of its
-/// own.
+/// Converts the events of a session to messages of a tracker. Each of several unfinished strokes gets its own hand.
 ///
-/// Events without a message (groups, moved strokes, finished polygons) are left out and counted.
+/// Events without a corresponding message (groups, moved strokes, finished polygons) are left out and counted.
 #[derive(Clone, Debug, Default)]
 pub struct Teller {
-    /// The stroke that each hand draws.
+    /// The stroke of each hand.
     hands: Vec<Option<Drawing>>,
-    /// The first point of each stroke, by which an erasure names it.
+    /// The first point of each stroke, at which a message can erase it.
     starts: HashMap<StrokeId, Vec3>,
     left_out: u64,
 }
 
-/// A stroke being sent.
+/// An unfinished stroke.
 #[derive(Clone, Copy, Debug)]
 struct Drawing {
     stroke: StrokeId,
@@ -35,7 +34,7 @@ impl Teller {
         Self::default()
     }
 
-    /// Events that have no message.
+    /// Number of events without a message.
     pub fn left_out(&self) -> u64 {
         self.left_out
     }
@@ -64,7 +63,7 @@ impl Teller {
                     return;
                 };
                 drawing.last = Some((p, q));
-                // A tracker's strokes have no least width; a pressure of 0 would end the stroke.
+                // A tracker's strokes have no minimum width, but a pressure of 0 would end the stroke.
                 let pressure = drawing.thinnest + (1.0 - drawing.thinnest) * pressure.clamp(0.0, 1.0);
                 out.push(Message::Hand { hand, p, q, pressure: pressure.max(f32::MIN_POSITIVE) });
                 self.starts.entry(stroke).or_insert(p);

@@ -8,11 +8,11 @@ use glam::{Quat, Vec3};
 use super::Message;
 use osp_session::platform::time::Instant;
 
-/// Number of latencies in the median.
+/// Number of latencies for the median.
 const KEPT: usize = 64;
-/// A body that has been silent for longer has no rate.
+/// Time without messages after which a body has no rate.
 const SILENCE: Duration = Duration::from_millis(1500);
-/// Time over which poses are counted.
+/// Duration over which poses are counted.
 const COUNTED: Duration = Duration::from_secs(1);
 
 /// Recent messages of a tracker, for its operator.
@@ -20,7 +20,7 @@ const COUNTED: Duration = Duration::from_secs(1);
 pub struct Watch {
     head: Body,
     hands: BTreeMap<u8, Body>,
-    /// The hand of the last message.
+    /// Number of the hand of the last message.
     last_hand: u8,
     /// Arrival of the first pose that no picture has shown yet.
     waiting: Option<Instant>,
@@ -30,11 +30,11 @@ pub struct Watch {
 /// A pose that has arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Heard {
-    /// Its arrival.
+    /// Time of arrival.
     pub at: Instant,
-    /// In the tracker's space: position, tracker from body.
+    /// Pose in tracker space: position, tracker from body.
     pub in_tracker: (Vec3, Quat),
-    /// In the room: position, room from body.
+    /// Pose in room space: position, room from body.
     pub in_room: (Vec3, Quat),
     /// Pressure of the hand, 0 to 1.
     pub pressure: f32,
@@ -43,9 +43,9 @@ pub struct Heard {
 #[derive(Clone, Copy, Debug, Default)]
 struct Body {
     last: Option<Heard>,
-    /// The start of the count, and the poses since.
+    /// The start of the count, and the number of poses since.
     counting: Option<(Instant, u32)>,
-    /// Poses a second at the last count.
+    /// Poses per second at the last count.
     rate: f32,
 }
 
@@ -71,7 +71,7 @@ impl Body {
 }
 
 impl Watch {
-    /// Notes a message in the tracker's space and in the room's.
+    /// Records a message in tracker space and in room space.
     pub fn note(&mut self, at: Instant, in_tracker: &Message, in_room: &Message) {
         match (in_tracker, in_room) {
             (Message::Head { p, q }, &Message::Head { p: room_p, q: room_q }) => {
@@ -91,7 +91,7 @@ impl Watch {
         self.waiting.get_or_insert(at);
     }
 
-    /// Notes that a picture of all noted poses was passed to the display.
+    /// Records that a picture of all recorded poses was passed to the display.
     pub fn note_shown(&mut self, now: Instant) {
         let Some(at) = self.waiting.take() else { return };
         if self.latencies.len() == KEPT {
@@ -115,18 +115,18 @@ impl Watch {
         self.hands.get(&hand)?.last
     }
 
-    /// The hands with messages.
+    /// The hands that have sent messages.
     pub fn hands(&self) -> impl Iterator<Item = u8> + '_ {
         self.hands.keys().copied()
     }
 
-    /// Poses a second of the head, and of the hand of the last message, over the last second.
+    /// Poses per second of the head, and of the hand of the last message, over the last second.
     pub fn rates(&self, now: Instant) -> [f32; 2] {
         [self.head.rate(now), self.hands.get(&self.last_hand).map_or(0.0, |hand| hand.rate(now))]
     }
 
-    /// Median time from the first pose's arrival to the submission of the picture that shows it, without the tracker's
-    /// and the display's own delays.
+    /// Median time from the arrival of the first pose to the submission of the picture that shows it. The delays of the
+    /// tracker and the display are not included.
     pub fn latency(&self) -> Option<Duration> {
         let mut sorted: Vec<Duration> = self.latencies.iter().copied().collect();
         sorted.sort_unstable();
@@ -149,7 +149,7 @@ mod tests {
         let at = |millis: u64| start + Duration::from_millis(millis);
         for i in 0..200 {
             watch.note(at(i * 10), &head(1.0), &head(2.0));
-            // Shown 3 ms after each second pose: the first of the two has waited for 13.
+            // A picture is shown 3 ms after each second pose, so the first of the two has waited for 13 ms.
             if i % 2 == 1 {
                 watch.note_shown(at(i * 10 + 3));
             }

@@ -8,48 +8,48 @@ use osp_rivals::IndexKind;
 /// Action of a key, a menu entry or a button.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
-    /// A command that needs no dialog before it.
+    /// A command that needs no dialog.
     Do(Command),
-    /// Freeze the culling camera, or release it.
+    /// Freeze or release the culling camera.
     ToggleFreeze,
-    /// Build the next index of the list from the model.
+    /// Change to the next index in the list.
     NextIndex,
-    /// Cull by the next occlusion method of the list.
+    /// Change to the next occlusion culling method in the list.
     NextOcclusion,
-    /// Save the session in its file; a dialog opens if it has no name.
+    /// Save the session in its file. For an unnamed session a dialog opens.
     Save,
-    /// Open the dialog for a session to open.
+    /// Open the dialog to open a session.
     AskOpen,
-    /// Open the dialog for a place to save.
+    /// Open the dialog to save the session under a path.
     AskSaveAs,
-    /// Open the dialog for a model to export.
+    /// Open the dialog to export the model.
     AskExport,
-    /// Open the dialog for a picture to save.
+    /// Open the dialog to save a picture.
     AskPicture,
-    /// Open the list of brushes, or close it.
+    /// Open or close the list of brushes.
     ToggleBrushes,
     /// Replay: play or pause.
     TogglePlay,
     /// Show or hide the panel with times, counts and switches.
     TogglePanel,
-    /// Show the depth pyramid in place of the picture, or the picture again.
+    /// Show the depth pyramid instead of the picture, or the picture.
     TogglePyramid,
-    /// Draw straight lines, or freehand again.
+    /// Switch between straight lines and freehand.
     ToggleStraight,
     /// Switch the mirror on or off.
     ToggleMirror,
-    /// Keep the width of the brush on the screen, or in the model.
+    /// Switch between a brush width in pixels and in metres.
     ToggleScreenWidth,
     /// Show or hide the list of shortcuts.
     ToggleHelp,
-    /// Switch the full screen on or off.
+    /// Enter or leave full screen.
     ToggleFullscreen,
-    /// Close the topmost of these: the help, the background work, the selection, the full screen.
+    /// Close the topmost of these: the help, the background work, the selection, full screen.
     Escape,
 }
 
 impl Action {
-    /// Whether it would have an effect now: its key and its menu entry are disabled otherwise.
+    /// Whether the action would have an effect now; otherwise its key and its menu entry are disabled.
     pub fn is_possible(&self, studio: &Studio) -> bool {
         match self {
             Self::Do(command) => studio.can(command),
@@ -64,7 +64,7 @@ impl Action {
         }
     }
 
-    /// Performs it, or queues it until all panels are laid out.
+    /// Performs the action, or queues it until all panels are laid out.
     pub(super) fn perform(&self, studio: &Studio, wishes: &mut Wishes) {
         if !self.is_possible(studio) {
             return;

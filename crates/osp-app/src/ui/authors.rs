@@ -4,9 +4,9 @@ use super::wishes::Wishes;
 use crate::{command::Command, layers::LayerChoice, studio::Studio};
 use osp_session::recording::Author;
 
-/// Most authors that the list shows.
+/// Largest number of authors in the list.
 const MOST_SHOWN: usize = 100;
-/// Most bytes of a name that are shown.
+/// Largest number of bytes of a name that are shown.
 const MOST_BYTES: usize = 40;
 
 /// The authors of a shared session, with their colours; nothing for a session without authors.
@@ -22,8 +22,7 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             let layers = studio.layers();
             let mut is_shown = layers.authors;
             let choice = ui.checkbox(&mut is_shown, "colour by author");
-            if choice.on_hover_text("show who drew what: every stroke in the colour of its author").changed()
-            {
+            if choice.on_hover_text("show every stroke in the colour of its author").changed() {
                 wishes.commands.push(Command::Layers(LayerChoice { authors: is_shown, ..layers }));
             }
             for (author, info) in scene.authors().take(MOST_SHOWN) {

@@ -10,11 +10,11 @@ use super::wishes::Wishes;
 use crate::{command::Command, studio::Studio};
 use osp_session::brush::{self, Brush, Draw, Family};
 
-/// A picture in the list, points.
+/// Size of a picture in the list, points.
 const SHOWN: Vec2 = vec2(80.0, 24.0);
 const LIST_WIDTH: f32 = 230.0;
 
-/// A heading of the list, and the test for the brushes under it.
+/// A heading of the list, and the predicate for the brushes under it.
 type Kind = (&'static str, fn(&Brush) -> bool);
 
 const KINDS: [Kind; 4] = [
@@ -42,7 +42,7 @@ pub struct PreviewGrid(());
 
 impl PreviewGrid {
     const COLUMNS: usize = 4;
-    /// Twice the displayed size, for screens with small pixels.
+    /// Size of a cell, pixels: twice the displayed size, for high-resolution screens.
     const CELL_PX: (usize, usize) = (160, 48);
 
     /// The brushes, row by row.
@@ -50,12 +50,12 @@ impl PreviewGrid {
         brush::all().iter().filter(|brush| brush.is_offered)
     }
 
-    /// Cells of a row.
+    /// Number of cells in a row.
     pub fn columns(&self) -> usize {
         Self::COLUMNS
     }
 
-    /// Rows.
+    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.brushes().count().div_ceil(Self::COLUMNS)
     }
@@ -70,7 +70,7 @@ impl PreviewGrid {
         ((self.columns() * Self::CELL_PX.0) as u32, (self.rows() * Self::CELL_PX.1) as u32)
     }
 
-    /// The part of the texture that shows the brush at this place.
+    /// The part of the texture with the picture of the brush at this index.
     fn part(&self, place: usize) -> Rect {
         let size = vec2(1.0 / self.columns() as f32, 1.0 / self.rows() as f32);
         let cell = vec2((place % self.columns()) as f32, (place / self.columns()) as f32);
@@ -81,7 +81,7 @@ impl PreviewGrid {
 /// The list of brushes, with a picture of each.
 #[derive(Default)]
 pub(super) struct BrushList {
-    /// Whether it has been opened.
+    /// Whether the list has ever been opened.
     is_asked: bool,
     /// Whether the pictures are drawn, or have failed.
     is_answered: bool,
@@ -89,7 +89,7 @@ pub(super) struct BrushList {
     is_open: bool,
     /// The filter text: the list shows brushes whose names contain it.
     typed: String,
-    /// The row that Return chooses.
+    /// Index of the row that Return selects.
     at: usize,
 }
 
@@ -109,7 +109,7 @@ impl BrushList {
         (self.is_answered, self.previews) = (true, previews);
     }
 
-    /// The choice of the brush that paints ribbons.
+    /// Shows the button and the list for the brush of ribbons.
     pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         let chosen = studio.brush().paint();
         let name = chosen.map_or("plain", |brush| brush.name.as_str());
@@ -151,7 +151,7 @@ impl BrushList {
         self.is_asked |= self.is_open;
     }
 
-    /// The filter text, and the keys that move in the list. Returns whether the user has used them.
+    /// Shows the filter text, and handles the keys that move in the list. Returns whether the user has used them.
     fn take_keys(&mut self, ui: &mut Ui, chosen: Option<&'static Brush>, is_new: bool) -> bool {
         if is_new {
             self.typed.clear();
@@ -173,8 +173,7 @@ impl BrushList {
         down + up > 0 || response.changed()
     }
 
-    /// The rows of the list: the number of the heading, the place in the grid, and the brush; the first row is for no
-    /// brush.
+    /// The rows of the list: index of the heading, index in the grid, and brush; the first row means no brush.
     fn entries(&self) -> impl Iterator<Item = (usize, usize, Option<&'static Brush>)> + use<> {
         let wanted = self.typed.trim().to_lowercase();
         let kinds = KINDS.iter().enumerate();
@@ -186,7 +185,7 @@ impl BrushList {
         all.filter(move |(_, _, brush)| name_of(*brush).to_lowercase().contains(&wanted))
     }
 
-    /// Returns the chosen brush. `shows_row`: scrolls to the row that Return chooses.
+    /// Shows the rows. Returns the chosen brush. If `shows_row`, scrolls to the row that Return selects.
     fn rows(&self, ui: &mut Ui, studio: &Studio, shows_row: bool) -> Option<Option<&'static Brush>> {
         let chosen = studio.brush().paint();
         let tint = shining(studio.brush().color);
@@ -244,7 +243,7 @@ fn triangle(ui: &Ui, rect: Rect) {
     ui.painter().add(Shape::convex_polygon(corners, color, Stroke::NONE));
 }
 
-/// The colour at full brightness: a picture in a dark one would show nothing.
+/// The colour at full brightness, because a picture in a dark colour would be invisible.
 fn shining([r, g, b, _]: [f32; 4]) -> Color32 {
     let most = r.max(g).max(b);
     if most <= 0.0 {

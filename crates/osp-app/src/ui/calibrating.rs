@@ -1,4 +1,4 @@
-//! The dialog that finds the tracker's place in the room: three corners of a screen are touched with the hand.
+//! The dialog that calibrates the tracker: the user touches three corners of a screen with the tracked hand.
 
 use egui::{Align2, ComboBox, Context, Window};
 use glam::Vec3;
@@ -10,11 +10,11 @@ use osp_session::{
     rig::{Calibration, RoomFromTracker, Screen},
 };
 
-/// Age in seconds from which a pose is shown as lost.
+/// Age from which a pose is shown as lost, seconds.
 pub(super) const LOST_SECS: f32 = 0.5;
-/// The corners in the order in which they are touched.
+/// The corners, in the order in which they are touched.
 const CORNERS: [&str; 3] = ["lower left", "lower right", "upper left"];
-/// Largest error, metres, that counts as good.
+/// Largest error that counts as good, metres.
 const GOOD_M: f32 = 0.01;
 
 #[derive(Debug, Default)]
@@ -22,7 +22,7 @@ pub(super) struct Calibrating {
     screen: usize,
     /// The hand that touches the corners: the first hand with a pose.
     hand: Option<u8>,
-    /// In the tracker's space.
+    /// The touched points in tracker space.
     points: Vec<Vec3>,
 }
 
@@ -82,7 +82,7 @@ impl Calibrating {
                     let can_take = heard.is_some() && self.points.len() < CORNERS.len();
                     let take = ui.add_enabled(can_take, egui::Button::new("Take this point (Enter)"));
                     let take = take.on_disabled_hover_text(
-                        "no pose of a hand has come in the last half second, or all three points are there",
+                        "no pose of a hand was received in the last half second, or all three points are set",
                     );
                     if let (true, true, Some(heard)) = (can_take, take.clicked() || takes_by_key, heard) {
                         self.points.push(heard.in_tracker.0);
@@ -102,7 +102,7 @@ impl Calibrating {
         is_open && !is_done
     }
 
-    /// The transform by the three points, once all are measured.
+    /// The transform computed from the three points, once all are measured.
     fn found(&self, screen: &Screen) -> Option<Result<Calibration, &'static str>> {
         let points: [Vec3; 3] = self.points.as_slice().try_into().ok()?;
         let places = [screen.lower_left, screen.lower_right, screen.upper_left];
@@ -110,7 +110,7 @@ impl Calibrating {
     }
 }
 
-/// Shows the result; returns whether the user has accepted it.
+/// Shows the result. Returns whether the user has accepted it.
 fn result(ui: &mut egui::Ui, found: &Calibration, wishes: &mut Wishes) -> bool {
     let error = format!("The points fit the corners to {:.0} mm.", found.error_m * 1000.0);
     match found.error_m <= GOOD_M {
@@ -119,7 +119,7 @@ fn result(ui: &mut egui::Ui, found: &Calibration, wishes: &mut Wishes) -> bool {
     };
     if (found.scale - 1.0).abs() > 0.05 {
         let text = format!(
-            "Distances of the tracker are {:.2} times those of the room: does it send metres, and is it this screen?",
+            "Distances of the tracker are {:.2} times those of the room. Does the tracker send metres, and is this the right screen?",
             found.scale
         );
         ui.colored_label(ui.visuals().error_fg_color, text);

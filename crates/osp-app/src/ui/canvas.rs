@@ -7,10 +7,10 @@ use crate::{
     studio::Studio,
 };
 
-/// Points of a smooth wheel that equal one step of a notched wheel.
+/// Distance of smooth scrolling, points, that equals one step of a wheel.
 const POINTS_A_STEP: f32 = 50.0;
 
-/// Passes the pointer's events over the model to the studio, in their order, as part of the current frame.
+/// Passes the pointer's events over the model to the studio, in order, as part of the current frame.
 pub(super) fn take_pointer(ui: &Ui, response: &Response, pixels_per_point: f32, studio: &mut Studio) {
     let area = response.rect;
     let size_px = Vec2::new(area.width(), area.height()) * pixels_per_point;
@@ -58,7 +58,7 @@ pub(super) fn take_pointer(ui: &Ui, response: &Response, pixels_per_point: f32, 
                 }
             }
             Event::MouseWheel { unit, delta, .. } if is_over => {
-                // Shift turns a wheel's turn sideways on some systems.
+                // Shift makes a wheel scroll sideways on some systems.
                 let turn = if delta.y == 0.0 { delta.x } else { delta.y };
                 let steps = if unit == MouseWheelUnit::Point { turn / POINTS_A_STEP } else { turn };
                 studio.input(Input::Wheel(steps), held, size_px);

@@ -12,8 +12,8 @@ use super::wishes::{ALARM, Ask};
 use crate::{command::Command, studio::Studio};
 use osp_session::platform::fs;
 
-/// Whether the system's dialog confirms the replacement of a file. Dialogs of Windows and macOS do. The dialog of a
-/// desktop portal is unknown, and one question too many is better than a lost file.
+/// Whether the system's dialog requires a confirmation before a file is replaced. The dialogs of Windows and macOS do.
+/// For a desktop portal this is unknown, and one question too many is better than a lost file.
 const ASKS_ITSELF: bool = cfg!(any(windows, target_os = "macos"));
 
 impl Ask {
@@ -53,8 +53,8 @@ impl Ask {
         }
     }
 
-    /// The command for a path from the system's own dialog. That dialog has confirmed the replacement of a file, but
-    /// not for a name whose ending is added here.
+    /// The command for a path from the system's dialog. That dialog has confirmed the replacement of a file, but not
+    /// for a name whose ending is added here.
     fn command_of_chosen(self, path: PathBuf) -> Command {
         let is_whole = path.extension().is_some();
         match (self, is_whole && ASKS_ITSELF) {
@@ -66,14 +66,14 @@ impl Ask {
     }
 }
 
-/// Adds the usual ending to a name without one; a folder's name is left for the command to refuse.
+/// Adds the default ending to a name without one. The path of a folder stays, so that the command refuses it.
 fn with_ending(path: PathBuf, ending: &str) -> PathBuf {
     let is_folder = path.as_os_str().as_encoded_bytes().ends_with(b"/") || fs::is_folder(&path);
     if is_folder || path.extension().is_some() { path } else { path.with_extension(ending) }
 }
 
-/// Suggested path of a file: the session's own file, or one with its name beside it; for a session without a name, in
-/// the home folder.
+/// Suggested path of a file: the session's own file, or a file with its name beside it; for an unnamed session, a file
+/// in the home folder.
 fn suggestion(ask: Ask, studio: &Studio) -> PathBuf {
     let ending = match ask {
         Ask::Open | Ask::SaveAs => "ron",
@@ -87,7 +87,7 @@ fn suggestion(ask: Ask, studio: &Studio) -> PathBuf {
     }
 }
 
-/// A path from typed text; `~` is the home folder.
+/// A path from typed text; `~` means the home folder.
 fn at_home(text: &str) -> PathBuf {
     match (text.strip_prefix('~'), std::env::home_dir()) {
         (Some(rest), Some(home)) if rest.is_empty() || rest.starts_with(['/', '\\']) => {
@@ -97,7 +97,7 @@ fn at_home(text: &str) -> PathBuf {
     }
 }
 
-/// Selects the whole text of an edit, so that typing replaces it.
+/// Selects the whole text of a text field, so that typing replaces it.
 fn select_all(ctx: &Context, edit: egui::Id, text: &str) {
     let mut state = TextEdit::load_state(ctx, edit).unwrap_or_default();
     let end = CCursor::new(text.chars().count());
@@ -105,7 +105,7 @@ fn select_all(ctx: &Context, edit: egui::Id, text: &str) {
     state.store(ctx, edit);
 }
 
-/// Dialog for a path: typed here, or chosen in the system's own dialog if there is one.
+/// A dialog for a path, which is typed, or chosen in the system's dialog if there is one.
 #[derive(Debug)]
 pub(super) struct PathDialog {
     ask: Ask,
@@ -125,7 +125,7 @@ pub(super) enum Answer {
 }
 
 impl PathDialog {
-    /// A dialog that suggests a path: the session's name beside its file, or nothing for opening a session.
+    /// A dialog that suggests a path: the session's name beside its file; an empty path for opening a session.
     pub(super) fn new(ask: Ask, studio: &Studio) -> Self {
         let text = match ask {
             Ask::Open => String::new(),
@@ -134,7 +134,7 @@ impl PathDialog {
         Self { ask, text, is_new: true, reason: None, chosen: None }
     }
 
-    /// Gives the path's field the keyboard in the next frame.
+    /// Moves the keyboard focus to the path's field in the next frame.
     pub(super) fn take_keyboard(&mut self) {
         self.is_new = true;
     }
@@ -187,7 +187,7 @@ impl PathDialog {
         if is_open && !is_cancelled { Answer::StillOpen } else { Answer::Closed }
     }
 
-    /// The path chosen in the system's dialog; if the user cancels that, this dialog stays open.
+    /// The path chosen in the system's dialog. If the user cancels it, this dialog stays open.
     fn take_chosen(&mut self) -> Option<Answer> {
         match self.chosen.as_ref()?.try_recv() {
             Ok(Some(path)) => {
@@ -203,13 +203,13 @@ impl PathDialog {
         }
     }
 
-    /// The page opens the browser's dialog, and then the chosen files.
+    /// Requests the browser's file dialog from the page, which then opens the chosen files.
     #[cfg(target_arch = "wasm32")]
     fn browse(&mut self, _: Context) {
         crate::page::ask_for_file();
     }
 
-    /// The system's dialog blocks, so it runs on a thread of its own.
+    /// Opens the system's dialog on a separate thread, because the dialog blocks.
     #[cfg(not(target_arch = "wasm32"))]
     fn browse(&mut self, ctx: Context) {
         let (sender, chosen) = std::sync::mpsc::channel();
@@ -224,12 +224,12 @@ impl PathDialog {
                 Ask::Export => dialog.add_filter("binary glTF", &["glb"]).save_file(),
                 Ask::Picture => dialog.add_filter("picture", &["png"]).save_file(),
             };
-            // There is no receiver any more if the window was closed meanwhile.
+            // The receiver is gone if the window was closed meanwhile.
             let _ = sender.send(path);
             ctx.request_repaint();
         };
         if cfg!(target_os = "macos") {
-            // On this system a dialog belongs to the main thread.
+            // On macOS a dialog must run on the main thread.
             dialog();
         } else {
             std::thread::spawn(dialog);

@@ -3,7 +3,7 @@ use egui::{Button, Ui};
 use super::{actions::Action, keys::SHORTCUTS, wishes::Wishes};
 use crate::studio::Studio;
 
-/// A menu entry with its key.
+/// A menu entry with its shortcut.
 pub(super) fn entry(
     ui: &mut Ui,
     name: &str,

@@ -7,17 +7,17 @@ use osp_session::{
     scene::GroupNode,
 };
 
-/// Most groups that the list shows.
+/// Largest number of groups in the list.
 const MOST_SHOWN: usize = 200;
-/// Indentation of a level, points.
+/// Indentation per level, points.
 const INDENT: f32 = 8.0;
 
-/// The list of groups, and its unfinished changes.
+/// The list of groups, and the unfinished inputs in it.
 #[derive(Debug, Default)]
 pub(super) struct GroupList {
-    /// The unfinished name.
+    /// The name that is being typed.
     name: Option<(GroupId, String)>,
-    /// The unfinished place.
+    /// The change of a group's transform that is being entered.
     placing: Option<(GroupId, Placing)>,
 }
 

@@ -37,33 +37,33 @@ use crate::{
 use osp::frame::StageClock;
 use osp_render::PassTimes;
 
-/// Width below which a window counts as narrow, points; a desktop's window is wider.
+/// Width below which a window counts as narrow, points; windows on a desktop are wider.
 const NARROW: f32 = 480.0;
 
-/// Everything in the window except the model.
+/// The whole user interface of the window, without the model.
 #[derive(Debug, Default)]
 pub struct Interface {
     history: History,
     passes: PassHistory,
-    /// The clock's step in these measurements.
+    /// Resolution of the clock in these measurements.
     clock_step_ns: u64,
     shows_panel: bool,
-    /// On a narrow window, such as a phone's, the tools would leave no room for the model.
+    /// Whether the tools are shown; on a narrow window, such as a phone's, they would leave no room for the model.
     shows_tools: bool,
     shows_help: bool,
     is_fullscreen: bool,
     settings: Settings,
-    /// The last written settings.
+    /// The settings that were last written.
     kept: Settings,
     /// Writes the settings, if they are stored.
     keeper: Option<SettingsKeeper>,
-    /// The session of the last frame.
+    /// Path of the session in the last frame.
     shown: PathBuf,
     dialog: Option<PathDialog>,
     adapter: String,
     /// The question in the last frame.
     asked: Option<Question>,
-    /// Whether the user has drawn: then the first hint is no longer shown.
+    /// Whether the user has drawn in this session; the first hint is then no longer shown.
     has_drawn: bool,
     recent: RecentList,
     brushes: BrushList,
@@ -74,12 +74,12 @@ pub struct Interface {
 }
 
 impl Interface {
-    /// The interface of a window that the adapter with this name draws.
+    /// The interface of a window; `adapter` is the name of the graphics adapter.
     pub fn new(adapter: String) -> Self {
         Self { adapter, clock_step_ns: StageClock::default().step_ns(), ..Self::default() }
     }
 
-    /// Stores settings in this file from now on, and reads the existing ones.
+    /// Reads the settings from this file, and stores changes there from now on.
     pub fn keep_settings(&mut self, path: PathBuf, ctx: &Context) {
         self.settings = Settings::read(&path);
         self.kept = self.settings.clone();
@@ -87,7 +87,7 @@ impl Interface {
         self.keeper = Some(SettingsKeeper::new(path));
     }
 
-    /// Settings that are stored between two runs.
+    /// The settings, which are stored between runs.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
@@ -107,7 +107,7 @@ impl Interface {
         self.passes.push(times);
     }
 
-    /// The step of the clock that measures frames, nanoseconds.
+    /// Resolution of the clock that measures frames, nanoseconds.
     pub fn clock_step_ns(&self) -> u64 {
         self.clock_step_ns
     }
@@ -122,18 +122,18 @@ impl Interface {
         self.brushes.wants_previews()
     }
 
-    /// Takes the pictures of the brushes, in the layout of [`PreviewGrid`](super::PreviewGrid). Without them the list shows
-    /// names alone.
+    /// Sets the pictures of the brushes, in the layout of [`PreviewGrid`](super::PreviewGrid). Without pictures the
+    /// list shows only names.
     pub fn set_previews(&mut self, previews: Option<egui::TextureHandle>) {
         self.brushes.set_previews(previews);
     }
 
-    /// Whether the window has just opened: the first frames settle the layout.
+    /// Whether the window has just opened, so that the layout is not stable yet.
     pub fn is_fresh(&self) -> bool {
         self.history.frames().len() < 3
     }
 
-    /// Lays everything out, executes commands of the user, and returns the model's part of the window, in points.
+    /// Lays out the interface, executes the user's commands, and returns the model's part of the window, in points.
     pub fn show(&mut self, ui: &mut Ui, studio: &mut Studio) -> Rect {
         let mut wishes = Wishes {
             panel: self.shows_panel,
@@ -238,11 +238,11 @@ impl Interface {
         (self.shows_panel, self.shows_help) = (wishes.panel, wishes.help);
         self.is_fullscreen = wishes.fullscreen;
         if let Some(ask) = wishes.ask {
-            // An earlier outcome does not answer this dialog.
+            // An earlier result must not be taken for the result of this dialog.
             studio.take_file_outcome();
             self.dialog = Some(PathDialog::new(ask, studio));
         }
-        // A question about the dialog's file is answered first; then the dialog gets the keyboard again.
+        // A question about the dialog's file is answered first; then the dialog gets the keyboard focus back.
         if let Some(dialog) = self.dialog.as_mut().filter(|_| studio.question().is_some()) {
             dialog.take_keyboard();
         }
@@ -265,25 +265,26 @@ impl Interface {
             studio.follow_replay_camera(follow);
         }
         for command in wishes.commands {
-            // The dialog belonged to the former session.
+            // The dialog belonged to the previous session.
             if matches!(command, Command::New | Command::Open(_) | Command::OpenAs(..)) {
                 self.dialog = None;
             }
             if matches!(command, Command::Copy | Command::Cut) {
-                // An empty clipboard is never pasted. The text does not contain the strokes.
+                // The text makes the clipboard non-empty, because an empty clipboard is never pasted. It does not
+                // contain the strokes.
                 ui.ctx().copy_text("strokes of osp".to_owned());
             }
             studio.command(command);
         }
     }
 
-    /// Stores changed settings, and notes a session that was opened or saved under a name.
+    /// Stores changed settings, and adds a session that was opened or saved under a name to the recent ones.
     fn settle(&mut self, ctx: &Context, studio: &Studio) {
         let session = studio.session();
         let named = if session.journal().is_named() { session.path() } else { Path::new("") };
         if named != self.shown {
             named.clone_into(&mut self.shown);
-            // A path that is not valid text cannot be stored. An autosave file is in its own list.
+            // A path that is not valid text cannot be stored. Autosave files have a separate list.
             if named.to_str().is_some_and(|name| !name.is_empty()) && !studio.autosaves.has(named) {
                 self.settings.note_recent(named);
             }
@@ -314,15 +315,16 @@ impl Interface {
             return;
         }
         for shortcut in SHORTCUTS {
-            // An open list, menu or dialog closes by itself.
+            // An open list, menu or dialog handles Escape itself.
             let is_taken = shortcut.action == Action::Escape
                 && (egui::Popup::is_any_open(ui.ctx()) || self.calibrating.is_some());
-            // Consumed even if it has no effect now: the same key with fewer modifiers must not act.
+            // The shortcut is consumed even if it has no effect now, so that the same key with fewer modifiers does not
+            // act.
             if !is_taken && ui.input_mut(|input| input.consume_shortcut(&shortcut.keys)) {
                 shortcut.action.perform(studio, wishes);
             }
         }
-        // A desktop reports these keys as events of their own.
+        // A desktop reports these keys as separate events.
         let clipped = ui.input(|input| {
             input.events.iter().find_map(|event| match event {
                 egui::Event::Copy => Some(Command::Copy),
@@ -337,7 +339,7 @@ impl Interface {
         studio.set_flight(flight(ui));
     }
 
-    /// The hint in an empty session.
+    /// Shows the hint in an empty session.
     fn hint(&mut self, ui: &Ui, area: Rect, studio: &Studio) {
         self.has_drawn |= studio.scene().polygon_count() > 0;
         self.settings.has_drawn |= self.has_drawn && studio.can_draw();
@@ -366,7 +368,7 @@ fn take_dropped(ui: &Ui, wishes: &mut Wishes) {
     wishes.commands.extend(dropped.map(Command::Open));
 }
 
-/// The direction of flight by the held keys: right, up, back.
+/// The flight direction from the pressed keys: right, up, back.
 fn flight(ui: &Ui) -> Vec3 {
     use egui::Key;
     ui.input(|input| {
@@ -380,11 +382,11 @@ fn flight(ui: &Ui) -> Vec3 {
     })
 }
 
-/// Progress of reading and writing in the background.
+/// Shows the progress of background work.
 fn work(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let Some(shown) = studio.work_shown() else { return };
     ui.horizontal(|ui| {
-        // No spinner: it would request frame after frame, which take time from the work.
+        // No spinner, because it would request continuous frames, which take time from the work.
         if let Some(part) = shown.part {
             ui.add(egui::ProgressBar::new(part).desired_width(120.0).show_percentage());
         }
@@ -423,7 +425,7 @@ fn help(ui: &Ui, is_open: &mut bool) {
         .frame(Frame::window(ui.style()))
         .anchor(Align2::CENTER_CENTER, egui::Vec2::ZERO)
         .show(ui.ctx(), |ui| {
-            // In a small window one list is below the other, and they scroll.
+            // In a small window the two lists are stacked, and scroll.
             let room = ui.ctx().content_rect().size() - egui::vec2(40.0, 60.0);
             let is_wide = room.x > HELP_WIDTH;
             ui.set_min_width(room.x.min(if is_wide { HELP_WIDTH } else { HELP_WIDTH * 0.6 }));
@@ -446,7 +448,7 @@ fn help(ui: &Ui, is_open: &mut bool) {
         });
 }
 
-/// The introduction in a new window, and the beginning of the help.
+/// The introduction in a new window, which is also the beginning of the help.
 const LESSON: [&str; 5] = [
     "1  Drag with the left button to draw; Shift makes it straight.",
     "2  Drag with the right button to orbit; the wheel goes nearer.",
@@ -455,7 +457,7 @@ const LESSON: [&str; 5] = [
     "5  All is saved as you draw; Ctrl+S gives it a name. F1: this and all keys.",
 ];
 
-/// Width of both lists of the help side by side, points.
+/// Width of the help's two lists side by side, points.
 const HELP_WIDTH: f32 = 700.0;
 
 fn pointer_hints(ui: &mut Ui) {

@@ -9,12 +9,12 @@ use crate::{
 };
 use osp_session::recording::Tool;
 
-/// A key and its action. The help and the menus show this table, and the window acts by it.
+/// A key and its action. The help, the menus and the window's input all use this table.
 #[derive(Debug)]
 pub struct Shortcut {
     /// The key with its modifiers.
     pub keys: KeyboardShortcut,
-    /// The action in words.
+    /// Description of the action.
     pub what: &'static str,
     /// The action.
     pub action: Action,
@@ -32,13 +32,13 @@ const fn command_shift_key(key: Key, what: &'static str, action: Action) -> Shor
     Shortcut { keys: KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), key), what, action }
 }
 
-/// Angle and factor by which keys turn and scale the selection.
+/// Angle (degrees) and factor by which keys rotate and scale the selection.
 pub(super) const TURN_LEFT: Command = Command::Alter(Altering::Turn(15.0));
 pub(super) const TURN_RIGHT: Command = Command::Alter(Altering::Turn(-15.0));
 pub(super) const LARGER: Command = Command::Alter(Altering::Scale(1.1));
 pub(super) const SMALLER: Command = Command::Alter(Altering::Scale(1.0 / 1.1));
 
-/// All shortcuts, those with more modifiers first, so that the same key without them does not match first.
+/// All shortcuts. Shortcuts with more modifiers come first, so that the same key without them does not match first.
 pub static SHORTCUTS: &[Shortcut] = &[
     command_shift_key(Key::Z, "redo", Action::Do(Command::Redo)),
     command_shift_key(Key::S, "save as", Action::AskSaveAs),

@@ -15,7 +15,7 @@ use crate::{
     studio::Studio,
 };
 
-/// The menus above everything else.
+/// The menu bar.
 pub(super) fn show(
     ui: &mut Ui,
     studio: &Studio,

@@ -1,6 +1,6 @@
-//! The window's panels around the model: tools, dialogs, times and counts; and the pointer's events over the model.
+//! The window's panels around the model: tools, dialogs, times and counts. Also the pointer's events over the model.
 //!
-//! egui lays it out without a window or a GPU, so tests run it directly.
+//! egui lays out the panels without a window or a GPU, so tests run them directly.
 
 mod actions;
 mod authors;

@@ -14,13 +14,13 @@ use osp_lab::Method;
 use osp_render::{DrawnCounts, PassTimes};
 use osp_rivals::IndexKind;
 
-/// Figures of the last frames in the panel, and their clock.
+/// Times of the last frames for the panel, and their clock.
 #[derive(Debug)]
 pub(super) struct Measured<'a> {
     pub(super) history: &'a History,
-    /// The GPU's mean times, if it measures them.
+    /// The GPU's mean times, if they are measured.
     pub(super) passes: Option<PassTimes>,
-    /// 0 if the clock stands still.
+    /// Resolution of the clock; 0 if the clock stands still.
     pub(super) clock_step_ns: u64,
     pub(super) adapter: &'a str,
 }
@@ -29,7 +29,7 @@ fn ms(ns: u64) -> String {
     format!("{:.2} ms", ns as f64 * 1.0e-6)
 }
 
-/// A time in a fitting unit, with two significant digits.
+/// A time in a suitable unit, with two significant digits.
 fn short(ns: u64) -> String {
     match ns {
         0..1_000 => format!("{ns} ns"),
@@ -41,12 +41,12 @@ fn short(ns: u64) -> String {
     }
 }
 
-/// A time of one measurement. Below a step of the clock only the step is shown.
+/// A single measured time. Below the clock's resolution only the resolution is shown.
 fn once(ns: u64, clock_step_ns: u64, text: impl Fn(u64) -> String) -> String {
     if ns < clock_step_ns { format!("less than {}", short(clock_step_ns)) } else { text(ns) }
 }
 
-/// The step of the clock, and its effect on the times above.
+/// A line with the clock's resolution and its effect on the times above.
 fn clock_line(clock_step_ns: u64, frames: usize) -> String {
     let of = frames.min(History::MEAN_OF);
     match clock_step_ns {
@@ -55,7 +55,7 @@ fn clock_line(clock_step_ns: u64, frames: usize) -> String {
     }
 }
 
-/// A count with its thousands separated.
+/// A count with thousands separators.
 pub(super) fn count(n: u64) -> String {
     let digits = n.to_string();
     let mut out = String::new();
@@ -68,7 +68,7 @@ pub(super) fn count(n: u64) -> String {
     out
 }
 
-/// Times, counts and switches.
+/// Shows times, counts and switches.
 pub(super) fn show(ui: &mut Ui, studio: &Studio, measured: &Measured<'_>, wishes: &mut Wishes) {
     ui.add_space(4.0);
     ui.heading("Culling");
@@ -93,7 +93,7 @@ fn times(ui: &mut Ui, measured: &Measured<'_>) {
         ui.label(RichText::new(format!("a frame; {rate:.0} frames/s possible")).weak());
     });
     frame_plot(ui, history, 84.0);
-    // Columns of fixed width: a grid that resizes with its numbers would request a frame for each change.
+    // Columns have a fixed width, because a grid that resizes with its numbers would request a frame for each change.
     Grid::new("percentiles").num_columns(4).min_col_width(58.0).spacing([4.0, 0.0]).show(ui, |ui| {
         let parts = [
             ("50 %", median_ns),
@@ -126,7 +126,7 @@ fn times(ui: &mut Ui, measured: &Measured<'_>) {
 }
 
 fn table(ui: &mut Ui, id: &str, rows: &[(&str, String)]) {
-    // Two columns fit into the panel, even indented under a header: a wider table would shift the whole panel.
+    // Two columns fit into the panel, even indented under a header; a wider table would shift the whole panel.
     Grid::new(id).num_columns(2).min_col_width(110.0).spacing([4.0, 1.0]).show(ui, |ui| {
         for (name, value) in rows {
             ui.label(*name);
@@ -166,7 +166,7 @@ fn counts(ui: &mut Ui, studio: &Studio, passes: Option<PassTimes>) {
     let polygon_ns = studio.culling().polygon_ns().filter(|_| is_auto);
     let on_gpu = |of: fn(&DrawnCounts) -> u64| while_drawing.map(|(counts, _)| count(of(&counts)));
     let pass = |of: fn(&PassTimes) -> u64| passes.as_ref().map(|times| ms(of(times)));
-    // Always the same rows, so that nothing moves when the method changes.
+    // Always the same rows, so that the layout does not change with the method.
     let rows = [
         ("cost of a polygon (auto)", polygon_ns.map(|ns| format!("{ns:.0} ns"))),
         ("tested on the GPU", on_gpu(|counts| counts.groups_tested)),
@@ -219,7 +219,7 @@ fn switches(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishe
     }
 }
 
-/// The conservative methods of occlusion culling; the others can be chosen in `osp replay` and `osp verify` only.
+/// The conservative occlusion culling methods; the others are available only in `osp replay` and `osp verify`.
 pub(super) fn sound_occlusion() -> Vec<Method> {
     Method::all().filter(|choice| choice.soundness() == Soundness::Conservative).collect()
 }
@@ -242,7 +242,7 @@ fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     if layers.pyramid {
         ui.add(Slider::new(&mut layers.pyramid_level, 1..=13).text("level"));
         if studio.culling().occlusion() != Method::Hzb {
-            ui.weak("there is one with hzb alone: choose it under occlusion");
+            ui.weak("only hzb has one: choose hzb under occlusion");
         }
     }
     if layers != studio.layers() {

@@ -30,20 +30,20 @@ pub(super) fn show(ui: &Ui, area: Rect, studio: &Studio) {
     }
 }
 
-/// A name on one line, or the number if there is no name.
+/// A name on one line, or the author's number if the name is empty.
 fn written(other: &OtherInView) -> String {
     let name: String = authors::shortened(&other.name).chars().filter(|c| !c.is_control()).collect();
     name_or_number(other.author, &name)
 }
 
-/// Readable colour of letters on this colour.
+/// A readable text colour on this background colour.
 fn letters_on(color: Color32) -> Color32 {
     let [r, g, b, _] = color.to_array().map(f32::from);
     if 0.3 * r + 0.6 * g + 0.1 * b > 120.0 { Color32::BLACK } else { Color32::WHITE }
 }
 
-/// Place of a label: to the right of a ring, or to the left near the border of the view. It never leaves the view if
-/// it fits in.
+/// Rectangle of a label: to the right of a ring, or to the left near the border of the view. The label stays inside the
+/// view if it fits.
 fn beside(ring: Pos2, radius: f32, size: Vec2, view: Rect) -> Rect {
     let right = ring.x + radius + GAP;
     let left = ring.x - radius - GAP - size.x;
@@ -69,7 +69,7 @@ mod tests {
             assert!(view.contains_rect(label), "{label}");
             assert!(!label.expand(5.0).contains(ring), "{label} hides {ring}");
         }
-        // A view that is too narrow: the name begins inside it.
+        // The view is too narrow for the name, which then begins inside it.
         let narrow = Rect::from_min_max(Pos2::new(100.0, 50.0), Pos2::new(150.0, 350.0));
         assert_eq!(beside(Pos2::new(120.0, 100.0), 5.0, size, narrow).min.x, 100.0);
     }

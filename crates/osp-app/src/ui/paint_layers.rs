@@ -11,10 +11,10 @@ use crate::{
 };
 use osp_session::recording::Event;
 
-/// Height of the list before it scrolls, points.
+/// Largest height of the list before it scrolls, points.
 const LIST_HEIGHT: f32 = 132.0;
 
-/// The list of layers, and the unfinished name.
+/// The list of layers, and the name that is being typed.
 #[derive(Debug, Default)]
 pub(super) struct LayerList {
     name: Option<(u32, String)>,
@@ -27,7 +27,7 @@ impl LayerList {
         let shown = CollapsingHeader::new(format!("Layers ({})", rows.len())).id_salt("layers");
         shown.default_open(rows.len() > 1).show(ui, |ui| {
             ScrollArea::vertical().id_salt("layer list").max_height(LIST_HEIGHT).show(ui, |ui| {
-                // The last layer is on top, as in other programs.
+                // The last layer is at the top, as in other programs.
                 for row in rows.iter().rev() {
                     ui.horizontal(|ui| self::row(ui, studio, row, row.layer == chosen, wishes));
                 }
@@ -75,7 +75,7 @@ impl LayerList {
     }
 }
 
-/// Owner of the current layer, and the switch that reserves it.
+/// Shows the owner of the current layer, and the switch that closes it to other authors.
 fn close(ui: &mut Ui, studio: &Studio, row: &LayerRow, wishes: &mut Wishes) {
     if studio.can_close_layer(row.layer) {
         let mut is_closed = row.is_closed;
@@ -129,7 +129,7 @@ fn row(ui: &mut Ui, studio: &Studio, row: &LayerRow, is_chosen: bool, wishes: &m
     }
 }
 
-/// Draws a symbol around a point; the flag shows it as off.
+/// Draws a symbol around a point; the flag is whether it is switched off.
 type Sign = fn(&Painter, Pos2, bool, Stroke);
 
 fn eye(painter: &Painter, at: Pos2, is_off: bool, stroke: Stroke) {

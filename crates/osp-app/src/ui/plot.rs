@@ -2,7 +2,7 @@ use egui::{Color32, Mesh, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2};
 
 use crate::stats::{FrameStage, History};
 
-/// A colour for each stage.
+/// The colour of each stage.
 pub(super) fn stage_color(stage: FrameStage) -> Color32 {
     match stage {
         FrameStage::Strokes => Color32::from_rgb(240, 200, 90),
@@ -15,14 +15,13 @@ pub(super) fn stage_color(stage: FrameStage) -> Color32 {
     }
 }
 
-/// The frame times of the last frames, a column each, its stages on top of each other, with lines at 60 and 90 frames a
-/// second.
+/// A plot of the last frame times: one column per frame with stacked stages, and lines at 60 and 90 frames a second.
 pub(super) fn frame_plot(ui: &mut Ui, history: &History, height: f32) {
     let (area, response) = ui.allocate_exact_size(Vec2::new(ui.available_width(), height), Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "frame times"));
     let painter = ui.painter_at(area);
     painter.rect_filled(area, 3.0, ui.visuals().extreme_bg_color);
-    // The scale follows the slow frames but not a single hitch.
+    // The scale adapts to slow frames but not to a single outlier.
     let top_ns = (history.percentile_ns(0.98) as f32 * 1.25).max(4.0e6);
     let y_of = |ns: f32| area.bottom() - (ns / top_ns).min(1.0) * area.height();
     let column = area.width() / History::LENGTH as f32;
@@ -46,7 +45,7 @@ pub(super) fn frame_plot(ui: &mut Ui, history: &History, height: f32) {
     for (rate, ns) in [(60, 1.0e9 / 60.0), (90, 1.0e9 / 90.0)] {
         if ns < top_ns {
             let y = y_of(ns);
-            // Nearby lines share the first one's label.
+            // Lines that are close together share the label of the first.
             let has_room = y - label_above > 11.0;
             painter.hline(area.x_range(), y, Stroke::new(1.0, Color32::from_white_alpha(60)));
             if !has_room {

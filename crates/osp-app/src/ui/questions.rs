@@ -7,7 +7,7 @@ use crate::{
     studio::Studio,
 };
 
-/// Widest text, points; a narrow window has narrower ones.
+/// Largest width of text, points; it is smaller in a narrow window.
 const WIDEST: f32 = 420.0;
 /// Margin at the window's sides, points.
 const MARGIN: f32 = 48.0;
@@ -17,7 +17,7 @@ fn set_width(ui: &mut Ui) {
     ui.set_max_width(room.clamp(120.0, WIDEST));
 }
 
-/// A question that the user has to answer before anything else.
+/// Shows a question that the user must answer before any other action.
 pub(super) fn question(ctx: &Context, question: &Question, is_new: bool, wishes: &mut Wishes) {
     let mut given = None;
     let shown = Modal::new(Id::unique("question")).show(ctx, |ui| {
@@ -49,7 +49,7 @@ pub(super) fn question(ctx: &Context, question: &Question, is_new: bool, wishes:
     }
 }
 
-/// The warning that the session's file cannot be written, above the model, as long as that lasts.
+/// Shows the warning that the session's file cannot be written, above the model, while the error lasts.
 pub(super) fn trouble(ctx: &Context, studio: &Studio, wishes: &mut Wishes) {
     let journal = studio.session().journal();
     let Some(trouble) = journal.trouble() else { return };

@@ -6,21 +6,21 @@ use super::{actions::Action, entry::entry, wishes::Wishes};
 use crate::{command::Command, journal::Autosave, settings::Settings, studio::Studio};
 use osp_session::platform::fs;
 
-/// Most autosaves in the list.
+/// Largest number of autosave files in the list.
 const MOST_AUTOSAVES: usize = 12;
 
-/// The sessions that can be opened again: sessions with a name, and autosave files.
+/// The recent sessions: named sessions, and autosave files.
 #[derive(Debug, Default)]
 pub(super) struct RecentList {
     autosaves: Vec<Autosave>,
     /// The last layout pass in which the list was shown.
     shown_in: Option<u64>,
-    /// The session that was open then; it is not listed.
+    /// The session that was open in that pass; it is not listed.
     open: PathBuf,
 }
 
 impl RecentList {
-    /// The menu of these sessions; disabled if there are none.
+    /// Shows the menu of recent sessions, disabled if there are none.
     pub(super) fn show(&mut self, ui: &mut Ui, settings: &Settings, studio: &Studio, wishes: &mut Wishes) {
         self.refresh(ui.ctx().cumulative_pass_nr(), studio);
         let is_any = !settings.recent.is_empty() || !self.autosaves.is_empty();
@@ -32,11 +32,11 @@ impl RecentList {
         });
     }
 
-    /// Lists the autosave files when the menu opens, but not in every frame.
+    /// Lists the autosave files when the menu opens, not in every frame.
     fn refresh(&mut self, pass: u64, studio: &Studio) {
         let session = studio.session();
         let open = if session.is_replay() { Path::new("") } else { session.path() };
-        // A frame may take more than one pass.
+        // A frame may have several layout passes.
         let is_still_open = self.shown_in.is_some_and(|shown| pass.saturating_sub(shown) <= 3);
         self.shown_in = Some(pass);
         if is_still_open && open == self.open {
@@ -52,7 +52,7 @@ impl RecentList {
         for path in &settings.recent {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let action = Action::Do(Command::Open(path.clone()));
-            // A missing file would begin as an empty session.
+            // A missing file is disabled, because it would be opened as an empty session.
             ui.add_enabled_ui(fs::is_there(path), |ui| {
                 entry(ui, &name, action, studio, wishes)
                     .on_hover_text(path.display().to_string())

@@ -3,7 +3,7 @@ use egui::{Rect, Response, RichText, Slider, Stroke, Ui};
 use super::wishes::Wishes;
 use crate::{command::Command, session::Replay};
 
-/// Play, pause, step, and the position in the session.
+/// Shows the buttons to play, pause and step, and the position in the session.
 pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, wishes: &mut Wishes) {
     ui.horizontal(|ui| {
         let is_playing = replay.is_playing();
@@ -46,10 +46,10 @@ pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, wishes: &
     });
 }
 
-/// Marks below the slider at the beginnings of strokes; one for all at the same point.
+/// Draws marks below the slider at the beginnings of strokes; marks at the same point are merged.
 fn marks(ui: &Ui, slider: &Response, replay: &Replay) {
     let Rect { min, max } = slider.rect;
-    // The handle's centre stays one radius away from the ends.
+    // The centre of the slider's handle stays one radius away from the ends.
     let radius = slider.rect.height() / 2.5;
     let (left, right) = (min.x + radius, max.x - radius);
     let count = replay.frame_count().max(1) as f32;
@@ -64,7 +64,7 @@ fn marks(ui: &Ui, slider: &Response, replay: &Replay) {
     }
 }
 
-/// Minutes and seconds, with hours if there are any.
+/// A time as minutes and seconds, with hours if needed.
 fn minutes(secs: f64) -> String {
     let whole = secs as u64;
     let (hours, minutes, secs) = (whole / 3600, whole / 60 % 60, whole % 60);

@@ -1,4 +1,4 @@
-//! The strip for the operator of a wall: the tracked head and hand, and the display of the model on the screens.
+//! The panel for the operator of a wall: the tracked head and hand, and the display of the model on the screens.
 
 use egui::{
     Align2, Color32, ComboBox, DragValue, FontId, Grid, Painter, Pos2, Rect, RichText, Sense, Stroke, Ui,
@@ -50,17 +50,18 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, calibrating: &mut Option<Calibr
     }
 }
 
-/// State of the tracker.
+/// Shows the state of the tracker.
 fn state(ui: &mut Ui, studio: &Studio, tracker: &Tracker) {
     let (watch, counts) = (studio.watch(), tracker.counts());
-    // Ages grow while nothing arrives: soon they show that a body is lost, then since when.
+    // Ages increase while no message arrives, so the next frame must come soon: first to show that a body is lost, then
+    // to update its age.
     let ages = [watch.head(), watch.hand()].into_iter().flatten().map(|heard| age_secs(&heard));
     if let Some(least) = ages.reduce(f32::min) {
         let soon = if least < LOST_SECS { LOST_SECS * 0.5 } else { 1.0 };
         ui.ctx().request_repaint_after(std::time::Duration::from_secs_f32(soon));
     }
     let rates = watch.rates(Instant::now());
-    // Columns of one width, so that changing numbers move nothing.
+    // Columns have equal widths, so that changing numbers do not shift the layout.
     Grid::new("tracker").num_columns(4).min_col_width(62.0).spacing([6.0, 0.0]).show(ui, |ui| {
         for ((name, color, heard), rate) in
             [("head", HEAD, watch.head()), ("hand", HAND, watch.hand())].into_iter().zip(rates)
@@ -84,12 +85,12 @@ fn state(ui: &mut Ui, studio: &Studio, tracker: &Tracker) {
         ui.weak("latency");
         let latency = watch.latency().map_or("–".to_owned(), |time| duration(time.as_secs_f32()));
         ui.label(latency).on_hover_text(
-            "from the arrival of a pose to the handing over of the picture that shows it (median); the tracker's own time and the display's come on top",
+            "from the arrival of a pose to the submission of the picture that shows it (median); the delays of the tracker and the display come on top",
         );
         ui.weak("lost");
         let lost = counts.lost.map_or("not numbered".to_owned(), count);
         ui.label(lost)
-            .on_hover_text("frames that a sender has numbered (`frame N`, DTrack's `fr N`) and that never came");
+            .on_hover_text("numbered frames of a sender (`frame N`, DTrack's `fr N`) that were lost");
         ui.end_row();
     });
     let not_read =
@@ -111,7 +112,7 @@ fn duration(secs: f32) -> String {
     }
 }
 
-/// Display of the model on the screens.
+/// Shows the settings of the screens.
 fn screens(
     ui: &mut Ui,
     studio: &Studio,
@@ -122,7 +123,7 @@ fn screens(
     let room = studio.room();
     ui.horizontal(|ui| {
         ComboBox::from_id_salt("stereo").selected_text(room.stereo().name()).show_ui(ui, |ui| {
-            // Windows for each eye are opened at the start or not at all.
+            // Windows for each eye can only be opened at the start.
             let choices =
                 Stereo::ALL.iter().filter(|&&way| way != Stereo::Windows || rig.stereo == Stereo::Windows);
             for &way in choices {
@@ -156,7 +157,7 @@ fn screens(
     }
 }
 
-/// The room from above: screens, head and hand.
+/// Draws the room from above: screens, head and hand.
 fn plan(ui: &mut Ui, studio: &Studio) {
     let (response, painter) = ui.allocate_painter(PLAN, Sense::hover());
     let rect = response.rect;
@@ -181,7 +182,7 @@ fn plan(ui: &mut Ui, studio: &Studio) {
         painter.text(rect.center(), Align2::CENTER_CENTER, "no pose yet", FontId::proportional(11.0), weak);
         return;
     }
-    // At least a metre, so that a head alone does not fill the plan.
+    // At least a metre, so that a single head does not fill the plan.
     let half_m = ((max - min) * 0.5).max(Vec2::splat(0.5));
     let scale = ((rect.width() - 20.0) * 0.5 / half_m.x).min((rect.height() - 20.0) * 0.5 / half_m.y);
     let middle = (min + max) * 0.5;
@@ -215,7 +216,7 @@ fn shade(heard: &Heard, color: Color32) -> Color32 {
     if age_secs(heard) > LOST_SECS { LOST } else { color }
 }
 
-/// A head (a disc with a nose) or a hand (a stick).
+/// Draws a head (a disc with a nose) or a hand (a stick).
 fn body(painter: &Painter, rect: Rect, at: Pos2, forward: Vec3, is_head: bool, color: Color32) {
     let at = rect.shrink(5.0).clamp(at);
     let towards = at + vec2(forward.x, forward.z) * 10.0;

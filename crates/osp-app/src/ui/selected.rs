@@ -13,7 +13,7 @@ use crate::{
 pub(super) struct SelectionPanel {
     turn_degrees: f32,
     percent: Option<f32>,
-    /// A change of the brush's colour or width while the pointer is down; the selection follows at its release.
+    /// A change of the brush's colour or width while the pointer is pressed. The selection gets it at the release.
     waiting: Option<Altering>,
 }
 
@@ -35,7 +35,7 @@ impl SelectionPanel {
                 }
             }
         });
-        // A whole group has number fields of its own.
+        // A whole group has its own number fields.
         if studio.selected_group().is_none() {
             self.numbers(ui, wishes);
         }
@@ -64,8 +64,8 @@ impl SelectionPanel {
         });
     }
 
-    /// While strokes are selected, a new colour or width of the brush changes them, too: as one step at the pointer's
-    /// release.
+    /// While strokes are selected, a new colour or width of the brush also changes the strokes, as one step at the
+    /// pointer's release.
     fn follow_brush(&mut self, ui: &Ui, studio: &Studio, wishes: &mut Wishes) {
         let is_selecting =
             matches!(studio.tool(), ToolChoice::Select | ToolChoice::Span(Span::Box | Span::Sphere));

@@ -15,7 +15,7 @@ use crate::{
 };
 use osp_session::recording::Tool;
 
-/// The colours that have buttons, sRGB.
+/// The colours of the colour buttons, sRGB.
 const SWATCHES: [[u8; 3]; 12] = [
     [242, 158, 51],
     [230, 84, 64],
@@ -31,7 +31,7 @@ const SWATCHES: [[u8; 3]; 12] = [
     [44, 44, 50],
 ];
 
-/// Tools, colours, brush, undo, and the session's path.
+/// Shows tools, colours, brush, undo, and the session's path.
 pub(super) fn show(ui: &mut Ui, studio: &Studio, brushes: &mut BrushList, wishes: &mut Wishes) {
     ui.add_space(4.0);
     tool_buttons(ui, studio, wishes);
@@ -137,12 +137,12 @@ fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let label = ui.horizontal(|ui| {
         let label = ui.label("width ([ and ])");
         let toggle = ui.toggle_value(&mut is_on_screen, "px");
-        if toggle.on_hover_text("as wide on the screen, however near the model is (J)").clicked() {
+        if toggle.on_hover_text("constant width on the screen at any distance (J)").clicked() {
             Action::ToggleScreenWidth.perform(studio, wishes);
         }
         label
     });
-    // Length of the slider's unit in metres.
+    // The slider's unit, metres.
     let (unit_m, suffix, most) = match aids.width_px {
         Some(width_px) => (studio.brush().width_m / width_px, " px", 500.0),
         None => (0.01, " cm", 200.0),
@@ -170,7 +170,7 @@ fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             ),
         ];
         for (mut is_on, name, hint, action) in toggles {
-            // A button mirrors the selection, too.
+            // A button for the selection performs the mirror, too.
             let toggle = ui.toggle_value(&mut is_on, name).on_hover_text(hint);
             if toggle.clicked() {
                 action.perform(studio, wishes);
@@ -185,7 +185,7 @@ fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     });
 }
 
-/// Path of the session, and whether all of it is saved.
+/// Shows the path of the session, and whether it is completely saved.
 fn session(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let session = studio.session();
     if session.is_replay() {

@@ -14,7 +14,7 @@ pub(super) enum Ask {
     Picture,
 }
 
-/// Commands from the panels, executed when all panels are laid out.
+/// Commands of the panels, which are executed after all panels are laid out.
 #[derive(Debug, Default)]
 pub(super) struct Wishes {
     pub(super) commands: Vec<Command>,
@@ -22,7 +22,7 @@ pub(super) struct Wishes {
     pub(super) panel: bool,
     pub(super) help: bool,
     pub(super) fullscreen: bool,
-    /// Open the list of brushes, or close it.
+    /// Whether to open or close the list of brushes.
     pub(super) brushes: bool,
     pub(super) follow_camera: Option<bool>,
 }

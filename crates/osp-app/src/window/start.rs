@@ -15,28 +15,28 @@ use osp_render::RenderError;
 /// Options of a window.
 #[derive(Clone, Debug, Default)]
 pub struct WindowOptions {
-    /// Width and height in points; 1280 by 800 if left out.
+    /// Width and height in points; `None` means 1280 by 800.
     pub size: Option<(u32, u32)>,
     /// A tracker to listen to.
     pub tracker: Option<TrackerAddress>,
-    /// Senders whose messages are accepted.
+    /// The senders whose messages are accepted.
     pub tracker_options: TrackerOptions,
-    /// A file that gets one line of JSON for each frame.
+    /// A file to which one line of JSON is written for each frame.
     pub trace: Option<PathBuf>,
-    /// File of the window's settings; none if left out.
+    /// File of the window's settings; `None` if they are not stored.
     pub settings: Option<PathBuf>,
 }
 
 /// A monitor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MonitorInfo {
-    /// Its number, from 1: from left to right, then from top to bottom.
+    /// Number of the monitor from 1, ordered from left to right, then from top to bottom.
     pub number: usize,
-    /// Its name in the system; empty if it has none.
+    /// Name of the monitor in the system; empty if it has none.
     pub name: String,
     /// Width and height, pixels.
     pub size_px: (u32, u32),
-    /// Its left upper corner on the desktop, pixels.
+    /// Upper left corner on the desktop, pixels.
     pub at_px: (i32, i32),
 }
 
@@ -47,13 +47,13 @@ impl std::fmt::Display for MonitorInfo {
     }
 }
 
-/// An error of the window system without its source position, which does not help the user.
+/// The text of a window system's error without its source position, which does not help the user.
 fn without_place(error: &str) -> &str {
     let cause = error.strip_prefix("os error at ").and_then(|rest| rest.split_once(": "));
     cause.map_or(error, |(_, cause)| cause)
 }
 
-/// Why there is no window, or no longer.
+/// Reason for which a window cannot be opened, or has closed.
 #[derive(Debug, Error)]
 pub enum WindowError {
     /// The system has no display.
@@ -73,7 +73,7 @@ pub enum WindowError {
         /// The existing monitors.
         there: Vec<MonitorInfo>,
     },
-    /// A rig names one monitor in two ways.
+    /// A rig names the same monitor in two ways.
     #[error("the rig has two names for monitor {0}: expected one for all its outputs")]
     SameMonitor(MonitorInfo),
     /// A part of a session could not be written.
@@ -103,8 +103,8 @@ fn said(monitors: &[MonitorInfo]) -> String {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wake;
 
-/// Opens an event loop. A system without a display returns an error. Without a keyboard library winit panics, which is
-/// caught.
+/// Opens an event loop. On a system without a display this is an error. Without a keyboard library winit panics, which
+/// is caught.
 pub(crate) fn open_event_loop() -> Result<EventLoop<Wake>, WindowError> {
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));

@@ -18,15 +18,15 @@ use crate::{
 #[cfg(feature = "live")]
 use crate::{room::Room, walls::walls_of_one};
 
-/// Height of a wall that covers no monitor, points.
+/// Height of a wall without a monitor, points.
 const PLAIN_HEIGHT: f64 = 480.0;
-/// Approximate height of a window's title bar.
+/// Approximate height of a window's title bar, pixels.
 const FRAME_PX: u32 = 48;
 
 /// Walls, each with its window.
 pub(crate) type WallWindows = Vec<(Wall, Arc<Window>)>;
 
-/// The monitors by their numbers.
+/// The monitors, in order of their numbers.
 fn numbered(event_loop: &ActiveEventLoop) -> Vec<(MonitorInfo, MonitorHandle)> {
     let mut monitors: Vec<MonitorHandle> = event_loop.available_monitors().collect();
     monitors.sort_by_key(|monitor| (monitor.position().x, monitor.position().y));
@@ -62,7 +62,7 @@ fn windows_of(
 ) -> Result<(WallWindows, Vec<usize>), WindowError> {
     let mut covered = Vec::new();
     let mut attributes_of = Vec::new();
-    // All monitors are found before a window opens.
+    // All monitors are looked up before a window opens.
     for wall in &walls {
         let attributes = Window::default_attributes().with_title(&wall.title);
         attributes_of.push(match &wall.monitor {
@@ -72,7 +72,7 @@ fn windows_of(
                     return Err(WindowError::SameMonitor(info.clone()));
                 }
                 covered.push(info.number);
-                // Size and position, too: a desktop without a window manager has no full screen.
+                // Size and position are set, too, because a desktop without a window manager has no full screen.
                 attributes
                     .with_decorations(false)
                     .with_position(monitor.position())
@@ -97,7 +97,7 @@ fn windows_of(
     Ok((windows, covered))
 }
 
-/// Opens the windows of a node of a wall, which has one screen and no other windows.
+/// Opens the windows of a node of a wall, which has one screen.
 #[cfg(feature = "live")]
 pub(crate) fn open_node_windows(
     event_loop: &ActiveEventLoop,
@@ -106,8 +106,8 @@ pub(crate) fn open_node_windows(
     Ok(windows_of(event_loop, &numbered(event_loop), walls_of_one(room))?.0)
 }
 
-/// Opens the windows of a rig. They have no panels. The first window, which controls them, goes to a monitor that none of
-/// them covers; returns a remark if there is none.
+/// Opens the windows of a rig, which have no panels. The first window, which controls them, moves to a monitor that
+/// none of them covers. Returns a remark if no such monitor exists.
 pub(super) fn open_walls(
     event_loop: &ActiveEventLoop,
     studio: &Studio,
@@ -126,7 +126,7 @@ pub(super) fn open_walls(
     let free = monitors.iter().find(|(info, _)| !covered.contains(&info.number));
     if let (Some((_, monitor)), false) = (free, covered.is_empty()) {
         control.set_outer_position(monitor.position());
-        // It has to fit with its frame.
+        // The window must fit on the monitor, including its title bar.
         let (own, room) = (control.inner_size(), monitor.size());
         let fitted = PhysicalSize::new(
             own.width.min(room.width),
@@ -149,7 +149,7 @@ pub(super) fn open_walls(
 pub fn monitors() -> Result<Vec<MonitorInfo>, WindowError> {
     use winit::{application::ApplicationHandler, event::WindowEvent, window::WindowId};
 
-    /// Lists the monitors once, and ends.
+    /// Lists the monitors once, then ends the event loop.
     struct Look(Vec<MonitorInfo>);
 
     impl ApplicationHandler<super::Wake> for Look {

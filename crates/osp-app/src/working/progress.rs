@@ -10,13 +10,13 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// Notes the progress. Returns `false` if the work was cancelled.
+    /// Stores the progress. Returns `false` if the work was cancelled.
     pub(crate) fn note(&self, done: u64) -> bool {
         self.done.store(done, Relaxed);
         !self.is_cancelled.load(Relaxed)
     }
 
-    /// Whether the work should also insert the model into an index. Without a waiting window, the studio inserts it itself.
+    /// Whether the work should also insert the model into an index. Without a waiting window, the studio inserts it.
     pub(super) fn wants_index(&self) -> bool {
         self.has_window.load(Relaxed) && !self.is_cancelled.load(Relaxed)
     }

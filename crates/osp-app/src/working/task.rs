@@ -1,4 +1,4 @@
-//! Work in steps. A thread takes all steps; a page takes as many as it has time for before the next frame.
+//! Work in steps. A thread takes all steps; a web page takes as many as it has time for before the next frame.
 
 use std::{io, path::PathBuf};
 
@@ -17,11 +17,11 @@ use osp_session::{
 /// The state in which a replay appears once it has been read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReplayStart {
-    /// It plays from its first frame.
+    /// The replay plays from its first frame.
     Playing,
-    /// It is paused before its first frame.
+    /// The replay is paused before its first frame.
     Paused,
-    /// It shows the finished model as its artist last saw it.
+    /// The replay shows the finished model from the artist's last view.
     Finished,
 }
 
@@ -36,7 +36,7 @@ pub(crate) struct ReadSession {
 /// The result of background work.
 #[derive(Debug)]
 pub(crate) enum Done {
-    /// `is_sole`: whether the window was opened only for this session.
+    /// A session for a replay. `is_sole` is whether the window was opened only for this session.
     Played {
         path: PathBuf,
         is_sole: bool,
@@ -60,7 +60,7 @@ pub(crate) trait Task: Send {
     /// Takes a step. The last step returns the result; after a cancellation the next step is the last.
     fn step(&mut self, progress: &Progress) -> Option<Done>;
 
-    /// Takes all steps; some tasks use threads of their own.
+    /// Takes all steps; some tasks use several threads.
     fn run(mut self: Box<Self>, progress: &Progress) -> Done {
         loop {
             if let Some(done) = self.step(progress) {

@@ -1,4 +1,4 @@
-//! What is done to the selection is one step for undo, is in the session's file, and loses nothing on the way.
+//! A change of the selection is one step for undo, is stored in the session's file, and loses nothing on the way.
 
 use std::path::Path;
 
@@ -59,7 +59,7 @@ fn replayed(events: &[Event]) -> Scene {
 /// A stroke's colour, polygons and box.
 type Look = ((f32, f32, f32, f32), u32, Aabb);
 
-/// The visible strokes.
+/// Returns the visible strokes.
 fn looks(scene: &Scene) -> Vec<Look> {
     let strokes = scene.strokes().iter().filter(|stroke| stroke.is_visible());
     let of = |stroke: &osp_session::scene::Stroke| {
@@ -89,7 +89,7 @@ fn a_colour_is_given_in_one_step_and_undo_keeps_the_selection() {
     table.frame();
     let after = looks(table.studio.scene());
     assert_eq!(after.iter().filter(|look| look.0 == (1.0, 0.0, 0.0, 1.0)).count(), 2);
-    // Nothing but the colour has changed, to the bit; the third stroke is the one of before.
+    // Only the colour has changed, to the bit. The third stroke is unchanged.
     let shapes = |looks: &[Look]| {
         let mut shapes: Vec<String> = looks.iter().map(|(_, count, at)| format!("{count} {at:?}")).collect();
         shapes.sort();
@@ -120,7 +120,7 @@ fn a_replay_shows_the_same_and_a_crash_on_the_way_loses_nothing() {
         let mut scene = replayed(&all[..end]);
         let visible = scene.strokes().iter().filter(|stroke| stroke.is_visible()).count();
         assert!(visible >= 2, "after {end} events");
-        // What was half done is taken back at once.
+        // An unfinished step is undone at once.
         if scene.is_step_open() && !matches!(all[end - 1], Event::Step { .. }) {
             scene.apply(&Event::Undo { author: Author::SOLE, t: 0.0 }, &mut Vec::new());
             let visible = scene.strokes().iter().filter(|stroke| stroke.is_visible()).count();
@@ -210,7 +210,7 @@ fn strokes_of_a_placed_group_stay_in_it_and_where_they_are() {
     close(&bounds_of(scene, &copies[..1]), &before);
     close(&bounds_of(scene, &copies[1..]), &other);
     assert_eq!(table.studio.selected_group(), Some(GroupId(0)), "the group is whole");
-    // As a whole it is scaled by placing it; about its middle all the same.
+    // A whole group is scaled by placing it. It also scales about its middle.
     let whole = selected_bounds(&table);
     let lines = events(path(&table)).len();
     table.studio.command(Command::Alter(Altering::Scale(2.0)));
@@ -218,7 +218,7 @@ fn strokes_of_a_placed_group_stay_in_it_and_where_they_are() {
     let scaled = selected_bounds(&table);
     assert!(scaled.center().abs_diff_eq(whole.center(), 1.0e-3));
     assert!(scaled.extent().abs_diff_eq(whole.extent() * 2.0, 1.0e-3), "{scaled:?} {whole:?}");
-    // A part of it by copies, in the group.
+    // A part of the group is scaled by copies, which stay in the group.
     let before = bounds_of(table.studio.scene(), &copies[..1]);
     let group = table.studio.scene().groups_of(table.studio.scene().stroke(copies[0]).expect("a stroke"));
     table.studio.command(Command::SelectNone);
@@ -347,7 +347,7 @@ fn keys_and_the_clipboard_of_the_desktop_reach_all_of_it() {
         command(&mut harness, Key::Z);
         assert_eq!(drawn(&harness), before, "{key:?}");
     }
-    // While strokes are selected with the tool for it, a colour is theirs; else it is the brush's alone.
+    // While strokes are selected with the select tool, a colour applies to them; else it applies only to the brush.
     let sky = |harness: &egui_kittest::Harness<'_, crate::panel::Window>| {
         drawn(harness).iter().filter(|look| (look.0.2 * 255.0).round() == 214.0).count()
     };
@@ -363,8 +363,8 @@ fn keys_and_the_clipboard_of_the_desktop_reach_all_of_it() {
     assert_eq!(sky(&harness), 0, "one step");
 }
 
-/// In a session of several authors the window draws with numbers of its own, and what it alters of others' it draws anew: the
-/// session can be read again, strictly, and is as it was shown.
+/// In a session of several authors the window draws with its own numbers, and replaces strokes of others that it
+/// changes by copies. The session can be read again strictly, and is then the same as shown.
 #[test]
 fn what_others_have_drawn_is_altered_and_can_be_read_again() {
     let mut table = Table::new();

@@ -1,4 +1,4 @@
-//! The list of those who draw, and what each of them drew.
+//! The list of authors, and the strokes of each author.
 
 use egui_kittest::kittest::Queryable;
 use osp_app::Session;
@@ -21,6 +21,6 @@ fn a_session_of_several_lists_its_authors_and_shows_who_drew_what() {
     assert!(harness.state().studio.layers().authors);
     harness.click_on("colour by author");
     assert!(!harness.state().studio.layers().authors);
-    // One who draws alone needs no list.
+    // A single author needs no list.
     assert!(sketch().query_by_label_contains("Authors").is_none());
 }

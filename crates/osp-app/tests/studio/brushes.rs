@@ -26,7 +26,7 @@ fn events(path: &std::path::Path) -> Vec<Event> {
     session.map(|event| event.expect("an event")).collect()
 }
 
-/// Visible polygons of a stroke of the session by itself, painted or not.
+/// Returns the number of visible polygons of a stroke of the session, painted or not.
 fn polygons_of(events: &[Event], number: u32, is_painted: bool) -> u64 {
     let mut scene = Scene::new();
     for event in events {
@@ -85,7 +85,7 @@ fn strokes_are_painted_with_the_chosen_brush_undone_saved_and_read_again() {
     let expected: Vec<_> = brushes.iter().map(|name| ((*name).to_owned(), NormalRule::Travel)).collect();
     assert_eq!(paints, expected);
 
-    // Opened again it is the same model, and the brush is still in the hand.
+    // Opened again, it is the same model, and the brush is still chosen.
     table.studio.command(Command::New);
     table.frame();
     assert_eq!(table.visible(), 0);
@@ -117,7 +117,7 @@ fn the_list_of_brushes_opens_by_key_and_click_and_chooses() {
     assert!(harness.query_by_label("MatteHull").is_none());
     harness.press(Key::B);
     assert!(harness.state().interface.wants_previews());
-    // No pictures here: names alone.
+    // There are no pictures here, only names.
     harness.state_mut().interface.set_previews(None);
     harness.run_steps(2);
     assert!(!harness.state().interface.wants_previews());
@@ -140,7 +140,7 @@ fn the_list_of_brushes_opens_by_key_and_click_and_chooses() {
         harness.press(key);
         assert_eq!(harness.query_by_label("MatteHull").is_some(), is_open, "{key:?}");
     }
-    // And the help.
+    // The help opens and closes, too.
     for (key, is_open) in [(Key::F1, true), (Key::Escape, false)] {
         harness.press(key);
         assert_eq!(harness.query_by_label("choose a brush").is_some(), is_open, "{key:?}");
@@ -156,7 +156,7 @@ fn brushes_are_found_by_typing_and_chosen_by_keys() {
             harness.press(*key);
         }
     };
-    // The row of the brush in the hand, "plain", is the first.
+    // The row of the chosen brush, "plain", is the first.
     press(&mut harness, &[Key::ArrowDown, Key::ArrowDown, Key::ArrowUp, Key::Enter]);
     let offered = |brush: &&'static brush::Brush| brush.is_offered;
     let first = harness.state().studio.brush().paint().expect("a brush");
@@ -199,7 +199,7 @@ fn a_tracker_paints_with_a_brush_by_its_name() {
     assert_eq!(choice("brush Light 0.05 1 0.5 0 1 2 local-x").normal, NormalRule::LocalX);
     assert_eq!(choice("brush ribbon 0.05 1 0.5 0 1").normal, NormalRule::LocalX);
     assert!(parse_line("brush").expect_err("no brush").contains("the name of a brush"));
-    // Every brush comes back from both forms, those of several words, too.
+    // Every brush survives both forms of message, even brushes with several words.
     for brush in brush::all() {
         let message = Message::Brush { hand: 1, brush: BrushChoice { paint: Some(brush), ..light } };
         let (mut line, mut read) = (String::new(), Vec::new());
@@ -216,7 +216,7 @@ fn a_tracker_paints_with_a_brush_by_its_name() {
     }
     let Event::Begin { paint: Some(paint), .. } = &events[0] else { panic!("{events:?}") };
     assert_eq!((paint.brush.as_str(), paint.seed), ("Light", 5));
-    // And one that is told is the same again.
+    // A brush that is sent again is the same.
     let (mut teller, mut told) = (tracker::Teller::new(), Vec::new());
     events.iter().for_each(|event| teller.tell(event, &mut told));
     assert_eq!(told[0], brush);

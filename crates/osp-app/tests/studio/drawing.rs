@@ -34,7 +34,7 @@ impl Table {
         self.studio.input(input, Held::default(), SIZE_PX);
     }
 
-    /// Drags from place to place; a frame after each sample, as with a slow hand.
+    /// Drags from place to place, with a frame after each sample, like a slow hand.
     pub(crate) fn drag(&mut self, button: Button, places: &[(f32, f32)]) {
         self.input(Input::Move(Vec2::from(places[0])));
         self.input(Input::Press(button));
@@ -78,12 +78,12 @@ impl Table {
     }
 }
 
-/// A line across the window at this height, -1 to 1.
+/// Returns a line across the window at this height, -1 to 1.
 pub(crate) fn across(height: f32) -> Vec<(f32, f32)> {
     (0..20).map(|i| (-0.5 + i as f32 * 0.05, height)).collect()
 }
 
-/// A table with ribbons, from the highest down, and their numbers.
+/// Returns a table with ribbons, from the highest down, and their numbers.
 pub(crate) fn ribbons(heights: &[f32]) -> (Table, Vec<StrokeId>) {
     let mut table = Table::new();
     for &y in heights {
@@ -163,13 +163,14 @@ fn touching_a_stroke_erases_it_and_nothing_else() {
     assert_eq!(table.visible(), first);
     table.studio.command(Command::Undo);
     assert_eq!(table.visible(), both);
-    // By one fast movement across both.
+    // A single fast movement goes across both.
     table.drag(Button::Primary, &[(0.0, -0.6), (0.0, 0.6)]);
     assert_eq!(table.visible(), 0);
     assert!(table.studio.culling().picks().rays > 4);
 }
 
-/// A pointer is often exactly on the seam of two polygons: strokes have a seam at every place where it once was.
+/// A pointer is often exactly on the seam of two polygons, because strokes have a seam at each former position of the
+/// pointer.
 #[test]
 fn what_one_way_of_the_eraser_takes_is_brought_back_by_one_undo() {
     let (mut table, ids) = ribbons(&[0.6, 0.3, 0.0, -0.3]);
@@ -187,7 +188,7 @@ fn what_one_way_of_the_eraser_takes_is_brought_back_by_one_undo() {
     table.studio.command(Command::Undo);
     table.frame();
     assert_eq!((is_there(&table), table.visible()), (4, all));
-    // A way that meets nothing is no step.
+    // A drag that hits nothing is no step.
     table.studio.command(Command::Tool(ToolChoice::Erase));
     table.drag(Button::Primary, &[(0.9, 0.9), (0.9, 0.8)]);
     table.studio.command(Command::Undo);
@@ -245,7 +246,7 @@ fn selected_strokes_are_moved_in_one_step() {
         (bounds(&table).center() - before.center()).length() < 1.0e-5,
         "one undo takes the whole move back"
     );
-    // What is selected can be erased; a click on nothing selects nothing.
+    // The selection can be erased. A click on nothing clears the selection.
     table.studio.command(Command::EraseSelected);
     assert_eq!(table.visible(), 0);
     table.studio.command(Command::Undo);
@@ -258,7 +259,7 @@ fn selected_strokes_are_moved_in_one_step() {
 fn a_stroke_starts_on_what_is_under_the_pointer() {
     for (snap, is_on_wall) in [(Snap::Start, true), (Snap::Off, false)] {
         let mut table = Table::new();
-        // A wall on the plane of what is looked at; then the eye moves on, and the plane with it.
+        // The wall is drawn on the plane of the camera's target. Then the eye moves, and the plane with it.
         table.studio.command(Command::Tool(ToolChoice::Draw(Tool::Wall)));
         table.drag(Button::Primary, &[(-0.8, -0.8), (0.8, -0.8), (0.8, 0.8), (-0.8, 0.8)]);
         let wall = table.studio.scene().bounds(table.studio.scene().visible_ids().next().expect("a wall"));
@@ -282,7 +283,7 @@ fn a_stroke_starts_on_what_is_under_the_pointer() {
 fn a_pose_snapped_to_surfaces_does_not_climb_on_itself() {
     let mut table = Table::new();
     table.studio.command(Command::Snap(Snap::Surface));
-    // Back and forth over the same place.
+    // The drag goes back and forth over the same place.
     let places: Vec<(f32, f32)> =
         (0..200).map(|i| ((i as f32 * 0.7).sin() * 0.1, (i as f32 * 0.9).cos() * 0.1)).collect();
     let start = table.studio.navigator().target();
@@ -308,7 +309,7 @@ fn the_file_holds_every_event_at_every_moment() {
         let document = table.studio.session();
         assert_eq!(events_in(&path).len() as u64, document.event_count());
     }
-    // The program is gone in mid-stroke; the next one goes on.
+    // The program ends in the middle of a stroke. The next one continues.
     let polygons = table.visible();
     let Table { folder, studio } = table;
     drop(studio);
@@ -337,7 +338,7 @@ fn every_index_draws_the_same_and_switching_loses_nothing() {
     let expected = drawn(&mut table);
     assert!(!expected.is_empty());
     for &kind in IndexKind::ALL {
-        // A stroke is being drawn while the index changes: its last polygons have seen no frame yet.
+        // A stroke is being drawn while the index changes. No frame has included its last polygons yet.
         table.input(Input::Move(Vec2::new(-0.4, -0.7)));
         table.input(Input::Press(Button::Primary));
         for i in 1..8 {
@@ -359,7 +360,7 @@ fn a_frozen_camera_goes_on_culling_from_where_it_stood() {
     table.drag(Button::Primary, &across(0.0));
     table.drag(Button::Secondary, &[(0.0, 0.0), (0.3, 0.0), (0.9, 0.0)]);
     table.drag(Button::Primary, &across(0.0));
-    // Come so near that some of it is out of view.
+    // The camera moves so near that a part of the model is out of view.
     for _ in 0..14 {
         table.input(Input::Wheel(1.0));
     }
@@ -379,7 +380,7 @@ fn a_frozen_camera_goes_on_culling_from_where_it_stood() {
     assert_eq!(table.frame().drawn, table.visible());
 }
 
-/// A replay of the rooms at its beginning; the folder is for what it saves.
+/// Returns a replay of the rooms at its beginning. The folder is for saved files.
 fn rooms() -> (tempfile::TempDir, Studio) {
     let path = Path::new(osp_testkit::ROOT).join("recordings/room.ron");
     let folder = tempfile::tempdir().expect("a folder");
@@ -413,7 +414,7 @@ fn what_others_hide_is_left_out_and_shown_when_the_camera_is_frozen() {
     assert!(most > 50, "{most} polygons hidden");
 }
 
-/// With few polygons considered as occluders in each frame.
+/// Only few polygons are considered as occluders in each frame.
 #[test]
 fn occluders_are_found_soon_after_a_jump() {
     let (_folder, mut studio) = rooms();
@@ -438,12 +439,12 @@ fn a_replay_is_entered_anywhere_with_every_way_to_find_what_is_hidden() {
     }
 }
 
-/// Where drawing is slow `auto` comes to cull; the times of the frames say so.
+/// If drawing is slow, `auto` starts to cull, because of the times of the frames.
 #[test]
 fn what_drawing_costs_is_learnt_from_the_frames() {
     for (polygon_ns, culls) in [(20_000, true), (0, false)] {
         let (_folder, mut studio) = rooms();
-        // How long culling takes depends on what else the machine does.
+        // The time of culling depends on other work of the machine.
         studio.set_auto_basis(AutoBasis::Work);
         studio.command(Command::Occlusion(Occlusion::Auto.into()));
         for seek in 200..400 {
@@ -478,13 +479,13 @@ fn sessions_are_opened_saved_and_exported() {
     table.studio.command(Command::Open(saved.clone()));
     let report = table.frame();
     assert_eq!((table.visible(), report.record.polygons), (polygons, polygons));
-    // It goes on in the same file, with numbers that were not used.
+    // The session continues in the same file, with unused numbers.
     table.drag(Button::Primary, &across(0.4));
     assert_eq!(table.studio.scene().counts().ignored_events, 0);
     let mut scene = osp_session::scene::Scene::new();
     events_in(&saved).iter().for_each(|event| scene.apply(event, &mut Vec::new()));
     assert_eq!(scene.counts().visible, table.visible());
-    // What cannot be opened or written is said, and the session stays.
+    // A file that cannot be opened or written is reported, and the session stays.
     let before = table.visible();
     table.studio.command(Command::Open(table.folder.path().join("nothing.tilt")));
     table.studio.command(Command::ExportGltf(table.folder.path().join("no/folder.glb")));

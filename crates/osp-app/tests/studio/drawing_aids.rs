@@ -1,4 +1,4 @@
-//! A straight edge, a mirror, and a brush that is as wide on the screen from any distance.
+//! A straight edge, a mirror, and a brush with the same width on the screen from any distance.
 
 use crate::{
     drawing::{Table, across},
@@ -36,7 +36,7 @@ fn bounds(table: &Table, stroke: StrokeId) -> Aabb {
     Aabb { min, max }
 }
 
-/// A way that wanders, from the left to the right.
+/// A curved path from the left to the right.
 const WANDERING: [(f32, f32); 5] = [(-0.5, 0.0), (-0.3, 0.4), (0.0, -0.3), (0.3, 0.5), (0.5, 0.0)];
 
 #[test]
@@ -107,7 +107,7 @@ fn a_mirrored_stroke_is_two_and_one_step() {
         assert_eq!(strokes(&table).len(), 3);
         table.studio.command(Command::Undo);
         assert_eq!(strokes(&table), drawn);
-        // The selection is mirrored on it, too.
+        // The selection is mirrored on the mirror, too.
         aids(&mut table, Aids { mirror_x: Some(3.0), ..Aids::default() });
         table.studio.command(Command::SelectAll);
         let before = table.studio.selection_bounds();
@@ -131,7 +131,7 @@ fn a_brush_of_the_screen_is_finer_where_the_model_is_nearer() {
     assert!((table.studio.width_px() - width_px).abs() < 0.01, "as many pixels as before");
     table.drag(Button::Primary, &across(0.5));
     let drawn = strokes(&table);
-    // The view looks down a little, so a band leans: its extent in all.
+    // The view looks down a little, so a ribbon leans: this is its extent in all directions.
     let width = |stroke| {
         let extent = bounds(&table, stroke).extent();
         extent.y.hypot(extent.z)

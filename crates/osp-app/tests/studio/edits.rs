@@ -1,4 +1,4 @@
-//! Edits of a sketch that another program made go to an autosave file, and everything leads back to them.
+//! Edits of a sketch from another program go to an autosave file. Every way to open the sketch also offers them.
 
 use std::{
     fs,
@@ -79,7 +79,7 @@ fn a_sketch_that_is_opened_again_offers_its_edits() {
     studio.close().expect("written");
     let before = fs::read(&edits).expect("the edits");
 
-    // At the start of the program: the original is shown until somebody answers.
+    // At the start of the program, the original is shown until somebody answers.
     let mut studio = opened(&path, here);
     assert_eq!((title(&studio), studio.scene().counts().visible), (Some(OFFER), 1));
     let text = studio.question().expect("one").text();
@@ -92,7 +92,7 @@ fn a_sketch_that_is_opened_again_offers_its_edits() {
     assert_eq!(fs::read(&edits).expect("the edits"), before);
     assert_eq!(sessions_in(here), std::slice::from_ref(&edits), "nothing else was left");
 
-    // In a window that is open.
+    // The same in a window that is already open.
     let mut studio = opened(&here.join("other.ron"), here);
     studio.command(Command::Open(path.clone()));
     assert_eq!(title(&studio), Some(OFFER));
@@ -101,7 +101,7 @@ fn a_sketch_that_is_opened_again_offers_its_edits() {
     assert_eq!(path_of(&studio), edits);
     studio.command(Command::Open(path.clone()));
     assert_eq!(title(&studio), Some(OFFER));
-    // The original: its edits are others, in a file of their own.
+    // The edits of the original go into a separate file.
     studio.command(Command::Answer(Answer::Cancel));
     assert_eq!((title(&studio), studio.scene().counts().visible), (None, 1));
     draw(&mut studio, 0.4);
@@ -127,10 +127,10 @@ fn edits_are_offered_with_their_own_sketch_alone_and_not_where_the_answer_is_kno
     }
     assert_eq!(title(&opened_as(&path, here, Access::Copy)), None);
     assert_eq!(title(&opened_as(&path, here, Access::ReadOnly)), None);
-    // By another way to the same file.
+    // The same file by another path.
     let roundabout = here.join("elsewhere/../a.obj");
     assert_eq!(title(&opened(&roundabout, here)), Some(OFFER));
-    // What is damaged or no session is not offered, and it is left as it is.
+    // A damaged file, or one that is no session, is not offered, and stays unchanged.
     let text = fs::read_to_string(&edits).expect("text");
     for broken in ["", "nonsense", "Header(format:99,name:\"\",source:\"\")\n", "Header(format:1,nam"] {
         fs::write(&edits, broken).expect("written");
@@ -205,11 +205,11 @@ fn recent_sessions_include_autosaves_the_last_one_first() {
     harness.click_button(names[0]);
     let folder = harness.state().folder.path().to_owned();
     assert_eq!(path_of(&harness.state().studio), folder.join("F-20261124-172500-2.ron"));
-    // It is among the autosaves already, and not a second time among those with a name.
+    // The file is already among the autosaves, so it is not listed again among the files with names.
     assert!(harness.state().interface.settings().recent.is_empty());
     let events = recording::open(&folder.join("F-20261124-172500-2.ron"), &OpenOptions::default());
     assert_eq!(events.expect("a session").count(), 4, "nothing was written");
-    // The one that is open is not offered.
+    // The open file is not offered.
     harness.click_button("File");
     harness.get_by_label_contains("Open recent").click();
     harness.run_steps(3);

@@ -1,4 +1,4 @@
-//! Fingers on a touch screen, as the window system tells of them: the first one is the pointer, too.
+//! Fingers on a touch screen, in the form of the window system's events: the first finger is also the pointer.
 
 use std::{thread::sleep, time::Duration};
 
@@ -10,7 +10,7 @@ use osp_session::recording::Tool;
 
 use crate::panel::{Window, sketch};
 
-/// What the camera of an empty sketch turns around.
+/// The point around which the camera of an empty sketch turns.
 const TARGET: Vec3 = Vec3::new(0.0, 1.2, 0.0);
 const MIDDLE: Pos2 = Pos2::new(640.0, 430.0);
 
@@ -40,7 +40,7 @@ fn touch(harness: &Harness<'_, Window>, finger: u64, phase: TouchPhase, pos: Pos
     }
 }
 
-/// Fingers beside each other that come down one frame after the other, go to a place and apart, and come up.
+/// Several fingers side by side come down one frame after the other, move and spread, and are lifted.
 fn together(harness: &mut Harness<'_, Window>, fingers: u64, by: Vec2, apart: f32) {
     let place = |finger: u64, part: f32| {
         let side = finger as f32 - (fingers - 1) as f32 * 0.5;
@@ -67,7 +67,7 @@ fn strokes(harness: &Harness<'_, Window>) -> usize {
     scene.strokes().iter().filter(|stroke| stroke.is_visible()).count()
 }
 
-/// Where the eye is and where it looks to.
+/// Returns the place of the eye and its direction.
 fn eye(harness: &Harness<'_, Window>) -> (Vec3, Vec3) {
     let view = harness.state().studio.views()[0].view;
     (view.eye_in_world, view.world_from_view * Vec3::NEG_Z)
@@ -113,7 +113,7 @@ fn two_fingers_turn_the_camera_and_draw_nothing() {
     let (turned, looks) = eye(&harness);
     assert_eq!(strokes(&harness), 0);
     assert!(looks.dot(to) < 0.95 && turned.distance(from) > 0.1, "{looks} {to}");
-    // Around the centre of the view: the distance stays.
+    // The camera turns around the centre of the view, so its distance stays.
     let far = from.distance(TARGET);
     assert!((turned.distance(TARGET) - far).abs() < 0.01 * far, "{turned} {from}");
     // The next finger draws again.
@@ -172,7 +172,7 @@ fn turning_the_camera_is_no_edit() {
         together(&mut harness, 2, Vec2::new(0.0, 30.0), 0.0);
         assert_eq!(strokes(&harness), 1, "{tool:?}");
     }
-    // What was undone can still be done again.
+    // An undone edit can still be redone.
     undo(&mut harness, Command::Redo);
     undo(&mut harness, Command::Redo);
     assert_eq!(strokes(&harness), 3);
@@ -189,7 +189,7 @@ fn a_finger_that_the_system_takes_away_ends_its_stroke() {
     harness.step();
     assert!(!harness.state().studio.is_dragging());
     assert_eq!(strokes(&harness), 1);
-    // One that had not begun anything leaves nothing.
+    // A finger that has not started anything leaves nothing.
     touch(&harness, 0, TouchPhase::Start, MIDDLE);
     harness.step();
     touch(&harness, 0, TouchPhase::Cancel, MIDDLE);

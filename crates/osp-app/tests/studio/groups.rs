@@ -59,11 +59,11 @@ fn whole_groups_go_into_a_new_one_and_parts_of_several_do_not() {
     let (mut table, ids) = ribbons(&[0.6, 0.3, 0.0, -0.3, -0.6]);
     group(&mut table, &[0.6, 0.3]);
     group(&mut table, &[0.0, -0.3]);
-    // A half of either.
+    // The selection takes a half of each group.
     group(&mut table, &[0.6, 0.0]);
     assert_eq!(table.studio.group_tree().len(), 2);
     assert!(table.studio.messages().last().expect("a message").contains("parts of several groups"));
-    // The first one, moved, and the loose stroke.
+    // The selection is the first group, moved, and the loose stroke.
     let by = Vec3::new(0.0, 0.01, 0.0);
     table.studio.command(Command::PlaceGroup(GroupId(0), Placing { by, ..Placing::STAY }));
     let before: Vec<Aabb> = ids.iter().map(|&id| bounds(&table, id)).collect();
@@ -87,7 +87,7 @@ fn a_group_is_turned_and_scaled_about_its_middle() {
     group(&mut table, &[0.3, -0.3]);
     let whole = |table: &Table| bounds(table, ids[0]).union(&bounds(table, ids[1]));
     let before = whole(&table);
-    // Within another one that is turned and moved, too.
+    // The group is within another one that is also turned and moved.
     table.studio.command(Command::SelectGroup(GroupId(0)));
     table.studio.command(Command::GroupSelected);
     let aside = Vec3::new(0.5, 0.0, 0.25);

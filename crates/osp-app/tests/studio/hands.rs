@@ -63,7 +63,8 @@ fn a_session_told_and_heard_gives_the_same_strokes() {
     }
     let (a, b) = (original.counts(), heard.counts());
     assert_eq!((a.strokes, a.points), (b.strokes, b.points));
-    // Pressures are folded into the least width by one multiplication: polygons are the same but for rounding.
+    // Pressures are combined with the least width by a multiplication, so the polygons are the same except for
+    // rounding.
     assert!(a.polygons.abs_diff(b.polygons) * 100 <= a.polygons, "{} and {}", a.polygons, b.polygons);
 }
 
@@ -117,7 +118,7 @@ fn a_socket_counts_what_it_cannot_read_and_lives_on() {
     let to = tracker.local_address().expect("a port");
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
     let mut nested = osc_packet(&Message::Undo);
-    // Bundles in bundles, far deeper than anybody needs.
+    // Bundles are nested far deeper than any real ones.
     for _ in 0..1500 {
         let mut bundle = b"#bundle\0\0\0\0\0\0\0\0\x01".to_vec();
         bundle.extend((nested.len() as u32).to_be_bytes());

@@ -1,4 +1,4 @@
-//! What the window asks before something is replaced, lost or thrown away.
+//! The window's questions before something is replaced, lost or discarded.
 
 use std::{
     fs,
@@ -31,7 +31,7 @@ fn document(studio: &Studio) -> &Session {
     studio.session()
 }
 
-/// A line across the window.
+/// Draws a line across the window.
 fn draw(studio: &mut Studio, height: f32) {
     let size_px = glam::Vec2::new(800.0, 600.0);
     studio.frame(size_px, 0.016);
@@ -59,7 +59,7 @@ fn said(studio: &Studio) -> String {
     studio.messages().join("\n")
 }
 
-/// A session that was drawn here, closed.
+/// Draws a session, closes it, and returns its path.
 fn drawn(folder: &Path, name: &str) -> PathBuf {
     let path = folder.join(name);
     let mut studio = opened(&path, folder, Opening::default());
@@ -103,7 +103,7 @@ fn a_session_that_another_window_has_is_looked_at_or_copied() {
     assert!(events_in(&copy) > events_in(&path));
     assert_eq!(fs::read(&path).expect("a file"), before, "the first one's file is its own");
 
-    // Still held; then not any more.
+    // The file is still locked; then it is not any more.
     second.command(Command::Open(path.clone()));
     second.command(Command::Answer(Answer::TryAgain));
     assert!(matches!(second.question(), Some(Question::Held { .. })));
@@ -122,7 +122,7 @@ fn what_is_looked_at_can_be_saved_elsewhere_and_goes_on_there() {
     let path = drawn(folder.path(), "a.ron");
     let before = fs::read(&path).expect("a file");
     let mut studio = opened(&path, folder.path(), Opening::with(Access::ReadOnly));
-    // What is only looked at may be drawn on by others.
+    // Others may draw on a session that is open read-only.
     opened(&path, folder.path(), Opening::default()).close().expect("unchanged");
     let mine = folder.path().join("mine.ron");
     studio.command(Command::SaveAs(mine.clone()));
@@ -178,7 +178,7 @@ fn what_was_not_drawn_here_is_copied() {
         draw(&mut studio, 0.1);
         let copy = document(&studio).path().to_owned();
         assert!(events_in(&copy) as u64 > events, "{name}: the copy is whole");
-        // Saved under a name it is one that was drawn here.
+        // After saving under a name, the session counts as drawn here.
         studio.command(Command::SaveAs(place("saved.ron")));
         studio.close().expect("written");
         assert_eq!(fs::read(place(name)).expect("a file"), before, "{name}");
@@ -214,14 +214,14 @@ fn no_file_is_replaced_without_a_word() {
         table.studio.command(command(path.clone()));
         table.studio.command(Command::Answer(Answer::Replace));
         assert!(fs::read(&path).expect("a file").len() > 1000);
-        // A folder is nothing that can be replaced.
+        // A folder cannot be replaced.
         let folder = table.folder.path().join("folder").with_extension(path.extension().expect("one"));
         fs::create_dir(&folder).expect("a folder");
         table.studio.command(command(folder.clone()));
         assert!(table.studio.question().is_none() && folder.is_dir());
         assert!(said(&table.studio).contains(&folder.display().to_string()), "{}", said(&table.studio));
     }
-    // To save a session where it is takes no question.
+    // Saving a session in its own place asks no question.
     table.studio.command(Command::SaveAs(table.folder.path().join("taken.ron")));
     assert!(table.studio.question().is_none());
     // A model is no session.
@@ -263,7 +263,7 @@ fn a_session_that_is_not_where_it_should_be_is_not_left_without_a_question() {
         if what != "close" {
             assert_ne!(document(&studio).path(), path);
         }
-        // Whoever runs the program hears of it, too.
+        // The user on the terminal gets the message, too.
         let unwritten = studio.close().expect_err("not in its file");
         assert_eq!(events_in(unwritten.kept_in.as_ref().expect("a shelter")) as u64, events, "{what}");
     }
@@ -281,7 +281,7 @@ fn a_lost_session_that_is_saved_again_is_left_without_a_question() {
         let events = document(&studio).event_count();
         assert!(said(&studio).contains("another file was put in its place"), "{}", said(&studio));
         studio.command(Command::SaveAs(folder.path().join(again)));
-        // Its own place is another's now.
+        // Another file is now at its place.
         assert_eq!(studio.question().is_some(), again == "a.ron");
         studio.command(Command::Answer(Answer::Replace));
         assert_eq!(events_in(&folder.path().join(again)) as u64, events);
@@ -312,7 +312,7 @@ fn what_was_drawn_is_discarded_only_when_asked_twice() {
     let report = studio.frame(glam::Vec2::new(800.0, 600.0), 0.016);
     assert_eq!((studio.scene().counts().visible, report.record.polygons), (polygons, polygons));
     assert_eq!(fs::read(&path).expect("a file"), before);
-    // It goes on as if nothing had been.
+    // It continues as if nothing had happened.
     draw(&mut studio, 0.3);
     assert_eq!(studio.scene().counts().ignored_events, 0);
     studio.close().expect("written");
@@ -430,20 +430,20 @@ fn every_question_is_asked_with_its_answers_in_reach() {
                 let button = harness.get_by_role_and_label(Role::Button, words).rect();
                 assert!(screen.contains_rect(button), "{words} at {button} of {size}");
             }
-            // No key or pointer gets past it.
+            // No key or pointer event passes the question.
             harness.key_press(Key::X);
             let middle = harness.state().model.center() + Vec2::new(60.0, 130.0);
             draw_with_pointer(&mut harness, middle);
             assert_eq!(harness.state().studio.tool(), ToolChoice::Draw(Tool::Ribbon));
             assert_eq!(harness.state().studio.scene().strokes().len(), 0, "{question:?}");
             assert_eq!(harness.state().studio.question(), Some(&question), "it waits");
-            // The way out changes nothing.
+            // Cancelling changes nothing.
             harness.press(Key::Escape);
             assert!(harness.state().studio.question().is_none() && !harness.state().studio.is_closing());
             assert!(harness.query_by_label(question.title()).is_none());
             let new = folder.path().join("new.ron");
             assert!(!new.exists());
-            // What did nothing then draws now.
+            // The same drag that did nothing before now draws.
             if size == SIZES[0] {
                 draw_with_pointer(&mut harness, middle);
                 assert_eq!(harness.state().studio.scene().strokes().len(), 1);
@@ -466,7 +466,7 @@ fn answers_are_given_by_their_buttons_and_by_keys() {
     harness.run_steps(2);
     harness.press(Key::Enter);
     assert_eq!(fs::read(&taken).expect("a file"), b"somebody's work");
-    // The safe answer has the keyboard: who only goes on hitting Enter replaces nothing.
+    // The safe answer has the focus, so a user who only presses Enter replaces nothing.
     harness.press(Key::Enter);
     assert!(harness.state().studio.question().is_none());
     assert_eq!(fs::read(&taken).expect("a file"), b"somebody's work");
@@ -474,7 +474,7 @@ fn answers_are_given_by_their_buttons_and_by_keys() {
     harness.click_button("Replace");
     assert!(events_in(&taken) > 2);
 
-    // Discard, by the menu.
+    // Discards by the menu.
     let events = events_in(&taken);
     draw(&mut harness.state_mut().studio, 0.3);
     harness.run_steps(2);
@@ -483,7 +483,7 @@ fn answers_are_given_by_their_buttons_and_by_keys() {
     harness.click_button("Discard");
     assert_eq!(events_in(&taken), events);
 
-    // What has happened to the file is said at once, with ways out.
+    // A change of the file is reported at once, with the possible answers.
     fs::remove_file(&taken).expect("removed");
     harness.run_steps(4);
     let shown = harness.get_all_by_label_contains("taken.ron is not saved: it was removed").count();

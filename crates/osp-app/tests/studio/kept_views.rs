@@ -41,7 +41,7 @@ fn a_kept_view_is_gone_to_also_when_the_session_is_opened_again() {
     table.studio.input(Input::Wheel(-9.0), Held::default(), SIZE_PX);
     table.frame();
     assert!(eye(&table).0.distance(kept.0) > 0.1);
-    // It is no edit.
+    // Storing a view is no edit.
     table.studio.command(Command::Undo);
     assert_eq!(table.visible(), 0);
     table.studio.command(Command::Redo);
@@ -83,7 +83,7 @@ fn a_session_opens_as_its_artist_saw_it_and_a_drag_keeps_the_model_in_the_pictur
     table.frame();
     let (p, q) = eye(&table);
     assert!(p.distance(camera.p) < 1.0e-4 && q.dot(camera.q).abs() > 0.99999, "{p} {q}");
-    // The pointer lies on nothing: the camera orbits about the middle of the model.
+    // The pointer is over nothing, so the camera orbits around the middle of the model.
     table.drag(Button::Secondary, &[(0.95, 0.95), (0.2, 0.9), (-0.6, 0.95)]);
     let middle = table.studio.session().bounds().center();
     let view = table.studio.views()[0].view;

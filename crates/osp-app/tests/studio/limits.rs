@@ -1,4 +1,4 @@
-//! Sessions that are larger than they may be, in the window: what comes before the limit is played, and drawn on as a copy.
+//! Sessions that exceed the limits, in the window: the part before the limit is played, and can be drawn on as a copy.
 
 use std::path::PathBuf;
 
@@ -49,7 +49,7 @@ fn a_session_beyond_the_limit_is_not_drawn_on_but_a_copy_of_what_was_read() {
     let Err(error @ OpenError::Recording(_)) = refused else { panic!("{refused:?}") };
     assert!(error.to_string().contains("--max-polygons N allows more") && error.is_damage(), "{error}");
 
-    // In the window it is a question, as for damage.
+    // In the window the limit causes a question, like damage.
     table.studio.set_limits(FEW);
     table.studio.command(Command::Open(path.clone()));
     assert_eq!(table.visible(), 0);
@@ -64,7 +64,7 @@ fn a_session_beyond_the_limit_is_not_drawn_on_but_a_copy_of_what_was_read() {
     assert_eq!(table.visible(), 20, "{:?}", table.studio.messages());
 }
 
-/// Whether a session is opened again that was drawn here within limits.
+/// Whether a session that was drawn here within limits can be opened again.
 fn is_opened_again(table: &Table, limits: Limits) -> bool {
     let document = table.studio.session();
     let options = OpenOptions { limits, ..OpenOptions::default() };
@@ -75,7 +75,7 @@ fn is_opened_again(table: &Table, limits: Limits) -> bool {
 #[test]
 fn copies_that_no_reader_would_take_are_not_made() {
     let mut table = Table::new();
-    // A quarter of the polygons is the most strokes.
+    // The largest number of strokes is a quarter of the number of polygons.
     let limits = Limits { polygons: 400, ..Limits::DEFAULT };
     table.studio.set_limits(limits);
     for i in 0..30 {
@@ -91,7 +91,7 @@ fn copies_that_no_reader_would_take_are_not_made() {
     assert!(is_opened_again(&table, limits));
     let said = table.studio.messages().last().expect("a message").clone();
     assert!(said.contains("100 strokes in all"), "{said}");
-    // What is drawn by hand is kept all the same, and it is said how it is opened.
+    // Strokes drawn by hand are kept nevertheless, and a message gives the option to open the session.
     for i in 0..30 {
         table.drag(Button::Primary, &across(-0.5 - i as f32 * 0.01));
     }

@@ -1,4 +1,4 @@
-//! The window without a window: what the pointer, the keys and a tracker do to a session.
+//! The window without a display: the effects of the pointer, the keys and a tracker on a session.
 
 mod altering;
 mod authors;

@@ -1,4 +1,4 @@
-//! Menus, keys and dialogs: what can be done is offered, what cannot is not, by button and by key alike.
+//! Menus, keys and dialogs. Possible commands are offered and impossible ones are not, by button and by key.
 
 use std::{fs, path::Path};
 
@@ -18,7 +18,7 @@ fn open_menu(harness: &mut Harness<'_, Window>, name: &str) {
     harness.click_button(name);
 }
 
-/// An entry of a menu; its label ends with its key.
+/// Whether an entry of a menu is enabled. Its label ends with its key.
 fn is_offered(harness: &Harness<'_, Window>, name: &str) -> bool {
     let entry =
         harness.query_all_by_label_contains(name).find(|node| node.accesskit_node().role() == Role::Button);
@@ -60,7 +60,7 @@ fn the_first_save_asks_for_a_name_and_the_next_ones_do_not() {
     assert!(harness.query_by_role(Role::TextInput).is_none());
     let said = harness.state().studio.messages().last().cloned().expect("a message");
     assert!(said.contains("all of it is in") && said.contains("mine.ron"), "{said}");
-    // Under another name: the own one is suggested.
+    // For another name, the own one is suggested.
     harness.press_with(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
     let suggested = harness.get_by_role(Role::TextInput).accesskit_node().value().expect("text");
     assert_eq!(Path::new(&suggested), path);
@@ -78,7 +78,7 @@ fn a_dialog_that_fails_stays_open_and_says_why() {
     type_path(&mut harness, &folder.join("no/such/folder/a.ron"));
     assert!(harness.query_by_role(Role::TextInput).is_some(), "still open");
     assert!(harness.query_all_by_label_contains("no/such/folder").next().is_some(), "with the reason");
-    // The path is selected: the next one replaces it.
+    // The path is selected, so typing replaces it.
     type_path(&mut harness, &folder.join("a.ron"));
     assert!(harness.query_by_role(Role::TextInput).is_none());
     assert!(folder.join("a.ron").exists());
@@ -86,7 +86,7 @@ fn a_dialog_that_fails_stays_open_and_says_why() {
     harness.key_press_modifiers(Modifiers::COMMAND, Key::O);
     type_path(&mut harness, &folder.join("missing.tilt"));
     assert!(harness.query_all_by_label_contains("missing.tilt").next().is_some());
-    // A question about it comes first, and then the dialog is still there.
+    // A question about the file comes first. Afterwards the dialog is still open.
     harness.press(Key::Escape);
     assert!(harness.query_by_role(Role::TextInput).is_none());
     fs::write(folder.join("there.ron"), "somebody's work").expect("written");
@@ -136,7 +136,7 @@ fn what_cannot_be_done_is_offered_neither_by_menu_nor_by_key() {
     let impossible =
         SHORTCUTS.iter().filter(|shortcut| !shortcut.action.is_possible(&harness.state().studio));
     assert!(impossible.count() > 15);
-    // What only looks works.
+    // Commands that only show something work.
     harness.press(Key::M);
     assert_ne!(harness.state().studio.tool(), tool);
 }
@@ -169,7 +169,7 @@ fn settings_and_recent_sessions_are_there_the_next_time() {
     let path = {
         let mut harness = sketch();
         let folder = harness.state().folder.path().to_owned();
-        // Not where the harness lives: settings are on the disk at the latest when the window is closed.
+        // This folder is not the harness's own. Settings are on the disk at the latest when the window is closed.
         let other = tempfile::tempdir().expect("a folder");
         let kept = other.path().join("settings/window.settings");
         let ctx = harness.ctx.clone();
@@ -218,7 +218,7 @@ fn save_says_where_the_session_is_only_if_it_is_there() {
     drag(&mut harness, &across());
     harness.state_mut().studio.command(Command::Save);
     assert!(last(&harness).contains("all of it is in") && folder.join("empty.ron").exists());
-    // A name without a file is told of, and the drawing without a name as well.
+    // A name without a file is reported, and so is the drawing without a name.
     harness.command(Command::New);
     drag(&mut harness, &across());
     harness.state_mut().studio.command(Command::Open(folder.join("mistyped.ron")));

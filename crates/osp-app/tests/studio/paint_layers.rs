@@ -1,4 +1,4 @@
-//! Layers: named, hidden, locked; drawn on, and kept in the session's file.
+//! Layers are named, hidden, locked, drawn on, and stored in the session's file.
 
 use egui::{Key, Modifiers, accesskit::Role};
 use egui_kittest::kittest::Queryable;
@@ -40,7 +40,7 @@ fn strokes_are_drawn_on_the_chosen_layer_and_brought_to_others() {
     layer(&mut table, LayerEdit::New);
     let second = draw(&mut table, 0.0);
     assert_eq!((layer_of(&table, first), layer_of(&table, second)), (0, 1));
-    // A copy stays on the layer of what it is of.
+    // A copy stays on the layer of its original.
     table.studio.command(Command::Tool(ToolChoice::Select));
     table.click((0.0, 0.0), Held::default());
     layer(&mut table, LayerEdit::Choose(0));
@@ -50,7 +50,7 @@ fn strokes_are_drawn_on_the_chosen_layer_and_brought_to_others() {
     assert_eq!(layer_of(&table, copy), 1);
     layer(&mut table, LayerEdit::TakeSelection);
     assert_eq!(layer_of(&table, copy), 0);
-    // And so does the copy of one that was brought to another.
+    // So does the copy of a stroke that was moved to another layer.
     layer(&mut table, LayerEdit::Choose(1));
     layer(&mut table, LayerEdit::TakeSelection);
     layer(&mut table, LayerEdit::Choose(0));
@@ -77,7 +77,7 @@ fn a_hidden_layer_is_not_drawn_and_a_locked_one_is_left_alone() {
     let all = table.visible();
     layer(&mut table, LayerEdit::ToggleHidden);
     assert!(table.visible() < all && table.visible() > 0);
-    // On a hidden layer nothing is drawn unseen.
+    // Nothing is drawn unseen on a hidden layer.
     let strokes = table.studio.scene().strokes().len();
     draw(&mut table, -0.5);
     assert_eq!(table.studio.scene().strokes().len(), strokes);
@@ -171,7 +171,7 @@ fn what_comes_from_a_closed_layer_is_pasted_on_the_one_that_is_drawn_on() {
     let copy = *table.studio.selection().strokes().first().expect("what was pasted is selected");
     assert_ne!(copy, stroke);
     assert_eq!(layer_of(&table, copy), 1);
-    // With no layer open nothing is pasted, and it is said why.
+    // If no layer is open, nothing is pasted, and a message gives the reason.
     layer(&mut table, LayerEdit::Lock(1, true));
     let visible = table.visible();
     table.studio.command(Command::Paste);

@@ -16,7 +16,7 @@ use osp_session::{
     rig::Rig,
 };
 
-/// A window without a display: the panels, and the frame that follows them as it does in the real one.
+/// A window without a display: the panels, followed by the frame, like in the real window.
 pub(crate) struct Window {
     pub(crate) studio: Studio,
     pub(crate) interface: Interface,
@@ -32,7 +32,7 @@ pub(crate) fn window(subject: impl FnOnce(&Autosaves) -> Session) -> Harness<'st
     panels(studio, folder, Vec2::new(1280.0, 800.0))
 }
 
-/// The panels of a studio that lives in a folder.
+/// Returns the panels of a studio that uses a folder.
 pub(crate) fn panels(studio: Studio, folder: tempfile::TempDir, size: Vec2) -> Harness<'static, Window> {
     let interface = Interface::new("a test".to_owned());
     let state = Window { studio, interface, model: Rect::NOTHING, report: FrameReport::default(), folder };
@@ -48,7 +48,7 @@ pub(crate) fn panels(studio: Studio, folder: tempfile::TempDir, size: Vec2) -> H
     harness
 }
 
-/// What a person does, and the frames until the window shows it.
+/// Actions of a person, and the frames until the window shows the result.
 pub(crate) trait Person {
     fn press(&mut self, key: Key);
     fn press_with(&mut self, modifiers: Modifiers, key: Key);
@@ -84,7 +84,7 @@ impl Person for Harness<'_, Window> {
     }
 }
 
-/// As many frames as a window needs to show what was done, with its menus and dialogs.
+/// Number of frames that a window with menus and dialogs needs to show a result.
 const FRAMES: usize = 4;
 
 pub(crate) fn sketch() -> Harness<'static, Window> {
@@ -107,7 +107,8 @@ fn button(at: Pos2, pressed: bool) -> Event {
     Event::PointerButton { pos: at, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE }
 }
 
-/// Drags through these places of the model's part of the window (0 to 1), a frame for each; what each frame was.
+/// Drags through these places of the model's part of the window (0 to 1), with a frame for each. Returns the report of
+/// each frame.
 pub(crate) fn drag(harness: &mut Harness<'_, Window>, places: &[(f32, f32)]) -> Vec<FrameReport> {
     let model = harness.state().model;
     let place = |(x, y): (f32, f32)| model.min + model.size() * Vec2::new(x, y);
@@ -207,7 +208,7 @@ fn only_sound_ways_to_find_what_is_hidden_are_offered() {
     harness.run_steps(3);
     assert!(harness.query_by_role_and_label(Role::Button, "msvbsp-paper").is_none());
     harness.get_by_role_and_label(Role::Button, "msvbsp").click();
-    // Where nothing hides anything, later frames do not look for occluders.
+    // If nothing hides anything, later frames do not search for occluders.
     harness.run_steps(3);
     assert_eq!(harness.state().studio.culling().occlusion().name(), "msvbsp");
     assert_eq!(harness.state().report.drawn, drawn, "nothing hides anything here");
@@ -224,7 +225,7 @@ fn the_panel_says_what_each_stage_took() {
     harness.state_mut().interface.note_frame(times);
     harness.run_steps(2);
     for (i, stage) in FrameStage::ALL.into_iter().enumerate() {
-        // Some words are counted, too.
+        // Some words are also checked.
         assert!(harness.query_all_by_label(stage.name()).next().is_some(), "{}", stage.name());
         harness.get_by_label(&format!("{:.2} ms", (i + 1) as f64 * 1.25));
         harness.get_by_label(&format!("{:.1} %", (i + 1) as f64 * 100.0 / 28.0));
@@ -232,13 +233,13 @@ fn the_panel_says_what_each_stage_took() {
     harness.get_by_label("35.00 ms");
     harness.get_by_label("frame times");
     harness.get_by_label_contains("times: means of 1 frames; the clock's steps: ");
-    // By a coarse clock a frame takes no time, or a whole step: means are shown.
+    // With a coarse clock a frame takes no time, or a whole step. So means are shown.
     harness.state_mut().interface.note_frame(FrameTimes::default());
     harness.run_steps(2);
     harness.get_by_label("17.50 ms");
     harness.get_by_label_contains("times: means of 2 frames; the clock's steps: ");
     assert!(harness.state().interface.clock_step_ns() > 0);
-    // Away with it, and back.
+    // The panel is closed, and opened again.
     harness.press(Key::F2);
     assert!(harness.query_by_label("frame times").is_none());
     let wide = harness.state().model.width();
@@ -290,7 +291,7 @@ fn a_replay_is_played_and_stepped_by_its_bar() {
     assert_eq!(position(&harness), stood - 1);
     harness.click_on(">");
     assert_eq!(position(&harness), stood);
-    // Nothing is drawn into it.
+    // Nothing is drawn by a drag over the panel.
     let strokes = harness.state().studio.scene().strokes().len();
     let reports = drag(&mut harness, &across());
     assert!(reports.iter().all(|report| report.record.inserted == 0));
@@ -298,7 +299,7 @@ fn a_replay_is_played_and_stepped_by_its_bar() {
     assert!(harness.get_by_label("Undo").accesskit_node().is_disabled());
 }
 
-/// Two screens, two eyes: what a wall hides is left out of every view.
+/// There are two screens and two eyes. Polygons that a wall hides are left out of every view.
 #[test]
 fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -329,7 +330,7 @@ fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
     // A wall's shadow has four sides.
     assert!(harness.state().studio.lines().triangle_count() >= faces + 8);
 
-    // With the least budget there is one occluder in each view.
+    // With the smallest budget there is one occluder in each view.
     harness.command(Command::Occluders(Some(1)));
     assert_eq!(harness.state().report.record.occlusion.occluders, 4);
     assert!(harness.query_all_by_label("max. occluders").next().is_some());
@@ -337,7 +338,7 @@ fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
     assert_eq!(harness.state().report.record.occlusion.occluders, 4, "another index keeps the limit");
 }
 
-/// A wall before each screen of the rig `dual-wall`, and small squares behind it.
+/// Returns a wall before each screen of the rig `dual-wall`, with small squares behind it.
 fn walls_and_squares() -> String {
     let mut text =
         "Header(format:1,name:\"walls\",camera:(p:(0.0,1.6,0.0),q:(0.0,0.0,0.0,1.0),fov_degrees:60.0))\n"
@@ -362,7 +363,7 @@ fn walls_and_squares() -> String {
     text
 }
 
-/// By the boxes against the culling frustum.
+/// The counts are those of boxes against the culling frustum.
 #[test]
 fn what_the_sides_of_the_view_cut_is_counted() {
     let mut harness = with_panel(replay());
@@ -383,7 +384,7 @@ fn a_key_shows_the_depth_pyramid_and_the_panel_says_what_it_needs() {
     assert!(!harness.state().studio.layers().pyramid);
     harness.press(Key::F3);
     assert!(harness.state().studio.layers().pyramid);
-    let needs = "there is one with hzb alone: choose it under occlusion";
+    let needs = "only hzb has one: choose hzb under occlusion";
     assert!(harness.query_by_label(needs).is_some());
     let hzb = Method::Hzb;
     harness.command(Command::Occlusion(hzb));

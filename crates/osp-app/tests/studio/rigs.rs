@@ -22,7 +22,7 @@ fn dual_wall() -> Rig {
     Rig::open("dual-wall").expect("a shipped rig")
 }
 
-/// A window that shows a replay of the shipped room on a rig, on both eyes.
+/// Returns a window that shows a replay of the shipped room on a rig, for both eyes.
 fn on(rig: Rig) -> (Studio, tempfile::TempDir) {
     let folder = tempfile::tempdir().expect("a folder");
     let autosaves = Autosaves::new(Some(folder.path().to_owned()));
@@ -31,7 +31,7 @@ fn on(rig: Rig) -> (Studio, tempfile::TempDir) {
     (studio, folder)
 }
 
-/// The views that a table of the same frame is made of.
+/// Returns the views of which a table of the same frame is made.
 fn of_table(studio: &Studio, rig: &mut RigPath) -> Vec<RigView> {
     let player = studio.session().replay().expect("a replay");
     let mut views = Vec::new();

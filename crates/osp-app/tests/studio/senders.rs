@@ -1,4 +1,4 @@
-//! Several senders, each an author of its own.
+//! Several senders, each a separate author.
 
 use std::net::UdpSocket;
 
@@ -17,7 +17,7 @@ use crate::{
     tracker::{listen, sender, wait_until},
 };
 
-/// A table that listens to several senders, and one of them.
+/// Returns a table that listens to several senders, and a function that sends as one of them.
 fn table() -> (Table, impl Fn(&mut Table, &UdpSocket, &str)) {
     let mut table = Table::new();
     let options = TrackerOptions { listening: Listening::Authors, ..TrackerOptions::default() };
@@ -38,7 +38,7 @@ fn stroke(y: f32) -> String {
     format!("{}{}{}", pose(0.0, 1), pose(0.1, 1), pose(0.2, 0))
 }
 
-/// Strokes that are seen, by author.
+/// Returns the numbers of visible strokes by author.
 fn seen(scene: &Scene) -> Vec<(u32, usize)> {
     let authors = [0, 1, 2, 3].map(Author);
     let count = |author: Author| {
@@ -56,7 +56,7 @@ fn every_sender_is_an_author_with_strokes_and_undo_of_its_own() {
     let (ada, ben) = (sender(tracker), sender(tracker));
     say(&mut table, &ada, &stroke(0.0));
     say(&mut table, &ben, &stroke(0.1));
-    // Both hands have the same number, at the same time.
+    // Both hands have the same number at the same time.
     say(&mut table, &ada, "hand 0 0.2 0 0 0 0 1 1\nhand 0.1 0.2 0 0 0 0 1 1");
     say(&mut table, &ben, &stroke(0.3));
     say(&mut table, &ada, "hand 0.2 0.2 0 0 0 0 1 1\nhand 0.2 0.2 0 0 0 0 1 0");
@@ -70,7 +70,7 @@ fn every_sender_is_an_author_with_strokes_and_undo_of_its_own() {
     say(&mut table, &ada, "undo\nundo\nundo");
     assert_eq!(seen(table.studio.scene()), [(2, 1)]);
     say(&mut table, &ada, "redo");
-    // Ben erases what Ada has drawn, and takes it back.
+    // Ben erases a stroke of Ada, and undoes that.
     say(&mut table, &ben, "erase 0.1 0 0");
     assert_eq!(seen(table.studio.scene()), [(2, 1)]);
     say(&mut table, &ben, "undo");
@@ -79,7 +79,7 @@ fn every_sender_is_an_author_with_strokes_and_undo_of_its_own() {
     let path = table.folder.path().join("class.ron");
     table.studio.command(Command::SaveAs(path.clone()));
     say(&mut table, &ada, "hand 0 0.6 0 0 0 0 1 1\nhand 0.1 0.6 0 0 0 0 1 1");
-    // Who draws in the next session joins that one.
+    // A sender that draws in the next session joins that one.
     table.studio.command(Command::New);
     table.frame();
     assert_eq!(table.studio.scene().authors().count(), 0);
@@ -102,7 +102,7 @@ fn every_sender_is_an_author_with_strokes_and_undo_of_its_own() {
     };
     assert_eq!([first.0, second.0], [1, 2]);
 
-    // The numbers go on where somebody goes on with the session.
+    // If somebody continues the session, the numbers continue.
     table.studio.command(Command::Open(path));
     table.frame();
     assert_eq!(seen(table.studio.scene()), [(1, 2), (2, 1)]);
@@ -156,7 +156,7 @@ fn a_file_that_is_new_is_begun_as_one_of_several_authors_if_that_is_asked_for() 
         let head = Event::Head { author: Author::SOLE, t: 0.0, p: Vec3::ZERO, q: Quat::IDENTITY };
         assert!(document.apply(head));
         document.close().expect("written");
-        // It stays what it is.
+        // The session keeps its number of authors.
         let how = Opening { of_several: !of_several, ..how };
         let (document, _) = Session::open_as(&folder.path().join(name), &autosaves, how).expect("a session");
         assert_eq!(document.knows_authors(), of_several);

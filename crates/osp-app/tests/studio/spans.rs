@@ -69,7 +69,7 @@ fn what_is_in_a_box_or_a_sphere_is_selected_with_every_index() {
             table.drag(Button::Primary, &way);
             assert_eq!(selected(&table), expected, "{} {span:?} {way:?}", kind.name());
         }
-        // What the last drag took stays selected while another is added.
+        // The strokes of the last drag stay selected while another is added.
         table.studio.command(Command::Tool(ToolChoice::Select));
         table.click((0.0, -0.5), Held::default());
         assert_eq!(selected(&table), [ids[2]], "{}", kind.name());

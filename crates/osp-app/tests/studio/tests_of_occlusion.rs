@@ -1,4 +1,4 @@
-//! How the window's occlusion culling tests nodes and scores occluders.
+//! The settings for node tests and occluder scores of the window's occlusion culling.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! A tracker may be anybody: what it says costs what it has to, and strangers are not read.
+//! Any program may act as a tracker. The cost of its messages is bounded, and strangers are ignored.
 
 use std::{
     net::UdpSocket,
@@ -37,7 +37,7 @@ pub(crate) fn sender(to: &Tracker) -> UdpSocket {
     socket
 }
 
-/// Has a studio listen to a tracker, which sends this datagram of so many messages.
+/// Makes a studio listen to a tracker, which sends this datagram with this number of messages.
 pub(crate) fn hear(studio: &mut Studio, packet: &str, messages: u64) -> UdpSocket {
     studio.set_tracker(listen(&TrackerOptions::default()));
     let tracker = studio.tracker().expect("a tracker");
@@ -61,12 +61,12 @@ fn write_triangles(path: &Path, size_m: f32, triangles: impl Iterator<Item = (u3
     writer.finish().expect("a file");
 }
 
-/// Places in a plane, 5 cm apart.
+/// Returns places in a plane, 5 cm apart.
 fn place(i: u32, k: u32) -> Vec3 {
     Vec3::new(i as f32 * 0.05, k as f32 * 0.05, 0.0)
 }
 
-/// Frames until nothing is left to take.
+/// Shows frames until no message is left. Returns their number.
 fn frames(table: &mut Table) -> u32 {
     let mut frames = 0;
     loop {
@@ -88,7 +88,7 @@ fn an_erasure_looks_at_what_is_near_and_a_frame_takes_few_of_them() {
     table.studio.command(Command::Open(session));
     table.frame();
     assert_eq!(table.visible(), u64::from(SIDE * SIDE));
-    // One datagram: a thousand erasures, every other one of them where nothing is.
+    // One datagram holds a thousand erasures, and every second one of them hits nothing.
     let mut packet = String::new();
     for number in 0..500 {
         let p = place(number % SIDE, number / SIDE);
@@ -103,7 +103,8 @@ fn an_erasure_looks_at_what_is_near_and_a_frame_takes_few_of_them() {
     assert_eq!(table.visible(), u64::from(SIDE * SIDE) - 500);
     let reaches = table.studio.culling().reaches();
     assert_eq!(reaches.points, 1000);
-    // Each found its own triangle or nothing; what a frame has just erased is still in the index.
+    // Each erasure found its own triangle or nothing. Polygons that were erased in the same frame are still in the
+    // index.
     assert!(reaches.polygons <= 2000, "{} polygons looked at for 1,000 erasures", reaches.polygons);
 }
 
@@ -202,7 +203,7 @@ fn a_stream_without_lines_is_given_up() {
     let tracker = open(&path);
     wait_until("the end of patience", || tracker.counts().has_given_up);
     assert_eq!((tracker.take(), tracker.take(), tracker.counts().malformed), (Some(Message::Undo), None, 1));
-    // A line that is only too long is passed over.
+    // A line that is only too long is skipped.
     let mut text = "undo\n".to_owned();
     text += &"x".repeat(1 << 19);
     text += "\nredo\n";
@@ -210,7 +211,7 @@ fn a_stream_without_lines_is_given_up() {
     let tracker = open(&path);
     wait_until("both messages", || tracker.counts().messages == 2);
     assert_eq!((tracker.counts().has_given_up, tracker.counts().malformed), (false, 1));
-    // What has no end is not even begun.
+    // A file without an end is refused at once.
     if cfg!(unix) {
         let address = TrackerAddress::File("/dev/zero".into());
         let error = Tracker::open(&address, &TrackerOptions::default(), || {}).expect_err("no file");
@@ -275,7 +276,7 @@ fn a_session_that_uses_the_last_number_goes_on() {
     assert_eq!(table.studio.scene().counts().ignored_events, 0);
 }
 
-/// What was written here once: a replay hears nothing.
+/// A replay ignores the tracker.
 #[test]
 fn a_replay_takes_what_a_tracker_says_and_changes_nothing() {
     let recording = format!("{}/recordings/scribble.ron", osp_testkit::ROOT);
@@ -323,7 +324,8 @@ fn a_brush_that_nobody_knows_is_a_plain_ribbon_and_named_once() {
     assert_eq!([said("Foo"), said("B\\u{202e}ar"), said("Baz")], [1, 1, 1], "{:?}", table.studio.messages());
 }
 
-/// Head and hand at one place of a room that was flown through the model: they are at one place of the session, too.
+/// The head and the hand are at one place of a room that was flown through the model. In the session they must also be
+/// at the same place.
 #[test]
 fn head_and_hand_are_recorded_in_the_same_space() {
     let mut table = Table::new();

@@ -1,4 +1,4 @@
-//! A session that is read some steps at a time, as on a page, is the one that is read at once.
+//! A session that is read in steps, like on a page, is the same as one that is read at once.
 
 use std::{fs, path::PathBuf, time::Duration};
 
@@ -21,13 +21,13 @@ use crate::{
     tracker::wait_until,
 };
 
-/// The clock moves on meanwhile, so that a turn is a step.
+/// The clock advances meanwhile, so a turn is one step.
 const ONE_STEP: Duration = Duration::from_nanos(1);
 
-/// Frames from one picture that is compared to the next.
+/// Number of frames between two compared pictures.
 const EVERY: u64 = 16;
 
-/// Shipped sessions, and one of each format of the folder of real files, if one is named.
+/// Returns shipped sessions, and one of each format from the folder of real files, if one is named.
 #[expect(clippy::print_stderr, reason = "a test that is skipped says why")]
 fn sessions() -> Vec<PathBuf> {
     let recordings = concat!(env!("CARGO_MANIFEST_DIR"), "/../../recordings");
@@ -52,7 +52,7 @@ fn replay_of(session: &Session) -> &Replay {
     session.replay().expect("a replay")
 }
 
-/// What a player shows in every so many of its frames, and what it knows before.
+/// Returns the content of every n-th frame of a player, and its data before that.
 fn told(mut player: Session) -> (String, u64) {
     let known = format!(
         "{:?} {:?} {:?} {:?} {:?} {:?}",
@@ -74,7 +74,7 @@ fn told(mut player: Session) -> (String, u64) {
         whole.add(replay_of(&player).position() - 1, fingerprint_of_frame(pipeline.draw_list().ids()));
         changes.clear();
     }
-    // A jump goes by the snapshots.
+    // A jump uses the snapshots.
     player.seek(frames / 3);
     (format!("{known} {:?}", player.scene().counts()), whole.value())
 }
@@ -95,13 +95,13 @@ fn a_replay_that_is_read_in_steps_is_the_one_that_is_read_at_once() {
             }
         };
         assert!(reader.step().expect("nothing more").is_none());
-        // Each frame was read in a step of its own, and played in another one.
+        // Each frame was read in one step, and played in another one.
         assert!(steps >= 2 * replay_of(&at_once).frame_count(), "{}: {steps} steps", path.display());
         assert_eq!(told(at_once), told(in_steps), "{}", path.display());
     }
 }
 
-/// What the window shows of a document, and what its file would say.
+/// Returns the content of the window for a document, and of its file.
 fn shown(studio: &mut Studio) -> (String, u64) {
     studio.frame(Vec2::new(800.0, 600.0), 0.0);
     studio.frame(Vec2::new(800.0, 600.0), 0.0);
@@ -121,7 +121,7 @@ fn a_session_that_is_read_in_turns_is_the_one_that_is_read_at_once() {
     for path in sessions() {
         let how = Opening::with(Access::Copy);
         let mut at_once = Table::new();
-        // What is hidden goes by the order in which occluders were offered.
+        // The hidden polygons depend on the order in which occluders were offered.
         at_once.studio.command(Command::Occlusion(Occlusion::Msvbsp.into()));
         at_once.studio.command(Command::OpenAs(path.clone(), how));
         let mut in_turns = Table::new();
@@ -130,7 +130,7 @@ fn a_session_that_is_read_in_turns_is_the_one_that_is_read_at_once() {
         in_turns.studio.command(Command::OpenAs(path.clone(), how));
         let (mut turns, mut frames) = (0, 0);
         while in_turns.studio.is_working() {
-            // A frame shows what was there before, and does not take a turn.
+            // A frame shows the previous content, and does not take a turn.
             assert_eq!(in_turns.visible(), 0);
             in_turns.frame();
             frames += 1;
@@ -139,10 +139,10 @@ fn a_session_that_is_read_in_turns_is_the_one_that_is_read_at_once() {
             turns += 1;
         }
         let polygons = in_turns.visible();
-        // Pieces have 1,024 events or polygons.
+        // The parts have 1,024 events or polygons.
         assert!(turns as u64 > polygons / 1024, "{}: {turns} turns, {frames} frames", path.display());
         assert_eq!(shown(&mut at_once.studio), shown(&mut in_turns.studio), "{}", path.display());
-        // What would be written is the same, but for the name of the folder.
+        // The saved files are the same, except for the name of the folder.
         let saved = [at_once, in_turns].map(|mut table| {
             let file = table.folder.path().join("saved.ron");
             table.studio.command(Command::SaveAs(file.clone()));
@@ -153,7 +153,7 @@ fn a_session_that_is_read_in_turns_is_the_one_that_is_read_at_once() {
     }
 }
 
-/// A sketch of a person, and a session that takes a while to be read.
+/// A sketch of a person, and a session that takes a while to read.
 fn before(table: &mut Table) -> (PathBuf, u64, PathBuf) {
     table.drag(Button::Primary, &across(0.0));
     table.studio.work_in_turns(ONE_STEP);
@@ -193,7 +193,7 @@ fn a_session_that_is_read_in_turns_is_given_up_at_any_time() {
             assert!(said.ends_with("opening it was cancelled"), "{said}");
         }
         drop(table.studio);
-        // Its lock was given back.
+        // The lock of the file was released.
         let autosaves = Autosaves::new(Some(own.folder.path().join("autosaves")));
         let (document, _) = Session::open(&path, &autosaves).expect("nobody holds it");
         document.close().expect("nothing was drawn");
@@ -212,7 +212,7 @@ fn a_replay_takes_the_place_of_a_sketch_or_leaves_it_there() {
         let document = table.studio.session();
         assert_eq!((document.path(), table.visible()), (&*drawn, visible));
     };
-    // One that is cancelled, and one that cannot be read.
+    // One replay is cancelled, and one cannot be read.
     replay(&mut table.studio, &path);
     table.studio.tend();
     std::thread::sleep(Duration::from_millis(250));
@@ -231,7 +231,7 @@ fn a_replay_takes_the_place_of_a_sketch_or_leaves_it_there() {
     is_left(&table);
     let why = table.studio.take_unread().expect("why it is not shown").to_string();
     assert!(why.contains("nonsense") && !table.studio.is_closing(), "{why}");
-    // One that can.
+    // The last one can be read.
     table.studio.work_in_turns(Duration::from_millis(5));
     replay(&mut table.studio, &path);
     assert!(table.studio.is_reading(), "it takes more than a turn");

@@ -1,4 +1,5 @@
-//! The strip of who runs a wall: what the tracker does, where the head is, and how the screens show the model.
+//! The strip for the operator of a wall: the state of the tracker, the place of the head, and the form of the screens'
+//! pictures.
 
 use std::{
     io::Write,
@@ -22,7 +23,7 @@ use crate::{
     tracker::{listen, sender, wait_until},
 };
 
-/// A window on the rig `dual-wall` with a tracker, and who sends to it.
+/// Returns a window on the rig `dual-wall` with a tracker, and the socket that sends to it.
 fn on_walls() -> (Harness<'static, Window>, UdpSocket) {
     let mut harness = sketch();
     let studio = &mut harness.state_mut().studio;
@@ -33,7 +34,7 @@ fn on_walls() -> (Harness<'static, Window>, UdpSocket) {
     (harness, socket)
 }
 
-/// Sends a packet and shows frames until it was taken.
+/// Sends a packet and shows frames until it was handled.
 fn send(harness: &mut Harness<'_, Window>, socket: &UdpSocket, packet: &str) {
     let messages = |harness: &Harness<'_, Window>| {
         harness.state().studio.tracker().expect("a tracker").counts().messages
@@ -59,7 +60,7 @@ fn the_strip_says_what_the_tracker_does() {
     assert!(has(&harness, "0.25 1.50 -0.12 m") && has(&harness, "0.50 1.00 0.38 m"));
     let counts =
         |harness: &Harness<'_, Window>| harness.state().studio.tracker().expect("a tracker").counts();
-    // Frame 8; 9 came late.
+    // Frame 8 is lost, and 9 came late.
     assert_eq!(counts(&harness).lost, Some(1));
     harness.get_by_label("1");
     // Twenty poses in more than a second: a rate is shown.
@@ -155,7 +156,7 @@ fn three_touched_corners_put_the_tracker_into_the_room() {
     let of_rig = harness.state().studio.room().rig().expect("a rig").room_from_tracker;
     assert!(of_rig.p.distance(shift) < 1.0e-4 && of_rig.q.dot(turn).abs() > 0.9999);
 
-    // What is drawn now is where the hand is in the room, wherever the room is.
+    // New strokes are at the hand's place in the room, wherever the room is.
     let places = [Vec3::new(0.0, 1.0, -0.5), Vec3::new(0.2, 1.0, -0.5), Vec3::new(0.4, 1.0, -0.5)];
     for p in places {
         send(&mut harness, &socket, &hand(p, 1.0));
@@ -208,7 +209,7 @@ fn the_strip_sets_how_the_screens_show_the_model() {
     assert!(harness.state().studio.room().shows_pattern());
 }
 
-/// What VRPN's `vrpn_print_devices` prints becomes messages, by the script that docs/walls.md names.
+/// The script that docs/walls.md names turns the output of VRPN's `vrpn_print_devices` into messages.
 #[test]
 fn a_script_makes_messages_of_what_vrpn_prints() {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/vrpn.awk");

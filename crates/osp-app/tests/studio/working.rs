@@ -1,4 +1,4 @@
-//! What is read and written beside the window: the picture goes on meanwhile, and it can be ended.
+//! Reading and writing beside the window. The picture continues meanwhile, and the work can be cancelled.
 
 use std::{fmt::Write, fs, path::PathBuf, time::Duration};
 
@@ -18,7 +18,7 @@ use crate::{
     tracker::{hear, wait_until},
 };
 
-/// A session of so many strokes of ten samples.
+/// Writes a session of this many strokes with ten samples each.
 fn long_session(table: &Table, strokes: u32) -> PathBuf {
     let mut text = String::from("Header(format:1,name:\"long\",source:\"osp sketch 0.1.0\")\n");
     for stroke in 0..strokes {
@@ -60,7 +60,7 @@ fn while_a_session_is_read_frames_go_on_and_everything_else_waits() {
     assert!(table.studio.is_reading() && table.studio.next_frame_in().is_some());
     let events = fs::read_to_string(&drawn).expect("the drawing");
     assert!(events.trim_end().ends_with(')') && events.lines().last().is_some_and(|l| l.starts_with("End(")));
-    // What is left takes nothing any more, and is not saved elsewhere either.
+    // The session that is being left accepts no more strokes, and is not saved elsewhere, either.
     table.drag(Button::Primary, &across(0.3));
     socket.send(b"hand 0.2 0 0 0 0 0 1 1\n").expect("sent");
     table.studio.command(Command::SaveAs(table.folder.path().join("other.ron")));
@@ -69,7 +69,7 @@ fn while_a_session_is_read_frames_go_on_and_everything_else_waits() {
         assert_eq!((shown(&table), table.visible()), (drawn.clone(), visible));
         assert_eq!(fs::read_to_string(&drawn).expect("the drawing"), events);
     }
-    // How far it has come is shown, once it has taken a while.
+    // The progress is shown after some time.
     std::thread::sleep(Duration::from_millis(250));
     if let Some(work) = table.studio.work_shown() {
         assert!(work.text.starts_with("reading ") && work.text.ends_with(" events"), "{work:?}");
@@ -78,7 +78,7 @@ fn while_a_session_is_read_frames_go_on_and_everything_else_waits() {
     assert_eq!(shown(&table), path);
     assert!(table.visible() >= 20_000 * 9);
     assert_eq!(fs::read_to_string(drawn).expect("the drawing"), events);
-    // The hand's next sample is a stroke of its own, in the session that is there now.
+    // The hand's next sample starts a new stroke, in the session that is shown now.
     table.frame();
     let strokes = table.studio.scene().strokes().len();
     assert_eq!(strokes, 20_001);
@@ -97,7 +97,7 @@ fn reading_is_ended_by_a_command_and_nothing_is_held_after_it() {
     assert_eq!((shown(&table), table.visible()), (drawn, visible));
     let said = table.studio.messages().last().expect("a message");
     assert!(said.contains("long.ron: opening it was cancelled"), "{said}");
-    // It can be opened at once: the lock was given back.
+    // It can be opened at once, because the lock was released.
     table.studio.command(Command::Open(path.clone()));
     wait(&mut table);
     assert_eq!(shown(&table), path, "{:?}", table.studio.messages());
@@ -110,7 +110,7 @@ fn plan() -> CullingPlan {
 
 #[test]
 fn a_session_is_inserted_beside_the_window_by_the_windows_plan() {
-    // By another one it is inserted anew.
+    // With another plan it is inserted again.
     for (of_window, is_its_own) in [(Occlusion::Auto, true), (Occlusion::None, false)] {
         let mut table = Table::new();
         let path = long_session(&table, 20_000);
@@ -164,13 +164,13 @@ fn a_session_that_takes_long_to_read_is_read_on_beside_the_window() {
     studio.take_over(reading);
     let studio = shown(studio);
     assert!(studio.session().replay().is_some_and(Replay::is_playing));
-    // Whoever has time waits for it; one that stands shows nothing yet.
+    // A caller without a window waits for the session. A replay that stands still shows nothing yet.
     let Waited::Read(Ok((session, _))) = play(false).expect("a thread").wait(None) else {
         panic!("a replay")
     };
     let player = session.replay().expect("a replay");
     assert!(!player.is_playing() && player.position() == 0);
-    // A session that cannot be read is no end of the program.
+    // A session that cannot be read does not end the program.
     fs::write(&path, "nonsense").expect("written");
     let reading = Reading::to_draw(&path, &autosaves(), Opening::default(), plan()).expect("a thread");
     assert!(matches!(reading.wait(None), Waited::Read(Err(_))));
@@ -245,7 +245,7 @@ fn a_model_is_written_beside_the_window_whole_or_not_at_all() {
     table.studio.command(Command::ExportGltf(here.clone()));
     table.studio.work_beside();
     table.studio.command(Command::ExportGltf(whole.clone()));
-    // A second one has to wait, and what is drawn from now on is not in it.
+    // A second export must wait. Strokes that are drawn from now on are not in it.
     table.studio.command(Command::ExportGltf(cancelled.clone()));
     let is_refused = |said: &String| said.contains("wait until this is done");
     assert!(!table.studio.is_working() || table.studio.messages().iter().any(is_refused));

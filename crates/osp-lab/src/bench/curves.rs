@@ -1,13 +1,14 @@
-//! Names and lines that several harnesses have.
+//! Names and curves that several benchmarks share.
 
 use crate::rows::quantile;
 
-/// Points of a line at most: values are gathered into this many groups, of which the median is drawn.
+/// Largest number of points of a curve. Values are divided into this many groups, and the median of each group is
+/// drawn.
 const GROUPS: usize = 240;
-/// The names of the synthetic models, of which each has a size, begin with this.
+/// Prefix of the names of synthetic models; the number of polygons follows.
 pub(super) const SYNTHETIC: &str = "scribble-";
 
-/// The name of the synthetic model with so many polygons.
+/// The name of the synthetic model with this number of polygons.
 pub(super) fn synthetic_name(polygons: u32) -> String {
     format!("{SYNTHETIC}{polygons}")
 }

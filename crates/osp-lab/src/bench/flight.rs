@@ -15,7 +15,8 @@ use osp_session::{
 
 const PART: &str = "flight";
 
-/// One frame of a flight: polygons in view, and not culled by occlusion; microseconds of culling by the frustum, and by both.
+/// One frame of a flight: number of polygons in view and number of drawn polygons; time of frustum culling alone, and
+/// with occlusion culling, microseconds.
 #[derive(Clone, Copy, Debug, Default)]
 struct Flown {
     in_view: u64,
@@ -24,8 +25,8 @@ struct Flown {
     both_us: f64,
 }
 
-/// Flies along a camera's path through the visible polygons of `scene`, without a change to it: frustum culling alone,
-/// and with occlusion culling by `culler`, in turns; the part `flight`.
+/// Flies a camera along its path through the visible polygons of `scene`, which does not change. Measures frustum
+/// culling alone, and with occlusion culling by `culler`, in turns. The rows are the part `flight`.
 pub fn fly(
     recording: &str,
     scene: &Scene,
@@ -55,7 +56,7 @@ pub fn fly(
         }
         let frustum = view.frustum();
         let mut record = Flown::default();
-        // Neither always finds the caches filled by the other.
+        // Either comes first in every second frame, so that neither always finds the caches filled by the other.
         for both in [frame % 2 == 0, frame % 2 == 1] {
             in_view.clear();
             let start = Instant::now();

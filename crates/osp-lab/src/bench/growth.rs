@@ -22,45 +22,46 @@ use osp_session::{
 const PART: &str = "growth";
 const TASKS: [&str; 3] = ["growth/inserting", "growth/still", "growth/all in view"];
 
-/// Frames that an index is measured on at most, for each of inserting and not inserting.
+/// Largest number of frames that an index is measured on, for frames with insertion and without.
 const MOST_FRAMES: usize = 400;
-/// Frames that a budget leaves at least.
+/// Smallest number of frames that are measured, whatever the budget.
 const FEWEST_FRAMES: usize = 3;
 
-/// Budgets that filling an index, and drawing the fewest frames, may take.
+/// Largest multiple of the budget that filling an index and measuring the fewest frames may take.
 const LONGEST: f64 = 10.0;
-/// Polygons whose corners are stored for an index that needs them; for later ones it gets the boxes.
+/// Number of polygons whose corners are stored for an index that needs them; for later polygons such an index gets the
+/// boxes.
 const MOST_SHAPES: usize = 1_100_000;
 
 /// Settings of [`grow`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct GrowthConfig {
-    /// Numbers of polygons.
+    /// Numbers of polygons of the models.
     pub sizes: Vec<u32>,
     /// The indexes.
     pub kinds: Vec<Contender>,
-    /// The index that the others are compared with, frame by frame.
+    /// The reference index, with which the others are compared frame by frame.
     pub reference: IndexKind,
-    /// Polygons that a frame inserts: slightly more than a hand draws at 90 frames a second.
+    /// Number of polygons that a frame inserts: slightly more than a hand draws at 90 frames a second.
     pub batch: u32,
-    /// Time for the frames of an index at a size, seconds. An index that needs ten times as long to be filled and to
-    /// draw three frames, going by the size before, is left out.
+    /// Time for the frames of an index at one size, seconds. An index is left out if filling it and measuring three
+    /// frames would take ten times as long, estimated from the previous size.
     pub budget_secs: f64,
 }
 
-/// The note on a structure that was left out at a size.
+/// The note that a structure was left out at a size.
 pub(super) fn skipped(index: &str, polygons: u32, expected_secs: f64) -> String {
     let (polygons, secs) = (thousands(u64::from(polygons)), short(expected_secs));
     format!("{index} was left out at {polygons} polygons: filling it and three frames take about {secs} s.")
 }
 
-/// Measures indexes that hold ever more polygons of a synthetic session of loose strokes in a 4 m cube.
+/// Measures indexes at increasing numbers of polygons of a synthetic session: loose strokes in a 4 m cube.
 ///
-/// They are the part `growth`. At each size the reference is filled once and then measured beside every other index in turn, frame by frame.
-/// `progress` is called with what is measured next.
+/// The rows are the part `growth`. At each size the reference is filled once. Every other index is then measured with
+/// it in turns, frame by frame. `progress` is called with the name of the next measurement.
 ///
 /// # Errors
-/// Never, as synthetic sessions are whole.
+/// Never, because synthetic sessions have no damage.
 pub fn grow(config: &GrowthConfig, mut progress: impl FnMut(&str)) -> Result<Rows, RecordingError> {
     let mut rows = Rows::default();
     let mut sizes = config.sizes.clone();
@@ -73,11 +74,12 @@ pub fn grow(config: &GrowthConfig, mut progress: impl FnMut(&str)) -> Result<Row
         "inserting: a frame inserts a batch and culls from inside; still: it inserts nothing; all in view: the same from outside.",
     );
     progress("drawing the synthetic session");
-    // A stroke is finished, so a few more than asked for; what is beyond the size is what the frames insert.
+    // The session ends with a whole stroke, so it has a few more polygons than requested. The frames insert the
+    // polygons beyond the size.
     let spare = config.batch * MOST_FRAMES as u32;
     let shapes = if config.kinds.contains(&Contender::Own(IndexKind::Bsp)) { MOST_SHAPES } else { 0 };
     let drawing = Drawing::new(largest.saturating_add(spare), shapes)?;
-    // Nanoseconds that the last size took, and the size.
+    // The time that the previous size took, nanoseconds, and that size.
     let mut took_before: Vec<Option<(f64, u32)>> = vec![None; config.kinds.len()];
     for &size in &sizes {
         let count = (size as usize).min(drawing.boxes.len());
@@ -108,7 +110,7 @@ pub fn grow(config: &GrowthConfig, mut progress: impl FnMut(&str)) -> Result<Row
 /// A synthetic session's polygons in order of drawing.
 pub(super) struct Drawing {
     boxes: Vec<Aabb>,
-    /// Corners of the first ones.
+    /// Corners of the first polygons.
     pub(super) shapes: Vec<ConvexPolygon>,
 }
 
@@ -135,22 +137,22 @@ impl Drawing {
     }
 }
 
-/// An index with what it needs to be measured.
+/// An index and the state of its measurement.
 struct Subject<'a> {
     index: Box<dyn SpatialIndex>,
     drawing: &'a Drawing,
     wants_shapes: bool,
     draw_list: DrawList,
-    /// Polygons of the fill, and of those that there are.
+    /// Number of polygons of the fill, and of all polygons.
     filed: usize,
     most: usize,
-    /// Polygons inserted since.
+    /// Number of polygons inserted since the fill.
     more: usize,
     fill_ns: f64,
     bytes: usize,
 }
 
-/// The time of a frame, nanoseconds, with the nodes and boxes that it tested.
+/// Times of a frame, nanoseconds, and the numbers of nodes and boxes that it tested.
 #[derive(Clone, Copy, Debug, Default)]
 struct Frame {
     insert_ns: f64,
@@ -185,7 +187,7 @@ impl<'a> Subject<'a> {
         let first = range.start;
         for (bounds, at) in self.drawing.boxes[range].iter().zip(first..) {
             let id = PolygonId(at as u32);
-            // Boxes of a synthetic session are finite and each id comes once.
+            // Boxes of a synthetic session are finite, and each id is inserted once, so no error can occur.
             let filed = self.index.insert(id, bounds);
             debug_assert_eq!(filed, Ok(()));
             if self.wants_shapes
@@ -197,12 +199,12 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Number of polygons that are left to insert.
+    /// Number of polygons that are not inserted yet.
     fn left(&self) -> usize {
         self.most - self.filed - self.more
     }
 
-    /// A frame that inserts this many polygons.
+    /// Measures a frame that inserts `batch` polygons.
     fn frame(&mut self, batch: usize, frustum: &Frustum) -> Frame {
         let first = self.filed + self.more;
         let start = Instant::now();
@@ -217,7 +219,8 @@ impl<'a> Subject<'a> {
         Frame { insert_ns, cull_ns, nodes: work.nodes, boxes: work.boxes }
     }
 
-    /// A frame that inserts nothing, so often that the clock's steps do not matter: the mean of the runs.
+    /// Measures a frame without insertion as the mean of `runs` runs, so that the resolution of the clock does not
+    /// matter.
     fn still(&mut self, runs: u32, frustum: &Frustum) -> Frame {
         let mut work = WorkCounts::default();
         let start = Instant::now();
@@ -230,7 +233,7 @@ impl<'a> Subject<'a> {
         Frame { insert_ns: 0.0, cull_ns, nodes: work.nodes, boxes: work.boxes }
     }
 
-    /// Removes what was inserted since the fill.
+    /// Removes the polygons that were inserted since the fill.
     fn take_out(&mut self) {
         for id in self.filed..self.filed + self.more {
             let gone = self.index.remove(PolygonId(id as u32));
@@ -241,7 +244,7 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// The frames of an index and those of the reference beside it.
+/// The frames of an index, each with the frame of the reference that was measured in turn.
 #[derive(Default)]
 struct Pairs(Vec<(Frame, Frame)>);
 
@@ -254,7 +257,8 @@ impl Pairs {
         budget_secs: f64,
     ) -> Self {
         let mut pairs = Vec::with_capacity(MOST_FRAMES);
-        // Frames that insert nothing can be repeated. Both are repeated as often, so that neither has warmer caches.
+        // Frames without insertion can be repeated. Both indexes are repeated equally often, so that neither has warmer
+        // caches.
         let runs = match batch {
             0 => {
                 let first = view(0);
@@ -276,7 +280,7 @@ impl Pairs {
                 break;
             }
             let frustum = view(frame as u64);
-            // Neither always runs first.
+            // The two indexes alternate in running first.
             let pair = if frame % 2 == 0 {
                 let first = measured(subject, &frustum);
                 (first, measured(reference, &frustum))
@@ -289,7 +293,7 @@ impl Pairs {
         Self(pairs)
     }
 
-    /// Adds the times of both.
+    /// Adds the times of both indexes.
     fn add<'f, 'r>(&self, figures: &'f mut Figures<'r>) -> &'f mut Figures<'r> {
         let us = |frame: &Frame| frame.total_ns() / 1000.0;
         let times: Vec<(f64, f64)> = self.0.iter().map(|(own, other)| (us(own), us(other))).collect();
@@ -301,7 +305,7 @@ impl Pairs {
     }
 }
 
-/// Measures an index beside the reference; the median of a frame that inserts, microseconds.
+/// Measures an index and the reference in turns. Returns the median of a frame with insertion, microseconds.
 fn measure(
     rows: &mut Rows,
     name: &str,
@@ -311,7 +315,7 @@ fn measure(
 ) -> f64 {
     let path = |choice| {
         let camera = CameraPath::new(choice, None, &IndexConfig::default().root);
-        // A quick turn, so that even a few frames see the model from every side.
+        // The camera turns fast, so that even a few frames show the model from every side.
         move |frame: u64| camera.view(&Moment { frame: frame * 7, ..Moment::default() }).frustum()
     };
     let share = config.budget_secs / 3.0;

@@ -1,9 +1,9 @@
-//! The comparison of structures that `osp bench` prints: sessions, growth to millions of polygons, and a flight through
-//! the finished model; and the experiments of the paper.
+//! The benchmarks of `osp bench`: sessions, growth to millions of polygons, a flight through the finished model, and
+//! the experiments of the paper.
 //!
-//! All structures are measured in turns, frame by frame, in one process, and each harness gives [`crate::rows`]. Disturbances of
-//! the machine affect all of them alike, and ratios are taken within a frame. Medians come with an interval (see
-//! [`crate::rows::Estimate`]), times with counts of work, which do not depend on the machine.
+//! All structures are measured in turns, frame by frame, in one process, so a disturbance of the machine affects all of
+//! them. Ratios are computed per frame. Each benchmark returns [`crate::rows`]. Medians have an interval (see
+//! [`crate::rows::Estimate`]). Times are accompanied by counts of work, which do not depend on the machine.
 
 mod curves;
 mod flight;

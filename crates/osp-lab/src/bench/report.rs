@@ -3,26 +3,26 @@ use serde::Serialize;
 use super::Machine;
 use crate::{report::json_line, rows::Rows};
 
-/// Everything that a run of `osp bench` found.
+/// The results of a run of `osp bench`.
 #[derive(Clone, Debug, Serialize)]
 pub struct BenchReport {
     /// Machine of the measurement.
     pub machine: Machine,
-    /// The arguments that repeat it.
+    /// The arguments that repeat the run.
     pub command: String,
-    /// The index that the others are compared with.
+    /// The reference index, with which the others are compared.
     pub reference: String,
     /// Measured rows.
     #[serde(flatten)]
     pub rows: Rows,
 }
 
-/// Printed part of a report.
+/// The extent of a printed report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Length {
-    /// The verdict and a table a part.
+    /// The verdict, and one summary table per part.
     Short,
-    /// Every table, too.
+    /// Additionally every table.
     All,
 }
 
@@ -32,7 +32,7 @@ impl BenchReport {
         json_line(self)
     }
 
-    /// The sentences that come first: the verdict, what is wrong, and whether the figures mean something.
+    /// The first lines of the report: the verdict, faults, and a warning if the program is not optimised.
     pub(super) fn verdict(&self) -> Vec<String> {
         let mut lines = self.rows.verdict(&self.reference);
         lines.extend(self.rows.faults.iter().cloned());
@@ -44,7 +44,7 @@ impl BenchReport {
         lines
     }
 
-    /// The report as text. The paper's experiments are always printed whole.
+    /// The report as text. The paper's experiments are always printed in full.
     pub fn to_text(&self, length: Length) -> String {
         let mut parts = vec![self.machine.text()];
         parts.extend(self.verdict());

@@ -23,24 +23,24 @@ pub struct SessionInput {
     pub recording: String,
     /// Summary of the session at this pace.
     pub summary: Summary,
-    /// Part of the session that a frame takes.
+    /// Number of events that a frame takes.
     pub pace: Pace,
     /// The camera's path, and its name.
     pub camera: (CameraPath, &'static str),
-    /// The screens around the camera's eye, if each frame is culled for those of a rig.
+    /// The rig around the camera's eye, if frames are culled for the rig's screens.
     pub rig: Option<RigPath>,
     /// The modelling volume.
     pub root: Aabb,
     /// The indexes.
     pub kinds: Vec<Contender>,
-    /// The index that the others are compared with; one of `kinds`.
+    /// The reference, with which the others are compared; it is one of `kinds`.
     pub reference: IndexKind,
-    /// Time to spend on measured frames of each index, seconds.
+    /// Time for the measured frames of each index, seconds.
     pub budget_secs: f64,
 }
 
-/// Plays a session through the indexes; the part `session`. `progress` is called after every frame. A frame inserts
-/// and culls; nothing is drawn.
+/// Plays a session through the indexes; the rows are the part `session`. `progress` is called after every frame. A
+/// frame inserts and culls; nothing is drawn.
 ///
 /// # Errors
 /// The recording is damaged.
@@ -63,7 +63,7 @@ where
     if input.rig.is_some() {
         lanes.extend(input.kinds.iter().map(lane).map(|lane| lane.of_one_view(1)));
     }
-    // Polygons that the indexes found, frame by frame.
+    // The fingerprints of the polygons that the indexes found, frame by frame.
     let mut seen: Vec<RunReport> =
         input.kinds.iter().map(|kind| RunReport::new(kind.name(), summary.frames)).collect();
     let mut rig_report = input.rig.as_ref().map(RigReport::new);
@@ -75,7 +75,7 @@ where
     while let Some(outcomes) = replay.step()? {
         for (i, (records, frame)) in records.iter_mut().zip(outcomes).enumerate() {
             let Some(frame) = frame else { continue };
-            // The lanes of one view come after the others.
+            // The lanes with one view come after the others.
             if let Some(run) = seen.get_mut(i) {
                 run.add(frame);
             }
@@ -151,16 +151,17 @@ fn us(ns: u64) -> f64 {
     ns as f64 / 1000.0
 }
 
-/// The same number of frames from every part of the session, evenly spaced. A slow index is measured on fewer of the
-/// late frames; without this its median would be one of early frames. An eighth of the parts may have fewer frames,
-/// and these are all taken: a disturbance of the machine can use up the time of a part in one frame.
+/// Selects the same number of frames, evenly spaced, from every part of the session. Without this, the median of a slow
+/// index would be that of early frames, because such an index is measured on fewer late frames. An eighth of the parts
+/// may have fewer frames, because one disturbance of the machine can use up a part's budget. All frames of such a part
+/// are selected.
 fn balanced(records: &[FrameRecord], frames: u64) -> Vec<FrameRecord> {
     if records.len() as u64 == frames {
         return records.to_vec();
     }
     let stretch = |record: &FrameRecord| stretch_of_frame(record.frame, frames);
     let chunks = || records.chunk_by(|a, b| stretch(a) == stretch(b));
-    // The last parts of a short session hold fewer frames, or none.
+    // The last parts of a short session have fewer frames, or none.
     let mut lengths: Vec<usize> = chunks().map(<[FrameRecord]>::len).collect();
     lengths.sort_unstable();
     debug_assert!(lengths.len() as u64 <= STRETCHES);
@@ -172,7 +173,7 @@ fn balanced(records: &[FrameRecord], frames: u64) -> Vec<FrameRecord> {
     chunks().flat_map(some).collect()
 }
 
-/// The frames of one list that are in the other, too; both are in the order of the frames.
+/// The frames that are in both lists. Both lists are sorted by frame.
 fn same_frames<'a>(
     of: &'a [FrameRecord],
     against: &'a [FrameRecord],
@@ -183,8 +184,8 @@ fn same_frames<'a>(
     })
 }
 
-/// The times of the frames that both an index and the reference were measured on, the same number from every part of
-/// the session.
+/// Adds the times of the frames on which both the index and the reference were measured, the same number from every
+/// part of the session.
 fn add(figures: &mut Figures<'_>, records: &[FrameRecord], reference: &[FrameRecord], frames: u64) {
     let both: Vec<FrameRecord> = same_frames(records, reference).map(|(record, _)| *record).collect();
     let fair = balanced(&both, frames);
@@ -204,7 +205,7 @@ fn add(figures: &mut Figures<'_>, records: &[FrameRecord], reference: &[FrameRec
         .value("planes", "1/frame", mean(|record| record.work.planes));
 }
 
-/// The frames of a rig beside frames with one of their views.
+/// Adds the times of a rig's frames with all views, compared with the same frames with one view.
 fn add_views(figures: &mut Figures<'_>, all: &[FrameRecord], one: &[FrameRecord]) {
     let with_views = || same_frames(all, one).filter(|(all, _)| all.views > 0);
     let times = |(all, one): (&FrameRecord, &FrameRecord)| (all.total_ns(), one.total_ns() * all.views);
@@ -231,7 +232,7 @@ mod tests {
 
     #[test]
     fn each_stretch_counts_alike_and_a_disturbed_one_does_not_empty_the_others() {
-        // A frame in ten of the second half, and one frame of the very last stretch.
+        // Every eighth frame of the second half, and one frame of the very last part.
         let frames = 64 * STRETCHES;
         let is_measured = |&frame: &u64| match frame {
             early if early < frames / 2 => true,
@@ -249,7 +250,7 @@ mod tests {
 
     #[test]
     fn a_row_has_the_times_of_the_frames_that_its_ratio_is_of() {
-        // The reference was measured in every other frame, and those are the short ones.
+        // The reference was measured on every other frame, which are the short ones.
         let of: Vec<FrameRecord> =
             (0..100).map(|frame| record(frame, if frame % 2 == 0 { 3_000 } else { 90_000 })).collect();
         let reference: Vec<FrameRecord> = (0..50).map(|at| record(2 * at, 1_000)).collect();

@@ -10,27 +10,27 @@ use osp::{
 };
 use osp_session::scene::Scene;
 
-/// Nearest distance at which a polygon hides another, metres.
+/// Near distance of the views, metres.
 const NEAR_M: f32 = 0.01;
 
 /// Settings of a [`Baker`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BakeConfig {
-    /// Sample points of a cell, each with pictures in all six directions: the middle, then the corners, then points that
-    /// are spread evenly.
+    /// Number of sample points of a cell: the middle, then the corners, then evenly distributed points. Each point has
+    /// pictures in all six directions.
     pub samples: u32,
-    /// Pixels of each of the six pictures from a point, across and down.
+    /// Width and height of each of the six pictures from a point, pixels.
     pub pixels: u32,
 }
 
 impl Default for BakeConfig {
-    /// Nine points, 512 x 512.
+    /// Nine points, 512 x 512 pixels.
     fn default() -> Self {
         Self { samples: 9, pixels: 512 }
     }
 }
 
-/// Computes the sets, a cell at a time; several threads may compute cells at once.
+/// Computes the sets of cells. Several threads may compute cells simultaneously.
 pub struct Baker<'a> {
     scene: &'a Scene,
     cells: ViewCells,
@@ -48,15 +48,15 @@ impl std::fmt::Debug for Baker<'_> {
 }
 
 impl<'a> Baker<'a> {
-    /// A baker for a finished model, `bounds` being around all of it.
+    /// A baker for a finished model; `bounds` contains the whole model.
     pub fn new(scene: &'a Scene, bounds: &Aabb, cells: ViewCells, config: BakeConfig) -> Self {
         let ends = cells.min + cells.count.as_vec3() * cells.side_m;
         let all = bounds.union(&Aabb { min: cells.min, max: ends });
         Self { scene, cells, config, far_m: all.extent().length().max(1.0) * 1.01 }
     }
 
-    /// The groups of polygons that can be seen from a cell, one bit each; `index` holds every polygon and is committed.
-    /// O(samples x (pixels squared + polygons)).
+    /// The groups of polygons that are visible from a cell, one bit per group. `index` must contain every polygon and
+    /// be committed. O(samples x (pixels squared + polygons)).
     pub fn cell(&self, cell: usize, index: &dyn SpatialIndex) -> Vec<u64> {
         let mut groups = vec![0u64; words_of(self.scene.polygon_count())];
         let mut in_view = DrawList::new();
@@ -80,7 +80,7 @@ impl<'a> Baker<'a> {
     }
 }
 
-/// The six directions of a cube's faces.
+/// The directions to the six faces of a cube.
 fn all_round() -> [Quat; 6] {
     use std::f32::consts::{FRAC_PI_2, PI};
     [
@@ -93,13 +93,14 @@ fn all_round() -> [Quat; 6] {
     ]
 }
 
-/// Point number `sample` of a cell, from 0 to 1: the middle, the corners (from where most is seen that the middle does
-/// not see), then the sequence R3 of M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
+/// Sample point number `sample` of a cell, with coordinates from 0 to 1. First comes the middle, then the corners,
+/// which see the most that the middle does not see. Then comes the sequence R3 of M. Roberts, "The Unreasonable
+/// Effectiveness of Quasirandom Sequences", 2018.
 fn place_in_cell(sample: u32) -> Vec3 {
     match sample {
         0 => Vec3::splat(0.5),
         1..=8 => {
-            // Opposite corners follow each other.
+            // Consecutive corners are opposite ones.
             let corner = [0, 7, 3, 4, 5, 2, 6, 1][sample as usize - 1];
             Vec3::new((corner & 1) as f32, (corner >> 1 & 1) as f32, (corner >> 2 & 1) as f32)
         }

@@ -1,19 +1,19 @@
 //! A file of sets, all little-endian:
 //!
-//! | byte | what |
+//! | byte | contents |
 //! |---|---|
 //! | 0 | `osp pvs 2` and a line end |
-//! | 10 | polygons of the model, 64 bits |
+//! | 10 | number of polygons of the model, 64 bits |
 //! | 18 | [`fingerprint_of_model`], 64 bits |
-//! | 26 | polygons that share a bit, 32 bits |
-//! | 30 | cells along x, y and z, 32 bits each |
-//! | 42 | samples of a cell, 32 bits |
-//! | 46 | least corner, and side of a cell, 32-bit floats |
+//! | 26 | number of polygons that share a bit, 32 bits |
+//! | 30 | number of cells along x, y and z, 32 bits each |
+//! | 42 | number of samples of a cell, 32 bits |
+//! | 46 | smallest corner, and edge of a cell, 32-bit floats |
 //! | 62 | the sets, cell after cell, in words of 64 bits, compressed by zstd |
-//! | the last 8 | XXH3-64 of all bytes before |
+//! | the last 8 | XXH3-64 of all preceding bytes |
 //!
-//! Zstd detects little of what can damage a file, and a changed bit of a set would hide a visible polygon. So the checksum is
-//! checked before anything else is used, and no memory is reserved for the sets of another model.
+//! Zstd detects only some kinds of damage, and a changed bit of a set would hide a visible polygon. So the checksum is
+//! verified first, and no memory is reserved for the sets of another model.
 
 use std::{
     io::{self, BufReader, Read, Seek, SeekFrom, Write},
@@ -37,16 +37,16 @@ const MAGIC: &[u8; 10] = b"osp pvs 2\n";
 const OLD_MAGIC: &[u8; 10] = b"osp pvs 1\n";
 const HEAD_BYTES: u64 = 62;
 const CHECKSUM_BYTES: u64 = 8;
-/// Bytes read at once.
+/// Number of bytes per read.
 const CHUNK: usize = 1 << 16;
 const LEVEL: i32 = 9;
-/// Level 9 looks back 2^22 bytes at most; more than twice that would be memory for nothing.
+/// Level 9 uses a window of at most 2^22 bytes; a much larger limit would waste memory.
 const WINDOW_LOG: u32 = 23;
 
-/// The error of a file of sets.
+/// The error of a file of potentially visible sets.
 #[derive(Debug, Error)]
 pub enum PvsError {
-    /// It could not be opened, read or written.
+    /// The file could not be opened, read or written.
     #[error("{}: {cause}", path.display())]
     Io {
         /// The file.
@@ -54,19 +54,19 @@ pub enum PvsError {
         /// The system's error.
         cause: io::Error,
     },
-    /// It is damaged, or not such a file.
+    /// The file is damaged, or has another format.
     #[error("{}, byte {offset}: expected {expected}; found {found}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
         /// Offset, from 0.
         offset: u64,
-        /// Contents that the format requires there.
+        /// The contents that the format requires at this offset.
         expected: String,
-        /// Contents found there.
+        /// The contents at this offset.
         found: String,
     },
-    /// It was made of another model, or of another state of the same one.
+    /// The file belongs to another model, or to another state of the same model.
     #[error(
         "{}, byte {MODEL_AT}: made of another model: expected {expected}; found {found}; osp bake makes it anew",
         path.display()
@@ -74,17 +74,17 @@ pub enum PvsError {
     OtherModel {
         /// The file.
         path: PathBuf,
-        /// The model that needs the sets.
+        /// The model that was expected.
         expected: String,
-        /// The model that they are of.
+        /// The model of the file.
         found: String,
     },
 }
 
-/// Offset of the model in the file.
+/// Offset of the model's description in the file.
 const MODEL_AT: u64 = MAGIC.len() as u64;
 
-/// The head of the file, before the sets.
+/// The header of the file, before the sets.
 struct Head {
     polygons: u64,
     model: u64,
@@ -92,7 +92,7 @@ struct Head {
     samples: u32,
 }
 
-/// Bytes with the place of the next one, for errors.
+/// A reader of the header's fields, with the offset of the next field for errors.
 struct Fields<'a> {
     bytes: &'a [u8],
     offset: u64,
@@ -118,7 +118,7 @@ impl Fields<'_> {
     }
 }
 
-/// Writes to another writer and computes the checksum.
+/// A writer that forwards the bytes and computes their checksum.
 struct Summing<W> {
     out: W,
     sum: Xxh3,
@@ -145,7 +145,7 @@ fn model_text(polygons: u64, model: u64) -> String {
 }
 
 impl Pvs {
-    /// Writes the sets to a file, in the place of an existing one.
+    /// Writes the sets to a file, which is replaced if it exists.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -154,7 +154,7 @@ impl Pvs {
             .map_err(|cause| PvsError::Io { path: path.to_owned(), cause })
     }
 
-    /// Writes the sets as a file has them.
+    /// Writes the sets in the form of a file.
     ///
     /// # Errors
     /// The output fails.
@@ -179,11 +179,11 @@ impl Pvs {
         out.flush()
     }
 
-    /// Reads the sets of a file, which must have been made of this model as it is now. Memory is taken for them only
-    /// once the file has proved to be whole and theirs, and at most [`Pvs::MOST_BYTES`].
+    /// Reads the sets of a file, which must belong to the current state of this model. Memory for the sets, at most
+    /// [`Pvs::MOST_BYTES`], is reserved only after the checksum and the model have been checked.
     ///
     /// # Errors
-    /// The file cannot be read, is damaged, or is of another model: the message names the place.
+    /// The file cannot be read, is damaged, or belongs to another model. The message has the offset.
     pub fn read(path: &Path, model: &Scene) -> Result<Self, PvsError> {
         let io = |cause| PvsError::Io { path: path.to_owned(), cause };
         let mut file = open_regular(path).map_err(io)?;
@@ -208,7 +208,7 @@ impl Pvs {
     }
 }
 
-/// Looks through the whole file: whether it begins as it must, and sums up to its last bytes.
+/// Reads the whole file and checks its first bytes and its checksum.
 fn check_whole(file: &mut File, path: &Path, bytes: u64) -> Result<(), PvsError> {
     let io = |cause| PvsError::Io { path: path.to_owned(), cause };
     let mut magic = Vec::new();
@@ -272,7 +272,7 @@ fn read_head(bytes: &[u8; HEAD_BYTES as usize], path: &Path) -> Result<Head, Pvs
     Ok(Head { polygons, model, cells: ViewCells { min, side_m, count }, samples })
 }
 
-/// Unpacks the sets, in memory that is requested at once.
+/// Decompresses the sets into memory that is reserved at once.
 fn read_sets(head: &Head, packed: impl Read, path: &Path) -> Result<Vec<u64>, PvsError> {
     let io = |cause| PvsError::Io { path: path.to_owned(), cause };
     let words = words_of(head.polygons as usize) * head.cells.len();

@@ -1,15 +1,15 @@
-//! Potentially visible sets of a finished model: for each cell of space, the polygons that can be seen from it.
+//! Potentially visible sets of a finished model: for each cell of space, the polygons that are visible from the cell.
 //!
 //! J. Airey, J. Rohlf, F. Brooks, "Towards Image Realism with Interactive Update Rates in Complex Virtual Building
 //! Environments", 1990 (view cells, sets found by sampling); S. Teller, C. Séquin, "Visibility Preprocessing for
 //! Interactive Walkthroughs", 1991.
 //!
 //! # Differences from the papers
-//! * Cells are cubes of a grid: a sketch has no walls and doors to take them from.
-//! * It stores groups of sixteen consecutive polygons, as the index pages them: a bit for each cell and group.
+//! * Cells are cubes of a grid, because a sketch has no walls and doors that define cells.
+//! * The sets store one bit for each cell and each group of sixteen consecutive polygons.
 //!
-//! The sets are **sampled, not exact**: polygons visible only from between the samples of a cell are missing from its
-//! set. `osp verify --pvs` counts them.
+//! The sets are **sampled, not exact**: polygons that are visible only between the sample points of a cell are missing
+//! from its set. `osp verify --pvs` counts them.
 
 mod bake;
 mod file;
@@ -27,25 +27,25 @@ use osp::{
 };
 use osp_session::scene::Scene;
 
-/// Consecutive polygons that share a bit.
+/// Number of consecutive polygons that share a bit.
 pub const GROUP: usize = 16;
 
-/// The cubes of space that have a set of their own.
+/// The grid of cubic cells; each cell has a set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewCells {
-    /// The corner with the least coordinates, world space, metres.
+    /// The smallest corner, world space, metres.
     pub min: Vec3,
-    /// Side of a cell, metres.
+    /// Edge of a cell, metres.
     pub side_m: f32,
-    /// Cells along x, y and z.
+    /// Number of cells along x, y and z.
     pub count: UVec3,
 }
 
 impl ViewCells {
-    /// Most cells of a grid.
+    /// Largest number of cells of a grid.
     pub const MOST: u32 = 1 << 20;
 
-    /// Cubes that fill a box, `along` of them along its longest side.
+    /// Cubes that fill a box, `along` of them along its longest edge.
     pub fn filling(space: &Aabb, along: u32) -> Self {
         let extent = space.extent().max(Vec3::splat(1.0e-3));
         let mut along = along.max(1);
@@ -64,12 +64,12 @@ impl ViewCells {
         self.count.element_product() as usize
     }
 
-    /// Whether there is none.
+    /// Whether the grid has no cell.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The cell around a point.
+    /// The cell that contains a point; `None` outside the grid.
     pub fn around(&self, p: Vec3) -> Option<usize> {
         let at = (p - self.min) / self.side_m;
         let inside = at.cmpge(Vec3::ZERO).all() && at.cmplt(self.count.as_vec3()).all();
@@ -77,7 +77,7 @@ impl ViewCells {
         inside.then(|| ((at.z * self.count.y + at.y) * self.count.x + at.x) as usize)
     }
 
-    /// The corner of a cell with the least coordinates.
+    /// The smallest corner of a cell.
     pub fn corner(&self, cell: usize) -> Vec3 {
         let cell = cell as u32;
         let at = UVec3::new(
@@ -89,8 +89,8 @@ impl ViewCells {
     }
 }
 
-/// A fingerprint of a model: its polygons, their corners, and which of them are occluders. Sets are valid
-/// for one model only.
+/// A fingerprint of a model: its polygons, their corners, and which polygons are occluders. Sets are valid for one
+/// model only.
 pub fn fingerprint_of_model(geometry: &dyn Geometry) -> u64 {
     let mut hash = Xxh3::new();
     let ids = (0..geometry.id_end() as u32).map(PolygonId);
@@ -109,12 +109,12 @@ pub fn fingerprint_of_model(geometry: &dyn Geometry) -> u64 {
 #[derive(Clone, PartialEq)]
 pub struct Pvs {
     cells: ViewCells,
-    /// Polygons of the model, visible or not.
+    /// Number of polygons of the model, visible or not.
     polygons: usize,
     model: u64,
-    /// Sample points of each cell.
+    /// Number of sample points of each cell.
     samples: u32,
-    /// By cell: a bit for each group, in whole words.
+    /// One bit per group, in whole words for each cell.
     sets: Vec<u64>,
 }
 
@@ -128,7 +128,7 @@ impl std::fmt::Debug for Pvs {
     }
 }
 
-/// The error for sets that need more memory than [`Pvs::MOST_BYTES`], or than the machine has.
+/// The error of sets that need more memory than [`Pvs::MOST_BYTES`], or than the machine has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error(
     "the sets of {cells} cells and {polygons} polygons take {bytes} bytes: expected at most {}, and memory for them; \
@@ -142,13 +142,13 @@ pub struct TooManySets {
 }
 
 impl Pvs {
-    /// Most bytes of all sets together.
+    /// Largest size of all sets together, bytes.
     pub const MOST_BYTES: usize = 1 << 30;
 
-    /// Empty sets: nothing is visible from any cell.
+    /// Empty sets: no polygon is visible from any cell.
     ///
     /// # Errors
-    /// They would take too much memory.
+    /// The sets would take too much memory.
     pub fn new(scene: &Scene, cells: ViewCells, samples: u32) -> Result<Self, TooManySets> {
         let polygons = scene.polygon_count();
         let bytes = words_of(polygons) as u64 * cells.len() as u64 * 8;
@@ -165,36 +165,36 @@ impl Pvs {
         &self.cells
     }
 
-    /// Sample points of each cell.
+    /// Number of sample points of each cell.
     pub fn samples(&self) -> u32 {
         self.samples
     }
 
-    /// Polygons of the model.
+    /// Number of polygons of the model.
     pub fn polygons(&self) -> usize {
         self.polygons
     }
 
-    /// Bytes of all sets.
+    /// Size of all sets, bytes.
     pub fn bytes(&self) -> usize {
         self.sets.len() * size_of::<u64>()
     }
 
-    /// Stores the set of a cell: one bit for each group, as [`Baker::cell`] makes it.
+    /// Stores the set of a cell: one bit per group, as returned by [`Baker::cell`].
     pub fn set_cell(&mut self, cell: usize, groups: &[u64]) {
         let words = words_of(self.polygons);
         self.sets[cell * words..(cell + 1) * words].copy_from_slice(groups);
     }
 
-    /// Share of the groups in the sets, mean over the cells.
+    /// Mean share of the groups in the set of a cell.
     pub fn mean_share(&self) -> f64 {
         let groups = self.polygons.div_ceil(GROUP) * self.cells.len();
         let ones: u64 = self.sets.iter().map(|word| u64::from(word.count_ones())).sum();
         if groups == 0 { 0.0 } else { ones as f64 / groups as f64 }
     }
 
-    /// Appends the polygons of `polygons` that may be seen from a point; all of them from outside of the cells.
-    /// Returns whether the point has a set.
+    /// Appends the polygons of `in_view` that may be visible from a point; outside the grid, all of them. Returns
+    /// whether the point has a set.
     pub fn cull(
         &self,
         eye_in_world: Vec3,
@@ -215,7 +215,7 @@ impl Pvs {
     }
 }
 
-/// Words of a cell's set.
+/// Number of words of a cell's set.
 fn words_of(polygons: usize) -> usize {
     bits::words_for(polygons.div_ceil(GROUP))
 }

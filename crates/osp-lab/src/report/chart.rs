@@ -14,16 +14,17 @@ use osp_session::atomic_file::write_atomically;
 
 /// Size of a chart, pixels.
 const SIZE: (u32, u32) = (1280, 720);
-/// Width of a median's line.
+/// Width of a median's curve, pixels.
 const LINE_PIXELS: u32 = 3;
-/// Points of a curve: frames are gathered into this many groups, of which the median is drawn.
+/// Largest number of points of a curve. Frames are divided into this many groups, and the median of each group is
+/// drawn.
 const GROUPS: u64 = 400;
 
-/// Draws the frame times over the session, a line for each index on a logarithmic scale, with the number of polygons
-/// on the right-hand axis. PNG or SVG by the ending of `path`; the file is whole or not there.
+/// Draws the frame times over the session, a curve for each index on a logarithmic scale, with the number of polygons
+/// on the right-hand axis. The file is PNG or SVG by the ending of `path`, and is written completely or not at all.
 ///
 /// # Errors
-/// The ending is another one, there is nothing to draw, or the file cannot be written.
+/// The ending is another one, no frame was measured, or the file cannot be written.
 pub fn draw_frame_times(report: &ReplayReport, path: &Path) -> Result<(), ChartError> {
     if report.runs.iter().all(|run| run.curve().is_empty()) {
         return Err(ChartError::Empty(path.to_owned()));
@@ -46,7 +47,7 @@ impl Picture for FrameTimes<'_> {
     }
 }
 
-/// Text is measured and drawn with a font of our own; the machine may have none. In a browser it is the browser's.
+/// Registers a font for text, because the machine may have none. In a browser the browser's font is used.
 pub(crate) fn register_font() {
     #[cfg(not(target_arch = "wasm32"))]
     register_own_font();
@@ -56,7 +57,7 @@ pub(crate) fn register_font() {
 fn register_own_font() {
     static ONCE: std::sync::Once = std::sync::Once::new();
     ONCE.call_once(|| {
-        // Fails only for a font that is not one, and then the text is missing from the picture.
+        // Registering fails only for an invalid font; the text would then be missing from the picture.
         let _ = plotters::style::register_font(
             "sans-serif",
             FontStyle::Normal,
@@ -65,7 +66,7 @@ fn register_own_font() {
     });
 }
 
-/// A group of neighbouring frames.
+/// A group of consecutive frames.
 struct Group {
     frame: f64,
     median_us: f64,
@@ -89,8 +90,8 @@ fn groups(run: &RunReport, frames: u64) -> Vec<Group> {
         .collect()
 }
 
-/// Styles of the runs: structures as in all charts, and one structure's methods of culling by occlusion each in a way
-/// of its own.
+/// Styles of the runs: a structure has the same style in all charts. If runs have occlusion culling, each combination
+/// of structure and method has its own style.
 fn styles(runs: &[RunReport]) -> Vec<LineStyle> {
     let style = |run: &RunReport| {
         let Some(occlusion) = &run.occlusion else { return LineStyle::of_structure(&run.index) };
@@ -99,7 +100,7 @@ fn styles(runs: &[RunReport]) -> Vec<LineStyle> {
     runs.iter().map(style).collect()
 }
 
-/// The position of its structure among the structures of the runs.
+/// Index of the run's structure among the structures of the runs.
 fn number_of(index: &str, runs: &[RunReport]) -> usize {
     let before = runs.iter().take_while(|run| run.index != index);
     before.map(|run| &run.index).collect::<BTreeSet<_>>().len()
@@ -174,7 +175,7 @@ where
     for (style, curve) in styles.iter().zip(&curves) {
         chart.draw_series(LineSeries::new(curve.iter().map(|g| (g.frame, g.max_us)), style.faint()))?;
     }
-    // The first line lies on top.
+    // The first curve is drawn last, so that it is on top.
     for (&style, curve) in styles.iter().zip(&curves).rev() {
         let points: Vec<_> = curve.iter().map(|g| (g.frame, g.median_us)).collect();
         style.draw(&mut chart, &points, LINE_PIXELS)?;

@@ -1,6 +1,6 @@
 use plotters::prelude::RGBColor;
 
-/// The colour of `osp`; no other structure has it.
+/// The colour of `osp`, which no other structure has.
 pub(super) const BLUE: RGBColor = RGBColor(0, 114, 178);
 pub(super) const ORANGE: RGBColor = RGBColor(230, 159, 0);
 pub(super) const GREEN: RGBColor = RGBColor(0, 158, 115);

@@ -1,6 +1,6 @@
 use comfy_table::{Table, TableComponent, presets};
 
-/// An empty table of columns, without lines but one below its header.
+/// An empty table of columns, with a single line below its header.
 pub fn columns_table() -> Table {
     let mut table = Table::new();
     table.load_preset(presets::UTF8_HORIZONTAL_ONLY);

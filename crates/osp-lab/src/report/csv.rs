@@ -3,29 +3,29 @@ use std::io::{self, Write};
 use super::{RigReport, RunReport};
 use osp_session::replay::LaneFrame;
 
-/// Writes one line for each index and frame.
+/// A writer of one CSV line per index and frame.
 #[derive(Debug)]
 pub struct CsvWriter<W> {
     out: W,
     occlusion: OcclusionColumns,
-    /// Screens and eyes of the rig that have columns.
+    /// Number of screens and eyes of the rig that have columns.
     views: usize,
 }
 
-/// Whether the lines have the columns of occlusion culling.
+/// Whether the CSV has columns for occlusion culling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OcclusionColumns {
-    /// They do not.
+    /// No columns for occlusion culling.
     Without,
-    /// They do, in columns at the end.
+    /// Columns for occlusion culling at the end.
     With,
 }
 
 impl<W: Write> CsvWriter<W> {
-    /// Writes the line of column names; with a rig each screen and eye has columns.
+    /// Writes the line of column names. With a rig each screen and eye has columns.
     ///
     /// # Errors
-    /// The output could not be written.
+    /// The output cannot be written.
     pub fn new(mut out: W, occlusion: OcclusionColumns, rig: Option<&RigReport>) -> io::Result<Self> {
         write!(
             out,
@@ -50,10 +50,11 @@ impl<W: Write> CsvWriter<W> {
         Ok(Self { out, occlusion, views: rig.map_or(0, |rig| rig.views.len()) })
     }
 
-    /// Writes a frame. `measured` is 0 where the index had skipped frames before: the times are then not the frame's own.
+    /// Writes a frame. `measured` is 0 if the index had skipped frames before, because the times are then not those of
+    /// a single frame.
     ///
     /// # Errors
-    /// The output could not be written.
+    /// The output cannot be written.
     pub fn write(&mut self, recording: &str, run: &RunReport, frame: &LaneFrame) -> io::Result<()> {
         let r = &frame.record;
         let index = &run.index;
@@ -109,10 +110,10 @@ impl<W: Write> CsvWriter<W> {
         writeln!(self.out)
     }
 
-    /// Hands everything to the output, and gives that back.
+    /// Flushes and returns the output.
     ///
     /// # Errors
-    /// The output could not be written.
+    /// The output cannot be written.
     pub fn finish(mut self) -> io::Result<W> {
         self.out.flush()?;
         Ok(self.out)

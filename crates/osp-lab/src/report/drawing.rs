@@ -1,39 +1,39 @@
-/// The times of drawing the frames of a run.
+/// The drawing times of a run's frames.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DrawReport {
-    /// Submission to completion, nanoseconds.
+    /// Time from submission to completion of each frame, sorted, nanoseconds.
     draw_ns: Vec<u64>,
-    /// Sending new polygons, sorting, sending the draw list: nanoseconds.
+    /// Time to upload new polygons, sort and upload the draw list, for each frame, sorted, nanoseconds.
     send_ns: Vec<u64>,
-    /// Sums over the frames that were culled while drawing.
+    /// Number of frames with culling while drawing, and their sums.
     culling: Option<(u64, DrawnWhileCulling)>,
-    /// GPU times of such frames: depth pass, Hi-Z test, colour pass; nanoseconds.
+    /// GPU times of these frames, sorted: depth pass, Hi-Z test, colour pass; nanoseconds.
     gpu_ns: [Vec<u64>; 3],
 }
 
 /// Counts and times of culling while drawing, for one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawnWhileCulling {
-    /// Groups of polygons tested.
+    /// Number of groups of polygons tested.
     pub groups_tested: u64,
-    /// Polygons drawn for their depth alone.
+    /// Number of polygons drawn in the depth pass.
     pub first_pass: u64,
-    /// Polygons drawn with their colours.
+    /// Number of polygons drawn in the colour pass.
     pub second_pass: u64,
-    /// Polygons found to be hidden.
+    /// Number of polygons that were found to be hidden.
     pub hidden: u64,
-    /// GPU times of depth pass, test and colour pass, nanoseconds, where the adapter has time stamps.
+    /// GPU times of depth pass, test and colour pass, nanoseconds, if the adapter supports timestamps.
     pub gpu_ns: Option<[u64; 3]>,
 }
 
 impl DrawReport {
-    /// Adds a frame: the time from submission to completion, and the time before the submission, nanoseconds.
+    /// Adds a frame: the time from submission to completion, and the time before submission, nanoseconds.
     pub fn add(&mut self, draw_ns: u64, send_ns: u64) {
         insert(&mut self.draw_ns, draw_ns);
         insert(&mut self.send_ns, send_ns);
     }
 
-    /// Adds the counts of culling in a frame.
+    /// Adds the culling counts of a frame.
     pub fn add_culling(&mut self, frame: DrawnWhileCulling) {
         let (frames, sum) = self.culling.get_or_insert_default();
         *frames += 1;
@@ -46,33 +46,32 @@ impl DrawReport {
         }
     }
 
-    /// Whether hidden polygons were looked for while drawing.
+    /// Whether frames were culled while drawing.
     pub fn has_culling(&self) -> bool {
         self.culling.is_some()
     }
 
-    /// The mean of a count over the frames that were culled while drawing; 0 if there was none.
+    /// The mean of a count over the frames that were culled while drawing; 0 without such frames.
     pub fn culling_mean(&self, of: impl Fn(&DrawnWhileCulling) -> u64) -> f64 {
         self.culling.as_ref().map_or(0.0, |(frames, sum)| of(sum) as f64 / (*frames).max(1) as f64)
     }
 
-    /// Median GPU times of depth pass, test and colour pass, microseconds; `None` where the adapter has no time
-    /// stamps.
+    /// Median GPU times of depth pass, test and colour pass, microseconds; `None` if the adapter has no timestamps.
     pub fn gpu_us(&self) -> Option<[f64; 3]> {
         (!self.gpu_ns[0].is_empty()).then(|| [0, 1, 2].map(|pass| at(&self.gpu_ns[pass], 0.5)))
     }
 
-    /// Frames drawn.
+    /// Number of frames drawn.
     pub fn frames(&self) -> u64 {
         self.draw_ns.len() as u64
     }
 
-    /// From submission to completion at a quantile from 0 to 1, microseconds; 0 where nothing was drawn.
+    /// A quantile, 0 to 1, of the time from submission to completion, microseconds; 0 if no frame was drawn.
     pub fn draw_us(&self, quantile: f64) -> f64 {
         at(&self.draw_ns, quantile)
     }
 
-    /// The time before the submission at a quantile from 0 to 1, microseconds; 0 where nothing was drawn.
+    /// A quantile, 0 to 1, of the time before submission, microseconds; 0 if no frame was drawn.
     pub fn send_us(&self, quantile: f64) -> f64 {
         at(&self.send_ns, quantile)
     }

@@ -1,4 +1,4 @@
-//! A replay as rows.
+//! The figures of a replay as rows.
 
 use super::{ReplayReport, RunReport};
 use crate::rows::Rows;
@@ -7,8 +7,8 @@ const PART: &str = "replay";
 const VIEWS: &str = "replay/views";
 
 impl ReplayReport {
-    /// The figures of the runs, the important ones first; on a rig also those of each screen and eye. Ratios are those to the
-    /// fastest run, see [`ReplayReport::fastest`].
+    /// The figures of the runs, the important ones first; with a rig also those of each screen and eye. Ratios are
+    /// relative to the fastest run, see [`ReplayReport::fastest`].
     pub fn rows(&self) -> Rows {
         let mut rows = Rows::default();
         rows.part(PART, "Replay");
@@ -37,14 +37,14 @@ impl ReplayReport {
         rows
     }
 
-    /// The run that took the least time over all frames. `None` if there is nothing to compare, or if occlusion culling makes it a
-    /// question of drawing, too.
+    /// The run with the shortest median frame time. `None` if there is only one run, or if a run has occlusion culling
+    /// or draws, because the drawing time then matters, too.
     pub fn fastest(&self) -> Option<&RunReport> {
         let runs = || self.runs.iter().filter(|run| run.measured_frames() > 0);
         if runs().count() < 2 || runs().any(|run| run.occlusion.is_some() || run.draw.is_some()) {
             return None;
         }
-        // One that was too slow for all frames is not the fastest.
+        // A run that did not complete all frames cannot be the fastest.
         let complete = runs().filter(|run| run.is_complete());
         complete.min_by(|a, b| a.frame_us(0.5).total_cmp(&b.frame_us(0.5)))
     }
@@ -89,7 +89,7 @@ impl RunReport {
     }
 }
 
-/// The median of a run divided by that of the fastest, over the frames that both were measured in.
+/// The median of a run divided by that of the fastest, over the frames on which both were measured.
 fn ratio(fastest: &RunReport, other: &RunReport) -> Option<f64> {
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
     let mut all = fastest.curve().iter().peekable();
@@ -113,7 +113,7 @@ mod tests {
     use osp::frame::{FrameRecord, Stage};
     use osp_session::replay::LaneFrame;
 
-    /// A run in which each of these frames took so many microseconds.
+    /// A run with frames (number, microseconds).
     fn run(name: &str, session_frames: u64, frames: &[(u64, u64)]) -> RunReport {
         let mut run = RunReport::new(name, session_frames);
         for &(frame, us) in frames {
@@ -144,7 +144,7 @@ mod tests {
     fn times_are_compared_over_the_frames_that_both_were_measured_in() {
         let fast = run("fast", 4, &[(1, 10), (2, 10), (3, 30), (4, 30)]);
         let slow = run("slow", 4, &[(1, 40), (2, 40), (3, 60), (4, 60)]);
-        // Measured in the short frames alone, where its median would flatter it.
+        // Measured on the short frames only, so its median is too small.
         let partial = run("partial", 4, &[(1, 15), (2, 15)]);
         let report = report(vec![slow, partial, fast]);
         assert_eq!(report.fastest().map(RunReport::name).as_deref(), Some("fast"));

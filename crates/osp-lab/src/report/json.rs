@@ -1,4 +1,4 @@
-//! A replay as JSON: docs/study.md has the fields.
+//! A replay as JSON; docs/study.md describes the fields.
 
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};

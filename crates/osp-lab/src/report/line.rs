@@ -1,4 +1,4 @@
-//! The form that all reports have in common.
+//! The JSON form that all reports share.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! The report on a replay as tables, CSV, JSON and (feature `bench`) charts.
+//! The report of a replay as tables, CSV, JSON and (feature `bench`) charts.
 
 #[cfg(feature = "bench")]
 mod chart;

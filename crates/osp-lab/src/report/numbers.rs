@@ -1,4 +1,4 @@
-/// Three significant digits, thousands set apart.
+/// A number with three significant digits and thousands separators.
 pub fn short(x: f64) -> String {
     match x {
         x if x >= 100.0 => thousands(x.round() as u64),
@@ -7,7 +7,7 @@ pub fn short(x: f64) -> String {
     }
 }
 
-/// A whole number, thousands set apart by commas.
+/// An integer with commas as thousands separators.
 pub fn thousands(n: u64) -> String {
     let digits = n.to_string();
     let mut text = String::new();

@@ -1,8 +1,9 @@
-//! Styles of lines in charts: a structure has the same colour and mark in all of them, and no two structures are alike.
+//! Styles of curves in charts. A structure has the same colour and mark in all charts, and no two structures have the
+//! same style.
 //!
-//! People who confuse red and green can distinguish the colours, too; they are after Okabe and Ito, "Color Universal
-//! Design", 2008. There are more structures than colours: structures of one family share a colour and differ by their
-//! mark.
+//! The colours can be distinguished by colour-blind people; they are those of Okabe and Ito, "Color Universal Design",
+//! 2008. Because there are more structures than colours, structures of one family share a colour and differ by their
+//!    mark.
 
 use std::error::Error;
 
@@ -22,7 +23,7 @@ use super::{
 };
 use crate::Method;
 
-/// The mark that a line bears in a few places.
+/// The mark at a few points of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Mark {
     None,
@@ -37,7 +38,7 @@ pub(crate) enum Mark {
 
 use Mark::{Disc, Square, Triangle};
 
-/// Structures with their colours and marks; structures that are often shown together have colours of their own.
+/// Structures with their colours and marks. Structures that are often shown together have different colours.
 const STRUCTURES: [(&str, RGBColor, Mark); 25] = [
     ("osp", BLUE, Mark::None),
     ("osp-paper", SKY, Mark::None),
@@ -66,37 +67,37 @@ const STRUCTURES: [(&str, RGBColor, Mark); 25] = [
     ("obvhs-rebuilt", GRAY, Triangle),
 ];
 
-/// The same for methods of occlusion culling, when one structure is shown with several.
+/// Colours and marks of occlusion culling methods, for charts of one structure with several methods.
 const METHOD_COLORS: [RGBColor; 7] = [VERMILION, GREEN, ORANGE, PURPLE, INK, SKY, GRAY];
 const METHOD_MARKS: [Mark; 4] = [Mark::Ring, Mark::HollowSquare, Mark::HollowTriangle, Mark::HollowDiamond];
 
-/// Length of the dashes and of the gaps between them, pixels.
+/// Lengths of dash and gap of dashed lines, pixels.
 const DASHES: [Option<(u32, u32)>; 3] = [None, Some((9, 5)), Some((2, 4))];
 
 /// Length of a line in a legend, pixels.
 pub(crate) const SAMPLE_PIXELS: i32 = 36;
-/// Marks on a line.
+/// Number of marks on a curve.
 const MARKS: usize = 8;
-/// Up to this many points of a line are drawn as dots.
+/// Largest number of points of a curve that are drawn as dots.
 const FEW_POINTS: usize = 12;
 
 type Point = (i32, i32);
 type MarkElement<DB> = ComposedElement<Point, DB, Polygon<Point>, PathElement<Point>>;
-/// A piece of line with its mark.
+/// A piece of a line with its mark.
 pub(crate) type Sample<DB> =
     ComposedElement<Point, DB, DashedPathElement<std::array::IntoIter<Point, 2>, u32>, MarkElement<DB>>;
 
-/// Style of a line.
+/// The style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct LineStyle {
     color: RGBColor,
     mark: Mark,
-    /// Length of dash and gap, pixels; a whole line without.
+    /// Length of dash and gap, pixels; `None` for a solid line.
     dash: Option<(u32, u32)>,
 }
 
 impl LineStyle {
-    /// The look of a structure; a structure without an entry gets one that no other has.
+    /// The style of a structure; a structure without an entry gets a style that no other has.
     pub(crate) fn of_structure(name: &str) -> Self {
         match STRUCTURES.iter().find(|(other, ..)| *other == name) {
             Some(&(_, color, mark)) => Self { color, mark, dash: None },
@@ -104,7 +105,7 @@ impl LineStyle {
         }
     }
 
-    /// The style of the line called `name`. A name of no structure gets the style of the `number`-th line.
+    /// The style of the curve `name`. If the name is not that of a structure, the style depends on `number`.
     pub(crate) fn of_any(name: &str, number: usize) -> Self {
         if STRUCTURES.iter().any(|(other, ..)| *other == name) {
             return Self::of_structure(name);
@@ -113,11 +114,11 @@ impl LineStyle {
         Self { color, mark: METHOD_MARKS[at % METHOD_MARKS.len()], dash: None }
     }
 
-    /// The look of a structure with a method of occlusion culling; `number` counts the structures of the chart.
+    /// The style of a structure with an occlusion culling method; `number` is the index of the structure in the chart.
     pub(crate) fn of_method(structure: &str, number: usize, method: &str) -> Self {
         let methods: Vec<_> = Method::all().map(Method::name).collect();
         match methods.iter().position(|other| *other == method) {
-            // The method `none` is the structure alone.
+            // The method `none` has the style of the structure alone.
             Some(0) | None => Self::of_structure(structure),
             Some(method) => {
                 let at = number * (methods.len() - 1) + method - 1;
@@ -128,12 +129,12 @@ impl LineStyle {
         }
     }
 
-    /// The name that a page's style sheet has for the colour.
+    /// The name of the colour's variable in a page's style sheet.
     pub(crate) fn css_name(self) -> &'static str {
         css_name(self.color).unwrap_or("--ink")
     }
 
-    /// Length of dash and gap, pixels; `None` for a whole line.
+    /// Length of dash and gap, pixels; `None` for a solid line.
     pub(crate) fn dash(self) -> Option<(u32, u32)> {
         self.dash
     }
@@ -152,12 +153,12 @@ impl LineStyle {
         }
     }
 
-    /// A faint line beside the line itself.
+    /// A faint version of the curve.
     pub(crate) fn faint(self) -> ShapeStyle {
         self.color.mix(0.3).into()
     }
 
-    /// Draws a line through points.
+    /// Draws a curve through points.
     pub(crate) fn draw<'b, DB, X, Y>(
         self,
         chart: &mut ChartContext<'b, DB, Cartesian2d<X, Y>>,
@@ -179,7 +180,7 @@ impl LineStyle {
         let marked: Vec<_> = if points.len() <= FEW_POINTS {
             points.iter().collect()
         } else {
-            // Each line in other places: lines lie upon each other.
+            // Each kind of mark is at different points, because curves may overlap.
             let first = self.mark as usize * points.len() / (MARKS * METHOD_MARKS.len() * 2);
             points.iter().skip(first).step_by(points.len().div_ceil(MARKS)).collect()
         };
@@ -194,13 +195,13 @@ impl LineStyle {
         Ok(())
     }
 
-    /// A piece of the line, for a legend.
+    /// A piece of the curve for a legend.
     pub(crate) fn sample<DB: DrawingBackend>(self, at: Point, width: u32) -> Sample<DB> {
-        // A line that is whole is one dash.
+        // A solid line is drawn as a single dash.
         let (dash, gap) = self.dash.unwrap_or((2 * SAMPLE_PIXELS as u32, 1));
         let ends = [(0, 0), (SAMPLE_PIXELS, 0)];
         let line = DashedPathElement::new(ends, dash, gap, self.color.stroke_width(width));
-        // The dots of a line without a mark are no part of its look.
+        // A curve without a mark has no dots in the legend.
         let (area, outline) = match self.mark {
             Mark::None => (Polygon::new([], self.color.filled()), PathElement::new([], self.color)),
             _ => self.marker((SAMPLE_PIXELS / 2, 0)),
@@ -208,7 +209,7 @@ impl LineStyle {
         EmptyElement::at(at) + line + area + outline
     }
 
-    /// The mark's area and outline, some pixels away from a point.
+    /// The mark's area and outline, relative to a point, pixels.
     fn marker(self, (x, y): Point) -> (Polygon<Point>, PathElement<Point>) {
         let corners: &[Point] = match self.mark {
             Mark::None => &[(-2, -2), (2, -2), (2, 2), (-2, 2)],
@@ -230,7 +231,7 @@ impl LineStyle {
             Triangle | Mark::HollowTriangle => &[(0, -6), (5, 4), (-5, 4)],
             Mark::HollowDiamond => &[(0, -6), (6, 0), (0, 6), (-6, 0)],
         };
-        // A line without a mark has dots where there are few points.
+        // A curve without a mark has square dots if it has few points.
         let mut corners: Vec<_> = corners.iter().map(|&(dx, dy)| (x + dx, y + dy)).collect();
         let is_hollow = !matches!(self.mark, Mark::None | Disc | Square | Triangle);
         let inside = if is_hollow { WHITE } else { self.color };

@@ -6,13 +6,13 @@ use std::{
 use plotters::{coord::Shift, prelude::*};
 use thiserror::Error;
 
-/// A chart that was not drawn.
+/// The error of a chart.
 #[derive(Debug, Error)]
 pub enum ChartError {
-    /// The ending of the file name names no kind of picture.
+    /// The ending of the file name is neither `.png` nor `.svg`.
     #[error("{}: expected a file name ending in .png or .svg", .0.display())]
     Ending(PathBuf),
-    /// Nothing was measured.
+    /// No frame was measured.
     #[error("{}: there is no frame to draw", .0.display())]
     Empty(PathBuf),
     /// The picture could not be drawn or written.
@@ -28,14 +28,14 @@ pub enum ChartError {
 /// The kinds of picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChartFormat {
-    /// Pixels.
+    /// A picture in pixels.
     Png,
-    /// Lines.
+    /// A vector picture.
     Svg,
 }
 
 impl ChartFormat {
-    /// The kind for the ending of a file name.
+    /// The kind of picture for the ending of a file name.
     ///
     /// # Errors
     /// [`ChartError::Ending`].
@@ -53,7 +53,7 @@ impl ChartFormat {
     }
 }
 
-/// Something that can be drawn as pixels and as lines.
+/// A picture that can be drawn in pixels and as vectors.
 pub(super) trait Picture {
     fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
     where

@@ -9,29 +9,28 @@ use thiserror::Error;
 use super::RunReport;
 use osp_session::{atomic_file::write_atomically, replay::SessionFingerprint, small_file};
 
-/// A session's frames are divided into this many parts, each with a fingerprint of its own, to locate differences of
-/// two runs.
+/// Number of parts of a session, each with its own fingerprint, to locate differences between two runs.
 const PARTS: u64 = 16;
-/// Largest file of pins that is read: enough for 50,000 recordings.
+/// Largest file of pins that is read, bytes; it suffices for 50,000 recordings.
 const MOST_BYTES: u64 = 64 << 20;
 
-/// The fingerprints that replays must give: one entry for each recording and setting, kept in a file of RON text.
+/// The pins of several recordings, the fingerprints that replays must have; stored in a file of RON text.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pins {
     /// The entries, by recording.
     pub pins: Vec<Pin>,
 }
 
-/// The fingerprints that the replay of one recording must give.
+/// The fingerprints that the replay of one recording must have.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pin {
-    /// The recording, as a path from the folder of the pins with `/` between names (see [`pinned_name`]).
+    /// The recording, as a path relative to the folder of the pins with `/` as separator (see [`pinned_name`]).
     pub recording: String,
     /// The pace, as on the command line.
     pub pace: String,
     /// The camera, as on the command line.
     pub camera: String,
-    /// Frames of the replay.
+    /// Number of frames of the replay.
     pub frames: u64,
     /// Fingerprint of all frames.
     pub fingerprint: String,
@@ -39,10 +38,10 @@ pub struct Pin {
     pub parts: Vec<String>,
 }
 
-/// A file of pins that cannot be used.
+/// The error of a file of pins.
 #[derive(Debug, Error)]
 pub enum PinError {
-    /// It cannot be read or written.
+    /// The file cannot be read or written.
     #[error("{}: {cause}", path.display())]
     Io {
         /// The file.
@@ -50,7 +49,7 @@ pub enum PinError {
         /// The system's error.
         cause: io::Error,
     },
-    /// It is not a list of pins.
+    /// The file is not a list of pins.
     #[error("{}, line {}: expected a list of pinned fingerprints; {}", path.display(), cause.span.start.line, cause.code)]
     Format {
         /// The file.
@@ -86,7 +85,7 @@ impl Pin {
         self.recording == other.recording && self.pace == other.pace && self.camera == other.camera
     }
 
-    /// Difference of `found` from this pin; `None` if there is none.
+    /// The difference between `found` and this pin as text; `None` if they are equal.
     pub fn difference(&self, found: &Self) -> Option<String> {
         if self.frames != found.frames {
             return Some(format!("pinned with {} frames, replayed with {}", self.frames, found.frames));
@@ -103,13 +102,13 @@ impl Pin {
     }
 }
 
-/// Name of a recording in the file of pins at `pins`: its path from the folder of the pins if it lies below, else its
-/// whole path. So recordings of one name in two folders have different names.
+/// Name of a recording in the file of pins at `pins`: its path relative to the folder of the pins if it lies below it,
+/// else its absolute path. So recordings of the same name in two folders have different names.
 pub fn pinned_name(recording: &Path, pins: &Path) -> String {
     let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let resolved = |path: &Path| path.canonicalize().unwrap_or_else(|_| whole(path));
     let recording = resolved(recording);
-    // The pins need not exist yet, their folder does.
+    // The file of pins need not exist yet, but its folder must.
     let folder = whole(pins).parent().map(resolved).unwrap_or_default();
     let name = recording.strip_prefix(folder).unwrap_or(&recording);
     name.components()
@@ -123,14 +122,14 @@ impl Pins {
     /// Reads a file of pins.
     ///
     /// # Errors
-    /// The file cannot be read or is not one of pins.
+    /// The file cannot be read or is not a file of pins.
     pub fn read(path: &Path) -> Result<Self, PinError> {
         let text = small_file::read_text(path, MOST_BYTES)
             .map_err(|cause| PinError::Io { path: path.to_owned(), cause })?;
         ron::from_str(&text).map_err(|e| PinError::Format { path: path.to_owned(), cause: Box::new(e) })
     }
 
-    /// Writes the file again, whole or not at all.
+    /// Writes the file, completely or not at all.
     ///
     /// # Errors
     /// The file cannot be written.

@@ -1,7 +1,7 @@
 use std::{borrow::Cow, fmt::Write};
 
-/// Escapes what a terminal, a picture or a page would take for a command: control characters other than the
-/// line end, and those that change the direction of text, become `\u001b` and the like. In a JSON string that means the
+/// Escapes the characters that a terminal, a picture or a page would interpret. Control characters other than newlines,
+/// and characters that change the direction of text, become `\u001b` and the like. In a JSON string this denotes the
 /// same character.
 pub fn printable(text: &str) -> Cow<'_, str> {
     if !text.contains(is_command) {
@@ -10,7 +10,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     let mut clean = String::with_capacity(text.len() + 16);
     for c in text.chars() {
         match is_command(c) {
-            // Writing to a string does not fail.
+            // Writing to a string never fails.
             true => drop(write!(clean, "\\u{:04x}", u32::from(c))),
             false => clean.push(c),
         }
@@ -18,7 +18,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     clean.into()
 }
 
-/// A name from outside as [`printable`] has it, in one line.
+/// An external name escaped like [`printable`], with newlines escaped, too.
 pub fn one_line(text: &str) -> Cow<'_, str> {
     match printable(text) {
         clean if clean.contains('\n') => clean.replace('\n', "\\u000a").into(),
@@ -26,7 +26,7 @@ pub fn one_line(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// Appends text to a page, whatever is in it.
+/// Appends text to HTML, with all special characters escaped.
 pub fn push_html(html: &mut String, text: &str) {
     for c in printable(text).chars() {
         match c {
@@ -43,7 +43,7 @@ pub fn push_html(html: &mut String, text: &str) {
 fn is_command(c: char) -> bool {
     let turns =
         matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    // Line and paragraph separators are line ends to some readers.
+    // Some programs treat line and paragraph separators as newlines.
     turns || matches!(c, '\u{2028}' | '\u{2029}') || (c.is_control() && c != '\n')
 }
 

@@ -18,18 +18,18 @@ use osp_session::{
 
 /// Size of the picture, pixels.
 const SIZE: (u32, u32) = (1280, 640);
-/// Room around what is drawn, pixels.
+/// Margin of the drawing, pixels.
 const MARGIN: f32 = 60.0;
 
-/// A rig's room from above and from the front: the screens, the head, and what it sees through them.
+/// A drawing of a rig's room from above and from the front: the screens, the head, and its frustum through each screen.
 #[derive(Clone, Copy, Debug)]
 pub struct RigPlan<'a>(pub &'a Rig);
 
 impl RigPlan<'_> {
-    /// Draws it to an `.svg` or `.png` file; the file is whole or not there.
+    /// Draws to an `.svg` or `.png` file, which is written completely or not at all.
     ///
     /// # Errors
-    /// The name ends otherwise, or the file cannot be written.
+    /// The name has another ending, or the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), Box<dyn Error>> {
         register_font();
         let bytes = encode(self, ChartFormat::of(path)?, SIZE)?;
@@ -71,13 +71,13 @@ impl RigPlan<'_> {
             area.draw(&Polygon::new(outline.clone(), BLUE.mix(0.08)))?;
             area.draw(&PathElement::new(outline, BLUE.stroke_width(3)))?;
             let middle = pixel(corners.iter().sum::<Vec3>() * 0.25);
-            // Beside the line that a screen is from its edge.
+            // Beside the line, as which a screen appears edge-on.
             let middle = (middle.0 + 8, middle.1 + 6);
             area.draw(&Text::new(one_line(&screen.name), middle, ("sans-serif", 18).into_font()))?;
         }
         area.draw(&Circle::new(head, 6, VERMILION.filled()))?;
         area.draw(&Text::new("head", (head.0 + 9, head.1 - 6), ("sans-serif", 18).into_font()))?;
-        // A length to compare with.
+        // A scale bar.
         let lengths = [(1.0, "1 m"), (0.1, "10 cm"), (0.01, "1 cm")];
         let (length_m, name) =
             lengths.into_iter().find(|(m, _)| m * scale <= w - MARGIN).unwrap_or((0.001, "1 mm"));
@@ -104,7 +104,7 @@ impl Picture for RigPlan<'_> {
     }
 }
 
-/// Around the screen.
+/// The screen's corners in order around it.
 fn corners_of(screen: &Screen) -> [Vec3; 4] {
     let opposite = screen.lower_right + screen.upper_left - screen.lower_left;
     [screen.lower_left, screen.lower_right, opposite, screen.upper_left]

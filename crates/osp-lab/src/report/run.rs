@@ -9,19 +9,19 @@ use osp::{
 };
 use osp_session::replay::{LaneFrame, STRETCHES, SessionFingerprint, stretch_of_frame};
 
-/// Frames before which allocations count as warm-up, as a fraction of the session.
+/// Fraction of the session during which allocations count as warm-up.
 const WARM_UP: (u64, u64) = (1, 2);
 
-/// The replay of a session through one index, gathered frame by frame.
+/// The replay of a session through one index, collected frame by frame.
 ///
 /// An index that exceeds its budget is measured on fewer frames of the late, expensive parts of a session than of the
-/// early ones. Hence each measured frame is weighted by its share of its part, and all rows of a table describe the
+/// early ones. Hence each measured frame is weighted by its share of its part, so that all rows of a table describe the
 /// same session.
 #[derive(Clone, Debug)]
 pub struct RunReport {
     /// Name of the index.
     pub index: String,
-    /// Frames of the session.
+    /// Number of frames of the session.
     session_frames: u64,
     measured: Vec<Measured>,
     allocations_steady: u64,
@@ -29,28 +29,28 @@ pub struct RunReport {
     frames: Vec<(u64, u64)>,
     /// Memory of the index at the end, bytes.
     pub bytes: usize,
-    /// Changes that the index refused.
+    /// Number of changes that the index refused.
     pub refused: u64,
-    /// Occlusion culling, if the run had it.
+    /// Occlusion culling, if the run used it.
     pub occlusion: Option<OcclusionReport>,
-    /// Drawing, if the run drew.
+    /// Drawing times, if the run drew.
     pub draw: Option<DrawReport>,
-    /// The views of the rig, if the frames were those of one.
+    /// The views of the rig, if the run used one.
     pub views: Option<ViewsReport>,
 }
 
-/// The report on occlusion culling.
+/// The report of occlusion culling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OcclusionReport {
     /// Name of the method.
     pub method: &'static str,
-    /// Its node test, and its score of occluders.
+    /// The node test and the occluder score of the method.
     pub tests: (NodeTest, Score),
     /// The assumed cost of drawing a polygon, nanoseconds.
     pub polygon_ns: f64,
-    /// Visible polygons that were culled, in the frames that were verified; `None` where none was.
+    /// Number of visible polygons that were culled, over the verified frames; `None` if no frame was verified.
     pub false_culls: Option<u64>,
-    /// Fingerprint of the drawn polygons, over all frames that were replayed.
+    /// Fingerprint of the drawn polygons over all replayed frames.
     pub fingerprint: SessionFingerprint,
 }
 
@@ -67,7 +67,7 @@ impl OcclusionReport {
     }
 }
 
-/// A frame whose times were taken.
+/// A measured frame.
 #[derive(Clone, Debug)]
 pub(super) struct Measured {
     pub(super) frame: u64,
@@ -77,9 +77,9 @@ pub(super) struct Measured {
     pub(super) total_ns: u64,
     cull_ns: u64,
     visible: u64,
-    /// Nanoseconds for each polygon of a frame that only inserted.
+    /// Insertion time per polygon, nanoseconds, if the frame only inserted.
     insert_ns: Option<f64>,
-    /// Apart, so that a frame without takes little room: a session may have millions.
+    /// Boxed, so that a frame without occlusion culling takes little memory; a session may have millions of frames.
     occlusion: Option<Box<OcclusionRecord>>,
 }
 
@@ -107,7 +107,7 @@ impl RunReport {
         }
     }
 
-    /// The name of the run: its index, and its method of occlusion culling if it has one.
+    /// The name of the run: its index, and its occlusion culling method if it has one.
     pub fn name(&self) -> String {
         match &self.occlusion {
             Some(occlusion) => format!("{} + {}", self.index, occlusion.method),
@@ -145,12 +145,12 @@ impl RunReport {
         });
     }
 
-    /// Frames whose times were taken.
+    /// Number of measured frames.
     pub fn measured_frames(&self) -> u64 {
         self.measured.len() as u64
     }
 
-    /// Number of the session's frames that each measured frame stands for.
+    /// For each measured frame, the number of the session's frames that it represents.
     pub(super) fn weights(&self) -> Vec<f64> {
         let stretch = |frame| stretch_of_frame(frame, self.session_frames) as usize;
         let mut of_session = vec![0u32; STRETCHES as usize];
@@ -163,13 +163,13 @@ impl RunReport {
             .collect()
     }
 
-    /// A quantile from 0 to 1 over the session's frames; 0 where nothing was measured.
+    /// A quantile, 0 to 1, over the session's frames; 0 if no frame was measured.
     fn quantile(&self, quantile: f64, value: impl Fn(&Measured) -> Option<f64>) -> f64 {
-        // Tenths of a nanosecond, three digits; resizes by itself.
+        // In tenths of a nanosecond, with three digits; the histogram resizes automatically.
         let Ok(mut histogram) = Histogram::<u64>::new(3) else { return 0.0 };
         for (m, weight) in self.measured.iter().zip(self.weights()) {
             if let Some(ns) = value(m) {
-                // Weights to a hundredth of a frame. Recording fails only beyond the largest number there is.
+                // Weights are rounded to a hundredth of a frame. Recording fails only beyond the largest number.
                 let _ =
                     histogram.record_n((ns * 10.0).round() as u64, (weight * 100.0).round().max(1.0) as u64);
             }
@@ -183,32 +183,32 @@ impl RunReport {
         sum / weights.iter().sum::<f64>().max(1.0)
     }
 
-    /// Inserting a polygon, a rebuild included: median over the frames that only inserted, nanoseconds.
+    /// Insertion time per polygon, rebuilds included: median over the frames that only inserted, nanoseconds.
     pub fn insert_ns_per_polygon(&self) -> f64 {
         self.quantile(0.5, |m| m.insert_ns)
     }
 
-    /// Culling a frame, median, microseconds.
+    /// Median culling time of a frame, microseconds.
     pub fn cull_us(&self) -> f64 {
         self.quantile(0.5, |m| Some(m.cull_ns as f64)) / 1000.0
     }
 
-    /// A whole frame at a quantile from 0 to 1, microseconds.
+    /// A quantile, 0 to 1, of the whole frame time, microseconds.
     pub fn frame_us(&self, quantile: f64) -> f64 {
         self.quantile(quantile, |m| Some(m.total_ns as f64)) / 1000.0
     }
 
-    /// Polygons to draw, of all views together, mean over the session.
+    /// Mean number of polygons in the frustum over the session, in all views together.
     pub fn visible_mean(&self) -> f64 {
         self.mean(|m| m.visible)
     }
 
-    /// Polygons culled, mean over the session.
+    /// Mean number of culled polygons over the session.
     pub fn culled_mean(&self) -> f64 {
         self.mean(|m| m.culled)
     }
 
-    /// Polygons culled by occlusion, mean over the session.
+    /// Mean number of polygons culled by occlusion over the session.
     pub fn occluded_mean(&self) -> f64 {
         if let Some(draw) = self.draw.as_ref().filter(|draw| draw.has_culling()) {
             return draw.culling_mean(|drawn| drawn.hidden);
@@ -216,34 +216,34 @@ impl RunReport {
         self.mean(|m| m.occlusion().occluded)
     }
 
-    /// A stage of culling by occlusion: median over the frames in which it was used, microseconds.
+    /// Median time of a stage of occlusion culling, over the frames that used it, microseconds.
     pub(super) fn occlusion_us(&self, stage: impl Fn(&OcclusionRecord) -> u64) -> f64 {
         self.quantile(0.5, |m| m.occlusion().used.then(|| stage(&m.occlusion()) as f64)) / 1000.0
     }
 
-    /// All of culling by occlusion, median over the frames in which it was used, microseconds.
+    /// Median time of all of occlusion culling, over the frames that used it, microseconds.
     pub fn occlusion_total_us(&self) -> f64 {
         self.occlusion_us(OcclusionRecord::total_ns)
     }
 
-    /// Share of the session's frames in which occlusion was used, per cent.
+    /// Share of the session's frames that used occlusion culling, per cent.
     pub fn occlusion_used_percent(&self) -> f64 {
         self.mean(|m| 100 * u64::from(m.occlusion().used))
     }
 
-    /// Share of the session's frames whose occluders were the polygons visible in the last frame, per cent.
+    /// Share of the session's frames whose occluders were the polygons visible in the previous frame, per cent.
     pub fn occlusion_by_last_percent(&self) -> f64 {
         self.mean(|m| 100 * u64::from(m.occlusion().by_last))
     }
 
-    /// A whole frame and the drawing of what is left in it, by the cost of a polygon; at a quantile from 0 to 1,
-    /// microseconds.
+    /// A quantile, 0 to 1, of the whole frame time plus the drawing time of the remaining polygons at `polygon_ns`
+    /// each, microseconds.
     pub fn drawn_frame_us(&self, quantile: f64, polygon_ns: f64) -> f64 {
         let drawn = |m: &Measured| m.visible - m.occlusion().occluded.min(m.visible);
         self.quantile(quantile, |m| Some(m.total_ns as f64 + drawn(m) as f64 * polygon_ns)) / 1000.0
     }
 
-    /// Allocations in insertion and culling over the second half of the session.
+    /// Number of allocations in insertion and culling over the second half of the session.
     pub fn allocations_steady(&self) -> u64 {
         self.allocations_steady
     }
@@ -253,12 +253,12 @@ impl RunReport {
         self.frames.len() as u64 == self.session_frames
     }
 
-    /// Fingerprint of all frames that were replayed.
+    /// Fingerprint of all replayed frames.
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint.value()
     }
 
-    /// Number and fingerprint of each frame that was replayed.
+    /// Number and fingerprint of each replayed frame.
     pub fn frames(&self) -> &[(u64, u64)] {
         &self.frames
     }
@@ -267,7 +267,7 @@ impl RunReport {
         &self.measured
     }
 
-    /// Means of a view of the rig; `None` if no measured frame had it.
+    /// Means of one view of the rig; `None` if no measured frame had it.
     pub fn view_means(&self, number: usize) -> Option<ViewMeans> {
         let views = self.views.as_ref()?;
         let (mut frames, mut in_view, mut drawn) = (0.0, 0.0, 0.0);
@@ -280,33 +280,33 @@ impl RunReport {
         (frames > 0.0).then(|| ViewMeans { in_view: in_view / frames, drawn: drawn / frames })
     }
 
-    /// Cost of the frames with all views, compared with one view times their number; `None` if no frame was measured
-    /// with both.
+    /// Cost of the frames with all views, compared with that of one view times the number of views. `None` if no frame
+    /// was measured with both.
     pub fn against_one_view(&self) -> Option<AgainstOneView> {
         AgainstOneView::of(self.views.as_ref()?.against_one.iter().copied().flatten().collect())
     }
 }
 
-/// A session's replay through several indexes.
+/// The replay of a session through several indexes.
 #[derive(Clone, Debug)]
 pub struct ReplayReport {
     /// Name of the file.
     pub recording: String,
-    /// Strokes of the session.
+    /// Number of strokes of the session.
     pub strokes: u64,
-    /// Control points.
+    /// Number of control points.
     pub points: u64,
-    /// Polygons made.
+    /// Number of polygons created.
     pub polygons: u64,
-    /// Frames played.
+    /// Number of frames played.
     pub frames: u64,
     /// The pace, as on the command line.
     pub pace: String,
-    /// The camera, as on the command line; on a rig with its name and settings.
+    /// The camera, as on the command line; with a rig also the rig's name and settings.
     pub camera: String,
-    /// The rig, if the frames were culled for its screens.
+    /// The rig, if frames were culled for its screens.
     pub rig: Option<RigReport>,
-    /// One for each index.
+    /// One run for each index.
     pub runs: Vec<RunReport>,
 }
 
@@ -322,7 +322,7 @@ impl ReplayReport {
     }
 }
 
-/// Two indexes that found different polygons in a frame that both replayed, and the frame.
+/// Two indexes that found different polygons in a frame that both replayed, and the frame's number.
 pub(crate) fn first_disagreement(runs: &[RunReport]) -> Option<(&str, &str, u64)> {
     let mut seen: BTreeMap<u64, (&str, u64)> = BTreeMap::new();
     for run in runs {

@@ -1,4 +1,4 @@
-//! The nodes of an index: as many of its levels as can be shown, and as text for Graphviz.
+//! The nodes of an index, reduced to as many levels as can be shown, and as text for Graphviz.
 
 use std::{any::Any, fmt::Write};
 
@@ -12,7 +12,7 @@ use osp::{
 };
 use osp_rivals::OspPaper;
 
-/// Nodes that a picture of a tree shows at most.
+/// Largest number of nodes in a picture of a tree.
 pub(super) const MOST_TREE_NODES: usize = 500;
 
 /// Polygons of a node that are named at most.
@@ -30,15 +30,15 @@ pub struct SplitOutline {
 /// A node of an index.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StructureNode {
-    /// A box around every polygon of the node and of those below it.
+    /// A box around all polygons of the node's subtree.
     pub bounds: Aabb,
-    /// 0 at the top.
+    /// Depth of the node, 0 for the root.
     pub depth: u32,
-    /// Polygons in the node and below, as the index counts them.
+    /// Number of polygons of the subtree, as the index counts them.
     pub polygons: usize,
-    /// Number of the node above.
+    /// Index of the parent node.
     pub parent: Option<usize>,
-    /// Nodes below that were left out by [`Structure::collapsed`].
+    /// Number of descendants that [`Structure::collapsed`] left out.
     pub left_out: usize,
     /// Fields of a node that was made before the first polygon.
     pub fields: Option<NodeFields>,
@@ -75,11 +75,11 @@ impl NodeFields {
     }
 }
 
-/// The nodes of an index, as a visitor meets them: each before those below it.
+/// The nodes of an index in depth-first order, each before its descendants.
 #[derive(Clone, Debug, Default)]
 pub struct Structure {
     nodes: Vec<StructureNode>,
-    /// The polygons, each with the number of the lowest node that holds it.
+    /// The polygons, each with the index of the deepest node that contains it.
     members: Vec<(PolygonId, usize)>,
 }
 
@@ -88,7 +88,7 @@ struct Collector(Structure);
 impl Visitor for Collector {
     fn node(&mut self, node: &Node<'_>) -> Visit {
         let nodes = &mut self.0.nodes;
-        // The last node met that is higher; nodes come depth first.
+        // The parent is the last visited node with a smaller depth, because nodes are visited depth first.
         let mut parent = nodes.len().checked_sub(1);
         while let Some(at) = parent
             && nodes[at].depth >= node.depth
@@ -107,7 +107,7 @@ impl Visitor for Collector {
     }
 
     fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
-        // They belong to the node met last.
+        // The polygons belong to the last visited node.
         if let Some(node) = self.0.nodes.len().checked_sub(1) {
             self.0.members.extend(ids.iter().map(|&id| (id, node)));
         }
@@ -214,7 +214,7 @@ impl Structure {
         &self.nodes
     }
 
-    /// The polygons, each with the number of the lowest node that holds it.
+    /// The polygons, each with the index of the deepest node that contains it.
     pub fn members(&self) -> &[(PolygonId, usize)] {
         &self.members
     }
@@ -224,7 +224,8 @@ impl Structure {
         self.nodes.iter().map(|node| node.depth).max().unwrap_or(0)
     }
 
-    /// The upper part of the tree: as many whole levels as have at most `most` nodes, and always the first.
+    /// The upper part of the tree: as many complete levels as have at most `most` nodes together, and always the first
+    /// level.
     #[must_use]
     pub fn collapsed(&self, most: usize) -> Self {
         let mut counts = vec![0; self.depth() as usize + 1];
@@ -239,7 +240,7 @@ impl Structure {
 
     fn cut_below(&self, levels: u32) -> Self {
         let mut kept = Self::default();
-        // For each node: its place among those kept, or that of the one that it is collapsed into.
+        // For each node, its index among the kept nodes, or that of the kept ancestor.
         let mut place = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
             let parent = node.parent.map(|at| place[at]);
@@ -259,10 +260,11 @@ impl Structure {
         kept
     }
 
-    /// The tree in the language of Graphviz' `dot`, collapsed where it is large. With `named` it has the numbers of the polygons.
+    /// The tree in the language of Graphviz' `dot`, collapsed if it is large. With `named`, it has the numbers of the
+    /// polygons.
     pub fn to_dot(&self, name: &str, named: bool) -> String {
         let mut dot = String::from("digraph index {\n  node [shape=box, fontname=\"sans-serif\"];\n");
-        // Writing to a string does not fail.
+        // Writing to a string never fails.
         let _ = writeln!(dot, "  label=\"{}\";", name.replace('\\', "\\\\").replace('"', "\\\""));
         let shown = self.collapsed(MOST_TREE_NODES);
         let names = if named { shown.names() } else { Vec::new() };

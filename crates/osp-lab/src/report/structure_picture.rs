@@ -1,4 +1,4 @@
-//! Pictures of indexes: cells in projection over the polygons, and trees.
+//! Pictures of indexes: cells in orthographic projection over the polygons, and trees.
 
 use std::{error::Error, fmt::Write, path::Path};
 
@@ -20,23 +20,23 @@ use osp_session::{atomic_file::write_atomically, scene::Scene};
 
 /// Size of the picture of an index, pixels.
 const SIZE: (u32, u32) = (1280, 960);
-/// Room around what is drawn, pixels.
+/// Margin of the drawing, pixels.
 const MARGIN: f32 = 40.0;
-/// Nodes that a picture of cells shows at most.
+/// Largest number of nodes in a picture of cells.
 const MOST_CELLS: usize = 20_000;
-/// Places side by side up to which the nodes of a tree bear numbers.
+/// Largest number of leaves up to which the nodes of a tree have labels.
 const MOST_LABELS: usize = 24;
-/// Levels that a legend names at most.
+/// Largest number of levels in a legend.
 const MOST_LEGEND: usize = 14;
 
-/// The side from which a picture shows the cells of an index, without perspective.
+/// The side from which a picture shows the cells of an index, in orthographic projection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Along -z: x to the right, y up.
+    /// Looking along -z: x to the right, y up.
     Front,
-    /// From above: x to the right, z down.
+    /// Looking down: x to the right, z down.
     Top,
-    /// Along -x: z to the left, y up.
+    /// Looking along -x: z to the left, y up.
     Right,
 }
 
@@ -44,7 +44,7 @@ impl Side {
     /// All sides.
     pub const ALL: [Self; 3] = [Self::Front, Self::Top, Self::Right];
 
-    /// Its name on the command line.
+    /// The side's name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Front => "front",
@@ -53,7 +53,7 @@ impl Side {
         }
     }
 
-    /// Right and up in the picture.
+    /// The horizontal and vertical coordinate in the picture.
     pub(super) fn project(self, p: Vec3) -> (f32, f32) {
         match self {
             Self::Front => (p.x, p.y),
@@ -66,7 +66,7 @@ impl Side {
 /// The two kinds of picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StructureView {
-    /// Cells over the polygons, in projection.
+    /// Cells over the polygons, in orthographic projection.
     Space(Side),
     /// The tree, with the root at the top.
     Tree,
@@ -75,30 +75,30 @@ pub enum StructureView {
 /// Meaning of the colours in a picture of cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CellColors {
-    /// The level of a cell.
+    /// Colours are those of the cells' levels.
     #[default]
     Level,
-    /// The lowest node that holds a polygon.
+    /// Polygons have the colour of the deepest node that contains them.
     Leaf,
 }
 
-/// One index, and its title.
+/// One index of a picture, and its title.
 #[derive(Clone, Debug)]
 pub struct StructurePanel {
-    /// Above the picture.
+    /// The title above the picture.
     pub title: String,
     /// The nodes.
     pub structure: Structure,
-    /// Levels that are shown at most.
+    /// Largest number of levels that are shown.
     pub levels: Option<u32>,
-    /// Planes of the nodes, drawn in place of the cells if there are any.
+    /// Split planes of the nodes, which are drawn instead of the cells if there are any.
     pub splits: Vec<SplitOutline>,
 }
 
 /// A picture of one index, or of several side by side.
 #[derive(Clone, Copy, Debug)]
 pub struct StructurePicture<'a> {
-    /// From the left.
+    /// The indexes, from left to right.
     pub panels: &'a [StructurePanel],
     /// Kind of the picture.
     pub view: StructureView,
@@ -106,17 +106,17 @@ pub struct StructurePicture<'a> {
     pub scene: &'a Scene,
     /// Meaning of the colours.
     pub colors: CellColors,
-    /// A ray, and where it meets the first polygon: the nodes that it enters stand out.
+    /// A ray, and the distance of its first hit. The nodes that the ray enters are highlighted.
     pub ray: Option<(Ray, Option<f32>)>,
     /// Whether it has the numbers of the polygons.
     pub named: bool,
 }
 
 impl StructurePicture<'_> {
-    /// Draws it to an `.svg` or `.png` file; the file is whole or not there.
+    /// Draws to an `.svg` or `.png` file, which is written completely or not at all.
     ///
     /// # Errors
-    /// The name ends otherwise, or the file cannot be written.
+    /// The name has another ending, or the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), Box<dyn Error>> {
         register_font();
         let size = (SIZE.0 * self.panels.len().max(1) as u32, SIZE.1);
@@ -215,7 +215,7 @@ impl StructurePicture<'_> {
             }
         }
         if splits.is_empty() {
-            // The lowest first, so that the few high ones stay to be seen.
+            // The deepest cells are drawn first, so that the few upper ones stay visible.
             let mut order: Vec<&StructureNode> = shown.nodes().iter().collect();
             order.sort_by_key(|node| std::cmp::Reverse(node.depth));
             for node in order.into_iter().filter(|node| node.polygons > 0) {
@@ -227,7 +227,7 @@ impl StructurePicture<'_> {
                     None => (0.8, 1),
                 };
                 let style = color_of_depth(node.depth).mix(opacity).stroke_width(width);
-                // Not a rectangle: in an SVG that has always thin lines.
+                // A path, not a rectangle, because rectangles in an SVG always have thin lines.
                 area.draw(&PathElement::new([a, (b.0, a.1), b, (a.0, b.1), a], style))?;
             }
         }
@@ -283,7 +283,7 @@ impl StructurePicture<'_> {
         let names = if self.named { shown.names() } else { Vec::new() };
         let most = nodes.iter().map(|node| node.polygons).max().unwrap_or(1).max(2);
         for (i, node) in nodes.iter().enumerate() {
-            // By the logarithm of what is below, as far as there is room.
+            // The radius grows with the logarithm of the number of polygons, as far as there is room.
             let share = (node.polygons.max(1) as f32).ln() / (most as f32).ln();
             let radius = (2.0 + 8.0 * share).min(layout.step_x().max(3.0) * 0.45) as i32;
             let (x, y) = pixel(i);
@@ -377,7 +377,7 @@ fn field_lines(shown: &Structure) -> Vec<LegendLine> {
 }
 
 fn color_of_depth(depth: u32) -> HSLColor {
-    // Neighbouring levels lie far apart on the colour wheel.
+    // Neighbouring levels have hues far apart on the colour wheel.
     HSLColor((0.6 + f64::from(depth) * 0.382).fract(), 0.75, 0.42)
 }
 

@@ -1,5 +1,5 @@
-//! The colours of a page in light and in dark: each colour of a chart has a name, and a shade for each theme that stands out
-//! from its ground and from the other colours.
+//! The colours of a page in the light and the dark theme. Each chart colour has a name, and a shade for each theme that
+//! contrasts with the background and the other colours.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use plotters::prelude::RGBColor;
 
 use super::colors::{BLUE, GRAY, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION};
 
-/// A colour as charts are drawn with it, its name in a style sheet, and its shades.
+/// A chart colour, its name in a style sheet, and its shades.
 struct Shade {
     drawn: RGBColor,
     name: &'static str,
@@ -19,11 +19,11 @@ const fn shade(drawn: RGBColor, name: &'static str, light: RGBColor, dark: RGBCo
     Shade { drawn, name, light, dark }
 }
 
-/// The page behind the charts.
+/// The background of the charts.
 const GROUND: Shade =
     shade(RGBColor(255, 255, 255), "--ground", RGBColor(255, 255, 255), RGBColor(22, 24, 29));
 
-/// Lines. The orange and the blue of a sky that printed charts have are too pale on a white screen.
+/// Colours of curves. The orange and the sky blue of printed charts are too pale on a white screen.
 const LINES: [Shade; 8] = [
     shade(BLUE, "--blue", BLUE, RGBColor(77, 148, 255)),
     shade(ORANGE, "--orange", RGBColor(190, 132, 0), ORANGE),
@@ -35,25 +35,25 @@ const LINES: [Shade; 8] = [
     shade(GRAY, "--gray", RGBColor(118, 118, 118), RGBColor(140, 140, 140)),
 ];
 
-/// The mesh behind the lines.
+/// The grid behind the curves.
 const MESH: Shade = shade(RGBColor(222, 222, 222), "--mesh", RGBColor(222, 222, 222), RGBColor(58, 62, 70));
 
 fn all() -> impl Iterator<Item = &'static Shade> {
     LINES.iter().chain([&MESH, &GROUND])
 }
 
-/// The name that a style sheet has for a colour of the charts.
+/// The name of a chart colour in a style sheet.
 pub(crate) fn css_name(color: RGBColor) -> Option<&'static str> {
     all().find(|shade| shade.drawn == color).map(|shade| shade.name)
 }
 
-/// The declarations of the colours, for the light theme and for the dark one.
+/// The CSS declarations of the colours, for the light and for the dark theme.
 pub(crate) fn css_variables() -> [String; 2] {
     let theme = |color: fn(&Shade) -> RGBColor| {
         let mut css = String::new();
         for shade in all() {
             let RGBColor(r, g, b) = color(shade);
-            // Writing to a string does not fail.
+            // Writing to a string never fails.
             let _ = write!(css, "{}:#{r:02x}{g:02x}{b:02x};", shade.name);
         }
         css
@@ -65,7 +65,7 @@ pub(crate) fn css_variables() -> [String; 2] {
 mod tests {
     use super::*;
 
-    /// The contrast of the Web Content Accessibility Guidelines 2.1.
+    /// The contrast ratio of the Web Content Accessibility Guidelines 2.1.
     fn contrast(a: RGBColor, b: RGBColor) -> f64 {
         let luminance = |RGBColor(r, g, b): RGBColor| {
             let linear = |c: u8| match f64::from(c) / 255.0 {

@@ -7,32 +7,32 @@ use osp_session::{
     rig::Eye,
 };
 
-/// The rig whose screens the frames of a replay are culled for.
+/// The rig for whose screens the frames of a replay are culled.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RigReport {
-    /// Its name.
+    /// The rig's name.
     pub name: String,
-    /// Form of the pictures for the two eyes.
+    /// Arrangement of the pictures for the two eyes.
     pub stereo: &'static str,
-    /// Motion of its room while the head moves.
+    /// Motion of the rig's room while the head moves.
     pub room: &'static str,
-    /// Its screens and eyes.
+    /// The rig's screens and eyes.
     pub views: Vec<RigViewReport>,
 }
 
 /// A screen and an eye of a rig.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RigViewReport {
-    /// The screen.
+    /// The screen's name.
     pub screen: String,
     /// The eye: `eye`, `left eye` or `right eye`.
     pub eye: &'static str,
-    /// Frames in which the eye was not in front of the screen.
+    /// Number of frames in which the eye was not in front of the screen.
     pub frames_without_view: u64,
 }
 
 impl RigViewReport {
-    /// `left, right eye`; of a rig with one eye `left`.
+    /// A name such as `left, right eye`; if the rig has one eye, only the screen, such as `left`.
     pub fn name(&self) -> String {
         if self.eye == Eye::Middle.name() {
             self.screen.clone()
@@ -65,12 +65,12 @@ impl RigReport {
         }
     }
 
-    /// The camera of the report: a replay on a rig has other views than one without.
+    /// The camera's name in the report, including the rig, because a replay with a rig has other views.
     pub fn camera(&self, camera: &str) -> String {
         format!("{camera} on {}, {}, room {}", self.name, self.stereo, self.room)
     }
 
-    /// A line for each screen that an eye had no view of.
+    /// A line for each screen and eye that had no view in some frames.
     pub fn blind(&self, frames: u64) -> Vec<String> {
         let blind = self.views.iter().filter(|view| view.frames_without_view > 0);
         let line = |view: &RigViewReport| {
@@ -92,29 +92,29 @@ pub(super) struct ViewCounts {
     pub(super) drawn: u32,
 }
 
-/// Results of one index in each view of its measured frames.
+/// The results of one index in each view of its measured frames.
 #[derive(Clone, Debug, Default)]
 pub struct ViewsReport {
-    /// Counts of each screen and eye with a view, for each measured frame.
+    /// Counts of each screen and eye that had a view, for each measured frame.
     pub(super) frames: Vec<Box<[Option<ViewCounts>]>>,
-    /// Two times of each measured frame, nanoseconds: with all views; and with one of them, times the number of views.
-    /// `None`: one of the times was not measured.
+    /// Two times of each measured frame, nanoseconds: with all views, and with one view times the number of views.
+    /// `None` if one of the times was not measured.
     pub(super) against_one: Vec<Option<(u64, u64)>>,
     last: Vec<Option<ViewCounts>>,
     one_view_ns: Option<u64>,
 }
 
-/// Results of a replay in one view of a rig.
+/// Mean counts of a replay in one view of a rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewMeans {
-    /// Polygons in the frustum, mean of the frames with this view.
+    /// Mean number of polygons in the frustum, over the frames with this view.
     pub in_view: f64,
-    /// Polygons drawn, mean of the frames with this view.
+    /// Mean number of drawn polygons, over the frames with this view.
     pub drawn: f64,
 }
 
 impl ViewsReport {
-    /// Adds a frame. `one` is the same frame with one of its views alone.
+    /// Adds a frame. `one` is the same frame with only one of its views.
     pub fn add(
         &mut self,
         views: &[RigView],
@@ -139,31 +139,32 @@ impl ViewsReport {
         }
     }
 
-    /// The counts of the last frame: polygons in the frustum and polygons drawn, of each screen and eye that had a view.
+    /// The counts of the last frame: polygons in the frustum and polygons drawn, for each screen and eye that had a
+    /// view.
     pub fn last(&self) -> impl Iterator<Item = Option<(u32, u32)>> + '_ {
         self.last.iter().map(|view| view.map(|counts| (counts.in_view, counts.drawn)))
     }
 
-    /// The time of the last frame with one of its views alone, nanoseconds, where it was measured.
+    /// The time of the last frame with only one of its views, nanoseconds, if it was measured.
     pub fn one_view_ns(&self) -> Option<u64> {
         self.one_view_ns
     }
 }
 
-/// Frames with all views of a rig beside the same frames with one of the views, each view in turn.
+/// Frames with all views of a rig, compared with the same frames with one view, each view in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AgainstOneView {
-    /// A frame with all views, mean, microseconds.
+    /// Mean time of a frame with all views, microseconds.
     pub all_views_us: f64,
-    /// A frame with one view, times the number of views, mean, microseconds.
+    /// Mean time of a frame with one view, times the number of views, microseconds.
     pub views_times_one_us: f64,
-    /// The first divided by the second.
+    /// `all_views_us` divided by `views_times_one_us`.
     pub ratio: f64,
 }
 
 impl AgainstOneView {
-    /// Takes the two times of each frame, nanoseconds. Only means are compared, because views differ. The slowest
-    /// hundredth of each is left out: the machine was disturbed.
+    /// Compares the two times of each frame, nanoseconds. Only means are compared, because views differ. The slowest
+    /// hundredth of each is left out as disturbances of the machine.
     pub fn of(mut pairs: Vec<(u64, u64)>) -> Option<Self> {
         let slowest = |values: &mut dyn Iterator<Item = u64>| {
             let mut values: Vec<u64> = values.collect();

@@ -1,11 +1,11 @@
-/// Standard deviations of a normal distribution within which 95 of 100 draws fall.
+/// Number of standard deviations of a normal distribution within which 95 of 100 draws fall.
 const Z_95: f64 = 1.96;
 
-/// A median with the interval that holds the true one in 95 of 100 cases, if the values are independent: frames that
-/// follow each other are not quite, so the interval is a little too narrow.
+/// A median, and an interval that contains the true median in 95 of 100 cases if the values are independent.
+/// Consecutive frames are not quite independent, so the interval is slightly too narrow.
 ///
-/// The interval is that of the order statistics, without any assumption about the distribution (W. J. Conover,
-/// "Practical Nonparametric Statistics", 1971, section 3.2). With fewer than six values it covers all of them.
+/// The interval consists of order statistics, without any assumption about the distribution (W. J. Conover, "Practical
+/// Nonparametric Statistics", 1971, section 3.2). With fewer than six values it spans all of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     /// The median.
@@ -17,7 +17,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// The median of `values`, which are sorted on the way; `None` for no value.
+    /// The median of `values`, which are sorted by the call; `None` without values.
     pub fn of(values: &mut [f64]) -> Option<Self> {
         values.sort_unstable_by(f64::total_cmp);
         let (n, &first, &last) = (values.len(), values.first()?, values.last()?);
@@ -33,7 +33,7 @@ impl Estimate {
     }
 }
 
-/// The value below which the share `q` (0 to 1) of the sorted values lies; 0 for none.
+/// The value below which the share `q` (0 to 1) of the sorted values lies; 0 without values.
 pub(crate) fn quantile(sorted: &[f64], q: f64) -> f64 {
     let at = (q * sorted.len() as f64).ceil() as usize;
     sorted.get(at.saturating_sub(1)).or(sorted.last()).copied().unwrap_or(0.0)

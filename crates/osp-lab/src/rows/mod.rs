@@ -1,5 +1,5 @@
-//! Measurements of the harnesses, as long rows: each is one figure of one structure or method. Text, CSV, JSON, verdict and
-//! page are made of the rows alone, so a harness only names its figures.
+//! Measurements of the benchmarks as long-format rows: each row is one figure of one structure or method. Text, CSV,
+//! JSON, verdict and page are generated from the rows alone, so a benchmark only has to name its figures.
 
 mod estimate;
 mod table;
@@ -15,79 +15,80 @@ pub(crate) use estimate::quantile;
 #[cfg(feature = "bench")]
 pub(crate) use table::{Cells, RIVAL, Summary, Table, distinct, is_of};
 
-/// The least time that enters a ratio, microseconds: a clock may return zero.
+/// Smallest time in a ratio, microseconds, because a clock may return zero.
 const LEAST_US: f64 = 1.0e-3;
 
-/// One figure.
+/// One measured figure.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// Part of the report; a task of a part comes after a slash: `rays/box`.
+    /// Part of the report. The name of a task follows after a slash: `rays/box`.
     pub part: String,
     /// The session, or the synthetic model.
     pub recording: String,
     /// The structure or method; empty for a figure of the recording itself.
     pub index: String,
-    /// The figure: `time` (a median), `p99`, `reference` (the reference's median for the same work), `ratio`, and others.
+    /// Name of the figure: `time` (a median), `p99`, `reference` (the reference's median for the same work), `ratio`,
+    /// and others.
     pub figure: String,
-    /// Its unit; empty for a number without one.
+    /// The unit; empty for a number without one.
     pub unit: &'static str,
     /// The value.
     pub value: f64,
-    /// Lower end of the interval that holds a median in 95 of 100 cases, if it has one.
+    /// Lower end of the interval that contains the true median in 95 of 100 cases; `None` for other figures.
     pub low: Option<f64>,
-    /// Upper end.
+    /// Upper end of the interval.
     pub high: Option<f64>,
 }
 
-/// A part of the report in words.
+/// A part of the report: its title and notes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Part {
-    /// The name that rows have before the slash.
+    /// The name of the part, which rows have before the slash.
     pub part: &'static str,
-    /// A heading.
+    /// The heading.
     pub title: &'static str,
-    /// Remarks for the reader, and omitted parts.
+    /// Notes for the reader, and omitted measurements.
     pub notes: Vec<String>,
 }
 
-/// Values along a path or a session, for a chart of the page.
+/// Values over a path or a session, for a chart of the page.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
-    /// The part that they belong to.
+    /// The part of the chart.
     pub part: &'static str,
-    /// A heading.
+    /// The heading.
     pub title: String,
-    /// Name of the axis of places.
+    /// Name of the horizontal axis.
     pub x: &'static str,
-    /// Name of the axis of values, which is logarithmic.
+    /// Name of the vertical axis, which is logarithmic.
     pub y: &'static str,
-    /// The lines: name, places and values.
+    /// The curves: name, and points.
     pub lines: Vec<(String, Vec<(f64, f64)>)>,
 }
 
-/// All that was measured.
+/// All measurements.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Rows {
-    /// The figures, in the order in which they were measured.
+    /// The figures, in order of measurement.
     pub rows: Vec<Row>,
     /// The parts.
     pub parts: Vec<Part>,
-    /// Faults: differing answers, culled visible polygons. None, unless something is broken.
+    /// Faults: different results, culled visible polygons. Empty unless there is an error.
     pub faults: Vec<String>,
-    /// Charts that need more than the rows.
+    /// Charts whose data are not in the rows.
     #[serde(skip)]
     pub curves: Vec<Curves>,
 }
 
 impl Rows {
-    /// Begins a part, unless it has begun.
+    /// Adds a part, unless it exists.
     pub fn part(&mut self, part: &'static str, title: &'static str) {
         if self.parts.iter().all(|other| other.part != part) {
             self.parts.push(Part { part, title, notes: Vec::new() });
         }
     }
 
-    /// Adds a note to a part that has begun; the same note comes once.
+    /// Adds a note to an existing part, unless the part has the same note.
     pub fn note(&mut self, part: &str, note: impl Into<String>) {
         let note = note.into();
         if let Some(part) = self.parts.iter_mut().find(|other| other.part == part)
@@ -97,7 +98,7 @@ impl Rows {
         }
     }
 
-    /// Takes the figures of a structure; of the recording itself where `index` is empty.
+    /// A collector of figures of a structure; of the recording itself if `index` is empty.
     pub fn of(
         &mut self,
         part: impl Into<String>,
@@ -110,7 +111,7 @@ impl Rows {
         Figures { rows: &mut self.rows, of }
     }
 
-    /// Adds what another measurement found.
+    /// Appends the rows of another measurement.
     pub fn append(&mut self, mut other: Self) {
         for Part { part, title, notes } in other.parts {
             self.part(part, title);
@@ -121,7 +122,7 @@ impl Rows {
         self.curves.append(&mut other.curves);
     }
 
-    /// A figure's value.
+    /// The value of a figure.
     pub fn value(&self, part: &str, recording: &str, index: &str, figure: &str) -> Option<f64> {
         let is_it = |row: &&Row| {
             row.figure == figure && row.index == index && row.part == part && row.recording == recording
@@ -136,14 +137,14 @@ impl Rows {
             let [part, recording, index, figure] =
                 [part, recording, index, figure].map(|text| csv_cell(text));
             let [low, high] = [low, high].map(|end| end.map_or(String::new(), |end| end.to_string()));
-            // Writing to a string does not fail.
+            // Writing to a string never fails.
             let _ = writeln!(csv, "{part},{recording},{index},{figure},{unit},{value},{low},{high}");
         }
         csv
     }
 }
 
-/// A cell of CSV: in quotes where it holds what separates cells.
+/// Returns a cell of CSV: in quotes if it contains a separator.
 pub fn csv_cell(text: &str) -> String {
     match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),
@@ -151,7 +152,7 @@ pub fn csv_cell(text: &str) -> String {
     }
 }
 
-/// Takes the figures of one structure.
+/// A collector of figures of one structure.
 #[derive(Debug)]
 pub struct Figures<'a> {
     rows: &'a mut Vec<Row>,
@@ -165,18 +166,18 @@ impl Figures<'_> {
         self
     }
 
-    /// A number.
+    /// Adds a number.
     pub fn value(&mut self, figure: &str, unit: &'static str, value: f64) -> &mut Self {
         self.push(figure, unit, value, None)
     }
 
-    /// A number, if it was measured.
+    /// Adds a number, if it was measured.
     pub fn maybe(&mut self, figure: &str, unit: &'static str, value: Option<f64>) -> &mut Self {
         value.map(|value| self.push(figure, unit, value, None));
         self
     }
 
-    /// The median of some values with its interval; nothing for no value.
+    /// Adds the median of the values with its interval; nothing without values.
     pub fn median(&mut self, figure: &str, unit: &'static str, mut values: Vec<f64>) -> &mut Self {
         if let Some(Estimate { median, low, high }) = Estimate::of(&mut values) {
             self.push(figure, unit, median, Some((low, high)));
@@ -184,7 +185,7 @@ impl Figures<'_> {
         self
     }
 
-    /// Median, 99th percentile and maximum of some times in microseconds; nothing for no value.
+    /// Adds median, 99th percentile and maximum of times in microseconds; nothing without values.
     pub fn spread(&mut self, figure: &str, mut us: Vec<f64>) -> &mut Self {
         us.sort_unstable_by(f64::total_cmp);
         for (name, q) in [("p50", 0.5), ("p99", 0.99), ("max", 1.0)].into_iter().filter(|_| !us.is_empty()) {
@@ -193,8 +194,9 @@ impl Figures<'_> {
         self
     }
 
-    /// Times of the same work with a structure and with the reference, microseconds: `time`, `p99`, `max`, `reference`, `ratio`
-    /// and the number of `values`. The ratio is the median of the ratios; it need not be the quotient of the two medians.
+    /// Adds times of the same work with a structure and with the reference, microseconds: `time`, `p99`, `max`,
+    /// `reference`, `ratio` and the number of `values`. The ratio is the median of the ratios; it need not be the
+    /// quotient of the two medians.
     pub fn against(&mut self, pairs: &[(f64, f64)]) -> &mut Self {
         let mut own: Vec<f64> = pairs.iter().map(|pair| pair.0).collect();
         self.median("time", "us", own.clone());

@@ -7,7 +7,7 @@ use crate::report::{one_line, short, thousands};
 
 /// The paper's rival, which is always shown and named.
 pub(crate) const RIVAL: &str = "octree-rebuild";
-/// Decimals of what is less than a tenth.
+/// Number of decimals of numbers below a tenth.
 const DECIMALS: usize = 4;
 
 /// Whether a task belongs to a part.
@@ -15,7 +15,7 @@ pub(crate) fn is_of(task: &str, part: &str) -> bool {
     task.split('/').next() == Some(part)
 }
 
-/// The distinct texts, in their order.
+/// The distinct texts, in order of first occurrence.
 pub(crate) fn distinct<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut found: Vec<&str> = Vec::new();
     for text in texts {
@@ -26,7 +26,7 @@ pub(crate) fn distinct<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<&'a str>
     found
 }
 
-/// A number in three digits; a whole one as it is.
+/// A number with three digits; integers are complete.
 fn number(value: f64) -> String {
     match value {
         x if x.fract() == 0.0 && (0.0..1.0e15).contains(&x) => thousands(x as u64),
@@ -35,16 +35,16 @@ fn number(value: f64) -> String {
     }
 }
 
-/// A table as it is shown: names of columns, and cells.
+/// The text of a table: names of columns, and cells.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Cells {
     pub(crate) head: Vec<String>,
     pub(crate) rows: Vec<Vec<String>>,
-    /// The column by which the rows are sorted, least first.
+    /// The column by which the rows are sorted, ascending.
     pub(crate) sorted_by: Option<usize>,
 }
 
-/// The rows of one task with one recording.
+/// The rows of one task and one recording.
 pub(crate) struct Table<'a> {
     pub(crate) part: &'a str,
     pub(crate) recording: &'a str,
@@ -52,7 +52,7 @@ pub(crate) struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// The structures.
+    /// The names of the structures.
     pub(crate) fn indexes(&self) -> Vec<&'a str> {
         distinct(self.rows.iter().map(|row| row.index.as_str()).filter(|index| !index.is_empty()))
     }
@@ -66,13 +66,13 @@ impl<'a> Table<'a> {
         Some(self.row(index, figure)?.value)
     }
 
-    /// Whether the interval of a structure's ratio holds 1.
+    /// Whether the interval of a structure's ratio contains 1.
     pub(super) fn is_level(&self, index: &str) -> bool {
         let ends = self.row(index, "ratio").and_then(|row| row.low.zip(row.high));
         ends.is_some_and(|(low, high)| low <= 1.0 && high >= 1.0)
     }
 
-    /// Figures of the recording itself, in a line.
+    /// Figures of the recording itself, in one line.
     pub(crate) fn about(&self) -> String {
         let own = self.rows.iter().filter(|row| row.index.is_empty());
         let own = own.map(|row| match named(row).split_once('\n') {
@@ -82,7 +82,7 @@ impl<'a> Table<'a> {
         own.collect::<Vec<_>>().join(", ")
     }
 
-    /// A line for each structure with all figures; sorted by the ratio, if there is one.
+    /// A line for each structure with all figures, sorted by the ratio if there is one.
     pub(crate) fn cells(&self) -> Cells {
         let heads = self.rows.iter().filter(|row| !row.index.is_empty()).copied();
         let figures = distinct(heads.clone().map(|row| row.figure.as_str()));
@@ -123,18 +123,18 @@ fn named(row: &Row) -> String {
     }
 }
 
-/// A part in short: time, 99th percentile and ratio of each structure for the first task, and its ratio for each other task.
-/// These are geometric means over the recordings.
+/// A summary of a part: time, 99th percentile and ratio of each structure for the first task, and its ratio for each
+/// other task. These are geometric means over the recordings.
 pub(crate) struct Summary {
     pub(crate) cells: Cells,
-    /// Recordings of the task that has most of them.
+    /// Number of recordings of the task that has most of them.
     pub(crate) recordings: usize,
-    /// The task that median and 99th percentile are of; empty if there is one task alone.
+    /// The task of median and 99th percentile; empty if the part has only one task.
     pub(crate) times_of: String,
 }
 
 impl Rows {
-    /// The tables, in the order in which they were begun.
+    /// The tables, in the order of their first rows.
     pub(crate) fn tables(&self) -> Vec<Table<'_>> {
         let mut tables: Vec<Table<'_>> = Vec::new();
         let mut places = HashMap::new();
@@ -151,7 +151,7 @@ impl Rows {
 }
 
 impl Summary {
-    /// The summary of a part; `None` for one without ratios. Tables are of this part.
+    /// The summary of a part, whose tables are `tables`; `None` for a part without ratios.
     pub(crate) fn of(tables: &[&Table<'_>]) -> Option<Self> {
         let has_ratio =
             |table: &&&Table<'_>| table.indexes().iter().any(|index| table.value(index, "ratio").is_some());
@@ -188,7 +188,7 @@ impl Summary {
     }
 }
 
-/// A name with its middle space as a line end.
+/// The name with a line break at its middle space.
 fn in_two_lines(name: &str) -> String {
     let middle = name.len() / 2;
     let spaces = name.match_indices(' ').map(|(at, _)| at);
@@ -198,7 +198,8 @@ fn in_two_lines(name: &str) -> String {
     }
 }
 
-/// The geometric mean of a figure over tables, which no recording weighs down; `None` where one of them lacks it.
+/// The geometric mean of a figure over tables, in which every recording has the same weight. `None` if one of the
+/// tables lacks the figure.
 pub(super) fn mean(tables: &[&Table<'_>], index: &str, figure: &str) -> Option<f64> {
     let logarithm = |table: &&Table<'_>| Some(table.value(index, figure)?.max(super::LEAST_US).ln());
     let logarithms: Vec<f64> = tables.iter().map(logarithm).collect::<Option<_>>()?;
@@ -230,7 +231,7 @@ mod tests {
         assert_eq!(summary.recordings, 2);
         assert_eq!(summary.cells.head, ["index", "median\nus", "p99\nus", "ratio"]);
         assert_eq!(summary.cells.rows[1], ["x", "4.24", "4.24", "4.24"]);
-        // It was not measured everywhere.
+        // The structure was not measured on every recording.
         assert_eq!(summary.cells.rows[2], ["late", "-", "-", "-"]);
     }
 }

@@ -1,4 +1,4 @@
-//! Rows as text: in short, or all of them.
+//! Rows as text: summaries, or all tables.
 
 use comfy_table::{Cell, CellAlignment, TableComponent as Of};
 
@@ -8,10 +8,10 @@ use super::{
 };
 use crate::report::{columns_table, one_line};
 
-/// Structures of a table in short, besides the reference and the paper's rival.
+/// Number of structures in a summary, besides the reference and the paper's rival.
 const SHOWN: usize = 4;
 
-/// The table as text; columns that do not fit into so many letters are left out, from the right.
+/// The table as text. Columns from the right are left out if a line would exceed this number of characters.
 fn drawn(cells: &Cells, letters: Option<u16>) -> String {
     let width = |column: usize| {
         let texts = [&cells.head[column]].into_iter().chain(cells.rows.iter().map(|row| &row[column]));
@@ -22,7 +22,7 @@ fn drawn(cells: &Cells, letters: Option<u16>) -> String {
     let fits = |column: &usize| {
         let rest = room.checked_sub(width(*column));
         room = rest.unwrap_or(room);
-        // The first column names the others.
+        // The first column is always kept, because it names the rows.
         rest.is_some() || *column == 0
     };
     let shown = (0..cells.head.len()).take_while(fits).count();
@@ -46,8 +46,8 @@ fn drawn(cells: &Cells, letters: Option<u16>) -> String {
 }
 
 impl Rows {
-    /// A table for each chosen part: median, 99th percentile and ratio to `reference` of the best structures. Parts that are not
-    /// compared with the reference are left out.
+    /// A table for each chosen part: median, 99th percentile and ratio to `reference` of the best structures. Parts
+    /// without ratios to the reference are left out.
     pub fn summary(&self, reference: &str, is_chosen: impl Fn(&str) -> bool) -> String {
         let tables = self.tables();
         let part = |part: &super::Part| {
@@ -75,7 +75,7 @@ impl Rows {
         self.parts.iter().filter(|part| is_chosen(part.part)).filter_map(part).collect::<Vec<_>>().join("\n")
     }
 
-    /// Every table of the parts that are chosen.
+    /// Every table of the chosen parts.
     pub fn all_tables(&self, is_chosen: impl Fn(&str) -> bool) -> String {
         let tables = self.tables();
         let mut lines = Vec::new();
@@ -92,7 +92,7 @@ impl Rows {
         lines.join("\n")
     }
 
-    /// The tables alone, each of them with so many letters in a line.
+    /// The tables without titles, each limited to `letters` characters in a line.
     pub fn bare_tables(&self, letters: Option<u16>) -> String {
         self.tables().iter().map(|table| drawn(&table.cells(), letters)).collect::<Vec<_>>().join("\n\n")
     }

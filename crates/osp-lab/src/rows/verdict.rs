@@ -1,4 +1,4 @@
-//! The verdict on all recordings together: the fastest structure, and the ratios of the others to it.
+//! The verdict over all recordings: the fastest structure, and the ratios of the others to it.
 
 use super::{
     Rows,
@@ -6,12 +6,12 @@ use super::{
 };
 use crate::report::{one_line, thousands};
 
-/// Structures that a sentence names besides the fastest.
+/// Number of structures that a sentence names besides the fastest.
 const NEAREST: usize = 2;
 
 impl Rows {
-    /// One sentence on the first part that is compared with `reference`, and one that counts the tasks of all others. None if
-    /// there is nothing to compare.
+    /// One sentence on the first part with ratios to `reference`, and one sentence that counts the tasks of all other
+    /// parts. Empty if no part has ratios.
     pub fn verdict(&self, reference: &str) -> Vec<String> {
         let tables = self.tables();
         let compared = |table: &&Table<'_>| {
@@ -39,7 +39,7 @@ impl Rows {
     }
 }
 
-/// The structure with the least ratio; where the reference is level, it comes first.
+/// The structure with the smallest ratio; if the reference has the same ratio, the reference.
 fn best_of<'a>(table: &Table<'a>, reference: &str) -> Option<&'a str> {
     let ratios = table.indexes().into_iter().filter_map(|index| Some((index, table.value(index, "ratio")?)));
     let order = |a: &(&str, f64), b: &(&str, f64)| {
@@ -48,7 +48,7 @@ fn best_of<'a>(table: &Table<'a>, reference: &str) -> Option<&'a str> {
     ratios.min_by(order).map(|(index, _)| index)
 }
 
-/// `Over 4 recordings x is the fastest; a takes 2.1 times as long, b 120 times`.
+/// A sentence such as `Over 4 recordings x is the fastest; a takes 2.1 times as long, b 120 times`.
 fn fastest(tables: &[&Table<'_>], reference: &str) -> Option<String> {
     let indexes = distinct(tables.iter().flat_map(|table| table.indexes()));
     let mut means: Vec<(&str, f64)> =
@@ -61,7 +61,7 @@ fn fastest(tables: &[&Table<'_>], reference: &str) -> Option<String> {
         said += if at == 0 { "; " } else { ", " };
         said += &format!("{index} {}{} times", if at == 0 { "takes " } else { "" }, times(mean / least));
         said += if at == 0 { " as long" } else { "" };
-        // A ratio is known beside the reference alone, and its interval in one recording.
+        // A ratio is measured only relative to the reference, and its interval only for one recording.
         let other = if fastest == reference { index } else { fastest };
         let is_of_two = fastest == reference || index == reference;
         if let ([table], true) = (tables, is_of_two)
@@ -81,7 +81,7 @@ fn fastest(tables: &[&Table<'_>], reference: &str) -> Option<String> {
     .filter(|_| !others.is_empty())
 }
 
-/// Two digits, and more where they are whole.
+/// A ratio with two or three digits; integers are complete.
 fn times(ratio: f64) -> String {
     match ratio {
         x if x < 1.995 => format!("{x:.2}"),

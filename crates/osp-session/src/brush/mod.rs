@@ -1,7 +1,7 @@
-//! Brushes of Tilt Brush and Open Brush: the way from a stroke to polygons, and their look.
+//! The brushes of Tilt Brush and Open Brush: the type of polygons that a stroke becomes, and their appearance.
 //!
-//! The facts are a table in the crate, `brushes.ron`; [`find`] looks a brush up by name or GUID. [`stroke`](crate::stroke)
-//! makes polygons of samples; the renderer draws their look.
+//! The brushes are a table in the crate, `brushes.ron`; [`find`] looks a brush up by name or GUID.
+//! [`stroke`](crate::stroke) makes polygons of samples.
 //!
 //! Depends on no other module.
 
@@ -18,41 +18,41 @@ use serde::Deserialize;
 
 use texture::picture::Picture;
 
-/// Most particles, and most squares of a spray, on the way from a sample to the next. More: longer leaps of the hand are
-/// drawn whole, and a made-up file of leaps fills more memory.
+/// Largest number of particles, or of squares of a spray, between one sample and the next. A larger value draws longer
+/// jumps of the hand completely, but lets a malicious file fill more memory.
 pub const MAX_SCATTERED: u64 = 500;
 
-/// Way between two particles at a rate of 1 and a stroke's scale of 1, metres.
+/// Distance between two particles at a particle rate of 1 and a stroke scale of 1, metres.
 pub const PARTICLE_STEP_M: f32 = 0.0025;
 
 /// Mapping of textures along a stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum Uv {
-    /// From 0 to 1 over a segment.
+    /// The coordinate goes from 0 to 1 over a segment.
     Stretched,
-    /// By distance, repeated.
+    /// The coordinate is proportional to the distance; the texture repeats.
     Distance,
-    /// The whole texture on each quad.
+    /// Each quad shows the whole texture.
     EachQuad,
 }
 
 /// The outline of a welded ribbon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum Outline {
-    /// Width of the samples.
+    /// The width of the samples.
     Plain,
     /// Pointed at both ends.
     DoubleTaper,
-    /// Three noisy copies, drawn together at both ends.
+    /// A lightning bolt: three noisy copies of the ribbon that meet at both ends.
     Bolt,
 }
 
 /// Change of a tube's radius along a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum TubeShape {
-    /// Radius of the samples.
+    /// The radius of the samples.
     Plain,
-    /// Falls to nothing at the end.
+    /// The radius falls to zero at the end.
     Taper,
     /// Half a sine wave.
     Sine,
@@ -64,84 +64,84 @@ pub enum TubeShape {
     DoubleTaper,
 }
 
-/// Polygons that the samples of a stroke become.
+/// The type of polygons that the samples of a stroke become.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub enum Family {
     /// A ribbon of quads, smoothed where they meet.
     QuadStrip(Uv),
     /// A ribbon whose quads share their edges.
     Welded {
-        /// Mapping of textures along it.
+        /// Mapping of textures along the ribbon.
         uv: Uv,
-        /// Its outline.
+        /// The ribbon's outline.
         shape: Outline,
     },
     /// A tube around the samples.
     Tube {
-        /// Corners of its section.
+        /// Number of corners of the tube's cross-section.
         points: u8,
-        /// Flat facets instead of a round section.
+        /// Whether facets are shaded flat instead of smooth.
         hard_edges: bool,
-        /// Whether cones close its ends.
+        /// Whether cones close the tube's ends.
         caps: bool,
-        /// Length of a cone as a part of the radius.
+        /// Length of a cone divided by the radius.
         cap_aspect: f32,
-        /// Mapping of textures along it.
+        /// Mapping of textures along the tube.
         uv: Uv,
-        /// Change of its radius.
+        /// Change of the radius along the tube.
         shape: TubeShape,
         /// Factor of [`TubeShape::Taper`].
         taper: f32,
-        /// Largest turn of a frame before the tube breaks; see `brushes.ron`.
+        /// Largest turn of the frame before the tube is split, as a factor; see `brushes.ron`.
         break_mult: f32,
     },
     /// The convex hull of all samples.
     Hull {
-        /// Flat facets; smooth if not.
+        /// Whether facets are shaded flat instead of smooth.
         faceted: bool,
     },
-    /// The convex hulls of five samples in a row each.
+    /// The convex hulls of every five consecutive samples.
     WindowedHull,
     /// Squares that face the eye.
     Particles,
-    /// Squares in the plane of the stroke.
+    /// Squares in the plane of the stroke, a spray.
     Spray {
-        /// Placed by the middle of each step.
+        /// Whether squares are placed by the middle of each step, as Open Brush's midpoint spray does.
         midpoint: bool,
     },
-    /// A tube of rectangular section.
+    /// A tube with a rectangular cross-section.
     BoxSection,
     /// A ribbon with a raised middle.
     ThickRibbon,
-    /// A square across the stroke at each sample.
+    /// A square across the stroke at each sample, a slice.
     Slices,
 }
 
 /// Blending of polygons with the background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum Draw {
-    /// They hide it.
+    /// The polygons hide the background.
     Opaque,
-    /// They hide it where the texture is solid; elsewhere there is nothing.
+    /// The polygons hide the background where the texture is solid; elsewhere they are fully transparent.
     Cutout,
-    /// Their light is added to it.
+    /// The colour is added to that of the background.
     Additive,
-    /// They cover it in part.
+    /// The colour is blended with that of the background by its alpha.
     Blended,
 }
 
 /// Lighting of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub enum Lighting {
-    /// Its own colour.
+    /// The surface has its own colour, whatever the light.
     Unlit,
-    /// Matte.
+    /// The surface is matte.
     Lambert,
-    /// Matte with highlights.
+    /// The surface is matte with highlights.
     Specular {
-        /// Reflectance straight on: red, green, blue.
+        /// Reflectance at normal incidence: red, green, blue.
         f0: (f32, f32, f32),
-        /// 0 rough to 1 smooth.
+        /// Smoothness, 0 (rough) to 1 (smooth).
         gloss: f32,
     },
 }
@@ -183,44 +183,45 @@ pub enum Effect {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Brush {
-    /// Its place in [`all`].
+    /// Index of the brush in [`all`].
     #[serde(skip)]
     number: u16,
-    /// Its name, unique.
+    /// The unique name.
     pub name: String,
-    /// The GUID that files name it by.
+    /// The GUID that identifies the brush in files.
     pub guid: String,
-    /// GUIDs of older brushes that this one replaces.
+    /// GUIDs of older brushes that this brush replaces.
     #[serde(default)]
     pub also: Vec<String>,
-    /// Whether the application it comes from offers it to draw with; the others are in old files only, or trials.
+    /// Whether the original application offers the brush for drawing. Other brushes are in old files only, or are
+    /// experimental.
     #[serde(default)]
     pub is_offered: bool,
-    /// Polygons that the samples become.
+    /// The type of polygons that the samples become.
     pub family: Family,
     /// Blending with the background.
     pub draw: Draw,
-    /// Its lighting.
+    /// Lighting of the polygons.
     pub lighting: Lighting,
-    /// Additional effect of its shader.
+    /// Additional effect of the brush's shader.
     #[serde(default)]
     pub effect: Effect,
-    /// Picture that it paints with; a plain one has none.
+    /// The texture, a picture; `None` if the polygons have no texture.
     #[serde(default)]
     pub picture: Option<Picture>,
-    /// Alpha below which nothing is drawn.
+    /// Alpha below which a pixel is not drawn.
     #[serde(default)]
     pub cutoff: f32,
-    /// Strength of emitted light, an exponent.
+    /// Strength of emitted light, as an exponent.
     #[serde(default)]
     pub emission_gain: f32,
-    /// Part of the size that is left at pressure 0.
+    /// Size at pressure 0 divided by the size at pressure 1.
     #[serde(default = "one")]
     pub pressure_size_min: f32,
-    /// Random variation of sizes, as a part of the size.
+    /// Random variation of sizes, as a fraction of the size.
     #[serde(default)]
     pub size_variance: f32,
-    /// The smallest size that the application offers, decimetres; particles spread in proportion to it.
+    /// The smallest size that the application offers, decimetres. The spread of particles is in proportion to it.
     #[serde(default)]
     pub size_min: f32,
     /// Opacity.
@@ -232,64 +233,65 @@ pub struct Brush {
     /// Factor of the opacity at pressure 1.
     #[serde(default = "one")]
     pub pressure_opacity_max: f32,
-    /// Squares of a spray in a length of one size.
+    /// Number of squares of a spray per length of one brush size.
     #[serde(default = "one")]
     pub spray_rate: f32,
-    /// Largest random turn of a spray's squares to either side, degrees.
+    /// Largest random rotation of a spray's squares in either direction, degrees.
     #[serde(default)]
     pub rotation_variance_degrees: f32,
-    /// Largest random shift of a spray's squares, as a part of the size.
+    /// Largest random offset of a spray's squares, as a fraction of the size.
     #[serde(default)]
     pub position_variance: f32,
-    /// Length and width of a spray's squares, as parts of the size.
+    /// Length and width of a spray's squares, as fractions of the size.
     #[serde(default = "both_one")]
     pub size_ratio: (f32, f32),
-    /// Particles in a length of 0.0025 m.
+    /// Number of particles per 0.0025 m of the stroke.
     #[serde(default = "one")]
     pub particle_rate: f32,
     /// Spread of particles, in units of size per [`Brush::size_min`].
     #[serde(default)]
     pub particle_speed: f32,
-    /// The range of angles that particles are turned by at random, degrees.
+    /// Range of the random rotation of particles, degrees.
     #[serde(default)]
     pub particle_rotation_range_degrees: f32,
-    /// Whether each particle or square has a random alpha, in place of an opacity.
+    /// Whether each particle or square has a random alpha instead of the opacity.
     #[serde(default)]
     pub randomize_alpha: bool,
-    /// Rate of textures by distance.
+    /// Repetitions of the texture by distance, a rate.
     #[serde(default = "one")]
     pub tile_rate: f32,
-    /// Rows of the texture, of which a segment shows one; for particles and sprays, above 1 means two by two cells.
+    /// Number of rows of the texture atlas; a segment shows one row. For particles and sprays, a number above 1 means
+    /// two by two cells.
     #[serde(default = "one_row")]
     pub atlas_rows: u8,
-    /// Least spacing of control points of tubes and hulls, metres.
+    /// Smallest spacing of control points of tubes and hulls, metres.
     #[serde(default)]
     pub min_length_m: f32,
-    /// Pressure is smoothed over 0.1 m instead of 0.2.
+    /// Whether pressure is smoothed over 0.1 m instead of 0.2 m.
     #[serde(default)]
     pub has_short_pressure_window: bool,
-    /// The ribbon always faces whoever draws it.
+    /// Whether the ribbon's front always faces the author while it is drawn.
     #[serde(default)]
     pub back_is_invisible: bool,
-    /// Largest distance by which animation moves polygons out of their boxes, metres.
+    /// Largest distance by which animation moves polygons out of their bounding boxes, metres.
     #[serde(default)]
     pub bounds_padding_m: f32,
-    /// Back faces are not drawn by the original application.
+    /// Whether the original application culls back faces.
     #[serde(default)]
     pub culls_back: bool,
-    /// Whether relief is drawn by a map of normals.
+    /// Whether a normal map gives the surface relief.
     #[serde(default)]
     pub has_normal_map: bool,
-    /// The alpha of all corners is 1.
+    /// Whether the alpha of all corners is 1.
     #[serde(default)]
     pub is_alpha_one: bool,
-    /// Whether it moves with time.
+    /// Whether the brush is animated.
     #[serde(default)]
     pub is_animated: bool,
-    /// Solidity or brightness of the texture in eight steps from the start to the end of the stroke.
+    /// Solidity or brightness of the texture in eight steps along the stroke, from start to end.
     #[serde(default)]
     pub along: Option<[f32; 8]>,
-    /// The same from side to side.
+    /// Solidity or brightness of the texture in eight steps across the stroke.
     #[serde(default)]
     pub across: Option<[f32; 8]>,
 }
@@ -307,12 +309,12 @@ fn one_row() -> u8 {
 }
 
 impl Brush {
-    /// Its place in [`all`].
+    /// Index of the brush in [`all`].
     pub fn number(&self) -> u16 {
         self.number
     }
 
-    /// Full width at this pressure, as a part of the width at pressure 1.
+    /// Full width at this pressure, divided by the width at pressure 1.
     pub fn size(&self, pressure: f32) -> f32 {
         self.pressure_size_min + (1.0 - self.pressure_size_min) * pressure.clamp(0.0, 1.0)
     }

@@ -1,19 +1,21 @@
 use glam::{Vec2, Vec3};
 
-/// Largest texture coordinate that a [`Surface`] holds; larger ones are cut off.
+/// Largest absolute texture coordinate that a [`Surface`] stores; larger coordinates are clamped.
 pub const UV_LIMIT: f32 = 8.0;
 
-/// Textures run by distance modulo this: it leaves room for a polygon below [`UV_LIMIT`].
+/// Texture coordinates by distance are taken modulo this length, so that a polygon that begins below it ends below
+/// [`UV_LIMIT`].
 pub(crate) const UV_PERIOD: f32 = 7.0;
 
-/// Painting of a polygon, corner by corner: normals, texture coordinates and alpha, in 16, 16 and 8 bits.
+/// Shading data of the corners of a polygon: normals and texture coordinates of 16 bits a component, alpha of 8 bits.
 ///
-/// A polygon that faces the eye is stored as a square in some plane: its middle and size count, its plane does not.
+/// A polygon that faces the eye is stored as a square in some plane: only its centre and size matter, not the plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Surface {
-    /// Octahedral, two signed 16-bit numbers each; of a polygon that faces the eye, the roll's bits come first.
+    /// Octahedral normals, two signed 16-bit numbers each. If the polygon faces the eye, the first word has the bits of
+    /// the roll.
     normals: [u32; 4],
-    /// Two signed 16-bit numbers each, in parts of [`UV_LIMIT`].
+    /// Two signed 16-bit numbers a corner, in units of [`UV_LIMIT`].
     uv: [u32; 4],
     alpha: [u8; 4],
     kind: Kind,
@@ -21,16 +23,16 @@ pub struct Surface {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
-    /// Its normal is that of the polygon.
+    /// The normal is that of the polygon's plane.
     Flat,
-    /// Every corner has its normal.
+    /// Every corner has its own normal.
     Smooth,
-    /// It is turned to the eye.
+    /// The polygon is rotated to face the eye.
     Facing,
 }
 
 impl Surface {
-    /// Flat, opaque, without texture.
+    /// A flat, opaque surface without texture coordinates.
     pub const PLAIN: Self = Self { normals: [0; 4], uv: [0; 4], alpha: [255; 4], kind: Kind::Flat };
 
     /// A flat polygon.
@@ -38,18 +40,18 @@ impl Surface {
         Self { uv: uv.map(pack_uv), alpha: alpha.map(pack_alpha), ..Self::PLAIN }
     }
 
-    /// A part of a curved surface: each corner has a normal (of any length but 0).
+    /// A polygon of a curved surface with a normal at each corner. A normal may have any length but 0.
     pub fn smooth(normals: [Vec3; 4], uv: [Vec2; 4], alpha: [f32; 4]) -> Self {
         Self { normals: normals.map(pack_normal), kind: Kind::Smooth, ..Self::flat(uv, alpha) }
     }
 
-    /// A square that faces the eye, turned by `roll_radians` about the line of sight.
+    /// A square that faces the eye, rotated by `roll_radians` about the line of sight.
     pub fn facing(roll_radians: f32, uv: [Vec2; 4], alpha: f32) -> Self {
         let normals = [roll_radians.to_bits(), 0, 0, 0];
         Self { normals, kind: Kind::Facing, ..Self::flat(uv, [alpha; 4]) }
     }
 
-    /// The same surface with other corners: `places[i]` is the corner that becomes corner `i`.
+    /// The same surface with permuted corners: corner `places[i]` becomes corner `i`.
     #[must_use]
     pub fn with_corners(&self, places: [usize; 4]) -> Self {
         let mut of = *self;
@@ -63,22 +65,22 @@ impl Surface {
         of
     }
 
-    /// Whether it is turned to the eye.
+    /// Whether the polygon is rotated to face the eye.
     pub fn is_facing(&self) -> bool {
         self.kind == Kind::Facing
     }
 
-    /// Whether every corner has a normal of its own.
+    /// Whether every corner has its own normal.
     pub fn is_smooth(&self) -> bool {
         self.kind == Kind::Smooth
     }
 
-    /// Turn of a polygon that faces the eye about the line of sight, radians.
+    /// Rotation about the line of sight of a polygon that faces the eye, radians; else 0.
     pub fn roll_radians(&self) -> f32 {
         if self.is_facing() { f32::from_bits(self.normals[0]) } else { 0.0 }
     }
 
-    /// The normal of a corner, of length 1, if it has one of its own.
+    /// The normal of a corner, of length 1, if the corners have their own normals.
     pub fn normal(&self, corner: usize) -> Option<Vec3> {
         self.is_smooth().then(|| unpack_normal(self.normals[corner]))
     }
@@ -94,8 +96,7 @@ impl Surface {
         f32::from(self.alpha[corner]) / 255.0
     }
 
-    /// The words of the normals (or roll) and of the texture coordinates, as a shader unpacks them with
-    /// `unpack2x16snorm`.
+    /// The words of the normals (or roll) and of the texture coordinates. A shader unpacks them with `unpack2x16snorm`.
     pub fn words(&self) -> ([u32; 4], [u32; 4]) {
         (self.normals, self.uv)
     }
@@ -124,7 +125,8 @@ fn halves(word: u32) -> [f32; 2] {
     [word as u16, (word >> 16) as u16].map(|half| (f32::from(half as i16) / 32767.0).max(-1.0))
 }
 
-/// Octahedral: Cigolle and others, "A Survey of Efficient Representations for Independent Unit Vectors" (2014).
+/// Encodes a normal in octahedral form: Cigolle and others, "A Survey of Efficient Representations for Independent Unit
+/// Vectors" (2014).
 fn pack_normal(normal: Vec3) -> u32 {
     let sum = normal.abs().element_sum();
     if !(sum > 0.0 && sum.is_finite()) {

@@ -13,7 +13,7 @@ static BRUSHES: LazyLock<Vec<Brush>> = LazyLock::new(|| {
     brushes
 });
 
-/// Names and GUIDs.
+/// Indices of the brushes in the table, by name and GUID.
 static PLACES: LazyLock<HashMap<&'static str, u16>> = LazyLock::new(|| {
     let mut places = HashMap::new();
     for (i, brush) in BRUSHES.iter().enumerate() {
@@ -23,7 +23,7 @@ static PLACES: LazyLock<HashMap<&'static str, u16>> = LazyLock::new(|| {
     places
 });
 
-/// Every brush; its place in the list is its [`number`](Brush::number).
+/// Every brush; the index of a brush is its [`number`](Brush::number).
 pub fn all() -> &'static [Brush] {
     &BRUSHES
 }

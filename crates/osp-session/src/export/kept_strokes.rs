@@ -1,4 +1,4 @@
-//! The strokes of a session at its end, with their control points, for a format of strokes.
+//! The strokes at the end of a session, with their control points, for formats that store strokes.
 
 use std::collections::HashMap;
 

@@ -22,7 +22,7 @@ use crate::recording::{
 
 /// Bytes of the head before the zip.
 const HEAD_BYTES: u16 = 16;
-/// Versions of the head and of `data.sketch`, as in the files of Tilt Brush.
+/// Version of the head, and version of `data.sketch`. Tilt Brush writes the same ones.
 const HEAD_VERSION: u16 = 1;
 const SKETCH_VERSION: u32 = 5;
 /// Room that the zip's own heads and directory, and the metadata, may need.
@@ -35,15 +35,15 @@ pub struct TiltCounts {
     pub strokes: u64,
     /// Control points.
     pub points: u64,
-    /// Contents of the session that the file lacks or has in another form, a line each.
+    /// One line for each kind of data that the file lacks or holds in another form.
     pub notes: Vec<String>,
 }
 
 /// Writes the strokes that a session has at its end as a `.tilt`, with layers, groups, camera and light.
 ///
-/// Erased and undone strokes are left out; moved and grouped ones are where the session has them. A session that
-/// comes from a `.tilt` gets back all its metadata. A stroke that was not changed is read again bit for bit.
-/// The `thumbnail` is a PNG, if there is one.
+/// Erased and undone strokes are left out; moved and grouped ones are where the session has them. A session that was
+/// read from a `.tilt` gets all its metadata back. An unchanged stroke is written bit for bit as it was. The
+/// `thumbnail` is a PNG, if there is one.
 ///
 /// Numbers are rounded where the session is from elsewhere: positions to the nearest decimetre number of 24 bits,
 /// times to milliseconds. The whole file is in memory: 36 bytes a control point.
@@ -124,7 +124,7 @@ pub fn write_tilt(
     Ok(counts)
 }
 
-/// Numbers of groups. Groups of the sketch that was read keep theirs, the session's own get others.
+/// Numbers of groups. Groups that came from a sketch keep their numbers; the session's other groups get free ones.
 struct SketchGroups {
     taken: BTreeSet<u32>,
     given: BTreeMap<GroupId, u32>,
@@ -144,7 +144,7 @@ impl SketchGroups {
     }
 }
 
-/// Contents of the session that the file lacks or has in another form, a line each.
+/// Returns one line for each kind of data that the file lacks or holds in another form.
 fn notes(kept: &KeptStrokes, [opaque, lost]: [u64; 2], stand_ins: &BTreeMap<&str, u64>) -> Vec<String> {
     let many = |count: u64, one: &str, many: &str| match count {
         1 => format!("1 {one}"),

@@ -74,7 +74,7 @@ struct LayerNow {
 }
 
 impl Layers {
-    /// The layers of a session whose strokes are on the layers `used`.
+    /// Returns the layers of a session whose strokes are on the layers `used`.
     pub(super) fn new(header: &Header, scene: &Scene, used: &BTreeSet<u32>) -> Self {
         let named = header.layers.len() as u32;
         let mut numbers: BTreeSet<u32> = (0..named).chain(scene.layer_states().keys().copied()).collect();

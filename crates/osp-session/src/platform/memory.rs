@@ -1,6 +1,6 @@
-//! Files in memory, with the names and behaviour of [`std::fs`], for a page in a browser. [`take_changes`] returns
-//! the files that the program has written; the page's script stores them until the next visit. Files that came by [`put`]
-//! and did not change are left out.
+//! Files in memory, with the names and behaviour of [`std::fs`], for a web page. [`take_changes`] returns the files
+//! that the program has written; the page's script stores them until the next visit. Files that came by [`put`] and did
+//! not change are left out.
 #![allow(
     clippy::len_without_is_empty,
     missing_docs,
@@ -23,19 +23,19 @@ use std::{
 
 use super::fs::without_dots;
 
-/// The files, by their names without `.` and `..`.
+/// The files by their names; the names have no `.` or `..`.
 static FILES: Mutex<Files> =
     Mutex::new(Files { by_name: BTreeMap::new(), ticks: 0, changed: BTreeSet::new() });
 
 struct Files {
     by_name: BTreeMap<PathBuf, Arc<Node>>,
-    /// Each change has a time of its own.
+    /// Each change has a different time.
     ticks: u64,
     changed: BTreeSet<PathBuf>,
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // Nothing is left half done where a panic can come between.
+    // A panic while the lock is held leaves no state half changed.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -50,7 +50,7 @@ struct Node {
 struct Content {
     bytes: Vec<u8>,
     modified: u64,
-    /// Bytes at the beginning that are kept already, and are the same.
+    /// Number of bytes at the beginning that the page's script has stored already, unchanged since.
     kept: usize,
 }
 
@@ -81,7 +81,7 @@ pub struct Change {
     pub bytes: Option<Vec<u8>>,
 }
 
-/// The changes since the last call. A file that [`put`] added and nobody changed is not among them.
+/// The changes since the last call. A file that was added by [`put`] and not changed since is not among them.
 pub fn take_changes() -> Vec<Change> {
     let mut files = lock(&FILES);
     let changed = std::mem::take(&mut files.changed);
@@ -97,7 +97,7 @@ pub fn take_changes() -> Vec<Change> {
     changed.into_iter().map(change).collect()
 }
 
-/// Adds a file that the page had stored or a person has chosen.
+/// Adds a file that the page's script had stored, or that a person has chosen.
 pub fn put(path: &Path, bytes: Vec<u8>) {
     let kept = bytes.len();
     lock(&FILES).make(without_dots(path), bytes, kept);
@@ -110,7 +110,7 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Replaces a file, or makes it.
+/// Replaces or creates a file.
 pub fn write(path: &Path, bytes: Vec<u8>) {
     let mut files = lock(&FILES);
     let name = without_dots(path);
@@ -127,7 +127,7 @@ pub fn remove_file(path: impl AsRef<Path>) -> io::Result<()> {
     Ok(())
 }
 
-/// Does nothing: a folder exists once a file lies in it.
+/// Does nothing, because a folder exists once it has a file.
 pub fn create_dir_all(_: impl AsRef<Path>) -> io::Result<()> {
     Ok(())
 }
@@ -148,7 +148,7 @@ pub fn metadata(path: impl AsRef<Path>) -> io::Result<Metadata> {
     if is_folder { Ok(Metadata { bytes: None, modified: 0, created: 0 }) } else { Err(missing()) }
 }
 
-/// Contents of a folder, files only.
+/// The files directly in a folder.
 pub fn read_dir(path: impl AsRef<Path>) -> io::Result<impl Iterator<Item = io::Result<DirEntry>>> {
     let folder = without_dots(path.as_ref());
     let inside = |path: &&PathBuf| path.parent() == Some(&folder);
@@ -157,7 +157,7 @@ pub fn read_dir(path: impl AsRef<Path>) -> io::Result<impl Iterator<Item = io::R
     Ok(entries.into_iter())
 }
 
-/// The files in a folder and in those inside it.
+/// The files in a folder and in its subfolders.
 pub fn files_below(folder: &Path) -> Vec<PathBuf> {
     let folder = without_dots(folder);
     lock(&FILES).by_name.keys().filter(|file| file.starts_with(&folder)).cloned().collect()
@@ -210,12 +210,12 @@ impl Metadata {
         Permissions
     }
 
-    /// No time of day, but a later change has a later time.
+    /// Not the time of day: a counter that is larger for a later change.
     pub fn modified(&self) -> io::Result<SystemTime> {
         Ok(SystemTime::UNIX_EPOCH + Duration::from_secs(self.modified))
     }
 
-    /// As there.
+    /// Like [`Self::modified`], not the time of day.
     pub fn created(&self) -> io::Result<SystemTime> {
         Ok(SystemTime::UNIX_EPOCH + Duration::from_secs(self.created))
     }
@@ -310,7 +310,7 @@ impl File {
         Ok(Metadata::of(&self.node))
     }
 
-    /// Changes the content, which is the same before the byte `from`.
+    /// Changes the content; the bytes before `from` must stay the same.
     fn change(&self, from: usize, how: impl FnOnce(&mut Vec<u8>)) {
         let mut files = lock(&FILES);
         let now = files.tick();
@@ -318,7 +318,7 @@ impl File {
         how(&mut content.bytes);
         content.modified = now;
         content.kept = content.kept.min(from);
-        // A file that was removed, or replaced under its name, is no longer in the list.
+        // A file that was removed, or replaced by another file of its name, is no longer in the list.
         if files.by_name.get(&self.name).is_some_and(|node| Arc::ptr_eq(node, &self.node)) {
             files.changed.insert(self.name.clone());
         }
@@ -443,7 +443,7 @@ mod tests {
         assert_eq!(read(path).expect("there"), b"one\ntwo\n");
         let tail = Change { path: without_dots(path), from: 4, bytes: Some(b"two\n".to_vec()) };
         assert_eq!(mine(take_changes()), [tail]);
-        // The kept bytes were cut off: the change begins again at the cut.
+        // The cut removed stored bytes, so the change begins at the cut.
         file.set_len(2).expect("cut");
         file.rewind().expect("the start");
         file.write_all(b"O").expect("written");

@@ -1,10 +1,10 @@
-//! Differences between a desktop and a page in a browser: the clock, the files, threads. Everything else of the crate is the
+//! Differences between a desktop and a web page: the clock, the files, threads. Everything else in the crate is the
 //! same on both.
 
 #[cfg(any(target_arch = "wasm32", test))]
 pub mod memory;
 
-/// Files of the system, or on a page files in its memory.
+/// The file system; on a web page, files in memory.
 pub mod fs {
     #[cfg(target_arch = "wasm32")]
     pub use super::memory::*;
@@ -25,28 +25,28 @@ pub mod fs {
         found
     }
 
-    /// Whether a file lies in a folder or below it, wherever symbolic links lead.
+    /// Whether a file lies in a folder or below it, after symbolic links are resolved.
     pub(crate) fn lies_within(path: &Path, folder: &Path) -> std::io::Result<bool> {
-        // The folder of a file without one.
+        // The parent of a file name without a folder is the current folder.
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         #[cfg(not(target_arch = "wasm32"))]
         return Ok(canonicalize(path)?.starts_with(canonicalize(folder)?));
-        // There are no links in memory.
+        // Files in memory have no symbolic links.
         #[cfg(target_arch = "wasm32")]
         return Ok(without_dots(path).starts_with(without_dots(folder)));
     }
 
-    /// As [`Path::is_file`].
+    /// Like [`Path::is_file`].
     pub fn is_file(path: &Path) -> bool {
         metadata(path).is_ok_and(|data| data.is_file())
     }
 
-    /// As [`Path::is_dir`].
+    /// Like [`Path::is_dir`].
     pub fn is_folder(path: &Path) -> bool {
         metadata(path).is_ok_and(|data| data.is_dir())
     }
 
-    /// As [`Path::exists`].
+    /// Like [`Path::exists`].
     pub fn is_there(path: &Path) -> bool {
         metadata(path).is_ok()
     }

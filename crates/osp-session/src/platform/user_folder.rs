@@ -1,11 +1,11 @@
 use std::path::PathBuf;
 
-/// The folder of the program's own files on a page, which are kept from one visit to the next.
+/// The folder on a web page for the program's own files, which are stored from one visit to the next.
 #[cfg(target_arch = "wasm32")]
 pub const USER_FOLDER: &str = "/osp";
 
-/// The program's own folder among the user's: `osp` in the folder that the variable `xdg` names, else in that of Windows, else
-/// `below_home`; `.osp` here where none is known.
+/// The folder for the program's own files, per user: `osp` in the folder that the variable `xdg` names, else in
+/// `APPDATA`, else `below_home` in the home folder. If none of these is set, `.osp` in the current folder.
 #[cfg(not(target_arch = "wasm32"))]
 pub fn user_folder(xdg: &str, below_home: &str) -> PathBuf {
     let from = |name: &str, rest: &str| {
@@ -17,7 +17,7 @@ pub fn user_folder(xdg: &str, below_home: &str) -> PathBuf {
         .unwrap_or_else(|| PathBuf::from(".osp"))
 }
 
-/// A page has one folder.
+/// A web page has a single folder.
 #[cfg(target_arch = "wasm32")]
 pub fn user_folder(_: &str, _: &str) -> PathBuf {
     PathBuf::from(USER_FOLDER)

@@ -1,5 +1,5 @@
-//! Outputs on a page: each appears whole or not at all, as on a disk. The browser offers every file outside the
-//! program's own folder for download.
+//! Outputs on a web page: as on a disk, an output appears complete or not at all. The browser offers every file outside
+//! the program's own folder for download.
 #![allow(missing_docs, missing_debug_implementations, reason = "as in what it stands for")]
 
 use std::{
@@ -10,7 +10,7 @@ use std::{
 
 use crate::platform::{USER_FOLDER, fs};
 
-/// Files for the browser to save.
+/// Files that the browser should save.
 static DOWNLOADS: Mutex<Vec<(PathBuf, Vec<u8>)>> = Mutex::new(Vec::new());
 
 /// Files for download that were written since the last call.
@@ -23,11 +23,11 @@ pub fn take_downloads() -> Vec<(PathBuf, Vec<u8>)> {
 pub enum Destination {
     /// A file, which is replaced as a whole.
     File(PathBuf),
-    /// There are no pipes and devices on a page.
+    /// A pipe or a device; never used, because a web page has none.
     Special(PathBuf),
-    /// As [`Destination::Special`].
+    /// Never used, like [`Destination::Special`].
     StandardOutput,
-    /// As [`Destination::Special`].
+    /// Never used, like [`Destination::Special`].
     StandardError,
 }
 
@@ -41,7 +41,7 @@ impl Destination {
     }
 }
 
-/// A file on its way.
+/// An unfinished output in memory.
 #[derive(Debug)]
 pub struct AtomicFile {
     path: PathBuf,
@@ -49,18 +49,18 @@ pub struct AtomicFile {
 }
 
 impl AtomicFile {
-    /// Starts an output. The target stays what it is.
+    /// Starts an output. The target does not change until the commit.
     pub fn create(path: &Path) -> io::Result<Self> {
         Destination::of(path)?;
         Ok(Self { path: path.to_owned(), bytes: Vec::new() })
     }
 
-    /// Always an error: there is no file before the commit.
+    /// Always an error, because no file exists before the commit.
     pub fn handle(&mut self) -> io::Result<fs::File> {
         Err(io::ErrorKind::Unsupported.into())
     }
 
-    /// Puts what was written in the place of the target; its size in bytes.
+    /// Replaces the target by the output. Returns the size in bytes.
     pub fn commit(self) -> io::Result<Option<u64>> {
         let bytes = self.bytes.len() as u64;
         if !self.path.starts_with(USER_FOLDER) {
@@ -82,14 +82,14 @@ impl Write for AtomicFile {
     }
 }
 
-/// Writes a file whole, or leaves it as it is.
+/// Writes a complete file, or does not change it.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let mut file = AtomicFile::create(path)?;
     write(&mut file)?;
     file.commit().map(drop)
 }
 
-/// Opens an output that grows.
+/// Opens an output that other code reads while it grows.
 pub fn open_stream(path: &Path) -> io::Result<fs::File> {
     fs::File::create(path)
 }

@@ -1,5 +1,6 @@
-//! The part of the crate `zstd` that osp uses, without C, so that Rust's compiler alone builds a page. It unpacks
-//! everything. It packs whole pieces, less densely than `zstd`, and refuses to pack streams.
+//! The part of the crate `zstd` that osp uses, without C code, so that only a Rust compiler is needed to build the web
+//! page. It decompresses everything. It compresses whole buffers, less densely than `zstd`, and refuses to compress
+//! streams.
 #![allow(missing_docs, missing_debug_implementations, reason = "as in what it stands for")]
 
 use std::{
@@ -12,20 +13,20 @@ use std::io::Write;
 
 use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
 
-/// As in the crate.
+/// The default level of the crate `zstd`; all levels give the same result here.
 #[cfg(target_arch = "wasm32")]
 pub const DEFAULT_COMPRESSION_LEVEL: i32 = 3;
 
-/// Whole pieces in memory.
+/// Compression of whole buffers in memory.
 pub mod bulk {
     use super::{Decoder, Read, io};
 
-    /// Packs as fast as it can, whatever the level.
+    /// Compresses at the fastest level; `_level` is ignored.
     pub fn compress(bytes: &[u8], _level: i32) -> io::Result<Vec<u8>> {
         Ok(ruzstd::encoding::compress_to_vec(bytes, ruzstd::encoding::CompressionLevel::Fastest))
     }
 
-    /// Unpacks.
+    /// Decompresses at most `most_bytes`.
     pub fn decompress(packed: &[u8], most_bytes: usize) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         Decoder::new(packed)?.take(most_bytes as u64).read_to_end(&mut bytes)?;
@@ -33,20 +34,20 @@ pub mod bulk {
     }
 }
 
-/// Streams.
+/// Compression of streams.
 #[cfg(target_arch = "wasm32")]
 pub mod stream {
-    /// Unpacking.
+    /// Decompression.
     pub mod read {
         pub use super::super::Decoder;
     }
-    /// Packing.
+    /// Compression.
     pub mod write {
         pub use super::super::Encoder;
     }
 }
 
-/// Unpacks frames one after the other.
+/// Decompresses consecutive frames.
 pub struct Decoder<'a, R> {
     input: R,
     frames: FrameDecoder,
@@ -56,7 +57,7 @@ pub struct Decoder<'a, R> {
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
-    /// Before a frame, or behind the last one.
+    /// Before a frame, or after the last frame.
     Between,
     Inside,
     /// After an error.
@@ -64,10 +65,10 @@ enum State {
 }
 
 impl<R: Read> Decoder<'static, BufReader<R>> {
-    /// Reads what it unpacks from `input`.
+    /// A decoder of the bytes of `input`.
     ///
     /// # Errors
-    /// None: `zstd` has some here.
+    /// None; the function returns a `Result` because that of `zstd` does.
     pub fn new(input: R) -> io::Result<Self> {
         let (frames, state) = (FrameDecoder::new(), State::Between);
         Ok(Self { input: BufReader::new(input), frames, state, of_context: PhantomData })
@@ -75,10 +76,10 @@ impl<R: Read> Decoder<'static, BufReader<R>> {
 }
 
 impl<R: BufRead> Decoder<'_, R> {
-    /// Refuses frames with larger windows than this power of two.
+    /// Limits the window of a frame to two to the power of `log` bytes; frames with larger windows are errors.
     ///
     /// # Errors
-    /// None: `zstd` has some here.
+    /// None; the function returns a `Result` because that of `zstd` does.
     pub fn window_log_max(&mut self, log: u32) -> io::Result<()> {
         self.frames.set_max_window_size(1 << log);
         Ok(())
@@ -94,7 +95,7 @@ impl<R: BufRead> Decoder<'_, R> {
         }
     }
 
-    /// The error for data that end too early differs from the one for damaged data.
+    /// Returns different errors for data that end too early and for damaged data.
     fn failure(&mut self, error: impl std::error::Error + Send + Sync + 'static) -> io::Error {
         self.state = State::Done;
         match self.input.fill_buf() {
@@ -141,7 +142,7 @@ impl<R: BufRead> Read for Decoder<'_, R> {
     }
 }
 
-/// Refuses to pack a stream.
+/// An encoder that cannot be created, because compression of streams is not supported.
 #[cfg(target_arch = "wasm32")]
 pub struct Encoder<'a, W> {
     out: W,

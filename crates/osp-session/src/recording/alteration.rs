@@ -1,21 +1,21 @@
-//! Copies of strokes, changed: elsewhere, turned, scaled, mirrored, of another colour or width.
+//! Changed copies of strokes: moved, rotated, scaled, mirrored, or with another colour or width.
 
 use glam::{Quat, Vec3};
 
 use super::{Author, Event, Paint, StrokeId, Transform};
 use osp::math::{rotate, unit};
 
-/// A similarity that may mirror. It flips x first, then scales, rotates and translates.
+/// A similarity transform, which may include a mirror. It flips x first, then scales, rotates and translates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Whether x is flipped.
     pub is_mirrored: bool,
-    /// Transform after the flip.
+    /// The transform after the flip.
     pub to: Transform,
 }
 
 impl Motion {
-    /// Changes nothing.
+    /// The identity.
     pub const STAY: Self =
         Self { is_mirrored: false, to: Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0 } };
 
@@ -24,13 +24,13 @@ impl Motion {
         Self { to: Transform { p: way, ..Self::STAY.to }, ..Self::STAY }
     }
 
-    /// Turns and scales about a point that stays where it is.
+    /// A rotation and scale about a fixed point.
     pub fn about(middle: Vec3, turn: Quat, scale: f32) -> Self {
         let p = middle - rotate(turn, middle * scale);
         Self { to: Transform { p, q: turn, s: scale }, ..Self::STAY }
     }
 
-    /// Mirrors on the plane across the x axis at this place.
+    /// A reflection in the plane perpendicular to the x axis at `x`.
     pub fn mirror_x(x: f32) -> Self {
         Self { is_mirrored: true, ..Self::by(Vec3::new(2.0 * x, 0.0, 0.0)) }
     }
@@ -41,20 +41,21 @@ impl Motion {
         rotate(self.to.q, p * self.to.s) + self.to.p
     }
 
-    /// The pose of a hand afterwards. A mirror turns its x axis round: the mirror image of a pose is no pose.
+    /// The transformed orientation of a hand. Because the mirror image of a pose is left-handed, a mirror also reverses
+    /// the pose's x axis.
     pub fn orientation(&self, q: Quat) -> Quat {
         let q = if self.is_mirrored { mirrored(q) } else { q };
         unit(self.to.q * q)
     }
 
-    /// This one, then another.
+    /// This motion, followed by another.
     pub fn then(&self, next: &Self) -> Self {
         let q = if next.is_mirrored { mirrored(self.to.q) } else { self.to.q };
         let to = Transform { p: next.point(self.to.p), q: unit(next.to.q * q), s: self.to.s * next.to.s };
         Self { is_mirrored: self.is_mirrored != next.is_mirrored, to }
     }
 
-    /// The inverse; none if this one shrinks everything to a point.
+    /// The inverse; `None` if this motion scales everything to a point.
     pub fn inverse(&self) -> Option<Self> {
         let s = 1.0 / self.to.s;
         let back = self.to.q.conjugate();
@@ -66,7 +67,7 @@ impl Motion {
     }
 }
 
-/// A rotation between two mirrors across x.
+/// A rotation conjugated by the reflection of x.
 fn mirrored(q: Quat) -> Quat {
     Quat::from_xyzw(q.x, -q.y, -q.z, q.w)
 }
@@ -74,20 +75,20 @@ fn mirrored(q: Quat) -> Quat {
 /// Difference between a copy of a stroke and the stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alteration {
-    /// Its motion, in the space of its points. Its width follows the scale.
+    /// The motion, in the space of the stroke's points. The width changes with the scale.
     pub motion: Motion,
-    /// Its colour, sRGB with opacity; that of the stroke if absent.
+    /// The colour, sRGB with opacity; if absent, that of the stroke.
     pub color: Option<(f32, f32, f32, f32)>,
-    /// Its width, metres; that of the stroke, scaled, if absent.
+    /// The width, metres; if absent, that of the stroke, scaled.
     pub width_m: Option<f32>,
 }
 
 impl Alteration {
-    /// A copy that differs in its number alone.
+    /// An identical copy, apart from its number.
     pub const NONE: Self = Self { motion: Motion::STAY, color: None, width_m: None };
 
     /// The events of a copy of a stroke, in order. `events` contain those of the stroke; all others are skipped. Every
-    /// copied event gets the time `t`; a copy of an unfinished stroke is ended.
+    /// copied event gets the time `t`. If the stroke is unfinished, the copy still ends.
     pub fn copy<'e>(
         &self,
         events: impl IntoIterator<Item = &'e Event>,
@@ -138,7 +139,7 @@ impl Alteration {
     fn begin(&self, event: &Event, copy: StrokeId, t: f64) -> Event {
         let mut begin = event.clone();
         if let Event::Begin { author, t: time, stroke, width, color, paint, .. } = &mut begin {
-            // The author of the change draws the stroke again.
+            // The copy belongs to the author of the change.
             (*author, *time, *stroke) = (Author::SOLE, t, copy);
             *width = self.width_m.unwrap_or(*width * self.motion.to.s);
             *color = self.color.unwrap_or(*color);

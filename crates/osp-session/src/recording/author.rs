@@ -4,26 +4,27 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Author of an event, by number. 0 is the author of a recording that names none, and of events before the first join.
-/// 1 is the first that joins, 2 the second and so on.
+/// Number of an author. 0 is the author in a recording without authors, and of events before the first join. The first
+/// author who joins is 1, the second 2, and so on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Author(pub u32);
 
 impl Author {
-    /// The author of a recording that names none.
+    /// The author in a recording without authors.
     pub const SOLE: Self = Self(0);
 
-    /// Largest number of authors of a session, including those who have left: an author's number is below it.
+    /// Largest number of authors of a session, including those who have left. Every author's number is below it.
     pub const MAX: u32 = 1 << (32 - Self::NUMBER_BITS);
 
-    /// Longest name, bytes.
+    /// Longest name of an author, bytes.
     pub const MAX_NAME_BYTES: usize = 256;
 
-    /// Bits of a stroke's or group's number that count those of its author; the bits above are the author's number.
+    /// Number of low bits of a stroke's or group's number that count the strokes or groups of an author. The bits above
+    /// are the author's number.
     pub const NUMBER_BITS: u32 = 20;
 
-    /// Whether this is the author of a recording that names none.
+    /// Whether this is the author in a recording without authors.
     pub fn is_sole(&self) -> bool {
         *self == Self::SOLE
     }
@@ -33,18 +34,18 @@ impl Author {
         self.0 < Self::MAX
     }
 
-    /// The author's stroke or group number `n`, where there are several; none once the author has had all of them.
+    /// The number of the author's `n`-th stroke or group in a session of several authors; `None` if `n` is too large.
     pub fn number(self, n: u32) -> Option<u32> {
         (n < 1 << Self::NUMBER_BITS && self.is_valid()).then_some(self.0 << Self::NUMBER_BITS | n)
     }
 
-    /// The numbers of the author's strokes and groups, in words.
+    /// The range of the author's stroke and group numbers, as text.
     pub(super) fn range(self) -> String {
         let first = self.0 << Self::NUMBER_BITS;
         format!("a number from {first} to {}", first | ((1 << Self::NUMBER_BITS) - 1))
     }
 
-    /// Whether a stroke with this number can be the author's. With one author, every number can.
+    /// Whether the author may have drawn a stroke of this number. The sole author may have any number.
     pub fn owns(self, stroke: StrokeId) -> bool {
         self.is_sole() || stroke.author() == self
     }

@@ -1,31 +1,31 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// Light and background of a session. Colours are sRGB numbers, which the shaders of the programs that sessions come from
-/// use as they are: 1 is the brightest that a screen shows, lights may be brighter.
+/// Light and background of a session. Colours are sRGB values from 0 to 1, which shaders use without conversion, as the
+/// original programs do. Lights may be brighter than 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Environment {
-    /// Name of the preset that it was made from.
+    /// Name of the preset that the environment was made from.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub preset: String,
-    /// Colours of the sky: straight down and straight up, a gradient between them.
+    /// Sky colours straight down and straight up; the sky is a gradient between them.
     pub sky: [Vec3; 2],
-    /// World from the gradient's space: its +y is up.
+    /// Rotation from the gradient's space, whose +y is up, to world space.
     #[serde(default = "identity", skip_serializing_if = "is_identity")]
     pub sky_rotation: Quat,
     /// Colour of a floor that hides the sky below the horizon.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor: Option<Vec3>,
-    /// Colour of fog, and how dense it is per metre of depth.
+    /// Colour of the fog, and its density per metre of depth.
     #[serde(default, skip_serializing_if = "is_clear")]
     pub fog: (Vec3, f32),
-    /// Light from everywhere.
+    /// Ambient light.
     pub ambient: Vec3,
-    /// Two lights from far away: direction of travel, world space, of length 1, and colour.
+    /// Two directional lights: direction of travel, of length 1, in world space, and colour.
     #[serde(default)]
     pub lights: [(Vec3, Vec3); 2],
-    /// Strength of what shiny surfaces mirror.
+    /// Strength of reflections on shiny surfaces.
     #[serde(default)]
     pub reflection: f32,
 }
@@ -36,7 +36,7 @@ impl Environment {
     const BRIGHTEST: f32 = 1.0e4;
     const DENSEST: f32 = 1.0e6;
 
-    /// Checks every number; the error is the expected form.
+    /// Checks that every number is in its range. The error describes the expected form.
     ///
     /// # Errors
     /// A number is not finite or out of its range.

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::{Excess, Place};
 
-/// The error of a recording. Every message names the file, the place in it and what was expected.
+/// The error of a recording. Every message has the file, the position in it and the expected form.
 #[derive(Debug, Error)]
 pub enum RecordingError {
     /// The file could not be opened, read or written.
@@ -22,9 +22,9 @@ pub enum RecordingError {
         path: PathBuf,
         /// The line, from 1.
         line: u64,
-        /// Form that the format requires there.
+        /// The form that the format requires at this position.
         expected: String,
-        /// Text found there, shortened.
+        /// The text at this position, shortened.
         found: String,
     },
     /// A binary file is damaged.
@@ -34,37 +34,39 @@ pub enum RecordingError {
         path: PathBuf,
         /// The offset, from 0.
         offset: u64,
-        /// Form that the format requires there.
+        /// The form that the format requires at this position.
         expected: String,
-        /// Contents found there.
+        /// The contents at this position.
         found: String,
     },
     /// The session is larger than its [`Limits`](super::Limits) allow.
     #[error("{0}")]
     Limit(Box<Excess>),
-    /// The file is of a format that cannot be read.
+    /// The format of the file cannot be read.
     #[error("{}: expected {expected}; found {found}", path.display())]
     Unknown {
         /// The file.
         path: PathBuf,
-        /// Readable forms.
+        /// The formats that can be read.
         expected: String,
-        /// Form found.
+        /// The format of the file.
         found: String,
     },
 }
 
 impl RecordingError {
-    /// An input or output error with its file.
+    /// An input or output error of a file.
     pub fn io(path: &Path, cause: std::io::Error) -> Self {
         Self::Io { path: path.to_owned(), cause }
     }
 }
 
-/// Names the option that raises [`Limits::polygons`](super::Limits::polygons), and with it the limits that follow from it.
+/// The option that raises [`Limits::polygons`](super::Limits::polygons), and thereby the limits that are computed from
+/// it.
 const MAX_POLYGONS: &str = "--max-polygons N";
 
-/// The error for more than `most` of something; [`Limited`](super::limited::Limited) adds what was read.
+/// The error of an exceeded limit: more than `most` of `what`. [`Limited`](super::limited::Limited) adds the amounts
+/// that were read.
 pub(super) fn beyond(path: &Path, place: Place, most: u64, what: &str) -> RecordingError {
     RecordingError::Limit(Box::new(Excess {
         path: path.to_owned(),

@@ -4,19 +4,19 @@ use serde::{Deserialize, Serialize};
 use super::{Author, GroupId, StrokeId};
 use osp::math::COORDINATE_LIMIT_M;
 
-/// The newest recording format that this crate reads: the format with several [`Author`]s. Every recording is written
-/// in the oldest format that can hold it.
+/// The newest recording format that this crate reads: the format with several [`Author`]s. A recording is written in
+/// the oldest format that can represent it.
 pub const FORMAT_VERSION: u32 = 4;
 
-/// The first format with several [`Author`]s.
+/// The first format that supports several [`Author`]s.
 pub const AUTHORS_FORMAT: u32 = 4;
 
-/// The format of a session that one author draws in the window: it has what the window's edits need.
+/// The format of a session that one author draws in the window; the oldest format with all events of the window's
+/// edits.
 pub const ONE_AUTHOR_FORMAT: u32 = 3;
 
-/// Longest line that is read or written, bytes. A polygon of [`Event::MAX_VERTICES`] corners needs about 50 kB. A move
-/// names each of its strokes by up to 11 bytes, so a line has room for 1.5 million of them. The limit bounds the
-/// memory of a reader.
+/// Longest line of a recording, bytes; it bounds the memory of a reader. A polygon of [`Event::MAX_VERTICES`] corners
+/// needs about 50 kB. A move lists each of its strokes in at most 11 bytes, so a line has room for 1.5 million strokes.
 pub const MAX_LINE_BYTES: usize = 1 << 24;
 
 /// The tool of a stroke.
@@ -26,33 +26,33 @@ pub enum Tool {
     Ribbon,
     /// One planar polygon; the samples are its corners.
     Wall,
-    /// A closed tube around the samples.
+    /// A closed tube along the samples.
     Tube,
 }
 
-/// The brush of a stroke with its settings. A program without the brush draws the stroke by its tool.
+/// The brush of a stroke and its settings. A program that lacks the brush draws the stroke by its tool.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Paint {
-    /// Name or GUID of the brush; empty for none: the stroke is drawn by its tool.
+    /// Name or GUID of the brush. If it is empty, the stroke is drawn by its tool.
     pub brush: String,
     /// Seed of the brush's random numbers.
     #[serde(default, skip_serializing_if = "is_zero_number")]
     pub seed: u32,
-    /// Factor of the lengths that are part of the brush (spacing, fading), not of the width.
+    /// Factor of the brush's own lengths (spacing, fading), not of the stroke's width.
     #[serde(default = "full", skip_serializing_if = "is_full")]
     pub scale: f32,
-    /// The layer: a place in [`Header::layers`](super::Header::layers), if there are any.
+    /// Index of the layer in [`Header::layers`](super::Header::layers), if the session has layers.
     #[serde(default, skip_serializing_if = "is_zero_number")]
     pub layer: u32,
-    /// Whether the stroke is not drawn, as its layer was hidden when the session was saved.
+    /// Whether the stroke is hidden, because its layer was hidden when the session was saved.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub hidden: bool,
-    /// Group in a Tilt Brush or Open Brush sketch, 0 for none: strokes that these programs select together. It is no
-    /// [`GroupId`] of the session, and no event changes it.
+    /// Selection group in a Tilt Brush or Open Brush sketch, 0 for none: these programs select its strokes together. It
+    /// is not a [`GroupId`] of the session, and no event changes it.
     #[serde(default, skip_serializing_if = "is_zero_number")]
     pub sketch_group: u32,
-    /// Flags in a Tilt Brush or Open Brush sketch. Bit 1: the stroke is one step of undo with the stroke before.
+    /// Flags in a Tilt Brush or Open Brush sketch. Bit 1: undo treats the stroke and the one before as one step.
     #[serde(default, skip_serializing_if = "is_zero_number")]
     pub sketch_flags: u32,
 }
@@ -61,7 +61,7 @@ impl Paint {
     /// Longest name of a brush, bytes.
     pub const MAX_NAME_BYTES: usize = 64;
 
-    /// This brush, at its own scale, on the first layer.
+    /// A brush with scale 1, on the first layer.
     pub fn new(brush: impl Into<String>, seed: u32) -> Self {
         Self {
             brush: brush.into(),
@@ -93,9 +93,10 @@ pub enum NormalRule {
     LocalX,
     /// The tracker's local X axis points along the ribbon's width (A-Painter).
     SideX,
-    /// Tilt Brush's frame from the direction of travel, the controller's forward (local -z) and up (local y).
+    /// Tilt Brush's frame, computed from the direction of travel, the controller's forward axis (local -z) and its up
+    /// axis (local y).
     Travel,
-    /// No orientation was recorded: a rotation-minimising frame along the stroke.
+    /// No orientation was recorded, so a rotation-minimising frame along the stroke is used.
     Transport,
 }
 
@@ -111,26 +112,26 @@ pub struct Transform {
     pub s: f32,
 }
 
-/// One event of a session. `t` is in seconds since its start; it may be zero, equal or run backwards: the order of
-/// events is their order in the file, time only paces a replay.
+/// An event of a session. `t` is in seconds since the session's start. It may be zero, equal or decreasing: the order
+/// of events is their order in the file, and the time only paces a replay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Event {
-    /// An author joins the session (since format 4). The first author is 1, each further one the next number. An
-    /// author who comes back gets a new number.
+    /// An author joins the session (since format 4). The first author is 1, each further one the next number. An author
+    /// who returns gets a new number.
     Join {
         /// Time, seconds.
         t: f64,
         /// The author.
         author: Author,
-        /// The author's name; several may have the same one.
+        /// The author's name; several authors may have the same name.
         #[serde(default, skip_serializing_if = "String::is_empty")]
         name: String,
-        /// Colour in which the author's work is shown on request: red, green, blue, each 0 to 1, sRGB.
+        /// Colour for the author's work when it is shown by author: red, green, blue, each 0 to 1, sRGB.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         color: Option<(f32, f32, f32)>,
     },
-    /// An author leaves for good (since format 4). Strokes that are still being drawn end, and no undo takes back the
+    /// An author leaves permanently (since format 4). Unfinished strokes of the author end, and no undo reverts the
     /// author's work.
     Leave {
         /// Time, seconds.
@@ -142,7 +143,7 @@ pub enum Event {
     Head {
         /// Time, seconds.
         t: f64,
-        /// Its author (since format 4). In a recording with one author this is 0, and not written.
+        /// The author (since format 4). In a recording with one author, 0, which is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// Head position.
@@ -154,24 +155,24 @@ pub enum Event {
     Begin {
         /// Time, seconds.
         t: f64,
-        /// Its author (since format 4). In a recording with one author this is 0, and not written.
+        /// The author (since format 4). In a recording with one author, 0, which is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// Its number; a number is used once in a session.
+        /// Number of the stroke; a number is used once in a session.
         stroke: StrokeId,
-        /// The tool that draws it.
+        /// The tool that draws the stroke.
         tool: Tool,
         /// Full width at full pressure, metres.
         width: f32,
         /// Red, green, blue, opacity, each 0 to 1, sRGB.
         color: (f32, f32, f32, f32),
-        /// Direction of a ribbon relative to the tracker.
+        /// Orientation of a ribbon relative to the tracker.
         #[serde(default, skip_serializing_if = "is_default_rule")]
         normal: NormalRule,
-        /// Part of the width that is left at pressure 0 (1: pressure does not matter).
+        /// Width at pressure 0 divided by the full width (1: pressure has no effect).
         #[serde(default, skip_serializing_if = "is_zero")]
         thinnest: f32,
-        /// The brush and what belongs to it (since format 2).
+        /// The brush and its settings (since format 2).
         #[serde(default, skip_serializing_if = "Option::is_none")]
         paint: Option<Box<Paint>>,
     },
@@ -179,11 +180,11 @@ pub enum Event {
     Point {
         /// Time, seconds.
         t: f64,
-        /// The stroke it belongs to.
+        /// The stroke of the control point.
         stroke: StrokeId,
         /// Position.
         p: Vec3,
-        /// World from tracker.
+        /// World from tracker, the orientation.
         #[serde(default = "identity", skip_serializing_if = "is_identity")]
         q: Quat,
         /// Pressure, 0 to 1.
@@ -197,119 +198,121 @@ pub enum Event {
         /// The stroke.
         stroke: StrokeId,
     },
-    /// A stroke, or a polygon's stroke, is erased.
+    /// A stroke is erased. A polygon without a stroke has one of its own.
     Erase {
         /// Time, seconds.
         t: f64,
-        /// Its author (since format 4). In a recording with one author this is 0, and not written.
+        /// The author (since format 4). In a recording with one author, 0, which is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The stroke.
         stroke: StrokeId,
     },
-    /// The author's last edit is taken back. An edit begins, erases, moves, groups or assigns strokes, or places a
-    /// group; a [`Step`](Event::Step) counts as one edit. At most the last thousand edits can be undone
-    /// ([`Scene::UNDO_DEPTH`](crate::scene::Scene::UNDO_DEPTH)); a further undo changes nothing. Edits of other
-    /// authors stay: the state results from all edits that are not taken back, in their order.
+    /// The author's last edit is undone. An edit begins, erases, moves, groups or assigns strokes, or places a group; a
+    /// [`Step`](Event::Step) counts as one edit. At most the last thousand edits can be undone
+    /// ([`Scene::UNDO_DEPTH`](crate::scene::Scene::UNDO_DEPTH)); a further undo changes nothing. Edits of other authors
+    /// stay: the state results from all edits that are not undone, in order.
     Undo {
         /// Time, seconds.
         t: f64,
-        /// Its author (since format 4). In a recording with one author this is 0, and not written.
+        /// The author (since format 4). In a recording with one author, 0, which is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
     },
-    /// The edit that the author took back last is made again, if the author made no other since.
+    /// The edit that the author undid last is done again, if the author has made no other edit since.
     Redo {
         /// Time, seconds.
         t: f64,
-        /// Its author (since format 4). In a recording with one author this is 0, and not written.
+        /// The author (since format 4). In a recording with one author, 0, which is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
     },
-    /// Strokes are moved by a vector in the present world space. A stroke in a group keeps the motion in the group's
-    /// space: when the group is placed again, the motion turns and scales with it. In a group of scale 0 nothing can
-    /// be moved.
+    /// Strokes are translated by a vector in the current world space. A stroke in a group stores the translation in the
+    /// group's space. So when the group is placed again, the translation rotates and scales with it. In a group of
+    /// scale 0 no stroke can be moved.
     Move {
         /// Time, seconds.
         t: f64,
-        /// Its author (since format 4). In a recording with one author this is 0, and not written.
+        /// The author (since format 4). In a recording with one author, 0, which is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The strokes.
         strokes: Vec<StrokeId>,
-        /// The motion, metres.
+        /// The translation, metres.
         by: Vec3,
     },
-    /// Strokes become a group's members; a group that does not exist yet is made. From now on the strokes, moved or
-    /// not, are in the group's space: if the group was placed, they move to that place.
+    /// Strokes become members of a group, which is created if it does not exist. From now on the strokes' coordinates
+    /// are in the group's space: if the group was placed, the strokes move with it.
     Group {
         /// Time, seconds.
         t: f64,
-        /// Its author (since format 4). In a recording with one author this is 0, and not written.
+        /// The author (since format 4). In a recording with one author, 0, which is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The group.
         group: GroupId,
-        /// The strokes; each leaves the group it was in.
+        /// The strokes; each leaves its former group.
         strokes: Vec<StrokeId>,
-        /// The group that this one hangs under; if absent, it hangs under none, even if it did before.
+        /// The parent group. If absent, the group has no parent from now on.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         parent: Option<GroupId>,
-        /// The group's name from now on; if absent, it keeps the one it has (since format 2).
+        /// The group's new name; if absent, the name does not change (since format 2).
         #[serde(default, skip_serializing_if = "Option::is_none")]
         name: Option<String>,
     },
-    /// A group is placed: its transform becomes this one (it does not add to the former).
+    /// A group is placed: this transform replaces the group's former one.
     Place {
         /// Time, seconds.
         t: f64,
-        /// Its author (since format 4). In a recording with one author this is 0, and not written.
+        /// The author (since format 4). In a recording with one author, 0, which is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The group.
         group: GroupId,
-        /// World, or the parent group, from the group's own space.
+        /// World or parent group from the group's own space.
         to: Transform,
     },
-    /// The author's next edits form one step for undo and redo. The step ends after so many edits, at the next step, or at the
-    /// next undo or redo that finds an edit (since format 3).
+    /// The author's next edits form one step for undo and redo. The step ends after `edits` edits, at the next step, or
+    /// at the next undo or redo that has an effect (since format 3).
     Step {
         /// Time, seconds.
         t: f64,
-        /// Its author (since format 4). In a recording with one author this is 0, and not written.
+        /// The author (since format 4). In a recording with one author, 0, which is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// Number of edits; 0 ends the step before.
+        /// Number of edits; 0 ends the previous step.
         edits: u32,
     },
-    /// Properties of a layer are changed; absent ones stay (since format 3). It is no edit: no undo takes it back.
+    /// Properties of a layer are changed; absent properties stay (since format 3). It is not an edit, so no undo
+    /// reverts it.
     Layer {
         /// Time, seconds.
         t: f64,
-        /// Its author (since format 4). In a recording with one author this is 0, and not written.
+        /// The author (since format 4). In a recording with one author, 0, which is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// The layer, a place in [`Header::layers`](super::Header::layers) or one after them: it is made then.
+        /// Index of the layer in [`Header::layers`](super::Header::layers). An index after the last layer creates a
+        /// layer.
         layer: u32,
-        /// Its name.
+        /// The layer's name.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         name: Option<String>,
-        /// Whether its strokes are not drawn.
+        /// Whether the layer's strokes are hidden.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         hidden: Option<bool>,
-        /// Whether the window leaves its strokes alone.
+        /// Whether the window refuses to edit the layer's strokes.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         locked: Option<bool>,
-        /// Whether its owner keeps the other authors from drawing on it and from changing it: see
+        /// Whether only the layer's owner may draw on the layer and change it: see
         /// [`Scene::may_touch`](crate::scene::Scene::may_touch) (since format 4).
         #[serde(default, skip_serializing_if = "Option::is_none")]
         mine: Option<bool>,
     },
-    /// Strokes go to a layer (since format 3).
+    /// Strokes are assigned to a layer (since format 3).
     Assign {
         /// Time, seconds.
         t: f64,
-        /// Its author (since format 4). In a recording with one author this is 0, and not written.
+        /// The author (since format 4). In a recording with one author, 0, which is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The layer.
@@ -317,31 +320,32 @@ pub enum Event {
         /// The strokes.
         strokes: Vec<StrokeId>,
     },
-    /// A view is remembered under a number (since format 3). It is no edit.
+    /// A view is stored under a number (since format 3). It is not an edit.
     View {
         /// Time, seconds.
         t: f64,
-        /// Its author (since format 4). In a recording with one author this is 0, and not written.
+        /// The author (since format 4). In a recording with one author, 0, which is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// Its number; a view that has it is forgotten.
+        /// Number of the view; it replaces an earlier view of this number.
         slot: u32,
-        /// Eye in world space.
+        /// Position of the eye, world space.
         p: Vec3,
         /// World from camera (looks along its -z).
         q: Quat,
-        /// Distance of the point that it looks at, metres.
+        /// Distance from the eye to the point that the view looks at, metres.
         distance: f32,
     },
-    /// A finished polygon, convex and planar (or it is split), as a stroke of its own or as a part of `stroke`.
+    /// A finished polygon, either a stroke of its own or a part of `stroke`. A polygon that is not convex or not planar
+    /// is split.
     Polygon {
         /// Time, seconds.
         #[serde(default)]
         t: f64,
-        /// Its author (since format 4). In a recording with one author this is 0, and not written.
+        /// The author (since format 4). In a recording with one author, 0, which is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// The stroke that it belongs to; one of its own if absent.
+        /// The stroke of the polygon; if absent, the polygon is a stroke of its own.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stroke: Option<StrokeId>,
         /// 3 to [`Event::MAX_VERTICES`] corners in order.
@@ -359,7 +363,7 @@ fn full() -> f32 {
     1.0
 }
 
-// Default values are not written. Bits are compared, so that -0.0 is written and read again as it was.
+// Default values are not written. Bits are compared, so that -0.0 is written and read back as it was.
 fn is_identity(q: &Quat) -> bool {
     q.to_array().map(f32::to_bits) == Quat::IDENTITY.to_array().map(f32::to_bits)
 }
@@ -381,7 +385,8 @@ fn is_default_rule(rule: &NormalRule) -> bool {
 }
 
 impl Event {
-    /// The events that make strokes members of a group: one, or as many as lines can hold; the first names the group.
+    /// The events that add strokes to a group: one event, or several if the strokes do not fit into one line. Only the
+    /// first event has the group's name.
     pub fn grouping(
         t: f64,
         group: GroupId,
@@ -402,22 +407,23 @@ impl Event {
         })
     }
 
-    /// Most corners that a polygon event may have.
+    /// Largest number of corners of a polygon event.
     pub const MAX_VERTICES: usize = 1024;
 
-    /// Most layers of a session.
+    /// Largest number of layers of a session.
     pub const MAX_LAYERS: u32 = 1024;
 
-    /// Most views that a session remembers.
+    /// Largest number of views that a session stores.
     pub const MAX_VIEWS: u32 = 64;
 
     /// Longest name of a group or layer, bytes.
     pub const MAX_GROUP_NAME_BYTES: usize = 256;
 
-    /// Most strokes that one event may name so that it fits into a line, whatever their numbers.
+    /// Largest number of strokes that one event may list. With it an event fits into a line, whatever the strokes'
+    /// numbers.
     pub const MAX_STROKES_NAMED: usize = (MAX_LINE_BYTES - 2048) / 11;
 
-    /// Its time stamp, seconds.
+    /// The event's time stamp, seconds.
     pub fn time_secs(&self) -> f64 {
         match *self {
             Self::Join { t, .. }
@@ -440,8 +446,8 @@ impl Event {
         }
     }
 
-    /// Its author. For a point or an end it is in the number of the stroke ([`StrokeId::author`], with several
-    /// authors).
+    /// The event's author. Points and ends have none: their author is in the number of the stroke
+    /// ([`StrokeId::author`], with several authors).
     pub fn author(&self) -> Option<Author> {
         match *self {
             Self::Join { author, .. }
@@ -463,19 +469,20 @@ impl Event {
         }
     }
 
-    /// Whether only a recording of several authors can hold the event.
+    /// Whether only a recording with several authors can contain the event.
     pub fn names_author(&self) -> bool {
         matches!(self, Self::Join { .. } | Self::Leave { .. } | Self::Layer { mine: Some(_), .. })
             || self.author().is_some_and(|author| !author.is_sole())
     }
 
-    /// Whether the event carries a sample of the hand. A replay counts these for `samples:N`. A finished polygon counts
-    /// as one, and so does every step of a move, of strokes or of a group.
+    /// Whether the event is a sample of the hand; a replay counts samples for `samples:N`. Finished polygons, moves of
+    /// strokes and placements of groups also count as samples.
     pub fn is_sample(&self) -> bool {
         matches!(self, Self::Point { .. } | Self::Polygon { .. } | Self::Move { .. } | Self::Place { .. })
     }
 
-    /// Number of strokes that an edit names, or of a polygon's corners: memory of an event beside its own size.
+    /// Number of strokes that an edit lists, or of a polygon's corners. It determines an event's memory beyond its own
+    /// size.
     pub fn list_len(&self) -> usize {
         match self {
             Self::Move { strokes, .. } | Self::Group { strokes, .. } | Self::Assign { strokes, .. } => {
@@ -486,7 +493,7 @@ impl Event {
         }
     }
 
-    /// Checks the meaning of every number; the error is the expected form.
+    /// Checks that every number is in its range. The error describes the expected form.
     ///
     /// # Errors
     /// A number is not finite or out of its range.

@@ -16,35 +16,36 @@ pub struct Header {
     /// Name of the session.
     #[serde(default)]
     pub name: String,
-    /// Its source: a program, a file, a generator with its arguments.
+    /// Origin of the session: a program, a file, or a generator with its arguments.
     #[serde(default)]
     pub source: String,
-    /// The modelling volume, if it is known. Polygons outside it are kept.
+    /// The modelling volume, if it is specified. Polygons outside it are allowed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub root: Option<Root>,
-    /// A view that the session's maker chose (the thumbnail camera of a Tilt Brush sketch).
+    /// A view that the session's author chose (the thumbnail camera of a Tilt Brush sketch).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<Camera>,
-    /// Light and background, if the session has its own (since format 2).
+    /// Light and background, if the session specifies them (since format 2).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub environment: Option<Box<Environment>>,
-    /// The layers that strokes name by their places; none: a single one that can be seen (since format 2).
+    /// The layers; strokes refer to them by index. An empty list means a single visible layer (since format 2).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub layers: Vec<Layer>,
-    /// Contents of the source that a recording cannot hold, in words: pictures, models, videos (since format 2).
+    /// Contents of the source that a recording cannot represent, as text: pictures, models, videos (since format 2).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
-    /// `metadata.json` of the Tilt Brush or Open Brush sketch that the session comes from, as it was read. A `.tilt`
-    /// that is [written](crate::export::write_tilt) gets it back, with its palette, media and camera paths.
+    /// `metadata.json` of the Tilt Brush or Open Brush sketch that the session comes from, unchanged.
+    /// [`write_tilt`](crate::export::write_tilt) writes it back, with its palette, media and camera paths.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sketch_metadata: Option<String>,
 }
 
 impl Header {
-    /// Most bytes of [`sketch_metadata`](Self::sketch_metadata); longer metadata are not kept. Real ones have up to 3,000.
+    /// Largest size of [`sketch_metadata`](Self::sketch_metadata), bytes; larger metadata are dropped. Real metadata
+    /// have up to 3,000 bytes.
     pub const MAX_METADATA_BYTES: usize = 1 << 18;
 
-    /// A header of format 2, which has all but what the window's edits need.
+    /// A header of format 2, the oldest format with environments, layers and brushes.
     pub fn new(name: impl Into<String>, source: impl Into<String>) -> Self {
         Self {
             format: 2,
@@ -59,7 +60,7 @@ impl Header {
         }
     }
 
-    /// Checks the meaning of every number; the error is the expected form.
+    /// Checks that every number is in its range. The error describes the expected form.
     ///
     /// # Errors
     /// A number is not finite or out of its range.
@@ -84,7 +85,7 @@ pub struct Layer {
     /// Its name.
     #[serde(default)]
     pub name: String,
-    /// Whether its strokes are not drawn.
+    /// Whether the layer's strokes are hidden.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub hidden: bool,
 }
@@ -103,19 +104,19 @@ pub struct Root {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
-    /// Eye in world space.
+    /// Position of the eye, world space.
     pub p: Vec3,
     /// World from camera (looks along its -z).
     pub q: Quat,
     /// Vertical field of view, degrees.
     pub fov_degrees: f32,
-    /// Near distance, metres along the camera's axis; a reader chooses if it is absent.
+    /// Near distance, metres along the camera's axis; if absent, the reader of the recording chooses one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub near_m: Option<f32>,
 }
 
 impl Camera {
-    /// Checks every number; the error is the expected form.
+    /// Checks that every number is in its range; the error describes the expected form.
     pub(super) fn check(&self) -> Result<(), &'static str> {
         check_pose(self.p, self.q)?;
         if !(self.fov_degrees > 0.0 && self.fov_degrees < 180.0) {

@@ -11,10 +11,11 @@ use crate::{
     small_file::open_regular,
 };
 
-/// Files in memory, by name, for sessions that do not lie on a disk: one that was dropped on a page or came over a network.
+/// Files in memory, by name, for sessions that are not on a disk. An example is a file that was dropped on a web page
+/// or received over a network.
 ///
-/// Some formats are read from several files: CASSIE's `raw_data/NAME.json` and `sketch_history/NAME.json`, a `.gltf` and its
-/// buffers, an unpacked `.tilt`. They find each other by their names, as in folders.
+/// Some formats consist of several files: CASSIE's `raw_data/NAME.json` and `sketch_history/NAME.json`, a `.gltf` and
+/// its buffers, an unpacked `.tilt`. These files refer to each other by their names, as in folders.
 #[derive(Clone, Debug, Default)]
 pub struct MemoryFiles {
     files: BTreeMap<PathBuf, Arc<[u8]>>,
@@ -26,7 +27,7 @@ impl MemoryFiles {
         Self::default()
     }
 
-    /// Adds a file, or replaces the one of this name.
+    /// Adds a file, or replaces the file of this name.
     pub fn insert(&mut self, name: impl AsRef<Path>, bytes: impl Into<Arc<[u8]>>) {
         self.files.insert(without_dots(name.as_ref()), bytes.into());
     }
@@ -66,7 +67,7 @@ impl<'a> Input<'a> {
         Self { path, files: Files::Memory(files) }
     }
 
-    /// Another file from the same place.
+    /// Another file on the same disk or in the same memory.
     pub(in crate::recording) fn beside<'b>(self, path: &'b Path) -> Input<'b>
     where
         'a: 'b,
@@ -74,7 +75,7 @@ impl<'a> Input<'a> {
         Input { path, files: self.files }
     }
 
-    /// Opens the file, which must be a regular one.
+    /// Opens the file, which must be a regular file.
     pub(in crate::recording) fn open(self) -> io::Result<InputFile> {
         match self.files {
             Files::Disk => open_regular(self.path).map(InputFile::Disk),
@@ -85,11 +86,11 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Whether it lies in a folder or below it, wherever symbolic links lead.
+    /// Whether the file lies in a folder or below it, after symbolic links are resolved.
     pub(in crate::recording) fn lies_within(self, folder: &Path) -> io::Result<bool> {
         match self.files {
             Files::Disk => fs::lies_within(self.path, folder),
-            // There are no links in memory.
+            // Files in memory have no symbolic links.
             Files::Memory(_) => Ok(true),
         }
     }
@@ -108,7 +109,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Whether it exists and is neither a file nor a folder.
+    /// Whether the path exists and is neither a file nor a folder.
     pub(in crate::recording) fn is_special(self) -> bool {
         match self.files {
             Files::Disk => fs::metadata(self.path).is_ok_and(|data| !data.is_file() && !data.is_dir()),
@@ -125,7 +126,7 @@ pub(in crate::recording) enum InputFile {
 }
 
 impl InputFile {
-    /// Its length in bytes.
+    /// The file's length in bytes.
     pub(in crate::recording) fn len(&self) -> io::Result<u64> {
         match self {
             Self::Disk(file) => Ok(file.metadata()?.len()),

@@ -5,13 +5,13 @@ use super::{
     unknown_brushes::UnknownBrushes,
 };
 
-/// A source that ends where a session exceeds its limits, and notes unknown brushes.
+/// A source that ends when a session exceeds its limits, and notes unknown brushes.
 pub(super) struct Limited {
     source: Box<dyn EventSource>,
     path: PathBuf,
     options: OpenOptions,
     read: Tally,
-    /// Why the source was ended, for a lenient reader.
+    /// The limit at which a lenient reader ended.
     warning: Option<String>,
     unknown_brushes: UnknownBrushes,
     is_over: bool,
@@ -32,7 +32,7 @@ impl Limited {
 
     fn stop(&mut self, mut error: RecordingError) -> Result<Option<Event>, RecordingError> {
         self.is_over = true;
-        // Nobody draws on: what was kept for the strokes can go.
+        // The source has ended, so the data about open strokes can be freed.
         let read = std::mem::take(&mut self.read);
         if let RecordingError::Limit(excess) = &mut error {
             excess.read = Some(read.to_string());

@@ -1,49 +1,51 @@
 use std::fmt;
 use std::path::PathBuf;
 
-/// Limits of a session's size: a small packed file can claim to be more than fits into memory.
+/// Limits of a session's size, because a small compressed file can expand to more than fits into memory.
 ///
-/// Everything that costs memory is counted as it is read, before it is kept. A reader that reaches a limit returns the
-/// events before it, and then [`RecordingError::Limit`](super::RecordingError::Limit). A lenient reader notes the
-/// limit and ends there.
+/// Everything that takes memory is counted before it is stored. A reader that reaches a limit returns the events before
+/// it, and then [`RecordingError::Limit`](super::RecordingError::Limit). A lenient reader notes the limit and ends
+/// there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Most polygons, counted before they are made. A sample of a ribbon or wall counts as one, of a tube as eight, a
-    /// face as the number of its corners less two. (A bent quad becomes two, so there may be up to twice as many.)
+    /// Largest number of polygons, counted before they are created. A sample of a ribbon or wall counts as one, of a
+    /// tube as eight, a face as the number of its corners less two. (A bent quad becomes two, so a session may have up
+    /// to twice as many.)
     pub polygons: u64,
-    /// Most bytes that each byte of a packed file may become, beyond [`Limits::FREE_BYTES`]. Drawings by hand pack to
-    /// a third or a fifth; data that pack to a hundredth are repetitions.
+    /// Largest ratio of decompressed to compressed bytes, beyond [`Limits::FREE_BYTES`]. Compression shrinks hand
+    /// drawings to a third or a fifth; data that shrink to a hundredth are repetitive.
     pub unpacking: u64,
 }
 
 impl Limits {
     /// The limits of [`OpenOptions::default`](super::OpenOptions::default).
     pub const DEFAULT: Self = Self { polygons: 4_000_000, unpacking: 32 };
-    /// Bytes that any packed file may become.
+    /// Number of bytes to which any compressed file may expand.
     pub const FREE_BYTES: u64 = 1 << 20;
 
-    /// Most strokes, and most groupings: a quarter of [`Limits::polygons`].
+    /// Largest number of strokes, and of groupings: a quarter of [`Limits::polygons`].
     pub fn strokes(&self) -> u64 {
         self.polygons / 4
     }
 
-    /// Most events: four times [`Limits::polygons`]. Each stroke that an edit names counts as one more.
+    /// Largest number of events: four times [`Limits::polygons`]. Each stroke that an edit lists counts as one more
+    /// event.
     pub fn events(&self) -> u64 {
         self.polygons.saturating_mul(4)
     }
 
-    /// Most frames at the recorded pace: half of [`Limits::polygons`], six hours at 90 frames a second. A replay
-    /// stores the cost of each frame.
+    /// Largest number of frames at the recorded pace: half of [`Limits::polygons`], six hours at 90 frames a second. A
+    /// replay stores the cost of each frame.
     pub fn frames(&self) -> u64 {
         self.polygons / 2
     }
 
-    /// Most bytes of a file that has to be held whole: four times [`Limits::polygons`].
+    /// Largest size of a file that must be in memory as a whole, bytes: four times [`Limits::polygons`].
     pub fn whole_bytes(&self) -> u64 {
         self.polygons.saturating_mul(4)
     }
 
-    /// Most bytes that so many packed ones may become.
+    /// Largest decompressed size of a file of `packed` compressed bytes, bytes.
     pub fn unpacked_bytes(&self, packed: u64) -> u64 {
         packed.saturating_mul(self.unpacking).saturating_add(Self::FREE_BYTES)
     }
@@ -58,16 +60,16 @@ impl Default for Limits {
 /// A reader's position in its file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Place {
-    /// Unknown, or the file as a whole.
+    /// Unknown, or the whole file.
     #[default]
     File,
-    /// The line read last, from 1.
+    /// Number of the current line, from 1.
     Line(u64),
-    /// The byte to be read next, from 0.
+    /// Offset of the next byte, from 0.
     Byte(u64),
 }
 
-/// The text that follows a file's name in a message.
+/// The position as text that follows a file's name in a message.
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -83,15 +85,15 @@ impl fmt::Display for Place {
 pub struct Excess {
     /// The file.
     pub path: PathBuf,
-    /// Position in the file.
+    /// Position in the file at which the limit was exceeded.
     pub place: Place,
     /// The limit.
     pub most: u64,
-    /// Name of the things that the limit counts.
+    /// The things that the limit counts, as text.
     pub what: String,
-    /// The option of `osp` that raises it.
+    /// The option of `osp` that raises the limit.
     pub option: &'static str,
-    /// Amount read up to there, if that is known.
+    /// The amounts read so far, if they are available.
     pub read: Option<String>,
 }
 

@@ -2,18 +2,18 @@ use std::collections::{BTreeSet, HashSet};
 
 use super::{Author, Event, GroupId};
 
-/// Authors who have joined a session, and owners of its strokes and groups. Decides whether an author may make an
-/// event. Readers and the [`Reducer`](super::Reducer) share it.
+/// The authors who have joined a session, and the groups that exist. It decides whether an author may make an event.
+/// Readers and the [`Reducer`](super::Reducer) share it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Members {
-    /// The number of the last author who joined; 0 if none has.
+    /// The number of the last author who joined; 0 before the first.
     last: u32,
     present: BTreeSet<Author>,
-    /// Groups that were made. A session has no more groups than groupings, which readers limit.
+    /// The existing groups. Their number is limited, because readers limit the number of groupings.
     groups: HashSet<GroupId>,
 }
 
-/// The change of one event to the members.
+/// The change that one event makes to the members.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Admitted {
     Nothing,
@@ -22,7 +22,7 @@ pub(super) enum Admitted {
     Made(GroupId),
 }
 
-/// Whether an author's number may be left out: in a file its line may have been damaged.
+/// Whether an author's number may be missing, because the line of the join was damaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Numbers {
     EachInTurn,
@@ -30,7 +30,7 @@ pub(super) enum Numbers {
 }
 
 impl Members {
-    /// The number of the next author to join; none if the session has all that it can have.
+    /// The number of the next author to join; `None` if the session has the largest number of authors.
     pub(super) fn next(&self) -> Option<Author> {
         Some(Author(self.last + 1)).filter(|next| next.is_valid())
     }
@@ -40,8 +40,8 @@ impl Members {
         self.present.contains(&author)
     }
 
-    /// Takes the next event of a session. If its author may not make it, returns the expected form. The change can be
-    /// [taken back](Self::take_back).
+    /// Processes the next event of a session. If its author may not make it, returns the expected form. The change can
+    /// be [reverted](Self::take_back).
     pub(super) fn admit(&mut self, event: &Event, numbers: Numbers) -> Result<Admitted, String> {
         let author = match event {
             Event::Join { author, .. } => return self.join(*author, numbers),
@@ -80,7 +80,7 @@ impl Members {
         Ok(Admitted::Nothing)
     }
 
-    /// Takes an event's change back. Later events have to be taken back first.
+    /// Reverts an event's change. Later changes must be reverted first.
     pub(super) fn take_back(&mut self, admitted: Admitted) {
         match admitted {
             Admitted::Nothing => {}

@@ -1,11 +1,12 @@
 //! Modelling sessions as streams of [`Event`]s: the recording format, its reader and writer, importers of foreign
 //! formats, and synthetic sessions.
 //!
-//! A recording is text, one RON value a line: a [`Header`], then events. A session that is being drawn is appended
-//! line by line, so a crash loses at most the line being written.
+//! A recording is text, one RON value per line: a [`Header`], then events. A session that is being drawn is written
+//! line by line, so a crash loses at most the last line.
 //!
-//! A recording may have several [`Author`]s. Every event that is not part of a stroke names its author, and so do the
-//! numbers of strokes and groups. A [`Reducer`] makes one session from the messages of several senders.
+//! A recording may have several [`Author`]s. Every event that is not part of a stroke contains its author, and the
+//! numbers of strokes and groups contain their authors. A [`Reducer`] makes one session from the messages of several
+//! senders.
 //!
 //! Depends on [`math`](osp::math); the importers use the names of [`brush`](crate::brush)es.
 

@@ -3,16 +3,16 @@ use super::Limits;
 /// Options of opening a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OpenOptions {
-    /// Damaged pieces are passed over and counted in [`Notes::skipped`](super::Notes::skipped), instead of ending the
-    /// session with an error.
+    /// Whether damaged parts are skipped and counted in [`Notes::skipped`](super::Notes::skipped), instead of ending
+    /// the session with an error.
     pub lenient: bool,
     /// Limits of the session's size.
     pub limits: Limits,
 }
 
 impl OpenOptions {
-    /// Damage is an error; the default limits.
+    /// Damage is an error; the limits are the default ones.
     pub const STRICT: Self = Self { lenient: false, limits: Limits::DEFAULT };
-    /// Damage is passed over; the default limits.
+    /// Damage is skipped; the limits are the default ones.
     pub const LENIENT: Self = Self { lenient: true, limits: Limits::DEFAULT };
 }

@@ -11,13 +11,13 @@ fn formats() -> String {
     [&[".ron", ".ron.zst"], super::import::FORMATS].concat().join(", ")
 }
 
-/// Bytes from the beginning of a file that decide its format.
+/// Number of bytes at the beginning of a file that decide its format.
 const SNIFF_BYTES: u64 = 4096;
 
 /// First bytes of a zstd frame.
 const ZSTD_MAGIC: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
 
-/// Opens a session of any format that can be read. The contents of the file decide the format, or else its name. A
+/// Opens a session of any supported format. The format is decided by the contents of the file, or else by its name. A
 /// folder is opened if it is an unpacked `.tilt`.
 ///
 /// # Errors
@@ -47,16 +47,16 @@ fn open_input(input: Input<'_>, options: &OpenOptions) -> Result<Session, Record
 }
 
 impl MemoryFiles {
-    /// Opens one of the files as [`open`] opens a file on a disk: its contents decide the format, or else its name.
+    /// Opens one of the files, like [`open`]: the format is decided by the file's contents, or else by its name.
     ///
     /// # Errors
-    /// There is no such file, its format is unknown, or its beginning is damaged.
+    /// The file does not exist, its format is unknown, or its beginning is damaged.
     pub fn open(&self, name: impl AsRef<Path>, options: &OpenOptions) -> Result<Session, RecordingError> {
         open_input(Input::in_memory(name.as_ref(), self), options)
     }
 }
 
-/// Opens a session whose file is in memory. `name` decides the format if the bytes do not; errors name the file by it.
+/// Opens a session whose file is in memory. `name` decides the format if the bytes do not. Errors name the file `name`.
 ///
 /// # Errors
 /// The format is unknown, or the beginning is damaged.
@@ -70,7 +70,7 @@ pub fn open_bytes(
     files.open(name, options)
 }
 
-/// Opens a recording in the project's own format, plain or compressed.
+/// Opens a recording in the format of osp, plain or compressed.
 ///
 /// # Errors
 /// The file cannot be read, or its header is damaged or of a newer format.
@@ -94,13 +94,13 @@ fn open_compressed(input: Input<'_>, options: &OpenOptions) -> Result<Session, R
     Ok(Session::new(reader.header().clone(), "ron.zst", Box::new(reader), path, options))
 }
 
-/// Whether [`open`] would try to read a file that begins so.
+/// Whether [`open`] would attempt to read a file with this beginning.
 pub fn looks_like_session(path: &Path, start: &[u8]) -> bool {
     use super::import::{by_mark, by_name};
     by_mark(Input::on_disk(path), start).is_some() || is_ron(path, start) || by_name(path, start).is_some()
 }
 
-/// Describes a file of an unknown format by its first bytes, for the error.
+/// Describes a file of an unknown format by its first bytes, for an error message.
 fn describe(start: &[u8]) -> String {
     match start {
         [] => "an empty file".to_owned(),
@@ -112,7 +112,8 @@ fn sniff(input: Input<'_>) -> Result<Vec<u8>, RecordingError> {
     let path = input.path;
     let mut start = Vec::new();
     if input.is_folder() || input.is_special() {
-        // Bytes that are read from a pipe to find the format are lost to the reader, and a replay reads a session twice.
+        // A pipe is refused, because bytes that are read to find the format would be lost to the reader. A replay also
+        // reads a session twice.
         return Err(RecordingError::Unknown {
             path: path.to_owned(),
             expected: "a regular file, or the folder of a .tilt".to_owned(),
@@ -138,7 +139,7 @@ fn is_compressed(path: &Path, start: &[u8]) -> bool {
     start.starts_with(&ZSTD_MAGIC) || (has_ending(path, ".ron.zst") && !starts_with_header(start))
 }
 
-/// Whether the first line that is neither blank nor a comment is a recording's header.
+/// Whether the first line that is neither blank nor a comment is the header of a recording.
 fn starts_with_header(start: &[u8]) -> bool {
     let start = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start);
     let first =

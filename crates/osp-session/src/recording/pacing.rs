@@ -7,22 +7,23 @@ use super::{Event, RecordingError};
 /// Number of events in a frame of a replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// By time stamps, at [`Pace::FRAMES_A_SECOND`]; pauses are cut to [`Pace::LONGEST_PAUSE_SECS`].
+    /// Frames by time stamps, at [`Pace::FRAMES_A_SECOND`]; longer pauses are shortened to
+    /// [`Pace::LONGEST_PAUSE_SECS`].
     Recorded,
-    /// This many samples of the hand a frame, whatever the time stamps are. The paper reads one sample a frame.
+    /// This number of samples of the hand per frame, whatever their time stamps. The paper reads one sample per frame.
     Samples(u32),
 }
 
 impl Pace {
-    /// Frames a second of [`Pace::Recorded`]: the rate of common headsets.
+    /// Frame rate of [`Pace::Recorded`] in Hz: the rate of common headsets.
     pub const FRAMES_A_SECOND: f64 = 90.0;
-    /// Most events of a frame, so that a frame's memory does not grow with a file that has no samples.
+    /// Largest number of events of a frame, so that a frame's memory is bounded even for a file without samples.
     pub const MOST_EVENTS: usize = 4096;
-    /// Longest pause of a replay, seconds: real sketches pause for hours, and longer pauses are cut to it.
+    /// Longest pause of a replay, seconds; longer pauses are shortened. Real sketches have pauses of hours.
     pub const LONGEST_PAUSE_SECS: f64 = 1.0;
 }
 
-/// Error of a text that names no pace.
+/// The error for a text that is not a pace.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("expected `recorded` or `samples:N` with N of 1 or more; found `{0}`")]
 pub struct ParsePaceError(String);
@@ -49,12 +50,12 @@ impl std::fmt::Display for Pace {
     }
 }
 
-/// Cuts a stream of events into frames, in the order of the file.
+/// Divides a stream of events into frames, in the order of the file.
 #[derive(Debug)]
 pub struct Pacer<I> {
     events: I,
     pace: Pace,
-    /// Event that was read but belongs to a later frame.
+    /// An event that was read but belongs to a later frame.
     next: Option<Event>,
     frame_end_secs: Option<f64>,
     last_secs: f64,
@@ -67,20 +68,20 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Pacer<I> {
         Self { events, pace, next: None, frame_end_secs: None, last_secs: 0.0, ended: false }
     }
 
-    /// The session's events that are not read yet.
+    /// The remaining events of the session.
     pub fn into_events(self) -> I {
         self.events
     }
 
-    /// Replaces `frame` by the events of the next frame. `false`: there is no further frame.
+    /// Replaces `frame` by the events of the next frame. Returns `false` after the last frame.
     ///
     /// # Errors
-    /// The recording is damaged; the events before the damage are in `frame`, and the next call ends the replay.
+    /// The recording is damaged; `frame` has the events before the damage, and the next call ends the replay.
     pub fn next_frame(&mut self, frame: &mut Vec<Event>) -> Result<bool, RecordingError> {
         frame.clear();
         let mut samples = 0;
         if let Some(end) = &mut self.frame_end_secs {
-            // Stamps may be so large that a frame is below their precision: the clock still has to advance.
+            // The clock must advance even if the time stamps are so large that a frame is below their precision.
             *end = (*end + 1.0 / Pace::FRAMES_A_SECOND).max(end.next_up());
         }
         while !self.ended {
@@ -113,7 +114,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Pacer<I> {
             Pace::Recorded => {
                 let t = event.time_secs();
                 let end = self.frame_end_secs.get_or_insert(t);
-                // Time may run backwards: then the clock goes back too. A long pause is cut short.
+                // Time stamps may decrease; then the clock is set back too. A long pause is shortened.
                 if t < self.last_secs {
                     *end = t;
                 } else if t > *end + Pace::LONGEST_PAUSE_SECS {

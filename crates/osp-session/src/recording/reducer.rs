@@ -1,18 +1,19 @@
 //! Makes one session from the messages of several authors.
 //!
-//! Every author sends messages, numbered from 0, into one log that all read in the same order: a message server's
-//! stream, a file, a test's list. A [`Reducer`] turns that order into the events of the session; every author's
-//! reducer makes the same events. A sender repeats a message until it is acknowledged, so messages may come twice,
-//! late or after a gap:
+//! Every author sends messages, numbered from 0, to a shared log that all authors read in the same order: a message
+//! server's stream, a file, or a test's list. A [`Reducer`] converts the log to the events of the session; every
+//! author's reducer returns the same events. A sender repeats a message until it is acknowledged, so messages may
+//! arrive twice, late or after a gap:
 //!
-//! - A message counts only if its number is the next one of its sender. Every reducer passes over all others.
-//! - The first message of a sender begins with [`Event::Join`]. It gets the next [`Author`] number, whatever number
-//!   the event names. All later events have to be of this author, and their strokes have to have its numbers.
-//! - A message with an invalid event has no effect, but its number is used: the sender continues with the next. An
-//!   author whose joining message is invalid has not joined.
-//! - [`Event::Leave`] is the last event of an author. The host may send it for an author who has been silent for long.
+//! - A message counts only if its number is its sender's next number. Every reducer ignores all others.
+//! - The first message of a sender begins with [`Event::Join`]. The event gets the next [`Author`] number; its own
+//!   number is ignored. All later events of the sender must have this author, and their strokes must have the author's
+//!   numbers.
+//! - A message with an invalid event has no effect, but its number counts: the sender continues with the next number.
+//!   An author whose joining message is invalid has not joined.
+//! - [`Event::Leave`] is the last event of an author. The host may send it for an author who has long been inactive.
 //!
-//! A reducer has no clock and no random numbers.
+//! A reducer uses no clock and no random numbers.
 
 use std::collections::BTreeMap;
 
@@ -21,22 +22,22 @@ use super::{
     members::{Admitted, Members, Numbers},
 };
 
-/// Sender of messages: a number that each sender chooses at random whenever it joins; 0 is the host.
+/// Identifier of a sender of messages: a random number that each sender chooses when it joins; 0 is the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Sender(pub u64);
 
 impl Sender {
-    /// The process that runs the session. It need not join. Its events are those of [`Author::SOLE`], the author of
-    /// everything before the first join, and it may send [`Event::Leave`] for other authors.
+    /// The process that runs the session. It need not join. Its events have the author [`Author::SOLE`], like all
+    /// events before the first join. It may send [`Event::Leave`] for other authors.
     pub const HOST: Self = Self(0);
 }
 
-/// Events that a sender sends together, most often those of a frame.
+/// Events that a sender sends together, usually those of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Message {
     /// The sender.
     pub sender: Sender,
-    /// The number of the message among those of its sender, from 0.
+    /// The number of the message among the sender's messages, from 0.
     pub number: u64,
     /// The events.
     pub events: Vec<Event>,
@@ -45,15 +46,15 @@ pub struct Message {
 /// Effect of a message on the session.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reduced {
-    /// It counts; its events are the next ones of the session.
+    /// The message counts; its events are the next events of the session.
     Taken,
-    /// It has counted before.
+    /// The message has counted before.
     Duplicate,
-    /// A message with this number of the same sender has to come first.
+    /// The sender's message with this number must come first.
     Gap(u64),
     /// The sender has not joined, or has left.
     Stranger,
-    /// It was the next one of its sender, but is invalid for this reason: it has no effect.
+    /// The message has the sender's next number, but is invalid for this reason and has no effect.
     Refused(String),
 }
 
@@ -63,7 +64,7 @@ struct State {
     next: u64,
 }
 
-/// Makes a session of messages; see the [module](self).
+/// Converts messages to the events of a session; see the [module](self).
 #[derive(Clone, Debug, Default)]
 pub struct Reducer {
     members: Members,
@@ -71,12 +72,12 @@ pub struct Reducer {
 }
 
 impl Reducer {
-    /// Before the first message.
+    /// A reducer before the first message.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The author that a sender has become; none before it has joined.
+    /// The author of a sender; `None` before the sender has joined.
     pub fn author_of(&self, sender: Sender) -> Option<Author> {
         match sender {
             Sender::HOST => Some(Author::SOLE),
@@ -84,12 +85,12 @@ impl Reducer {
         }
     }
 
-    /// The number of a sender's next message that will count.
+    /// The number that the sender's next message must have.
     pub fn next_of(&self, sender: Sender) -> u64 {
         self.senders.get(&sender).map_or(0, |state| state.next)
     }
 
-    /// Takes the next message of the log and appends its events to `out`.
+    /// Processes the next message of the log and appends its events to `out`.
     pub fn take(&mut self, message: &Message, out: &mut Vec<Event>) -> Reduced {
         let next = self.next_of(message.sender);
         match message.number.cmp(&next) {
@@ -122,7 +123,7 @@ impl Reducer {
                 Err(why) => {
                     admitted.into_iter().rev().for_each(|step| self.members.take_back(step));
                     out.truncate(first);
-                    // The sender of an invalid joining message remains unknown.
+                    // A sender whose joining message is invalid has not joined.
                     if !joins {
                         self.senders.insert(message.sender, State { author, next: next + 1 });
                     }

@@ -9,7 +9,7 @@ use super::{
     ron_line::{is_blank, parse_event},
 };
 
-/// The file under a [`RonWriter`](super::RonWriter), compressed if its name ends in `.zst`.
+/// The output file of a [`RonWriter`](super::RonWriter), compressed if its name ends in `.zst`.
 #[derive(Debug)]
 pub struct RecordingFile(Kind);
 
@@ -35,12 +35,12 @@ impl RecordingFile {
         File::create(path).map(|file| Self(Kind::Plain(file))).map_err(|e| RecordingError::io(path, e))
     }
 
-    /// A recording into an open file, compressed if `name` ends in `.zst`.
+    /// Writes a recording to an open file, compressed if `name` ends in `.zst`.
     pub fn over(file: File, name: &Path) -> io::Result<Self> {
         if is_compressed_name(name) { compressed::encode(file) } else { Ok(Self(Kind::Plain(file))) }
     }
 
-    /// Ends compressed data with their end mark.
+    /// Writes the end mark of compressed data.
     pub(super) fn finish(&mut self) -> io::Result<()> {
         match &mut self.0 {
             Kind::Plain(file) => file.flush(),
@@ -68,7 +68,7 @@ impl Write for RecordingFile {
 
 impl Drop for RecordingFile {
     fn drop(&mut self) {
-        // `finish` returns the error; here it is lost.
+        // The error is lost here; callers that need it call `finish`.
         let _ = self.finish();
     }
 }
@@ -77,7 +77,8 @@ fn is_compressed_name(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("zst"))
 }
 
-/// Opens a recording at its end, without a torn last line; with its header and its number of lines.
+/// Opens a recording for appending, after its incomplete last line is removed. Returns its header and its number of
+/// lines.
 pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), RecordingError> {
     let io = |e| RecordingError::io(path, e);
     if is_compressed_name(path) {
@@ -95,23 +96,23 @@ pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), Record
     Ok((RecordingFile(Kind::Plain(file)), header, end.lines))
 }
 
-/// End of a recording.
+/// The end of a recording.
 #[derive(Debug)]
 pub struct LastLine {
-    /// Whole lines.
+    /// Number of complete lines.
     lines: u64,
-    /// Bytes up to the end of the last whole line.
+    /// Number of bytes up to the end of the last complete line.
     pub whole_bytes: u64,
-    /// Bytes of a torn line behind it.
+    /// Number of bytes of the incomplete line after it.
     torn_bytes: u64,
-    /// The last whole line lacks its newline.
+    /// Whether the last complete line lacks its newline.
     pub lacks_newline: bool,
-    /// The compressed data have no end mark.
+    /// Whether the compressed data have no end mark.
     cut: bool,
 }
 
 impl LastLine {
-    /// Reads to the end of the file and finds the end of its last whole line.
+    /// Reads to the end of the file and finds the end of its last complete line.
     pub fn find(input: &mut impl BufRead, path: &Path) -> Result<Self, RecordingError> {
         let mut end = Self { lines: 0, whole_bytes: 0, torn_bytes: 0, lacks_newline: false, cut: false };
         let mut line = Vec::new();
@@ -136,7 +137,7 @@ impl LastLine {
                 break;
             }
         }
-        // The header has been read: if no line is whole, this one is the header.
+        // The header has been read, so if no line is complete yet, this line is the header.
         let whole = end.lines == 0
             || std::str::from_utf8(&line)
                 .is_ok_and(|text| is_blank(text) || parse_event(text.trim()).is_ok());
@@ -173,11 +174,11 @@ mod compressed {
 
     use crate::atomic_file::AtomicFile;
 
-    /// Largest window of a frame, as a power of two: 128 MiB, the limit of the `zstd` program. It bounds the memory
-    /// that a forged frame makes a reader allocate.
+    /// Largest window of a frame, as a power of two: 128 MiB, the limit of the `zstd` program. The limit bounds the
+    /// memory that a malicious frame makes a reader allocate.
     const WINDOW_LOG_MAX: u32 = 27;
 
-    /// The recording was checked when it was opened; only its end is kept.
+    /// No limits, because the recording was checked when it was opened, and only its end is kept in memory.
     const ANY: Limits = Limits { polygons: u64::MAX, unpacking: u64::MAX };
 
     type Decoder = BufReader<Unpacked<read::Decoder<'static, BufReader<InputFile>>>>;
@@ -193,7 +194,7 @@ mod compressed {
         open().map_err(|e| RecordingError::io(input.path, e))
     }
 
-    /// Starts a frame at the file's present position.
+    /// Starts a compressed frame at the file's current position.
     pub(super) fn encode(file: File) -> io::Result<RecordingFile> {
         let mut encoder = write::Encoder::new(file, zstd::DEFAULT_COMPRESSION_LEVEL)?;
         encoder.include_checksum(true)?;
@@ -204,8 +205,8 @@ mod compressed {
         File::create(path).and_then(encode).map_err(|e| RecordingError::io(path, e))
     }
 
-    /// Adds a frame. If the file lacks its end mark, or its last line is torn, a new file with its whole lines
-    /// replaces it first.
+    /// Appends a compressed frame. If the file lacks its end mark, or its last line is incomplete, a new file with the
+    /// complete lines replaces it first.
     pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), RecordingError> {
         let io = |e| RecordingError::io(path, e);
         let header = RonReader::new(decoder(Input::on_disk(path), &ANY)?, path, OpenOptions::default())?

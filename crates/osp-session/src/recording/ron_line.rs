@@ -1,4 +1,4 @@
-//! One line of a recording: text to header or event and back, and messages about lines that do not fit.
+//! Conversion between a line of a recording and a header or event, and messages about invalid lines.
 
 use std::fmt::Write as _;
 use std::str::Utf8Error;
@@ -8,10 +8,10 @@ use ron::extensions::Extensions;
 
 use super::{Camera, Event, FORMAT_VERSION, Header, ron_scan};
 
-/// Characters of a damaged line that an error message shows.
+/// Number of characters of a damaged line in an error message.
 const EXCERPT_CHARS: usize = 80;
 
-/// The expected form of a line, and the text found.
+/// The expected form of a line, and the text instead of it.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Mismatch {
     pub(super) expected: String,
@@ -30,18 +30,18 @@ fn options() -> ron::Options {
     ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME)
 }
 
-/// Whether the line carries no value: blank, or a comment.
+/// Whether the line is blank or a comment.
 pub(super) fn is_blank(line: &str) -> bool {
     let line = line.trim();
     line.is_empty() || line.starts_with("//")
 }
 
-/// Reason why a line gives no event.
+/// Reason for which a line is not an event.
 #[derive(Debug)]
 pub(super) enum BadEvent {
-    /// It is no value of the format; if the file ends in the line, the line may be cut off.
+    /// The line is not a value of the format. If the line is the last one of the file, it may be incomplete.
     Unreadable(Mismatch),
-    /// It is a whole event with a number that makes no sense.
+    /// The line is a complete event with an invalid number.
     Refused(Mismatch),
 }
 
@@ -59,7 +59,7 @@ impl BadEvent {
     }
 }
 
-/// Reads one event and checks its numbers.
+/// Parses an event and checks its numbers.
 pub(super) fn parse_event(line: &str) -> Result<Event, BadEvent> {
     let event = match ron_scan::scan(line) {
         Some(event) => event,
@@ -71,12 +71,13 @@ pub(super) fn parse_event(line: &str) -> Result<Event, BadEvent> {
     }
 }
 
-/// Reads one event from a line that this crate has written or read before.
+/// Parses an event from a line that this crate has written or read before.
 pub fn read_event(line: &str) -> Option<Event> {
     parse_event(line.trim_end()).ok()
 }
 
-/// Reads the header. The format number comes first, so that a newer format is named as such, whatever else it brings.
+/// Parses the header. The format number is parsed first, so that a newer format is reported as such, whatever else the
+/// header contains.
 pub(super) fn parse_header(line: &str) -> Result<Header, Mismatch> {
     #[derive(serde::Deserialize)]
     #[serde(rename = "Header")]
@@ -112,12 +113,12 @@ pub(super) fn write_header(line: &mut String, header: &Header) -> Result<(), ron
     Ok(())
 }
 
-/// A camera as the header has it.
+/// A camera in the form of a recording's header.
 pub(super) fn camera_text(camera: &Camera) -> Result<String, ron::Error> {
     options().to_string(camera)
 }
 
-/// Reads a camera as the header has it; its numbers are not checked.
+/// Parses a camera in the form of a recording's header; its numbers are not checked.
 pub(super) fn parse_camera(text: &str) -> Result<Camera, String> {
     options().from_str(text).map_err(|e| {
         let Mismatch { expected, .. } = explain(text, &e);
@@ -132,12 +133,12 @@ pub(super) fn write_event(line: &mut String, event: &Event) -> Result<(), ron::E
     Ok(())
 }
 
-/// Appends the event as a line with its newline; whether RON can hold it.
+/// Appends the event as a line with its newline. Returns whether RON can represent the event.
 pub fn push_event(lines: &mut String, event: &Event) -> bool {
     write_event(lines, event).is_ok()
 }
 
-/// Turns the parser's error into a [`Mismatch`].
+/// Converts the parser's error to a [`Mismatch`].
 fn explain(line: &str, error: &SpannedError) -> Mismatch {
     let place = Place::of(line, error);
     let rest = || match place {
@@ -187,7 +188,7 @@ fn explain(line: &str, error: &SpannedError) -> Mismatch {
     }
 }
 
-/// Position in a line where the parser stopped.
+/// Position in a line at which the parser stopped.
 #[derive(Clone, Copy)]
 enum Place {
     Start,
@@ -201,7 +202,7 @@ impl Place {
         if error.span.end.col > length {
             return Self::End;
         }
-        // The parser reports a position before the blanks that it would have skipped, and behind a sign.
+        // The parser reports a position before the blanks that it would have skipped, and after a sign.
         let start = error.span.start.col.saturating_sub(1);
         let signed = start > 0 && line.chars().nth(start - 1) == Some('-');
         let mut rest = line.char_indices().enumerate().skip(start - usize::from(signed));
@@ -230,13 +231,13 @@ fn list(names: &[&str]) -> String {
     text
 }
 
-/// The beginning of a text in quotes, short and on one line.
+/// The beginning of a text in quotes, shortened, on one line.
 pub(super) fn excerpt(text: &str) -> String {
     let text = text.trim();
     if text.is_empty() { "nothing".to_owned() } else { format!("`{}`", shorten(text)) }
 }
 
-/// The end of a text in quotes.
+/// The end of a text in quotes, shortened.
 fn tail(text: &str) -> String {
     let text = text.trim();
     let skipped = text.chars().count().saturating_sub(EXCERPT_CHARS / 2);
@@ -253,7 +254,7 @@ fn shorten(text: &str) -> String {
     short
 }
 
-/// No control character of a damaged file reaches a terminal.
+/// Replaces control characters, so that none of a damaged file reaches a terminal.
 fn printable(c: char) -> char {
     if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }
 }

@@ -7,9 +7,9 @@ use super::{
     ron_line::{BadEvent, HEADER_EXPECTED, excerpt, is_blank, parse_event, parse_header},
 };
 
-/// Reads a recording line by line. One line is in memory at a time.
+/// A reader of a recording. It holds one line in memory.
 ///
-/// A file that ends inside its last line, or inside compressed data, gives every event before the cut and one warning.
+/// A file that ends inside its last line, or inside compressed data, gives every event before its end and one warning.
 /// Damage anywhere else is an error at its line; a lenient reader skips the line and counts it.
 #[derive(Debug)]
 pub struct RonReader<R> {
@@ -19,7 +19,7 @@ pub struct RonReader<R> {
     header: Header,
     members: Members,
     buffer: Vec<u8>,
-    /// The line in `buffer`, from 1.
+    /// Number of the line in `buffer`, from 1.
     line: u64,
     notes: Notes,
     state: State,
@@ -28,17 +28,17 @@ pub struct RonReader<R> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Reading,
-    /// The input has ended without its end mark; `notes` contains the warning already.
+    /// The input ended without its end mark; `notes` already contains the warning.
     Cut,
     Done,
 }
 
-/// End of the line that now lies in the buffer.
+/// End of the line in the buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum LineEnd {
     Newline,
     EndOfFile,
-    /// The line is longer than [`MAX_LINE_BYTES`]; the buffer holds its start.
+    /// The line is longer than [`MAX_LINE_BYTES`]; the buffer has its beginning.
     TooLong,
     /// There was no further line.
     None,
@@ -48,7 +48,7 @@ impl<R: BufRead> RonReader<R> {
     /// Reads the header. Error messages name the input by `path`.
     ///
     /// # Errors
-    /// The input cannot be read, or does not start with a header of a format known here.
+    /// The input cannot be read, or does not start with a header of a supported format.
     pub fn new(input: R, path: impl Into<PathBuf>, options: OpenOptions) -> Result<Self, RecordingError> {
         let mut reader = Self {
             input,
@@ -65,7 +65,7 @@ impl<R: BufRead> RonReader<R> {
         Ok(reader)
     }
 
-    /// The first line of the recording.
+    /// The recording's header.
     pub fn header(&self) -> &Header {
         &self.header
     }
@@ -135,13 +135,13 @@ impl<R: BufRead> RonReader<R> {
         })
     }
 
-    /// Passes over the rest of a line that is too long, without keeping it.
+    /// Skips the rest of a line that is too long, without storing it.
     fn skip_line(&mut self) -> Result<(), RecordingError> {
         loop {
             let buffer = match self.input.fill_buf() {
                 Ok(buffer) => buffer,
                 Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
-                // The next read meets the same end and reports it.
+                // The next read finds the same end and reports it.
                 Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => return Ok(()),
                 Err(e) => return Err(self.failure(e)),
             };
@@ -157,7 +157,7 @@ impl<R: BufRead> RonReader<R> {
         }
     }
 
-    /// One event, `Ok(None)` at the end of the file, or the fault of the next line.
+    /// The next event, `Ok(None)` at the end of the file, or the fault of the next line.
     fn read_event(&mut self) -> Result<Option<Event>, RecordingError> {
         loop {
             let end = self.read_line()?;
@@ -209,10 +209,10 @@ impl<R: BufRead> RonReader<R> {
         }
     }
 
-    /// Checks that the recording can hold the event here; the error is the expected form.
+    /// Checks that the recording can contain the event at this point; the error is the expected form.
     fn admit(&mut self, event: &Event) -> Result<(), String> {
         if self.header.format >= AUTHORS_FORMAT {
-            // A recording that was rescued from damage has lost the lines of some authors.
+            // A recording that was restored from damage lacks the joins of some authors.
             return self.members.admit(event, Numbers::SomeLeftOut).map(drop);
         }
         if event.names_author() {
@@ -233,7 +233,7 @@ impl<R: BufRead> RonReader<R> {
         }
     }
 
-    /// An input error ends the reading, lenient or not. Damaged compressed data are named with their line.
+    /// Ends the reading after an input error, lenient or not. Damaged compressed data are reported with their line.
     fn failure(&mut self, error: io::Error) -> RecordingError {
         self.state = State::Done;
         if let Some(beyond) = super::unpacked::beyond(&error, &self.path, Place::Line(self.line)) {

@@ -1,15 +1,15 @@
-//! Fast parser for the lines that make up nearly all of a recording: head poses and control points, written as this
-//! crate writes them.
+//! A fast parser for head poses and control points in the form that this crate writes. Nearly all lines of a recording
+//! are of these kinds.
 //!
-//! A general RON parser copies every number and looks up every field name; here the fields stand in their usual order.
-//! An unusual line (other order, other spacing, a comment, a number in a rare notation) is left to the general parser.
-//! So both parsers accept the same lines with the same bits.
+//! A general RON parser copies every number and looks up every field name; this parser expects the fields in their
+//! usual order. It leaves an unusual line (other order, other spacing, a comment, a number in a rare notation) to the
+//! general parser. So both parsers accept the same lines and return the same bits.
 
 use glam::{Quat, Vec3};
 
 use super::{Author, Event, StrokeId};
 
-/// The event of a line in the usual form; `None` leaves the line to the general parser.
+/// Parses a line in the usual form; `None` leaves the line to the general parser.
 pub(super) fn scan(line: &str) -> Option<Event> {
     let mut scan = Scan { rest: line };
     let event = if scan.literal("Point(").is_some() {
@@ -24,22 +24,22 @@ pub(super) fn scan(line: &str) -> Option<Event> {
 /// A number in decimal notation.
 struct Number<'a> {
     text: &'a str,
-    /// Number of digits, and their value without a point; meaningless beyond [`Number::MOST_DIGITS`] digits.
+    /// Number of digits, and the digits as an integer, which is invalid beyond [`Number::MOST_DIGITS`] digits.
     digits: usize,
     mantissa: u64,
-    /// Digits behind the point.
+    /// Number of digits after the decimal point.
     decimals: usize,
     has_exponent: bool,
 }
 
 impl Number<'_> {
-    /// Every whole number of at most this many digits is an f64, and so is every such power of ten: their quotient is
-    /// rounded once.
+    /// Every integer of at most this many digits is an exact f64, and so is every such power of ten. So their quotient
+    /// is rounded only once.
     const MOST_DIGITS: usize = 15;
     const POWERS: [f64; 16] =
         [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
 
-    /// Takes at least one digit; returns where they end.
+    /// Parses at least one digit; returns the position after the last digit.
     #[inline]
     fn digits(&mut self, bytes: &[u8], first: usize) -> Option<usize> {
         let mut at = first;
@@ -52,7 +52,7 @@ impl Number<'_> {
         (at > first).then_some(at)
     }
 
-    /// The number that the standard library reads, unless that takes more than a division.
+    /// The same value that the standard library returns; `None` if a single division does not give it.
     fn to_f64(&self) -> Option<f64> {
         if self.has_exponent || self.digits > Self::MOST_DIGITS {
             return None;
@@ -61,11 +61,10 @@ impl Number<'_> {
         Some(if self.text.starts_with('-') { -value } else { value })
     }
 
-    /// As [`Number::to_f64`].
+    /// Like [`Number::to_f64`].
     fn to_f32(&self) -> Option<f32> {
         let value = self.to_f64()?;
-        // A number halfway between two f32 has been rounded already: which of the two is nearer can no longer be
-        // decided.
+        // Near the middle between two f32, the rounding to f64 has lost which of the two is nearer.
         const BELOW_F32: u64 = (1 << 29) - 1;
         let is_halfway = value.to_bits() & BELOW_F32 == 1 << 28;
         let is_usual = value == 0.0 || value.abs() >= f64::from(f32::MIN_POSITIVE);
@@ -84,7 +83,7 @@ impl<'a> Scan<'a> {
         Some(())
     }
 
-    /// A separator and at most one space after it.
+    /// Parses a separator and at most one space after it.
     #[inline(always)]
     fn separator(&mut self, text: &str) -> Option<()> {
         self.literal(text)?;
@@ -98,7 +97,7 @@ impl<'a> Scan<'a> {
         self.separator(":")
     }
 
-    /// `-?digits(.digits)?(e-?digits)?`; the caller checks what follows it.
+    /// Parses `-?digits(.digits)?(e-?digits)?`; the caller checks the text after it.
     fn number(&mut self) -> Option<Number<'a>> {
         let bytes = self.rest.as_bytes();
         let mut number = Number { text: "", digits: 0, mantissa: 0, decimals: 0, has_exponent: false };
@@ -134,7 +133,7 @@ impl<'a> Scan<'a> {
 
     fn whole(&mut self) -> Option<u32> {
         let number = self.number()?.text;
-        // A leading zero may start a notation of RON's own.
+        // RON has notations that begin with a zero.
         if number.len() > 1 && number.starts_with('0') {
             return None;
         }
@@ -215,7 +214,8 @@ mod tests {
 
     #[test]
     fn numbers_have_the_bits_that_the_standard_library_reads() {
-        // Halfway between two f32, and beside that by less than an f64 tells apart; the smallest; the longest.
+        // Numbers halfway between two f32, or so near that an f64 cannot distinguish them; the smallest and the longest
+        // numbers.
         let halfway = [
             "16777217",
             "16777217.000000000001",

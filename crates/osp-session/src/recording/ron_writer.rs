@@ -5,37 +5,38 @@ use super::ron_file::{self, RecordingFile};
 use super::ron_line::{excerpt, write_event, write_header};
 use super::{AUTHORS_FORMAT, Event, Header, MAX_LINE_BYTES, RecordingError};
 
-/// Bytes that [`Flush::AtEnd`] collects before they are written.
+/// Number of bytes that [`Flush::AtEnd`] collects before a write.
 const PENDING_BYTES: usize = 1 << 16;
 
-/// Contents allowed in formats before [`AUTHORS_FORMAT`].
+/// The contents that formats before [`AUTHORS_FORMAT`] can represent.
 const NO_AUTHORS: &str = "an event without an author, or a header of format 4";
 
-/// When events reach the file.
+/// Time at which events are written to the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Flush {
-    /// At once, each as one whole line in one write: a crash loses at most the line being written. For a session
-    /// that is being drawn.
+    /// At once; each event is one complete line in one write. A crash loses at most the line being written. For a
+    /// session that is being drawn.
     #[default]
     EachEvent,
-    /// In large pieces of whole lines. For generated and converted sessions; compresses far better.
+    /// In large blocks of complete lines. For generated and converted sessions, because it compresses far better.
     AtEnd,
 }
 
-/// Writes a recording: the header, then one event a line. Every number is written with the fewest digits that read
-/// back to the same bits. A session written twice gives the same bytes.
+/// A writer of recordings: the header, then one event per line. Every number is written with the fewest digits that
+/// read back to the same bits. Equal sessions give equal bytes.
 #[derive(Debug)]
 pub struct RonWriter<W: Write> {
     out: W,
     path: PathBuf,
     flush: Flush,
-    /// Whole lines that are not written yet.
+    /// Complete lines that are not written yet.
     pending: String,
-    /// Lines written or pending.
+    /// Number of lines, written or pending.
     lines: u64,
-    /// The header's format has authors.
+    /// Whether the header's format supports authors.
     knows_authors: bool,
-    /// A write has failed, perhaps in the middle of a line: nothing may follow it.
+    /// Whether a write has failed, perhaps in the middle of a line. No write may follow, because the incomplete line
+    /// must be the last.
     failed: bool,
 }
 
@@ -56,25 +57,25 @@ impl<W: Write> RonWriter<W> {
         Ok(writer)
     }
 
-    /// A writer that continues after `lines` lines.
+    /// A writer that continues a recording of `lines` lines.
     fn resume(out: W, path: PathBuf, flush: Flush, lines: u64, header: &Header) -> Self {
         let knows_authors = header.format >= AUTHORS_FORMAT;
         Self { out, path, flush, pending: String::new(), lines, knows_authors, failed: false }
     }
 
-    /// Writes an event. After an error of the output every further call fails: a torn line must stay the last one.
-    /// [`RonWriter::append`] cuts it off and continues.
+    /// Writes an event. After an error of the output every further call fails, because an incomplete
+    /// line must be the last. [`RonWriter::append`] removes that line and continues.
     ///
     /// # Errors
-    /// The event does not pass [`Event::check`], names an author in a format without authors, or is longer than a line
-    /// may be. Then nothing is written, and the writer continues. Or the output fails.
+    /// The event does not pass [`Event::check`], has an author in a format without authors, or does not fit into a
+    /// line. Then nothing is written, and the writer can continue. It is also an error if the output fails.
     pub fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
         let is_known = self.knows_authors || !event.names_author();
         let check = event.check().and(if is_known { Ok(()) } else { Err(NO_AUTHORS) });
         self.push_line(check, |line| write_event(line, event))
     }
 
-    /// Writes an event as the line that it was read from, see [`EventSource::line`](super::EventSource::line).
+    /// Writes the line that an event was read from, see [`EventSource::line`](super::EventSource::line).
     ///
     /// # Errors
     /// The output fails.
@@ -89,7 +90,7 @@ impl<W: Write> RonWriter<W> {
     /// Writes all pending lines to the output and flushes it.
     ///
     /// # Errors
-    /// The output fails, now or earlier.
+    /// The output fails, in this call or earlier.
     pub fn flush(&mut self) -> Result<(), RecordingError> {
         if self.failed {
             let error = io::Error::other("an earlier write has failed; nothing can follow it");
@@ -106,7 +107,7 @@ impl<W: Write> RonWriter<W> {
         &self.out
     }
 
-    /// Lines of the recording so far, the header among them.
+    /// Number of lines of the recording so far, including the header.
     pub fn lines(&self) -> u64 {
         self.lines
     }
@@ -148,7 +149,8 @@ impl<W: Write> RonWriter<W> {
 }
 
 impl RonWriter<RecordingFile> {
-    /// Starts a recording in a file, which is replaced if it exists. A name that ends in `.zst` is compressed.
+    /// Starts a recording in a file, which is replaced if it exists. If the name ends in `.zst`, the file is
+    /// compressed.
     ///
     /// # Errors
     /// The header is invalid, or the file cannot be written.
@@ -156,17 +158,18 @@ impl RonWriter<RecordingFile> {
         Self::new(RecordingFile::create(path)?, path, header, flush)
     }
 
-    /// Continues a recording, for instance after a crash; returns its header, too. A torn last line is cut off first.
+    /// Continues a recording, for instance after a crash; also returns its header. An incomplete last line is removed
+    /// first.
     ///
     /// # Errors
-    /// The file is no recording of a known format, its compressed data are damaged, or it cannot be written.
+    /// The file is no recording of a supported format, its compressed data are damaged, or it cannot be written.
     pub fn append(path: &Path, flush: Flush) -> Result<(Self, Header), RecordingError> {
         let (file, header, lines) = ron_file::append(path)?;
         Ok((Self::resume(file, path.to_owned(), flush, lines, &header), header))
     }
 
-    /// Writes what is pending and closes the file. A compressed file gets its end mark; without this call it does so
-    /// when the writer is dropped, but then an error is lost.
+    /// Writes the pending lines and closes the file. A compressed file gets its end mark. Without this call, the drop
+    /// of the writer does the same, but ignores errors.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -179,7 +182,7 @@ impl RonWriter<RecordingFile> {
 impl<W: Write> Drop for RonWriter<W> {
     fn drop(&mut self) {
         if !self.failed && !self.pending.is_empty() {
-            // `finish` and `flush` return the error; here it is lost.
+            // The error is lost here; callers that need it call `finish` or `flush`.
             let _ = self.flush();
         }
     }

@@ -1,36 +1,37 @@
 use super::{Event, Place, RecordingError};
 
-/// A stream of events, whatever format they come from. Memory does not grow with what was read.
+/// A stream of events from any format. Its memory does not grow with the number of events.
 pub trait EventSource: Send {
     /// The next event; `None` at the end. After an error or the end, every further call gives `None`.
     ///
     /// # Errors
-    /// The file is damaged at this place (and the source was not opened as lenient).
+    /// The file is damaged at this position, and the source is not lenient.
     fn next_event(&mut self) -> Result<Option<Event>, RecordingError>;
 
-    /// The line that the last event was read from, without its ending, if the file is a recording in lines. It can be
-    /// copied unchanged under a header of the same format. Formats before [`AUTHORS_FORMAT`](super::AUTHORS_FORMAT)
-    /// can be mixed: a line of one of them fits a header of any other.
+    /// The line of the last event, without its ending, if the file is a recording in text lines. The line can be copied
+    /// unchanged to a recording of the same format. Formats before [`AUTHORS_FORMAT`](super::AUTHORS_FORMAT) can be
+    /// mixed: a line of one of them is valid in any other.
     fn line(&self) -> Option<&str> {
         None
     }
 
-    /// The remarks so far; complete once `next_event` has returned `None`.
+    /// The notes so far; complete once `next_event` has returned `None`.
     fn notes(&self) -> Notes {
         Notes::default()
     }
 
-    /// Position that was reached, for messages.
+    /// Current position in the file, for messages.
     fn place(&self) -> Place {
         Place::File
     }
 }
 
-/// The remarks of a reader: damage that did not stop it.
+/// The notes of a reader: damage that did not stop it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Notes {
-    /// One line for each thing that a person should know (a file that ends in the middle of a line).
+    /// One line for each problem that a person should read about (for example, a file that ends in the middle of a
+    /// line).
     pub warnings: Vec<String>,
-    /// Damaged pieces passed over, for a lenient reader.
+    /// Number of damaged parts that a lenient reader skipped.
     pub skipped: u64,
 }

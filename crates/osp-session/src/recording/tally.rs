@@ -7,10 +7,10 @@ use glam::Vec3;
 use super::{Event, Limits, StrokeId, Tool};
 use crate::brush::{self, Brush, Family};
 
-/// Polygons of a tube's sample: its sides.
+/// Number of polygons of a tube's sample: the sides of the tube.
 const TUBE_POLYGONS: u64 = 8;
 
-/// Counts of everything read so far that takes memory.
+/// The amounts read so far of everything that takes memory.
 #[derive(Clone, Copy, Debug, Default)]
 struct Amount {
     strokes: u64,
@@ -22,7 +22,7 @@ struct Amount {
 }
 
 impl Amount {
-    /// The first limit that is passed, and its name.
+    /// The first exceeded limit, and its name.
     fn excess(&self, limits: &Limits) -> Option<(u64, &'static str)> {
         [
             (self.polygons, limits.polygons, "polygons"),
@@ -48,9 +48,9 @@ impl fmt::Display for Amount {
 /// Number of polygons that a sample counts as.
 #[derive(Clone, Debug)]
 enum Weight {
-    /// Each sample counts as this many.
+    /// Each sample counts as this number of polygons.
     Each(u64),
-    /// Particles and sprays: the number depends on the distance from the last sample.
+    /// For particles and sprays the number depends on the distance from the last sample.
     ByWay { brush: &'static Brush, width_m: f32, scale: f32, last: Option<Vec3> },
 }
 
@@ -71,20 +71,20 @@ impl Weight {
     }
 }
 
-/// Counts everything in a session that memory grows with.
+/// Counts everything in a session that takes memory.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     read: Amount,
-    /// Weight of a sample of each stroke that is being drawn.
+    /// Weight of a sample of each open stroke.
     open: HashMap<StrokeId, Weight>,
-    /// Stroke of the last sample and its fixed weight, if it has one: most often the next sample is of the same
-    /// stroke.
+    /// Stroke of the last sample and its weight, if it is constant. It is a cache, because the next sample is usually
+    /// of the same stroke.
     last: Option<(StrokeId, u64)>,
-    /// The stroke of the last face: most often the next face is of the same stroke.
+    /// Stroke of the last face. It is a cache, because the next face is usually of the same stroke.
     last_face: Option<StrokeId>,
 }
 
-/// Counts, as text.
+/// The amounts as text.
 impl fmt::Display for Tally {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.read.fmt(f)
@@ -92,12 +92,12 @@ impl fmt::Display for Tally {
 }
 
 impl Tally {
-    /// Whether a stroke is being drawn.
+    /// Whether the stroke has begun and not ended.
     pub fn is_open(&self, stroke: StrokeId) -> bool {
         self.open.contains_key(&stroke)
     }
 
-    /// Counts an event, unless that exceeds a limit; the error is this limit and its name.
+    /// Counts an event, unless it exceeds a limit; the error is this limit and its name.
     pub fn count(&mut self, event: &Event, limits: &Limits) -> Result<(), (u64, &'static str)> {
         let before = self.read;
         self.add(event);
@@ -107,7 +107,7 @@ impl Tally {
         })
     }
 
-    /// The first limit that is passed, and its name.
+    /// The first exceeded limit, and its name.
     pub fn excess(&self, limits: &Limits) -> Option<(u64, &'static str)> {
         self.read.excess(limits)
     }

@@ -3,12 +3,12 @@ use std::{collections::BTreeSet, path::Path};
 use super::Event;
 use crate::brush;
 
-/// Most names that are kept.
+/// Largest number of names that are stored.
 const MOST_NAMES: usize = 1000;
-/// Most names in the warning.
+/// Largest number of names in the warning.
 const MOST_NAMED: usize = 4;
 
-/// The unknown brushes that a session names.
+/// The unknown brushes of a session.
 #[derive(Debug, Default)]
 pub(super) struct UnknownBrushes(BTreeSet<String>);
 
@@ -24,7 +24,7 @@ impl UnknownBrushes {
         }
     }
 
-    /// One line that names them.
+    /// A line that lists them; `None` if all brushes are known.
     pub(super) fn warning(&self, path: &Path) -> Option<String> {
         let mut names: Vec<String> = self.0.iter().take(MOST_NAMED).map(|name| format!("`{name}`")).collect();
         if self.0.len() > MOST_NAMED {

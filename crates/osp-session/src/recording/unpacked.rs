@@ -3,7 +3,7 @@ use std::path::Path;
 
 use super::{Excess, Limits, Place, RecordingError};
 
-/// The unpacked bytes of a packed file, up to the limit for its packed size.
+/// A reader of the decompressed bytes of a compressed file, up to the limit for its compressed size.
 pub(super) struct Unpacked<R> {
     input: R,
     packed: u64,
@@ -20,7 +20,7 @@ struct TooMany {
 }
 
 impl<R> Unpacked<R> {
-    /// `packed` is the number of packed bytes behind `input`.
+    /// A reader of `input`, the decompressed bytes of a file of `packed` compressed bytes.
     pub(super) fn new(input: R, packed: u64, limits: &Limits) -> Self {
         let most = limits.unpacked_bytes(packed);
         Self { input, packed, most, left: most }
@@ -29,7 +29,8 @@ impl<R> Unpacked<R> {
 
 impl<R: Read> Read for Unpacked<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        // One byte more than allowed is requested, to distinguish a file that ends at the limit from a longer one.
+        // The read may return one byte more than allowed, to distinguish a file that ends at the limit from a longer
+        // one.
         let most = usize::try_from(self.left.saturating_add(1)).unwrap_or(usize::MAX).min(buffer.len());
         let read = self.input.read(&mut buffer[..most])?;
         match self.left.checked_sub(read as u64) {
@@ -40,7 +41,7 @@ impl<R: Read> Read for Unpacked<R> {
     }
 }
 
-/// The limit's error, if a read failed because of the limit.
+/// The [`Limits`] error, if a read failed because of the limit.
 pub(super) fn beyond(error: &io::Error, path: &Path, place: Place) -> Option<RecordingError> {
     let &TooMany { most, packed } = error.get_ref()?.downcast_ref()?;
     Some(RecordingError::Limit(Box::new(Excess {

@@ -11,29 +11,29 @@ use osp::{
     view::{Projection, View},
 };
 
-/// Vertical field of view of the cameras that a recording does not fix, degrees.
+/// Vertical field of view of the cameras that the recording does not specify, degrees.
 const FOV_DEGREES: f32 = 60.0;
-/// Width by height of every replay camera.
+/// Aspect ratio, width divided by height, of every replay camera.
 const ASPECT: f32 = 16.0 / 9.0;
-/// Direction from a model's centre to the eye of [`whole_view`]: in front, to the right and above.
+/// Direction from the model's centre to the eye of [`whole_view`]: in front, to the right and above.
 const WHOLE_FROM: Vec3 = Vec3::new(0.45, ABOVE, 1.0);
-/// Height of its eye above the model, in parts of the distance straight ahead.
+/// Height of the eye above the model divided by the distance straight ahead.
 const ABOVE: f32 = 0.35;
-/// Factor on the eye's least distance: a narrow margin around the model.
+/// Factor on the eye's minimum distance, which leaves a narrow margin around the model.
 const WHOLE_MARGIN: f32 = 1.04;
-/// Frames of one round of the orbiting cameras.
+/// Number of frames of a full circle of the orbiting cameras.
 const FRAMES_A_ROUND: f64 = 720.0;
 
 /// Camera of a replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CameraChoice {
-    /// The recorded head path if there is one, else the session's own camera, else [`CameraChoice::Orbit`].
+    /// The recorded head path if the session has one, else the session's own camera, else [`CameraChoice::Orbit`].
     Auto,
-    /// Around the whole model, looking at its centre: nearly everything is in view.
+    /// A circle around the whole model, looking at its centre; nearly the whole model is in view.
     Orbit,
-    /// Behind the hand, looking at the stroke that it draws.
+    /// Behind the hand, looking at the current stroke.
     Follow,
-    /// At the centre of the model, turning: about a sixth is in view.
+    /// At the centre of the model, rotating; about a sixth of the model is in view.
     Inside,
 }
 
@@ -41,7 +41,7 @@ impl CameraChoice {
     /// All choices.
     pub const ALL: &'static [Self] = &[Self::Auto, Self::Orbit, Self::Follow, Self::Inside];
 
-    /// Its name on the command line.
+    /// The choice's name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -52,7 +52,7 @@ impl CameraChoice {
     }
 }
 
-/// State of the session at a frame, for a camera.
+/// The poses of head and hand at a frame, for a camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moment {
     /// Number of the frame.
@@ -61,13 +61,13 @@ pub struct Moment {
     pub head: Option<(Vec3, Quat)>,
     /// Latest sample of the hand.
     pub hand: Option<Vec3>,
-    /// The author of head and hand: the author of the first head pose, and after that author has left, of the next;
-    /// none before.
+    /// The author of head and hand: the author of the first head pose. After that author has left, the author of the
+    /// next head pose. `None` before the first head pose.
     pub author: Option<Author>,
 }
 
 impl Moment {
-    /// Takes the poses of an event.
+    /// Stores the poses of an event.
     pub fn note(&mut self, event: &Event) {
         match event {
             Event::Head { p, q, author, .. } if *self.author.get_or_insert(*author) == *author => {
@@ -82,27 +82,28 @@ impl Moment {
         }
     }
 
-    /// With one author, a stroke's number does not name it.
+    /// Whether the camera follows the author of a stroke. With a sole author, a stroke's number does not contain the
+    /// author.
     fn is_followed(&self, author: Author) -> bool {
         self.author.is_none_or(|followed| followed.is_sole() || followed == author)
     }
 }
 
-/// The side from which an artist begins a model: most often its front. The side from which most of it is drawn is a
-/// worse measure: an artist who walks around a model draws much of its back. The last side is a worse one, too.
+/// The side from which an artist begins a model, which is usually the model's front. The side of most samples is worse,
+/// because an artist who walks around a model draws much of its back. The side of the last samples is worse, too.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ArtistSide {
     moment: Moment,
-    /// Directions from the model to the eye at the first samples, summed.
+    /// Sum of the directions from the model to the eye at the first samples.
     backwards: Vec3,
     samples: u32,
 }
 
 impl ArtistSide {
-    /// Number of samples of the hand at the beginning: a few strokes, half a minute of steady drawing.
+    /// Number of samples that count as the beginning: a few strokes, half a minute of continuous drawing.
     const BEGINNING: u32 = 1_000;
 
-    /// Takes the next event of a session.
+    /// Processes the next event of a session.
     pub fn note(&mut self, event: &Event) {
         self.moment.note(event);
         let is_sample = matches!(event, Event::Point { .. } | Event::Polygon { .. });
@@ -112,9 +113,9 @@ impl ArtistSide {
         }
     }
 
-    /// The direction from the model to the artist, level and a little above, whatever the tilt of the head. It is the
-    /// mean of the first samples, or the direction of the latest head pose if no sample follows one. None without a
-    /// head pose.
+    /// The direction from the model to the artist, horizontal and slightly raised, whatever the tilt of the head. It is
+    /// the mean over the first samples, or the direction of the latest head pose if no sample follows one. `None`
+    /// without a head pose.
     pub fn backwards(&self) -> Option<Vec3> {
         let (_, q) = self.moment.head?;
         let back = if self.samples > 0 { self.backwards } else { rotate(q, Vec3::Z) };
@@ -122,9 +123,9 @@ impl ArtistSide {
     }
 }
 
-/// The main part of `bounds`, world space, metres: without polygons far from all others, such as stray particles.
-/// Along each axis it spans the centres of the middle 98 % of the polygons. On all sides it adds half of the longest
-/// side of that. O(polygons) in time and memory.
+/// The main part of `bounds`, world space, metres, without polygons far from all others, such as stray particles. Along
+/// each axis it spans the centres of the middle 98 % of the polygons. A margin of half of its longest side is added on
+/// all sides. O(polygons) in time and memory.
 pub fn main_bounds(scene: &Scene, bounds: &Aabb) -> Aabb {
     let middles: Vec<Vec3> = scene.visible_ids().map(|id| scene.bounds(id).center()).collect();
     let Some(last) = middles.len().checked_sub(1) else { return *bounds };
@@ -139,12 +140,12 @@ pub fn main_bounds(scene: &Scene, bounds: &Aabb) -> Aabb {
     let (low, high) = (Vec3::new(x[0], y[0], z[0]), Vec3::new(x[1], y[1], z[1]));
     let room = 0.5 * (high - low).max_element();
     let main = Aabb { min: bounds.min.max(low - room), max: bounds.max.min(high + room) };
-    // Polygons may be larger than the model is between their middles.
+    // The box of the centres may have no extent, and polygons may be larger than it: then all of `bounds` is shown.
     if room > 0.0 && main.min.cmple(main.max).all() { main } else { *bounds }
 }
 
-/// A view that shows all of `bounds` on a screen of this shape (`aspect`: width by height). The eye is in the
-/// direction `backwards` from the model, or in front of it if there is none.
+/// A view that shows all of `bounds` on a screen of this `aspect` (width divided by height). The eye is in the
+/// direction `backwards` from the model; if absent, in front of the model.
 pub fn whole_view(bounds: &Aabb, backwards: Option<Vec3>, aspect: f32) -> View {
     let path = CameraPath::new(CameraChoice::Orbit, None, bounds);
     let away = backwards.unwrap_or(WHOLE_FROM).normalize_or(Vec3::Z);
@@ -153,7 +154,7 @@ pub fn whole_view(bounds: &Aabb, backwards: Option<Vec3>, aspect: f32) -> View {
     let [right, up] = [Vec3::X, Vec3::Y].map(|axis| rotate(towards.world_from_view, axis));
     let Projection { right: tan_x, top: tan_y, .. } = towards.projection;
     let half = if bounds.is_empty() { Vec3::splat(path.radius_m) } else { bounds.extent() * 0.5 };
-    // Every corner of the box lies within the four sides of the pyramid of view.
+    // The eye's distance is such that every corner of the box lies within the four side planes of the frustum.
     let mut distance_m = 0.0f32;
     for corner in 0..8 {
         let sign = |bit: u32| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
@@ -167,8 +168,8 @@ pub fn whole_view(bounds: &Aabb, backwards: Option<Vec3>, aspect: f32) -> View {
     View { eye_in_world: eye, projection: Projection { far_m, ..projection }, ..towards }
 }
 
-/// The view of a picture of a whole session: by its own camera, else of the model's [main part](main_bounds), from the
-/// direction `backwards` if there is one. `bounds` are those of the session. O(polygons).
+/// Returns the view for a picture of a whole session: the view of its own camera, else a view of the model's [main
+/// part](main_bounds) from the direction `backwards`. `bounds` are those of the session. O(polygons).
 pub fn still_view(
     scene: &Scene,
     bounds: &Aabb,
@@ -179,11 +180,11 @@ pub fn still_view(
     if camera.is_none() {
         return whole_view(&main_bounds(scene, bounds), backwards, aspect);
     }
-    // Without a head: nothing comes before the session's own camera.
+    // A moment without a head pose, which would take precedence over the session's own camera.
     CameraPath::new(CameraChoice::Auto, camera, bounds).view(&Moment::default()).with_aspect(aspect)
 }
 
-/// The camera of a replay: position of the eye at every frame.
+/// The camera of a replay: the view at every frame.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraPath {
     choice: CameraChoice,
@@ -193,14 +194,14 @@ pub struct CameraPath {
 }
 
 impl CameraPath {
-    /// A path for a session whose polygons fill `bounds`; `fixed` is the session's own camera.
+    /// A path for a session whose polygons have the bounds `bounds`; `fixed` is the session's own camera.
     pub fn new(choice: CameraChoice, fixed: Option<Camera>, bounds: &Aabb) -> Self {
         let (center, radius_m) = if bounds.is_empty() {
             (Vec3::ZERO, 1.0)
         } else {
             (bounds.center(), bounds.extent().length() * 0.5)
         };
-        // A session without extent still needs a distance to look from.
+        // A session without extent still needs a distance for the eye.
         let radius_m = if radius_m.is_finite() { radius_m.max(1.0e-4) } else { 1.0 };
         Self { choice, fixed, center, radius_m }
     }
@@ -223,7 +224,7 @@ impl CameraPath {
     }
 
     fn projection(&self, fov_degrees: f32, near_m: f32, eye: Vec3) -> Projection {
-        // Far enough for everything, wherever the eye is.
+        // The far distance is large enough for the whole model, wherever the eye is.
         let far_m = eye.distance(self.center) + 2.0 * self.radius_m;
         Projection::symmetric(fov_degrees, ASPECT, near_m, far_m.max(near_m * 100.0))
     }
@@ -238,7 +239,7 @@ impl CameraPath {
     }
 
     fn orbit(&self, frame: u64) -> View {
-        // 1 / sin(30 degrees) = 2 radii put the whole ball into a 60 degree view.
+        // From 1 / sin(30 degrees) = 2 radii the whole bounding sphere fits into a 60 degree view.
         let eye = self.center + (Self::on_circle(frame) + Vec3::Y * 0.3) * (1.9 * self.radius_m);
         let projection = self.projection(FOV_DEGREES, 1.0e-3 * self.radius_m, eye);
         View::look_at(eye, self.center, projection)

@@ -2,24 +2,25 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use osp::polygon::PolygonId;
 
-/// A number for a frame's visible set: equal for equal sets, whatever their order; a polygon reported twice changes it.
+/// A fingerprint of a frame's visible set. Equal sets have equal fingerprints, whatever their order; a polygon that is
+/// listed twice changes the fingerprint.
 pub fn fingerprint_of_frame(ids: impl IntoIterator<Item = PolygonId>) -> u64 {
     SetFingerprint::of(ids).value()
 }
 
-/// The fingerprint of a set that is gathered in parts, as they come.
+/// The fingerprint of a set that is gathered in parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SetFingerprint {
-    // A sum does not depend on the order.
+    // A sum, because it does not depend on the order.
     sum: u64,
     count: u64,
 }
 
 impl SetFingerprint {
-    /// Fingerprint of some polygons.
+    /// The fingerprint of some polygons.
     pub fn of(ids: impl IntoIterator<Item = PolygonId>) -> Self {
-        // Each id is mixed first (the finaliser of Steele, Lea and Flood, "Fast splittable pseudorandom number
-        // generators", 2014) so that sets with equal sums of ids differ.
+        // Each id is hashed first, so that sets with equal sums of ids differ. The hash is the finaliser of Steele, Lea
+        // and Flood, "Fast splittable pseudorandom number generators", 2014.
         let mixed = |id: PolygonId| {
             let mut x = (u64::from(id.0) + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
             x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -31,24 +32,24 @@ impl SetFingerprint {
         Self { sum, count }
     }
 
-    /// Adds polygons that were not among those before.
+    /// Adds polygons that are not yet in the set.
     pub fn add(&mut self, other: Self) {
         self.sum = self.sum.wrapping_add(other.sum);
         self.count += other.count;
     }
 
-    /// Polygons of the set.
+    /// Number of polygons of the set.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The number, which is that of [`fingerprint_of_frame`].
+    /// The fingerprint as a number, equal to that of [`fingerprint_of_frame`].
     pub fn value(&self) -> u64 {
         self.sum ^ self.count.wrapping_mul(0xd6e8_feb8_6659_fd93)
     }
 }
 
-/// A number for the polygons that the views of a frame see, in the views' order; of one view, the number of
+/// A fingerprint of the visible sets of a frame's views, in the views' order. For a single view it equals
 /// [`fingerprint_of_frame`].
 pub fn fingerprint_of_views<V: IntoIterator<Item = PolygonId>>(views: impl IntoIterator<Item = V>) -> u64 {
     views.into_iter().fold(0, |all, view| all.rotate_left(1) ^ fingerprint_of_frame(view))
@@ -62,12 +63,13 @@ pub struct SessionFingerprint {
 }
 
 impl SessionFingerprint {
-    /// Fingerprint of no frame.
+    /// The fingerprint of a session without frames.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a frame by its number, so that a session measured on some frames only differs from one measured on all.
+    /// Adds the fingerprint of frame number `frame`. The number is included, so that a session measured on some frames
+    /// differs from one measured on all.
     pub fn add(&mut self, frame: u64, fingerprint: u64) {
         let mut bytes = [0u8; 24];
         bytes[..8].copy_from_slice(&self.hash.to_le_bytes());
@@ -77,12 +79,12 @@ impl SessionFingerprint {
         self.frames += 1;
     }
 
-    /// The number.
+    /// The fingerprint as a number.
     pub fn value(&self) -> u64 {
         self.hash
     }
 
-    /// Frames added.
+    /// Number of frames added.
     pub fn frames(&self) -> u64 {
         self.frames
     }

@@ -10,46 +10,46 @@ use osp::{
     view::View,
 };
 
-/// Parts of a session of equal length. A lane may spend the same share of its budget in each.
+/// Number of equal parts of a session. A lane may spend the same share of its budget in each part.
 pub const STRETCHES: u64 = 40;
 
-/// The part, from 0, of a session of `frames` frames in which a frame lies.
+/// The index, from 0, of the part in which a frame of a session of `frames` frames lies.
 pub fn stretch_of_frame(frame: u64, frames: u64) -> u64 {
     (frame.saturating_mul(STRETCHES) / frames.max(1)).min(STRETCHES - 1)
 }
 
-/// Measured part of a session for a lane.
+/// Limit of the time that a lane spends on measured frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
-    /// Time to spend on measured frames, nanoseconds: applying their events to the model, the lane's work, and its
-    /// fingerprints. Once a part's share is spent, the lane only follows the changes until the next part. Such frames,
-    /// and the first measured one after them, cost extra time: the model has to be complete at the end.
+    /// Total time for measured frames, nanoseconds: applying events to the model, the lane's work, and its
+    /// fingerprints. Once a part's share is spent, the lane only applies the changes until the next part. Such frames,
+    /// and the first measured one after them, cost additional time, because the model must be complete at the end.
     pub ns: u64,
-    /// Frames of the session, from which the parts' lengths follow.
+    /// Number of frames of the session, which determines the length of the parts.
     pub frames: u64,
 }
 
-/// One index during a replay.
+/// One index in a replay.
 #[derive(Debug)]
 pub struct Lane {
     pipeline: Pipeline,
     budget: Budget,
     stretch: u64,
     spent_ns: u64,
-    /// Changes have been applied without a commit: the next frame also pays for them.
+    /// Whether changes have been applied without a commit. The next measured frame's time then includes them.
     behind: bool,
-    /// The lane looks at one view of each frame, and after this many frames at the next one.
+    /// If set, the lane queries only one view of each frame, and switches to the next view after this number of frames.
     turn: Option<u64>,
 }
 
 impl Lane {
-    /// A lane around a pipeline without polygons.
+    /// A lane with a pipeline, which must have no polygons.
     pub fn new(pipeline: Pipeline, budget: Budget) -> Self {
         Self { pipeline, budget, stretch: 0, spent_ns: 0, behind: false, turn: None }
     }
 
-    /// The lane with only one of each frame's views; it moves to the next view after this many frames. It is the
-    /// baseline for the cost of several views.
+    /// The lane with only one of each frame's views; it switches to the next view after `frames_a_turn` frames. This
+    /// lane is the baseline for the cost of several views.
     #[must_use]
     pub fn of_one_view(self, frames_a_turn: u64) -> Self {
         Self { turn: Some(frames_a_turn.max(1)), ..self }
@@ -91,9 +91,9 @@ impl Lane {
             true => fingerprint_of_views(self.pipeline.draw_lists().iter().map(VisibleBlocks::ids)),
             false => in_view,
         };
-        // No frame of a window computes fingerprints, so they are no stage of the frame.
+        // Fingerprints are not a stage of the frame, because the window does not compute them.
         let fingerprinting = self.pipeline.clock().since(start);
-        // A frame that catches up is free: so every part has at least one measured frame.
+        // A frame that catches up costs no budget, so every part has at least one measured frame.
         if !catches_up {
             self.spent_ns += applying.ns + record.total_ns() + fingerprinting.ns;
         }
@@ -101,21 +101,21 @@ impl Lane {
     }
 }
 
-/// Record of a lane in a frame.
+/// The result of a lane in a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneFrame {
-    /// The frame.
+    /// Times and counts of the frame.
     pub record: FrameRecord,
     /// Fingerprint of the polygons in the frustum; see [`crate::replay::fingerprint_of_frame`].
     pub in_view: u64,
     /// Fingerprint of the drawn polygons.
     pub drawn: u64,
-    /// The lane had skipped frames before: this frame's times include them, its visible set does not.
+    /// Whether the lane had skipped frames before: this frame's times include those frames, its visible set does not.
     pub catches_up: bool,
 }
 
-/// A session played through several indexes at once, frame by frame. All lanes get the same scene, changes and view,
-/// one after the other, so that a disturbance of the machine hits all alike.
+/// A replay of a session with several indexes simultaneously, frame by frame. All lanes get the same scene, changes and
+/// view, one after the other, so that a disturbance of the machine affects all of them.
 #[derive(Debug)]
 pub struct Replay<I> {
     player: Player<I>,
@@ -128,24 +128,24 @@ pub struct Replay<I> {
 }
 
 impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
-    /// A replay at its beginning.
+    /// A replay before the first frame.
     pub fn new(player: Player<I>, camera: CameraPath, lanes: Vec<Lane>) -> Self {
         let outcomes = vec![None; lanes.len()];
         let (views, rig_views) = (Vec::new(), Vec::new());
         Self { player, camera, rig: None, lanes, views, rig_views, outcomes }
     }
 
-    /// The replay on the screens of a rig around the camera's eye: each frame has a view for each screen and eye.
+    /// The replay on the screens of a rig around the camera's eye; each frame has a view for each screen and eye.
     #[must_use]
     pub fn on_rig(self, rig: RigPath) -> Self {
         Self { rig: Some(rig), ..self }
     }
 
-    /// Plays one frame; returns the record of each lane, in their order (`None`: its budget for this part is spent).
-    /// `Ok(None)`: the session is over.
+    /// Plays one frame. Returns the result of each lane, in the order of the lanes; `None` for a lane whose budget for
+    /// this part is spent. `Ok(None)` after the last frame.
     ///
     /// # Errors
-    /// The recording is damaged here; the frames before have been played in every lane.
+    /// The recording is damaged at this point; the frames before have been played in every lane.
     pub fn step(&mut self) -> Result<Option<&[Option<LaneFrame>]>, RecordingError> {
         if !self.player.step()? {
             return Ok(None);
@@ -162,7 +162,8 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         }
         let count = self.lanes.len();
         for turn in 0..count {
-            // Each frame begins with another lane, so that no lane always finds the caches as the reader left them.
+            // Each frame begins with a different lane, so that no lane always starts with the caches as the reader left
+            // them.
             let at = (turn + moment.frame as usize) % count;
             let (scene, changes) = (self.player.scene(), self.player.changes());
             let applying = self.player.applying();
@@ -171,7 +172,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         Ok(Some(&self.outcomes))
     }
 
-    /// The model as it is now.
+    /// The model after the last frame.
     pub fn scene(&self) -> &Scene {
         self.player.scene()
     }
@@ -181,7 +182,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         self.player.changes()
     }
 
-    /// The views of the last frame: one, or on a rig one for each screen and eye that is in front of it.
+    /// The views of the last frame: one; with a rig, one for each screen and eye in front of the screen.
     pub fn views(&self) -> &[View] {
         &self.views
     }
@@ -196,7 +197,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         &self.lanes
     }
 
-    /// Frames played so far.
+    /// Number of frames played so far.
     pub fn frames(&self) -> u64 {
         self.player.frames()
     }
@@ -220,7 +221,7 @@ mod tests {
             let applying = Stage { ns: applying_ns, allocations: 0 };
             [0, 1, 2].map(|frame| lane.step(frame, &Scene::new(), &[], applying, &[]).is_some())
         };
-        // A part has two frames.
+        // A part has two frames here.
         assert_eq!(looked_at(0), [true, true, true]);
         assert_eq!(looked_at(u64::MAX / 2 / STRETCHES + 1), [true, false, true]);
     }

@@ -1,4 +1,4 @@
-//! A recorded session, played frame by frame through one or several indexes: pacing, cameras, fingerprints.
+//! Replay of a recorded session, frame by frame, with one or several indexes: pacing, cameras, fingerprints.
 //!
 //! [`Player::step`] plays a frame; [`Replay::step`] plays it in every [`Lane`]. Depends on [`recording`](crate::recording),
 //! [`scene`](crate::scene) and all their dependencies, and [`frame`](osp::frame).

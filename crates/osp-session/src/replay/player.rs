@@ -8,22 +8,22 @@ use osp::{
     polygon::Change,
 };
 
-/// A session after some of its frames: the model, and the poses of head and hand.
+/// A session after a number of frames: the model, and the poses of head and hand.
 #[derive(Clone, Debug, Default)]
 pub struct SessionState {
     /// The model.
     pub scene: Scene,
-    /// Poses, and the number of frames played.
+    /// The poses, and the number of frames played.
     pub moment: Moment,
 }
 
 impl SessionState {
-    /// Before the first frame, with a scene in which groups [move as a whole](Scene::keeping_groups_whole).
+    /// The state before the first frame, with a scene in which groups [move as a whole](Scene::keeping_groups_whole).
     pub fn keeping_groups_whole() -> Self {
         Self { scene: Scene::keeping_groups_whole(), ..Self::default() }
     }
 
-    /// Plays the events of a frame and appends the changes of the model to `changes`.
+    /// Applies the events of a frame, and appends the model's changes to `changes`.
     pub fn play(&mut self, events: &[Event], changes: &mut Vec<Change>) {
         events.iter().for_each(|event| self.moment.note(event));
         self.scene.apply_all(events, changes);
@@ -31,14 +31,14 @@ impl SessionState {
     }
 }
 
-/// Plays a session frame by frame: reads a frame's events, applies them to the model and lists the changes.
+/// A player of a session: for each frame it reads the events, applies them to the model and lists the changes.
 ///
 /// ```
 /// # use osp_session::{recording::{Event, Pace}, replay::Player};
 /// # let events: Vec<Result<Event, osp_session::recording::RecordingError>> = Vec::new();
 /// let mut player = Player::new(events.into_iter(), Pace::Samples(16));
 /// while player.step()? {
-///     // Cull and draw `player.scene()`; the last frame's part of it is in `player.changes()`.
+///     // Cull and draw `player.scene()`; `player.changes()` are the changes of the last frame.
 /// }
 /// # Ok::<(), osp_session::recording::RecordingError>(())
 /// ```
@@ -65,16 +65,17 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
         }
     }
 
-    /// The player with a scene in which groups [move as a whole](Scene::keeping_groups_whole); before the first frame.
+    /// The player with a scene in which groups [move as a whole](Scene::keeping_groups_whole). Call it before the first
+    /// frame.
     #[must_use]
     pub fn keeping_groups_whole(self) -> Self {
         Self { state: SessionState::keeping_groups_whole(), ..self }
     }
 
-    /// Plays the next frame; `false`: the session is over.
+    /// Plays the next frame. Returns `false` after the last frame.
     ///
     /// # Errors
-    /// The recording is damaged. The events before the damage have been played as a last frame, if there are any.
+    /// The recording is damaged. The events before the damage, if any, have been played as a last frame.
     pub fn step(&mut self) -> Result<bool, RecordingError> {
         let read = self.pacer.next_frame(&mut self.events);
         self.changes.clear();
@@ -89,12 +90,12 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
         read
     }
 
-    /// The model as it is now.
+    /// The model after the last frame.
     pub fn scene(&self) -> &Scene {
         &self.state.scene
     }
 
-    /// The model as it is now, without the player.
+    /// Returns the model after the last frame and drops the player.
     pub fn into_scene(self) -> Scene {
         self.state.scene
     }
@@ -104,7 +105,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
         &self.events
     }
 
-    /// Time to apply the events of the last frame to the model, without reading them.
+    /// Time to apply the events of the last frame to the model, without the time to read them.
     pub fn applying(&self) -> Stage {
         self.applying
     }
@@ -114,12 +115,12 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
         &self.changes
     }
 
-    /// The poses at the last frame, and its number: the first is 0.
+    /// The poses at the last frame, and the frame's number from 0.
     pub fn moment(&self) -> Moment {
         Moment { frame: self.frames().saturating_sub(1), ..self.state.moment }
     }
 
-    /// Frames played so far.
+    /// Number of frames played so far.
     pub fn frames(&self) -> u64 {
         self.state.moment.frame
     }

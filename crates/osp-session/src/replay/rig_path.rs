@@ -4,14 +4,14 @@ use crate::rig::{Eye, Rig, RoomPlace, Stereo};
 use osp::math::Aabb;
 use osp::view::View;
 
-/// Nearest distance drawn on a rig's screens, metres, unless the camera's own is less.
+/// Near distance of the views on a rig's screens, metres, unless that of the camera is smaller.
 const NEAR_M: f32 = 0.02;
 
-/// Least distance of an eye from a screen, metres. An eye that is nearer or behind is moved to it: from nearer, the
-/// picture would be stretched beyond use.
+/// Smallest distance of an eye from a screen, metres. An eye that is nearer or behind the screen is moved to this
+/// distance, because the picture would be distorted too much.
 pub const NEAREST_EYE_M: f32 = 0.05;
 
-/// Distance at which an eye sees everything in `bounds`, metres.
+/// Far distance with which an eye sees everything in `bounds`, metres.
 pub fn far_m(eye: Vec3, bounds: &Aabb) -> f32 {
     let farthest_m = match bounds.is_empty() {
         true => 0.0,
@@ -23,10 +23,10 @@ pub fn far_m(eye: Vec3, bounds: &Aabb) -> f32 {
 /// Motion of a rig's room while the recorded head moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RoomMotion {
-    /// The room follows the head: its place for the head is at the eye, its front in the direction of view.
+    /// The room follows the head: the rig's head position is at the eye, the room's front in the direction of view.
     #[default]
     Follows,
-    /// The room stays where the first eye was; the head walks in it, and may walk behind a screen.
+    /// The room stays where the first frame put it. The head walks in the room, and may walk behind a screen.
     Stands,
 }
 
@@ -34,7 +34,7 @@ impl RoomMotion {
     /// All choices.
     pub const ALL: &'static [Self] = &[Self::Follows, Self::Stands];
 
-    /// Its name on the command line.
+    /// The motion's name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Follows => "follows",
@@ -43,36 +43,36 @@ impl RoomMotion {
     }
 }
 
-/// View of an eye on a screen in a frame.
+/// The view of an eye on a screen in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigView {
-    /// Number of the rig's screen.
+    /// Index of the screen in the rig.
     pub screen: usize,
     /// The eye.
     pub eye: Eye,
-    /// The view; `None` of an eye that is not in front of the screen.
+    /// The view; `None` if the eye is not in front of the screen.
     pub view: Option<View>,
 }
 
-/// The screens of a rig around the eye of a replay.
+/// The views on the screens of a rig, around the eye of a replay.
 #[derive(Clone, Debug)]
 pub struct RigPath {
     rig: Rig,
     stereo: Stereo,
     motion: RoomMotion,
-    /// Place of a standing room, after the first eye.
+    /// Place of a standing room, once the first frame has set it.
     place: Option<RoomPlace>,
-    /// Whether eyes are kept in front of each screen.
+    /// Whether eyes behind a screen are moved in front of it.
     keeps_in_front: bool,
 }
 
 impl RigPath {
-    /// The screens before the first frame.
+    /// The views before the first frame.
     pub fn new(rig: Rig, stereo: Stereo, motion: RoomMotion) -> Self {
         Self { rig, stereo, motion, place: None, keeps_in_front: false }
     }
 
-    /// The screens with every eye at least [`NEAREST_EYE_M`] in front of the screen that it sees.
+    /// The views with every eye moved to at least [`NEAREST_EYE_M`] in front of its screen.
     #[must_use]
     pub fn keeping_eyes_in_front(self) -> Self {
         Self { keeps_in_front: true, ..self }
@@ -83,7 +83,7 @@ impl RigPath {
         &self.rig
     }
 
-    /// Form of the pictures for the two eyes.
+    /// Arrangement of the pictures for the two eyes.
     pub fn stereo(&self) -> Stereo {
         self.stereo
     }
@@ -93,13 +93,14 @@ impl RigPath {
         self.motion
     }
 
-    /// The screens and eyes of a frame, in the order of its views.
+    /// The screen index and eye of each view of a frame, in the order of the views.
     pub fn slots(&self) -> impl Iterator<Item = (usize, Eye)> + '_ {
         let eyes = self.stereo.eyes();
         (0..self.rig.screens.len()).flat_map(|screen| eyes.iter().map(move |eye| (screen, *eye)))
     }
 
-    /// The views of a frame, one for each screen and eye. The head has the position and orientation of the camera.
+    /// Replaces `out` by the views of a frame, one for each screen and eye. The head has the camera's position and
+    /// orientation.
     pub fn views_into(&mut self, camera: &View, out: &mut Vec<RigView>) {
         let here = RoomPlace::around(&self.rig, camera.eye_in_world, camera.world_from_view);
         let place = match self.motion {
@@ -109,7 +110,7 @@ impl RigPath {
         let head = place.to_room(camera.eye_in_world);
         let room_from_head = place.turn_to_room(camera.world_from_view);
         let near_m = camera.projection.near_m.min(NEAR_M);
-        // As far as the camera sees, from eyes beside it.
+        // The far distance is that of the camera, plus the offset of the eyes from it.
         let far_m = camera.projection.far_m + self.rig.eye_separation_m;
         out.clear();
         out.extend(self.slots().map(|(screen, eye)| {
@@ -153,7 +154,7 @@ mod tests {
             assert!((a.projection.left - b.projection.left).abs() < 1.0e-5);
         }
         let eyes: Vec<Vec3> = b.iter().map(|seen| seen.view.expect("a view").eye_in_world).collect();
-        // Looking along +x, the left eye is at smaller z.
+        // If the head looks along +x, the left eye is at smaller z.
         let half_m = Vec3::Z * (rig.eye_separation_m * 0.5);
         assert!(eyes[0].distance(there.eye_in_world - half_m) < 1.0e-5, "{eyes:?}");
         assert!(eyes[1].distance(there.eye_in_world + half_m) < 1.0e-5, "{eyes:?}");
@@ -167,7 +168,7 @@ mod tests {
         let mut path = RigPath::new(rig, Stereo::Mono, RoomMotion::Stands);
         let start = camera(Vec3::new(2.0, 1.7, 2.0), Vec3::NEG_Z);
         assert!(views(&mut path, &start).iter().all(|seen| seen.view.is_some()));
-        // Two metres to the right the head is behind the right wall, and sees the left one from farther away.
+        // Two metres to the right the head is behind the right wall, and farther away from the left wall.
         let beside = camera(Vec3::new(4.0, 1.7, 2.0), Vec3::NEG_Z);
         let seen = views(&mut path, &beside);
         assert!(seen[1].view.is_none(), "{seen:?}");

@@ -1,8 +1,8 @@
 use crate::recording::Header;
 use osp::{index::IndexConfig, math::Aabb};
 
-/// The root cube of an index for a session, metres in world space: the header's modelling volume, or a cube around
-/// `bounds`, the box of all its polygons.
+/// The root cube of an index for a session, world space, metres: the header's modelling volume, or else a cube around
+/// `bounds`, the box of all polygons.
 pub fn root_cube(header: &Header, bounds: &Aabb) -> Aabb {
     match header.root {
         Some(root) if root.size > 0.0 && root.size.is_finite() && root.center.is_finite() => {

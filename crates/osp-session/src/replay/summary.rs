@@ -8,30 +8,30 @@ use osp::{math::Aabb, polygon::Change};
 /// Contents of a session, counted by reading it once.
 #[derive(Clone, Copy, Debug)]
 pub struct Summary {
-    /// Strokes, points, polygons, and what was left out.
+    /// Counts of strokes, points, polygons and omitted parts.
     pub counts: SceneCounts,
-    /// Frames at the given pace.
+    /// Number of frames at the given pace.
     pub frames: u64,
-    /// Head poses.
+    /// Number of head poses.
     pub heads: u64,
-    /// Erase events.
+    /// Number of erase events.
     pub erases: u64,
-    /// Undo and redo events.
+    /// Number of undo and redo events.
     pub undos: u64,
-    /// Move, group and place events.
+    /// Number of move, group and place events.
     pub moves: u64,
-    /// First and last time stamp by value, seconds.
+    /// Smallest and largest time stamp, seconds.
     pub time_span_secs: Option<(f64, f64)>,
-    /// Time stamps smaller than the one before.
+    /// Number of time stamps smaller than the previous one.
     pub backward_steps: u64,
-    /// Box of every polygon ever visible, world space.
+    /// Box of all polygons that were ever visible, world space.
     pub bounds: Aabb,
 }
 
 /// Reads a session to its end, frame by frame. Memory: the scene.
 ///
 /// # Errors
-/// The recording is damaged. The summary contains the part before the damage all the same.
+/// The recording is damaged. The summary and the scene then cover the part before the damage.
 pub fn summarize<I>(events: I, pace: Pace) -> (Summary, Scene, Result<(), RecordingError>)
 where
     I: Iterator<Item = Result<Event, RecordingError>>,

@@ -1,21 +1,22 @@
-//! From a tracker's space to the room's: a rotation and a translation, found from three points in both spaces.
+//! The transform from a tracker's space to the room's: a rotation and a translation, computed from three points in both
+//! spaces.
 //!
 //! The method is TRIAD: Harold Black, "A passive system for determining the attitude of a satellite", 1964. The three
-//! points give a frame of axes in each space; the rotation takes one frame to the other. Differences: the translation
-//! takes the mean of the points to the mean of their places, and the largest remaining error is returned.
+//! points define orthonormal axes in each space; the rotation maps one set of axes to the other. Differences: the
+//! translation maps the points' mean in one space to that in the other, and the largest remaining error is returned.
 
 use glam::{Mat3, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use osp::math::{COORDINATE_LIMIT_M, rotate};
 
-/// The room's space from the tracker's: rotate, then translate.
+/// Room from tracker: rotate, then translate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RoomFromTracker {
-    /// The tracker's origin in the room, metres.
+    /// The tracker's origin in room space, metres.
     pub p: Vec3,
-    /// Unit quaternion, x y z w.
+    /// The rotation, a unit quaternion, x y z w.
     pub q: Quat,
 }
 
@@ -25,14 +26,14 @@ impl Default for RoomFromTracker {
     }
 }
 
-/// Result of three measured points.
+/// A transform computed from three points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
     /// The transform.
     pub room_from_tracker: RoomFromTracker,
-    /// Farthest that a point lies from its place, metres.
+    /// Largest distance between a transformed point and the measured one in the room, metres.
     pub error_m: f32,
-    /// Distances in the tracker's space divided by those in the room: 1 if both measure in metres.
+    /// Distances in tracker space divided by distances in room space: 1 if both are in metres.
     pub scale: f32,
 }
 
@@ -48,20 +49,20 @@ impl RoomFromTracker {
         if (self.q.length() - 1.0).abs() < 1.0e-3 { Ok(()) } else { Err("a unit quaternion") }
     }
 
-    /// A point in the room.
+    /// Transforms a point from tracker space to room space.
     pub fn point(&self, p: Vec3) -> Vec3 {
         if self.is_identity() { p } else { rotate(self.q, p) + self.p }
     }
 
-    /// A turn in the room.
+    /// Transforms a rotation from tracker space to room space.
     pub fn turn(&self, tracker_from_it: Quat) -> Quat {
         if self.is_identity() { tracker_from_it } else { (self.q * tracker_from_it).normalize() }
     }
 
-    /// The transform that takes three points of the tracker's space to their places in the room.
+    /// The transform that maps three points in tracker space to the same points in room space.
     ///
     /// # Errors
-    /// Error of the points: two are at one place, or all three on a line.
+    /// Two of the points coincide, or all three are collinear.
     pub fn from_points(in_tracker: [Vec3; 3], in_room: [Vec3; 3]) -> Result<Calibration, &'static str> {
         let from = axes(in_tracker).ok_or("three points that are apart and not on a line")?;
         let to = axes(in_room).ok_or("three places that are apart and not on a line")?;
@@ -78,9 +79,9 @@ impl RoomFromTracker {
     }
 }
 
-/// Right-angled axes of three points; `None` if they have no area.
+/// Orthonormal axes defined by three points; `None` if the points are collinear.
 fn axes([a, b, c]: [Vec3; 3]) -> Option<Mat3> {
-    /// Sine of the least angle between the sides.
+    /// Sine of the smallest accepted angle between two sides.
     const FLAT: f32 = 1.0e-2;
     let x = (b - a).try_normalize()?;
     let across = x.cross((c - a).try_normalize()?);

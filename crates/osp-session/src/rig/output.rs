@@ -1,4 +1,4 @@
-//! Outputs of a rig's screens: monitors, and parts of them.
+//! Outputs of a rig's screens: monitors, and parts of monitors.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,21 +7,21 @@ use super::{Eye, Stereo};
 /// The eyes whose pictures an output shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Eyes {
-    /// Both, in the form of [`Stereo`].
+    /// Both eyes, arranged by [`Stereo`].
     #[default]
     Both,
-    /// The left one's alone.
+    /// The left eye only.
     Left,
-    /// The right one's alone.
+    /// The right eye only.
     Right,
 }
 
-/// A part of a monitor: left and upper side, width, height, as parts of the monitor's width and height.
+/// A part of a monitor: left, top, width and height, as fractions of the monitor's width and height.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Viewport(pub f32, pub f32, pub f32, pub f32);
 
 impl Viewport {
-    /// All of the monitor.
+    /// The whole monitor.
     pub const WHOLE: Self = Self(0.0, 0.0, 1.0, 1.0);
 
     fn whole() -> Self {
@@ -33,14 +33,14 @@ impl Viewport {
     }
 
     fn is_on_monitor(self) -> bool {
-        /// The sum of a third and two thirds may slightly exceed one.
+        /// Tolerance, because the sum of a third and two thirds may slightly exceed one.
         const ROUNDING: f32 = 1.0e-4;
         let Self(x, y, width, height) = self;
         let inside = |from: f32, size: f32| from >= 0.0 && size > 0.0 && from + size <= 1.0 + ROUNDING;
         inside(x, width) && inside(y, height)
     }
 
-    /// The part that is `from` to `to` of this one (0 to 1, y up).
+    /// The part from `from` to `to` of this viewport (fractions 0 to 1, y up).
     pub fn part(self, from: [f32; 2], to: [f32; 2]) -> Self {
         let Self(x, y, width, height) = self;
         Self(
@@ -62,16 +62,16 @@ impl Viewport {
     }
 }
 
-/// Output of a screen's picture.
+/// A place where a screen's picture is shown.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Output {
-    /// The monitor: its name in the system, or its number from 1 (from left to right, then from top to bottom).
+    /// The monitor: its name in the system, or its number from 1 (ordered from left to right, then from top to bottom).
     pub monitor: String,
-    /// The part of it that shows the screen.
+    /// The part of the monitor that shows the screen.
     #[serde(default = "Viewport::whole", skip_serializing_if = "Viewport::is_whole")]
     pub viewport: Viewport,
-    /// The eyes whose pictures it shows.
+    /// The eyes whose pictures the output shows.
     #[serde(default, skip_serializing_if = "is_both")]
     pub eyes: Eyes,
 }
@@ -81,7 +81,7 @@ fn is_both(eyes: &Eyes) -> bool {
 }
 
 impl Output {
-    /// Whether it shows an eye's picture.
+    /// Whether the output shows an eye's picture.
     pub fn shows(&self, eye: Eye) -> bool {
         match self.eyes {
             Eyes::Both => true,
@@ -90,19 +90,19 @@ impl Output {
         }
     }
 
-    /// The part of the monitor that an eye's picture has.
+    /// The part of the monitor that shows an eye's picture.
     pub fn place_of(&self, stereo: Stereo, eye: Eye) -> Viewport {
         match self.eyes {
             Eyes::Both => {
                 let (from, to) = stereo.part_of(eye);
                 self.viewport.part(from, to)
             }
-            // Alone it has all of it.
+            // A single eye has the whole viewport.
             Eyes::Left | Eyes::Right => self.viewport,
         }
     }
 
-    /// Checks the outputs of a rig's screens (screen, output); the error is the expected form.
+    /// Checks the outputs of a rig's screens (screen name, output); the error is the expected form.
     pub(super) fn check(outputs: &[(&str, &Self)], stereo: Stereo) -> Result<(), String> {
         for (i, (screen, output)) in outputs.iter().enumerate() {
             let expected = if output.monitor.trim().is_empty() {
@@ -118,7 +118,7 @@ impl Output {
                     other.monitor == output.monitor && other.viewport.overlaps(output.viewport)
                 };
                 match outputs[..i].iter().find(same) {
-                    // Anaglyphs are made of two pictures at one place.
+                    // An anaglyph needs two pictures in the same place.
                     Some((other, _)) => {
                         return Err(format!(
                             "outputs that do not overlap: `{screen}` and `{other}` share a part of monitor `{}`",

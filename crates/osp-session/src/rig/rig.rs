@@ -1,8 +1,7 @@
 //! Screens around a tracked head: Robert Kooima, "Generalized Perspective Projection", 2009.
 //!
-//! A screen is a rectangle in the room, given by three of its corners. The view of an eye through it is the pyramid
-//! from the eye to the rectangle. The pyramid's axis is perpendicular to the screen's plane and need not meet the
-//! rectangle.
+//! A screen is a rectangle in the room, defined by three of its corners. The frustum of an eye is the pyramid from the
+//! eye to the rectangle. The frustum's axis is perpendicular to the screen's plane and need not meet the rectangle.
 //!
 //! Differences from the paper: the projection is stored as the tangents of [`Projection`], not as a matrix; the
 //! frustum and the clip matrix follow from them. An eye on or behind the screen's plane gives no view.
@@ -18,13 +17,14 @@ use crate::small_file::read_text;
 use osp::math::{COORDINATE_LIMIT_M, rotate};
 use osp::view::{Projection, View};
 
-/// Most screens of a rig: a room has six walls, a tiled one a few more.
+/// Largest number of screens of a rig: a room has six walls, a tiled display a few more screens.
 pub(super) const MAX_SCREENS: usize = 16;
-/// Largest file of a rig that is read: a screen takes a few lines.
+/// Largest rig file that is read, bytes; a screen takes a few lines.
 const MOST_BYTES: u64 = 1 << 20;
-/// An eye nearer to a screen's plane than this, metres, sees nothing on it: the pyramid would be flat.
+/// Smallest distance of an eye from a screen's plane, metres. A nearer eye has no view, because its frustum would be
+/// flat.
 const NEAREST_EYE_M: f32 = 1.0e-3;
-/// Cosine of the angle between a screen's sides that still counts as square.
+/// Largest cosine of the angle between a screen's sides that still counts as a right angle.
 const SQUARE: f32 = 1.0e-3;
 
 /// Error of a rig.
@@ -38,7 +38,7 @@ pub enum RigError {
         /// Message of the system.
         cause: std::io::Error,
     },
-    /// No shipped rig has this name, and there is no such file.
+    /// No shipped rig has this name, and no such file exists.
     #[error("no rig is called `{0}`, and there is no such file: expected {shipped} or a file that describes a rig", shipped = Rig::shipped().collect::<Vec<_>>().join(", "))]
     Unknown(String),
     /// The text is not a rig.
@@ -48,32 +48,32 @@ pub enum RigError {
         path: String,
         /// The line, from 1.
         line: usize,
-        /// Faulty contents there.
+        /// The error at this line.
         found: String,
     },
-    /// A number or name is wrong.
+    /// A number or name is invalid.
     #[error("{place}: expected {expected}")]
     Invalid {
-        /// The file, or the rig by its name.
+        /// The file, or the name of the rig.
         place: String,
         /// Expected form.
         expected: String,
     },
 }
 
-/// A rectangle that shows the world, in the room's space, metres.
+/// A rectangle on which the world is shown, room space, metres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Screen {
-    /// Its name.
+    /// The screen's name.
     pub name: String,
-    /// As seen from in front of it.
+    /// Lower left corner, seen from the front.
     pub lower_left: Vec3,
-    /// As seen from in front of it.
+    /// Lower right corner, seen from the front.
     pub lower_right: Vec3,
-    /// As seen from in front of it.
+    /// Upper left corner, seen from the front.
     pub upper_left: Vec3,
-    /// Outputs of its picture; with none, the window shows it beside the others.
+    /// Outputs of the screen's picture; without outputs, the window shows it beside the other screens.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub outputs: Vec<Output>,
 }
@@ -84,26 +84,26 @@ impl Screen {
         self.lower_left.distance(self.lower_right) / self.lower_left.distance(self.upper_left)
     }
 
-    /// From the lower left corner to the lower right one, and to the upper left one, in the room's space.
+    /// The vectors from the lower left corner to the lower right and to the upper left corner, room space.
     pub fn sides(&self) -> (Vec3, Vec3) {
         (self.lower_right - self.lower_left, self.upper_left - self.lower_left)
     }
 
-    /// The direction in front of it, in the room's space.
+    /// The normal that points to the front of the screen, room space.
     pub fn towards_eye(&self) -> Vec3 {
         let (along, upwards) = self.sides();
         along.normalize_or_zero().cross(upwards.normalize_or_zero()).normalize_or_zero()
     }
 
-    /// The eye, in the room's space, moved to at least `least_m` metres in front of the screen's plane if it is nearer
-    /// or behind.
+    /// The eye, in room space. If it is behind the screen's plane or nearer than `least_m` metres, it is moved to this
+    /// distance in front of the plane.
     pub fn in_front(&self, eye: Vec3, least_m: f32) -> Vec3 {
         let towards_eye = self.towards_eye();
         let distance_m = (eye - self.lower_left).dot(towards_eye);
         if distance_m >= least_m { eye } else { eye + towards_eye * (least_m - distance_m) }
     }
 
-    /// The view of an eye through the screen, both in the room's space; `None` for an eye that is not in front of it.
+    /// The view of an eye through the screen, both in room space; `None` if the eye is not in front of the screen.
     pub fn view(&self, eye: Vec3, near_m: f32, far_m: f32) -> Option<View> {
         let (along, upwards) = self.sides();
         let (right, up) = (along.normalize_or_zero(), upwards.normalize_or_zero());
@@ -141,26 +141,26 @@ impl Screen {
     }
 }
 
-/// Screens around one tracked head. The room's space is the tracker's, unless `room_from_tracker` differs.
+/// Screens around one tracked head. Room space equals tracker space, unless `room_from_tracker` is set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rig {
-    /// Its name.
+    /// The rig's name.
     pub name: String,
     /// The screens.
     pub screens: Vec<Screen>,
-    /// Distance of the eyes, metres.
+    /// Distance between the eyes, metres.
     #[serde(default = "usual_eye_separation_m")]
     pub eye_separation_m: f32,
-    /// Form of the two pictures.
+    /// Arrangement of the pictures for the two eyes.
     #[serde(default)]
     pub stereo: Stereo,
-    /// Position of the head until a tracker sends one.
+    /// Position of the head until a tracker sends one, room space.
     pub head: Vec3,
-    /// Whether each eye gets the picture of the other one: for glasses or projectors the wrong way round.
+    /// Whether the eyes' pictures are exchanged, for glasses or projectors with the wrong orientation.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub swap_eyes: bool,
-    /// The tracker's space in the room.
+    /// Transform from tracker space to room space.
     #[serde(default, skip_serializing_if = "RoomFromTracker::is_identity")]
     pub room_from_tracker: RoomFromTracker,
 }
@@ -182,7 +182,7 @@ impl Rig {
         SHIPPED.iter().map(|(name, _)| *name)
     }
 
-    /// The shipped rig of this name, or the one in this file.
+    /// The shipped rig of this name, or the rig in this file.
     ///
     /// # Errors
     /// The file cannot be read or is not a rig.
@@ -197,10 +197,10 @@ impl Rig {
         Self::parse(&text, name_or_path)
     }
 
-    /// A rig from its text; `path` is what errors call it.
+    /// Parses a rig; `path` is the name of the text in errors.
     ///
     /// # Errors
-    /// The text is not a rig, or a number in it is wrong.
+    /// The text is not a rig, or a number in it is invalid.
     pub fn parse(text: &str, path: &str) -> Result<Self, RigError> {
         let rig: Self = ron::from_str(text).map_err(|error| RigError::Text {
             path: path.to_owned(),
@@ -251,22 +251,22 @@ impl Rig {
         Ok(())
     }
 
-    /// Whether its screens have windows of their own.
+    /// Whether the rig's screens are shown in separate windows.
     pub fn asks_for_windows(&self) -> bool {
         self.stereo == Stereo::Windows || self.screens.iter().any(|screen| !screen.outputs.is_empty())
     }
 
-    /// The rig with another form of its pictures for two eyes.
+    /// The rig with another arrangement of the pictures for two eyes.
     ///
     /// # Errors
-    /// Its outputs do not fit the form.
+    /// The rig's outputs do not fit the arrangement.
     pub fn with_stereo(self, stereo: Stereo) -> Result<Self, RigError> {
         let rig = Self { stereo, ..self };
         rig.check(&format!("rig `{}` with stereo {}", rig.name, stereo.name()))?;
         Ok(rig)
     }
 
-    /// Position of an eye in the room, for a head at this place.
+    /// Position of an eye, for a head at `head`; room space.
     pub fn eye_in_room(&self, eye: Eye, head: Vec3, room_from_head: Quat) -> Vec3 {
         let sideways = match eye {
             Eye::Left => -0.5,

@@ -4,22 +4,23 @@ use super::Rig;
 use osp::math::{rotate, unit};
 use osp::view::View;
 
-/// Place of a rig's room in the world. It is only ever turned about +y, so that its floor stays level.
+/// The transform between a rig's room and the world. Its rotation is always about +y, so that the floor is horizontal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoomPlace {
     head_in_room: Vec3,
     head_in_world: Vec3,
-    /// Half of the turn about +y: its sine and cosine.
+    /// Sine and cosine of half the rotation angle about +y.
     half_turn: (f32, f32),
 }
 
 impl RoomPlace {
-    /// The place at which the rig's place for the head is at `eye_in_world`, and its front where this eye looks.
+    /// The transform that puts the rig's head position at `eye_in_world`, and the room's front in the direction of
+    /// view.
     pub fn around(rig: &Rig, eye_in_world: Vec3, world_from_view: Quat) -> Self {
         let back = rotate(world_from_view, Vec3::Z);
         let level_m = (back.x * back.x + back.z * back.z).sqrt();
-        // The turn about +y that takes +z to `back`, by the formulas for half an angle: the same bits on every machine. An eye
-        // that looks straight up or down has no direction of its own.
+        // The rotation about +y that maps +z to `back`, by half-angle formulas, which give the same bits on every
+        // machine. An eye that looks straight up or down has no horizontal direction.
         let (sine, cosine) = if level_m > 0.0 { (back.x / level_m, back.z / level_m) } else { (0.0, 1.0) };
         let half_cosine = ((1.0 + cosine) * 0.5).max(0.0).sqrt();
         let half_sine = ((1.0 - cosine) * 0.5).max(0.0).sqrt().copysign(sine);
@@ -27,7 +28,7 @@ impl RoomPlace {
         Self { head_in_room: rig.head, head_in_world: eye_in_world, half_turn }
     }
 
-    /// A turn about +y by this half turn, after another turn.
+    /// The rotation `q`, followed by a rotation about +y with this half angle.
     fn turn((sine, cosine): (f32, f32), q: Quat) -> Quat {
         unit(Quat::from_xyzw(
             cosine * q.x + sine * q.z,
@@ -41,27 +42,27 @@ impl RoomPlace {
         (-self.half_turn.0, self.half_turn.1)
     }
 
-    /// A point of the room in the world.
+    /// Transforms a point from room space to world space.
     pub fn to_world(&self, p: Vec3) -> Vec3 {
         self.head_in_world + rotate(Self::turn(self.half_turn, Quat::IDENTITY), p - self.head_in_room)
     }
 
-    /// A turn in the room as one in the world.
+    /// Transforms a rotation from room space to world space.
     pub fn turn_to_world(&self, room_from_it: Quat) -> Quat {
         Self::turn(self.half_turn, room_from_it)
     }
 
-    /// A point of the world in the room.
+    /// Transforms a point from world space to room space.
     pub fn to_room(&self, p: Vec3) -> Vec3 {
         self.head_in_room + rotate(Self::turn(self.back(), Quat::IDENTITY), p - self.head_in_world)
     }
 
-    /// A turn in the world as one in the room.
+    /// Transforms a rotation from world space to room space.
     pub fn turn_to_room(&self, world_from_it: Quat) -> Quat {
         Self::turn(self.back(), world_from_it)
     }
 
-    /// A view in the room as one in the world.
+    /// Transforms a view from room space to world space.
     pub fn view_to_world(&self, view: View) -> View {
         View {
             eye_in_world: self.to_world(view.eye_in_world),
@@ -94,7 +95,7 @@ mod tests {
             assert!(place.to_room(place.to_world(p)).distance(p) < 1.0e-5);
             let back_and_forth = place.turn_to_world(place.turn_to_room(look));
             assert!(back_and_forth.dot(look).abs() > 1.0 - 1.0e-5);
-            // What is left of the look is the pitch.
+            // Only the pitch of the viewing direction remains.
             let seen = rotate(place.turn_to_room(look), Vec3::NEG_Z);
             assert!(seen.distance(rotate(Quat::from_rotation_x(pitch), Vec3::NEG_Z)) < 1.0e-5);
         }

@@ -1,37 +1,37 @@
-//! The two eyes, and the forms of their pictures.
+//! The two eyes, and the arrangements of their pictures.
 
 use serde::{Deserialize, Serialize};
 
-/// Form of the pictures for the two eyes.
+/// Arrangement of the pictures for the two eyes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Stereo {
-    /// One eye, between the two.
+    /// One picture, for an eye midway between the two.
     #[default]
     Mono,
-    /// The left eye's picture in the left half of the window, the right eye's in the right half: for passive
-    /// projectors with polarisers, or headsets that act as screens.
+    /// The left eye's picture in the left half of the window, the right eye's in the right half. For passive projectors
+    /// with polarisers, or headsets that act as screens.
     SideBySide,
-    /// The left eye's picture in the upper half of the window, the right eye's in the lower one.
+    /// The left eye's picture in the upper half of the window, the right eye's in the lower half.
     TopBottom,
-    /// Left in red, right in cyan, for coloured glasses at a desk.
+    /// The left eye's picture in red, the right eye's in cyan, for coloured glasses.
     Anaglyph,
-    /// A window for each screen and eye (a projector for each).
+    /// A window for each screen and eye (for example a projector for each).
     Windows,
 }
 
 /// An eye of the tracked head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Eye {
-    /// The left one.
+    /// The left eye.
     Left,
-    /// Between the two.
+    /// Midway between the two eyes.
     Middle,
-    /// The right one.
+    /// The right eye.
     Right,
 }
 
 impl Eye {
-    /// The other one of two.
+    /// The other eye of the two.
     pub fn other(self) -> Self {
         match self {
             Self::Left => Self::Right,
@@ -51,11 +51,11 @@ impl Eye {
 }
 
 impl Stereo {
-    /// All ways.
+    /// All arrangements.
     pub const ALL: &'static [Self] =
         &[Self::Mono, Self::SideBySide, Self::TopBottom, Self::Anaglyph, Self::Windows];
 
-    /// Its name on the command line.
+    /// The arrangement's name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Mono => "mono",
@@ -66,7 +66,7 @@ impl Stereo {
         }
     }
 
-    /// The eyes that are drawn.
+    /// The eyes for which pictures are drawn.
     pub fn eyes(self) -> &'static [Eye] {
         match self {
             Self::Mono => &[Eye::Middle],
@@ -74,7 +74,8 @@ impl Stereo {
         }
     }
 
-    /// The part of a screen's picture that an eye's picture has: the left lower and the right upper corner, 0 to 1, y up.
+    /// The part of a screen's picture that shows an eye's picture: the lower left and the upper right corner, 0 to 1, y
+    /// up.
     pub fn part_of(self, eye: Eye) -> ([f32; 2], [f32; 2]) {
         match (self, eye) {
             (Self::SideBySide, Eye::Left) => ([0.0, 0.0], [0.5, 1.0]),

@@ -1,4 +1,4 @@
-//! Authors of a scene: names, presence, and edits that each can undo.
+//! Authors of a scene: names, presence, and undoable edits.
 
 use super::{
     Scene,
@@ -7,7 +7,7 @@ use super::{
 use crate::recording::Author;
 use osp::polygon::Change;
 
-/// Red, green, blue, sRGB, in turn for authors without a colour of their own: neighbours differ clearly.
+/// Red, green, blue, sRGB, assigned in turn to authors without a chosen colour. Neighbouring colours differ clearly.
 const COLORS: [(f32, f32, f32); 8] = [
     (0.90, 0.35, 0.20),
     (0.20, 0.60, 0.90),
@@ -18,12 +18,12 @@ const COLORS: [(f32, f32, f32); 8] = [
     (0.10, 0.70, 0.70),
     (0.65, 0.55, 0.30),
 ];
-/// For strokes without an author: drawn before the first join, or in a window that continues a session of several
+/// Colour of strokes without an author: drawn before the first join, or in a window that continues a session of several
 /// authors.
 const NOBODY: (f32, f32, f32) = (0.6, 0.6, 0.6);
 
 impl Scene {
-    /// The colour that shows an author's work: red, green, blue, sRGB. It is the author's own, or else one of
+    /// The colour for an author's work: red, green, blue, sRGB. It is the author's chosen colour, or else one of
     /// [`COLORS`].
     pub fn author_color(&self, author: Author) -> (f32, f32, f32) {
         match self.author(author) {
@@ -33,27 +33,27 @@ impl Scene {
         }
     }
 
-    /// The authors that have joined, in their order. Empty for a recording that names none.
+    /// The authors who have joined, by number. Empty for a recording without authors.
     pub fn authors(&self) -> impl Iterator<Item = (Author, &AuthorInfo)> + '_ {
         self.authors.iter().filter_map(|(&author, state)| Some((author, state.info.as_ref()?)))
     }
 
-    /// An author that has joined.
+    /// The author of this number, if one has joined.
     pub fn author(&self, author: Author) -> Option<&AuthorInfo> {
         self.authors.get(&author)?.info.as_ref()
     }
 
-    /// Whether an author has something to undo.
+    /// Whether the author has an edit to undo.
     pub fn can_undo_of(&self, author: Author) -> bool {
         self.authors.get(&author).is_some_and(|state| state.history.can_undo())
     }
 
-    /// Whether an author has something to redo.
+    /// Whether the author has an edit to redo.
     pub fn can_redo_of(&self, author: Author) -> bool {
         self.authors.get(&author).is_some_and(|state| state.history.can_redo())
     }
 
-    /// Whether an author's next edit joins the step of the last one.
+    /// Whether the author's next edit will join the step of the last edit.
     pub fn is_step_open_of(&self, author: Author) -> bool {
         self.authors.get(&author).is_some_and(|state| state.history.is_step_open())
     }
@@ -62,7 +62,8 @@ impl Scene {
         self.authors.entry(author).or_default()
     }
 
-    /// Whether an author may send events: joined and not left, or the author of a recording that names none.
+    /// Whether an author may send events. Authors who have joined and not left may, and so may the sole author of a
+    /// recording without authors.
     #[inline]
     pub(super) fn is_there(&self, author: Author) -> bool {
         author.is_sole() || self.author(author).is_some_and(|info| info.left_secs.is_none())
@@ -88,7 +89,7 @@ impl Scene {
         state.info.as_mut().filter(|info| info.left_secs.is_none())?.left_secs = Some(t);
         for at in std::mem::take(&mut state.open) {
             if let Some(id) = self.strokes.get(at as usize).and_then(|stroke| stroke.id) {
-                // A stroke that no redo brings back has ended already.
+                // The stroke may have ended already, if it is undone and no redo restores it.
                 let _ = self.end(id, changes);
             }
         }

@@ -2,21 +2,22 @@ use glam::Vec3;
 
 use crate::recording::Transform;
 
-/// One step of an author's undo history. Strokes and groups are given by their place in the scene's lists.
+/// An edit in an author's undo history. Strokes and groups are indices of the scene's lists.
 #[derive(Clone, Debug)]
 pub(super) enum Edit {
     /// A stroke was drawn.
     Draw { stroke: u32 },
     /// A stroke was erased.
     Erase { stroke: u32 },
-    /// Strokes or a group were arranged: the place in the [log](super::log::Log), and the number of named strokes.
+    /// Strokes or a group were arranged: the arrangement's index in the [log](super::log::Log), and the number of
+    /// strokes that it lists.
     Arrange { at: u64, named: u32 },
-    /// Several edits that are one step, in their order.
+    /// Several edits that form one step, in order.
     Several(Vec<Edit>),
 }
 
 impl Edit {
-    /// Calls `each` for every single edit in it, in their order.
+    /// Calls `each` for every single edit, in order.
     pub(super) fn for_each(&self, each: &mut impl FnMut(&Self)) {
         match self {
             Self::Several(edits) => edits.iter().for_each(|edit| edit.for_each(each)),
@@ -24,7 +25,7 @@ impl Edit {
         }
     }
 
-    /// Number of strokes that it names.
+    /// Number of strokes that the edit lists.
     pub(super) fn named(&self) -> usize {
         match self {
             Self::Draw { .. } | Self::Erase { .. } => 0,
@@ -34,26 +35,27 @@ impl Edit {
     }
 }
 
-/// A stroke that an arrangement names.
+/// A stroke of an arrangement, with a value.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Named<T> {
     pub(super) stroke: u32,
     pub(super) of: T,
 }
 
-/// Motion of a stroke, in the space of its group, and its offset before.
+/// Translation of a stroke, in the space of its group, and its offset before.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way {
     pub(super) by: Vec3,
     pub(super) before: Vec3,
 }
 
-/// An edit that several authors can make at once, and the state before it. Lists are ascending by stroke.
+/// An edit of strokes or groups, and the state before it. Several authors can make such edits simultaneously. Lists are
+/// sorted by stroke.
 ///
-/// While it is active, its state before it (`before`) results from the base and all earlier active arrangements.
+/// While the arrangement is active, its `before` values result from the base and all earlier active arrangements.
 #[derive(Clone, Debug, Default)]
 pub(super) enum Arrangement {
-    /// No remaining effect.
+    /// No effect remains.
     #[default]
     Nothing,
     /// Strokes were moved.
@@ -62,28 +64,28 @@ pub(super) enum Arrangement {
     Group(Box<Grouping>),
     /// A group was placed.
     Place { group: usize, before: Transform, to: Transform },
-    /// Strokes went to a layer; with each stroke's layer before.
+    /// Strokes were assigned to a layer; the values are the strokes' former layers.
     Assign { layer: u32, strokes: Vec<Named<u32>> },
 }
 
-/// The group that a group hangs under, if any.
+/// The parent of a group, if any.
 pub(super) type Parent = Option<usize>;
 
-/// Strokes that became members of a group. The group may get a parent and a name, too.
+/// Strokes that became members of a group. The grouping may also set the group's parent and name.
 #[derive(Clone, Debug)]
 pub(super) struct Grouping {
     pub(super) group: usize,
-    /// The members, with the group that each was in before.
+    /// The members, with the group of each before.
     pub(super) members: Vec<Named<Option<usize>>>,
-    /// The group's parent, unless a later grouping has settled it; [`Hangings`](super::hanging::Hangings) stores the
+    /// The group's parent, unless a later grouping has made it final; [`Hangings`](super::hanging::Hangings) stores the
     /// effect.
     pub(super) hanging: Option<Parent>,
-    /// The names before and after, if it names the group.
+    /// The group's names before and after, if the grouping sets the name.
     pub(super) names: Option<[Option<String>; 2]>,
 }
 
 impl Arrangement {
-    /// Number of strokes that it names.
+    /// Number of strokes that the arrangement lists.
     pub(super) fn named(&self) -> u32 {
         (match self {
             Self::Nothing | Self::Place { .. } => 0,

@@ -1,4 +1,4 @@
-//! Edits of present strokes: erase, move, group, place.
+//! Edits of existing strokes: erase, move, group, place.
 
 use glam::Vec3;
 
@@ -15,9 +15,9 @@ use crate::{
 use osp::polygon::{Change, PolygonId, SpaceId};
 
 impl Scene {
-    /// Frees the strokes that were out of reach of undo and redo at the last call. So a receiver of the changes may
-    /// still query strokes that have gone since. Call it once a frame in long sessions, after the changes before the
-    /// last call have been processed.
+    /// Frees the strokes that were out of reach of undo and redo at the previous call. So receivers of changes may
+    /// still query strokes that became unreachable since then. Call it once a frame in long sessions, after all changes
+    /// from before the previous call have been processed.
     pub fn let_go(&mut self) {
         self.gone.swap(0, 1);
         let mut gone = std::mem::take(&mut self.gone[0]);
@@ -32,7 +32,7 @@ impl Scene {
             }
             self.strokes.release(at as usize);
         }
-        // One event may free a million strokes; later ones free few again.
+        // Frees the scratch memory, because one event may free a million strokes, and later events free few.
         gone.shrink_to(1024);
         self.gone[0] = gone;
         if self.stroke_by_id.len() * 4 < self.stroke_by_id.capacity() {
@@ -45,7 +45,8 @@ impl Scene {
         if !self.may_touch(author, self.strokes[at as usize].layer) {
             return None;
         }
-        // An author may erase what another has erased: the stroke stays erased if the other undoes that.
+        // An author may also erase a stroke that another author has erased. The stroke then stays erased if the other
+        // author undoes that.
         if self.strokes[at as usize].erasers > 0 && self.author_mut(author).erased.contains(&at) {
             return None;
         }
@@ -80,8 +81,8 @@ impl Scene {
         self.follow_visibility(at, was);
     }
 
-    /// Notes that a stroke has come or gone. The change is reported after all events of the frame: so a frame has no
-    /// more changes than polygons, however often it undoes and redoes a stroke.
+    /// Marks a stroke whose visibility may have changed. The change is reported after all events of the frame. So a
+    /// frame has at most as many changes as polygons, however often it undoes and redoes a stroke.
     pub(super) fn follow_visibility(&mut self, at: u32, was: bool) {
         let stroke = &mut self.strokes[at as usize];
         let is = stroke.is_visible();
@@ -101,7 +102,7 @@ impl Scene {
         }
     }
 
-    /// Reports the strokes that have come or gone in this frame.
+    /// Reports the strokes that became visible or invisible in this frame.
     pub(super) fn tell_of_visibility(&mut self, changes: &mut Vec<Change>) {
         let mut to_tell = std::mem::take(&mut self.to_tell);
         for Untold { stroke: at, was_visible, first_new } in to_tell.drain(..) {
@@ -116,7 +117,7 @@ impl Scene {
                     (false, false) => {}
                 }
             }
-            // Receivers have its polygons at the old place.
+            // Receivers have the polygons at their old position.
             if stroke.is_visible() && std::mem::take(&mut stroke.was_displaced_unseen) {
                 self.displace(at);
             }
@@ -125,8 +126,8 @@ impl Scene {
     }
 
     pub(super) fn move_strokes(&mut self, author: Author, ids: &[StrokeId], by: Vec3) -> Option<()> {
-        // Only in a group a motion depends on parents; otherwise earlier undo and redo are settled at the end of the
-        // frame.
+        // Only in a group does a move depend on parents. Otherwise earlier undo and redo are processed at the end of
+        // the frame.
         if ids.iter().any(|&id| self.stroke(id).is_some_and(|stroke| stroke.group.is_some())) {
             self.hangings.settle(&mut self.groups);
         }
@@ -142,8 +143,8 @@ impl Scene {
         Some(())
     }
 
-    /// The strokes with these numbers, ascending and each once, with the results of `of`. Strokes without a result and
-    /// strokes that the author may not touch are left out.
+    /// The results of `of` for the strokes with these numbers, sorted and without duplicates. Strokes without a result,
+    /// and strokes that the author may not edit, are left out.
     pub(super) fn named<T>(
         &self,
         author: Author,
@@ -168,7 +169,7 @@ impl Scene {
         }
     }
 
-    /// Marks a stroke as moved: its polygons are placed again after all events of the frame.
+    /// Marks a stroke as moved: its polygons are transformed again after all events of the frame.
     pub(super) fn displace(&mut self, at: u32) {
         if let Some(stroke) = self.strokes.get_mut(at as usize)
             && !std::mem::replace(&mut stroke.is_displaced, true)
@@ -178,8 +179,8 @@ impl Scene {
         }
     }
 
-    /// Recomputes the boxes of all strokes whose place in the world has changed, and reports the groups that have moved as a
-    /// whole.
+    /// Recomputes the boxes of all strokes whose position in the world has changed, and reports the groups that have
+    /// moved as a whole.
     pub(super) fn place_displaced(&mut self, changes: &mut Vec<Change>) {
         let mut to_place = std::mem::take(&mut self.to_place);
         let mut moved = std::mem::take(&mut self.moved_groups);

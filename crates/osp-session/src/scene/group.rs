@@ -5,41 +5,41 @@ use glam::{Quat, Vec3};
 use crate::recording::{GroupId, Transform};
 use osp::math::{Aabb, rotate};
 
-/// Longest chain of groups from a stroke to the world; deeper ones are refused, so a walk upwards always ends.
+/// Longest chain of groups from a stroke to the world. Longer chains are refused, so a walk to the root is short.
 pub(super) const MAX_GROUP_DEPTH: usize = 64;
 
-/// The transform that moves nothing.
+/// The identity transform.
 const IDENTITY: Transform = Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0 };
 
-/// A group: a transform from its own space to its parent's, or the world's.
+/// A group: a transform from its own space to its parent's space, or to world space.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
     id: GroupId,
     name: Option<String>,
     parent: Option<usize>,
     to: Transform,
-    /// Its own members, by their place in the scene's list.
+    /// The group's own members, as indices of the scene's list of strokes.
     strokes: BTreeSet<u32>,
     children: BTreeSet<usize>,
     /// Number of children of each height.
     heights: BTreeMap<usize, u32>,
-    /// It was placed or got another parent, and its strokes have not been updated yet.
+    /// Whether the group was placed or got another parent, and its strokes have not been updated yet.
     has_moved: bool,
-    /// The frame in which it last moved, if that is kept.
+    /// The frame in which the group last moved, if groups may move as a whole.
     pub(super) moved_in: Option<u64>,
-    /// It moves as a whole now: the boxes of its own strokes' polygons are kept in its space.
+    /// Whether the group moves as a whole: the boxes of its own strokes' polygons are stored in its space.
     pub(super) is_whole: bool,
-    /// Box of all polygons that were in it while it moved as a whole, its own space.
+    /// Box of all polygons that were in the group while it moved as a whole, in the group's space.
     pub(super) reach: Aabb,
     /// Scratch of [`Groups::take_moved`].
     is_walked: bool,
-    /// Extent of its own strokes (in its own space, if it moves as a whole), and with all groups below, at the last
-    /// refresh.
+    /// Extent, at the last refresh, of the group's own strokes (in its own space, if it moves as a whole), and of its
+    /// whole subtree.
     own: Extent,
     whole: Extent,
-    /// `own` is out of date.
+    /// Whether `own` is out of date.
     is_own_stale: bool,
-    /// `whole` is out of date; so is that of every group above.
+    /// Whether `whole` is out of date; that of every ancestor is then out of date, too.
     is_stale: bool,
 }
 
@@ -48,7 +48,7 @@ pub(super) struct Group {
 pub(super) struct Extent {
     pub(super) strokes: u64,
     pub(super) polygons: u64,
-    /// World space, or that of a group that moves as a whole.
+    /// World space, or the space of a group that moves as a whole.
     pub(super) bounds: Aabb,
 }
 
@@ -63,7 +63,7 @@ impl Extent {
 }
 
 impl Group {
-    /// Length of the longest chain of groups from below up to this one, inclusive.
+    /// Height of the group's subtree: length of the longest chain of groups from below up to this group, inclusive.
     fn height(&self) -> usize {
         1 + self.heights.last_key_value().map_or(0, |(&height, _)| height)
     }
@@ -82,7 +82,7 @@ pub(super) struct Groups {
 }
 
 impl Groups {
-    /// Box of all polygons that were in a group while it moved as a whole, its own space.
+    /// Box of all polygons that were in a group while it moved as a whole, in the group's space.
     pub(super) fn reach(&self, group: usize) -> Aabb {
         self.groups[group].reach
     }
@@ -116,7 +116,7 @@ impl Groups {
         self.groups[group].name.as_deref()
     }
 
-    /// Gives a group a name; returns the former one.
+    /// Sets a group's name; returns the former name.
     pub(super) fn set_name(&mut self, group: usize, name: Option<String>) -> Option<String> {
         std::mem::replace(&mut self.groups[group].name, name)
     }
@@ -126,7 +126,7 @@ impl Groups {
         self.groups[group].children.iter().copied()
     }
 
-    /// The children of a group, or the groups without a parent, in the order in which they were made.
+    /// The children of a group, or the groups without a parent, by order of creation.
     pub(super) fn below(&self, group: Option<usize>) -> Vec<usize> {
         match group {
             Some(group) => self.groups[group].children.iter().copied().collect(),
@@ -143,12 +143,12 @@ impl Groups {
         self.groups[group].strokes.iter().copied()
     }
 
-    /// Contents of a group and the groups below it, at the last call of [`Groups::refresh`].
+    /// Extent of a group's subtree at the last call of [`Groups::refresh`].
     pub(super) fn whole(&self, group: usize) -> Extent {
         self.groups[group].whole
     }
 
-    /// Notes that a group's own strokes have changed. Stops at a group that is marked already.
+    /// Marks a group whose own strokes have changed, and its ancestors up to the first one that is already marked.
     pub(super) fn note_changed(&mut self, group: Option<usize>) {
         if let Some(group) = group {
             self.groups[group].is_own_stale = true;
@@ -164,10 +164,10 @@ impl Groups {
         }
     }
 
-    /// Updates all changes since the last call; `extent` returns the extent of a stroke. The cost grows with the
-    /// strokes of the changed groups and with the groups above them.
+    /// Recomputes the extents that changed since the last call; `extent` returns the extent of a stroke. The cost grows
+    /// with the number of strokes of the changed groups and with the number of their ancestors.
     pub(super) fn refresh(&mut self, extent: impl Fn(u32) -> Extent) {
-        // Parents come before children; no group below an up-to-date one is stale.
+        // Parents come before children. No descendant of an up-to-date group is stale.
         let mut stale: Vec<usize> = (0..self.groups.len())
             .filter(|&at| self.groups[at].parent.is_none() && self.groups[at].is_stale)
             .collect();
@@ -194,13 +194,13 @@ impl Groups {
         }
     }
 
-    /// Groups visited so far, to find depths and the strokes that a change concerns.
+    /// Number of groups visited so far to find depths and the strokes that a change affects.
     pub(super) fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Whether a group (or the next new one) can hang under `parent`: not below itself, and in no chain that is too
-    /// long.
+    /// Whether a group (or, if `known` is `None`, a new one) can get the parent `parent`: without a cycle and without a
+    /// chain that is too long.
     fn can_hang(&mut self, known: Option<usize>, parent: Option<usize>) -> bool {
         let height = known.map_or(1, |at| self.groups[at].height());
         let (mut depth, mut above) = (0, parent);
@@ -215,7 +215,7 @@ impl Groups {
         true
     }
 
-    /// Hangs a group under another one, or under none, if it can; returns whether it could.
+    /// Sets a group's parent, if possible; returns whether it was.
     pub(super) fn try_hang(&mut self, group: usize, parent: Option<usize>) -> bool {
         let can = self.groups[group].parent == parent || self.can_hang(Some(group), parent);
         if can {
@@ -224,8 +224,8 @@ impl Groups {
         can
     }
 
-    /// The group with this number, made if it does not exist and can hang under `parent`: not below itself, and in no
-    /// chain that is too long.
+    /// The group with this number. If it does not exist, it is created. `None` if it cannot get the parent `parent`,
+    /// because of a cycle or a chain that is too long.
     pub(super) fn find_or_make(&mut self, id: GroupId, parent: Option<usize>) -> Option<usize> {
         let known = self.find(id);
         if !self.can_hang(known, parent) {
@@ -280,7 +280,8 @@ impl Groups {
         self.note_moved(group);
     }
 
-    /// Updates heights: a child of `group` had the height `was` (if it was one) and has `is` (if it is one).
+    /// Updates heights after a child of `group` has changed from height `was` to height `is`. `None` means that it was
+    /// or is not a child.
     fn follow_height(&mut self, mut group: usize, mut was: Option<usize>, mut is: Option<usize>) {
         loop {
             self.steps += 1;
@@ -320,7 +321,7 @@ impl Groups {
     }
 
     /// Calls `moved` once for every group that was placed or got another parent since the last call, and for every
-    /// group below.
+    /// descendant.
     pub(super) fn take_moved(&mut self, mut moved: impl FnMut(usize)) {
         if self.moved.is_empty() {
             return;
@@ -331,7 +332,7 @@ impl Groups {
         while let Some(&number) = walk.get(at) {
             at += 1;
             let group = &mut self.groups[number];
-            // Its parent has moved, too, and has reported it.
+            // An ancestor has moved, too, and has already reported this group.
             if std::mem::replace(&mut group.is_walked, true) {
                 continue;
             }
@@ -345,7 +346,7 @@ impl Groups {
         self.walk = walk;
     }
 
-    /// Fills `chain` with the transforms that bring a point of a group into world space, in this order.
+    /// Fills `chain` with the transforms from a group's space to world space, in order of application.
     pub(super) fn chain(&self, mut group: Option<usize>, chain: &mut Vec<Transform>) {
         chain.clear();
         while let Some(at) = group {
@@ -357,7 +358,7 @@ impl Groups {
         }
     }
 
-    /// A point of a group in world space.
+    /// Transforms a point from a group's space to world space.
     pub(super) fn to_world(&self, mut group: Option<usize>, mut p: Vec3) -> Vec3 {
         while let Some(at) = group {
             let Group { to, parent, .. } = &self.groups[at];
@@ -369,7 +370,7 @@ impl Groups {
         p
     }
 
-    /// Scale from a group to world space.
+    /// Scale factor from a group's space to world space.
     pub(super) fn scale_to_world(&self, mut group: Option<usize>) -> f32 {
         let mut scale = 1.0;
         while let Some(at) = group {
@@ -380,8 +381,8 @@ impl Groups {
         scale
     }
 
-    /// A vector of world space in a group's space: rotated and scaled by the inverse. `None` if the group's scale is
-    /// 0, or too small for `f32`.
+    /// Transforms a vector from world space to a group's space. `None` if the group's scale is 0, or too small for
+    /// `f32`.
     pub(super) fn way_from_world(&self, group: Option<usize>, by: Vec3) -> Option<Vec3> {
         let mut chain = Vec::new();
         self.chain(group, &mut chain);
@@ -390,7 +391,7 @@ impl Groups {
     }
 }
 
-/// A point mapped by a transform.
+/// Transforms a point.
 pub(super) fn apply(to: &Transform, p: Vec3) -> Vec3 {
     rotate(to.q, p * to.s) + to.p
 }

@@ -1,15 +1,16 @@
-//! The parent of each group after every grouping that undo can reach, and the changes when a grouping is undone or redone.
+//! The parent of each group after every undoable grouping, and the changes when a grouping is undone or redone.
 //!
-//! All active groupings apply in order. One that would close a cycle or make a chain too long has no effect. So the outcome of a
-//! grouping depends on the earlier ones, and undoing one may change the outcome of any later one. [`Hangings::settle`] walks
-//! through time from that grouping on. It compares two timelines: the old one, which is stored, and the new one.
-//! It follows three kinds of groups:
+//! All active groupings apply in order. A grouping that would close a cycle or make a chain too long has no effect. So
+//! the effect of a grouping depends on earlier ones, and undoing a grouping may change the effect of any later one.
+//! [`Hangings::settle`] visits the later groupings in order of time. It compares two timelines: the old one, which is
+//! stored, and the new one. It follows three kinds of groups:
 //! * A group *differs* if its parents on the two timelines differ.
 //! * A group is *reached* if it differs or descends from one that differs. Only reached groups may have other ancestors.
-//! * A group is *above* one that differs if it is its ancestor on either timeline. The height of its subtree may change.
+//! * A group is *above* if it is an ancestor of a group that differs, on either timeline. The height of its subtree may
+//!   change.
 //!
-//! Only groupings under a reached group, or of a group above one that differs, may have another outcome. The walk skips all
-//! others. Once no group differs, it continues at the next edit, or ends.
+//! Only groupings whose parent or group is reached, or whose group is above, may have another effect. The walk skips
+//! all others. Once no group differs, it continues at the next edit, or ends.
 
 mod scratch;
 mod time;
@@ -24,19 +25,19 @@ use super::{group::Groups, log::Turn};
 use scratch::Scratch;
 use time::{END, Time, base_time, constant_time, place_at, time_of};
 
-/// The timeline of one group and of its children. The first two maps are empty for a group without groupings: its parent is
-/// constant.
+/// The timeline of one group and of its children. The first two maps are empty for a group without groupings, because
+/// its parent is constant.
 #[derive(Clone, Debug, Default)]
 struct Line {
-    /// The parent from a time on: the base parent, then the parents by groupings with an effect.
+    /// The parent from each time on: the base parent, then the parents set by groupings with an effect.
     held: BTreeMap<Time, Option<usize>>,
-    /// The parents by groupings without effect.
+    /// The parents requested by groupings without effect.
     refused: BTreeMap<Time, usize>,
-    /// The groups put under it, with effect or without.
+    /// The groups whose groupings name this group as parent, with effect or without.
     toward: BTreeMap<Time, usize>,
-    /// Number of times that `toward` has each group.
+    /// Number of entries of `toward` for each group.
     from: BTreeMap<usize, u32>,
-    /// Scratch: number of a walk, and the parent found by it, valid until this time.
+    /// Scratch: number of a walk, and the parent found in it, which is valid until this time.
     known: (u64, Time, Option<usize>),
 }
 
@@ -45,7 +46,7 @@ impl Line {
         self.held.is_empty() && self.refused.is_empty()
     }
 
-    /// Whether only the base parent is left, without any grouping.
+    /// Whether only the base parent remains, without any grouping.
     fn is_base_only(&self) -> bool {
         self.held.len() + self.refused.len() == 1
     }
@@ -58,32 +59,33 @@ impl Line {
 /// See the [module](self).
 #[derive(Clone, Debug, Default)]
 pub(super) struct Hangings {
-    /// By group.
+    /// The timelines by group.
     lines: Vec<Option<Box<Line>>>,
-    /// Active groupings that set a parent.
+    /// Number of active groupings that set a parent.
     count: usize,
-    /// The places of those that have no effect, or change the parent.
+    /// Log indices of the active groupings that have no effect, or that change the parent.
     significant: BTreeSet<u64>,
     /// Entries of the stored timeline that are no longer valid: from this time on, the group had this parent.
     outdated: BTreeMap<Time, (usize, Option<usize>)>,
     /// Groupings redone since the last walk.
     fresh: BTreeMap<Time, usize>,
-    /// The parents that groupings replaced, where the entry before them now differs. Empty unless something is outdated.
+    /// The parents that groupings replaced, if they differ from the preceding entry. Empty unless some entry is
+    /// outdated.
     found: BTreeMap<Time, Option<usize>>,
-    /// Too much is outdated to be listed: the next walk rebuilds all parents.
+    /// Whether too many entries are outdated to list them; the next walk then rebuilds all parents.
     is_all_outdated: bool,
     /// Groups of the groupings that were undone since the last walk.
     let_go: Vec<usize>,
-    /// [`Hangings::settle`] has to run before a parent is read.
+    /// Whether [`Hangings::settle`] must run before a parent is read.
     is_due: bool,
-    /// The number of the walk.
+    /// Number of the current walk.
     walk: u64,
     steps: u64,
     scratch: Scratch,
 }
 
 impl Hangings {
-    /// Groups and groupings looked at so far.
+    /// Number of groups and groupings visited so far.
     pub(super) fn steps(&self) -> u64 {
         self.steps
     }
@@ -128,7 +130,8 @@ impl Hangings {
         }
     }
 
-    /// Adds a grouping. `now` is the group's parent; it becomes the base parent if the group has no grouping yet.
+    /// Adds a grouping. `now` is the group's current parent; it becomes the base parent if the group has no grouping
+    /// yet.
     fn insert(&mut self, time: Time, group: usize, parent: Option<usize>, holds: bool, now: Option<usize>) {
         let line = self.line_mut(group);
         if line.is_constant() {
@@ -162,7 +165,7 @@ impl Hangings {
         held
     }
 
-    /// The parent that undoing a grouping restores, or that redoing it replaces. `now` is the group's present parent.
+    /// The parent that undoing a grouping restores, or that redoing it replaces. `now` is the group's current parent.
     fn found(&self, time: Time, group: usize, now: Option<usize>, turn: Turn) -> Option<usize> {
         let Some(line) = self.line(group).filter(|line| !line.is_constant()) else { return now };
         let finder = match turn {
@@ -175,7 +178,7 @@ impl Hangings {
         finder.map_or(now, |time| self.found.get(&time).copied().unwrap_or_else(|| line.before(time)))
     }
 
-    /// Makes the present parent of a group constant, if no grouping of the group is left.
+    /// Makes the current parent of a group constant, if the group has no grouping left.
     fn make_constant(&mut self, groups: &Groups, group: usize) {
         let Some(line) =
             self.lines.get_mut(group).and_then(Option::as_mut).filter(|line| line.is_base_only())
@@ -185,14 +188,14 @@ impl Hangings {
         let Some((time, base)) = line.held.pop_first() else { return };
         self.forget_toward(base, time, group);
         self.drop_if_empty(group);
-        // From now on its parent precedes all base parents.
+        // From now on its parent precedes all base parents on the timeline.
         if groups.parent(group) != base || self.outdated.contains_key(&time) {
             self.outdated.entry(time).or_insert((group, base));
             self.outdated.entry(constant_time(group)).or_insert((group, None));
         }
     }
 
-    /// Appends a new grouping, which has moved the group from `before` to `parent`.
+    /// Appends a new grouping, which has changed the group's parent from `before` to `parent`.
     pub(super) fn add(&mut self, place: u64, group: usize, before: Option<usize>, parent: Option<usize>) {
         self.insert(time_of(place), group, parent, true, before);
         if before != parent {
@@ -200,7 +203,7 @@ impl Hangings {
         }
     }
 
-    /// Whether nothing is outdated.
+    /// Whether no entry is outdated.
     fn is_as_kept(&self) -> bool {
         self.outdated.is_empty() && !self.is_all_outdated
     }
@@ -210,7 +213,7 @@ impl Hangings {
         self.line(group).is_some_and(|line| line.held.contains_key(&time_of(place)))
     }
 
-    /// Whether a later grouping depends on what this one does.
+    /// Whether a later grouping depends on the effect of this grouping.
     fn is_depended_on(&self, place: u64, group: usize) -> bool {
         let later = (Excluded(time_of(place)), Unbounded);
         self.significant.last().is_some_and(|&last| last > place)
@@ -219,8 +222,8 @@ impl Hangings {
             })
     }
 
-    /// Undoes or redoes a grouping. If no later one depends on it, the group gets its parent at once. Otherwise
-    /// [`Hangings::settle`] updates all that depends on it: one walk for all undo and redo of a frame.
+    /// Undoes or redoes a grouping. If no later grouping depends on it, the group's parent is set at once. Otherwise
+    /// [`Hangings::settle`] updates all dependent groupings in one walk for all undo and redo of a frame.
     pub(super) fn turn(
         &mut self,
         groups: &mut Groups,
@@ -237,7 +240,7 @@ impl Hangings {
                 let holds = before == parent || groups.try_hang(group, parent);
                 self.insert(time, group, parent, holds, now);
                 if !holds && !self.is_as_kept() {
-                    // It is refused by a state that the kept timeline does not lead to.
+                    // The current state refuses the grouping, but the stored timeline does not lead to this state.
                     self.fresh.insert(time, group);
                 }
                 if before != parent {
@@ -254,7 +257,7 @@ impl Hangings {
                 return;
             }
         }
-        // Entries that were outdated before this turn are settled with it at once.
+        // Entries that were outdated before this change are then processed in the same walk.
         let is_pure = self.is_due || self.is_as_kept();
         self.is_due = true;
         match turn {
@@ -276,15 +279,15 @@ impl Hangings {
         }
     }
 
-    /// Removes an active grouping that undo no longer reaches. If it has an effect, its parent becomes the base parent, and the
-    /// earlier groupings of the group are dropped. Other groups change only at the next walk.
+    /// Removes an active grouping that undo no longer reaches. If the grouping has an effect, its parent becomes the
+    /// base parent, and the group's earlier groupings are dropped. Other groups change only in the next walk.
     pub(super) fn forget(&mut self, groups: &Groups, place: u64, group: usize, parent: Option<usize>) {
         let time = time_of(place);
         if !self.remove(time, group, parent) {
             self.make_constant(groups, group);
             return;
         }
-        // If no earlier grouping is significant, nothing becomes outdated.
+        // If no earlier grouping is significant, no entry becomes outdated.
         let is_first = self.is_as_kept() && self.significant.first().is_none_or(|&first| first > place);
         let line = self.line_mut(group);
         let after = line.held.split_off(&time);
@@ -350,7 +353,7 @@ impl Hangings {
                 to_hang.push((group, parent));
             }
         }
-        // All are detached first, so that no cycle arises in between.
+        // All groups are detached first, so that no intermediate state has a cycle.
         to_hang.iter().for_each(|&(group, _)| groups.hang(group, None));
         to_hang.iter().for_each(|&(group, parent)| groups.hang(group, parent));
     }
@@ -380,7 +383,7 @@ impl Hangings {
             line.refused.remove(&time);
             line.held.insert(time, parent);
         } else if place_at(time).is_none() {
-            // A base parent that is refused: the group has none before all groupings.
+            // The base parent is refused, so the group has no parent before all groupings.
             line.held.insert(time, None);
             self.forget_toward(parent, time, group);
         } else if let Some(parent) = parent {

@@ -2,17 +2,17 @@ use std::collections::VecDeque;
 
 use super::edit::Edit;
 
-/// The edits that an author's undo and redo can reach.
+/// The edits that an author can undo or redo.
 ///
-/// The limits are part of a recording's meaning: every replay forgets the same edits. So they are constants, not
-/// settings.
+/// The limits are constants, not settings, because they are part of a recording's meaning: every replay must forget the
+/// same edits.
 #[derive(Clone, Debug, Default)]
 pub(super) struct History {
     done: VecDeque<Edit>,
     taken_back: Vec<Edit>,
-    /// Strokes named by all of them.
+    /// Number of strokes that all edits list.
     named: usize,
-    /// The open step: the number of edits that may still join it, and whether its first edit has been made.
+    /// The open step: the number of edits that may still join it, and whether its first edit was made.
     open: Option<OpenStep>,
 }
 
@@ -32,19 +32,20 @@ pub(super) struct Lost {
 }
 
 impl History {
-    /// Most edits that can be undone: the oldest is forgotten. Larger: undo reaches further, and erased strokes stay
-    /// in memory longer.
+    /// Largest number of edits that can be undone; older edits are forgotten. If it were larger, undo would reach
+    /// further, and erased strokes would stay in memory longer.
     pub(super) const DEPTH: usize = 1000;
 
-    /// Moves and groupings of many strokes store up to 28 bytes for each. Together they name at most this many
-    /// strokes; the oldest edits are forgotten, but never the last one.
+    /// Largest number of strokes that all edits together list. The oldest edits are forgotten, but never the last one.
+    /// The limit bounds memory: moves and groupings store up to 28 bytes per stroke.
     pub(super) const NAMED: usize = 1 << 20;
 
-    /// Most edits in the histories of all authors: as many as 65 full ones hold. The longest history forgets its
-    /// oldest edit.
+    /// Largest number of edits in the histories of all authors, equal to 65 full histories. The longest history forgets
+    /// its oldest edit.
     pub(super) const DEPTH_OF_ALL: usize = 1 << 16;
 
-    /// Most strokes that the edits of all authors name. The history that names most forgets its oldest edit.
+    /// Largest number of strokes that the edits of all authors list. The history that lists most forgets its oldest
+    /// edit.
     pub(super) const NAMED_OF_ALL: usize = 4 * Self::NAMED;
 
     pub(super) fn can_undo(&self) -> bool {
@@ -55,28 +56,28 @@ impl History {
         !self.taken_back.is_empty()
     }
 
-    /// Edits in it, done and undone.
+    /// Number of edits, done and undone.
     pub(super) fn len(&self) -> usize {
         self.done.len() + self.taken_back.len()
     }
 
-    /// Strokes that they name.
+    /// Number of strokes that the edits list.
     pub(super) fn named(&self) -> usize {
         self.named
     }
 
-    /// Makes the next `edits` edits one step. The step before ends; 0 begins none.
+    /// Makes the next `edits` edits one step. The previous step ends; 0 begins no step.
     pub(super) fn open_step(&mut self, edits: u32) {
         self.open = (edits > 0).then_some(OpenStep { left: edits, has_begun: false });
     }
 
-    /// Whether the next edit joins a step.
+    /// Whether the next edit joins the open step.
     pub(super) fn is_step_open(&self) -> bool {
         self.open.is_some()
     }
 
-    /// Adds an edit. Undone edits can then not be redone, and the oldest edits may be too many: both are appended to
-    /// `lost`.
+    /// Adds an edit. The undone edits, which then cannot be redone, and the oldest edits beyond the limits are appended
+    /// to `lost`.
     pub(super) fn record(&mut self, edit: Edit, lost: &mut Lost) {
         for edit in self.taken_back.drain(..) {
             self.named -= edit.named();
@@ -88,8 +89,8 @@ impl History {
         }
     }
 
-    /// Forgets the oldest edit, or the one that would be redone last, but keeps the `keep` last done ones. Returns
-    /// `false` if there was none.
+    /// Forgets the oldest edit, but keeps the `keep` last done edits. If no other done edit exists, forgets the undone
+    /// edit that would be redone last. Returns `false` if no edit was forgotten.
     pub(super) fn forget_one(&mut self, keep: usize, lost: &mut Lost) -> bool {
         let edit = if self.done.len() > keep {
             self.done.pop_front().inspect(|edit| lost.done.push(edit.clone()))
@@ -103,7 +104,7 @@ impl History {
         edit.inspect(|edit| self.named -= edit.named()).is_some()
     }
 
-    /// Forgets everything.
+    /// Forgets all edits.
     pub(super) fn forget_all(&mut self) -> Lost {
         let all = std::mem::take(self);
         Lost { taken_back: all.taken_back, done: all.done.into() }
@@ -130,8 +131,8 @@ impl History {
         self.open = (step.left > 0).then_some(step);
     }
 
-    /// The last edit, to be undone and given to [`History::taken_back`]. It ends the step; an undo of nothing changes
-    /// nothing.
+    /// Removes the last edit, so that the caller undoes it and passes it to [`History::taken_back`]. The open step
+    /// ends, unless there was no edit.
     pub(super) fn undo(&mut self) -> Option<Edit> {
         self.done.pop_back().inspect(|_| self.open = None)
     }
@@ -140,8 +141,8 @@ impl History {
         self.taken_back.push(edit);
     }
 
-    /// The last undone edit, to be redone and given to [`History::made_again`]. It ends the step, too, if there is
-    /// one.
+    /// Removes the last undone edit, so that the caller redoes it and passes it to [`History::made_again`]. The open
+    /// step ends, unless there was no edit.
     pub(super) fn redo(&mut self) -> Option<Edit> {
         self.taken_back.pop().inspect(|_| self.open = None)
     }

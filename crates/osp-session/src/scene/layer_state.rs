@@ -1,15 +1,15 @@
 use crate::recording::Author;
 
-/// Properties of a layer from events; absent ones are as in the session's header.
+/// Properties of a layer that events have set; absent properties are those of the session's header.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LayerState {
-    /// Its name.
+    /// The layer's name.
     pub name: Option<String>,
-    /// Whether its strokes are not drawn.
+    /// Whether the layer's strokes are hidden.
     pub hidden: Option<bool>,
-    /// Whether the window leaves its strokes alone.
+    /// Whether the window refuses to edit the layer's strokes.
     pub locked: Option<bool>,
-    /// Its owner: the first author who changed it. After that author has left, the next author who closes it. The
-    /// first layer (0) belongs to everybody.
+    /// The layer's owner: the first author who changed it. After the owner has left, the next author who closes the
+    /// layer. The first layer (0) has no owner.
     pub owner: Option<Author>,
 }

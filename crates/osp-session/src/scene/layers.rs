@@ -6,33 +6,33 @@ use super::{LayerState, Scene, edit::Arrangement};
 use crate::recording::{Author, StrokeId};
 
 impl Scene {
-    /// Properties of the layers from events, by their numbers.
+    /// Properties of the layers that events have set, by layer number.
     pub fn layer_states(&self) -> &BTreeMap<u32, LayerState> {
         &self.layers
     }
 
-    /// Whether the window leaves strokes on this layer alone.
+    /// Whether the window refuses to edit strokes on this layer.
     pub fn is_locked(&self, layer: u32) -> bool {
         self.layers.get(&layer).is_some_and(|state| state.locked == Some(true))
     }
 
-    /// The present author who has closed a layer and alone may draw on it.
+    /// The present author who has closed a layer, and who alone may draw on it.
     pub fn closed_by(&self, layer: u32) -> Option<Author> {
         self.closed_layers.get(&layer).copied()
     }
 
-    /// Whether an author may draw on a layer, and change it and its strokes. The author may, unless another author has
-    /// closed it ([`mine`](crate::recording::Event::Layer::mine)).
+    /// Whether an author may draw on a layer, and change the layer and its strokes. Only a layer that another author
+    /// has closed ([`mine`](crate::recording::Event::Layer::mine)) is forbidden.
     ///
-    /// Other authors' events about a closed layer are ignored and counted; events that name several strokes leave out
-    /// those on it. A group with such a stroke is neither placed nor hung elsewhere. A stroke that began before the
-    /// layer was closed may continue, and every author can undo and redo own edits. The host ([`Author::SOLE`]) may
-    /// touch everything.
+    /// Other authors' events about a closed layer are ignored and counted; events that list several strokes leave out
+    /// those on the layer. A group with such a stroke is neither placed nor given another parent. A stroke that began
+    /// before the layer was closed may continue, and every author can undo and redo own edits. The host
+    /// ([`Author::SOLE`]) may change every layer.
     pub fn may_touch(&self, author: Author, layer: u32) -> bool {
         author.is_sole() || self.closed_by(layer).is_none_or(|owner| owner == author)
     }
 
-    /// Whether an author may place a group: neither it nor a group below has a stroke that the author may not touch.
+    /// Whether an author may place a group: the group's subtree must have no stroke that the author may not edit.
     pub(super) fn may_place(&self, author: Author, group: usize) -> bool {
         if author.is_sole() || self.closed_layers.values().all(|owner| *owner == author) {
             return true;
@@ -48,8 +48,8 @@ impl Scene {
         true
     }
 
-    /// Applies an author's change of a layer, and of its owner if `mine` is given. Returns `None` if the author may
-    /// not change it.
+    /// Checks that an author may change a layer, and changes its owner if `mine` is given. Returns `None` if the author
+    /// may not change the layer.
     pub(super) fn claim_layer(&mut self, author: Author, layer: u32, mine: Option<bool>) -> Option<()> {
         if !self.may_touch(author, layer) {
             return None;
@@ -83,7 +83,8 @@ impl Scene {
         state.locked = locked.or(state.locked);
         let was_hidden = state.hidden;
         state.hidden = hidden.or(was_hidden);
-        // A stroke may differ from its layer: all strokes are visited, unless the layer's state is the same as before.
+        // A stroke's visibility may differ from its layer's. So all strokes are visited, unless the layer's state does
+        // not change.
         if let Some(hidden) = hidden
             && was_hidden != Some(hidden)
         {

@@ -1,11 +1,11 @@
 //! Undoable edits in session order. Scene state = all active edits applied in order.
 //!
-//! The author of an arrangement does not matter here: all active arrangements take effect in order. Moves add up; of
-//! several groupings, placings or layers of a stroke or group, only the last counts. Each active arrangement stores
-//! the state before it. So undoing the last one on a stroke or group is cheap. Undoing an earlier one changes the
-//! stored state of the next one.
+//! The author of an arrangement is irrelevant here: all active arrangements take effect in order. Moves add up; if
+//! several arrangements set the group, transform or layer of a stroke or group, only the last counts. Each active
+//! arrangement stores the state before it. So undoing the last arrangement of a stroke or group is cheap. Undoing an
+//! earlier arrangement changes the state that the next one stores.
 //!
-//! An arrangement out of reach of undo stays for good and becomes part of the base, which precedes all others.
+//! An arrangement that undo no longer reaches is permanent and becomes part of the base, which precedes all others.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,13 +15,13 @@ use crate::recording::Transform;
 /// See the [module](self).
 #[derive(Clone, Debug, Default)]
 pub(super) struct Log {
-    /// Active arrangements, by their places.
+    /// Active arrangements by index.
     active: BTreeMap<u64, Arrangement>,
-    /// Undone arrangements that can be redone.
+    /// Undone arrangements that can be redone, by index.
     taken_back: BTreeMap<u64, Arrangement>,
-    /// The places of arrangements by the properties that they set.
+    /// Indices of arrangements, by the properties that they set.
     index: BTreeSet<(Turn, Key, u64)>,
-    /// The places of arrangements of more than [`MOST_INDEXED`] strokes. The index leaves out their strokes.
+    /// Indices of arrangements of more than [`MOST_INDEXED`] strokes. `index` does not contain their strokes.
     broad: BTreeSet<(Turn, u64)>,
     next: u64,
     looked_at: u64,
@@ -38,8 +38,8 @@ pub(super) enum Key {
     Transform(usize),
 }
 
-/// Most strokes of an arrangement that the index lists. Undo remembers a thousand larger arrangements at most; these are searched
-/// one by one. Larger: the index takes more memory.
+/// Largest number of strokes of an arrangement that are entered into the index. Undo stores at most a thousand larger
+/// arrangements, which are searched one by one. A larger value needs more memory for the index.
 const MOST_INDEXED: usize = 1024;
 
 /// Next state of an arrangement.
@@ -49,7 +49,7 @@ pub(super) enum Turn {
     MadeAgain,
 }
 
-/// The places of the strokes that are in both lists, ascending.
+/// Pairs of positions of the strokes that are in both lists, ascending.
 fn common<A, B>(a: &[Named<A>], b: &[Named<B>]) -> Vec<(usize, usize)> {
     let find = |of: u32, i: usize| b.binary_search_by_key(&of, |of| of.stroke).ok().map(|j| (i, j));
     if a.len() <= b.len() {
@@ -66,7 +66,7 @@ fn drop_common<A, B>(from: &mut Vec<Named<A>>, of: &[Named<B>]) {
     }
 }
 
-/// A list of strokes in an arrangement that replaces a value, with each stroke's value before.
+/// A value of strokes that an arrangement replaces. The arrangement stores each stroke's former value.
 pub(super) trait Settled: Copy {
     fn key(stroke: u32) -> Key;
 
@@ -94,7 +94,7 @@ impl Settled for u32 {
 }
 
 impl Log {
-    /// Adds an arrangement that took effect; returns its place.
+    /// Adds an arrangement that took effect; returns its index.
     pub(super) fn add(&mut self, what: Arrangement) -> u64 {
         let at = self.next;
         self.next += 1;
@@ -102,7 +102,7 @@ impl Log {
         at
     }
 
-    /// Removes an arrangement, to be given back by [`Log::put`].
+    /// Removes an arrangement, which the caller returns with [`Log::put`].
     pub(super) fn take(&mut self, at: u64) -> Arrangement {
         let (what, turn) = match self.active.remove(&at) {
             Some(what) => (what, Turn::MadeAgain),
@@ -134,7 +134,7 @@ impl Log {
         self.take(at);
     }
 
-    /// At most `most` places under a key of the index, ascending, from `first` to `last`.
+    /// At most `most` arrangement indices under a key, ascending, from `first` to `last`.
     fn in_index(&mut self, turn: Turn, key: Key, [first, last]: [u64; 2], most: usize) -> Vec<u64> {
         let places = self.index.range((turn, key, first)..=(turn, key, last)).map(|&(.., at)| at);
         let found: Vec<u64> = places.take(most).collect();
@@ -142,8 +142,8 @@ impl Log {
         found
     }
 
-    /// The places of arrangements that set one of these properties, ascending. At most `most` for each property, perhaps with
-    /// others among them. The cost grows with the keys and the places found.
+    /// The indices of arrangements that set one of these properties, ascending; at most `most` for each property. The
+    /// result may contain other arrangements, too. The cost grows with the number of keys and of indices found.
     fn sharing(
         &mut self,
         turn: Turn,
@@ -164,12 +164,12 @@ impl Log {
         found
     }
 
-    /// Arrangements and strokes visited so far.
+    /// Number of arrangements and strokes visited so far.
     pub(super) fn looked_at(&self) -> u64 {
         self.looked_at
     }
 
-    /// The place of the arrangement that is added next.
+    /// The index of the next arrangement to be added.
     pub(super) fn next_place(&self) -> u64 {
         self.next
     }
@@ -182,8 +182,7 @@ impl Log {
         }
     }
 
-    /// Computes the offsets of strokes after their move is undone or redone, in `moved[..].of.before + by` or
-    /// `before`. `now` returns a stroke's present offset.
+    /// Computes the offsets of strokes after their move is undone or redone. `now` returns a stroke's current offset.
     pub(super) fn turn_moves(
         &mut self,
         at: u64,
@@ -216,8 +215,8 @@ impl Log {
         turned.collect()
     }
 
-    /// Undoes or redoes a list of values: `own` is the arrangement's value. Calls `set` for each stroke whose value no
-    /// later arrangement sets. `now` returns a stroke's present value.
+    /// Undoes or redoes a list of values. `own` is the arrangement's value, `now` returns a stroke's current value.
+    /// Returns the strokes whose value no later arrangement sets, with their new values.
     pub(super) fn turn_settled<T: Settled>(
         &mut self,
         at: u64,
@@ -251,7 +250,7 @@ impl Log {
         .collect()
     }
 
-    /// Does the same for the name of a group: returns its new name, if no later arrangement sets one.
+    /// Undoes or redoes the name of a group. Returns the new name, unless a later arrangement sets one.
     pub(super) fn turn_name(
         &mut self,
         at: u64,
@@ -268,7 +267,7 @@ impl Log {
         turn_one(later, before, turn, own, now)
     }
 
-    /// Does the same for the transform of a group.
+    /// Undoes or redoes the transform of a group. Returns the new transform, unless a later arrangement sets one.
     pub(super) fn turn_place(
         &mut self,
         at: u64,
@@ -292,8 +291,8 @@ impl Log {
     }
 
     /// Makes an active arrangement part of the base: earlier arrangements lose the values that it replaces, and its
-    /// moves come before theirs. Returns the strokes whose offset changes, if only in its last bit. `hangs`: whether
-    /// it sets a parent, with effect.
+    /// moves are applied before theirs. Returns the strokes whose offsets change, if only in the last bit. `hangs` is
+    /// whether the arrangement sets a parent, with effect.
     pub(super) fn forget(&mut self, at: u64, hangs: bool) -> Vec<(u32, glam::Vec3)> {
         if !self.active.contains_key(&at) {
             return Vec::new();
@@ -330,7 +329,8 @@ impl Log {
         Vec::new()
     }
 
-    /// Removes a property from all arrangements before a place: `change` from the arrangement, this function from the index.
+    /// Removes a property from all arrangements before `at`: `change` removes it from the arrangement, this function
+    /// from the index.
     fn change_earlier(&mut self, at: u64, key: Key, change: impl Fn(&mut Arrangement)) {
         for turn in [Turn::MadeAgain, Turn::TakenBack] {
             for at in self.in_index(turn, key, [0, at - 1], usize::MAX) {
@@ -340,7 +340,7 @@ impl Log {
         }
     }
 
-    /// Removes these strokes from all arrangements of this kind before a place.
+    /// Removes these strokes from all arrangements of this kind before `at`.
     fn drop_earlier<T: Settled>(&mut self, at: u64, strokes: &[Named<T>]) {
         for turn in [Turn::MadeAgain, Turn::TakenBack] {
             let keys = strokes.iter().map(|named| T::key(named.stroke));
@@ -374,7 +374,7 @@ impl Log {
     }
 }
 
-/// Calls `each` with every property that an arrangement sets; with those of strokes only if `of_strokes`.
+/// Calls `each` with every property that an arrangement sets, including those of strokes only if `of_strokes`.
 fn for_each_key(what: &Arrangement, of_strokes: bool, mut each: impl FnMut(Key)) {
     fn strokes<T>(list: &[Named<T>], of_strokes: bool) -> impl Iterator<Item = u32> + '_ {
         list.iter().filter(move |_| of_strokes).map(|named| named.stroke)
@@ -398,8 +398,8 @@ fn for_each_key(what: &Arrangement, of_strokes: bool, mut each: impl FnMut(Key))
     }
 }
 
-/// Undoes or redoes a single value. `later` is the value that the next arrangement replaced, `now` the present one. Returns the
-/// value to set, unless a later arrangement determines it.
+/// Undoes or redoes a single value. `later` is the value that the next arrangement replaced, `now` the current value.
+/// Returns the value to set, unless a later arrangement determines it.
 fn turn_one<T: Clone>(
     later: Option<&mut T>,
     before: &mut T,

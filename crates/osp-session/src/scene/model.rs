@@ -27,7 +27,7 @@ use osp::{
     polygon::{Change, ConvexPolygon, Paged, PolygonId},
 };
 
-/// A stroke that has come or gone in this frame: its reported state, and its first unreported polygon.
+/// A stroke that became visible or invisible in this frame: its reported state, and its first unreported polygon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Untold {
     pub(super) stroke: u32,
@@ -40,36 +40,36 @@ static NOTHING: Stroke = Stroke::NONE;
 /// Sizes of a scene, and counts of omitted parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneCounts {
-    /// Strokes begun (without polygons that came alone).
+    /// Number of strokes begun (without polygons that are no part of a stroke).
     pub strokes: u64,
-    /// Control points of strokes.
+    /// Number of control points of strokes.
     pub points: u64,
-    /// Polygons made, whether visible now or not.
+    /// Number of polygons created, visible or not.
     pub polygons: u64,
-    /// Polygons in the model now.
+    /// Number of polygons that are visible now.
     pub visible: u64,
-    /// Strokes that are erased now.
+    /// Number of strokes that are erased now.
     pub erased_strokes: u64,
-    /// Events about a stroke or group that does not exist, a stroke number used twice, an undo of nothing.
+    /// Number of events without effect: an unknown stroke or group, a stroke number used twice, an undo without edits.
     pub ignored_events: u64,
-    /// Pieces that did not become polygons.
+    /// Numbers of pieces that did not become polygons.
     pub drops: Drops,
 }
 
 /// Work counts of all events so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneWork {
-    /// Groups visited, and groupings whose effect was determined again.
+    /// Number of groups visited, and of groupings whose effect was determined again.
     pub group_steps: u64,
-    /// Polygons placed again.
+    /// Number of polygons that were transformed again.
     pub displaced: u64,
-    /// All other visits: events, strokes that edits name, arrangements that undo and redo pass, strokes of a layer,
-    /// and polygons that come, go or are placed again.
+    /// Number of all other visits: events, strokes that edits list, arrangements that undo and redo visit, and strokes
+    /// of a layer. Polygons that become visible or invisible or are transformed again count, too.
     pub looked_at: u64,
 }
 
 impl SceneWork {
-    /// Sum of the counts. A unit takes some ten to some hundred nanoseconds.
+    /// Sum of the counts. A unit takes about ten to several hundred nanoseconds.
     pub fn total(&self) -> u64 {
         self.group_steps + self.displaced + self.looked_at
     }
@@ -78,64 +78,64 @@ impl SceneWork {
 /// A view stored in a session.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownView {
-    /// Eye in world space.
+    /// Position of the eye, world space.
     pub eye: Vec3,
     /// World from camera (looks along its -z).
     pub world_from_view: Quat,
-    /// Distance of the point that it looks at, metres.
+    /// Distance from the eye to the point that the view looks at, metres.
     pub distance_m: f32,
 }
 
-/// A model that grows by events. See [`crate::scene`].
+/// A model that events change. See [`crate::scene`].
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// In the stroke's own space (which is the world's until it is moved or grouped).
+    /// The polygons in the stroke's own space (world space until the stroke is moved or grouped).
     pub(super) polygons: Paged<ConvexPolygon>,
-    /// Surfaces of polygons. Shorter than `polygons` if all further ones are plain.
+    /// Surfaces of polygons. Shorter than `polygons` if all further polygons are plain.
     pub(super) surfaces: Paged<Surface>,
-    /// In world space, except for those of `in_space`.
+    /// Boxes in world space, except for the polygons of `in_space`.
     pub(super) bounds: Paged<Aabb>,
-    /// Place in `strokes` of the polygon's stroke.
+    /// Index in `strokes` of the polygon's stroke.
     pub(super) owner: Paged<u32>,
     pub(super) strokes: Paged<Stroke, 256>,
     pub(super) stroke_by_id: HashMap<StrokeId, u32>,
-    /// Numbers of strokes that were let go.
+    /// Numbers of strokes that were freed.
     pub(super) used: UsedNumbers,
     pub(super) groups: Groups,
-    /// Whether groups that are placed again and again move as a whole; see [`Scene::keeping_groups_whole`].
+    /// Whether groups that are placed repeatedly move as a whole; see [`Scene::keeping_groups_whole`].
     pub(super) keeps_groups_whole: bool,
-    /// A bit for each polygon, set if its box is in the space of its group instead of the world's.
+    /// One bit per polygon, set if its box is in the space of its group instead of world space.
     pub(super) in_space: Vec<u64>,
     pub(super) layers: BTreeMap<u32, LayerState>,
     /// Layers that present owners have closed to all other authors.
     pub(super) closed_layers: BTreeMap<u32, Author>,
     pub(super) views: BTreeMap<u32, KnownView>,
-    /// Arrangements that authors can undo.
+    /// Arrangements that authors can undo or redo.
     pub(super) log: Log,
     /// The parents that the groupings of `log` set.
     pub(super) hangings: Hangings,
     pub(super) authors: BTreeMap<Author, AuthorState>,
-    /// Size of all their histories.
+    /// Sizes of all histories together.
     pub(super) remembered: Remembered,
-    /// Scratch: edits that a history has lost.
+    /// Scratch: edits that a history has dropped.
     pub(super) lost: Lost,
     pub(super) counts: SceneCounts,
     pub(super) displaced: u64,
     pub(super) looked_at: u64,
     pub(super) let_go: u64,
-    /// Strokes that are gone since the last call of [`Scene::let_go`], and since the one before.
+    /// Strokes that have become unreachable since the last call of [`Scene::let_go`], and since the one before.
     pub(super) gone: [Vec<u32>; 2],
-    /// Strokes that have to be placed again.
+    /// Strokes whose polygons must be transformed again.
     pub(super) to_place: Vec<u32>,
     /// Scratch of [`Scene::place_displaced`].
     pub(super) moved_groups: Vec<usize>,
-    /// Strokes that have come or gone in this frame.
+    /// Strokes that became visible or invisible in this frame.
     pub(super) to_tell: Vec<Untold>,
     /// Scratch: the transforms of a stroke's groups.
     pub(super) chain: Vec<Transform>,
-    /// Strokes to paint once the frame's samples have come.
+    /// Strokes to repaint after the frame's samples.
     pub(super) to_paint: Vec<u32>,
-    /// Batches taken so far.
+    /// Number of batches applied so far.
     pub(super) batches: u64,
     /// Length of the caller's list before the current batch.
     pub(super) batch_start: usize,
@@ -145,8 +145,8 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Most edits that [`Event::Undo`] can undo in a row; a further undo changes nothing. (Fewer if moves and
-    /// groupings name more than a million strokes together.)
+    /// Largest number of consecutive [`Event::Undo`]s that have an effect. (It is smaller if moves and groupings list
+    /// more than a million strokes together.)
     pub const UNDO_DEPTH: usize = History::DEPTH;
 
     /// An empty scene.
@@ -159,12 +159,12 @@ impl Scene {
         self.counts
     }
 
-    /// Number of polygon ids given out so far; every id is below.
+    /// Number of polygon ids assigned so far; every id is below.
     pub fn polygon_count(&self) -> usize {
         self.bounds.len()
     }
 
-    /// The cost of all events so far. The difference before and after a call is the cost of that call. See also
+    /// The work of all events so far. The difference before and after a call is the work of that call. See also
     /// [`Scene::apply_within`].
     pub fn work(&self) -> SceneWork {
         SceneWork {
@@ -174,17 +174,17 @@ impl Scene {
         }
     }
 
-    /// Polygons that were let go so far.
+    /// Number of polygons freed so far.
     pub fn let_go_count(&self) -> u64 {
         self.let_go
     }
 
-    /// Whether every one of these polygons was let go.
+    /// Whether all of these polygons were freed.
     pub fn are_let_go(&self, ids: Range<usize>) -> bool {
         self.owner.all_released(ids)
     }
 
-    /// The tight box of a polygon, world space; empty if it was let go. Panics if there is no such id.
+    /// The tight box of a polygon, world space; empty if the polygon was freed. Panics if the id was never assigned.
     pub fn bounds(&self, id: PolygonId) -> Aabb {
         match self.bounds.get(id.index()) {
             Some(_) if self.is_in_space(id) => self.world_bounds_of(id),
@@ -193,7 +193,7 @@ impl Scene {
         }
     }
 
-    /// A polygon in world space; a point if it was let go. Panics if there is no such id.
+    /// A polygon in world space; a point if the polygon was freed. Panics if the id was never assigned.
     pub fn polygon(&self, id: PolygonId) -> ConvexPolygon {
         let Some(local) = self.polygons.get(id.index()) else {
             return self.let_go_or_panic(id, ConvexPolygon::triangle(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO));
@@ -205,7 +205,7 @@ impl Scene {
         local.map(|p| self.groups.to_world(stroke.group, p + stroke.offset))
     }
 
-    /// Surface of a polygon. Panics if there is no such id.
+    /// Surface of a polygon. Panics if the id was never assigned.
     pub fn surface(&self, id: PolygonId) -> Surface {
         match self.surfaces.get(id.index()) {
             Some(&surface) => surface,
@@ -213,7 +213,7 @@ impl Scene {
         }
     }
 
-    /// The stroke of a polygon; an invisible placeholder if it was let go. Panics if there is no such id.
+    /// The stroke of a polygon; an invisible placeholder if the polygon was freed. Panics if the id was never assigned.
     pub fn stroke_of(&self, id: PolygonId) -> &Stroke {
         match self.owner.get(id.index()) {
             Some(&at) => &self.strokes[at as usize],
@@ -226,43 +226,43 @@ impl Scene {
         nothing
     }
 
-    /// Whether the polygon is in the model now. Panics if there is no such id.
+    /// Whether the polygon is visible now. Panics if the id was never assigned.
     pub fn is_visible(&self, id: PolygonId) -> bool {
         self.stroke_of(id).is_visible()
     }
 
-    /// Whether the polygon covers anything. A brush's stroke keeps unused polygons, shrunk to a point, and its ends
-    /// may have width 0. Panics if there is no such id.
+    /// Whether the polygon has an area. Strokes with brushes keep unused polygons as points, and the ends may have
+    /// width 0. Panics if the id was never assigned.
     pub fn has_area(&self, id: PolygonId) -> bool {
         self.stroke_of(id).brush().is_none() || self.polygon(id).area_vector() != Vec3::ZERO
     }
 
-    /// All strokes in the order of their beginnings, without those that were let go; the length counts those, too.
+    /// All strokes in order of their beginnings, without freed ones; the length counts those, too.
     pub fn strokes(&self) -> &Paged<Stroke, 256> {
         &self.strokes
     }
 
-    /// Whether a stroke has this number, or had it: a number is used once.
+    /// Whether a stroke has or had this number, which is then never used again.
     pub fn is_used(&self, id: StrokeId) -> bool {
         self.stroke_by_id.contains_key(&id) || self.used.contains(id.0)
     }
 
-    /// The stroke with this number, unless it was let go.
+    /// The stroke with this number, unless it was freed.
     pub fn stroke(&self, id: StrokeId) -> Option<&Stroke> {
         self.stroke_by_id.get(&id).map(|&at| &self.strokes[at as usize])
     }
 
-    /// The polygons that are in the model now, ascending.
+    /// The polygons that are visible now, ascending.
     pub fn visible_ids(&self) -> impl Iterator<Item = PolygonId> + '_ {
         (0..self.polygon_count() as u32).map(PolygonId).filter(|&id| self.is_visible(id))
     }
 
-    /// Whether the author of a recording that names none has something to undo.
+    /// Whether the sole author of a recording without authors has an edit to undo.
     pub fn can_undo(&self) -> bool {
         self.can_undo_of(Author::SOLE)
     }
 
-    /// Whether the author of a recording that names none has something to redo.
+    /// Whether the sole author of a recording without authors has an edit to redo.
     pub fn can_redo(&self) -> bool {
         self.can_redo_of(Author::SOLE)
     }
@@ -272,20 +272,21 @@ impl Scene {
         &self.views
     }
 
-    /// Whether the next edit of the author of a recording that names none joins the step of the last one.
+    /// Whether the next edit of the sole author of a recording without authors joins the last edit's step.
     pub fn is_step_open(&self) -> bool {
         self.is_step_open_of(Author::SOLE)
     }
 
-    /// Applies one event and appends its changes. Events that make no sense here change nothing and are counted in
-    /// [`SceneCounts::ignored_events`]: an unknown stroke, a stroke out of reach of undo and redo, an undo of nothing.
+    /// Applies one event and appends its changes. An event without effect is counted in
+    /// [`SceneCounts::ignored_events`]: one about an unknown stroke, about a stroke that undo and redo no longer reach,
+    /// or an undo without edits.
     pub fn apply(&mut self, event: &Event, changes: &mut Vec<Change>) {
         self.apply_all([event], changes);
     }
 
-    /// Applies the events of a frame and appends their changes. The cost grows with the events and the polygons that
-    /// they touch. A polygon that several events move is placed again once. One that several events erase and bring
-    /// back is reported once. One that several samples of a stroke change is most often reported once.
+    /// Applies the events of a frame and appends their changes. The cost grows with the number of events and of
+    /// polygons that they change. A polygon that several events move is transformed once. A polygon that several events
+    /// erase and restore is reported once. A polygon that several samples of a stroke change is usually reported once.
     pub fn apply_all<'e>(&mut self, events: impl IntoIterator<Item = &'e Event>, changes: &mut Vec<Change>) {
         self.begin_batch(changes);
         for event in events {
@@ -295,9 +296,9 @@ impl Scene {
     }
 
     /// Applies events as one frame, like [`Scene::apply_all`], until they have cost `most` units of
-    /// [`SceneWork::total`]. Returns the number of events applied, at least one; the others are for later frames. A
-    /// list of events leads to the same model wherever it is cut. At the end of the frame, the polygons of groups are
-    /// placed again, which costs extra.
+    /// [`SceneWork::total`]. Returns the number of applied events, at least one; the caller applies the others in later
+    /// frames. The final model does not depend on the split. At the end of the frame, the polygons of moved groups are
+    /// transformed again, which costs additional work.
     pub fn apply_within(&mut self, events: &[Event], most: u64, changes: &mut Vec<Change>) -> usize {
         let before = self.work().total();
         self.begin_batch(changes);

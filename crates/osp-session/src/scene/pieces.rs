@@ -1,4 +1,4 @@
-//! Turns the pieces of builders into polygons of the scene: new ones, replaced ones, and repainted ones.
+//! Converts the pieces of builders to polygons of the scene: new, replaced and repainted ones.
 
 use super::Scene;
 use crate::{
@@ -10,11 +10,12 @@ use osp::{
     polygon::{Change, ConvexPolygon, PolygonId},
 };
 
-/// Latest changes of a batch among which a covering change is searched. A sample of a ribbon replaces about eight
-/// polygons.
+/// Number of the latest changes of a batch among which a covering change is searched. A sample of a ribbon replaces
+/// about eight polygons.
 const RECENT: usize = 64;
 
-/// Whether one of these changes covers a change: receivers read the polygon in its state at the end of the batch.
+/// Whether one of the changes `told` makes `change` redundant, because receivers read the polygon's state at the end of
+/// the batch.
 fn is_told(change: Change, told: &[Change]) -> bool {
     let is_told_by = |earlier: &Change| match (change, *earlier) {
         (Change::Update(id), Change::Insert(other) | Change::Update(other)) => id == other,
@@ -27,8 +28,8 @@ fn is_told(change: Change, told: &[Change]) -> bool {
 }
 
 impl Scene {
-    /// Remakes and repaints the strokes with samples in this frame, as far as that depends on the whole stroke's
-    /// length.
+    /// Rebuilds and repaints the polygons that depend on the length of the whole stroke, in strokes with samples in
+    /// this frame.
     pub(super) fn paint(&mut self, changes: &mut Vec<Change>) {
         let mut to_paint = std::mem::take(&mut self.to_paint);
         for at in to_paint.drain(..) {
@@ -58,7 +59,7 @@ impl Scene {
         self.repainted = repainted;
     }
 
-    /// Replaces the polygons of a stroke that its last sample has changed, and gives the new ones their ids.
+    /// Replaces the polygons of a stroke that its last sample has changed, and assigns ids to new ones.
     pub(super) fn file_fresh(&mut self, at: u32, changes: &mut Vec<Change>) {
         let fresh = std::mem::take(&mut self.fresh);
         let used_before = std::mem::replace(&mut self.strokes[at as usize].used, fresh.len());
@@ -98,7 +99,7 @@ impl Scene {
         self.note_replaced(at, if is_same { Change::Repaint(id) } else { Change::Update(id) }, changes);
     }
 
-    /// The box of a piece of a stroke, in the world, or in the space of its group if that moves as a whole.
+    /// The box of a piece of a stroke, in world space, or in the space of its group if the group moves as a whole.
     fn kept_bounds(&self, at: u32, piece: &Piece) -> Aabb {
         let stroke = &self.strokes[at as usize];
         let group = stroke.group.filter(|_| !self.groups.is_whole(stroke.group));
@@ -106,7 +107,7 @@ impl Scene {
         stroke.bounds_of(&placed, &piece.surface, self.groups.scale_to_world(group))
     }
 
-    /// Reports a replaced polygon: at once, or together with its stroke.
+    /// Reports a replaced polygon, at once or together with its stroke.
     fn note_replaced(&mut self, at: u32, change: Change, changes: &mut Vec<Change>) {
         let stroke = &mut self.strokes[at as usize];
         if stroke.is_untold {

@@ -1,4 +1,4 @@
-/// Edits that all histories hold, and the strokes that they name.
+/// Number of edits in all histories, and of the strokes that they list.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Remembered {
     pub(super) edits: usize,

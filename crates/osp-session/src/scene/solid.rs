@@ -3,8 +3,8 @@ use glam::{Vec2, Vec3};
 use crate::brush::{self, Brush, Surface};
 use osp::polygon::ConvexPolygon;
 
-/// The part of a cut-out polygon, in its plane, where its texture is solid whatever the distance: the strip between two
-/// lines along the stroke. `None` if there is none.
+/// The part of a cut-out polygon, in its plane, where its texture is solid at every mip level: the strip between two
+/// lines along the stroke. `None` if no such strip exists.
 pub(super) fn solid_part(
     polygon: &ConvexPolygon,
     surface: &Surface,
@@ -21,7 +21,7 @@ pub(super) fn solid_part(
         values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
     };
     let (solid_low, solid_high) = brush::solid_across(brush, range(|uv| uv.x), range(|uv| uv.y))?;
-    // Lines of one `v` are bent where the two triangles of a quad meet: a little is left for that.
+    // Lines of constant `v` bend at the diagonal of a quad, so a small margin is left.
     let margin = 0.02 * (solid_high - solid_low);
     let (low, high) = (solid_low + margin, solid_high - margin);
     let at = |i: usize, k: usize, v: f32| {
@@ -31,13 +31,13 @@ pub(super) fn solid_part(
     let is_near = |i: usize, k: usize| (uv(i).y - uv(k).y).abs() < 1.0e-3;
     let part = match vertices.len() {
         3 => {
-            // Two corners on one side of the stroke, the third on the other.
+            // Two corners lie on one side of the stroke, the third on the other.
             let apex = (0..3).find(|&i| is_near((i + 1) % 3, (i + 2) % 3) && !is_near(i, (i + 1) % 3))?;
             let (a, b) = ((apex + 1) % 3, (apex + 2) % 3);
             ConvexPolygon::quad([at(apex, a, low), at(apex, b, low), at(apex, b, high), at(apex, a, high)])
         }
         4 => {
-            // A side of the stroke joins corners `a` and `b`, the other one `c` and `d`.
+            // One side of the stroke joins corners `a` and `b`, the other `c` and `d`.
             let first = (0..2).find(|&i| is_near(i, i + 1) && is_near((i + 2) % 4, (i + 3) % 4))?;
             let [a, b, c, d] = [0, 1, 2, 3].map(|i| (first + i) % 4);
             if is_near(a, d) {
@@ -69,7 +69,7 @@ fn v_at(vertices: &[Vec3], surface: &Surface, p: Vec3) -> f32 {
     va + (vb - va) * of_b + (vc - va) * of_c
 }
 
-/// Points at which the sides of a polygon cross a line segment of its plane.
+/// Points at which the edges of a polygon cross a line segment in its plane.
 fn crossings(corners: &[Vec3; 4], [from, to]: [Vec3; 2]) -> impl Iterator<Item = Vec3> {
     let normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]);
     let across = normal.cross(to - from);
@@ -103,10 +103,10 @@ mod tests {
         let (low, high) = ys.fold((1.0f32, 0.0f32), |(low, high), y| (low.min(y), high.max(y)));
         assert!(low > 0.01 && low < 0.2 && high > 0.8 && high < 0.99, "{low} to {high}");
         assert!(part.area_m2() > 0.6 && part.vertices().iter().all(|p| (0.0..=1.0).contains(&p.x)));
-        // A faded end hides nothing.
+        // A quad with a faded end is not solid.
         let faded = band(0.1, 0.3, [0.0, 0.0, 1.0, 1.0]);
         assert_eq!(solid_part(&ConvexPolygon::quad(quad), &faded, marker()), None);
-        // Half of a quad that is not flat.
+        // One half of a quad that is not planar.
         let half = ConvexPolygon::triangle(quad[0], quad[1], quad[2]);
         let part = solid_part(&half, &surface.with_corners([0, 1, 2, 2]), marker()).expect("a solid middle");
         let normal = half.area_vector();

@@ -1,5 +1,5 @@
-//! Groups that are placed again and again move as a whole: the boxes of their polygons stay in the group's space. A
-//! frame that places such a group costs the groups below it, not the polygons.
+//! Groups that are placed repeatedly move as a whole: the boxes of their polygons stay in the group's space. In a frame
+//! that places such a group, the cost depends on the number of groups below it, not of polygons.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -10,32 +10,32 @@ use osp::{
     polygon::{Change, PLACE_ROUNDING, PolygonId, SpaceId, SpacePlace, bits},
 };
 
-/// A group moves as a whole from the frame of its second placing on, if the first one was at most this many frames
-/// before.
+/// Largest number of frames between the first and second placement of a group for the group to move as a whole. It does
+/// so from the second placement on.
 const SOON: u64 = 64;
 
-/// Scales and translations, metres, beyond which a group does not move as a whole. Rounding there is so large that a
-/// test in its space decides nothing.
+/// Range of scales, and largest translation in metres, for which a group moves as a whole. Beyond it, rounding is so
+/// large that a test in the group's space is inconclusive.
 const SCALES: std::ops::RangeInclusive<f32> = 1.0e-3..=1.0e3;
 const FARTHEST_M: f32 = 1.0e6;
 
 impl Scene {
-    /// An empty scene in which groups that are placed again and again move as a whole: their polygons are then in a
-    /// [space](Change::Place). Receivers of the changes have to support spaces, as [`Pipeline`](osp::frame::Pipeline)
+    /// An empty scene in which groups that are placed repeatedly move as a whole: their polygons are then in a
+    /// [space](Change::Place). Receivers of the changes must support spaces, as [`Pipeline`](osp::frame::Pipeline)
     /// does, or call [`Scene::for_each_change`] for the changes of each polygon.
     pub fn keeping_groups_whole() -> Self {
         Self { keeps_groups_whole: true, ..Self::default() }
     }
 
-    /// Calls `each` with every change. A [`Change::Place`] is replaced by updates of its polygons, including invisible
-    /// ones: for receivers without spaces.
+    /// Calls `each` with every change, for receivers without spaces. A [`Change::Place`] is replaced by updates of the
+    /// group's polygons, including invisible ones.
     pub fn for_each_change(&self, changes: &[Change], mut each: impl FnMut(Change)) {
         for &change in changes {
             let Change::Place(SpaceId(group)) = change else {
                 each(change);
                 continue;
             };
-            // A replay may have gone back to a time before the group existed.
+            // A replay may have been rewound to a time before the group existed.
             if group as usize >= self.groups.len() {
                 continue;
             }
@@ -47,7 +47,7 @@ impl Scene {
         }
     }
 
-    /// The space that a polygon is fixed in, if it is in a group that moves as a whole. Panics if there is no such id.
+    /// The space of a polygon, if its group moves as a whole. Panics if the id was never assigned.
     pub fn space(&self, id: PolygonId) -> Option<SpaceId> {
         if !self.is_in_space(id) {
             return None;
@@ -55,7 +55,8 @@ impl Scene {
         self.stroke_of(id).group.map(|group| SpaceId(group as u32))
     }
 
-    /// Box around the polygons of a change, world space: tight for a polygon; empty if nothing came or moved.
+    /// Box around the polygons of a change, world space. For a single polygon it is tight; it is empty if no polygon
+    /// was inserted or moved.
     pub fn bounds_of_change(&self, change: Change) -> Aabb {
         match change {
             Change::Insert(id) | Change::Update(id) => self.bounds(id),
@@ -69,8 +70,7 @@ impl Scene {
         (0..self.groups.len()).filter(|&at| self.groups.is_whole(Some(at))).map(|at| SpaceId(at as u32))
     }
 
-    /// Stores the box of a polygon of a group (or of none): in the group's space if that moves as a whole, else in the
-    /// world.
+    /// Stores the box of a polygon of `group`: in the group's space if the group moves as a whole, else in world space.
     pub(super) fn keep_bounds(&mut self, id: PolygonId, group: Option<usize>, bounds: Aabb) {
         if id.index() == self.bounds.len() {
             self.bounds.push(bounds);
@@ -95,15 +95,15 @@ impl Scene {
         !self.in_space.is_empty() && bits::contains(&self.in_space, id.index())
     }
 
-    /// The box of a polygon in the world, from its corners.
+    /// The box of a polygon in world space, computed from its corners.
     pub(super) fn world_bounds_of(&self, id: PolygonId) -> Aabb {
         let stroke = self.stroke_of(id);
         let surface = self.surfaces.get(id.index()).copied().unwrap_or(Surface::PLAIN);
         stroke.bounds_of(&self.polygon(id), &surface, self.groups.scale_to_world(stroke.group))
     }
 
-    /// Whether the polygons of a group that has moved in this frame need no change of their own. A group that becomes
-    /// a space in this frame, or stops being one, has all its strokes placed again for the last time.
+    /// Whether a group that was moved in this frame needs no changes of single polygons. When a group starts or stops
+    /// moving as a whole, all its strokes are transformed once more.
     pub(super) fn moves_as_whole(&mut self, group: usize) -> bool {
         if !self.keeps_groups_whole {
             return false;
@@ -122,18 +122,19 @@ impl Scene {
         was && group.is_whole
     }
 
-    /// Place of a space in the world.
+    /// Transform from a space to world space.
     pub(super) fn place_of(&self, SpaceId(group): SpaceId) -> SpacePlace {
         self.groups.place_of(group as usize)
     }
 }
 
 impl Groups {
-    /// Place of a group's space in the world. The rounding on the way through its groups is bounded step by step.
+    /// Transform from a group's space to world space. The rounding error along the chain of groups is bounded step by
+    /// step.
     pub(super) fn place_of(&self, group: usize) -> SpacePlace {
         let mut world = DAffine3::IDENTITY;
-        // A corner at a distance of `r` metres has coordinates of at most `reach.0 * r + reach.1`, and lies at most
-        // `rounding.0 * r + rounding.1` beside its exact place.
+        // A corner at a distance of `r` metres has coordinates of at most `reach.0 * r + reach.1`. Its distance from
+        // its exact position is at most `rounding.0 * r + rounding.1`.
         let (mut reach, mut rounding) = ((1.0, 0.0), (0.0, 0.0));
         let mut above = Some(group);
         while let Some(at) = above {

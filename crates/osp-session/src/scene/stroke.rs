@@ -17,42 +17,43 @@ use osp::{
 pub struct Stroke {
     pub(super) id: Option<StrokeId>,
     pub(super) color: (f32, f32, f32, f32),
-    /// Its brush, if its recording names a known one.
+    /// The brush, if its recording names a known one.
     pub(super) brush: Option<&'static Brush>,
     /// Largest distance by which the brush's animation may move polygons out of their boxes, metres, in the stroke's
     /// own space.
     pub(super) padding_m: f32,
     pub(super) layer: u32,
-    /// It is not drawn.
+    /// Whether the stroke is hidden.
     pub(super) is_hidden: bool,
-    /// Whether its beginning hides it; an event that shows its layer ends that.
+    /// Whether the stroke was hidden at its beginning; an event that shows its layer ends that.
     pub(super) was_hidden: bool,
     pub(super) points: u32,
-    /// Its polygons; more than one range where strokes overlap in time.
+    /// Ranges of the stroke's polygons; several if strokes overlap in time.
     pub(super) polygons: Vec<Range<u32>>,
-    /// Polygons in use; those after them have shrunk to a point until the stroke needs them again.
+    /// Number of polygons in use; those after them are points until the stroke needs them again.
     pub(super) used: u32,
-    /// Polygons that samples do not replace: all up to the last one that an
-    /// [`Event::Polygon`](crate::recording::Event::Polygon) added to it.
+    /// Number of polygons that samples do not replace: all up to the last one that an
+    /// [`Event::Polygon`](crate::recording::Event::Polygon) added to the stroke.
     pub(super) fixed: u32,
-    /// Samples have come since it was last painted.
+    /// Whether the stroke got samples after it was last painted.
     pub(super) is_unpainted: bool,
-    /// Number of authors that have erased it.
+    /// Number of authors that have erased the stroke.
     pub(super) erasers: u16,
     pub(super) author: u16,
     pub(super) undone: bool,
-    /// Out of reach of undo and redo; its polygons are let go next.
+    /// Whether undo and redo no longer reach the stroke; its polygons will be freed.
     pub(super) is_gone: bool,
-    /// Sum of its [moves](crate::recording::Event::Move), in the space of its group (the world's, if it is in none).
+    /// Sum of the stroke's [moves](crate::recording::Event::Move), in the space of its group (world space without a
+    /// group).
     pub(super) offset: Vec3,
     pub(super) group: Option<usize>,
-    /// It has to be placed again before the changes are handed out.
+    /// Whether the polygons must be transformed again before the changes are returned.
     pub(super) is_displaced: bool,
-    /// It has come or gone in this frame.
+    /// Whether the stroke became visible or invisible in this frame.
     pub(super) is_untold: bool,
-    /// It was placed again while it was invisible, without a change.
+    /// Whether the stroke was transformed while it was invisible, without a reported change.
     pub(super) was_displaced_unseen: bool,
-    /// Present while it is being drawn.
+    /// Present until the stroke ends.
     pub(super) builder: Option<Box<StrokeBuilder>>,
 }
 
@@ -61,7 +62,7 @@ impl Stroke {
         Self { id, color, ..Self::NONE }
     }
 
-    /// Placeholder for a stroke that was let go.
+    /// Placeholder for a stroke that was freed.
     pub(super) const NONE: Self = Self {
         id: None,
         color: (0.0, 0.0, 0.0, 0.0),
@@ -87,12 +88,12 @@ impl Stroke {
         builder: None,
     };
 
-    /// Its number in the recording; none for a polygon that came without a stroke.
+    /// The stroke's number in the recording; `None` for a polygon without a stroke.
     pub fn id(&self) -> Option<StrokeId> {
         self.id
     }
 
-    /// Its author.
+    /// The stroke's author.
     pub fn author(&self) -> Author {
         Author(u32::from(self.author))
     }
@@ -102,62 +103,62 @@ impl Stroke {
         self.color
     }
 
-    /// Its brush, if its recording names a known one.
+    /// The brush, if its recording names a known one.
     pub fn brush(&self) -> Option<&'static Brush> {
         self.brush
     }
 
-    /// Its layer, a place in [`Header::layers`](crate::recording::Header::layers).
+    /// Index of the stroke's layer in [`Header::layers`](crate::recording::Header::layers).
     pub fn layer(&self) -> u32 {
         self.layer
     }
 
-    /// Whether it is not drawn, as its layer is hidden in the recording.
+    /// Whether the stroke is not drawn because its layer is hidden in the recording.
     pub fn is_hidden(&self) -> bool {
         self.is_hidden
     }
 
-    /// Whether it is erased or undone.
+    /// Whether the stroke is erased or undone.
     pub fn is_taken_away(&self) -> bool {
         self.erasers > 0 || self.undone
     }
 
-    /// Whether its polygons are in the model now.
+    /// Whether the stroke's polygons are in the model now.
     pub fn is_visible(&self) -> bool {
         !self.is_taken_away() && !self.is_hidden
     }
 
-    /// Whether it was moved while it was invisible: a change reports that when it comes back.
+    /// Whether the stroke was moved while it was invisible. A change reports the move when the stroke becomes visible.
     pub fn was_displaced_unseen(&self) -> bool {
         self.was_displaced_unseen
     }
 
-    /// Its offset, in the space of its group.
+    /// The stroke's offset, in the space of its group.
     pub fn offset(&self) -> Vec3 {
         self.offset
     }
 
-    /// Whether it is still being drawn.
+    /// Whether the stroke has not ended.
     pub fn is_open(&self) -> bool {
         self.builder.is_some()
     }
 
-    /// Its control points so far.
+    /// Number of control points so far.
     pub fn point_count(&self) -> u32 {
         self.points
     }
 
-    /// Its polygons in use; others have shrunk to a point until it needs them again.
+    /// Number of polygons in use; others are points until the stroke needs them again.
     pub fn polygon_count(&self) -> u32 {
         self.used
     }
 
-    /// Its polygons, also those that have shrunk to a point.
+    /// Number of the stroke's polygons, including unused ones, which are points.
     pub(super) fn kept_polygons(&self) -> u64 {
         self.polygons.iter().map(|range| u64::from(range.end - range.start)).sum()
     }
 
-    /// The id of its polygon at a place, counted from its first.
+    /// The id of the stroke's polygon at a position, counted from its first polygon.
     pub(super) fn id_at(&self, place: u32) -> Option<PolygonId> {
         let mut left = place;
         for range in &self.polygons {
@@ -170,11 +171,11 @@ impl Stroke {
         None
     }
 
-    /// The box of one of its polygons in the world.
+    /// The box of one of the stroke's polygons in world space.
     pub(super) fn bounds_of(&self, world: &ConvexPolygon, surface: &Surface, world_scale: f32) -> Aabb {
         let mut bounds = world.bounds();
         if surface.is_facing() {
-            // It stays in the ball through its corners, whatever the eye. The factor covers rounding.
+            // For any eye, the polygon stays in the ball through its corners. The factor covers rounding.
             let middle = bounds.center();
             let radius = world.vertices().iter().map(|p| p.distance(middle)).fold(0.0, f32::max) * 1.001;
             bounds = Aabb { min: middle - radius, max: middle + radius };
@@ -183,7 +184,7 @@ impl Stroke {
         if padding > 0.0 { Aabb { min: bounds.min - padding, max: bounds.max + padding } } else { bounds }
     }
 
-    /// Its polygons, in order of arrival.
+    /// The ids of the stroke's polygons, in order of creation.
     pub fn polygon_ids(&self) -> impl Iterator<Item = PolygonId> + '_ {
         self.polygons.iter().flat_map(|r| r.clone().map(PolygonId))
     }

@@ -6,30 +6,30 @@ use super::{Scene, group::Extent};
 use crate::recording::{Author, GroupId, Motion, StrokeId, Transform};
 use osp::math::{Aabb, rotate};
 
-/// A group, and counts of its visible contents, with the groups below.
+/// A group, and counts of the visible contents of its subtree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroupNode {
-    /// Its number.
+    /// The group's number.
     pub id: GroupId,
-    /// Its name, if it has one.
+    /// The group's name, if it has one.
     pub name: Option<String>,
-    /// The group that it hangs under.
+    /// The parent group.
     pub parent: Option<GroupId>,
-    /// Groups above it.
+    /// Number of ancestors.
     pub depth: usize,
-    /// Its transform.
+    /// The group's transform.
     pub to: Transform,
-    /// Strokes in it and below that are in the model now.
+    /// Number of visible strokes in the subtree.
     pub strokes: u64,
-    /// Their polygons.
+    /// Number of visible polygons in the subtree.
     pub polygons: u64,
-    /// The box of all these polygons, world space; empty if there are none. For a group that moves as a whole, it
-    /// surrounds the transformed box of the group's own space.
+    /// The box of all these polygons, world space; empty if there are none. For a group that moves as a whole, it is
+    /// the box of the transformed box in the group's space.
     pub bounds: Aabb,
 }
 
 impl Scene {
-    /// The groups, each followed by its children. Boxes are stored: only changes since the last call are computed.
+    /// The groups, each followed by its children. Boxes are cached: only changes since the last call are computed.
     pub fn group_tree(&mut self) -> Vec<GroupNode> {
         let Self { groups, strokes, bounds, .. } = self;
         groups.refresh(|at| {
@@ -37,7 +37,7 @@ impl Scene {
                 return Extent::NOTHING;
             };
             let mut extent = Extent { strokes: 1, ..Extent::NOTHING };
-            // Unused polygons have shrunk to one of the stroke's points.
+            // Unused polygons are points that coincide with a point of the stroke.
             for id in stroke.polygon_ids().take(stroke.used as usize) {
                 extent.polygons += 1;
                 extent.bounds = extent.bounds.union(&bounds[id.index()]);
@@ -74,8 +74,8 @@ impl Scene {
         self.groups.find(id).map(|group| self.groups.transform(group))
     }
 
-    /// A world point in the space that a group is placed in. `None` if there is no such group, or if a group above has
-    /// scale 0.
+    /// Transforms a world point to the space in which a group is placed, that of its parent. `None` if there is no such
+    /// group, or an ancestor has scale 0.
     pub fn in_parent_of(&self, id: GroupId, world: Vec3) -> Option<Vec3> {
         let mut chain = Vec::new();
         self.groups.chain(self.groups.parent(self.groups.find(id)?), &mut chain);
@@ -83,8 +83,8 @@ impl Scene {
         p.is_finite().then_some(p)
     }
 
-    /// From the space of a stroke's points to the world: its offset, and the places of its groups. `None` if there is no
-    /// such stroke.
+    /// Transform from the space of a stroke's points to world space: its offset and the transforms of its groups.
+    /// `None` if there is no such stroke.
     pub fn world_from_stroke(&self, id: StrokeId) -> Option<Motion> {
         let stroke = self.stroke(id)?;
         let mut chain = Vec::new();
@@ -93,7 +93,7 @@ impl Scene {
         Some(chain.into_iter().fold(own, |motion, to| motion.then(&Motion { is_mirrored: false, to })))
     }
 
-    /// From the space of a group to the world. `None` if there is no such group.
+    /// Transform from the space of a group to world space. `None` if there is no such group.
     pub fn world_from_group(&self, id: GroupId) -> Option<Motion> {
         let mut chain = Vec::new();
         self.groups.chain(Some(self.groups.find(id)?), &mut chain);
@@ -109,13 +109,13 @@ impl Scene {
         self.groups.name(self.groups.find(id)?)
     }
 
-    /// A number that no group has yet.
+    /// An unused group number.
     pub fn free_group(&self) -> Option<GroupId> {
         self.free_groups().next()
     }
 
-    /// Numbers that no group has yet. In a session of several authors these are numbers of [`Author::SOLE`], such as
-    /// the window.
+    /// Unused group numbers. In a session of several authors these are numbers of [`Author::SOLE`], for example the
+    /// window.
     pub fn free_groups(&self) -> impl Iterator<Item = GroupId> + '_ {
         let is_shared = self.authors().next().is_some();
         let last = if is_shared { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };
@@ -123,7 +123,7 @@ impl Scene {
         (first..=last).chain(0..first).map(GroupId).filter(|&id| self.groups.find(id).is_none())
     }
 
-    /// The strokes in a group and in those below it.
+    /// The strokes in a group's subtree.
     pub fn strokes_below(&self, id: GroupId) -> Vec<StrokeId> {
         let mut walk: Vec<usize> = self.groups.find(id).into_iter().collect();
         let mut ids = Vec::new();

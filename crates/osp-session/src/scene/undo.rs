@@ -1,4 +1,4 @@
-//! Undo and redo of each author: an edit is undone or redone among later edits of others.
+//! Undo and redo of each author. An edit can be undone or redone although other authors made later edits.
 
 use super::{
     Scene,
@@ -26,7 +26,7 @@ impl Scene {
             let size = |history: &History| if too_many { history.len() } else { history.named() };
             let sizes = self.authors.iter().map(|(&of, state)| (size(&state.history), std::cmp::Reverse(of)));
             let Some((_, std::cmp::Reverse(of))) = sizes.max() else { break };
-            // The newest edit stays.
+            // The newest edit is kept.
             if !self.with_history(of, |history| history.forget_one(usize::from(of == author), &mut lost)) {
                 break;
             }
@@ -80,13 +80,13 @@ impl Scene {
         }
     }
 
-    /// Makes all edits of an author final.
+    /// Makes all edits of an author permanent.
     pub(super) fn forget_all(&mut self, author: Author) {
         let mut lost = self.with_history(author, History::forget_all);
         self.forget(author, &mut lost);
     }
 
-    /// Puts a stroke out of reach of undo and redo: its number stays used, everything else is forgotten.
+    /// Removes a stroke that undo and redo no longer reach: its number stays used, everything else is dropped.
     fn put_out_of_reach(&mut self, at: u32) {
         let Some(stroke) = self.strokes.get_mut(at as usize) else { return };
         stroke.is_gone = true;

@@ -1,9 +1,9 @@
 use std::collections::BTreeMap;
 
-/// A set of numbers that are mostly consecutive, stored as ranges.
+/// A set of numbers, most of them consecutive, stored as ranges.
 #[derive(Clone, Debug, Default)]
 pub(super) struct UsedNumbers {
-    /// First and last number of each range; ranges do not touch.
+    /// First and last number of each range; ranges are not adjacent.
     rows: BTreeMap<u32, u32>,
 }
 

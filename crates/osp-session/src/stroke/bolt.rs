@@ -1,21 +1,20 @@
-//! Displacement of the three lines of a bolt of electricity from the stroke.
+//! Displacement of the three lines of an electric bolt from the stroke.
 
 use glam::Vec3;
 
-/// Half the width, metres, for which [`STRENGTH_M`] holds.
+/// Half the width to which [`STRENGTH_M`] applies, metres.
 const HALF_WIDTH_M: f32 = 0.002;
-/// Largest displacement along one axis at that width, metres, for slow and fast noise: 8 and 6 mm on average (root mean
-/// square).
+/// Largest displacement along one axis at that width, metres, for slow and fast noise; 8 and 6 mm root mean square.
 const STRENGTH_M: [f32; 2] = [0.022, 0.0155];
 
-/// Displacement of copy 0, 1 or 2 of the line at a point of the stroke. It is at most some centimetres for the brush's
-/// sizes, and the same for the same point.
+/// Displacement of line 0, 1 or 2 at a point of the stroke. It depends only on the point, and is at most some
+/// centimetres for the brush's sizes.
 pub(super) fn displacement_m(at: Vec3, half_width_m: f32, copy: usize) -> Vec3 {
     let wideness = half_width_m / HALF_WIDTH_M;
     if !(wideness > 1.0e-6 && wideness < 1.0e6) {
         return Vec3::ZERO;
     }
-    // In decimetres at the usual width: wider lines have wider curves.
+    // In decimetres at the usual width: wider bolts have larger curves.
     let p = at * (10.0 / wideness);
     let frequency = [1.1, 1.433, 1.87][copy.min(2)];
     let slow = noise(p * frequency, 3 * copy as u32);
@@ -23,7 +22,7 @@ pub(super) fn displacement_m(at: Vec3, half_width_m: f32, copy: usize) -> Vec3 {
     (slow * STRENGTH_M[0] + fast * STRENGTH_M[1]) * wideness
 }
 
-/// Three components of smooth noise, each from -1 to 1: interpolates random values at the corners of unit cubes.
+/// Three components of smooth noise, each from -1 to 1, by interpolation of random values at the corners of unit cubes.
 fn noise(p: Vec3, salt: u32) -> Vec3 {
     let cell = p.floor();
     let part = p - cell;
@@ -33,7 +32,7 @@ fn noise(p: Vec3, salt: u32) -> Vec3 {
         let is_far = [corner & 1, corner >> 1 & 1, corner >> 2].map(|bit| bit == 1);
         let weight: f32 =
             (0..3).map(|axis| if is_far[axis] { ease[axis] } else { 1.0 - ease[axis] }).product();
-        // Casts saturate: far out, the noise is constant.
+        // Casts saturate, so the noise is constant far from the origin.
         let place = [0, 1, 2].map(|axis| (cell[axis] as i32).wrapping_add(i32::from(is_far[axis])) as u32);
         sum += weight * at_corner(place, salt);
     }

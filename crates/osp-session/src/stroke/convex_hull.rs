@@ -1,41 +1,42 @@
 use glam::DVec3;
 use robust::{Coord3D, orient3d};
 
-/// Most corners of a hull. More: finer hulls of long strokes, and more work for each point.
+/// Largest number of corners of a hull. A larger value gives finer hulls of long strokes, and more work for each point.
 const MAX_CORNERS: usize = 1000;
 
-/// Directions whose farthest points stay when a hull has too many corners.
+/// Number of directions whose farthest points stay when a hull has too many corners.
 const DIRECTIONS: usize = 700;
 
-/// Points nearer to a hull than this part of their coordinates belong to it: `f32` holds no more.
+/// Points whose distance from a hull is below this fraction of their coordinates count as inside, because of the
+/// precision of `f32`.
 const PRECISION: f64 = 1.0 / (1 << 22) as f64;
 
-/// The convex hull of points that come one by one: triangles, each with its neighbours' corners.
+/// The convex hull of points that are added one by one: a closed mesh of triangles.
 ///
 /// A point outside the hull replaces all triangles that face it: new triangles join their outline to the point
 /// (Clarkson and Shor, "Applications of Random Sampling in Computational Geometry, II", 1989). There are no conflict
-/// lists, as a hull of a stroke has a hundred triangles. The facing test is exact (Shewchuk's predicates), so points
-/// on a plane or a line and repeated points do no harm.
+/// lists, because a hull of a stroke has only about a hundred triangles. The facing test is exact (Shewchuk's
+/// predicates), so coplanar, collinear and repeated points are safe.
 #[derive(Clone, Debug)]
 pub(super) struct ConvexHull {
     tolerance_m: f64,
-    /// All points, as long as they lie in a plane; then the corners and some former corners.
+    /// All points while they are coplanar; then the corners and some former corners.
     points: Vec<DVec3>,
-    /// Counterclockwise from outside.
+    /// The triangles, counterclockwise from outside.
     triangles: Vec<Triangle>,
-    /// Extent of the hull in each of [`DIRECTIONS`], once it has had too many corners.
+    /// Extent of the hull in each of [`DIRECTIONS`], set once the hull has had too many corners.
     reach: Option<Vec<f64>>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Triangle {
     corners: [u32; 3],
-    /// Outwards, unit; zero for a needle.
+    /// Outward unit normal; zero for a needle.
     normal: DVec3,
     /// Position of the first corner.
     at: DVec3,
-    /// Bound of a height's rounding error, as a part of the point's distance from the first corner; not finite for a
-    /// needle.
+    /// Bound of the rounding error of a point's height, as a fraction of the point's distance from the first corner;
+    /// not finite for a needle.
     rounding: f64,
 }
 
@@ -54,18 +55,19 @@ impl ConvexHull {
         Self { tolerance_m, points: Vec::new(), triangles: Vec::new(), reach: None }
     }
 
-    /// Whether the points so far lie in a plane: then there are no triangles.
+    /// Whether the points so far are coplanar; the hull then has no triangles.
     pub(super) fn is_flat(&self) -> bool {
         self.triangles.is_empty()
     }
 
-    /// The triangles, counterclockwise from outside. A triangle that a point has not changed mostly keeps its place.
+    /// The triangles, counterclockwise from outside. Triangles that a new point does not change usually keep their
+    /// index.
     pub(super) fn triangles(&self) -> impl ExactSizeIterator<Item = [DVec3; 3]> {
         self.triangles.iter().map(|triangle| self.corners(triangle))
     }
 
-    /// Normals of each triangle's corners for smooth shading: each is the mean of the normals of the triangles at the
-    /// corner, weighted by their angles.
+    /// Normals of each triangle's corners for smooth shading. A normal is the mean over the triangles at the corner,
+    /// weighted by their angles.
     pub(super) fn smooth_normals(&self) -> impl ExactSizeIterator<Item = [DVec3; 3]> {
         let mut sums = vec![DVec3::ZERO; self.points.len()];
         for triangle in &self.triangles {
@@ -121,7 +123,7 @@ impl ConvexHull {
         if !is_far {
             return false;
         }
-        // Near a sharp rim a point may be far from the hull and near to the planes.
+        // Near a sharp edge a point may be near to the planes but far from the hull.
         let (mut is_seen, mut is_near) = (false, false);
         for triangle in &self.triangles {
             let height_m = triangle.height_m(point);
@@ -144,7 +146,7 @@ impl ConvexHull {
         triangle.corners.map(|corner| self.points[corner as usize])
     }
 
-    /// By Euler's formula.
+    /// Number of corners, by Euler's formula.
     fn corner_count(&self) -> usize {
         self.triangles.len() / 2 + 2
     }
@@ -157,7 +159,7 @@ impl ConvexHull {
         Triangle { corners, normal: doubled_m2.normalize_or_zero(), at: a, rounding }
     }
 
-    /// Makes the first tetrahedron, of points far from each other, and adds the other points to it.
+    /// Creates the first tetrahedron, of points far from each other, and adds the other points to it.
     fn begin(&mut self) {
         let Some([a, b, c, d]) = self.first_corners() else { return };
         for corners in [[a, b, c], [a, d, b], [b, d, c], [c, d, a]] {
@@ -190,21 +192,22 @@ impl ConvexHull {
         (side != 0.0).then_some([0, b, c, d])
     }
 
-    /// Whether a point is on the outer side of a triangle's plane; exact. `height_m` is its rounded height.
+    /// Whether a point is on the outer side of a triangle's plane; exact. `height_m` is the point's height above the
+    /// plane, with rounding errors.
     fn is_outside(&self, triangle: &Triangle, height_m: f64, point: DVec3) -> bool {
         // The bound of a needle is not finite, so the comparison fails.
         let is_certain = height_m.abs() > triangle.rounding * (point - triangle.at).abs().element_sum();
         if is_certain { height_m > 0.0 } else { self.side_of(triangle.corners, point) > 0.0 }
     }
 
-    /// Above 0 where the corners are counterclockwise seen from the point; its sign is exact.
+    /// Above 0 if the corners are counterclockwise seen from the point; the sign is exact.
     fn side_of(&self, corners: [u32; 3], point: DVec3) -> f64 {
         let coordinates = |p: DVec3| Coord3D { x: p.x, y: p.y, z: p.z };
         let [a, b, c] = corners.map(|corner| coordinates(self.points[corner as usize]));
         -orient3d(a, b, c, coordinates(point))
     }
 
-    /// Makes a point a corner of the hull. `false` if it is not outside.
+    /// Makes a point a corner of the hull. Returns `false` if the point is not outside.
     fn join(&mut self, point: DVec3) -> bool {
         self.points.push(point);
         let is_joined = self.join_known(self.points.len() as u32 - 1);
@@ -259,7 +262,7 @@ impl ConvexHull {
         self.points = points;
     }
 
-    /// Keeps the points that are farthest in one of [`DIRECTIONS`], and no triangles.
+    /// Keeps only the points that are farthest in one of [`DIRECTIONS`], and removes all triangles.
     fn thin_out(&mut self) {
         if !self.is_flat() {
             self.forget_inner_points();
@@ -279,7 +282,7 @@ impl ConvexHull {
     }
 }
 
-/// Distance from a point to a triangle beside it; 0 for a point above or below.
+/// Distance from a point to a triangle, parallel to the triangle's plane; 0 for a point above or below the triangle.
 fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
     let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     let edges = [0, 1, 2].map(|i| (corners[i], corners[(i + 1) % 3] - corners[i]));
@@ -293,7 +296,7 @@ fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
     edges.map(to_edge).into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// Directions that are spread evenly, as the seeds of a sunflower on a sphere.
+/// Directions distributed uniformly on the sphere, by the sunflower (Fibonacci) pattern.
 fn directions() -> &'static [DVec3] {
     static EVEN: std::sync::LazyLock<Vec<DVec3>> = std::sync::LazyLock::new(|| {
         let golden_angle = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
@@ -327,8 +330,8 @@ mod tests {
         hull
     }
 
-    /// Checks that every edge belongs to two triangles, which run through it in opposite directions, and that the
-    /// surface is connected.
+    /// Checks that every edge belongs to two triangles with opposite directions of the edge, and that the surface is
+    /// connected.
     fn assert_closed(hull: &ConvexHull) {
         let mut edges = BTreeSet::new();
         for triangle in &hull.triangles {
@@ -342,10 +345,10 @@ mod tests {
         assert_eq!(corners.len() + hull.triangles.len(), edges.len() / 2 + 2, "Euler's formula");
     }
 
-    /// Greatest distance of a point outside the hull, metres.
+    /// Largest distance of a point outside the hull, metres.
     fn farthest_outside_m(hull: &ConvexHull, points: &[DVec3]) -> f64 {
         let outside = |point: DVec3, triangle: &Triangle| {
-            // The normal of a needle is noise; its neighbours contain the point.
+            // The normal of a needle is numerical noise; its neighbours contain the point.
             let [a, b, c] = hull.corners(triangle);
             let is_needle =
                 (b - a).cross(c - a).length() < 1.0e-6 * (b - a).length().max((c - a).length()).powi(2);
@@ -362,7 +365,7 @@ mod tests {
 
     #[test]
     fn a_cube_of_a_grid_has_twelve_triangles_worth_of_surface() {
-        // All but the corners lie on edges, faces or inside; some lie twice.
+        // All points but the corners lie on edges, on faces or inside; all points occur twice.
         let points: Vec<DVec3> = (0..2 * 125)
             .map(|i| DVec3::new(f64::from(i % 5), f64::from(i / 5 % 5), f64::from(i / 25 % 5)) * 0.25)
             .collect();
@@ -382,7 +385,7 @@ mod tests {
         let mut uncertain = 0;
         for triangle in &hull.triangles {
             let [a, b, c] = hull.corners(triangle);
-            // On the plane but for rounding, on corners, and all about.
+            // Points near the plane, points outside, and the corners themselves.
             let near = (0..40).map(|i| a.lerp(b.lerp(c, f64::from(i) * 0.03), 0.3 + f64::from(i) * 0.1));
             for point in near.chain(points.iter().map(|&point| point * 1.01)).chain(points.iter().copied()) {
                 let height_m = triangle.height_m(point);
@@ -421,7 +424,7 @@ mod tests {
 
     #[test]
     fn a_hull_of_very_many_points_stays_small_and_true() {
-        // A ball that grows: every point lies outside the hull of those before.
+        // A ball that grows: every point lies outside the hull of the earlier points.
         let points: Vec<DVec3> = (0..5_000)
             .map(|i| directions()[i * 277 % DIRECTIONS] * (1.0 + i as f64 * 4.0e-5))
             .chain((0..5_000).map(|i| {

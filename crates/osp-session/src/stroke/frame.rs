@@ -4,7 +4,7 @@ use super::{Drops, Sample};
 use crate::recording::NormalRule;
 use osp::math::{TOLERANCE_M, rotate};
 
-/// The unit direction from one sample to the next; `None`, and counted, if both are at one place or one is out of
+/// The unit direction from one sample to the next. `None`, and counted, if both positions coincide or one is out of
 /// range.
 pub(super) fn travel(last: &Sample, sample: &Sample, drops: &mut Drops) -> Option<Vec3> {
     let step = sample.position - last.position;
@@ -26,26 +26,26 @@ pub(crate) fn any_perpendicular(m: Vec3) -> Vec3 {
     m.cross(helper).normalize_or(Vec3::Y)
 }
 
-/// The part of `v` perpendicular to the unit vector `m`, as a unit vector; `None` if it vanishes.
+/// The component of `v` perpendicular to the unit vector `m`, normalised; `None` if it is nearly zero.
 pub(super) fn perpendicular_part(v: Vec3, m: Vec3) -> Option<Vec3> {
     let part = v - m * m.dot(v);
-    // 1e-3: closer than a twentieth of a degree to the direction of travel, the rest is noise.
+    // At less than a twentieth of a degree from the direction of travel the component is numerical noise.
     (part.length_squared() > 1.0e-6 * v.length_squared())
         .then(|| part.normalize_or_zero())
         .filter(|p| *p != Vec3::ZERO)
 }
 
-/// The direction of the ribbon's width at a sample: a unit vector, turned to agree with `previous`.
+/// The direction of the ribbon's width at a sample: a unit vector, with the sign that agrees with `previous`.
 ///
-/// `travel` is the unit direction from the sample before.
+/// `travel` is the unit direction from the previous sample.
 ///
 /// * [`NormalRule::LocalX`]: the normal is the tracker's X axis, so the width is normal x travel.
 /// * [`NormalRule::SideX`]: the width is the tracker's X axis itself.
 /// * [`NormalRule::Travel`]: Tilt Brush's `±(f x m) + |f.m| ±(u x m)` with forward f = -z and up u = +y, each sign
-///   chosen to agree with the side before.
-/// * [`NormalRule::Transport`]: the side before, made perpendicular to the travel again.
+///   chosen to agree with the previous side.
+/// * [`NormalRule::Transport`]: the previous side, made perpendicular to the travel again.
 ///
-/// If a rule gives no direction (the axis is parallel to the travel), transport takes its place.
+/// If a rule gives no direction (the axis is parallel to the travel), transport replaces it.
 pub(crate) fn side(rule: NormalRule, sample: &Sample, travel: Vec3, previous: Option<Vec3>) -> Vec3 {
     let q = sample.orientation;
     let agreeing = |v: Vec3| if previous.is_some_and(|p| p.dot(v) < 0.0) { -v } else { v };
@@ -69,8 +69,8 @@ pub(crate) fn side(rule: NormalRule, sample: &Sample, travel: Vec3, previous: Op
     agreeing(side)
 }
 
-/// The frame of a brush's ribbon at a sample, as Tilt Brush makes it: the direction of the width, turned to agree with
-/// `previous` (which may be zero), and the normal; unit vectors.
+/// The frame of a brush's ribbon at a sample, computed as in Tilt Brush: the direction of the width, with the sign that
+/// agrees with `previous` (which may be zero), and the normal; unit vectors.
 pub(super) fn ribbon(previous: Vec3, travel: Vec3, orientation: Quat) -> [Vec3; 2] {
     let agreeing = |v: Vec3| if previous.dot(v) < 0.0 { -v } else { v };
     let forward = rotate(orientation, Vec3::NEG_Z);

@@ -12,10 +12,11 @@ use crate::{
 };
 use osp::{math::COORDINATE_LIMIT_M, polygon::ConvexPolygon};
 
-/// Distance outside the hull below which a point does not change it, metres at scale 1.
+/// Largest distance of a point from the hull, outside it, at which the point is ignored; metres at scale 1.
 pub(super) const TOLERANCE_M: f64 = 1.0e-6;
 
-/// Makes the convex hull of half balls around the samples, each in the direction of travel, and of the first sample.
+/// Builds the convex hull of the first sample, and of half balls around the further samples, each in the direction of
+/// travel.
 #[derive(Clone, Debug)]
 pub struct HullBuilder {
     brush: &'static Brush,
@@ -27,7 +28,7 @@ pub struct HullBuilder {
     side: Option<Vec3>,
     /// Hull of the kept samples.
     hull: ConvexHull,
-    /// Whether a provisional end is drawn that is not in `hull`.
+    /// Whether a provisional end is drawn, which is not in `hull`.
     is_end_drawn: bool,
 }
 
@@ -47,7 +48,7 @@ impl HullBuilder {
         }
     }
 
-    /// Takes a sample and writes the changes to `out`.
+    /// Processes a sample and writes the changes to `out`.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let is_first = !std::mem::replace(&mut self.has_begun, true);
         let Some(step) = self.knots.push(sample, drops) else {
@@ -79,7 +80,7 @@ impl HullBuilder {
         drops.degenerate += u64::from(has_moved && out.is_empty());
     }
 
-    /// The tip of a half ball around the sample, and two rings of four points.
+    /// Points of a half ball around the sample: the tip, and two rings of four points.
     fn half_ball(&mut self, step: &Step) -> [DVec3; 9] {
         let (sample, travel) = (step.to.sample, step.travel);
         let middle = sample.position.as_dvec3();
@@ -108,7 +109,7 @@ impl HullBuilder {
     }
 }
 
-/// Appends the triangles of a hull. Triangles without area in `f32` are left out; they leave no visible hole.
+/// Appends the triangles of a hull. Triangles without area in `f32` are left out; this leaves no visible hole.
 pub(super) fn draw_hull(hull: &ConvexHull, is_faceted: bool, out: &mut Pieces) {
     let mut nothing = Drops::default();
     if is_faceted {
@@ -126,7 +127,7 @@ pub(super) fn draw_hull(hull: &ConvexHull, is_faceted: bool, out: &mut Pieces) {
     }
 }
 
-/// Adds the points in range to a hull, and counts the others. Returns whether the hull has changed.
+/// Adds the points that are in range to a hull, and counts the others. Returns whether the hull has changed.
 pub(super) fn insert(hull: &mut ConvexHull, points: &[DVec3], drops: &mut Drops) -> bool {
     let mut is_changed = false;
     for &point in points {

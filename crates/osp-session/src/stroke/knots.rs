@@ -3,19 +3,19 @@ use glam::Vec3;
 use super::{Drops, Sample, StrokeSettings};
 use crate::brush::Brush;
 
-/// Distance from the last kept sample at which another one is kept.
+/// Distance from the last kept sample from which a further sample is kept.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spacing {
-    /// Metres at scale 1.
+    /// A constant distance, metres at scale 1.
     pub length_m: f32,
-    /// In addition: this part of the width at the sample.
+    /// An additional distance, as a fraction of the width at the sample.
     pub part_of_size: f32,
 }
 
 /// A control point of a stroke with the values that its brush uses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Knot {
-    /// As recorded, with the recorded pressure.
+    /// The recorded sample with the recorded pressure.
     pub sample: Sample,
     /// The pressure, smoothed along the stroke.
     pub smoothed: f32,
@@ -23,25 +23,25 @@ pub(super) struct Knot {
     pub size_m: f32,
 }
 
-/// A move of the hand from the last kept sample.
+/// Movement of the hand from the last kept sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Step {
     /// The last kept sample.
     pub from: Knot,
-    /// The sample that has come.
+    /// The new sample.
     pub to: Knot,
-    /// From one to the other, metres; finite.
+    /// Distance between the two, metres; finite.
     pub length_m: f32,
-    /// The unit direction of the move; zero if there is none.
+    /// Unit direction of the movement; zero if there is none.
     pub travel: Vec3,
     /// Whether the new sample is kept. If not, it is a provisional end of the stroke, which the next sample replaces.
     pub is_kept: bool,
 }
 
-/// Divides the samples of a stroke into kept ones and provisional ends, and smooths their pressure.
+/// Classifies the samples of a stroke as kept samples and provisional ends, and smooths their pressure.
 ///
-/// Most brushes keep samples at a least distance only. A sample nearer to the last kept one is drawn as the stroke's
-/// end, and the next sample replaces it.
+/// Most brushes keep only samples at a minimum distance. A sample nearer to the last kept one is drawn as the stroke's
+/// provisional end, and the next sample replaces it.
 #[derive(Clone, Debug)]
 pub(super) struct Knots {
     brush: &'static Brush,
@@ -56,7 +56,7 @@ pub(super) struct Knots {
 
 impl Knots {
     pub(super) fn new(settings: &StrokeSettings, brush: &'static Brush, spacing: Spacing) -> Self {
-        // At scale 0 there would be no length to smooth over.
+        // At scale 0 the smoothing length would be 0.
         let scale = settings.scale.max(f32::MIN_POSITIVE);
         Self {
             brush,
@@ -69,7 +69,7 @@ impl Knots {
         }
     }
 
-    /// For brushes that take the pressure as it is recorded.
+    /// Without smoothing, for brushes that use the recorded pressure.
     pub(super) fn without_smoothing(self) -> Self {
         Self { is_smooth: false, ..self }
     }
@@ -79,12 +79,13 @@ impl Knots {
         self.last.as_ref()
     }
 
-    /// Distance from the last kept sample from which this one is kept, metres.
+    /// Distance from the last kept sample from which this knot is kept, metres.
     pub(super) fn spacing_m(&self, knot: &Knot) -> f32 {
         self.spacing.length_m * self.scale + self.spacing.part_of_size * knot.size_m
     }
 
-    /// Takes a sample. `None` for the first one, which is always kept, and for one that is too far away to be drawn.
+    /// Processes a sample. Returns `None` for the first one, which is always kept, and for a sample too far away to be
+    /// drawn.
     pub(super) fn push(&mut self, sample: Sample, drops: &mut Drops) -> Option<Step> {
         let Some(mut from) = self.last else {
             self.last = Some(self.knot(sample, self.first_pressure(&sample)));
@@ -112,8 +113,8 @@ impl Knots {
         Knot { sample, smoothed, size_m: self.width_m * self.brush.size(smoothed) }
     }
 
-    /// The smoothed pressure at the first sample of a stroke: 0 for brushes of the old kind; otherwise the newest
-    /// pressure until a second sample is kept.
+    /// The smoothed pressure at the first sample of a stroke. It is 0 for brushes of the old kind. For others it is the
+    /// newest pressure until a second sample is kept.
     fn first_pressure(&self, next: &Sample) -> f32 {
         if !self.is_smooth {
             return self.last.map_or(next.pressure, |last| last.sample.pressure);
@@ -121,7 +122,7 @@ impl Knots {
         if self.brush.has_short_pressure_window { 0.0 } else { next.pressure }
     }
 
-    /// The old pressure fades to a tenth over the brush's smoothing length.
+    /// The smoothed pressure: the old pressure fades to a tenth over the brush's smoothing length.
     fn smoothed(&self, from: &Knot, pressure: f32, length_m: f32) -> f32 {
         if !self.is_smooth {
             return pressure;
@@ -181,7 +182,7 @@ mod tests {
         for scale in [1.0, 0.25] {
             let (mut knots, mut drops) = (knots(scale), Drops::default());
             knots.push(at(0.0, 1.0), &mut drops);
-            // The first pressure does not count: few hands press hard at once.
+            // The first sample's pressure is ignored, because few hands press hard at once.
             let step = knots.push(at(0.1, 0.0), &mut drops).expect("in range");
             assert!(step.is_kept && step.from.smoothed == 0.0 && step.to.smoothed == 0.0);
             let step = knots.push(at(0.1 + 0.2 * scale, 1.0), &mut drops).expect("in range");

@@ -1,9 +1,9 @@
-//! Turns tracker samples into polygons, one sample at a time: ribbons, walls, tubes, and the forms of
+//! Builds polygons from tracker samples, one sample at a time: ribbons, walls, tubes, and the forms of
 //! [brushes](crate::brush).
 //!
-//! Every builder takes samples one by one and writes the changes of the stroke's polygons to [`Pieces`]. Most builders
-//! only append; a growing hull or a smoothed ribbon replaces some. Degenerate pieces are dropped and counted in
-//! [`Drops`], never passed on.
+//! Every builder processes samples one by one and writes the changes of the stroke's polygons to [`Pieces`]. Most
+//! builders only append polygons; a growing hull or a smoothed ribbon also replaces some. Degenerate pieces are dropped
+//! and counted in [`Drops`].
 //!
 //! Depends on [`recording`](crate::recording), [`brush`](crate::brush) and [`polygon`](osp::polygon).
 
@@ -58,30 +58,30 @@ use crate::{
     recording::Tool,
 };
 
-/// A stroke in the making, whatever its tool.
+/// The builder of an unfinished stroke, for any tool or brush.
 #[derive(Clone, Debug)]
 pub enum StrokeBuilder {
-    /// [`Tool::Ribbon`].
+    /// Builder for [`Tool::Ribbon`].
     Ribbon(RibbonBuilder),
-    /// [`Tool::Wall`].
+    /// Builder for [`Tool::Wall`].
     Wall(WallBuilder),
-    /// [`Tool::Tube`].
+    /// Builder for [`Tool::Tube`].
     Tube(TubeBuilder),
-    /// [`Family::QuadStrip`].
+    /// Builder for [`Family::QuadStrip`].
     QuadStrip(QuadStripBuilder),
-    /// [`Family::Welded`], [`Family::ThickRibbon`], [`Family::BoxSection`].
+    /// Builder for [`Family::Welded`], [`Family::ThickRibbon`], [`Family::BoxSection`].
     Welded(WeldedBuilder),
-    /// [`Family::Slices`].
+    /// Builder for [`Family::Slices`].
     Slices(SlicesBuilder),
-    /// [`Family::Hull`].
+    /// Builder for [`Family::Hull`].
     Hull(HullBuilder),
-    /// [`Family::Particles`].
+    /// Builder for [`Family::Particles`].
     Particles(ParticlesBuilder),
-    /// [`Family::Spray`].
+    /// Builder for [`Family::Spray`].
     Spray(SprayBuilder),
-    /// [`Family::Tube`].
+    /// Builder for [`Family::Tube`].
     TubeBrush(TubeBrushBuilder),
-    /// [`Family::WindowedHull`].
+    /// Builder for [`Family::WindowedHull`].
     WindowedHull(WindowedHullBuilder),
 }
 
@@ -117,7 +117,7 @@ impl StrokeBuilder {
         }
     }
 
-    /// Takes a sample and writes the changes to `out`, which has been begun for the stroke.
+    /// Processes a sample and writes the changes to `out`. The caller has called [`Pieces::begin`] for the stroke.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         match self {
             Self::Ribbon(b) => out.push_all(drops, |out, drops| b.push(sample, out, drops)),
@@ -151,17 +151,17 @@ impl StrokeBuilder {
         }
     }
 
-    /// Makes polygons again that depend on the length of the whole stroke: mostly polygons at its end, and now and
-    /// then all. `out` gets the changes. Call it once a frame, if samples have come.
+    /// Rebuilds polygons that depend on the length of the whole stroke: usually those at its end, sometimes all. Writes
+    /// the changes to `out`. Call it once a frame, if samples were added.
     pub fn settle(&mut self, out: &mut Pieces, drops: &mut Drops) {
         if let Self::TubeBrush(b) = self {
             b.settle(out, drops);
         }
     }
 
-    /// Repaints polygons whose look, but not form, has changed since the last call: because the length of the whole
-    /// stroke has changed, or the distance from its end. Appends their places, ascending, and their surfaces. Call it
-    /// once a frame, and after [`StrokeBuilder::finish`].
+    /// Repaints polygons whose surface, but not shape, has changed since the last call, because the stroke's length or
+    /// the distance from its end has changed. Appends the polygons' positions in the stroke, ascending, and their
+    /// surfaces. Call it once a frame, and after [`StrokeBuilder::finish`].
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
         match self {
             Self::Ribbon(_)

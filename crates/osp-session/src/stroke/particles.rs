@@ -4,27 +4,27 @@ use super::{Drops, MAX_SCATTERED, Pieces, Sample, StrokeSettings, random::Random
 use crate::brush::{Brush, PARTICLE_STEP_M, Surface};
 use osp::polygon::ConvexPolygon;
 
-/// Least pressure of the particle in a stroke of a single particle.
+/// Smallest pressure of the particle in a stroke of a single particle.
 const LONE_PRESSURE: f32 = 0.8;
 
-/// The corners of a square about its middle, in the order of its texture's corners.
+/// The corners of a square relative to its centre, in the order of its texture's corners.
 pub(super) const CORNERS: [Vec2; 4] =
     [Vec2::new(-1.0, -1.0), Vec2::new(1.0, -1.0), Vec2::new(1.0, 1.0), Vec2::new(-1.0, 1.0)];
 
-/// Makes squares that face the eye, at even distances along the samples.
+/// Builds squares that face the eye, at equal distances along the samples.
 #[derive(Clone, Debug)]
 pub struct ParticlesBuilder {
     brush: &'static Brush,
     width_m: f32,
     random: Random,
     interval_m: f64,
-    /// The last sample, and its number in the stroke.
+    /// The last sample, and its index in the stroke.
     last: Option<(Sample, u32)>,
-    /// From the first sample to the last.
+    /// Length of the stroke from the first sample to the last.
     length_m: f64,
-    /// Places along the stroke that have their particle already.
+    /// Number of particle positions along the stroke that have a particle already.
     taken: u64,
-    /// The stroke's only particle, as long as there is no other.
+    /// The stroke's only particle, until a second one exists.
     lone: Option<Lone>,
 }
 
@@ -32,7 +32,7 @@ pub struct ParticlesBuilder {
 struct Lone {
     place: u32,
     position: Vec3,
-    /// Pressure of the second sample, once there is one.
+    /// Pressure of the second sample, once it exists.
     pressure: f32,
 }
 
@@ -44,7 +44,7 @@ impl ParticlesBuilder {
             brush,
             width_m: settings.width_m,
             random: Random::new(settings.seed),
-            // The number of particles stays finite.
+            // The lower bound keeps the number of particles finite.
             interval_m: interval_m.max(f64::MIN_POSITIVE),
             last: None,
             length_m: 0.0,
@@ -53,7 +53,7 @@ impl ParticlesBuilder {
         }
     }
 
-    /// Takes a sample and writes the changes to `out`.
+    /// Processes a sample and writes the changes to `out`.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some((last, number)) = self.last else {
             let lone = Lone { place: out.len(), position: sample.position, pressure: sample.pressure };
@@ -70,7 +70,7 @@ impl ParticlesBuilder {
         let knot = number.wrapping_add(1);
         let start_m = self.length_m;
         self.length_m += step_m;
-        // Cast: saturates.
+        // The cast saturates.
         let taken = ((self.length_m / self.interval_m).floor() as u64).saturating_add(1).max(self.taken);
         let first = std::mem::replace(&mut self.taken, taken);
         self.last = Some((sample, knot));
@@ -88,7 +88,7 @@ impl ParticlesBuilder {
             self.lone = None;
             self.place(lone.position, lone.pressure, 1, 0, out, drops);
         }
-        // The first particle of the stroke belongs to the way to the second sample.
+        // The first particle of the stroke counts among those before the second sample.
         let already = u64::from(number == 0);
         let count = (taken - first).min(MAX_SCATTERED);
         drops.excess_pieces = drops.excess_pieces.saturating_add(taken - first - count);
@@ -103,7 +103,7 @@ impl ParticlesBuilder {
         self.place(lone.position, lone.pressure.max(LONE_PRESSURE), 1, 0, out, drops);
     }
 
-    /// Places particle `i` on the way to sample `knot`.
+    /// Places particle `i` of those before sample `knot`.
     fn place(&self, position: Vec3, pressure: f32, knot: u32, i: u32, out: &mut Pieces, drops: &mut Drops) {
         let (brush, random) = (self.brush, self.random);
         let salt = knot.wrapping_mul(16).wrapping_add(i).wrapping_mul(16);
@@ -124,7 +124,7 @@ impl ParticlesBuilder {
     }
 }
 
-/// The part of the texture that a square shows, for [`CORNERS`]: all of it, or one of two by two cells.
+/// The texture coordinates of a square at [`CORNERS`]: the whole texture, or one of two by two cells.
 pub(super) fn cell(brush: &Brush, random: Random, salt: u32) -> [Vec2; 4] {
     if brush.atlas_rows <= 1 {
         return CORNERS.map(|corner| corner * 0.5 + 0.5);

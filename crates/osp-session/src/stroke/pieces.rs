@@ -8,13 +8,13 @@ use osp::polygon::ConvexPolygon;
 /// A polygon of a stroke and its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
-    /// Its corners.
+    /// The polygon.
     pub polygon: ConvexPolygon,
     /// Normals, texture coordinates and alpha of its corners.
     pub surface: Surface,
 }
 
-/// Places of a quad's polygons (none, one or two), and the quad's corners that each has.
+/// Positions in a stroke of a quad's polygons (none, one or two), and the quad's corners of each polygon.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct QuadPieces {
     first: u32,
@@ -23,12 +23,12 @@ pub struct QuadPieces {
 }
 
 impl QuadPieces {
-    /// The place of the first one; without polygons, the next free place.
+    /// The position of the first polygon; without polygons, the next free position.
     pub fn first(&self) -> u32 {
         self.first
     }
 
-    /// The places of all, with their parts of the quad's surface.
+    /// The positions of all polygons, each with its part of the quad's surface.
     pub fn painted(self, surface: Surface) -> impl Iterator<Item = (u32, Surface)> {
         (self.first..).zip(self.corners).take(usize::from(self.count)).map(move |(place, corners)| {
             let is_whole = corners == [0, 1, 2, 3];
@@ -39,25 +39,25 @@ impl QuadPieces {
 
 /// Changes of a stroke's polygons by a sample: polygons before the first changed one stay, all others are replaced.
 ///
-/// Places count from the stroke's first polygon.
+/// Positions count from the stroke's first polygon.
 #[derive(Clone, Debug, Default)]
 pub struct Pieces {
     kept: u32,
-    /// Number of polygons that no sample takes back: all up to the last one that came from elsewhere.
+    /// Number of polygons that no sample removes: all up to the last one that an event added directly.
     fixed: u32,
     fresh: Vec<Piece>,
-    /// Scratch: polygons to be added to `fresh`.
+    /// Scratch: polygons that will be appended to `fresh`.
     polygons: Vec<ConvexPolygon>,
 }
 
 impl Pieces {
-    /// Begins again for a stroke that has `count` polygons; the first `fixed` of them stay whatever the samples do.
+    /// Restarts for a stroke that has `count` polygons; the first `fixed` of them are never replaced.
     pub fn begin(&mut self, count: u32, fixed: u32) {
         (self.kept, self.fixed) = (count, fixed);
         self.fresh.clear();
     }
 
-    /// Number of polygons of the stroke now.
+    /// Current number of polygons of the stroke.
     pub fn len(&self) -> u32 {
         self.kept + self.fresh.len() as u32
     }
@@ -67,32 +67,33 @@ impl Pieces {
         self.len() == 0
     }
 
-    /// Removes all polygons from place `len` on, except for fixed ones.
+    /// Removes all polygons from position `len` on, except for fixed ones.
     pub fn truncate(&mut self, len: u32) {
         let len = len.max(self.fixed);
         self.fresh.truncate(len.saturating_sub(self.kept) as usize);
         self.kept = self.kept.min(len);
     }
 
-    /// The place of the first changed polygon.
+    /// The position of the first changed polygon.
     pub fn kept(&self) -> u32 {
         self.kept
     }
 
-    /// The polygons from place [`Pieces::kept`] on.
+    /// The polygons from position [`Pieces::kept`] on.
     pub fn fresh(&self) -> &[Piece] {
         &self.fresh
     }
 
-    /// Appends a polygon unless it is degenerate or out of range, which is counted.
+    /// Appends a polygon, unless it is degenerate or out of range, which is counted.
     pub fn push(&mut self, polygon: ConvexPolygon, surface: Surface, drops: &mut Drops) {
         let before = self.fresh.len();
         self.push_all(drops, |out, drops| push_checked(polygon, out, drops));
         self.fresh[before..].iter_mut().for_each(|piece| piece.surface = surface);
     }
 
-    /// Appends a quad whose corners `surface` paints in their order: as one polygon if it is flat and convex, as two
-    /// triangles if not, as one if two neighbouring corners are the same. A triangle repeats its last corner.
+    /// Appends a quad, whose corners have the surface data of `surface` in the same order. A planar convex quad becomes
+    /// one polygon. Any other quad becomes two triangles, or one if two neighbouring corners coincide. A triangle
+    /// repeats its last corner.
     pub fn push_quad(&mut self, corners: [Vec3; 4], surface: Surface, drops: &mut Drops) -> QuadPieces {
         let before = self.fresh.len();
         let mut pieces = self.no_quad();
@@ -103,7 +104,7 @@ impl Pieces {
             None => push_quad(corners, out, drops),
         });
         for (piece, places) in self.fresh[before..].iter_mut().zip(&mut pieces.corners) {
-            // Each corner of a half is one of the quad's, bit for bit.
+            // Each corner of a half equals one of the quad's, bit for bit.
             let vertices = piece.polygon.vertices();
             let place = |i: usize| {
                 let vertex = vertices[i.min(vertices.len() - 1)];
@@ -118,7 +119,7 @@ impl Pieces {
         pieces
     }
 
-    /// Appends a quad, or a triangle where its first or last two corners are one point.
+    /// Appends a quad, or a triangle if the first two or the last two corners coincide.
     pub fn push_side(&mut self, corners: [Vec3; 4], surface: Surface, drops: &mut Drops) {
         let [a, b, c, d] = corners;
         if c == d {
@@ -130,7 +131,7 @@ impl Pieces {
         }
     }
 
-    /// A quad without polygons at this place.
+    /// A quad without polygons at the current position.
     pub fn no_quad(&self) -> QuadPieces {
         QuadPieces { first: self.len(), ..QuadPieces::default() }
     }

@@ -6,8 +6,8 @@ use osp::{
     polygon::ConvexPolygon,
 };
 
-/// A polygon whose area is below this fraction of its longest edge squared is degenerate (a needle or a point).
-/// Larger: thin ribbons start to be dropped.
+/// Area of a polygon, as a fraction of its longest edge squared, below which it is degenerate (a needle or a point). A
+/// larger value would drop thin ribbons.
 const DEGENERATE_AREA_M2_PER_M2: f32 = 1.0e-6;
 
 fn longest_edge_squared(polygon: &ConvexPolygon) -> f32 {
@@ -15,7 +15,7 @@ fn longest_edge_squared(polygon: &ConvexPolygon) -> f32 {
     (0..v.len()).map(|i| v[i].distance_squared(v[(i + 1) % v.len()])).fold(0.0, f32::max)
 }
 
-/// Appends the polygon unless it is degenerate or out of range, which is counted.
+/// Appends the polygon, unless it is degenerate or out of range, which is counted.
 pub(crate) fn push_checked(polygon: ConvexPolygon, out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
     if polygon.vertices().iter().any(|p| !(p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M)) {
         drops.out_of_range += 1;
@@ -26,7 +26,7 @@ pub(crate) fn push_checked(polygon: ConvexPolygon, out: &mut Vec<ConvexPolygon>,
     }
 }
 
-/// Appends a quad as one polygon if it is flat and convex, as two triangles along its shorter diagonal if not.
+/// Appends a quad: one polygon if it is planar and convex, else two triangles along its shorter diagonal.
 pub(crate) fn push_quad([a, b, c, d]: [Vec3; 4], out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
     if is_flat_and_convex([a, b, c, d]) {
         push_checked(ConvexPolygon::quad([a, b, c, d]), out, drops);
@@ -54,7 +54,7 @@ mod tests {
     fn a_quad_is_one_polygon_only_if_no_corner_of_it_turns_in() {
         let square = [Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y];
         for inward in 0..4 {
-            // The corner is drawn beyond the diagonal of its neighbours: what is left is three eighths.
+            // One corner lies beyond the diagonal of its neighbours; an area of three eighths remains.
             let mut arrow = square;
             arrow[inward] = arrow[inward].lerp(arrow[(inward + 2) % 4], 0.625);
             let (mut out, mut drops) = (Vec::new(), Drops::default());

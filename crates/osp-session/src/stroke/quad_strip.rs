@@ -9,17 +9,17 @@ use super::{
 use crate::brush::{Brush, Surface, UV_PERIOD, Uv};
 use osp::math::rotate;
 
-/// Shorter moves are ignored; metres at scale 1.
+/// Shorter movements are ignored; metres at scale 1.
 const LEAST_MOVE_M: f32 = 0.0005;
 const SPACING: Spacing = Spacing { length_m: 0.0015, part_of_size: 0.2 };
-/// Length of the fade at the end of a ribbon whose texture runs by distance; metres at scale 1.
+/// Length of the fade at the end of a ribbon whose texture coordinate is proportional to distance; metres at scale 1.
 const FADE_M: f32 = 0.025;
 
-/// Makes a ribbon of rectangles between the samples that its brush keeps. Each one is smoothed with its neighbours
-/// once the next one exists.
+/// Builds a ribbon of rectangles between the samples that its brush keeps. Each rectangle is smoothed with its
+/// neighbours once the next one exists.
 ///
-/// If the hand turns back, the ribbon breaks into segments that are not joined. Source: the quad strips of Tilt Brush
-/// (Apache-2.0), as facts.
+/// If the hand reverses its direction, the ribbon breaks into segments that are not joined. Source: the quad strips of
+/// Tilt Brush (Apache-2.0), as facts.
 #[derive(Clone, Debug)]
 pub struct QuadStripBuilder {
     brush: &'static Brush,
@@ -27,22 +27,22 @@ pub struct QuadStripBuilder {
     scale: f32,
     random: Random,
     knots: Knots,
-    /// The quads that may still change, in form or in look: the kept ones, then a provisional end if there is one.
+    /// The quads whose shape or surface may still change: the kept ones, then a provisional end if there is one.
     quads: Vec<Quad>,
     kept: usize,
-    /// Kept quads since the last break.
+    /// Number of kept quads since the last break.
     in_segment: usize,
-    /// Kept quads of the whole stroke.
+    /// Number of kept quads of the whole stroke.
     count: u32,
     last: Option<Last>,
-    /// Difference between the hand's width and the ribbon's, metres: a ribbon is narrower in sharp turns.
+    /// Difference between the hand's width and the ribbon's, metres, because a ribbon is narrower in sharp bends.
     shrink_m: f32,
     /// The first quad of the segment that was last painted, and the state of its painting.
     painted: (u32, Refresh),
     is_finished: bool,
 }
 
-/// The last kept quad before it was joined to the one before and smoothed.
+/// The last kept quad before it was smoothed and joined to the previous one.
 #[derive(Clone, Copy, Debug)]
 struct Last {
     form: Rectangle,
@@ -50,7 +50,7 @@ struct Last {
     joined: Form,
 }
 
-/// Middle, half of the length, half of the width.
+/// Centre, half of the length, half of the width.
 #[derive(Clone, Copy, Debug)]
 struct Rectangle {
     middle: Vec3,
@@ -58,7 +58,7 @@ struct Rectangle {
     right: Vec3,
 }
 
-/// Corners: left and right of the trailing edge, right and left of the leading one.
+/// Corners: left and right of the trailing edge, right and left of the leading edge.
 #[derive(Clone, Copy, Debug)]
 struct Form {
     corners: [Vec3; 4],
@@ -69,13 +69,13 @@ struct Form {
 #[derive(Clone, Copy, Debug)]
 struct Quad {
     form: Form,
-    /// Place among the quads of the stroke.
+    /// Index of the quad in the stroke.
     number: u32,
-    /// The number of the first quad of its segment.
+    /// Index of the first quad of its segment.
     first: u32,
-    /// Length of the segment before it.
+    /// Length of the segment before the quad, metres.
     before_m: f32,
-    /// Texture coordinate by distance, at the trailing edge and the leading one.
+    /// Texture coordinate by distance, at the trailing and the leading edge.
     u: [f32; 2],
     /// Opacity at both edges.
     alpha: [f32; 2],
@@ -100,7 +100,8 @@ impl Form {
         0.5 * (leading_left.distance(trailing_left) + leading_right.distance(trailing_right))
     }
 
-    /// Gives two quads a common edge: the mean of their edges, or (for a provisional end) the edge of the quad behind.
+    /// Gives two neighbouring quads a common edge: the mean of their edges, or (for a provisional end) the edge of the
+    /// quad behind.
     fn join(behind: &mut Self, ahead: &mut Self, is_kept: bool) {
         if is_kept {
             for (leading, trailing) in [(3, 0), (2, 1)] {
@@ -150,7 +151,7 @@ impl QuadStripBuilder {
         }
     }
 
-    /// Takes a sample: replaces a provisional end, and changes at most the two quads before it.
+    /// Processes a sample: replaces a provisional end, and changes at most the two quads before it.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some(step) = self.knots.push(sample, drops) else { return };
         if step.length_m < LEAST_MOVE_M * self.scale || step.length_m == 0.0 {
@@ -174,7 +175,7 @@ impl QuadStripBuilder {
         }
     }
 
-    /// Ends the stroke: removes a segment of one quad, and a provisional end that follows no quad or one.
+    /// Ends the stroke. Removes a segment of a single quad, and a provisional end that follows no quad or only one.
     pub fn finish(&mut self, out: &mut Pieces) {
         let is_break = self.quads.last().is_some_and(Quad::is_first) && self.quads.len() > self.kept;
         let stays = match self.in_segment {
@@ -191,7 +192,8 @@ impl QuadStripBuilder {
         self.is_finished = true;
     }
 
-    /// Paints the quads whose look may have changed since the last call, and drops those that can no longer change.
+    /// Repaints the quads whose surface may have changed since the last call, and drops those that can no longer
+    /// change.
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
         let settled = match self.uv {
             Uv::Stretched => self.repaint_stretched(out),
@@ -209,7 +211,7 @@ impl QuadStripBuilder {
         }
     }
 
-    /// The rectangle to a sample, its direction and normal, its width, and whether the ribbon breaks before it.
+    /// The rectangle up to a sample, its direction and normal, its width, and whether the ribbon breaks before it.
     fn next(&mut self, step: &Step) -> (Rectangle, Vec3, Vec3, f32, bool) {
         let (from, to) = (step.from.sample.position, step.to.sample.position);
         let orientation = step.to.sample.orientation;
@@ -242,8 +244,8 @@ impl QuadStripBuilder {
         let ahead_left = last.forward.dot(form.middle - form.right - last.middle);
         let mut shrink_m = self.shrink_m;
         if ahead_right * ahead_left < 0.0 {
-            // The inner end would lie behind the quad before: it is moved to that quad's inner end, which makes this
-            // quad narrower.
+            // The inner end of the edge would lie behind the previous quad. It is moved to that quad's inner end, which
+            // makes this quad narrower.
             form.right = if ahead_left < 0.0 {
                 form.middle - (last.middle - last.right)
             } else {
@@ -265,7 +267,7 @@ impl QuadStripBuilder {
         (form, direction, normal, width_m, false)
     }
 
-    /// Appends a quad and smooths the ones before it.
+    /// Appends a quad and smooths the previous ones.
     fn append(&mut self, form: &Rectangle, direction: Vec3, normal: Vec3, step: Step, is_break: bool) {
         let is_kept = step.is_kept;
         let opacity = self.brush.opacity(step.to.smoothed);
@@ -277,7 +279,7 @@ impl QuadStripBuilder {
         let last = self.last.as_ref().map(|last| last.form);
         match self.quads.as_mut_slice() {
             [.., back, mid] if in_segment > 1 && is_break => {
-                // The last one keeps its form, except for the common edge.
+                // The last quad keeps its shape, except for the common edge.
                 if let Some(last) = last {
                     mid.form.corners = last.corners();
                 }
@@ -319,7 +321,7 @@ impl QuadStripBuilder {
         }
     }
 
-    /// Measures the texture coordinates of the last three quads, which have changed.
+    /// Computes the texture coordinates of the last three quads, which have changed.
     fn measure(&mut self, width_m: f32) {
         for i in self.quads.len().saturating_sub(3)..self.quads.len() {
             let behind = i.checked_sub(1).map(|i| self.quads[i]);
@@ -327,19 +329,19 @@ impl QuadStripBuilder {
             let (before_m, u) = match behind {
                 Some(behind) if !quad.is_first() => (behind.end_m(), behind.u[1]),
                 _ if quad.is_first() => (0.0, self.random.unit(quad.first.wrapping_mul(6))),
-                // The quad behind it is settled and dropped, so this one is settled, too.
+                // The quad behind it is final and dropped, so this quad is final, too.
                 _ => (quad.before_m, quad.u[0]),
             };
             quad.before_m = before_m;
             let tiles = self.brush.tile_rate * (quad.form.length_m() / width_m.max(f32::MIN_POSITIVE));
-            // Textures repeat: whole parts have no effect, and neither has the end of a texture in a needle. The
-            // visible texture of a short quad may have a longer period.
+            // Textures repeat, so an integer offset has no effect. The end of a texture in a needle has none either.
+            // The visible texture of a short quad may have a longer period.
             let u = if tiles <= 1.0 { u.rem_euclid(UV_PERIOD) } else { u - u.floor() };
             quad.u = [u, u + if tiles < 1.0e6 { tiles } else { 0.0 }];
         }
     }
 
-    /// Range of the texture across the stroke that a segment shows.
+    /// Range of texture coordinates across the stroke for a segment.
     fn row(&self, quad: &Quad) -> [f32; 2] {
         let random = self.random.unit(quad.first.wrapping_mul(6));
         let rows = u32::from(self.brush.atlas_rows.max(1));
@@ -351,7 +353,7 @@ impl QuadStripBuilder {
         [row, row + 1].map(|row| row as f32 / rows as f32)
     }
 
-    /// Surface of one of the last quads, for the present length of the stroke.
+    /// Surface of one of the last quads, for the current length of the stroke.
     fn surface_of(&self, i: usize) -> Surface {
         let quad = &self.quads[i];
         let segment = self.quads[i..].iter().take_while(|other| other.first == quad.first);
@@ -365,8 +367,8 @@ impl QuadStripBuilder {
         }
     }
 
-    /// Paints segments whose texture spans their whole length; of the last one, which will change again, mostly the
-    /// end.
+    /// Repaints segments whose texture spans their whole length. The last segment will change again, so usually only
+    /// its end is repainted.
     fn repaint_stretched(&mut self, out: &mut Vec<(u32, Surface)>) -> usize {
         let last_first = if self.is_finished { self.quads.len() } else { self.kept - self.in_segment };
         let (closed, open) = self.quads.split_at(last_first);
@@ -397,8 +399,8 @@ impl QuadStripBuilder {
         out.extend(quads.iter().flat_map(|quad| quad.pieces.painted(stretched(quad, total_m, row))));
     }
 
-    /// Paints the quads near the end of a segment. Quads far from it, measured along quads that keep their form, are
-    /// settled.
+    /// Repaints the quads near the end of a segment. Quads far from the end become final; the distance is measured
+    /// along quads whose shape is final.
     fn repaint_fading(&mut self, out: &mut Vec<(u32, Surface)>) -> usize {
         let from = out.len();
         let (mut ahead_m, mut settled_ahead_m, mut settled) = (0.0, 0.0, 0);
@@ -406,7 +408,7 @@ impl QuadStripBuilder {
         for (i, quad) in self.quads.iter().enumerate().rev() {
             if self.quads.get(i + 1).is_none_or(|next| next.is_first()) {
                 ahead_m = 0.0;
-                // A segment that ends with a kept quad is settled as a whole.
+                // A segment that ends with a kept quad is final as a whole.
                 settled_ahead_m = if i < keep_form { f32::INFINITY } else { 0.0 };
             }
             if settled == 0 && i < keep_form && settled_ahead_m >= FADE_M * self.scale {
@@ -418,11 +420,12 @@ impl QuadStripBuilder {
             settled_ahead_m += if i < keep_form { length_m } else { 0.0 };
         }
         out[from..].sort_unstable_by_key(|(place, _)| *place);
-        // Three that may change, and the one that they are measured from.
+        // The last three quads may change, and one more is needed to compute them.
         settled.min(self.kept.saturating_sub(4))
     }
 
-    /// Surface of a quad whose texture runs by distance, with this length of stroke ahead of it.
+    /// Surface of a quad whose texture coordinate is proportional to distance; `ahead_m` is the length of the segment
+    /// after the quad.
     fn fading(&self, quad: &Quad, ahead_m: f32) -> Surface {
         let fade_m = (FADE_M * self.scale).max(f32::MIN_POSITIVE);
         let leading = (ahead_m / fade_m).min(1.0);
@@ -437,7 +440,7 @@ fn stretched(quad: &Quad, total_m: f32, row: [f32; 2]) -> Surface {
     quad.surface([quad.before_m / total_m, quad.end_m() / total_m], row, quad.alpha)
 }
 
-/// Direction between two unit directions along the shorter arc.
+/// Spherical interpolation between two unit directions.
 fn between(from: Vec3, to: Vec3, part: f32) -> Vec3 {
     let cos = from.dot(to).clamp(-1.0, 1.0);
     if cos.abs() > 0.9995 {

@@ -1,8 +1,8 @@
 use glam::Vec3;
 
-/// The random numbers of a stroke: always the same number for a salt, in any order.
+/// The random numbers of a stroke: a function of seed and salt, independent of the order of calls.
 ///
-/// Source: Chris Wellons' hash "lowbias32" (public domain), as Open Brush uses it.
+/// Source: Chris Wellons' hash "lowbias32" (public domain), as in Open Brush.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Random {
     seed: u32,
@@ -13,7 +13,7 @@ impl Random {
         Self { seed }
     }
 
-    /// From 0 to below 1.
+    /// A number from 0 to below 1.
     pub(super) fn unit(self, salt: u32) -> f32 {
         let mut x = self.seed ^ salt;
         x ^= x >> 16;
@@ -25,12 +25,12 @@ impl Random {
         (x >> 8) as f32 / (1 << 24) as f32
     }
 
-    /// From `-half_range` to `half_range`.
+    /// A number from `-half_range` to `half_range`.
     pub(super) fn around_zero(self, salt: u32, half_range: f32) -> f32 {
         half_range * (2.0 * self.unit(salt) - 1.0)
     }
 
-    /// A direction; takes two salts. (The sign of z differs from Open Brush's, as the axis does.)
+    /// A unit vector; uses two salts. (The sign of z is opposite to Open Brush's, as the axis is.)
     pub(super) fn on_sphere(self, salt: u32) -> Vec3 {
         let z = 1.0 - 2.0 * self.unit(salt);
         let (sin, cos) = libm::sincosf(std::f32::consts::TAU * self.unit(salt.wrapping_add(1)));
@@ -38,7 +38,7 @@ impl Random {
         Vec3::new(ring * cos, ring * sin, z)
     }
 
-    /// A point of the ball of radius 1; takes three salts.
+    /// A point of the unit ball; uses three salts.
     pub(super) fn in_ball(self, salt: u32) -> Vec3 {
         self.on_sphere(salt) * libm::cbrtf(self.unit(salt.wrapping_add(2)))
     }

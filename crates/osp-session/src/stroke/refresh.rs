@@ -1,26 +1,27 @@
-/// Least number of parts made again at the end: most strokes are no longer, so only long ones are ever out of date.
+/// Smallest number of parts that are rebuilt at the end. Most strokes are shorter, so only long strokes are ever out of
+/// date.
 const LEAST: usize = 32;
 
-/// Decides how many parts of a growing segment are made again, if all depend on its length: mostly its end, seldom all
-/// of it.
+/// Decides how many parts of a growing segment are rebuilt, if all parts depend on its length: usually its end, seldom
+/// all of it.
 ///
-/// A part is made again before half of the parts between it and the end are newer. So the end always has its right
-/// form, and parts far behind it are slightly out of date until the stroke ends. A segment that grows to `n` parts,
-/// one by one, makes about `n (2 log n + 32)` parts.
+/// A part is rebuilt before half of the parts between it and the end are newer. So the end always has its correct
+/// shape, and parts far behind it are slightly out of date until the stroke ends. A segment that grows to `n` parts,
+/// one by one, costs about `n (2 log n + 32)` builds of a part.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Refresh {
-    /// Most parts of the segment so far.
+    /// Largest number of parts of the segment so far.
     count: usize,
-    /// Greatest length of the segment when all of it was made, metres.
+    /// Length of the segment when all of it was last rebuilt, metres.
     whole_m: f32,
 }
 
 impl Refresh {
-    /// Number of parts at the end to make again, for a segment of `count` parts and this length.
+    /// Number of parts at the end to rebuild, for a segment of `count` parts and this length.
     pub(super) fn parts(&mut self, count: usize, length_m: f32) -> usize {
         let before = self.count;
         self.count = before.max(count);
-        // The largest power of two that the count has passed a multiple of.
+        // The largest power of two of which the count has passed a multiple.
         let passed = (before ^ self.count).checked_ilog2().map_or(0, |bit| 1_usize << bit);
         let parts = LEAST + 4 * passed;
         if parts < count && length_m <= 1.25 * self.whole_m {
@@ -39,7 +40,7 @@ mod tests {
     fn the_end_is_made_often_and_all_of_it_seldom() {
         const COUNT: usize = 1 << 14;
         let (mut refresh, mut made, mut whole) = (Refresh::default(), 0, 0);
-        // Number of parts that the segment had when each part was last made.
+        // Number of parts of the segment when each part was last rebuilt.
         let mut made_at = vec![0; COUNT];
         for count in 1..=COUNT {
             let parts = refresh.parts(count, count as f32);
@@ -52,7 +53,7 @@ mod tests {
             }
         }
         assert!(made < 64 * COUNT && whole < 100, "{made} parts, {whole} times all");
-        // A part that goes and comes again is no growth.
+        // A part that is removed and added again is no growth.
         for count in [COUNT - 1, COUNT, COUNT - 1, COUNT] {
             assert_eq!(refresh.parts(count, count as f32), LEAST);
         }

@@ -4,15 +4,16 @@ use super::polygon::push_quad;
 use super::{Drops, Sample, StrokeSettings, frame};
 use osp::polygon::ConvexPolygon;
 
-/// Makes a ribbon: one quad between each two samples, spanned along the width (see [`crate::recording::NormalRule`]).
+/// Builds a ribbon: one quad between two consecutive samples, spanned along the width (see
+/// [`crate::recording::NormalRule`]).
 ///
-/// Source: "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", Fig. 17. There a polygon
-/// between each two samples has the tracker's X axis as its normal.
+/// Source: "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", Fig. 17. In the figure,
+/// the polygon between two samples has the tracker's X axis as its normal.
 #[derive(Clone, Debug)]
 pub struct RibbonBuilder {
     settings: StrokeSettings,
     last: Option<Sample>,
-    /// The left and right border at the last sample; none until the stroke has a direction.
+    /// The left and right border at the last sample; `None` until the stroke has a direction.
     border: Option<[Vec3; 2]>,
     side: Option<Vec3>,
 }
@@ -23,13 +24,13 @@ impl RibbonBuilder {
         Self { settings, last: None, border: None, side: None }
     }
 
-    /// Takes a sample and appends the quad from the sample before: one flat polygon or two triangles.
+    /// Processes a sample and appends the quad from the previous sample: one planar polygon or two triangles.
     pub fn push(&mut self, sample: Sample, out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
         let Some(last) = self.last else {
             self.last = Some(sample);
             return;
         };
-        // Without a direction the border stays, so the next sample joins it without a gap.
+        // Without a direction the border stays, so that the next sample continues it without a gap.
         let Some(travel) = frame::travel(&last, &sample, drops) else { return };
         let [left, right] = match self.border {
             Some(border) => border,

@@ -7,6 +7,6 @@ pub struct Sample {
     pub position: Vec3,
     /// World from tracker, unit quaternion.
     pub orientation: Quat,
-    /// 0 to 1.
+    /// Pressure, 0 to 1.
     pub pressure: f32,
 }

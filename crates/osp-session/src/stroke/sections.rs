@@ -1,4 +1,4 @@
-//! Cross-sections of welded ribbons.
+//! Cross-sections of welded ribbons. A section consists of lanes, lines that become the ribbon's sides.
 
 use glam::Vec3;
 
@@ -7,31 +7,31 @@ use super::{
     track::{Node, Track},
 };
 
-/// The most lanes of a section.
+/// Largest number of lanes of a section.
 pub(super) const LANES: usize = 4;
 
-/// Height of a diamond's middle above its sides, as a part of half its width.
+/// Height of a diamond's middle above its sides, as a fraction of half its width.
 const BELLY: f32 = 0.125;
-/// Part of a texture that is left out at each side of a diamond, since the texture is ragged there.
+/// Fraction of the texture that is cropped at each side of a diamond, because the texture is ragged there.
 const CHOP: f32 = 0.1;
-/// Height of a box as a part of its width.
+/// Height of a box as a fraction of its width.
 const BOX_HEIGHT: f32 = 0.375;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Section {
     /// A line.
     Flat,
-    /// A line that is pulled to a point at both ends of a segment.
+    /// A line whose width shrinks to zero at both ends of a segment.
     Tapered,
-    /// Three lines with noisy displacements, joined at both ends of a segment.
+    /// Three lines with noisy displacements, which meet at both ends of a segment.
     Bolt,
-    /// Raised in the middle on both sides, pinched at the ends.
+    /// A diamond: raised in the middle on both sides, pinched at the ends.
     Diamond,
-    /// Closed at both ends.
+    /// A rectangle, closed at both ends of the segment.
     Box,
 }
 
-/// One lane of a section: a line across the ribbon from one side to the other.
+/// One lane of a section: a line across the ribbon.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rim {
     pub ends: [Vec3; 2],
@@ -50,7 +50,7 @@ impl Section {
         }
     }
 
-    /// Vertices of a section in the original: random numbers depend on their number.
+    /// Number of vertices of a section in the original application, which is part of the random seeds.
     pub(super) fn vertices(self) -> u32 {
         match self {
             Self::Flat | Self::Tapered | Self::Bolt => 2,
@@ -59,12 +59,12 @@ impl Section {
         }
     }
 
-    /// Whether a segment's form depends on its length.
+    /// Whether a segment's shape depends on its length.
     pub(super) fn depends_on_length(self) -> bool {
         matches!(self, Self::Tapered | Self::Bolt)
     }
 
-    /// Range of the texture across the stroke that a lane shows.
+    /// Range of texture coordinates across the stroke for a lane.
     pub(super) fn across(self, lane: usize) -> [f32; 2] {
         match self {
             Self::Flat | Self::Tapered | Self::Bolt => [0.0, 1.0],
@@ -73,7 +73,7 @@ impl Section {
         }
     }
 
-    /// Factor of a section's offsets from the middle line at the part `u` of its segment.
+    /// Factor of a section's offsets from the centre line at the fraction `u` of its segment.
     pub(super) fn envelope(self, u: f32) -> f32 {
         let sine = libm::sinf(std::f32::consts::PI * u.clamp(0.0, 1.0)).max(0.0);
         match self {
@@ -83,7 +83,7 @@ impl Section {
         }
     }
 
-    /// The section at the node at the end of a piece.
+    /// The section at node `i`, where a piece ends.
     pub(super) fn at(self, track: &Track, i: usize, envelope: f32) -> Rims {
         let nodes = track.nodes();
         let (node, before) = (&nodes[i], &nodes[i - 1]);
@@ -103,7 +103,7 @@ impl Section {
         self.rims(&frame)
     }
 
-    /// The section at the node before, where a segment starts.
+    /// The section at the node before `i`, where a segment starts.
     pub(super) fn at_start(self, track: &Track, i: usize) -> Rims {
         let (node, before) = (&track.nodes()[i], &track.nodes()[i - 1]);
         self.rims(&Frame {

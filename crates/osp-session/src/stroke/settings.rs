@@ -6,19 +6,19 @@ use crate::{
 /// Settings of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrokeSettings {
-    /// The brush; without one, `tool` makes the polygons.
+    /// The brush; without one, `tool` determines the polygons.
     pub brush: Option<&'static Brush>,
     /// Form of a stroke without a brush.
     pub tool: Tool,
     /// Full width at full pressure, metres.
     pub width_m: f32,
-    /// Part of the width left at pressure 0.
+    /// Width at pressure 0 divided by the full width.
     pub thinnest: f32,
-    /// Direction of a ribbon without a brush, relative to the tracker.
+    /// Orientation of a ribbon without a brush, relative to the tracker.
     pub normal: NormalRule,
     /// Seed of a brush's random numbers.
     pub seed: u32,
-    /// Factor of the lengths that are part of a brush (spacing, fading), not of the width.
+    /// Factor of the brush's own lengths (spacing, fading), not of the width.
     pub scale: f32,
 }
 

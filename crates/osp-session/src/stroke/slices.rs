@@ -6,11 +6,11 @@ use super::{
 };
 use crate::brush::{Brush, Surface};
 
-/// Samples nearer than this get no slice; metres at scale 1.
+/// Samples nearer than this to the last one get no slice; metres at scale 1.
 const LEAST_MOVE_M: f32 = 0.0005;
 
-/// Makes a square across the stroke at every sample that its brush keeps, turned as little as possible from one to the
-/// next.
+/// Builds a square across the stroke at every sample that its brush keeps. The squares rotate as little as possible
+/// from one to the next.
 ///
 /// Source: the slices of Tilt Brush (Apache-2.0), as facts.
 #[derive(Clone, Debug)]
@@ -35,7 +35,7 @@ impl SlicesBuilder {
         Self { scale: settings.scale, knots: Knots::new(&settings, brush, spacing), last: None, kept: 0 }
     }
 
-    /// Takes a sample; replaces a provisional slice.
+    /// Processes a sample; replaces a provisional slice.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some(step) = self.knots.push(sample, drops) else { return };
         out.truncate(self.kept);
@@ -65,7 +65,7 @@ impl SlicesBuilder {
 }
 
 impl Frame {
-    /// Right side of the square after the smallest rotation from its direction to this one.
+    /// Right vector of the square after the smallest rotation from its direction to `travel`.
     fn turned_to(&self, travel: Vec3) -> Vec3 {
         let half_way = self.travel + travel;
         let right = self.right - half_way * (travel.dot(self.right) / (1.0 + self.travel.dot(travel)));

@@ -11,13 +11,13 @@ use crate::{
     recording::NormalRule,
 };
 
-/// Makes squares in the plane of the stroke, at distances in proportion to their size.
+/// Builds squares in the plane of the stroke, at distances proportional to their size.
 #[derive(Clone, Debug)]
 pub struct SprayBuilder {
     brush: &'static Brush,
     random: Random,
     knots: Knots,
-    /// Kept samples so far, without the first.
+    /// Number of kept samples so far, without the first.
     kept: u32,
     is_midpoint: bool,
 }
@@ -33,7 +33,7 @@ impl SprayBuilder {
         Self { brush, random: Random::new(settings.seed), knots, kept: 0, is_midpoint }
     }
 
-    /// Takes a sample and writes the changes to `out`: none if it is too near to the last one kept.
+    /// Processes a sample and writes the changes to `out`: none if the sample is too near to the last kept one.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some(step) = self.knots.push(sample, drops).filter(|step| step.is_kept) else { return };
         self.kept = self.kept.wrapping_add(1);
@@ -42,11 +42,11 @@ impl SprayBuilder {
             drops.degenerate += 1;
             return;
         }
-        // Casts: saturate.
+        // The casts saturate.
         let all = (step.length_m / interval_m) as u64;
         let count = all.min(MAX_SCATTERED);
         drops.excess_pieces = drops.excess_pieces.saturating_add(all - count);
-        // Sign as in Open Brush, where z has the opposite direction.
+        // The sign is that of Open Brush, whose z axis has the opposite direction.
         let right = -frame::side(NormalRule::Travel, &sample, step.travel, None);
         for i in 0..count as u32 {
             let middle = step.from.sample.position + step.travel * (interval_m * i as f32);
@@ -54,7 +54,7 @@ impl SprayBuilder {
         }
     }
 
-    /// Places square `i` of those on a step.
+    /// Places square `i` of a step.
     fn place(&self, middle: Vec3, step: &Step, right: Vec3, i: u32, out: &mut Pieces, drops: &mut Drops) {
         let (brush, random) = (self.brush, self.random);
         let number = if self.is_midpoint {
@@ -80,7 +80,7 @@ impl SprayBuilder {
     }
 }
 
-/// The next point of a cubic lattice, towards +x, +y and -z.
+/// The nearest point of a cubic lattice in the direction of +x, +y and -z.
 fn on_lattice(point: Vec3, pitch_m: f32) -> Vec3 {
     let cells = point / pitch_m;
     Vec3::new(cells.x.ceil(), cells.y.ceil(), cells.z.floor()) * pitch_m

@@ -17,29 +17,30 @@ pub(super) struct Node {
     orientation: Quat,
     /// Full width for the hand's pressure, metres.
     pub size_m: f32,
-    /// Full width as drawn, metres.
+    /// Drawn full width, metres.
     pub width_m: f32,
     pub opacity: f32,
-    /// Distance from the node before, metres.
+    /// Distance from the previous node, metres.
     pub length_m: f32,
-    /// Whether a piece of ribbon ends here; if not, the ribbon is broken.
+    /// Whether a piece of ribbon ends at this node; else the ribbon is broken before it.
     pub is_linked: bool,
-    /// Direction of the width and normal; zero where the ribbon is broken.
+    /// Unit directions of the width and of the normal; zero if the ribbon is broken before the node.
     pub right: Vec3,
     pub normal: Vec3,
-    /// Vertices of the ribbon up to here: seed of the next segment's random numbers.
+    /// Number of vertices of the ribbon up to here; the seed of the next segment's random numbers.
     pub vertices: u32,
 }
 
-/// The control points of a ribbon whose pieces share their edges, with a frame at each.
+/// The control points of a ribbon whose pieces share their edges, each with a frame.
 #[derive(Clone, Debug)]
 pub(super) struct Track {
     brush: &'static Brush,
     scale: f32,
     knots: Knots,
-    /// Brushes of the old kind do not look ahead: they smooth nothing, and their greatest turn depends on their width.
+    /// Whether the brush is of the old kind. Such brushes do not smooth with the next node, and their largest turn
+    /// depends on their width.
     is_old: bool,
-    /// Vertices at each end of a piece.
+    /// Number of vertices at each end of a piece.
     vertices_at_end: u32,
     nodes: Vec<Node>,
     kept: usize,
@@ -80,7 +81,7 @@ impl Track {
         self.kept
     }
 
-    /// Takes a sample and returns the first changed node.
+    /// Processes a sample and returns the index of the first changed node.
     pub(super) fn push(&mut self, sample: Sample, drops: &mut Drops) -> Option<usize> {
         let step = self.knots.push(sample, drops);
         if self.nodes.is_empty() {
@@ -107,7 +108,7 @@ impl Track {
         self.nodes.truncate(self.kept);
         self.nodes.push(self.node(&step.to));
         let last = self.nodes.len() - 1;
-        // The frame of the node before turns half-way to the new one.
+        // The frame of the previous node turns half-way to the new one.
         let first = if self.is_old || last < 2 { last } else { last - 1 };
         (first..=last).for_each(|i| self.link(i));
         if step.is_kept {
@@ -117,13 +118,13 @@ impl Track {
         Some(first)
     }
 
-    /// Removes all nodes from this one on.
+    /// Removes all nodes from index `len` on.
     pub(super) fn truncate(&mut self, len: usize) {
         self.nodes.truncate(len);
         self.kept = self.kept.min(len);
     }
 
-    /// Drops the first nodes, but keeps at least four kept ones; returns the number of dropped nodes.
+    /// Drops the first `count` nodes, but keeps at least four kept ones; returns the number of dropped nodes.
     pub(super) fn forget(&mut self, count: usize) -> usize {
         let count = count.min(self.kept.saturating_sub(4));
         self.nodes.drain(..count);
@@ -146,7 +147,7 @@ impl Track {
         }
     }
 
-    /// Joins a node to the one before, or breaks the ribbon.
+    /// Joins a node to the previous one, or breaks the ribbon.
     fn link(&mut self, i: usize) {
         let (before, node, after) = (self.nodes[i - 1], self.nodes[i], self.nodes.get(i + 1).copied());
         let step = node.position - before.position;
@@ -189,7 +190,7 @@ impl Track {
     }
 }
 
-/// The width of a node: reduced if its section would cross the one before, and limited in its growth.
+/// The width of a node, reduced if its section would cross the previous one, and limited in its growth.
 fn width_m(before: &Node, node: &Node) -> f32 {
     let width_before_m = if before.is_linked { before.width_m } else { before.size_m };
     let forward = before.normal.cross(before.right);

@@ -8,10 +8,10 @@ use super::Drops;
 use super::polygon::{push_checked, push_quad};
 use osp::polygon::ConvexPolygon;
 
-/// Number of further passes over all corners when no ear is left; bounds the work for outlines without ears.
+/// Number of additional passes over all corners when no ear is left. It bounds the work for outlines without ears.
 const LOOKS_AGAIN: u32 = 8;
 
-/// Twice the area times the normal, by Newell's sum; robust for bent and concave outlines.
+/// The normal by Newell's sum, whose length is twice the area; robust for non-planar and concave outlines.
 fn newell_normal(corners: &[Vec3]) -> Vec3 {
     let Some(&first) = corners.first() else { return Vec3::ZERO };
     (0..corners.len())
@@ -19,7 +19,7 @@ fn newell_normal(corners: &[Vec3]) -> Vec3 {
         .fold(Vec3::ZERO, |sum, v| sum + v)
 }
 
-/// Moves the corners into the plane through their mean along Newell's normal.
+/// Projects the corners onto the plane through their mean, perpendicular to Newell's normal.
 pub(super) fn flatten(corners: &mut [Vec3]) {
     let normal = newell_normal(corners).normalize_or_zero();
     let count = corners.len().max(1) as f32;
@@ -29,8 +29,8 @@ pub(super) fn flatten(corners: &mut [Vec3]) {
     }
 }
 
-/// Appends a polygon of three or more corners as convex pieces; O(n) for a convex outline, O(n^2) otherwise. Fewer
-/// than three corners count as degenerate.
+/// Appends a polygon of three or more corners as convex pieces. O(n) for a convex outline, O(n^2) otherwise. Fewer than
+/// three corners count as degenerate.
 pub fn split_into_convex(corners: &[Vec3], out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
     match *corners {
         [] | [_] | [_, _] => drops.degenerate += 1,
@@ -51,7 +51,7 @@ fn is_convex(corners: &[Vec3]) -> bool {
     })
 }
 
-/// Quads (and a last triangle) around the first corner.
+/// Appends quads (and a last triangle) around the first corner.
 fn push_fan(corners: &[Vec3], out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
     let mut i = 1;
     while i + 1 < corners.len() {
@@ -73,13 +73,14 @@ fn clip_ears(corners: &[Vec3], out: &mut Vec<ConvexPolygon>, drops: &mut Drops) 
     let mut looks_again = LOOKS_AGAIN;
     while left.len() > 3 {
         let mut found = ears.iter().position(|&ear| ear);
-        // An outline that touches itself: the corner inside an ear may be gone by now.
+        // The outline touches itself, so the corner that lay inside an ear may have been removed by now.
         if found.is_none() && looks_again > 0 {
             looks_again -= 1;
             ears = ears_of(&left);
             found = ears.iter().position(|&ear| ear);
         }
-        // A self-crossing outline may have no ear: cut any corner, the pieces still cover the outline's corners.
+        // A self-crossing outline may have no ear. Then any corner is cut; the pieces still cover the outline's
+        // corners.
         let i = found.unwrap_or(0);
         let n = left.len();
         push_checked(ConvexPolygon::triangle(left[(i + n - 1) % n], left[i], left[(i + 1) % n]), out, drops);
@@ -94,7 +95,7 @@ fn clip_ears(corners: &[Vec3], out: &mut Vec<ConvexPolygon>, drops: &mut Drops) 
     push_checked(ConvexPolygon::triangle(left[0], left[1], left[2]), out, drops);
 }
 
-/// Whether corner `i` turns left and no other corner lies in the triangle with its neighbours.
+/// Whether corner `i` is an ear: it turns left, and no other corner lies in the triangle with its neighbours.
 fn is_ear(left: &[Vec3], i: usize, normal: Vec3) -> bool {
     let n = left.len();
     let (a, b, c) = (left[(i + n - 1) % n], left[i], left[(i + 1) % n]);

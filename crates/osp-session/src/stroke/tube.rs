@@ -4,16 +4,17 @@ use super::polygon::push_quad;
 use super::{Drops, Sample, StrokeSettings, frame, split_into_convex};
 use osp::polygon::ConvexPolygon;
 
-/// Sides of a tube's cross-section. More: rounder, and more polygons for each sample.
+/// Number of sides of a tube's cross-section. A larger number gives rounder tubes, and more polygons for each sample.
 pub const TUBE_SIDES: usize = 8;
 
-/// The cross-section is turned by multiples of 45 degrees: cosine and sine, exact to the last bit everywhere.
+/// Cosine and sine of the multiples of 45 degrees, the same bits on every machine.
 const CIRCLE: [(f32, f32); TUBE_SIDES] = {
     const H: f32 = std::f32::consts::FRAC_1_SQRT_2;
     [(1.0, 0.0), (H, H), (0.0, 1.0), (-H, H), (-1.0, 0.0), (-H, -H), (0.0, -1.0), (H, -H)]
 };
 
-/// Makes a closed tube: a ring of quads between each two samples (rotation-minimising frame), and a cap at each end.
+/// Builds a closed tube: a ring of quads between two consecutive samples (rotation-minimising frame), and a cap at each
+/// end.
 #[derive(Clone, Debug)]
 pub struct TubeBuilder {
     settings: StrokeSettings,
@@ -28,7 +29,7 @@ impl TubeBuilder {
         Self { settings, last: None, ring: None, side: None }
     }
 
-    /// Takes a sample and appends the piece of tube from the sample before.
+    /// Processes a sample and appends the piece of the tube from the previous sample.
     pub fn push(&mut self, sample: Sample, out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
         let Some(last) = self.last else {
             self.last = Some(sample);
@@ -55,7 +56,7 @@ impl TubeBuilder {
         (self.last, self.ring, self.side) = (Some(sample), Some(next), Some(side));
     }
 
-    /// Closes the far end.
+    /// Appends the cap at the end.
     pub fn finish(&mut self, out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
         if let Some(ring) = self.ring.take() {
             split_into_convex(&ring, out, drops);

@@ -11,52 +11,52 @@ use super::{
 use crate::brush::{Brush, Family, Surface, TubeShape, UV_PERIOD, Uv};
 use osp::polygon::ConvexPolygon;
 
-/// A tube breaks if the hand moves less than this, metres at scale 1.
+/// A tube breaks if the hand moves less than this distance, metres at scale 1.
 const SHORTEST_MOVE_M: f32 = 5.0e-4;
 
-/// Makes a tube around the samples, in segments: it breaks where the hand turns sharply.
+/// Builds a tube along the samples, in segments, because the tube breaks where the hand turns sharply.
 ///
-/// A tube whose texture runs by distance grows at its end. A tube with a shape, or with a texture stretched over a
-/// segment, changes as a whole with each sample. [`TubeBrushBuilder::settle`] makes its end again once a frame, and
-/// all of it now and then. All of it is made again when the segment or the stroke ends.
+/// A tube whose texture coordinate is proportional to distance grows at its end. A tube with a shape, or with a texture
+/// stretched over a segment, changes as a whole with each sample. [`TubeBrushBuilder::settle`] rebuilds its end once a
+/// frame, and sometimes all of it. All of it is rebuilt when the segment or the stroke ends.
 #[derive(Clone, Debug)]
 pub struct TubeBrushBuilder {
     brush: &'static Brush,
     shape: Shape,
     uv: Uv,
     is_hard: bool,
-    /// Length of the cones that close a segment, in radii.
+    /// Length of the cones that close a segment divided by the radius.
     cap_aspect: Option<f32>,
     break_mult: f32,
     shortest_move_m: f32,
     random: Random,
-    /// Cosine and sine of each corner of a section, and of the middle of each side.
+    /// Cosine and sine of the angle of each corner of a section, and of the middle of each side.
     circle: Vec<[(f32, f32); 2]>,
     knots: Knots,
-    /// The kept samples, and then a provisional end.
+    /// The kept samples, and then a provisional end if there is one.
     line: Vec<Knot>,
     has_end: bool,
     /// The rings at the knots of `line`; the last two may still change.
     rings: Vec<Ring>,
     /// End of the drawn part that no longer changes.
     done: Cursor,
-    /// Drops of the drawn part that may still change.
+    /// Counts of dropped polygons in the drawn part that may still change.
     pending: Drops,
     is_unsettled: bool,
-    /// The segment that still grows, if it changes as a whole.
+    /// The last segment, if it changes as a whole.
     open: Open,
 }
 
-/// The cross-section at a knot, and the connection with the one before.
+/// The cross-section at a knot, and the connection with the previous one.
 #[derive(Clone, Copy, Debug)]
 struct Ring {
     middle: Vec3,
     radius_m: f32,
-    /// Distance from the ring before, metres.
+    /// Distance from the previous ring, metres.
     length_m: f32,
-    /// None at the start and at a break of the tube: nothing joins the ring to the one before.
+    /// `None` at the start and at a break of the tube, where the ring is not joined to the previous one.
     frame: Option<Frame>,
-    /// The first ring of its segment that is joined to the one before.
+    /// Index of the first ring of its segment that is joined to the previous ring.
     first: usize,
     /// Distance from the start of its segment, metres.
     along_m: f32,
@@ -69,31 +69,31 @@ struct Section {
     frame: Frame,
     radius_m: f32,
     u: f32,
-    /// Distance by which its sides are moved outwards, metres.
+    /// Distance by which the sides are moved outwards, metres.
     petal_m: f32,
 }
 
-/// The rings of a segment, each joined to the one before.
+/// The rings of a segment, each joined to the previous one.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
     first: usize,
     last: usize,
-    /// Frame at its start.
+    /// Frame at the segment's start.
     frame: Frame,
     span: Span,
 }
 
-/// A segment that is drawn before it has its final form.
+/// A segment that is drawn before it has its final shape.
 #[derive(Clone, Debug, Default)]
 struct Open {
     first: usize,
     sections: Vec<Drawn>,
     refresh: Refresh,
-    /// Whether some of it was made when the segment was shorter.
+    /// Whether a part of it was built when the segment was shorter.
     is_outdated: bool,
 }
 
-/// A section of a segment, and the drops up to it.
+/// A drawn section of a segment, and the state after it.
 #[derive(Clone, Copy, Debug)]
 struct Drawn {
     until: Cursor,
@@ -106,11 +106,11 @@ struct Drawn {
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Cursor {
-    /// The last knot that is drawn.
+    /// Index of the last knot that is drawn.
     knot: usize,
-    /// Polygons so far.
+    /// Number of polygons so far.
     place: u32,
-    /// Corners that Open Brush would have made: seed of a segment's random numbers.
+    /// Number of corners that Open Brush would have created; it is the seed of a segment's random numbers.
     corners: u32,
     /// Texture coordinate by distance.
     u: f32,
@@ -150,7 +150,7 @@ impl TubeBrushBuilder {
         })
     }
 
-    /// Takes a sample and writes the changes to `out`.
+    /// Processes a sample and writes the changes to `out`.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some(step) = self.knots.push(sample, drops) else {
             if let (true, Some(first)) = (self.line.is_empty(), self.knots.last()) {
@@ -171,7 +171,7 @@ impl TubeBrushBuilder {
         }
     }
 
-    /// Makes again the parts that change with each sample: in a segment that still grows, mostly the end.
+    /// Rebuilds the parts that change with each sample; of a growing segment usually only the end.
     pub fn settle(&mut self, out: &mut Pieces, drops: &mut Drops) {
         if std::mem::take(&mut self.is_unsettled) {
             self.make_segments(false, out, drops);
@@ -186,14 +186,15 @@ impl TubeBrushBuilder {
         add(drops, &std::mem::take(&mut self.pending));
     }
 
-    /// Makes again the segments that may still change. If `is_end`, a segment that grows as a whole is made, too.
+    /// Rebuilds the segments that may still change. If `is_end`, all parts of a segment that changes as a whole are
+    /// rebuilt, too.
     fn make_segments(&mut self, is_end: bool, out: &mut Pieces, drops: &mut Drops) {
         self.update_rings();
         let mut open = std::mem::take(&mut self.open);
         let (mut cursor, mut dropped) = (self.done, Drops::default());
         let end = self.rings.len();
         let segments = self.changing_segments();
-        // The last two rings may change.
+        // A segment grows if it includes one of the last two rings, which may change.
         let is_growing = |segment: &Segment| segment.last + 3 >= end;
         let mut from = 0;
         if let Some(segment) = segments.iter().find(|segment| is_growing(segment)) {
@@ -205,7 +206,7 @@ impl TubeBrushBuilder {
         }
         open.is_outdated = from > 0;
         out.truncate(open.sections.get(from).filter(|_| from > 0).map_or(cursor.place, |at| at.until.place));
-        // What is drawn up to a break that stays will not change.
+        // The drawn part up to a final break no longer changes.
         let last_break = end.saturating_sub(3);
         let mut until = self.done.knot;
         for segment in &segments {
@@ -225,7 +226,7 @@ impl TubeBrushBuilder {
         (self.open, self.pending) = (open, dropped);
     }
 
-    /// Settles the drawn part, and the knots up to this one.
+    /// Makes the drawn part final, including the knots up to `knot`.
     fn close(
         &mut self,
         knot: usize,
@@ -266,14 +267,14 @@ impl TubeBrushBuilder {
         Some(Segment { first, last, frame: self.rings[first].frame?, span })
     }
 
-    /// First section of a growing segment that is made again.
+    /// Index of the first section of a growing segment that is rebuilt.
     fn first_to_make(&self, segment: &Segment, open: &mut Open) -> usize {
         if open.first != segment.first {
             *open = Open { first: segment.first, ..Open::default() };
         }
         let count = self.count_sections(segment);
         let parts = open.refresh.parts(count, segment.span.length_m);
-        // The last two rings that are drawn may have changed.
+        // The last two drawn rings may have changed.
         (count - parts.min(count)).min(open.sections.len().saturating_sub(4))
     }
 
@@ -281,7 +282,7 @@ impl TubeBrushBuilder {
         self.uv == Uv::Stretched || self.shape.kind != TubeShape::Plain
     }
 
-    /// Makes the last two pieces again.
+    /// Rebuilds the last two pieces.
     fn grow(&mut self, out: &mut Pieces, drops: &mut Drops) {
         self.update_rings();
         out.truncate(self.done.place);
@@ -306,7 +307,7 @@ impl TubeBrushBuilder {
         }
     }
 
-    /// The ring at knot `i`; needs the ring before.
+    /// The ring at knot `i`; the previous ring must exist.
     fn ring(&self, i: usize) -> Ring {
         let knot = &self.line[i];
         let at = knot.sample.position;
@@ -337,7 +338,7 @@ impl TubeBrushBuilder {
         Ring { length_m, frame, first, along_m: before_m + length_m, ..ring }
     }
 
-    /// Joins knot `i` to the one before, at the widths of the samples.
+    /// Joins knot `i` to the previous one, with the samples' widths.
     fn add_piece(&self, i: usize, cursor: &mut Cursor, out: &mut Pieces, drops: &mut Drops) {
         let (before, ring) = (self.rings[i - 1], self.rings[i]);
         if let Some(frame) = ring.frame {
@@ -357,7 +358,8 @@ impl TubeBrushBuilder {
         (cursor.knot, cursor.place) = (i, out.len());
     }
 
-    /// Adds a segment. The sections before number `from` are drawn already; `drawn` contains them, and then all.
+    /// Adds a segment. The sections before index `from` are drawn already; `drawn` contains them, and afterwards all
+    /// sections.
     fn add_segment(
         &self,
         segment: &Segment,
@@ -399,10 +401,10 @@ impl TubeBrushBuilder {
         segment.span.count + usize::from(self.shape.kind == TubeShape::Plain)
     }
 
-    /// The ring and the frame of the section of this number.
+    /// The ring and the frame of the section with index `number`.
     ///
-    /// In Open Brush a ring belongs to two knots. The shape moves the ring to the later knot, with the earlier knot's
-    /// frame. So a shaped segment starts at its first knot, not at the one before.
+    /// In Open Brush a ring belongs to two knots. A shape moves the ring to the later knot, with the earlier knot's
+    /// frame. So a shaped segment starts at its first knot, not at the previous one.
     fn place_of(&self, segment: &Segment, number: usize) -> (Ring, Frame) {
         let at = segment.first + number;
         let before = self.rings[(at - 1).max(segment.first)];
@@ -410,7 +412,7 @@ impl TubeBrushBuilder {
         (ring, before.frame.unwrap_or(segment.frame))
     }
 
-    /// The section of this number; `u` is the texture coordinate by distance there.
+    /// The section with index `number`; `u` is its texture coordinate by distance.
     fn section_of(&self, segment: &Segment, number: usize, u: f32) -> Section {
         let (ring, frame) = self.place_of(segment, number);
         let u = match self.uv {

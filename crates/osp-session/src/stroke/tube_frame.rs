@@ -23,14 +23,14 @@ impl Frame {
         Self::new(ahead, if up.dot(ahead) < 0.01 { rotate(orientation, Vec3::X) } else { up })
     }
 
-    /// The frame after the smallest rotation that takes its direction to another one.
+    /// The frame after the smallest rotation from its direction to `ahead`.
     pub(super) fn turned_to(self, ahead: Vec3) -> Self {
         let both = self.ahead + ahead;
         let up = self.up - both * (ahead.dot(self.up) / (1.0 + self.ahead.dot(ahead)).max(1.0e-6));
         Self::new(ahead, up)
     }
 
-    /// Direction away from the middle, for the cosine and sine of an angle from the bottom.
+    /// Unit vector from the centre outwards, for the cosine and sine of an angle from the bottom.
     pub(super) fn outwards(&self, (cos, sin): (f32, f32)) -> Vec3 {
         -self.up * cos - self.right * sin
     }

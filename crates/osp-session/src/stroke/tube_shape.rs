@@ -3,10 +3,10 @@ use crate::brush::{Effect, TubeShape};
 /// Number of knots over which a double taper rises, and over which it falls.
 const TAPERED: f32 = 5.0;
 
-/// Least number of knots of a double taper.
+/// Smallest number of knots of a double taper.
 const FEWEST_TAPERED: f32 = 3.0;
 
-/// Distance by which petals move outwards, as a part of the width.
+/// Distance by which petals move outwards, as a fraction of the width.
 const PETAL: f32 = 1.5;
 
 /// Change of a tube's radius along a segment.
@@ -18,18 +18,18 @@ pub(super) struct Shape {
     pub(super) width_m: f32,
 }
 
-/// Properties of a segment that its shape depends on.
+/// Properties of a segment on which its shape depends.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
-    /// Number of its knots.
+    /// Number of the segment's knots.
     pub(super) count: usize,
     pub(super) length_m: f32,
-    /// Progress towards the last knot, 0 to 1: at 1 the knot is kept.
+    /// Distance of the provisional end on the way to the next kept knot, 0 to 1; at 1 the knot is kept.
     pub(super) progress: f32,
 }
 
 impl Shape {
-    /// The factor of the radius at the knot of this number, which lies at the part `t` of the segment's length.
+    /// Factor of the radius at the knot with index `number`, at the fraction `t` of the segment's length.
     pub(super) fn curve(&self, span: &Span, number: usize, t: f32) -> f32 {
         match self.kind {
             TubeShape::Plain => 1.0,
@@ -40,13 +40,14 @@ impl Shape {
         }
     }
 
-    /// Distance by which the sides move outwards there, metres.
+    /// Distance by which the sides move outwards at the fraction `t`, metres.
     pub(super) fn petal_m(&self, t: f32, pressure: f32) -> f32 {
         if self.kind == TubeShape::Petal { t * t * t * PETAL * self.width_m * pressure } else { 0.0 }
     }
 }
 
-/// Rises over the first knots and falls over the last ones; changes smoothly while the hand approaches the next knot.
+/// Rises over the first knots and falls over the last ones. The factor changes smoothly while the hand approaches the
+/// next knot.
 fn double_taper(span: &Span, number: f32) -> f32 {
     let count = span.count as f32;
     if count < FEWEST_TAPERED {
@@ -64,15 +65,14 @@ fn double_taper(span: &Span, number: f32) -> f32 {
         }
     };
     let (now, next) = (among(count), among(count + 1.0));
-    // The application's own blend, which prevents a dent at the start.
+    // The original application's blend, which prevents a dent at the start.
     let now = now + (next - now) * 0.185;
     let blended = now + (next - now) * span.progress;
     let room = 2.0 * TAPERED - FEWEST_TAPERED;
     (blended * ((count - FEWEST_TAPERED + span.progress) / room).clamp(0.0, 1.0)).clamp(0.0, 1.0)
 }
 
-/// Factor of the radius at a corner of a tube, for a position along it and around it (0 to 1). Whole numbers in `u`
-/// make no difference.
+/// Factor of the radius at a corner of a tube, for a position along it and around it (0 to 1). It has period 1 in `u`.
 pub(super) fn swelling(effect: Effect, u: f32, around: f32) -> f32 {
     let pi = std::f32::consts::PI;
     match effect {

@@ -4,7 +4,7 @@ use super::{Drops, Sample, split_into_convex, triangulate::flatten};
 use crate::recording::Event;
 use osp::polygon::ConvexPolygon;
 
-/// Makes one planar polygon when the stroke ends; its corners are the samples.
+/// Builds one planar polygon when the stroke ends; its corners are the samples.
 #[derive(Clone, Debug, Default)]
 pub struct WallBuilder {
     corners: Vec<Vec3>,
@@ -16,7 +16,7 @@ impl WallBuilder {
         Self::default()
     }
 
-    /// Takes a corner; those beyond [`Event::MAX_VERTICES`] replace the last one.
+    /// Adds a corner. Corners beyond [`Event::MAX_VERTICES`] replace the last one.
     pub fn push(&mut self, sample: Sample, drops: &mut Drops) {
         if self.corners.len() == Event::MAX_VERTICES {
             self.corners.pop();
@@ -25,7 +25,7 @@ impl WallBuilder {
         self.corners.push(sample.position);
     }
 
-    /// Puts the corners into their mean plane and appends the wall, in convex pieces if it is not convex.
+    /// Projects the corners onto their mean plane and appends the wall, in convex pieces if it is not convex.
     pub fn finish(&mut self, out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
         flatten(&mut self.corners);
         split_into_convex(&self.corners, out, drops);

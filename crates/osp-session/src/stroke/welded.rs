@@ -9,10 +9,10 @@ use super::{
 };
 use crate::brush::{Brush, Outline, Surface, Uv};
 
-/// Least number of knots of a last segment; a shorter one is dropped.
+/// Smallest number of knots of a last segment; a shorter one is dropped.
 const LEAST_KNOTS: usize = 6;
 
-/// Makes a ribbon whose pieces share their edges: flat, tapered, thick or a box.
+/// Builds a ribbon whose pieces share their edges. Its section is flat, tapered, thick or a box.
 ///
 /// Source: the flat, thick and square geometry brushes of Tilt Brush (Apache-2.0), as facts.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ pub struct WeldedBuilder {
     track: Track,
     /// The piece at each node of the track.
     links: Vec<Link>,
-    /// The length of the last segment when all of it was last made.
+    /// Length of the last segment when all of it was last rebuilt.
     made_m: f32,
     /// Number of dropped links of the stroke.
     forgotten: usize,
@@ -37,16 +37,16 @@ pub struct WeldedBuilder {
 #[derive(Clone, Copy, Debug)]
 struct Link {
     is_linked: bool,
-    /// Seed of its segment's random numbers; differs between segments.
+    /// Seed of its segment's random numbers; it differs between segments.
     segment: u32,
-    /// The first link of its segment, counted from the start of the stroke.
+    /// Index of the first link of its segment, counted from the start of the stroke.
     start: usize,
-    /// Length of the segment up to the piece, without and with it, metres.
+    /// Length of the segment up to the piece's start and up to its end, metres.
     along_m: [f32; 2],
     /// Texture coordinate by distance, at both ends.
     u: [f32; 2],
     alpha: [f32; 2],
-    /// The sections at its start and at its end.
+    /// The sections at the piece's start and end.
     rims: [Rims; 2],
     pieces: [QuadPieces; LANES],
 }
@@ -73,7 +73,7 @@ impl WeldedBuilder {
         Self::with_section(settings, brush, Uv::Distance, Section::Diamond, true)
     }
 
-    /// A bar of rectangular section.
+    /// A bar with a rectangular section.
     pub fn bar(settings: StrokeSettings, brush: &'static Brush) -> Self {
         Self::with_section(settings, brush, Uv::Distance, Section::Box, true)
     }
@@ -99,8 +99,8 @@ impl WeldedBuilder {
         }
     }
 
-    /// Takes a sample: replaces a provisional end, and changes at most two pieces before it. A form that depends on
-    /// the segment's length is made again when that has grown by an eighth: a few pieces a sample on average.
+    /// Processes a sample: replaces a provisional end, and changes at most two pieces before it. A segment whose shape
+    /// depends on its length is rebuilt when the length has grown by an eighth: a few pieces per sample on average.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some(changed) = self.track.push(sample, drops) else { return };
         // A section depends on the next node, or on its absence.
@@ -153,12 +153,13 @@ impl WeldedBuilder {
         }
     }
 
-    /// Paints the pieces whose look may have changed since the last call, and drops those that can no longer change.
+    /// Repaints the pieces whose surface may have changed since the last call, and drops those that can no longer
+    /// change.
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
         let mut settled = self.track.kept().saturating_sub(2);
         if self.uv == Uv::Stretched {
             let start = self.start_of_last();
-            // This is the last call.
+            // After the end of the stroke this is the last call.
             let closed = if self.is_finished { self.links.len() } else { start };
             for segment in self.links[..closed].chunk_by(|a, b| a.segment == b.segment) {
                 self.stretch(segment, segment.len(), out);
@@ -180,7 +181,7 @@ impl WeldedBuilder {
         self.forgotten += forgotten;
     }
 
-    /// Paints the last `count` links of a segment.
+    /// Repaints the last `count` links of a segment.
     fn stretch(&self, segment: &[Link], count: usize, out: &mut Vec<(u32, Surface)>) {
         let total_m = segment.last().map_or(0.0, |link| link.along_m[1]);
         for link in &segment[segment.len() - count.min(segment.len())..] {
@@ -190,7 +191,7 @@ impl WeldedBuilder {
         }
     }
 
-    /// The first piece of the last segment.
+    /// Index of the first piece of the last segment.
     fn start_of_last(&self) -> usize {
         let last = self.links.iter().rfind(|link| link.is_linked);
         last.map_or(self.links.len(), |link| link.start.saturating_sub(self.forgotten))
@@ -201,7 +202,7 @@ impl WeldedBuilder {
         self.links.iter().rev().find(|link| link.is_linked).map_or(0.0, |link| link.along_m[1])
     }
 
-    /// Measures the nodes without links.
+    /// Computes the links of the nodes that have none yet.
     fn measure(&mut self) {
         for i in self.links.len()..self.track.nodes().len() {
             let node = &self.track.nodes()[i];
@@ -218,7 +219,7 @@ impl WeldedBuilder {
             if node.is_linked && i > 0 {
                 let (before, behind) = (&self.track.nodes()[i - 1], &self.links[i - 1]);
                 let is_start = !behind.is_linked;
-                // The original counts from the vertex before the first of the segment.
+                // The original application counts from the vertex before the segment's first vertex.
                 link.segment = if is_start { before.vertices.wrapping_sub(1) } else { behind.segment };
                 link.start = if is_start { link.start } else { behind.start };
                 let before_m = if is_start { 0.0 } else { behind.along_m[1] };
@@ -236,9 +237,9 @@ impl WeldedBuilder {
         }
     }
 
-    /// Makes all pieces from this one on again.
+    /// Rebuilds all pieces from index `from` on.
     fn make(&mut self, from: usize, out: &mut Pieces, drops: &mut Drops) {
-        // Pieces that are made again, and provisional ones, are counted elsewhere.
+        // Drops of rebuilt and provisional pieces are not counted here.
         let mut uncounted = Drops::default();
         let mut segment = from..from;
         for i in from..self.links.len() {
@@ -252,7 +253,7 @@ impl WeldedBuilder {
         }
     }
 
-    /// Makes the piece that ends at a node, in a segment of length `total_m`.
+    /// Builds the piece that ends at node `i`, in a segment of length `total_m`.
     fn make_piece(&mut self, i: usize, total_m: f32, out: &mut Pieces, drops: &mut Drops) {
         let mut link = self.links[i];
         link.pieces = [out.no_quad(); LANES];

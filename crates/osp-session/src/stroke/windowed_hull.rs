@@ -11,10 +11,10 @@ use super::{
 use crate::brush::Brush;
 use osp::math::rotate;
 
-/// Number of samples whose segments make a hull.
+/// Number of consecutive samples whose lines form a hull.
 const WINDOW: usize = 5;
 
-/// Makes the convex hull of every five consecutive samples; each sample is a segment along the hand's x axis.
+/// Builds the convex hull of every five consecutive samples; each sample is a line segment along the hand's x axis.
 #[derive(Clone, Debug)]
 pub struct WindowedHullBuilder {
     brush: &'static Brush,
@@ -22,9 +22,9 @@ pub struct WindowedHullBuilder {
     tolerance_m: f64,
     knots: Knots,
     has_begun: bool,
-    /// The segments at the last kept samples, four at most.
+    /// The line segments at the last kept samples, at most four.
     window: VecDeque<[DVec3; 2]>,
-    /// Number of polygons of hulls that stay.
+    /// Number of polygons of the final hulls.
     done: u32,
 }
 
@@ -43,7 +43,7 @@ impl WindowedHullBuilder {
         }
     }
 
-    /// Takes a sample and writes the changes to `out`.
+    /// Processes a sample and writes the changes to `out`.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let is_first = !std::mem::replace(&mut self.has_begun, true);
         let Some(step) = self.knots.push(sample, drops) else {

@@ -1,4 +1,4 @@
-//! Sessions: their files, the scenes that they make, and the memory that those hold.
+//! Sessions: their files, the scenes that they produce, and the memory of the scenes.
 
 mod memory;
 mod recording;

@@ -1,4 +1,4 @@
-//! What a scene holds, counted in bytes: what no undo can bring back is given back.
+//! Memory of a scene, counted in bytes: polygons that no undo can restore are freed.
 
 use glam::{Quat, Vec3};
 use osp_session::{
@@ -7,7 +7,7 @@ use osp_session::{
 };
 use osp_testkit::{events::Begin, held_bytes};
 
-/// Draws strokes of 30 polygons each, and lets the caller do something after each one.
+/// Draws strokes of 30 polygons each, and calls the caller's function after each stroke.
 fn draw(strokes: std::ops::Range<u32>, mut then: impl FnMut(StrokeId, &mut Scene), scene: &mut Scene) {
     let (t, tool, normal, color) = (0.0, Tool::Ribbon, NormalRule::Transport, (1.0, 1.0, 1.0, 1.0));
     let mut changes = Vec::new();
@@ -30,10 +30,10 @@ fn apply(scene: &mut Scene, event: Event) {
     scene.apply(&event, &mut Vec::new());
 }
 
-/// What a polygon takes that is in the model: its corners, its box, its stroke's place, and a share of the stroke.
+/// Memory of a polygon in the model, bytes: its corners, its box, its stroke's index, and a share of the stroke.
 const BYTES_A_POLYGON: i64 = 100;
 
-/// What any scene may hold: pages that are not full, a thousand edits, tables.
+/// Constant memory of any scene, bytes: partly filled pages, a thousand edits, tables.
 const ROOM: i64 = 2 << 20;
 
 #[test]
@@ -50,7 +50,7 @@ fn what_is_erased_and_what_is_taken_back_does_not_pile_up() {
             &mut scene,
         );
         assert_eq!((scene.polygon_count(), scene.counts().visible), (1_020_000, 0));
-        // What undo still reaches: half of the edits are erasures of 30 polygons each.
+        // Memory of edits that undo can still reach: half of the edits are erasures of 30 polygons each.
         let reached = Scene::UNDO_DEPTH as i64 * 30 * BYTES_A_POLYGON;
         let held = held_bytes() - before;
         assert!(held < reached + ROOM, "{held} bytes for a model in which there is nothing");
@@ -65,7 +65,7 @@ fn what_is_left_here_and_there_does_not_hold_the_rest() {
     draw(0..STROKES, |_, _| {}, &mut scene);
     let whole = held_bytes() - before;
     assert!(whole > 80 * 900_000, "{whole} bytes for 900,000 polygons: less than their corners and boxes");
-    // All but each twentieth are erased: no page of theirs is empty then.
+    // All but each twentieth stroke are erased, so no page is empty.
     for stroke in (0..STROKES).filter(|stroke| stroke % 20 != 0) {
         apply(&mut scene, Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(stroke) });
         scene.let_go();
@@ -73,7 +73,7 @@ fn what_is_left_here_and_there_does_not_hold_the_rest() {
     assert_eq!(scene.counts().visible, 900_000 / 20);
     let held = held_bytes() - before;
     let left = (900_000 / 20 + Scene::UNDO_DEPTH as i64 * 30) * BYTES_A_POLYGON;
-    // A page keeps its holes until three quarters of what it holds are holes.
+    // A page keeps its free entries until three quarters of its entries are free.
     assert!(held < 4 * left + ROOM, "{held} bytes of {whole} for 45,000 polygons");
     assert!(scene.visible_ids().all(|id| scene.polygon(id).area_m2() > 0.0));
 }
@@ -111,6 +111,6 @@ fn groups_forget_what_is_gone() {
         held_bytes() - before
     };
     let (grouped, alone) = (of_twenty_thousand(Some(GroupId(1))), of_twenty_thousand(None));
-    // The edits that undo reaches are in an index by group, too.
+    // The edits that undo can reach are also in an index by group.
     assert!(grouped < alone + (96 << 10), "{grouped} bytes in a group, {alone} in none");
 }

@@ -1,4 +1,4 @@
-//! Samples become polygons, and the model follows its events: draw, erase, move, group, undo, redo.
+//! Samples become polygons, and events change the model: draw, erase, move, group, undo, redo.
 
 use glam::{Quat, Vec3};
 use osp::polygon::{Change, PolygonId};
@@ -47,7 +47,8 @@ fn play(scene: &mut Scene, events: &[Event]) -> Vec<Change> {
     changes
 }
 
-/// A straight ribbon along +x with the identity orientation under the rule that spans it along `side`.
+/// A straight ribbon along +x with the identity orientation, under the rule that uses `side` as the direction of the
+/// width.
 fn straight(stroke: u32, points: u32, rule: NormalRule) -> Vec<Event> {
     let mut events = vec![begin(stroke, Tool::Ribbon, rule)];
     events.extend((0..points).map(|i| point(stroke, Vec3::new(i as f32, 0.0, 0.0), turned())));
@@ -55,12 +56,12 @@ fn straight(stroke: u32, points: u32, rule: NormalRule) -> Vec<Event> {
     events
 }
 
-/// Turns local x to world y: the paper's normal then points up, and the ribbon lies flat.
+/// Rotates local x to world y: the paper's normal then points up, and the ribbon is horizontal.
 fn turned() -> Quat {
     Quat::from_xyzw(0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2)
 }
 
-/// The model as a replay sees it: the ids that inserts, removes and updates leave behind.
+/// The model that receivers of changes have: the ids after all inserts, removes and updates.
 fn follow(changes: &[Change], filed: &mut std::collections::BTreeSet<PolygonId>) {
     for change in changes {
         match *change {
@@ -88,7 +89,7 @@ fn a_straight_ribbon_is_one_flat_quad_for_each_step() {
 
 #[test]
 fn each_rule_lays_the_ribbon_as_it_says() {
-    // Travel along +x; local x is world y.
+    // The travel is along +x; local x is world y.
     let width_along = |rule: NormalRule, q: Quat| {
         let mut scene = Scene::new();
         let mut events = vec![begin(1, Tool::Ribbon, rule)];
@@ -233,7 +234,7 @@ fn erase_undo_and_redo_bring_back_the_same_ids() {
         both
     );
     assert_eq!(step(&mut scene, &[Event::Redo { author: Author::SOLE, t: 0.0 }]), [2, 3]);
-    // A new edit ends the chance to redo.
+    // A new edit makes redo impossible.
     step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]);
     step(&mut scene, &straight(3, 2, NormalRule::LocalX));
     assert!(!scene.can_redo());
@@ -292,7 +293,7 @@ fn groups_carry_their_strokes_and_each_other() {
     play(&mut scene, &[place(1, Vec3::new(0.0, 10.0, 0.0), 2.0), place(2, Vec3::new(1.0, 0.0, 0.0), 1.0)]);
     assert!((centre(&scene) - ((start + Vec3::X) * 2.0 + Vec3::Y * 10.0)).length() < 1.0e-5);
     assert_eq!(scene.groups_of(&scene.strokes()[0]), [GroupId(2), GroupId(1)]);
-    // A group cannot hang under itself.
+    // A group cannot be its own parent.
     let ignored = scene.counts().ignored_events;
     play(&mut scene, &[group(1, &[], Some(2))]);
     assert_eq!(scene.counts().ignored_events, ignored + 1);
@@ -300,7 +301,7 @@ fn groups_carry_their_strokes_and_each_other() {
         play(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]);
     }
     assert_eq!(centre(&scene), start);
-    // What is drawn into a placed group goes where the group is.
+    // A stroke that is drawn in a placed group gets the group's transform.
     for _ in 0..4 {
         play(&mut scene, &[Event::Redo { author: Author::SOLE, t: 0.0 }]);
     }
@@ -310,7 +311,7 @@ fn groups_carry_their_strokes_and_each_other() {
 #[test]
 fn chains_of_groups_have_a_longest_length() {
     let mut scene = Scene::new();
-    // Each new group is hung above the last one: the chain grows at its top.
+    // Each new group becomes the parent of the last one, so the chain grows at its root.
     for top in 0..200u32 {
         let group = |group, parent| Event::Group {
             author: Author::SOLE,
@@ -322,7 +323,7 @@ fn chains_of_groups_have_a_longest_length() {
         };
         play(&mut scene, &[group(top + 1, None), group(top, Some(GroupId(top + 1)))]);
     }
-    // A link that would make a chain of more than 64 is refused, and a new chain begins there.
+    // A grouping that would make a chain longer than 64 is refused, and a new chain begins.
     assert_eq!(scene.counts().ignored_events, 200 / 64);
 }
 
@@ -372,7 +373,7 @@ fn events_without_sense_change_nothing_and_are_counted() {
 }
 
 proptest::proptest! {
-    /// Whatever comes, inserts, removes and updates always leave exactly the visible polygons behind.
+    /// For any events, the inserts, removes and updates leave exactly the visible polygons.
     #[test]
     fn changes_always_lead_to_what_is_visible(steps in proptest::collection::vec((0u8..12, 0u32..5, -2.0f32..2.0), 1..120)) {
         let mut scene = Scene::new();

@@ -1,8 +1,8 @@
-//! Every sentence of the project is understood at the first reading: README, CHANGELOG, docs and doc comments. The
-//! program's help consists of doc comments.
+//! Checks that a reader understands each sentence of the project at the first reading. The sentences are those of
+//! README, CHANGELOG, docs and doc comments. The program's help consists of doc comments.
 //!
-//! `counts.txt` has the number of findings a folder. A number may only fall. `OSP_PROSE=src/index` prints the findings of
-//! a folder or file, `OSP_PROSE=lower` stores lower numbers.
+//! `counts.txt` has the number of findings of each folder. A number may only fall. `OSP_PROSE=src/index` prints the
+//! findings of a folder or file, and `OSP_PROSE=lower` stores lower numbers.
 
 mod rules;
 mod sentences;
@@ -42,7 +42,7 @@ fn files_in(folder: &Path, files: &mut BTreeSet<PathBuf>) {
     }
 }
 
-/// All files of prose, by their paths in the repository.
+/// Returns all files with prose, by their paths in the repository.
 fn files() -> Vec<String> {
     let mut files = BTreeSet::from([at("README.md"), at("CHANGELOG.md")]);
     files_in(&at("docs"), &mut files);
@@ -54,7 +54,7 @@ fn files() -> Vec<String> {
     names.filter(|name| name.ends_with(".md") || name.ends_with(".rs")).collect()
 }
 
-/// The folder whose findings are counted together: a page by itself, sources by folder.
+/// Returns the group in which the findings of a file are counted: the page itself, or the folder of a source.
 fn group(file: &str) -> String {
     if file.ends_with(".md") {
         return file.to_owned();
@@ -89,7 +89,7 @@ fn counted(all: &[Found]) -> Counts {
     counts
 }
 
-/// The committed numbers; a folder and rule without a line have none.
+/// Returns the committed numbers. A folder and rule without a line have none.
 fn allowed(text: &str) -> BTreeMap<(String, String), usize> {
     let lines = text.lines().map(|line| match line.split(' ').collect::<Vec<_>>()[..] {
         [folder, rule, count] => {

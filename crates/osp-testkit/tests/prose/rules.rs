@@ -1,17 +1,17 @@
-//! The forms that a reader has to read twice, and what to write instead.
+//! The forms that a reader has to read twice, and better ones.
 
 use crate::sentences::Sentence;
 
-/// Most words of a sentence.
+/// Largest number of words in a sentence.
 const MOST_WORDS: usize = 25;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Rule {
-    /// Code that speaks, hears or wishes.
+    /// Code that seems to speak, hear or wish.
     Personified,
-    /// A sentence that begins with a clause in place of a subject, as "What is ...".
+    /// A sentence that begins with a clause in place of a subject, like "What is ...".
     Nominal,
-    /// A word of our own where the field has a term.
+    /// A private word for which the field has a term.
     Private,
     Long,
 }
@@ -27,10 +27,10 @@ impl Rule {
     }
 }
 
-/// What a sentence breaks, and the advice.
+/// The rule that a sentence breaks, and the advice.
 pub(crate) type Finding = (Rule, String);
 
-/// Words that only a person can be the subject of.
+/// Words that require a person as subject.
 const PERSONIFIED: &[(&[&str], &str)] = &[
     (&["ask", "asks", "asked", "asking"], "query, request, call, pass"),
     (&["hear", "hears", "heard", "hearing"], "receive, get"),
@@ -40,7 +40,7 @@ const PERSONIFIED: &[(&[&str], &str)] = &[
     (&["want", "wants", "wanted"], "need, require, select"),
 ];
 
-/// One of these shortly before the word: a person is the subject.
+/// If one of these is shortly before the word, the subject is a person.
 const PERSONS: [&str; 21] = [
     "you",
     "we",
@@ -65,7 +65,7 @@ const PERSONS: [&str; 21] = [
     "viewer",
 ];
 
-/// Words before a form among which the subject is looked for.
+/// Number of words before a form in which the subject is searched.
 const SUBJECT_WITHIN: usize = 3;
 
 /// Beginnings of a sentence without a subject.
@@ -89,7 +89,7 @@ const NOMINAL: &[(&str, &str)] = &[
     ("so often", "\"Number of times ...\""),
 ];
 
-/// Words of our own, and the terms that stand for them.
+/// Private words, and the terms that replace them.
 const PRIVATE: &[(&str, &str)] = &[
     ("thin out", "remove hidden polygons"),
     ("thins out", "removes hidden polygons"),
@@ -119,7 +119,7 @@ const PRIVATE: &[(&str, &str)] = &[
     ("come to nothing", "fail"),
 ];
 
-/// Everything that a sentence breaks, each form once.
+/// Returns all rules that a sentence breaks, with each form once.
 pub(crate) fn findings(sentence: &Sentence) -> Vec<Finding> {
     let words: Vec<String> = sentence.words.iter().map(|word| bare(word)).collect();
     let mut found = Vec::new();
@@ -143,7 +143,7 @@ pub(crate) fn findings(sentence: &Sentence) -> Vec<Finding> {
             found.push((Rule::Private, format!("\"{form}\": {instead}")));
         }
     }
-    // Figures and signs are read at once.
+    // Readers grasp figures and signs at once, so they are not counted.
     let count = sentence.words.iter().filter(|word| word.contains(char::is_alphabetic)).count();
     if count > MOST_WORDS {
         found.push((Rule::Long, format!("{count} words: at most {MOST_WORDS}")));
@@ -151,7 +151,7 @@ pub(crate) fn findings(sentence: &Sentence) -> Vec<Finding> {
     found
 }
 
-/// A word without marks and in small letters; nothing of code.
+/// Returns a word without marks and in lower case. Empty for code.
 fn bare(word: &str) -> String {
     if word.contains('`') {
         return String::new();

@@ -1,6 +1,6 @@
 //! Splits Markdown and doc comments into sentences. Code blocks, headings, tables, pictures and addresses are left out.
 
-/// A sentence and the line on which its paragraph begins to hold it, counted from 1.
+/// A sentence, and the line on which its paragraph begins, counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Sentence {
     pub(crate) line: usize,
@@ -8,24 +8,24 @@ pub(crate) struct Sentence {
 }
 
 impl Sentence {
-    /// The sentence as it was written, with single spaces.
+    /// Returns the sentence in its original form, with single spaces.
     pub(crate) fn text(&self) -> String {
         self.words.join(" ").replace('\u{a0}', " ")
     }
 }
 
-/// The sentences of a Markdown file.
+/// Returns the sentences of a Markdown file.
 pub(crate) fn of_markdown(text: &str) -> Vec<Sentence> {
     let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line));
     of_lines(lines)
 }
 
-/// The sentences of the doc comments of a Rust file.
+/// Returns the sentences in the doc comments of a Rust file.
 pub(crate) fn of_doc_comments(source: &str) -> Vec<Sentence> {
     let lines = source.lines().enumerate().map(|(index, line)| {
         let line = line.trim_start();
         let comment = line.strip_prefix("///").or_else(|| line.strip_prefix("//!"));
-        // A line of code ends a paragraph as an empty one does.
+        // A line of code ends a paragraph, like an empty line.
         (index + 1, comment.map_or("", |comment| comment.strip_prefix(' ').unwrap_or(comment)))
     });
     of_lines(lines)
@@ -55,7 +55,7 @@ fn of_lines<'a>(lines: impl Iterator<Item = (usize, &'a str)>) -> Vec<Sentence> 
     sentences
 }
 
-/// What follows the mark of a list's item.
+/// Returns the text after the mark of a list item.
 fn list_item(line: &str) -> Option<&str> {
     let number = line.trim_start_matches(|c: char| c.is_ascii_digit());
     let numbered = if number.len() < line.len() { number.strip_prefix(". ") } else { None };
@@ -85,7 +85,7 @@ fn split(paragraph: &[(usize, &str)], sentences: &mut Vec<Sentence>) {
     }
 }
 
-/// Makes one word of each code span, also of one that a line break divides.
+/// Makes one word of each code span, even of one with a line break in it.
 fn with_whole_code(text: &str) -> String {
     let mut parts = text.split('`').enumerate().peekable();
     let mut whole = String::new();
@@ -121,7 +121,7 @@ fn without_addresses(text: &str) -> String {
     kept + rest
 }
 
-/// Words that end with a point in the middle of a sentence.
+/// Words that end with a period in the middle of a sentence.
 const ABBREVIATIONS: [&str; 5] = ["Fig.", "Figs.", "e.g.", "i.e.", "cf."];
 
 fn ends_sentence(word: &str, next: Option<&str>) -> bool {
@@ -130,7 +130,7 @@ fn ends_sentence(word: &str, next: Option<&str>) -> bool {
     if bare.ends_with(':') {
         return true;
     }
-    // Names that begin with a small letter: `osp`, `glTF`, pages.
+    // Names that begin with a lower-case letter: `osp`, `glTF`, pages.
     let begins = !next.starts_with(|c: char| c.is_lowercase())
         || next == "osp"
         || next.contains(char::is_uppercase)

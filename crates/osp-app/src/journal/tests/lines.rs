@@ -6,7 +6,7 @@ use super::*;
 fn a_copy_has_the_lines_of_its_file_as_they_are() {
     let desk = Desk::new();
     let path = desk.path("a.ron");
-    // More than are read at once, and not as osp would write them.
+    // More lines than are read at once, and not in the form that osp writes.
     let lines: Vec<String> =
         (0..5000).map(|n| format!("Head(t: {n}.50, p:(1e0 ,0,0),q:(0,0,0,1)) // head {n}")).collect();
     let header = "Header(format:1,name:\"a\",source:\"by hand\")";
@@ -19,7 +19,7 @@ fn a_copy_has_the_lines_of_its_file_as_they_are() {
     assert_eq!(copied.len(), 5001);
     assert!(copied[..5000] == lines, "{:?}", &copied[..3]);
     assert_eq!(events_in(copy.path()), 5001);
-    // Also after it was taken back to what it was, the next events are behind the last ones.
+    // Also after a discard, the next events are appended after the last ones.
     let saved = desk.path("saved.ron");
     copy.save_as(&saved).expect("written");
     draw(&mut copy, 2);

@@ -1,4 +1,4 @@
-//! Files that others touch, and names that are too long for what has to lie beside them.
+//! Files that other programs touch, and names that are too long for the files beside them.
 
 use super::*;
 
@@ -10,7 +10,7 @@ fn a_file_that_is_only_looked_at_or_written_over_by_itself_is_no_trouble() {
     draw(&mut document, 1);
     let text = fs::read(&path).expect("the file");
     for round in 1..4 {
-        // As programs do that keep a folder in step with another place: nothing is different then.
+        // Programs that synchronise a folder with another place do this; the contents do not differ.
         let mut file = fs::File::options().write(true).open(&path).expect("the file");
         std::io::Write::write_all(&mut file, &text).expect("written");
         file.set_modified(std::time::SystemTime::UNIX_EPOCH).expect("set");
@@ -25,7 +25,7 @@ fn a_file_that_is_only_looked_at_or_written_over_by_itself_is_no_trouble() {
 #[test]
 fn a_session_with_the_longest_name_has_a_shelter() {
     let desk = Desk::new();
-    // The longest that Linux takes: the mark beside it would have a longer one.
+    // The longest name that Linux accepts; the name of the mark beside it would be longer.
     let name = format!("{}\u{e4}.ron", "L".repeat(249));
     let mut document = desk.open(&name);
     draw(&mut document, 2);

@@ -6,16 +6,16 @@ use std::collections::VecDeque;
 use super::super::model::PIECE;
 use osp_session::recording::Event;
 
-/// Events in order of arrival. It is filled again after the last event was taken.
+/// Events in order of arrival. New events are added only when it is empty.
 #[derive(Debug, Default)]
 pub(super) struct Inbox {
     events: VecDeque<Event>,
-    /// The number of own events among them.
+    /// Number of own events among them.
     own: usize,
 }
 
 impl Inbox {
-    /// Whether it holds no events.
+    /// Whether the inbox has no events.
     pub(super) fn is_empty(&self) -> bool {
         self.events.is_empty()
     }
@@ -40,14 +40,14 @@ impl Inbox {
         if self.events.is_empty() { std::mem::take(&mut self.own) } else { 0 }
     }
 
-    /// Takes all events.
+    /// Removes and returns all events.
     pub(super) fn take_all(&mut self) -> Vec<Event> {
         self.own = 0;
         std::mem::take(&mut self.events).into()
     }
 }
 
-/// The size of an event, as a part of a piece. A drawing event counts by its length. An edit counts as a whole piece,
+/// The size of an event, as a share of a piece. A drawing event counts by its length. An edit counts as a whole piece,
 /// because a short event may change the whole model.
 fn weight(event: &Event) -> usize {
     match event {

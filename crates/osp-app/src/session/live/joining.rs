@@ -17,14 +17,14 @@ use osp_session::{
     recording::{Event, Limits, RecordingError},
 };
 
-/// Most events that a frame applies. A long session arrives over several frames.
+/// Largest number of events that a frame applies. A long session arrives over several frames.
 const EVENTS_A_FRAME: usize = 8192;
 /// Number of changed polygons after which a frame applies no more events.
 const CHANGES_A_FRAME: usize = 1 << 16;
-/// Longest time that a closing window waits until the session has all own events.
+/// Longest time for which a closing window waits for the server to return all own events.
 const FAREWELL: Duration = Duration::from_secs(3);
 
-/// The file of a shared session before it is joined.
+/// The file of a shared session that has not been joined yet.
 #[derive(Debug)]
 pub struct Unjoined {
     session: Session,
@@ -48,7 +48,8 @@ impl Unjoined {
         Ok((Self { session, known: Some(known) }, opened))
     }
 
-    /// Joins. The window shows the events of the file already; newer events of the session are appended to the file.
+    /// Joins the session. The window already shows the events of the file; newer events of the session are appended to
+    /// it.
     pub fn join(self, live: Live) -> Session {
         let Self { mut session, known } = self;
         session.source = Source::Live(Box::new(Live { known, ..live }));
@@ -66,8 +67,8 @@ impl Session {
         Ok(Self { source: Source::Live(Box::new(live)), ..Self::around(journal) })
     }
 
-    /// Applies a slice of the arrived events. A slice lasts at least `least`, longer if frames are slow, and has at least
-    /// one piece.
+    /// Applies a slice of the arrived events. A slice lasts at least `least`, longer if frames are slow, and has at
+    /// least one piece.
     pub(crate) fn follow_for(&mut self, least: Duration) {
         if let Some(live) = self.live_mut() {
             live.turns.set_least(least);
@@ -94,16 +95,16 @@ impl Session {
         live.turns.end();
     }
 
-    /// Leaves the shared session, after waiting a short time until it has all own events. Returns messages about events
-    /// that are missing.
+    /// Leaves the shared session, after a short wait for the server to return all own events. Returns messages about
+    /// missing events.
     ///
     /// # Errors
-    /// A part of the rest could not be written.
+    /// A part of the remaining events could not be written.
     pub(crate) fn leave(&mut self) -> Result<Vec<String>, Unwritten> {
         let Some(live) = self.live() else { return Ok(Vec::new()) };
         let status = live.link.status();
-        // The server does not answer a watcher, or anybody in a full session. A window without an author has nothing to
-        // leave.
+        // The server does not answer a watcher, or any window of a full session. A window without an author has nothing
+        // to leave.
         let is_answered = !live.is_watcher
             && status.connection != Connection::Full
             && (status.author.is_some() || live.is_waiting());
@@ -120,8 +121,8 @@ impl Session {
         let mut said = std::mem::take(&mut self.news);
         let source = std::mem::replace(&mut self.source, Source::File);
         let Source::Live(mut live) = source else { return Ok(said) };
-        // The file gets events that the model lacks. Own events among them still count as missing, because another file has
-        // them. The loop has a time limit, because other authors may draw without end.
+        // These events are added to the file, but the model lacks them. Own events among them still count as missing,
+        // because another file has them. The loop has a time limit, because other authors may draw continuously.
         let since = Instant::now();
         while since.elapsed() < FAREWELL
             && let Some(rest) = live.take_rest(&mut said)

@@ -1,10 +1,11 @@
-//! The recording of a shared session that this window has joined before.
+//! The recording of a shared session that was joined before.
 
 use std::path::PathBuf;
 
 use osp_session::recording::{Event, Session};
 
-/// The events of a shared session that its file already has. The server sends them again; they are compared with the file.
+/// The events of a shared session that its file already has. The server sends them again, and they are compared with
+/// the file.
 #[derive(Debug)]
 pub(super) struct Known {
     pub(super) file: Session,
@@ -16,7 +17,7 @@ impl Known {
     /// Removes the events that the file has already.
     ///
     /// # Errors
-    /// The message to the user if the server's events differ from those of the file.
+    /// A message for the user, if the server's events differ from those of the file.
     pub(super) fn pass_over(&mut self, events: &mut Vec<Event>) -> Result<(), String> {
         let mut there = 0;
         for event in events.iter().take(usize::try_from(self.left).unwrap_or(usize::MAX)) {
@@ -35,7 +36,7 @@ impl Known {
         self.left == 0
     }
 
-    /// The message to the user if the file belongs to another session.
+    /// The message for the user if the file belongs to another session.
     pub(super) fn is_other(&self) -> String {
         format!(
             "{}: expected the beginning of this session; the file belongs to another one and was not changed",

@@ -6,10 +6,10 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Own strokes that have not come back from the server completely. They are drawn at once, without waiting for the network.
+/// Own strokes that the server has not returned completely. They are drawn at once, without waiting for the network.
 ///
-/// They have a scene of their own, which is drawn over the session's scene. A stroke stays here until all of its events
-/// have come back. The overlay shows only those polygons that the session's scene lacks.
+/// The strokes have their own scene, which is drawn over the session's scene. A stroke stays here until all of its
+/// events have returned. Only polygons that the session's scene lacks are shown.
 #[derive(Debug, Default)]
 pub struct Overlay {
     scene: Scene,
@@ -22,12 +22,12 @@ pub struct Overlay {
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Stroke {
-    /// Events that have not come back.
+    /// Number of events that have not returned.
     waiting: usize,
     has_ended: bool,
 }
 
-/// The stroke that an event draws.
+/// The stroke that the event draws.
 fn drawn_by(event: &Event) -> Option<StrokeId> {
     match event {
         Event::Begin { stroke, .. }
@@ -39,20 +39,20 @@ fn drawn_by(event: &Event) -> Option<StrokeId> {
 }
 
 impl Overlay {
-    /// Adds an own event that is on its way to the server.
+    /// Adds an own event that was sent to the server.
     pub(super) fn add(&mut self, event: &Event) {
         let Some(id) = drawn_by(event) else { return };
         if matches!(event, Event::Begin { .. } | Event::Polygon { .. }) {
             self.strokes.entry(id).or_default();
         }
-        // A stroke that began elsewhere is not drawn here.
+        // A stroke without its beginning is not drawn here.
         let Some(stroke) = self.strokes.get_mut(&id) else { return };
         stroke.waiting += 1;
         stroke.has_ended |= matches!(event, Event::End { .. } | Event::Polygon { .. });
         self.scene.apply_all([event], &mut self.changes);
     }
 
-    /// Notes that an own event has come back, or that the server refused it.
+    /// Records that the server has returned or refused an own event.
     pub(super) fn settle(&mut self, event: &Event) {
         let Some(id) = drawn_by(event) else { return };
         let Some(stroke) = self.strokes.get_mut(&id) else { return };
@@ -62,7 +62,7 @@ impl Overlay {
         }
         self.strokes.remove(&id);
         if self.strokes.is_empty() {
-            // A new scene, so that the old one does not grow without limit.
+            // A new scene replaces the old one, which would grow without limit.
             (self.scene, self.is_other) = (Scene::default(), true);
             self.changes.clear();
         } else {
@@ -71,7 +71,8 @@ impl Overlay {
         }
     }
 
-    /// Finds the polygons to show. `in_session` returns how many polygons of an own stroke the session's scene has.
+    /// Determines the polygons to show. `in_session` returns how many polygons of an own stroke the session's scene
+    /// has.
     pub(super) fn show(&mut self, in_session: impl Fn(StrokeId) -> usize) {
         self.shown.clear();
         for &id in self.strokes.keys() {
@@ -82,12 +83,12 @@ impl Overlay {
         }
     }
 
-    /// The scene with the own strokes.
+    /// The scene of the own strokes.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// The polygons of the scene that are shown.
+    /// The polygons of this scene that are shown.
     pub fn shown(&self) -> &VisibleBlocks {
         &self.shown
     }
@@ -145,7 +146,7 @@ mod tests {
         overlay.show(|_| 0);
         assert_eq!(overlay.shown().len(), all - of_first);
         assert!(!overlay.take_changes(&mut Vec::new()));
-        // The hand still holds it: nothing has ended.
+        // The hand is still drawing the stroke, so it has not ended.
         let mut open = Overlay::default();
         second[..11].iter().for_each(|event| open.add(event));
         second[..11].iter().for_each(|event| open.settle(event));
@@ -155,7 +156,7 @@ mod tests {
         overlay.show(|_| 0);
         assert!(overlay.shown().is_empty() && overlay.scene().polygon_count() == 0);
         assert!(overlay.take_changes(&mut Vec::new()));
-        // Edits of what the session has are not shown before they come back.
+        // Edits of the session's strokes are not shown before they return.
         overlay.add(&Event::Undo { author: Author::SOLE, t: 0.0 });
         assert_eq!(overlay.scene().counts().ignored_events, 0);
     }

@@ -1,4 +1,4 @@
-//! Reads a session for a replay, step by step. A caller with little time can take a few steps between two frames.
+//! Reads a session for a replay in steps, so that a caller with little time can take a few steps between two frames.
 
 use std::{
     path::{Path, PathBuf},
@@ -17,25 +17,25 @@ use osp_session::{
     replay::{CameraChoice, CameraPath, Moment, SessionState},
 };
 
-/// Snapshots kept at most.
+/// Largest number of snapshots.
 pub(super) const MAX_SNAPSHOTS: usize = 32;
-/// Largest total weight of all snapshots; 1 is about a hundred bytes.
+/// Largest total weight of all snapshots; a weight of 1 is about a hundred bytes.
 const MAX_SNAPSHOT_WEIGHT: usize = 4_000_000;
 
 impl Session {
-    /// Reads a whole session of any format for a replay, at the position before its first frame. A damaged session
-    /// plays up to the damage; the remarks name it.
+    /// Reads a whole session of any format for a replay, positioned before its first frame. A damaged session plays up
+    /// to the damage, which the remarks describe.
     ///
     /// # Errors
-    /// The file cannot be read, or is of no known format.
+    /// The file cannot be read, or its format is unknown.
     pub fn to_play(path: &Path, pace: Pace, camera: CameraChoice) -> Result<Self, RecordingError> {
         Self::to_play_with(path, pace, camera, &OpenOptions::default())
     }
 
-    /// [`Session::to_play`] with options for the reader.
+    /// Like [`Session::to_play`], with options for the reader.
     ///
     /// # Errors
-    /// As [`Session::to_play`].
+    /// The errors of [`Session::to_play`].
     pub fn to_play_with(
         path: &Path,
         pace: Pace,
@@ -90,15 +90,15 @@ impl ReplayReader {
         self.events
     }
 
-    /// Takes a step. The last step returns the session; later steps return nothing.
+    /// Takes a step. The last step returns the session; later steps return `None`.
     ///
     /// # Errors
-    /// The file cannot be read, or is of no known format.
+    /// The file cannot be read, or its format is unknown.
     pub fn step(&mut self) -> Result<Option<Session>, RecordingError> {
         self.stage = match std::mem::replace(&mut self.stage, Stage::Over) {
             Stage::Closed(pace, options) => {
                 let session = recording::open(&self.path, &options)?;
-                // A replay has no autosaves.
+                // A replay has no autosave files.
                 let journal = Journal::of_reader(&self.path, session.header.clone(), &Autosaves::new(None))?;
                 Stage::Reading(Box::new(Reading::new(session, journal, pace)))
             }
@@ -145,8 +145,8 @@ impl Reading {
     }
 }
 
-/// Plays a whole session once. Keeps snapshots of the model at evenly spaced frames, the frames in which strokes begin, and
-/// a box around all polygons.
+/// The first play of a whole session. It collects snapshots of the model at evenly spaced frames, the frames in which
+/// strokes begin, and a box around all polygons.
 #[derive(Debug)]
 pub(super) struct FirstPlay {
     journal: Journal,
@@ -194,8 +194,8 @@ impl FirstPlay {
             return false;
         }
         if frame.is_multiple_of(self.spacing) {
-            // A stroke weighs as much as three polygons. An edit weighs as much as one, plus a quarter for each stroke that
-            // it names.
+            // The weight of a stroke equals that of three polygons. The weight of an edit is one, plus a quarter for
+            // each stroke that the edit lists.
             let scene = &state.scene;
             let weight = scene.polygon_count() + 3 * scene.strokes().len() + self.edit_weight;
             self.kept_weight += weight;
@@ -222,7 +222,7 @@ impl FirstPlay {
         true
     }
 
-    /// Returns the session, at the position before its first frame.
+    /// Returns the session, positioned before its first frame.
     pub(super) fn finish(self) -> Session {
         let Self { journal, recorded, choice, remarks, stroke_starts, snapshots, bounds, state, .. } = self;
         let replay = Replay {

@@ -16,7 +16,8 @@ impl Recorded {
         &self.events[start..self.frame_ends[at]]
     }
 
-    /// Plays `end` frames and returns the time at which each polygon was drawn. Stops early if `goes_on` returns `false`.
+    /// Plays `end` frames and returns the time at which each polygon was drawn. Stops early if `goes_on` returns
+    /// `false`.
     pub(super) fn polygon_times(&self, end: u64, goes_on: &dyn Fn() -> bool) -> PolygonTimes {
         let (mut state, mut times) = (SessionState::keeping_groups_whole(), PolygonTimes::default());
         let mut changes = Vec::new();

@@ -197,7 +197,7 @@ fn a_node_that_shows_something_else_is_named_and_strangers_change_nothing() {
         }
     };
     assert!(table.contains("front: "), "{table}");
-    assert!(table.contains("5 messages were no messages of a wall"), "{table}");
+    assert!(table.contains("5 messages did not belong to a wall"), "{table}");
     let said = fs::read_to_string(folder.join("hub.txt")).expect("what it said");
     assert!(said.contains("shows something else than the hub since frame"), "{said}");
 }

@@ -1,4 +1,4 @@
-//! Polygons that must be visible, and polygons that must not, without any structure.
+//! Polygons that must be visible, and polygons that must not be, computed without any structure.
 
 use glam::{Affine3A, DVec3, Vec3};
 
@@ -8,10 +8,10 @@ use osp::{
     polygon::{PolygonId, VisibleBlocks},
 };
 
-/// Largest shift of a corner or a plane by single precision, as a part of the model's size.
+/// Largest displacement of a corner or a plane by single precision, as a fraction of the model's size.
 const ROUNDING: f64 = 1.0e-5;
 
-/// The polygons of which a point is in view beyond doubt.
+/// The polygons of which at least one point is certainly in view.
 pub(super) fn seen(world: &World<'_>, frame: u64, frustum: &Frustum) -> VisibleBlocks {
     let margin_m = ROUNDING * f64::from(world.model.around().extent().length());
     let (mut part_of, mut rest) = (Vec::new(), Vec::new());
@@ -35,8 +35,8 @@ pub(super) fn seen(world: &World<'_>, frame: u64, frustum: &Frustum) -> VisibleB
     all
 }
 
-/// The polygons whose box in the model's space, turned with their part and with a box of the world around it, reaches
-/// into view: no group index has a reason to report others.
+/// The polygons whose transformed box, with the rounding margin, intersects the view. The box is that of the polygon in
+/// the model's space, transformed with its part. No group index may report other polygons.
 pub(super) fn may_be_seen(world: &World<'_>, frame: u64, frustum: &Frustum) -> VisibleBlocks {
     let margin = Vec3::splat(10.0 * ROUNDING as f32 * world.model.around().extent().length());
     let mut all = VisibleBlocks::new();

@@ -1,10 +1,10 @@
-//! Moving things: 1, 10 and 100 % of the polygons move in every frame. They move in pieces, as a group, or as
-//! instances of one mesh. Every structure takes the boxes of all of them at once; a group index
-//! ([`osp_rivals::groups::GroupIndex`]) takes the transforms of the groups.
+//! Moving things: 1, 10 and 100 % of the polygons move in every frame. They move in pieces, as a group, or as instances
+//! of one mesh. Every structure gets the boxes of all moving polygons in one call; a group index
+//! ([`osp_rivals::groups::GroupIndex`]) gets the transforms of the groups.
 //!
-//! Each structure runs beside the reference, frame by frame. All structures have to see the same polygons. The group
-//! index tests a polygon's box in the space of its group, so it may see others. It has to see every polygon with a
-//! point in view, and none whose turned box is out of view.
+//! Each structure and the reference run in turns, frame by frame. All structures must find the same polygons. The group
+//! index tests a polygon's box in the space of its group, so it may find additional polygons. It must find every
+//! polygon with a point in view, and no polygon whose transformed box is out of view.
 
 mod exact;
 mod subject;
@@ -34,34 +34,36 @@ const NOTES: [&str; 4] = [
     "entries set: those whose box changed in place; filed: those inserted elsewhere, or again; boxes computed: those of nodes.",
 ];
 
-/// Least number of frames in a budget.
+/// Smallest number of frames that are measured, whatever the budget.
 const FEWEST: u64 = 3;
 const MOST: u64 = 400;
-/// A structure that would take more than this many budgets at a size is left out, judged by the size before.
+/// Largest multiple of the budget that a structure may take at a size, estimated from the previous size; slower
+/// structures are left out.
 const LONGEST: f64 = 20.0;
 
 /// Settings of [`move_things`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingConfig {
-    /// Numbers of polygons.
+    /// Numbers of polygons of the models.
     pub sizes: Vec<u32>,
     /// The structures.
     pub kinds: Vec<Contender>,
-    /// The structure that the others are compared with.
+    /// The reference, with which the others are compared.
     pub reference: IndexKind,
     /// Time for the frames of a structure with one motion, seconds.
     pub budget_secs: f64,
 }
 
-/// Measures every structure at every size; the part `moving`. `progress` receives the name of each next step.
+/// Measures every structure at every size; the rows are the part `moving`. `progress` is called with the name of the
+/// next measurement.
 ///
 /// # Errors
-/// Never, as synthetic sessions are whole.
+/// Never, because synthetic sessions have no damage.
 pub fn move_things(config: &MovingConfig, mut progress: impl FnMut(&str)) -> Result<Rows, RecordingError> {
     let mut sizes = config.sizes.clone();
     sizes.sort_unstable();
     sizes.dedup();
-    // Seconds of the unavoidable at the size before, and the size.
+    // The time that the fewest frames took at the previous size, seconds, and that size.
     let mut took: Vec<Option<(f64, u32)>> = vec![None; config.kinds.len()];
     let mut rows = Rows::default();
     rows.part(PART, "Moving things: a frame in which a share of the polygons moves");
@@ -112,12 +114,12 @@ pub fn move_things(config: &MovingConfig, mut progress: impl FnMut(&str)) -> Res
     Ok(rows)
 }
 
-/// The task of a motion.
+/// The name of the task for a motion.
 fn task(motion: &str) -> String {
     format!("{PART}/{motion}")
 }
 
-/// The motion that is being measured.
+/// The measurement of one motion.
 struct Measured<'a> {
     world: &'a World<'a>,
     name: &'static str,
@@ -125,11 +127,11 @@ struct Measured<'a> {
     rows: &'a mut Rows,
 }
 
-/// A frame with a structure and with the reference.
+/// A frame of a structure, and the same frame of the reference.
 type Pair = (Took, Took);
 
 impl Measured<'_> {
-    /// Measures a structure; the median of a frame, microseconds.
+    /// Measures a structure. Returns the median of a frame, microseconds.
     fn measure(&mut self, name: &str, subject: &mut dyn Subject) -> f64 {
         let world = self.world;
         let mut reference = EachPolygon::new(Contender::Own(self.config.reference), world);
@@ -149,7 +151,7 @@ impl Measured<'_> {
             let boxes_ns = begin.elapsed().as_nanos() as f64;
             let shapes =
                 (subject.wants_shapes() || reference.wants_shapes()).then(|| world.moved_shapes(frame));
-            // A quick turn, so that even a few frames see the model from every side.
+            // The camera turns fast, so that even a few frames show the model from every side.
             let moment = Moment { frame: frame * 7, ..Moment::default() };
             let step = |wants_shapes: bool| Step {
                 frame,
@@ -159,7 +161,7 @@ impl Measured<'_> {
                 frustum: camera.view(&moment).frustum(),
             };
             let (own, others) = (step(subject.wants_shapes()), step(reference.wants_shapes()));
-            // Neither always comes first.
+            // The structure and the reference alternate in running first.
             let pair = if frame % 2 == 0 {
                 let first = subject.frame(&own);
                 (first, reference.frame(&others))
@@ -167,10 +169,10 @@ impl Measured<'_> {
                 let first = reference.frame(&others);
                 (subject.frame(&own), first)
             };
-            // Every group index is checked against the polygons themselves, which takes a while.
+            // For a group index, only the first frames are compared with the polygons themselves, because that is slow.
             let is_checked = name != GROUP_INDEX || frame <= FEWEST;
             is_right &= !is_checked || self.sees_right(name, subject, &mut reference, frame, &own.frustum);
-            // The first frame fills caches and brings what is built late.
+            // The first frame is not counted, because it fills caches and builds structures that are built on demand.
             match before {
                 None => before = Some(subject.upkeep()),
                 Some(_) => pairs.push(pair),
@@ -206,7 +208,7 @@ impl Measured<'_> {
         self.rows.value(&task, recording, name, "time").unwrap_or(0.0)
     }
 
-    /// Whether a frame's answer is right.
+    /// Whether the structure found the right polygons in a frame.
     fn sees_right(
         &self,
         name: &str,
@@ -265,12 +267,13 @@ mod tests {
         assert!((20.0..=64.0).contains(&moving[0]) && (190.0..=256.0).contains(&moving[1]), "{moving:?}");
         for (moving, (kind, name)) in moving.into_iter().zip(MOTIONS) {
             let figure = |index: &str, figure: &str| of(name, index, figure).expect("it counts");
-            // Each polygon that moves is an entry: where it was, or filed again.
+            // Each moving polygon is an entry that is either replaced in place or inserted again.
             for incremental in ["osp", "loose-octree", "time-order", "dynamic-bvh", "osp-paper"] {
                 let entries = figure(incremental, "entries_set") + figure(incremental, "entries_filed");
                 assert_eq!(entries, moving, "{incremental}, {name}");
             }
-            // What rebuilds files all, whatever moves; what refits computes every box, and moves no entry.
+            // Structures that rebuild insert every polygon. Structures that refit compute every box, and insert no
+            // entry.
             assert_eq!(figure("octree-rebuild", "entries_filed"), 2000.0, "{name}");
             assert_eq!(of(name, "brute-simd", "boxes_computed"), None, "it does not count");
             assert!(figure("osp", "reported") > 0.0, "something is in view: {name}");
@@ -306,7 +309,7 @@ mod tests {
             measured.measure("stays", &mut stays);
             let is_found =
                 |who: &str| rows.faults.iter().any(|fault| fault.contains(&format!("{who} ({name})")));
-            // A hundredth of the polygons may lie out of view, or at one place for three frames.
+            // A hundredth of the polygons may be out of view, or stay at one position for three frames.
             let is_small =
                 matches!(motion, Motion::Pieces(s) | Motion::Group(s) | Motion::Scattered(s) if s < 1.0);
             let is_group_found = !motion.has_groups() || is_found(GROUP_INDEX);
@@ -314,7 +317,7 @@ mod tests {
         }
     }
 
-    /// Sees everything where it was at first.
+    /// Finds every polygon at its first position.
     struct Stays<S>(S);
 
     impl<S: Subject> Subject for Stays<S> {

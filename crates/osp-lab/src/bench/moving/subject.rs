@@ -1,4 +1,4 @@
-//! A measured subject: a structure that updates every moving polygon, or a group index that updates groups.
+//! The measured structures: one that updates every moving polygon, or a group index that updates groups.
 
 use osp_session::platform::time::Instant;
 
@@ -17,18 +17,18 @@ use osp_rivals::{
 /// The name of the group index in the tables.
 pub(super) const GROUP_INDEX: &str = "group-index";
 
-/// Input of a frame.
+/// The input of a frame.
 pub(super) struct Step<'a> {
     pub(super) frame: u64,
     pub(super) moved: &'a [(PolygonId, Aabb)],
-    /// The corners of the same polygons, for a structure that needs them.
+    /// The corners of the moved polygons, for a structure that needs them.
     pub(super) shapes: Option<&'a [ConvexPolygon]>,
-    /// Time to compute the boxes, if it belongs to the frame.
+    /// Time to compute the boxes, if it is part of the frame.
     pub(super) boxes_ns: f64,
     pub(super) frustum: Frustum,
 }
 
-/// Times of a frame.
+/// Times and work of a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Took {
     pub(super) move_ns: f64,
@@ -42,9 +42,9 @@ impl Took {
     }
 }
 
-/// Something that follows a world and culls it.
+/// A structure that follows a moving model and culls it.
 pub(super) trait Subject {
-    /// Follows the frame and culls.
+    /// Applies the changes of a frame and culls.
     fn frame(&mut self, step: &Step<'_>) -> Took;
 
     /// Visible polygons of the last frame, for comparison.
@@ -59,7 +59,7 @@ pub(super) trait Subject {
     fn bytes(&self) -> usize;
 }
 
-/// A structure of single polygons.
+/// A structure that stores single polygons.
 pub(super) struct EachPolygon {
     pub(super) index: Box<dyn SpatialIndex>,
     wants_shapes: bool,
@@ -80,7 +80,7 @@ impl Subject for EachPolygon {
     fn frame(&mut self, step: &Step<'_>) -> Took {
         let start = Instant::now();
         self.index.update_all(step.moved, &mut self.refused);
-        // The polygons are filed and their boxes finite.
+        // The polygons are in the index and their boxes are finite, so no error can occur.
         debug_assert_eq!(self.refused, []);
         if let (Some(shapes), Some(tree)) = (step.shapes, Bsp::of(&mut *self.index)) {
             step.moved.iter().zip(shapes).for_each(|((id, _), shape)| tree.shape(*id, shape));
@@ -110,7 +110,7 @@ impl Subject for EachPolygon {
     }
 }
 
-/// A group index with a node for each part of the world.
+/// A group index with a node for each part of the model.
 pub(super) struct EachGroup<'a> {
     world: &'a World<'a>,
     index: GroupIndex,
@@ -124,7 +124,7 @@ impl<'a> EachGroup<'a> {
         let mut index = GroupIndex::new(&config);
         let mut last = None;
         for part in &world.parts {
-            // Instances follow each other.
+            // Instances of the same mesh are consecutive parts.
             let mesh = match last {
                 Some((range, mesh)) if range == part.mesh => mesh,
                 _ => {
@@ -177,7 +177,7 @@ impl Subject for EachGroup<'_> {
         visible
     }
 
-    /// The entries of the index of trees, and the boxes of nodes.
+    /// Counts of the index: entries of its trees, and boxes of nodes.
     fn upkeep(&self) -> Option<Upkeep> {
         let work = self.index.work();
         Some(Upkeep { adjusted: work.entries, filed: 0, boxes: work.boxes })

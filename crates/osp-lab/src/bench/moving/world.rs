@@ -1,4 +1,4 @@
-//! Moving parts of a model, each with a place in the world for every frame.
+//! The moving parts of a model, each with a transform for every frame.
 
 use std::ops::Range;
 
@@ -15,24 +15,26 @@ use osp::{
 };
 use osp_rivals::Bsp;
 
-/// Polygons of a piece: about as many as a stroke has.
+/// Number of polygons of a piece, about that of a stroke.
 const PIECE: usize = 32;
-/// Distance of a piece from the middle of its circle, as a part of the model's diagonal.
+/// Radius of a piece's circle, as a fraction of the model's diagonal.
 const RADIUS: f32 = 0.02;
-/// Turn of a piece in a frame, radians: with [`RADIUS`] a step of 1/400 of the diagonal.
+/// Angle by which a piece moves along its circle in a frame, radians. With [`RADIUS`] the step is 1/400 of the
+/// diagonal.
 const TURN: f32 = 0.125;
 
-/// Moving polygons, and their motion.
+/// The motion of the moving polygons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Motion {
-    /// Pieces of 32 polygons, spread evenly over the order of drawing, each on its own small circle; a share of all.
+    /// Pieces of 32 polygons, evenly distributed over the drawing order; each moves on its own small circle. The number
+    /// is the share of moving polygons.
     Pieces(f64),
-    /// Single polygons chosen at random, each on its own small circle, with numbers in no order of space; a share of
-    /// all.
+    /// Single polygons chosen at random; each moves on its own small circle. Their ids have no spatial order. The
+    /// number is the share of moving polygons.
     Scattered(f64),
-    /// The first polygons as one group that turns and glides; a share of all.
+    /// The first polygons form one group, which rotates and translates. The number is the share of moving polygons.
     Group(f64),
-    /// One mesh of the first polygons, shown by so many nodes which all turn.
+    /// One mesh of the first polygons, shown by this number of nodes, all of which rotate.
     Instances(usize),
 }
 
@@ -51,23 +53,23 @@ pub(super) const MOTIONS: [(Motion, &str); 10] = [
 ];
 
 impl Motion {
-    /// Whether polygons keep together, so that groups save something.
+    /// Whether the moving polygons form groups, so that a group index saves work.
     pub(super) fn has_groups(self) -> bool {
         !matches!(self, Self::Scattered(_))
     }
 
-    /// Whether what moves is placed as a whole, so that a box of a polygon is known only from its corners.
+    /// Whether parts are transformed as a whole, so that the box of a polygon must be computed from its corners.
     pub(super) fn is_rigid(self) -> bool {
         !matches!(self, Self::Pieces(_) | Self::Scattered(_))
     }
 }
 
-/// Polygons that keep together: a mesh at a place.
+/// A mesh with a transform.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
-    /// The polygons of the model that it shows.
+    /// The polygons of the model that the part shows.
     pub(super) mesh: Range<usize>,
-    /// The number of its first polygon in the world.
+    /// The id of the part's first polygon in the world.
     pub(super) first: usize,
     pub(super) moves: bool,
     middle: Vec3,
@@ -77,13 +79,13 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// The numbers of its polygons.
+    /// The ids of the part's polygons.
     pub(super) fn ids(&self) -> Range<usize> {
         self.first..self.first + self.mesh.len()
     }
 }
 
-/// A model in parts.
+/// A model that is divided into parts.
 pub(super) struct World<'a> {
     pub(super) model: &'a RaysModel,
     pub(super) motion: Motion,
@@ -104,7 +106,7 @@ impl<'a> World<'a> {
         let parts = match motion {
             Motion::Pieces(moving) => {
                 let count = all.div_ceil(PIECE);
-                // Of one piece or few at least one moves.
+                // Rounded up, so that at least one piece moves.
                 let before = |piece: usize| (piece as f64 * moving).ceil() as usize;
                 let piece = |at: usize| {
                     let mesh = at * PIECE..all.min((at + 1) * PIECE);
@@ -144,17 +146,17 @@ impl<'a> World<'a> {
         Self { model, motion, parts, diagonal_m: around.extent().length() }
     }
 
-    /// Polygons in the world.
+    /// Number of polygons in the world.
     pub(super) fn len(&self) -> usize {
         self.parts.last().map_or(0, |part| part.ids().end)
     }
 
-    /// Polygons that move in every frame.
+    /// Number of polygons that move in every frame.
     pub(super) fn moving(&self) -> usize {
         self.parts.iter().filter(|part| part.moves).map(|part| part.mesh.len()).sum()
     }
 
-    /// The world from the model's space for a part in a frame.
+    /// The transform of a part in a frame, from the model's space to world space.
     pub(super) fn place(&self, part: &Part, frame: u64) -> Affine3A {
         let Part { moves, middle, scale, to, phase, .. } = *part;
         if !moves {
@@ -173,12 +175,12 @@ impl<'a> World<'a> {
             * Affine3A::from_translation(-middle)
     }
 
-    /// The polygons of a part where it is.
+    /// The polygons of a part, transformed to world space.
     pub(super) fn polygons(&self, part: &Part, world: Affine3A) -> impl Iterator<Item = ConvexPolygon> {
         self.model.polygons[part.mesh.clone()].iter().map(move |of| of.map(|p| world.transform_point3(p)))
     }
 
-    /// Appends the boxes of a part in a frame.
+    /// Appends the boxes of a part's polygons in a frame.
     fn boxes(&self, part: &Part, frame: u64, out: &mut Vec<(PolygonId, Aabb)>) {
         let world = self.place(part, frame);
         let ids = part.ids().map(|id| PolygonId(id as u32));
@@ -191,19 +193,19 @@ impl<'a> World<'a> {
         out.extend(ids.zip(self.model.boxes[part.mesh.clone()].iter().map(moved)));
     }
 
-    /// The boxes of all polygons that move, in a frame.
+    /// Replaces `out` by the boxes of all moving polygons in a frame.
     pub(super) fn moved(&self, frame: u64, out: &mut Vec<(PolygonId, Aabb)>) {
         out.clear();
         self.parts.iter().filter(|part| part.moves).for_each(|part| self.boxes(part, frame, out));
     }
 
-    /// The corners of all polygons that move, in a frame.
+    /// The corners of all moving polygons in a frame.
     pub(super) fn moved_shapes(&self, frame: u64) -> Vec<ConvexPolygon> {
         let moving = self.parts.iter().filter(|part| part.moves);
         moving.flat_map(|part| self.polygons(part, self.place(part, frame))).collect()
     }
 
-    /// An index of a kind with all polygons where they are in frame 0.
+    /// An index of this kind that contains all polygons at their positions in frame 0.
     pub(super) fn filled(&self, kind: Contender) -> Box<dyn SpatialIndex> {
         let mut index = kind.create(&IndexConfig { root: self.model.root, capacity: self.len() });
         let wants_shapes = Bsp::of(&mut *index).is_some();
@@ -213,7 +215,7 @@ impl<'a> World<'a> {
             self.boxes(part, 0, &mut boxes);
             let shapes = wants_shapes.then(|| self.polygons(part, self.place(part, 0)).collect::<Vec<_>>());
             for (at, (id, bounds)) in boxes.iter().enumerate() {
-                // The boxes of a scene are finite and each id comes once.
+                // The boxes of a scene are finite, and each id is inserted once, so no error can occur.
                 let filed = index.insert(*id, bounds);
                 debug_assert_eq!(filed, Ok(()));
                 if let (Some(shapes), Some(tree)) = (&shapes, Bsp::of(&mut *index)) {

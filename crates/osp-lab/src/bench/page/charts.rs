@@ -1,4 +1,5 @@
-//! The charts of the page: lines along a session, and lines over the sizes of the synthetic model. The script draws them.
+//! The charts of the page: curves over a session, and curves over the sizes of the synthetic model. The page's script
+//! draws them.
 
 use serde::Serialize;
 
@@ -8,11 +9,11 @@ use crate::{
     rows::{RIVAL, Table, distinct},
 };
 
-/// Significant digits of the numbers: more cannot be seen.
+/// Number of significant digits of values; more digits would be invisible.
 const DIGITS: usize = 5;
-/// Lines that are seen from the start, besides the reference and the paper's rival.
+/// Number of curves that are visible at first, besides the reference and the paper's rival.
 const SHOWN: usize = 5;
-/// Figures of which a chart over the sizes is made.
+/// Figures that get a chart over the sizes.
 const FIGURES: [(&str, &str); 3] =
     [("time", "µs"), ("boxes", "boxes a question or frame"), ("memory", "bytes a polygon")];
 
@@ -24,7 +25,7 @@ pub(super) struct Charts {
 
 #[derive(Serialize)]
 struct ChartData {
-    /// Id of the figure in the page.
+    /// Id of the `figure` element in the page.
     id: String,
     #[serde(flatten)]
     chart: Chart,
@@ -46,13 +47,13 @@ struct Axis {
 #[derive(Serialize)]
 pub(super) struct Line {
     pub(super) name: String,
-    /// Name of the colour in the style sheet.
+    /// Name of the colour's variable in the style sheet.
     pub(super) color: &'static str,
-    /// A character, if the line bears a mark.
+    /// The mark on the curve, a character; empty for none.
     pub(super) mark: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) dash: Option<(u32, u32)>,
-    /// Whether it is seen from the start.
+    /// Whether the curve is visible at first.
     on: bool,
     x: Vec<f64>,
     y: Vec<f64>,
@@ -67,7 +68,7 @@ impl Charts {
         self.charts.push(ChartData { id, chart });
     }
 
-    /// The data as JSON that may stand in a `script` element: no character of it is a command to the page.
+    /// The data as JSON for a `script` element; characters that HTML would interpret are escaped.
     pub(super) fn to_json(&self) -> String {
         let json = serde_json::to_string(self).unwrap_or_else(|_| "{\"charts\":[]}".to_owned());
         json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
@@ -101,7 +102,7 @@ pub(super) fn of(report: &BenchReport, part: &str, tables: &[&Table<'_>]) -> Vec
                     }
                 }
             }
-            // One size makes no line.
+            // A single size gives no curve.
             if lines.iter().any(|(_, points)| points.len() > 1) {
                 let x = Axis { name: "polygons", log: true };
                 let chart = Chart { x, y: Axis { name: unit, log: true }, lines: styled(report, lines) };
@@ -113,7 +114,7 @@ pub(super) fn of(report: &BenchReport, part: &str, tables: &[&Table<'_>]) -> Vec
     charts
 }
 
-/// The lines with their looks: the reference first, then those that end lowest.
+/// The curves with their styles: the reference first, then the others by their last value.
 fn styled(report: &BenchReport, mut lines: Vec<(String, Vec<(f64, f64)>)>) -> Vec<Line> {
     lines.retain(|(_, points)| !points.is_empty());
     let end = |points: &[(f64, f64)]| points.last().map_or(0.0, |point| point.1);
@@ -138,7 +139,7 @@ fn styled(report: &BenchReport, mut lines: Vec<(String, Vec<(f64, f64)>)>) -> Ve
 }
 
 fn rounded(value: f64) -> f64 {
-    // A number that is written can be read.
+    // A formatted number always parses.
     format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)
 }
 

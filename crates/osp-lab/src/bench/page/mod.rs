@@ -1,4 +1,4 @@
-//! The report as one HTML page that needs no other file and no network.
+//! The report as one HTML page without external files.
 
 mod charts;
 
@@ -17,9 +17,9 @@ const UPLOT: &str = include_str!("uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
 const UPLOT_LICENSE: &str = include_str!("uplot/LICENSE");
 
-/// The report as one HTML page that needs no other file. It has the verdict, the contents, and a chapter for each
-/// part. A click on a table's head sorts the table. A chart shows values under the pointer, and its lines can be
-/// hidden. Without scripts the tables are best first, and there are no charts.
+/// The report as one HTML page, which needs no other file. It has the verdict, a table of contents, and a chapter for
+/// each part. A click on a table's head sorts the table. A chart shows values under the pointer, and its curves can be
+/// hidden. Without scripts the tables are sorted best first, and there are no charts.
 pub fn page(report: &BenchReport) -> String {
     let mut chapters = Html::default();
     let mut charts = Charts::default();
@@ -38,7 +38,7 @@ pub fn page(report: &BenchReport) -> String {
     page.text(&title);
     page.raw("</title><style>");
     page.raw(UPLOT_STYLE);
-    // The colours of the dark theme come before paper, which is always white.
+    // The rule for print comes after the dark theme, because paper is always white.
     page.raw(&format!(
         ":root{{{light}}}@media (prefers-color-scheme:dark){{:root{{{dark}}}}}@media print{{:root{{{light}}}}}"
     ));
@@ -126,14 +126,14 @@ fn method_chapter(page: &mut Html, report: &BenchReport) {
     page.raw("</details>");
 }
 
-/// A link of the contents: a chapter, and its charts.
+/// An entry of the table of contents: a chapter, and its charts.
 struct Entry {
     id: String,
     title: String,
     charts: Vec<(String, String)>,
 }
 
-/// HTML, with the data for the contents.
+/// HTML, and the data for the table of contents.
 #[derive(Default)]
 struct Html {
     html: String,
@@ -160,9 +160,9 @@ impl Html {
         self.element("<p>", text, "</p>");
     }
 
-    /// A heading with its link to itself.
+    /// A heading with a link to itself.
     fn heading(&mut self, level: u8, id: &str, title: &str) {
-        // Writing to a string does not fail.
+        // Writing to a string never fails.
         let _ = write!(self.html, "<h{level} id=\"{id}\">");
         self.text(title);
         self.link_to_self(id);
@@ -173,7 +173,7 @@ impl Html {
         let _ = write!(self.html, "<a class=\"self\" href=\"#{id}\" aria-label=\"Link to this place\">#</a>");
     }
 
-    /// A heading within a chapter, which the contents leave out.
+    /// A heading within a chapter, which is not in the table of contents.
     fn subheading(&mut self, title: &str) {
         let id = self.id(title);
         self.heading(3, &id, title);
@@ -223,7 +223,7 @@ impl Html {
         self.raw("</tbody></table></div>");
     }
 
-    /// The place of a chart, which the script draws. Returns its id.
+    /// Appends the element in which the script draws a chart. Returns its id.
     fn figure(&mut self, title: &str, chart: &charts::Chart) -> String {
         let id = self.id(title);
         let _ = write!(self.html, "<figure id=\"{id}\">");

@@ -1,16 +1,16 @@
 'use strict';
-// Tables that are sorted by a click on a head, charts that show values and hide lines. Without this script the tables are
-// best first, and there are no charts.
+// Tables that are sorted by a click on a head, and charts that show values and can hide curves. Without this script the
+// tables are sorted best first, and there are no charts.
 (() => {
   const root = document.documentElement;
 
-  /// The number that a cell begins with; NaN for one that does not.
+  /// The number at the beginning of a cell; NaN if the cell does not begin with a number.
   function numberOf(text) {
     const found = /^-?[\d,]*\.?\d+/.exec(text.trim());
     return found ? Number(found[0].replaceAll(',', '')) : NaN;
   }
 
-  /// Sorts the rows by a column. What has no number comes last, in either direction.
+  /// Sorts the rows by a column. Rows without a number come last in either direction.
   function sortTable(table, column, direction) {
     const body = table.tBodies[0];
     const rows = [...body.rows].map((row) => {
@@ -29,7 +29,7 @@
       if (at === column) head.setAttribute('aria-sort', direction);
       else head.removeAttribute('aria-sort');
     });
-    // The first row is the best one no longer.
+    // The first row is no longer the best one.
     table.classList.remove('best');
   }
 
@@ -48,7 +48,7 @@
     });
   }
 
-  // On paper all chapters are open.
+  // In print all chapters are open.
   let closed = [];
   addEventListener('beforeprint', () => {
     closed = [...document.querySelectorAll('details:not([open])')];
@@ -57,7 +57,7 @@
   addEventListener('afterprint', () => {
     for (const chapter of closed) chapter.open = false;
   });
-  // A link into a closed chapter opens it.
+  // A link to an element in a closed chapter opens the chapter.
   function openTarget() {
     const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
     const chapter = target?.closest('details:not([open])');
@@ -91,7 +91,7 @@
       : String(Number(value.toPrecision(3)));
   }
 
-  /// Places of a logarithmic axis: 1, 2 and 5 of each decade, over many decades the powers of ten alone.
+  /// Tick positions of a logarithmic axis: 1, 2 and 5 of each decade; over many decades only powers of ten.
   function logSplits(_plot, _axis, low, high) {
     const digits = Math.log10(high / low) > 4 ? [1] : [1, 2, 5];
     const splits = [];
@@ -111,7 +111,7 @@
     return [Math.min(low, 0), high > 0 ? high * 1.05 : 1];
   }
 
-  /// The place in a rising list whose value is nearest.
+  /// The index in an ascending list whose value is nearest.
   function nearest(list, value) {
     let [low, high] = [0, list.length - 1];
     while (high - low > 1) {
@@ -247,7 +247,7 @@
       this.box.addEventListener('keydown', (event) => this.key(event));
     }
 
-    /// The nearest place at which a line has a value: the lines need not have values at the same places.
+    /// The nearest index at which a curve has a value, because curves may have values at different positions.
     own(plot, at, index, value) {
       const line = this.lineOf.get(at);
       if (!line) return index;
@@ -282,7 +282,7 @@
       this.tip.style.top = `${Math.max(0, top - 30)}px`;
     }
 
-    /// Marks on a line in a few places, each kind in others: lines lie upon each other.
+    /// Draws marks at a few points of a curve. Each kind of mark has different points, because curves may overlap.
     marks(plot, at) {
       const line = this.lineOf.get(at);
       if (!line || !line.mark || at !== line.series[0] || !plot.series[at].show) return;
@@ -304,7 +304,7 @@
       ctx.restore();
     }
 
-    /// Arrows move along the places that some line has a value at.
+    /// Arrow keys move the cursor along the positions at which any curve has a value.
     key(event) {
       const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
       if (!step || event.target !== this.box) return;
@@ -316,7 +316,7 @@
     }
   }
 
-  // A chart is drawn when it comes near the window: there may be a hundred.
+  // A chart is drawn when it comes near the window, because a page may have a hundred.
   const charts = [];
   const waiting = new Map();
   for (const chart of data.charts) {

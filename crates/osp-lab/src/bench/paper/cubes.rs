@@ -1,4 +1,4 @@
-//! The inputs of Fig. 2: depth of the tree, and size of its cube.
+//! The parameters of Fig. 2: depth of the tree, and size of its cube.
 
 use osp_session::platform::time::Instant;
 
@@ -12,13 +12,13 @@ use osp_rivals::{CutNodes, OspGrid, OspPaper};
 
 const PART: &str = "paper-cube";
 
-/// Fills a tree for each depth and cube, and culls it along these views.
+/// Fills a tree for each depth and cube, and culls it for these views.
 pub(super) fn measure(rows: &mut Rows, input: &PaperInput<'_>, config: &PaperConfig, views: &[View]) {
     let frames = (config.frames as usize).min(views.len());
     let views: Vec<View> = (0..frames).map(|i| views[i * views.len() / frames]).collect();
     let mut exact = BruteForce::with_capacity(input.scene.polygon_count());
     for id in input.scene.visible_ids() {
-        // What is beyond all range cannot be drawn and stays out.
+        // A polygon with an invalid box cannot be drawn and is left out.
         let _ = exact.insert(id, &input.scene.bounds(id));
     }
     let mut list = DrawList::new();
@@ -46,7 +46,7 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, views: &[View], factor: f32, dep
     let grid = OspGrid::new(cube.center(), cube_m, depth);
     let mut tree = OspPaper::new(grid, input.scene.polygon_count()).with_cut_nodes(CutNodes::Drawn);
     for id in input.scene.visible_ids() {
-        // What is beyond all range cannot be drawn and stays out.
+        // A polygon with an invalid box cannot be drawn and is left out.
         let _ = tree.insert(id, &input.scene.bounds(id));
     }
     let (mut work, mut list, mut us) = (WorkCounts::default(), DrawList::new(), Vec::new());

@@ -11,7 +11,7 @@ use osp::{
 use osp_render::{Gpu, Layer, Offscreen, RendererConfig};
 use osp_session::scene::Scene;
 
-/// A graphics adapter, and the size of what it draws.
+/// A graphics adapter, and the size of its pictures.
 #[derive(Debug)]
 pub struct Adapter {
     #[cfg(feature = "render")]
@@ -20,7 +20,7 @@ pub struct Adapter {
     height: u32,
 }
 
-/// Times of drawing a frame, nanoseconds.
+/// Times to draw a frame, nanoseconds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Drawn {
     pub(super) prepare_ns: u64,
@@ -33,7 +33,7 @@ impl Drawn {
     }
 }
 
-/// Draws frames, and waits for each.
+/// Draws frames, and waits for the completion of each.
 #[derive(Debug)]
 pub(super) struct Drawer {
     #[cfg(feature = "render")]
@@ -44,21 +44,21 @@ pub(super) struct Drawer {
 
 #[cfg(feature = "render")]
 impl Adapter {
-    /// The best adapter there is, to draw pictures of this size.
+    /// The best available adapter, for pictures of this size.
     ///
     /// # Errors
-    /// In words: there is none.
+    /// As text: no adapter exists.
     pub fn open(width: u32, height: u32) -> Result<Self, String> {
         let gpu = Arc::new(Gpu::headless().map_err(|error| error.to_string())?);
         Ok(Self { gpu, width, height })
     }
 
-    /// Its name, and the size.
+    /// The adapter's name, and the size.
     pub fn name(&self) -> String {
         format!("{}, {} x {} pixels", self.gpu.name(), self.width, self.height)
     }
 
-    /// Somebody who draws with this method of finding what is hidden while drawing.
+    /// A drawer that uses this method's occlusion culling while drawing.
     pub(super) fn drawer(&self, method: Method) -> Result<Drawer, PaperError> {
         let open = || {
             let config = RendererConfig::default();
@@ -77,7 +77,7 @@ fn failed(error: osp_render::RenderError) -> PaperError {
 
 #[cfg(feature = "render")]
 impl Drawer {
-    /// Takes the changes of every frame.
+    /// Applies the changes of a frame.
     pub(super) fn follow(&mut self, changes: &[Change]) {
         self.offscreen.follow(changes);
     }
@@ -95,7 +95,7 @@ impl Drawer {
 
 #[cfg(not(feature = "render"))]
 impl Adapter {
-    /// Nobody: this build does not draw.
+    /// Always an error, because this build cannot draw.
     ///
     /// # Errors
     /// Always.
@@ -105,7 +105,7 @@ impl Adapter {
         Err(lacking.to_owned())
     }
 
-    /// Its name, and the size.
+    /// The adapter's name, and the size.
     pub fn name(&self) -> String {
         format!("{} x {} pixels", self.width, self.height)
     }

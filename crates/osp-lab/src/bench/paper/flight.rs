@@ -1,4 +1,5 @@
-//! Fig. 20: a flight through the finished model, without culling, culled by the frustum, and by every culler.
+//! Fig. 20: a flight through the finished model, without culling, with frustum culling, and with every occlusion
+//! culler.
 
 use osp_session::platform::time::Instant;
 use std::sync::Arc;
@@ -30,16 +31,16 @@ use osp_session::scene::Scene;
 
 const PART: &str = "paper-flight";
 
-/// Assumed time to draw a polygon if nothing is drawn, nanoseconds: it decides whether a test pays.
+/// Assumed time to draw a polygon when no frame is drawn, nanoseconds. It decides whether a test is worth its cost.
 const POLYGON_NS: f64 = 10.0;
 
 /// A frame of the flight.
 #[derive(Clone, Copy, Debug)]
 struct FlownFrame {
     cull_ns: u64,
-    /// 0 where nothing was drawn.
+    /// 0 if the frame was not drawn.
     draw_ns: u64,
-    /// Polygons handed to the renderer.
+    /// Number of polygons passed to the renderer.
     drawn: u64,
 }
 
@@ -49,24 +50,24 @@ impl FlownFrame {
     }
 }
 
-/// The way that others are compared with.
+/// The method with which the others are compared.
 const FRUSTUM: &str = "frustum (osp)";
 
 enum Means {
     All,
     Frustum(Arc<dyn SpatialIndex>),
-    /// The paper's tree and its kind of occluders.
+    /// The paper's tree with one kind of occlusion culler.
     Staged(Arc<dyn SpatialIndex>, Box<OcclusionStage>),
-    /// `osp` as it is used.
+    /// `osp` as in normal use, with its pipeline.
     Piped(Box<Pipeline>),
 }
 
 struct Way {
     name: String,
-    /// Whether it may cull what is visible.
+    /// Whether the method may cull visible polygons.
     is_unsound: bool,
     means: Means,
-    /// Method of the drawer that draws it.
+    /// Occlusion culling of the drawer that draws the result.
     while_drawing: Method,
     in_view: VisibleBlocks,
     list: VisibleBlocks,
@@ -88,7 +89,7 @@ impl Way {
         }
     }
 
-    /// Culls; nanoseconds.
+    /// Culls; returns the time in nanoseconds.
     fn cull(&mut self, scene: &Scene, view: &View) -> u64 {
         self.list.clear();
         let start = Instant::now();
@@ -116,7 +117,7 @@ impl Way {
     }
 }
 
-/// Parts that all ways share.
+/// Data that all methods share.
 struct Maker<'a> {
     input: &'a PaperInput<'a>,
     config: &'a PaperConfig,
@@ -132,7 +133,7 @@ impl Maker<'_> {
     fn filled(&self, mut index: Box<dyn SpatialIndex>) -> Arc<dyn SpatialIndex> {
         for &change in &self.changes {
             if let Change::Insert(id) = change {
-                // What is beyond all range cannot be drawn and stays out.
+                // A polygon with an invalid box cannot be drawn and is left out.
                 let _ = index.insert(id, &self.input.scene.bounds(id));
             }
         }
@@ -146,7 +147,7 @@ impl Maker<'_> {
         self.filled(Box::new(OspPaper::new(grid, self.changes.len()).with_cut_nodes(CutNodes::Drawn)))
     }
 
-    /// The paper's tree with a culler: single polygons as occluders, no polygon tested by itself.
+    /// The paper's tree with a culler. Occluders are single polygons, and single polygons are not tested.
     fn staged(
         &self,
         tree: &Arc<dyn SpatialIndex>,
@@ -180,7 +181,7 @@ impl Maker<'_> {
         pipeline.commit();
         Way {
             while_drawing: if method.is_while_drawing() { method } else { Method::NONE },
-            // What is culled while drawing is not known here.
+            // Polygons that are culled while drawing are not available here.
             wrong: (!method.is_while_drawing()).then_some(0),
             ..Way::new(format!("osp, {}", method.name()), Means::Piped(Box::new(pipeline)))
         }
@@ -239,7 +240,7 @@ pub(super) fn fly(
             drawers.push((occlusion, drawer));
         }
     }
-    // Each drawer once before, so that no frame sends the model.
+    // Each drawer draws once before, so that no measured frame includes the upload of the model.
     let mut drawn_ns = Vec::new();
     for ((_, drawer), view) in drawers.iter_mut().zip(views.iter().cycle()) {
         drawn_ns.push(polygon_ns(drawer, input.scene, view)?);
@@ -254,7 +255,7 @@ pub(super) fn fly(
         progress(&format!("flight, frame {frame} of {frames}"));
         let count = ways.len();
         for i in 0..count {
-            // None always comes first, so that each finds the caches as the others leave them.
+            // The methods take turns in running first, so that each finds the caches as the others leave them.
             let way = &mut ways[(i + frame as usize) % count];
             let cull_ns = way.cull(input.scene, view);
             let drawer = drawers.iter_mut().find(|(occlusion, _)| *occlusion == way.while_drawing);
@@ -274,7 +275,7 @@ pub(super) fn fly(
     Ok(())
 }
 
-/// Time to draw a polygon: the fastest of three drawings of all of them.
+/// Time to draw a polygon, nanoseconds: the fastest of three drawings of all polygons, divided by their number.
 fn polygon_ns(drawer: &mut Drawer, scene: &Scene, view: &View) -> Result<f64, PaperError> {
     let mut all = VisibleBlocks::new();
     all.extend(scene.visible_ids());
@@ -285,10 +286,10 @@ fn polygon_ns(drawer: &mut Drawer, scene: &Scene, view: &View) -> Result<f64, Pa
     Ok((fastest as f64 / all.len().max(1) as f64).clamp(0.001, 1.0e9))
 }
 
-/// Counts what each way has culled of what can be seen.
+/// Counts the visible polygons that each method has culled.
 fn verify_frame(ways: &mut [Way], scene: &Scene, view: &View, window: &ViewWindow) {
     let Some(frustum) = ways.iter().find(|way| way.name == FRUSTUM) else { return };
-    // What the frustum has culled wrongly is asked about, too.
+    // Polygons that the frustum has culled wrongly are checked, too.
     let mut ids = lost_polygons(scene, view, &frustum.list.to_vec());
     ids.extend(frustum.list.ids());
     let visible = verify::visible_polygons(scene, window, &ids, OracleConfig::default());

@@ -1,4 +1,4 @@
-//! Figs. 19 and 21 to 23: polygons come one after the other, and every frame inserts, culls and draws.
+//! Figs. 19 and 21 to 23: polygons are added one after the other, and every frame inserts, culls and draws.
 
 use osp_session::platform::time::Instant;
 
@@ -23,10 +23,10 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Consecutive frames that are measured at a time; the one before them catches up and does not count.
+/// Number of consecutive frames that are measured together. The frame before them catches up and does not count.
 const STRETCH: u64 = 10;
 
-/// The part in which nothing is inserted.
+/// The name of the frames without insertion.
 const STILL: &str = "nothing inserted";
 const PART: &str = "paper-growing";
 
@@ -34,15 +34,15 @@ const PART: &str = "paper-growing";
 #[derive(Clone, Copy, Debug)]
 struct GrowingFrame {
     frame: u64,
-    /// Polygons in the model.
+    /// Number of polygons in the model.
     polygons: u64,
-    /// Polygons that came, went or moved.
+    /// Number of polygons that were inserted, removed or moved.
     changed: u64,
     insert_ns: u64,
     cull_ns: u64,
-    /// 0 where nothing was drawn.
+    /// 0 if the frame was not drawn.
     draw_ns: u64,
-    /// Planes that polygons were compared with.
+    /// Number of plane tests of polygons.
     planes: u64,
     drawn: u64,
     in_view: u64,
@@ -54,7 +54,7 @@ impl GrowingFrame {
     }
 }
 
-/// A tree whose insertion tests are counted, or another one.
+/// A tree whose insertion tests are counted, or another tree.
 enum Tree {
     Osp(OspPaper),
     Octree(OctreePaper),
@@ -89,7 +89,7 @@ impl Tree {
     fn file(&mut self, scene: &Scene, changes: &[Change]) {
         let index = self.index_mut();
         for &change in changes {
-            // What is beyond all range cannot be drawn and stays out.
+            // A polygon with an invalid box cannot be drawn and is left out.
             let _ = match change {
                 Change::Insert(id) => index.insert(id, &scene.bounds(id)),
                 Change::Remove(id) => index.remove(id),
@@ -136,7 +136,7 @@ impl Lane {
     }
 }
 
-/// The paper's two trees as they are printed, and in osp's best versions.
+/// The paper's two trees as printed, and osp's best versions of them.
 fn trees(input: &PaperInput<'_>, config: &PaperConfig) -> [Tree; 4] {
     let cube = input.cube(config.cube());
     let capacity = usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX);
@@ -151,7 +151,7 @@ fn trees(input: &PaperInput<'_>, config: &PaperConfig) -> [Tree; 4] {
     ]
 }
 
-/// Plays the session; returns the moments of the measured frames.
+/// Plays the session. Returns the poses of the measured frames.
 pub(super) fn grow<I>(
     rows: &mut Rows,
     input: &PaperInput<'_>,
@@ -179,7 +179,7 @@ where
             continue;
         };
         let view = input.camera.0.view(&moment);
-        // None always comes first, so that each finds the caches as the others leave them.
+        // The trees take turns in running first, so that each finds the caches as the others leave them.
         let (count, mut in_view) = (lanes.len(), 0);
         for i in 0..count {
             let i = (i + moment.frame as usize) % count;
@@ -200,15 +200,15 @@ where
     Ok(moments)
 }
 
-/// Whether a frame is measured, and whether it counts. Measured are evenly spaced rows of frames from the first frame
-/// to the last; the first frame of each row only catches up.
+/// Whether a frame is measured, and if so, whether it counts. The measured frames are evenly spaced runs of consecutive
+/// frames from the first frame to the last. The first frame of each run only catches up.
 fn measured(frame: u64, frames: u64, most: u64) -> Option<bool> {
     if frames <= most.max(2 * (STRETCH + 1)) {
         return Some(true);
     }
     let stretches = (most / STRETCH).max(2);
     let (last, gaps) = (frames - STRETCH - 1, stretches - 1);
-    // The last stretch that begins at this frame or before.
+    // The last run that begins at or before this frame.
     let number = (0..stretches).rev().find(|number| number * last / gaps <= frame)?;
     let at = frame - number * last / gaps;
     (at <= STRETCH).then_some(at > 0)
@@ -226,7 +226,7 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, lanes: &[Lane]) {
         ("over 10,000", |frame| frame.polygons >= 10_000),
         (STILL, |frame| frame.changed == 0),
     ];
-    // The last tree is osp; all have the same frames.
+    // The last tree is osp's; all trees have the same frames.
     let Some(reference) = lanes.last() else { return };
     for (part, is_in) in parts {
         for lane in lanes {
@@ -286,7 +286,7 @@ mod tests {
             let counted: Vec<u64> = (0..frames).filter(|&frame| of(frame) == Some(true)).collect();
             assert!(counted.len() as u64 <= most.max(3 * STRETCH) + STRETCH, "{frames}: {}", counted.len());
             assert!(counted.len() as u64 >= frames.min(most) * 9 / 10, "{frames}: {}", counted.len());
-            // A frame that counts follows one that has caught up.
+            // A frame that counts is preceded by a measured frame.
             assert!(counted.iter().all(|&frame| frame == 0 || of(frame - 1).is_some()), "{frames}");
             assert!(counted.contains(&(frames - 1)) && counted.iter().any(|&frame| frame < 12), "{frames}");
         }

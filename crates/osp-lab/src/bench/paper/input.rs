@@ -12,7 +12,7 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Why the paper's experiments could not be made.
+/// Reason for which the paper's experiments could not be run.
 #[derive(Debug, Error)]
 pub enum PaperError {
     /// The session is damaged.
@@ -23,18 +23,18 @@ pub enum PaperError {
     Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),
 }
 
-/// Configuration of the paper's experiments.
+/// Settings of the paper's experiments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaperConfig {
     /// Maximum depths of the tree, binary levels (Fig. 2, step 1).
     pub depths: Vec<u32>,
-    /// Edges of its cube, as multiples of the session's own cube.
+    /// Edges of the tree's cube, as multiples of the edge of the session's own cube.
     pub cubes: Vec<f32>,
-    /// Frames that are measured, of each experiment.
+    /// Number of frames measured in each experiment.
     pub frames: u64,
-    /// Frames of the flight in which what is culled is compared with what can be seen.
+    /// Number of frames of the flight in which the culled polygons are compared with the visible ones.
     pub verified: u64,
-    /// Most occluders of a frame.
+    /// Largest number of occluders of a frame.
     pub occluders: usize,
     /// Node test of the conservative methods.
     pub node_test: NodeTest,
@@ -43,25 +43,25 @@ pub struct PaperConfig {
 }
 
 impl PaperConfig {
-    /// The tree of the other experiments: the only depth given, else the usual one.
+    /// The depth of the tree in the other experiments: the only depth given, else the default.
     pub(super) fn depth(&self) -> u32 {
         if let [depth] = self.depths[..] { depth } else { osp_rivals::DEFAULT_MAX_DEPTH }
     }
 
-    /// The cube of the other experiments, as a multiple of the session's.
+    /// The cube of the other experiments, as a multiple of the session's cube: the only one given, else 1.
     pub(super) fn cube(&self) -> f32 {
         if let [cube] = self.cubes[..] { cube } else { 1.0 }
     }
 }
 
-/// A session as the experiments take it.
+/// A session as input of the experiments.
 #[derive(Debug)]
 pub struct PaperInput<'a> {
     /// Name of the recording.
     pub recording: &'a str,
     /// Summary of the session at this pace.
     pub summary: &'a Summary,
-    /// Part of the session that a frame takes.
+    /// Number of events that a frame takes.
     pub pace: Pace,
     /// The camera's path while the model grows, and its name.
     pub camera: (CameraPath, &'static str),
@@ -78,7 +78,7 @@ impl PaperInput<'_> {
     }
 }
 
-/// The mean of what is counted, over `len` of them.
+/// The mean of a sum over `len` frames.
 pub(super) fn mean(sum: u64, len: usize) -> f64 {
     sum as f64 / len.max(1) as f64
 }

@@ -1,8 +1,8 @@
 //! The experiments of the OSP paper (section 4, Figs. 19 to 23), as printed and with osp's versions.
 //!
-//! The trees and the occluders are the paper's: single polygons ranked by equation (1), nodes tested by their sphere
-//! or their eight corners, all polygons of a node drawn that the frustum cuts (Fig. 6). Methods that cull visible
-//! polygons take part only here and in `osp verify`, and their tables mark them.
+//! The trees and the occluders are the paper's. Occluders are single polygons, ranked by equation (1). Nodes are tested
+//! by their sphere or their eight corners. All polygons of a node that the frustum intersects are drawn (Fig. 6).
+//! Methods that cull visible polygons are used only here and in `osp verify`, and the tables mark them.
 
 mod cubes;
 mod drawing;
@@ -19,8 +19,8 @@ use osp_session::{
     replay::{CameraChoice, CameraPath},
 };
 
-/// Plays a session through the paper's experiments, the parts `paper-growing`, `paper-flight` and `paper-cube`; draws
-/// if there is an adapter. `progress` receives the name of each next step.
+/// Runs the paper's experiments on a session; the rows are the parts `paper-growing`, `paper-flight` and `paper-cube`.
+/// Draws if there is an adapter. `progress` is called with the name of the next measurement.
 ///
 /// # Errors
 /// The recording is damaged, or the adapter failed.
@@ -38,7 +38,7 @@ where
     let mut rows = Rows::default();
     let moments = growing::grow(&mut rows, input, config, events, adapter)?;
     progress("flight");
-    // The session's own walk, if there is one: else a turn in the middle of the model.
+    // The recorded head path if the session has one, else a rotation in the middle of the model.
     let choice = if input.summary.heads > 0 { CameraChoice::Auto } else { CameraChoice::Inside };
     let path = CameraPath::new(choice, None, &input.summary.bounds);
     let views: Vec<_> = moments.iter().map(|moment| path.view(moment)).collect();

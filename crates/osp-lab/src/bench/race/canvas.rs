@@ -4,19 +4,19 @@ use plotters::prelude::*;
 
 use crate::report::register_font;
 
-/// Samples of a pixel along each side of a letter.
+/// Number of samples of a pixel along each axis, for text.
 const FINE: u32 = 2;
 
 /// Alignment of a line of text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
-    /// It begins there.
+    /// The text begins at the position.
     Left,
-    /// It ends there.
+    /// The text ends at the position.
     Right,
 }
 
-/// A picture to draw on: red, green and blue, by rows from the top. Pixels outside are left out.
+/// A picture to draw on: red, green and blue bytes, rows from the top. Drawing outside the picture has no effect.
 #[derive(Clone, Debug)]
 pub(super) struct Canvas {
     size: (usize, usize),
@@ -24,26 +24,26 @@ pub(super) struct Canvas {
 }
 
 impl Canvas {
-    /// A picture of this size, pixels, in one colour.
+    /// A picture of this size in pixels, filled with one colour.
     pub(super) fn new((width, height): (u32, u32), color: RGBColor) -> Self {
         register_font();
         let size = (width as usize, height as usize);
         Self { size, rgb: [color.0, color.1, color.2].repeat(size.0 * size.1) }
     }
 
-    /// The picture.
+    /// The bytes of the picture.
     pub(super) fn rgb(&self) -> &[u8] {
         &self.rgb
     }
 
-    /// Fills a rectangle from its upper left corner up to its lower right one, pixels.
+    /// Fills a rectangle from its upper left to its lower right corner, pixels.
     pub(super) fn fill(&mut self, from: (i32, i32), to: (i32, i32), color: RGBColor) {
         for (y, x) in (from.1..to.1).flat_map(|y| (from.0..to.0).map(move |x| (y, x))) {
             self.blend((x, y), [color.0, color.1, color.2], 255);
         }
     }
 
-    /// Lays a picture of this width over this one.
+    /// Copies a picture of this width onto this picture.
     pub(super) fn lay(&mut self, at: (i32, i32), width: u32, rgb: &[u8]) {
         for (place, pixel) in (0..).zip(rgb.chunks_exact(3)) {
             let (x, y) = (place % width as i32, place / width as i32);
@@ -51,7 +51,7 @@ impl Canvas {
         }
     }
 
-    /// Writes a line that stands on this place, with a font of this size, pixels.
+    /// Writes a line of text; `at` is a point of its baseline. The font size is in pixels.
     pub(super) fn text(
         &mut self,
         text: &str,
@@ -61,13 +61,13 @@ impl Canvas {
         side: Side,
     ) -> Result<(), Box<dyn Error>> {
         let font = ("sans-serif", size * FINE).into_font();
-        // The last letter may reach a little over its place.
+        // The last letter may extend slightly beyond the text's box.
         let (width, height) = (font.box_size(text)?.0 / FINE + 2, size * 3 / 2);
         let mut fine = vec![0; (width * height * FINE * FINE * 3) as usize];
         {
             let fine_size = (width * FINE, height * FINE);
             let area = BitMapBackend::with_buffer(&mut fine, fine_size).into_drawing_area();
-            // Plotters draws the base line half the size below the place.
+            // Plotters puts the baseline half the size below the position.
             let place = (0, (size * FINE / 2) as i32);
             area.draw(&Text::new(text.to_owned(), place, font.color(&WHITE)))?;
             area.present()?;
@@ -86,7 +86,7 @@ impl Canvas {
         Ok(())
     }
 
-    /// Covers a pixel with so many 255ths of a colour.
+    /// Blends a pixel with a colour, whose opacity is `cover` / 255.
     fn blend(&mut self, (x, y): (i32, i32), color: [u8; 3], cover: u32) {
         let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else { return };
         if x < self.size.0 && y < self.size.1 {

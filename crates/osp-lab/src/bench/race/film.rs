@@ -18,7 +18,7 @@ use osp_session::{
     replay::Player,
 };
 
-/// Colours, sRGB. Red stands for frames that are late and for nothing else.
+/// Colours, sRGB. Red marks late frames only.
 const GROUND: RGBColor = RGBColor(22, 24, 29);
 const CARD: RGBColor = RGBColor(36, 39, 47);
 const INK: RGBColor = RGBColor(238, 238, 238);
@@ -26,39 +26,40 @@ const FAINT: RGBColor = RGBColor(160, 166, 176);
 const IN_TIME: RGBColor = RGBColor(77, 148, 255);
 const LATE: RGBColor = RGBColor(255, 82, 62);
 
-/// Size of a structure's pane, of the model in it and of the lines below all panes, pixels.
+/// Sizes in pixels: a structure's pane, the model in the pane, and the lines of text below all panes.
 const PANE: (u32, u32) = (480, 360);
 const MODEL: (u32, u32) = (280, 176);
 const FOOT_HEIGHT: u32 = 68;
-/// Letters of a recording's name that are shown.
+/// Number of characters of a recording's name that are shown.
 const MOST_LETTERS: usize = 60;
-/// Room at the borders of a pane.
+/// Margin of a pane, pixels.
 const EDGE: i32 = 16;
 const RIGHT: i32 = PANE.0 as i32 - EDGE;
-/// The strip chart: its place and size in a pane. A column is a frame of the film.
+/// The strip chart's position and size in a pane, pixels. A column is a frame of the film.
 const STRIP_AT: (i32, i32) = (EDGE, 234);
 const STRIP: (u32, u32) = (448, 120);
-/// Frames of a film: a column of the strip chart is two pixels wide.
+/// Largest number of frames of a film: a column of the strip chart is two pixels wide.
 const MOST_FRAMES: usize = STRIP.0 as usize / 2;
-/// Least height of the strip charts, in frames at 90 Hz.
+/// Smallest height of the strip charts, in frame times at 90 Hz.
 const LEAST_HEIGHT: f64 = 1.5;
 
-/// Why a film ends before the race does.
+/// Reason for which a film is incomplete.
 #[derive(Debug, Error)]
 pub enum FilmError {
     /// The recording is damaged.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// The film is not taken.
+    /// The output refused a frame.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// A frame was not drawn.
+    /// A frame could not be drawn.
     #[error("{0}")]
     Draw(String),
 }
 
-/// A film of a race that has ended, with a pane for each structure. A pane has the growing model, the time of a frame in large
-/// digits, and a strip chart. Frames that missed 90 Hz stay red on the chart. A frame of the film stands for a slice of the session.
+/// A film of a finished race, with a pane for each structure. A pane has the growing model, the frame time in large
+/// digits, and a strip chart. Frames that missed 90 Hz stay red on the chart. A frame of the film represents several
+/// consecutive frames of the session, a slice.
 #[derive(Clone, Debug)]
 pub struct RaceFilm<'a> {
     race: &'a Race,
@@ -68,7 +69,7 @@ pub struct RaceFilm<'a> {
 }
 
 impl<'a> RaceFilm<'a> {
-    /// Width by height of the picture of the model.
+    /// Aspect ratio, width divided by height, of the picture of the model.
     pub const MODEL_ASPECT: f32 = MODEL.0 as f32 / MODEL.1 as f32;
 
     /// The film of a race on this machine.
@@ -79,32 +80,33 @@ impl<'a> RaceFilm<'a> {
             |slice: Range<usize>| race.racers.iter().map(move |racer| longest(racer, slice.clone()));
         let mut longest: Vec<u64> = slices.flat_map(longest).collect();
         longest.sort_unstable();
-        // A single disturbance does not flatten all the rest.
+        // The longest hundredth is ignored, so that a single disturbance does not make all other frames invisibly
+        // small.
         let high = longest.get(longest.len().saturating_sub(1 + longest.len() / 100)).copied().unwrap_or(0);
         film.height_ns = (high as f64 * 1.1).max(Racer::MOST_NS as f64 * LEAST_HEIGHT);
         film
     }
 
-    /// Width and height, pixels: two panes a row.
+    /// Width and height, pixels: two panes in a row.
     pub fn size(&self) -> (u32, u32) {
         let rows = self.race.racers.len().div_ceil(2) as u32;
         (2 * PANE.0, rows * PANE.1 + FOOT_HEIGHT)
     }
 
-    /// Frames of the film; none if nothing was measured.
+    /// Number of frames of the film; 0 if no frame was measured.
     pub fn frames(&self) -> usize {
         self.race.present.len().min(MOST_FRAMES)
     }
 
-    /// The frames of the session that a frame of the film stands for.
+    /// The frames of the session that a frame of the film represents.
     fn slice(&self, frame: usize) -> Range<usize> {
         let at = |frame: usize| frame * self.race.present.len() / self.frames().max(1);
         at(frame)..at(frame + 1)
     }
 
-    /// Draws the film: plays the session once more and passes each frame to `take`, as red, green and blue by rows from the
-    /// top. The view of the model must have the shape [`RaceFilm::MODEL_ASPECT`]. O(polygons + frames of the film * pixels)
-    /// for a model from which nothing is taken away; memory: the scene.
+    /// Draws the film: plays the session once more and passes each frame to `take`, as red, green and blue bytes, rows
+    /// from the top. `view` must have the aspect ratio [`RaceFilm::MODEL_ASPECT`]. O(polygons + frames of the film *
+    /// pixels) for a model from which no polygon is removed. Memory: the scene.
     ///
     /// # Errors
     /// The recording is damaged, or `take` fails.
@@ -131,7 +133,7 @@ impl<'a> RaceFilm<'a> {
         Ok(())
     }
 
-    /// The parts that all frames share.
+    /// The parts of the picture that are the same in all frames.
     fn still(&self) -> Result<Canvas, Box<dyn Error>> {
         let mut canvas = Canvas::new(self.size(), GROUND);
         let (played, columns) = (self.race.present.len(), self.frames().max(1));
@@ -201,7 +203,7 @@ impl<'a> RaceFilm<'a> {
         let (right, bottom) = (left + STRIP.0 as i32, top + STRIP.1 as i32);
         canvas.fill(at(left, top), at(right, bottom), CARD);
         let height = |ns: u64| {
-            // What took any time is seen.
+            // At least one pixel, so that every time is visible.
             (ns as f64 / self.height_ns * f64::from(STRIP.1)).clamp(1.0, f64::from(STRIP.1)) as i32
         };
         let x = |column: usize| left + (column * STRIP.0 as usize / self.frames()) as i32;
@@ -216,7 +218,7 @@ impl<'a> RaceFilm<'a> {
     }
 }
 
-/// The place in the film of a place in a pane.
+/// Converts a position in a pane to a position in the film.
 fn pane(number: usize) -> impl Fn(i32, i32) -> (i32, i32) + Copy {
     let (column, row) = ((number % 2) as i32, (number / 2) as i32);
     move |x, y| (x + column * PANE.0 as i32, y + row * PANE.1 as i32)
@@ -226,7 +228,7 @@ fn undrawn(error: Box<dyn Error>) -> FilmError {
     FilmError::Draw(error.to_string())
 }
 
-/// The longest frame of a slice, nanoseconds.
+/// The longest frame time of a slice, nanoseconds.
 fn longest(racer: &Racer, slice: Range<usize>) -> u64 {
     racer.times_ns()[slice].iter().copied().max().unwrap_or(0)
 }
@@ -255,7 +257,7 @@ mod tests {
         }
     }
 
-    /// Pixels of a colour in the strip chart of a pane.
+    /// Number of pixels of a colour in the strip chart of a pane.
     fn of_strip(rgb: &[u8], (left, top): (usize, usize), color: RGBColor) -> usize {
         let (x, y) = (left + STRIP_AT.0 as usize, top + STRIP_AT.1 as usize);
         let rows = y..y + STRIP.1 as usize;
@@ -265,7 +267,7 @@ mod tests {
 
     #[test]
     fn frames_that_were_late_stay_red_and_others_do_not_become_it() {
-        // Late from the 150th frame on; late once, at the 30th.
+        // One structure is late from the 150th frame on, one only at the 30th.
         let race = race(&[
             |_| 10_000,
             |frame| if frame < 150 { 5_000_000 } else { 20_000_000 },
@@ -279,7 +281,7 @@ mod tests {
             [(0, 0), (480, 0), (0, 360)].map(|pane| of_strip(canvas.rgb(), pane, color))
         };
         let (red, blue) = (|frame| strips(frame, LATE), |frame| strips(frame, IN_TIME));
-        // A film's frame is one or two of the session: number 23 is number 30 and 31.
+        // A frame of the film is one or two frames of the session: number 23 is frames 30 and 31.
         assert_eq!(red(15), [0, 0, 0]);
         assert!(red(111)[1] == 0 && red(112)[1] > 0);
         let reds = [112, 113, 150, 200, 223].map(|frame| red(frame)[1]);
@@ -287,7 +289,7 @@ mod tests {
         assert_eq!(red(223)[0], 0);
         let [before, at, end] = [22, 23, 223].map(|frame| red(frame)[2]);
         assert!(before == 0 && at > 0 && at == end, "{before} {at} {end}");
-        // The lowest column has a height, and the axis is the same in all panes.
+        // Even the lowest column has a height, and the axis is the same in all panes.
         assert_eq!(blue(223)[0], STRIP.0 as usize);
         assert!(blue(223)[1] > 10 * blue(223)[0]);
         assert!(red(223)[1] > 3 * blue(223)[1]);
@@ -299,7 +301,7 @@ mod tests {
         let film = RaceFilm::new(&race, &Machine::here(None));
         assert!(film.height_ns < 20.0e6, "{}", film.height_ns);
         assert_eq!(film.size(), (960, 428));
-        // Every frame of the session is in a slice, once.
+        // Every frame of the session is in exactly one slice.
         let slices: Vec<usize> = (0..film.frames()).flat_map(|frame| film.slice(frame)).collect();
         assert_eq!(slices, (0..300).collect::<Vec<_>>());
     }

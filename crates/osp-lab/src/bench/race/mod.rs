@@ -1,4 +1,5 @@
-//! A race: structures get the same frames of one session in turns. It shows which of them keep up with a headset.
+//! A race: structures cull the same frames of one session in turns. It shows which structures reach the frame rate of a
+//! headset.
 
 mod canvas;
 mod film;

@@ -7,36 +7,37 @@ use osp::{
 };
 use osp_session::scene::Scene;
 
-/// Samples of a pixel along each side.
+/// Number of samples of a pixel along each axis.
 const SAMPLES: usize = 2;
-/// Brightness of a polygon that is seen edge on; one that faces the eye has 1.
+/// Brightness of a polygon seen edge-on; a polygon that faces the eye has 1.
 const DIMMEST: f64 = 0.6;
 
 /// A picture of a growing model, drawn on the CPU: every polygon in its plain colour, lit from the eye.
 #[derive(Clone, Debug)]
 pub(super) struct ModelPlot {
     view: View,
-    /// Pixels.
+    /// Width and height, pixels.
     size: (u32, u32),
     ground: [u8; 3],
-    /// The visible polygon at each sample: its distance along the view, metres, and its colour. By rows from the top.
+    /// The visible polygon at each sample: its distance along the view, metres, and its colour. Rows from the top.
     samples: Vec<(f64, [u8; 3])>,
-    /// Whether something that is in the samples has gone or has changed.
+    /// Whether a polygon in the samples has been removed or changed.
     is_stale: bool,
 }
 
 impl ModelPlot {
-    /// A picture of an empty model, `size` pixels large, on a ground of this colour (sRGB). The view must have its shape.
+    /// A picture of an empty model, `size` pixels large, with a background colour (sRGB). The view must have the same
+    /// aspect ratio.
     pub(super) fn new(view: View, size: (u32, u32), ground: [u8; 3]) -> Self {
         let samples = vec![(f64::INFINITY, ground); size.0 as usize * size.1 as usize * SAMPLES * SAMPLES];
         Self { view, size, ground, samples, is_stale: false }
     }
 
-    /// Takes what a frame has changed in the model. O(new polygons and their samples).
+    /// Applies the changes of a frame to the picture. O(new polygons and their samples).
     pub(super) fn follow(&mut self, scene: &Scene, changes: &[Change]) {
         for change in changes {
             match *change {
-                // A later change of the same frame may have taken it away.
+                // A later change of the same frame may have removed the polygon.
                 Change::Insert(id) if !self.is_stale && scene.is_visible(id) => self.add(scene, id),
                 Change::Insert(_) => {}
                 _ => self.is_stale = true,
@@ -44,8 +45,8 @@ impl ModelPlot {
         }
     }
 
-    /// The picture: red, green and blue, by rows from the top. O(pixels), and O(polygons and their samples) if something has
-    /// gone or changed since the last one.
+    /// The picture: red, green and blue bytes, rows from the top. O(pixels), plus O(polygons and their samples) if a
+    /// polygon was removed or changed since the last picture.
     pub(super) fn picture(&mut self, scene: &Scene) -> Vec<u8> {
         if self.is_stale {
             self.samples.fill((f64::INFINITY, self.ground));
@@ -83,7 +84,8 @@ impl ModelPlot {
         clip_convex(&corners, |p: DVec4| p.w - near, |p| seen.push(p));
         let (width, height) =
             (f64::from(self.size.0) * SAMPLES as f64, f64::from(self.size.1) * SAMPLES as f64);
-        // In samples from the upper left; last the inverse of the distance, which is linear on the screen.
+        // In samples from the upper left; the third component is the inverse of the distance, which is linear on the
+        // screen.
         let on_screen: Vec<DVec3> = seen
             .iter()
             .map(|p| DVec3::new((p.x / p.w + 1.0) * 0.5 * width, (1.0 - p.y / p.w) * 0.5 * height, 1.0 / p.w))
@@ -99,7 +101,7 @@ impl ModelPlot {
         }
     }
 
-    /// Paints the samples whose middle lies in a triangle and before all else there.
+    /// Paints the samples whose centres lie in a triangle, where it is nearer than everything painted before.
     fn fill(&mut self, [a, b, c]: [DVec3; 3], paint: impl Fn([u8; 3]) -> [u8; 3]) {
         let cross = |p: DVec2, q: DVec2| p.perp_dot(q);
         let area = cross((b - a).truncate(), (c - a).truncate());
@@ -108,7 +110,7 @@ impl ModelPlot {
         }
         let (width, height) = (self.size.0 as usize * SAMPLES, self.size.1 as usize * SAMPLES);
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        // A number that is too large for the type becomes its largest.
+        // The cast saturates for numbers that are too large.
         let rows = low.y.max(0.0) as usize..(high.y.max(0.0) as usize).saturating_add(1).min(height);
         let columns = low.x.max(0.0) as usize..(high.x.max(0.0) as usize).saturating_add(1).min(width);
         for (row, column) in rows.flat_map(|row| columns.clone().map(move |column| (row, column))) {
@@ -141,7 +143,7 @@ mod tests {
         ModelPlot::new(View::look_at(Vec3::Z, Vec3::ZERO, projection), SIZE, GROUND)
     }
 
-    /// A square across the view, half as high as the picture at z = 0.
+    /// A square perpendicular to the view, half as high as the picture at z = 0.
     fn square(z: f32, color: (f32, f32, f32, f32)) -> Event {
         let corner = |x: f32, y: f32| Vec3::new(0.5 * x, 0.5 * y, z);
         let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
@@ -165,7 +167,7 @@ mod tests {
             assert!(middle[0] > 240 && middle[1] == 0, "{middle:?}");
             assert_eq!(pixel(&picture, 20, 2), GROUND);
             assert_eq!(pixel(&picture, 12, 10), GROUND);
-            // The square is five pixels high and wide on each side of the middle.
+            // The square extends five pixels from the centre in each direction.
             let red = picture.chunks(3).filter(|pixel| pixel[0] > 200).count();
             assert_eq!(red, 100);
         }

@@ -1,7 +1,7 @@
 use crate::report::short;
 use osp_session::recording::Pace;
 
-/// A structure in a race, and how long its frames took.
+/// A structure in a race, and its frame times.
 #[derive(Clone, Debug)]
 pub struct Racer {
     name: &'static str,
@@ -13,14 +13,14 @@ pub struct Racer {
 }
 
 impl Racer {
-    /// Time of a frame at 90 Hz, the rate of common headsets, nanoseconds.
+    /// Frame time at 90 Hz, the rate of common headsets, nanoseconds.
     pub const MOST_NS: u64 = (1.0e9 / Pace::FRAMES_A_SECOND) as u64;
 
     pub(super) fn new(name: &'static str) -> Self {
         Self { name, times_ns: Vec::new(), missed: 0, first_missed: None, longest_ns: 0, bytes: 0 }
     }
 
-    /// Takes the time of a frame, after which the model has so many polygons.
+    /// Adds the time of a frame; `polygons` is the number of polygons in the model after the frame.
     pub(super) fn add(&mut self, ns: u64, polygons: u64) {
         self.times_ns.push(ns);
         self.longest_ns = self.longest_ns.max(ns);
@@ -30,7 +30,8 @@ impl Racer {
         }
     }
 
-    /// The lesser time of each frame, of this race and of another one; the model's polygons after each frame.
+    /// The smaller time of each frame, of this race and of another one. `polygons` are the numbers of polygons after
+    /// each frame.
     pub(super) fn least(&self, other: &Self, polygons: &[u64]) -> Self {
         let mut least = Self { bytes: self.bytes, ..Self::new(self.name) };
         for ((&ns, &other_ns), &polygons) in self.times_ns.iter().zip(&other.times_ns).zip(polygons) {
@@ -39,27 +40,27 @@ impl Racer {
         least
     }
 
-    /// Takes the memory of the structure after the last frame.
+    /// Stores the memory of the structure after the last frame, bytes.
     pub(super) fn ends(&mut self, bytes: usize) {
         self.bytes = bytes;
     }
 
-    /// Its name on the command line.
+    /// The structure's name on the command line.
     pub fn name(&self) -> &'static str {
         self.name
     }
 
-    /// Insertion, commit and culling of each frame, nanoseconds.
+    /// Time of insertion, commit and culling of each frame, nanoseconds.
     pub fn times_ns(&self) -> &[u64] {
         &self.times_ns
     }
 
-    /// Frames that took longer than [`Racer::MOST_NS`].
+    /// Number of frames that took longer than [`Racer::MOST_NS`].
     pub fn missed(&self) -> u64 {
         self.missed
     }
 
-    /// Polygons in the model at the first such frame.
+    /// Number of polygons in the model at the first such frame.
     pub fn first_missed(&self) -> Option<u64> {
         self.first_missed
     }
@@ -69,7 +70,7 @@ impl Racer {
         self.longest_ns
     }
 
-    /// A time in milliseconds, in as many letters for most times.
+    /// A time in milliseconds, formatted so that most times have the same number of characters.
     pub fn figure_ms(ns: u64) -> String {
         match ns as f64 / 1.0e6 {
             ms if ms < 10.0 => format!("{ms:.3}"),

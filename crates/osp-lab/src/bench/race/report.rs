@@ -9,14 +9,14 @@ use crate::{
 
 const PART: &str = "race";
 
-/// Result of a run of `osp race`.
+/// The report of a run of `osp race`.
 #[derive(Clone, Debug, Serialize)]
 pub struct RaceReport {
-    /// The outcome in one sentence.
+    /// The result in one sentence.
     pub verdict: String,
     /// Machine of the measurement.
     pub machine: Machine,
-    /// The arguments that repeat it.
+    /// The arguments that repeat the run.
     pub command: String,
     /// Measured rows.
     #[serde(flatten)]
@@ -24,7 +24,7 @@ pub struct RaceReport {
 }
 
 impl RaceReport {
-    /// The report on a race that has ended.
+    /// The report of a finished race.
     pub fn new(race: &Race, machine: Machine, command: String) -> Self {
         Self { verdict: verdict(race), machine, command, rows: rows(race) }
     }
@@ -40,7 +40,7 @@ impl RaceReport {
     }
 }
 
-/// One sentence on all structures.
+/// One sentence about all structures.
 fn verdict(race: &Race) -> String {
     let of = |racer: &Racer| {
         let (name, longest) = (racer.name(), milliseconds(racer.longest_ns()));
@@ -62,7 +62,7 @@ fn verdict(race: &Race) -> String {
     format!("On {} ({polygons} polygons, {frames} frames) {said}.", one_line(&race.recording))
 }
 
-/// A time in milliseconds: three digits, or whole microseconds.
+/// A time in milliseconds, with three digits or to the microsecond.
 fn milliseconds(ns: u64) -> String {
     match ns as f64 / 1.0e6 {
         ms if ms < 1.0 => format!("{ms:.3}"),
@@ -163,7 +163,7 @@ mod tests {
         assert!(least.racers().iter().all(|racer| racer.missed() == 0 && racer.first_missed().is_none()));
         let notes = &rows(&least).parts[0].notes;
         assert!(notes.iter().any(|note| note.contains("the least of 3 races")), "{notes:?}");
-        // What takes long in all of them remains.
+        // Frames that are slow in both races stay slow.
         let slow = || race([&[1, 1, 1], &[1, 12_000, 13_000]]);
         let racer = &slow().least(&slow()).racers()[1].clone();
         assert_eq!((racer.missed(), racer.first_missed(), racer.longest_ns()), (2, Some(2000), 13_000_000));

@@ -12,14 +12,14 @@ use osp_session::{
     replay::{Budget, CameraPath, Lane, Player, Replay, Summary},
 };
 
-/// A session that structures race on.
+/// A session for a race.
 #[derive(Clone, Debug)]
 pub struct RaceInput {
     /// Name of the recording.
     pub recording: String,
     /// Summary of the session at this pace.
     pub summary: Summary,
-    /// Part of the session that a frame takes.
+    /// Number of events that a frame takes.
     pub pace: Pace,
     /// The camera's path, and its name.
     pub camera: (CameraPath, &'static str),
@@ -29,38 +29,38 @@ pub struct RaceInput {
     pub kinds: Vec<Contender>,
 }
 
-/// Why a race has no end.
+/// Reason for which a race is aborted.
 #[derive(Debug, Error)]
 pub enum RaceError {
     /// The recording is damaged.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// Two structures do not have the same polygons in view.
+    /// Two structures find different polygons in view.
     #[error("{recording}: {first} and {second} saw different polygons in frame {frame}")]
     Differ {
         /// Name of the recording.
         recording: String,
         /// A structure.
         first: &'static str,
-        /// The structure that differs from it.
+        /// The structure that found other polygons.
         second: &'static str,
-        /// The first frame in which they differ, from 0.
+        /// The first frame with a difference, from 0.
         frame: u64,
     },
 }
 
-/// A race after some of its frames.
+/// A race after a number of frames.
 #[derive(Clone, Debug)]
 pub struct Race {
     pub(super) recording: String,
     pub(super) pace: Pace,
     pub(super) camera: &'static str,
-    /// Frames and polygons of the whole session.
+    /// Number of frames and polygons of the whole session.
     pub(super) frames: u64,
     pub(super) polygons: u64,
-    /// Polygons in the model after each frame that was played.
+    /// Number of polygons in the model after each played frame.
     pub(super) present: Vec<u64>,
-    /// Races whose frames it has the least times of.
+    /// Number of races of which this race has the shortest frame times.
     pub(super) runs: u32,
     pub(super) racers: Vec<Racer>,
 }
@@ -84,18 +84,18 @@ impl Race {
         &self.recording
     }
 
-    /// Frames of the whole session.
+    /// Number of frames of the whole session.
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Polygons in the model after the last frame that was played.
+    /// Number of polygons in the model after the last played frame.
     pub fn present(&self) -> u64 {
         self.present.last().copied().unwrap_or(0)
     }
 
-    /// The lesser time of each frame, of this race and of another one with the same input. The work is the same, so in
-    /// the longer one other programs took the core.
+    /// The shorter time of each frame, of this race and of another one with the same input. The work is the same, so in
+    /// the longer frame other programs used the core.
     #[must_use]
     pub fn least(self, other: &Self) -> Self {
         let pairs = self.racers.iter().zip(&other.racers);
@@ -109,11 +109,12 @@ impl Race {
     }
 }
 
-/// Plays a session through the structures. `progress` is called after every frame. A frame is insertion, commit and culling for the
-/// session's own view; nothing is drawn. One thread does everything, and another structure begins each frame.
+/// Plays a session through the structures. `progress` is called after every frame. A frame is insertion, commit and
+/// culling for the session's own view; nothing is drawn. A single thread runs all structures, and each frame begins
+/// with another structure.
 ///
 /// # Errors
-/// The recording is damaged, or two structures do not see the same polygons.
+/// The recording is damaged, or two structures find different polygons in view.
 pub fn race<I>(input: &RaceInput, events: I, progress: impl FnMut(&Race)) -> Result<Race, RaceError>
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
@@ -124,7 +125,7 @@ where
     race_of(input, indexes, events, progress)
 }
 
-/// The race of these structures, which are empty.
+/// Runs the race with these empty structures.
 fn race_of<I>(
     input: &RaceInput,
     indexes: Vec<Box<dyn SpatialIndex>>,
@@ -136,7 +137,7 @@ where
 {
     let mut race = Race::new(input, indexes.iter().map(|index| index.name()));
     let capacity = usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX);
-    // Every frame is measured, however long it takes.
+    // The budget is unlimited, so every frame is measured.
     let budget = Budget { ns: u64::MAX, frames: input.summary.frames };
     let lane = |index| Lane::new(Pipeline::new(index, capacity, StageClock::default()), budget);
     let lanes = indexes.into_iter().map(lane).collect();
@@ -199,7 +200,7 @@ mod tests {
         }
     }
 
-    /// Has all polygons but one.
+    /// An index that loses one polygon.
     #[derive(Debug)]
     struct Loses(BruteForce, PolygonId);
 

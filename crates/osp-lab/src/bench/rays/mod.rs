@@ -1,9 +1,9 @@
-//! Rays, ranges and neighbours, with every structure, in a complete model and in a growing one. Queries are the
-//! nearest hit, any hit, the polygons in a box, and the polygons nearest to a point. Also the two orders of a ray's
-//! walk, and the decay of a tree whose boxes are refitted as polygons move.
+//! Rays, ranges and neighbours: every structure in a complete model and in a growing one. Queries are the nearest hit,
+//! any hit, the polygons in a box, and the polygons nearest to a point. Further measurements are two traversal orders
+//! of a ray, and the degradation of a tree whose boxes are refitted as polygons move.
 //!
-//! Times are those of a structure's own query, in turns with the reference's. Nodes and boxes of a ray are counted in
-//! one walk that is the same for all ([`outline`]). So the counts compare the trees and not the code.
+//! Times are those of a structure's own query, in turns with the reference's. Nodes and boxes of a ray are counted by
+//! one traversal that is the same for all ([`outline`]). So the counts compare the trees and not the code.
 
 mod model;
 mod moves;
@@ -52,16 +52,16 @@ const NOTES: [&str; 4] = [
     "time is that of the structure's own query; the nodes and boxes of a walk depend on the tree, not on its code.",
 ];
 
-/// Neighbours requested.
+/// Number of nearest polygons per query.
 const NEIGHBOURS: usize = 8;
-/// Polygons that a frame of the growing model inserts, and rays that it casts.
+/// Number of polygons that a frame of the growing model inserts, and of rays that it casts.
 const BATCH: usize = 8;
-/// Frames of the growing model, at most.
+/// Largest number of frames of the growing model.
 const FRAMES: usize = 60;
-/// Least number of values in a budget.
+/// Smallest number of values that are measured, whatever the budget.
 const FEWEST: usize = 3;
 const MOST: usize = 2000;
-/// Queries that are timed together.
+/// Number of queries that are timed together.
 const TOGETHER: usize = 16;
 
 /// Settings of [`cast_rays`].
@@ -69,16 +69,16 @@ const TOGETHER: usize = 16;
 pub struct RaysConfig {
     /// The structures.
     pub kinds: Vec<Contender>,
-    /// The structure that the others are compared with.
+    /// The reference, with which the others are compared.
     pub reference: IndexKind,
     /// Number of rays from outside, of rays from inside, of boxes and of points.
     pub questions: usize,
-    /// Time for each kind of question with a structure, seconds.
+    /// Time for each kind of query with a structure, seconds.
     pub budget_secs: f64,
 }
 
-/// Measures every structure in a model; the part `rays`. `progress` receives the name of each next step. Nothing for a
-/// model without polygons.
+/// Measures every structure in a model; the rows are the part `rays`. `progress` is called with the name of the next
+/// measurement. A model without polygons gives no rows.
 pub fn cast_rays(config: &RaysConfig, model: &RaysModel, mut progress: impl FnMut(&str)) -> Rows {
     let mut rows = Rows::default();
     if model.boxes.is_empty() {
@@ -122,7 +122,7 @@ fn nearest_hit(index: &dyn SpatialIndex, model: &RaysModel, ray: &Ray) -> Option
     index.ray_nearest(ray, f32::INFINITY, &mut |id| model.polygons[id.index()].meet(ray))
 }
 
-/// Results that must be the same with every structure.
+/// The results of all queries, which must be the same with every structure.
 #[derive(PartialEq)]
 struct Answers {
     hits: Vec<Option<(PolygonId, f32)>>,
@@ -151,14 +151,14 @@ fn answers(index: &dyn SpatialIndex, model: &RaysModel, questions: &Questions) -
     }
 }
 
-/// Cost of a query: times with the structure and the reference, exact tests, nodes and boxes a query.
+/// Cost of queries: times of the structure and the reference, and exact tests, nodes and boxes per query.
 struct Asked {
     times: Vec<(f64, f64)>,
     exact_tests: f64,
     work: [f64; 2],
 }
 
-/// A structure and the reference, measured in turns.
+/// A structure and the reference, which are measured in turns.
 struct Pair<'a> {
     index: &'a dyn SpatialIndex,
     reference: &'a dyn SpatialIndex,
@@ -166,8 +166,8 @@ struct Pair<'a> {
     config: &'a RaysConfig,
 }
 
-/// Times of the same work with a structure and with the reference, microseconds: in turns until the budget is spent. `one` does a
-/// share of the work and returns the number of questions in it.
+/// Times of the same work with a structure and with the reference, microseconds, in turns until the budget is spent.
+/// `one` does a share of the work and returns its number of queries.
 fn in_turns(budget_secs: f64, most: usize, mut one: impl FnMut(usize, bool) -> usize) -> Vec<(f64, f64)> {
     let mut times = Vec::new();
     let start = Instant::now();
@@ -176,7 +176,7 @@ fn in_turns(budget_secs: f64, most: usize, mut one: impl FnMut(usize, bool) -> u
             break;
         }
         let mut us = [0.0; 2];
-        // Neither always comes first.
+        // The two alternate in running first.
         for is_reference in [turn % 2 == 0, turn % 2 != 0] {
             let start = Instant::now();
             let count = one(turn, is_reference);
@@ -247,7 +247,7 @@ impl Pair<'_> {
         WorkCounts::default()
     }
 
-    /// Times questions, and counts the nodes and boxes of one.
+    /// Measures the time of queries, and counts the nodes and boxes per query.
     fn time<Q>(&self, questions: &[Q], ask: impl Fn(&dyn SpatialIndex, &Q, &mut u64) -> WorkCounts) -> Asked {
         let (mut work, mut asked) = (WorkCounts::default(), 0);
         for question in questions {
@@ -261,7 +261,7 @@ impl Pair<'_> {
                 std::hint::black_box(ask(index, question, &mut unused));
             }
         };
-        // Both run as many queries, so that neither has warmer caches.
+        // Both run the same number of queries, so that neither has warmer caches.
         let ns = [self.index, self.reference].map(|index| {
             let start = Instant::now();
             ask_all(index, shares[0]);
@@ -278,7 +278,7 @@ impl Pair<'_> {
         Asked { times, exact_tests: asked as f64 / count, work }
     }
 
-    /// Frames that each insert some of the last polygons and cast rays.
+    /// Measures frames that insert some of the last polygons and cast rays.
     fn grow(&self, kind: Contender, rays: &[Ray]) -> Asked {
         let all = self.model.boxes.len();
         let frames = FRAMES.min(all / BATCH);
@@ -303,7 +303,7 @@ impl Pair<'_> {
     }
 }
 
-/// Work and times of the two orders, in turns.
+/// Measures work and times of the two traversal orders, in turns.
 fn walk_both(rows: &mut Rows, kind: Contender, outline: &Outline, model: &RaysModel, questions: &Questions) {
     const REPEATS: usize = 3;
     let count = (questions.outside.len() + questions.inside.len()) as f64;
@@ -357,7 +357,7 @@ mod tests {
                 assert_eq!(found, expected, "{}", kind.name());
                 hits += usize::from(expected.is_some());
             }
-            // No order looks at fewer nodes than best first, but for nodes entered at the same place.
+            // No order visits fewer nodes than best first, except for nodes that the ray enters at the same distance.
             assert!(
                 best_first.nodes <= in_order.nodes + in_order.nodes / 50,
                 "{}: {best_first:?} {in_order:?}",
@@ -438,7 +438,7 @@ mod tests {
             for task in TASKS {
                 assert!(of(task, "values") >= Some(FEWEST as f64), "{}, {task}", kind.name());
             }
-            // Best first visits no more nodes than any other order; nodes at the same distance may change places.
+            // Best first visits at most as many nodes as any other order; nodes at the same distance may be exchanged.
             let [in_order, best_first] = WALKS.map(|walk| of(walk, "nodes").expect("it is measured"));
             assert!(best_first <= in_order * 1.05 + 0.5, "{}", kind.name());
         }

@@ -1,4 +1,4 @@
-//! Model for rays: its polygons, and the places of the queries.
+//! The model for ray queries: its polygons, and the positions of the queries.
 
 use glam::Vec3;
 
@@ -11,10 +11,10 @@ use osp::{
 use osp_rivals::Bsp;
 use osp_session::{recording::RecordingError, scene::Scene};
 
-/// Polygons numbered in the order in which they were drawn.
+/// Polygons numbered in drawing order.
 #[derive(Clone, Debug)]
 pub struct RaysModel {
-    /// Its name.
+    /// Name of the recording or synthetic model.
     pub recording: String,
     pub(in crate::bench) polygons: Vec<ConvexPolygon>,
     pub(in crate::bench) boxes: Vec<Aabb>,
@@ -33,7 +33,7 @@ impl RaysModel {
     /// The first polygons of a synthetic session of loose strokes in a 4 m cube.
     ///
     /// # Errors
-    /// Never, as synthetic sessions are whole.
+    /// Never, because synthetic sessions have no damage.
     pub fn synthetic(polygons: u32) -> Result<Self, RecordingError> {
         let drawing = super::super::growth::Drawing::new(polygons, polygons as usize)?;
         let mut shapes = drawing.shapes;
@@ -50,7 +50,7 @@ impl RaysModel {
         self.boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b))
     }
 
-    /// An index of a kind with the first `count` polygons in it, and room for all.
+    /// An index of this kind with the first `count` polygons, and capacity for all.
     pub(super) fn filled(&self, kind: Contender, count: usize) -> Box<dyn SpatialIndex> {
         let config = IndexConfig { root: self.root, capacity: self.boxes.len() };
         let mut index = kind.create(&config);
@@ -61,7 +61,7 @@ impl RaysModel {
 
     pub(super) fn insert(&self, index: &mut dyn SpatialIndex, at: usize) {
         let id = PolygonId(at as u32);
-        // The boxes of a scene are finite and each id comes once.
+        // The boxes of a scene are finite, and each id is inserted once, so no error can occur.
         let filed = index.insert(id, &self.boxes[at]);
         debug_assert_eq!(filed, Ok(()));
         if let Some(tree) = Bsp::of(index) {
@@ -70,13 +70,13 @@ impl RaysModel {
     }
 }
 
-/// The questions, the same for every structure.
+/// The queries, the same for every structure.
 pub(super) struct Questions {
-    /// From a sphere around the model to the middles of polygons.
+    /// Rays from a sphere around the model to the centres of polygons.
     pub(super) outside: Vec<Ray>,
-    /// From places in the model in all directions.
+    /// Rays from positions in the model in random directions.
     pub(super) inside: Vec<Ray>,
-    /// A tenth as long as the model, each around a polygon.
+    /// Boxes with edges of a tenth of the model's, each around a polygon.
     pub(super) boxes: Vec<Aabb>,
     pub(super) points: Vec<Vec3>,
 }

@@ -1,4 +1,4 @@
-//! Refit against rebuild: work of the rays' walk in a tree whose polygons have moved.
+//! Refit and rebuild compared: work of ray traversal in a tree whose polygons have moved.
 
 use osp_session::platform::time::Instant;
 
@@ -19,18 +19,19 @@ use osp::{
 };
 use osp_rivals::IndexKind;
 
-/// Number of moves of every polygon before each measurement of the trees.
+/// Numbers of moves after which the trees are measured.
 const LOOKS: [u32; 7] = [0, 1, 2, 4, 8, 16, 32];
-/// Length of one move of a polygon, as a part of the model's diagonal: always in the same direction, each its own.
+/// Length of one move of a polygon, as a fraction of the model's diagonal. Each polygon always moves in its own
+/// direction.
 const STEP: f32 = 0.005;
-/// Larger models are left out: a rebuild a move takes too long.
+/// Largest model, polygons, because a rebuild per move takes too long in larger ones.
 const MOST_POLYGONS: usize = 300_000;
 
-/// The trees: first the ones whose updates are timed.
+/// The trees. The updates of the first three are timed.
 const TREES: [&str; 5] = ["bvh-sah", "dynamic-bvh", "osp", "sah-refitted", "sah-rebuilt"];
 const TASK: &str = "rays/moved";
 
-/// Moves all polygons and looks at the trees in between; nothing for models that are too large.
+/// Moves all polygons repeatedly and measures the trees in between. Larger models are skipped.
 pub(super) fn refit_against_rebuild(rows: &mut Rows, model: &RaysModel, questions: &Questions) {
     if model.boxes.len() > MOST_POLYGONS {
         return;
@@ -52,7 +53,7 @@ pub(super) fn refit_against_rebuild(rows: &mut Rows, model: &RaysModel, question
             for (index, ns) in indexes.iter_mut().zip(&mut update_ns) {
                 let start = Instant::now();
                 for (at, bounds) in boxes.iter().enumerate() {
-                    // The polygons are filed and their boxes finite.
+                    // The polygons are in the index and their boxes are finite, so no error can occur.
                     let updated = index.update(PolygonId(at as u32), bounds);
                     debug_assert_eq!(updated, Ok(()));
                 }
@@ -111,7 +112,7 @@ mod tests {
         };
         assert_eq!(boxes("sah-refitted", 0), boxes("sah-rebuilt", 0));
         assert!(boxes("sah-refitted", 32) > 2.0 * boxes("sah-rebuilt", 32));
-        // A tree of good splits is not always the best for these very rays.
+        // A tree with better splits need not be better for these very rays.
         assert!(LOOKS.iter().all(|&at| boxes("sah-rebuilt", at) <= boxes("sah-refitted", at) * 1.1));
         assert!(boxes("bvh-sah", 32) < boxes("sah-refitted", 32), "it is built anew in time");
     }

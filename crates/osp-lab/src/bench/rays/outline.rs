@@ -1,4 +1,5 @@
-//! The tree that any structure is, as its traversal shows it: the same code walks all of them, in two orders, and counts.
+//! The tree of any structure, as its traversal reports it. One implementation traverses all structures in two orders,
+//! and counts the work.
 
 use std::{collections::BinaryHeap, ops::Range};
 
@@ -12,35 +13,35 @@ use osp::{
     polygon::{ConvexPolygon, PolygonId},
 };
 
-/// In which order the nodes that a ray enters are looked at.
+/// Order in which the nodes that a ray enters are visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Order {
-    /// Down into the nearest child first.
+    /// Depth first, the nearest child first.
     InOrder,
-    /// Always the nearest of all nodes that wait.
+    /// Best first: always the nearest of all waiting nodes.
     BestFirst,
 }
 
-/// Work of a ray.
+/// Work of ray traversal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Steps {
     pub(super) nodes: u64,
-    /// Boxes of nodes and of polygons.
+    /// Number of boxes of nodes and of polygons that were tested.
     pub(super) boxes: u64,
-    /// Polygons of the exact test.
+    /// Number of polygons that were tested exactly.
     pub(super) asked: u64,
 }
 
 #[derive(Clone, Debug)]
 struct OutlineNode {
     bounds: Aabb,
-    /// One past the last node below: nodes lie in the order of a walk from the top.
+    /// Index after the last node of the subtree; nodes are stored depth first.
     end: u32,
-    /// Its own polygons.
+    /// Range of the node's own polygons in `ids`.
     polygons: Range<u32>,
 }
 
-/// See [the module](self). The first node is no node of the structure: it is around everything.
+/// See [the module](self). The first node is not one of the structure: it surrounds all others.
 #[derive(Clone, Debug)]
 pub(super) struct Outline {
     nodes: Vec<OutlineNode>,
@@ -49,21 +50,21 @@ pub(super) struct Outline {
     boxes: Vec<Aabb>,
 }
 
-/// Gathers the nodes of a traversal.
+/// Collects the nodes of a traversal.
 struct Gatherer<'a> {
     boxes: &'a [Aabb],
     nodes: Vec<OutlineNode>,
     parents: Vec<u32>,
     depths: Vec<u32>,
-    /// The node that the walk is in.
+    /// Index of the current node.
     at: u32,
-    /// Node of each polygon found.
+    /// Node of each polygon, with the polygon.
     owners: Vec<(u32, PolygonId)>,
 }
 
 impl Visitor for Gatherer<'_> {
     fn node(&mut self, node: &Node<'_>) -> Visit {
-        // The one around everything is above depth 0.
+        // The node that surrounds all others is above depth 0.
         let depth = node.depth + 1;
         let mut parent = self.at;
         while self.depths[parent as usize] >= depth {
@@ -78,7 +79,7 @@ impl Visitor for Gatherer<'_> {
 
     fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
         for &id in ids {
-            // Some structures name the polygons of a node after those below it.
+            // Some structures report the polygons of a node after those of its descendants.
             let mut owner = self.at as usize;
             while owner > 0 && !self.nodes[owner].bounds.contains(&self.boxes[id.index()]) {
                 owner = self.parents[owner] as usize;
@@ -89,7 +90,7 @@ impl Visitor for Gatherer<'_> {
 }
 
 impl Outline {
-    /// The outline of a structure that holds polygons with these boxes, by id.
+    /// The outline of a structure that contains polygons with these boxes, which are indexed by id.
     pub(super) fn of(index: &dyn SpatialIndex, boxes: &[Aabb]) -> Self {
         let around = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
         let top = OutlineNode { bounds: around, end: 0, polygons: 0..0 };
@@ -122,7 +123,7 @@ impl Outline {
         Self { nodes, ids, boxes }
     }
 
-    /// Polygons in it.
+    /// Number of polygons.
     #[cfg(test)]
     pub(super) fn len(&self) -> usize {
         self.ids.len()
@@ -138,7 +139,8 @@ impl Outline {
         })
     }
 
-    /// Gives the polygons these boxes, by id, and makes the nodes fit from below, without changing what is in which.
+    /// Sets the polygons' boxes, indexed by id, and refits the boxes of the nodes from below. The structure of the tree
+    /// does not change.
     pub(super) fn refit(&mut self, boxes: &[Aabb]) {
         for (bounds, id) in self.boxes.iter_mut().zip(&self.ids) {
             *bounds = boxes[id.index()];
@@ -151,7 +153,7 @@ impl Outline {
         }
     }
 
-    /// The nearest hit of a ray, found in an order.
+    /// The nearest hit of a ray, by traversal in the given order.
     pub(super) fn nearest(
         &self,
         order: Order,
@@ -190,7 +192,7 @@ impl Outline {
         let mut heap = BinaryHeap::with_capacity(64);
         heap.push(Waiting { t: 0.0, place: 0 });
         while let Some(Waiting { t, place: node }) = heap.pop() {
-            // All others that wait are farther.
+            // All other waiting nodes are farther away.
             if !is_wanted(t, nearest.reach()) {
                 return;
             }
@@ -207,7 +209,7 @@ impl Outline {
         steps: &mut Steps,
         mut wait: impl FnMut(Waiting<u32>),
     ) {
-        // The one around everything is none of the structure's.
+        // The node that surrounds all others does not count, because it is not one of the structure.
         steps.nodes += u64::from(at > 0);
         let own = &self.nodes[at as usize].polygons;
         let own = own.start as usize..own.end as usize;
@@ -226,7 +228,7 @@ impl Outline {
     }
 }
 
-/// Walks along all rays; the sum of the distances found, so that walks can be compared.
+/// Traverses the tree for all rays. Returns the sum of the hit distances, for comparison.
 pub(super) fn walk(
     outline: &Outline,
     order: Order,

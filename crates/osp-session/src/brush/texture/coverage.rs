@@ -1,15 +1,15 @@
-//! Smaller levels of a texture keep the solid share of the texture, as in Tilt Brush, where the brushes come from. So
-//! thin hairs and small lights stay visible far away.
+//! Coverage of textures: smaller mip levels keep the solid share of the texture, as in Tilt Brush, where the brushes
+//! come from. So thin hairs and small lights stay visible far away.
 
 use super::noise::mix;
 
 /// Alpha above which a texel counts as solid.
 const SOLID: f32 = 0.5;
-/// Steps of the search for the factor.
+/// Number of bisection steps for the factor.
 const STEPS: usize = 10;
 
-/// Solid share of a level, 0 to 1, if its alpha is multiplied by `factor`. `alpha` has one value for each of `side`
-/// times `side` texels, and is interpolated between them. 0 for a level of a single texel. O(texels).
+/// Solid share of a mip level, 0 to 1, if its alpha is multiplied by `factor`. `alpha` has one value for each of `side`
+/// times `side` texels, and is interpolated between them. A level of a single texel gives 0. O(texels).
 pub fn coverage(alpha: &[f32], side: usize, factor: f32) -> f32 {
     if side < 2 {
         return 0.0;
@@ -37,11 +37,11 @@ pub fn coverage(alpha: &[f32], side: usize, factor: f32) -> f32 {
     solid as f32 / ((side - 1) * (side - 1) * between * between) as f32
 }
 
-/// Factor for the alpha of a smaller level so that its [`coverage`] is `wanted`; at least 1. If no factor gives that
-/// coverage exactly, the factor at which the coverage passes it. O(texels).
+/// Factor, at least 1, for the alpha of a smaller mip level that makes its [`coverage`] equal `wanted`. If no factor
+/// gives that coverage exactly, the factor at which the coverage passes it is returned. O(texels).
 pub fn coverage_factor(alpha: &[f32], side: usize, wanted: f32) -> f32 {
     let (mut low, mut high, mut least) = (0.0, 1.0, SOLID);
-    // A single texel has no position between two.
+    // A single texel has no sample positions, because these lie between texels.
     if side < 2 {
         return 1.0;
     }
@@ -63,7 +63,7 @@ pub fn coverage_factor(alpha: &[f32], side: usize, wanted: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// Hairs of one texel in four, and the level of half the size: alpha 0.5 in every other column.
+    /// The texture has hairs of one texel in four. The level of half the size has alpha 0.5 in every other column.
     #[test]
     fn hairs_that_are_thinner_than_a_texel_stay() {
         let of = |side: usize, column: fn(usize) -> f32| -> Vec<f32> {

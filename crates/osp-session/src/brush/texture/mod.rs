@@ -1,4 +1,4 @@
-//! The textures of brushes, generated, and where the cut-out ones are solid.
+//! The generated textures of brushes, and their solid texels.
 
 pub mod coverage;
 pub mod noise;

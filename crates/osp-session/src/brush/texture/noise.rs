@@ -1,6 +1,6 @@
-//! Random numbers and noise for generated textures: the same on every machine.
+//! Random numbers and noise for generated textures, equal on every machine.
 
-/// A number from 0 to 1 out of a place.
+/// A pseudo-random number from 0 to 1 for a cell.
 pub(crate) fn random(x: i32, y: i32, seed: u32) -> f32 {
     let mut n = (x as u32).wrapping_mul(0x9E37_79B9)
         ^ (y as u32).wrapping_mul(0x85EB_CA6B)
@@ -13,7 +13,7 @@ pub(crate) fn random(x: i32, y: i32, seed: u32) -> f32 {
     n as f32 / u32::MAX as f32
 }
 
-/// Smooth noise from 0 to 1 with `cells` cells across 0 to 1 along each axis, where it begins again.
+/// Smooth noise from 0 to 1 that repeats with period 1 along each axis; a period has `cells` cells.
 pub fn noise(x: f32, y: f32, cells: (i32, i32), seed: u32) -> f32 {
     let (x, y) = (x * cells.0 as f32, y * cells.1 as f32);
     let (left, low) = (x.floor(), y.floor());
@@ -24,7 +24,7 @@ pub fn noise(x: f32, y: f32, cells: (i32, i32), seed: u32) -> f32 {
     mix(mix(at(0, 0), at(1, 0), s), mix(at(0, 1), at(1, 1), s), t)
 }
 
-/// Noise of several sizes, each half of the one before and half as strong.
+/// A sum of `count` noises; each has half the cell size and half the weight of the one before.
 pub fn octaves(x: f32, y: f32, cells: (i32, i32), count: u32, seed: u32) -> f32 {
     let (mut sum, mut weights, mut weight) = (0.0, 0.0, 1.0);
     for octave in 0..count {
@@ -40,13 +40,13 @@ pub(crate) fn mix(a: f32, b: f32, part: f32) -> f32 {
     a + (b - a) * part
 }
 
-/// 0 at and below `from`, 1 at and above `to`, smooth between.
+/// A smooth step: 0 at and below `from`, 1 at and above `to`.
 pub fn step(from: f32, to: f32, x: f32) -> f32 {
     let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// A value on straight lines between points, which are in order.
+/// Linear interpolation at `x` between `points`, which are sorted by their first number.
 pub fn on_line(points: &[(f32, f32)], x: f32) -> f32 {
     let after = points.partition_point(|point| point.0 <= x);
     match (after.checked_sub(1).and_then(|i| points.get(i)), points.get(after)) {

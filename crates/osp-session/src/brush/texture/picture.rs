@@ -1,13 +1,13 @@
-//! The pictures that brushes paint with.
+//! The pictures that brushes use as textures.
 
 use serde::Deserialize;
 
 use super::shapes;
 
-/// Defines [`Picture`]: each name, and the function of [`shapes`] that draws it.
+/// Defines [`Picture`]: each name, and the function of [`shapes`] that generates the picture.
 macro_rules! pictures {
     ($($name:ident $shape:ident),* $(,)?) => {
-        /// A picture that brushes paint with. It is generated: `brushes.ron` and the comment of each function describe
+        /// A generated picture that brushes use as a texture: `brushes.ron` and the comment of each function describe
         /// the shapes.
         #[allow(missing_docs, reason = "each is told where it is made")]
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -16,10 +16,10 @@ macro_rules! pictures {
         }
 
         impl Picture {
-            /// All of them, each at the place of its layer.
+            /// All pictures; the index of a picture is its texture layer.
             pub const ALL: [Self; [$(stringify!($name)),*].len()] = [$(Self::$name),*];
 
-            /// Red, green, blue, alpha at a place: `u` along the stroke, `v` across, 0 to 1 each.
+            /// Red, green, blue and alpha at a position: `u` along the stroke, `v` across, each 0 to 1.
             pub fn texel(self, u: f32, v: f32) -> [f32; 4] {
                 match self {
                     $(Self::$name => shapes::$shape(u, v).into_texel()),*
@@ -73,7 +73,7 @@ pictures! {
     Fibres fibres,
 }
 
-/// A shape: white with this alpha, or a colour.
+/// A texel of a shape: white with an alpha, or a colour.
 trait Shape {
     fn into_texel(self) -> [f32; 4];
 }
@@ -91,7 +91,8 @@ impl Shape for [f32; 4] {
 }
 
 impl Picture {
-    /// Pictures with a relief, in the order of the layers that follow the pictures'.
+    /// Pictures with a relief, in the order of their normal maps. These are the texture layers behind those of the
+    /// pictures.
     pub const WITH_RELIEF: [Self; 15] = [
         Self::Ink,
         Self::OilPaint,
@@ -110,17 +111,18 @@ impl Picture {
         Self::Fibres,
     ];
 
-    /// Its layer.
+    /// The picture's texture layer.
     pub fn layer(self) -> usize {
         self as usize
     }
 
-    /// The layer of the normals of its relief.
+    /// The texture layer of the picture's normal map, if it has a relief.
     pub fn relief_layer(self) -> Option<usize> {
         Self::WITH_RELIEF.iter().position(|with| *with == self).map(|place| Self::ALL.len() + place)
     }
 
-    /// Whether its smaller levels [keep the share of it](super::coverage) that is solid: soft smoke fades.
+    /// Whether smaller mip levels [keep the solid share](super::coverage) of the picture. Smoke does not, because it
+    /// must fade.
     pub fn keeps_coverage(self) -> bool {
         self != Self::Smoke
     }
@@ -138,7 +140,7 @@ mod tests {
         }
     }
 
-    /// The table has the solidity of the original in eight steps along and across.
+    /// `brushes.ron` has the solidity of the original textures in eight steps along and across.
     #[test]
     fn what_is_cut_out_has_the_shape_of_the_table() {
         const STEP: usize = 16;

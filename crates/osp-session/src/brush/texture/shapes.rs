@@ -1,40 +1,41 @@
-//! The shapes of textures: alpha, or colour and alpha, at a place from 0 to 1 along (`u`) and across (`v`).
+//! The shapes of textures: alpha, or colour and alpha, at a position from 0 to 1 along (`u`) and across (`v`) the
+//! stroke.
 
 use std::f32::consts::TAU;
 
 use super::noise::{mix, noise, octaves, on_line, random, step};
 
-/// Alpha of something cut out at `cutoff`, of which this is how far a place lies inside.
+/// Alpha for a shape that is cut out at alpha `cutoff`. `inside` is the signed depth of a position in the shape.
 fn solid(inside: f32, cutoff: f32) -> f32 {
     (cutoff + inside * 12.0).clamp(0.0, 1.0)
 }
 
-/// 0 in the middle, 1 at both sides.
+/// Distance from the centre line: 0 in the middle, 1 at both sides.
 fn aside(v: f32) -> f32 {
     (v - 0.5).abs() * 2.0
 }
 
-/// Blunt at the start, pointed at the end.
+/// A stroke with a blunt start and a pointed end.
 pub(super) fn taper(u: f32, v: f32) -> f32 {
     let width =
         [(0.0, 0.55), (0.05, 1.0), (0.2, 1.0), (0.4, 0.9), (0.6, 0.75), (0.8, 0.5), (0.95, 0.25), (1.0, 0.0)];
     solid(on_line(&width, u) - aside(v), 0.067)
 }
 
-/// Densest in the middle.
+/// A stroke that is densest in the middle.
 pub(super) fn tent(_: f32, v: f32) -> f32 {
     1.0 - 1.9 * (v - 0.5).abs()
 }
 
-/// An outline like a leaf's.
+/// A stroke with the outline of a leaf.
 pub(super) fn leaf(u: f32, v: f32) -> f32 {
     let width =
         [(0.0, 0.4), (0.05, 0.7), (0.2, 0.95), (0.4, 1.0), (0.6, 0.9), (0.8, 0.6), (0.95, 0.25), (1.0, 0.0)];
     solid(on_line(&width, u) - aside(v), 0.52)
 }
 
-/// A plump drop of light: the widths at which its alpha is 1, a half and next to nothing, as parts of the whole, and how
-/// bright its middle line is.
+/// A plump drop of light. The constants are the widths at which its alpha is 1, one half and nearly 0, and the
+/// brightness of its centre line. Widths are fractions of the full width.
 pub(super) fn soft_tip(u: f32, v: f32) -> f32 {
     const MIDDLE: [(f32, f32); 10] = [
         (0.0, 0.0),
@@ -65,7 +66,7 @@ pub(super) fn soft_tip(u: f32, v: f32) -> f32 {
     ];
     let [solid, half, rim] = [on_line(&SOLID, u), on_line(&HALF, u), on_line(&RIM, u)];
     let off = aside(v);
-    // Two halves of a smooth step, of unequal width.
+    // The falloff is two halves of a smooth step, of unequal width.
     let fall = if off < half {
         1.0 - 0.5 * (((off - solid) / (half - solid)).clamp(0.0, 1.0)).powi(2)
     } else {
@@ -74,21 +75,21 @@ pub(super) fn soft_tip(u: f32, v: f32) -> f32 {
     on_line(&MIDDLE, u) * fall
 }
 
-/// A row of an atlas of four, and the place in it.
+/// The row of an atlas of four rows, and the position `v` in the row.
 fn row(v: f32) -> (i32, f32) {
     let v = v.clamp(0.0, 0.9999) * 4.0;
     (v as i32, v.fract())
 }
 
-/// Depth of a place of an atlas's row inside a band.
+/// Signed depth of a position inside a band of one atlas row, whose width changes along `u`.
 fn band(u: f32, v: f32, widths: &[(f32, f32)], wave: f32, seed: u32) -> f32 {
     let (number, v) = row(v);
     let rim = noise(u, number as f32 / 8.0, (12, 8), seed) - 0.5;
     on_line(widths, u) + rim * wave - aside(v)
 }
 
-/// Whether the hair that a place lies on has paint there: it runs out from `from` to `to` along the stroke, and sets in
-/// the same way up to `start`.
+/// Signed depth of a position inside the paint of its hair. Each hair starts between 0 and `start`, and ends between
+/// `from` and `to` along the stroke.
 fn hair(u: f32, v: f32, hairs: i32, (start, from, to): (f32, f32, f32), seed: u32) -> f32 {
     let line = (v * (hairs * 4) as f32) as i32;
     let ends = mix(from, to, random(line, 1, seed));
@@ -98,8 +99,8 @@ fn hair(u: f32, v: f32, hairs: i32, (start, from, to): (f32, f32, f32), seed: u3
 
 const STROKE: [(f32, f32); 6] = [(0.0, 0.0), (0.04, 0.7), (0.12, 0.87), (0.7, 0.87), (0.9, 0.6), (1.0, 0.0)];
 
-/// Depth of a place inside one of a row's hairs, which end between two places along the stroke: neighbours end near each
-/// other.
+/// Signed depth of a position inside one hair of a row. Hairs end between `from` and `to` along the stroke, and
+/// neighbours end near each other.
 fn tuft(u: f32, v: f32, hairs: i32, (from, to): (f32, f32), seed: u32) -> f32 {
     let place = v * (hairs * 4) as f32;
     let near = noise(0.0, v, (1, 16), seed);
@@ -108,7 +109,7 @@ fn tuft(u: f32, v: f32, hairs: i32, (from, to): (f32, f32), seed: u32) -> f32 {
     (mix(from, to, 0.5 * near + 0.5 * own) - point - u) * 4.0
 }
 
-/// Four strokes, round at the start: the first one is solid nearly to its end, the others run out in tufts of hairs.
+/// Four strokes, round at the start: the first is solid nearly to its end, the others end in tufts of hairs.
 pub(super) fn ink(u: f32, v: f32) -> f32 {
     const WIDTHS: [(f32, f32); 6] =
         [(0.0, 0.1), (0.04, 0.55), (0.12, 0.82), (0.3, 0.87), (0.6, 0.82), (1.0, 0.7)];
@@ -116,7 +117,7 @@ pub(super) fn ink(u: f32, v: f32) -> f32 {
     solid(band(u, v, &WIDTHS, 0.06, 1).min(tuft(u, v, 12, ends, 1)), 0.5)
 }
 
-/// Four strokes with ragged rims: the first one has points, the others begin square; the last one has long scratches.
+/// Four strokes with ragged rims: the first has pointed ends, the others begin square; the last has long scratches.
 pub(super) fn oil_paint(u: f32, v: f32) -> f32 {
     const POINTED: [(f32, f32); 5] = [(0.0, 0.0), (0.12, 0.6), (0.3, 0.8), (0.7, 0.8), (1.0, 0.2)];
     const SQUARE: [(f32, f32); 4] = [(0.0, 0.6), (0.05, 0.76), (0.6, 0.8), (1.0, 0.7)];
@@ -174,7 +175,7 @@ pub(super) fn taffy(u: f32, v: f32) -> f32 {
     solid(band(u, v, &widths, 0.1, 9).min(holes), 0.5)
 }
 
-/// A dry stroke, ragged at its far end; red, green and blue are even inside, and fall off in a narrow rim.
+/// A dry stroke, ragged at its far end. Red, green and blue are uniform inside, and fall off in a narrow rim.
 pub(super) fn hypercolor(u: f32, v: f32) -> [f32; 4] {
     let inside = hypercolor_inside(u, v);
     let streaks = 0.08 * (octaves(u, v, (3, 32), 2, 11) - 0.5);
@@ -182,7 +183,7 @@ pub(super) fn hypercolor(u: f32, v: f32) -> [f32; 4] {
     [shade, shade, shade, solid(inside, 0.5)]
 }
 
-/// Depth of a place inside that stroke.
+/// Signed depth of a position inside the stroke of [`hypercolor`].
 fn hypercolor_inside(u: f32, v: f32) -> f32 {
     let widths = [(0.0, 0.5), (0.05, 0.8), (0.6, 0.85), (0.9, 0.7), (1.0, 0.2)];
     let line = (v * 40.0) as i32;
@@ -191,7 +192,8 @@ fn hypercolor_inside(u: f32, v: f32) -> f32 {
     (on_line(&widths, u) + rim - aside(v)).min(dry * 2.0).min(u * 8.0)
 }
 
-/// One dry streak of light: hairs that set in one after the other, nearly solid from there on, rounded at the end.
+/// One dry streak of light: its hairs start one after the other, are nearly solid from there on, and end in a round
+/// tip.
 pub(super) fn light(u: f32, v: f32) -> f32 {
     let (middle, end) = (0.44, 0.99);
     let width = on_line(&[(0.0, 0.5), (0.2, 0.8), (0.4, 0.9), (0.85, 0.9)], u);
@@ -199,14 +201,14 @@ pub(super) fn light(u: f32, v: f32) -> f32 {
     let rim = 0.1 * (noise(u, v, (24, 6), 48) - 0.5);
     let inside = width * round + rim - (v - middle).abs() * 2.0;
     let line = (v * 44.0) as i32;
-    // Most hairs have set in by a third of the way.
+    // Most hairs have started at a third of the stroke's length.
     let begins = mix(0.02, 0.4, random(line, 4, 12).powf(0.7));
     let holes = octaves(u, v, (5, 34), 3, 12);
     let lost = on_line(&[(0.0, 0.45), (0.35, 0.34), (0.6, 0.27), (1.0, 0.27)], u);
     step(0.0, 0.1, inside) * step(begins, begins + 0.04, u) * step(-0.03, 0.05, holes - lost)
 }
 
-/// A cell of an atlas of two by two, and the place in it from -1 to 1.
+/// The cell of an atlas of two by two cells, and the position in the cell from -1 to 1.
 fn cell(u: f32, v: f32) -> (i32, f32, f32) {
     let (u, v) = (u.clamp(0.0, 0.9999) * 2.0, v.clamp(0.0, 0.9999) * 2.0);
     (u as i32 + 2 * v as i32, u.fract() * 2.0 - 1.0, v.fract() * 2.0 - 1.0)
@@ -222,7 +224,7 @@ pub(super) fn smoke(u: f32, v: f32) -> f32 {
         [0.66, 0.64, 0.55, 0.42, 0.3, 0.17, 0.07, 0.02, 0.0, 0.0],
     ];
     let (number, x, y) = cell(u, v);
-    // A value in the middle of each tenth.
+    // Each value applies to the middle of a tenth of the radius.
     let at = (x.hypot(y) * 10.0 - 0.5).max(0.0);
     let of = |i: usize| CORES[number as usize % 4].get(i).copied().unwrap_or(0.0);
     let puff = mix(of(at as usize), of(at as usize + 1), at.fract());
@@ -249,14 +251,14 @@ pub(super) fn ember(u: f32, v: f32) -> f32 {
     on_line(&HALO, r)
 }
 
-/// A soft glow; alpha is the hot core.
+/// A soft glow; alpha has the hot core.
 pub(super) fn dot(u: f32, v: f32) -> [f32; 4] {
     let r = aside(u).hypot(aside(v));
     let glow = (1.0 - r / 0.85).max(0.0).powf(2.2);
     [glow, glow, glow, (1.0 - r / 0.12).max(0.0)]
 }
 
-/// A film that brightens towards its rim, most at the top; alpha is two glints.
+/// A film that brightens towards its rim, most at the top; alpha has two glints.
 pub(super) fn bubble(u: f32, v: f32) -> [f32; 4] {
     let (x, y) = (u * 2.0 - 1.0, v * 2.0 - 1.0);
     let r = x.hypot(y);
@@ -270,7 +272,7 @@ pub(super) fn bubble(u: f32, v: f32) -> [f32; 4] {
         (0.95, 0.5),
         (0.99, 0.5),
     ];
-    // Turns from the right, against the clock.
+    // Brightness of the rim by angle, from the right, counter-clockwise.
     const RIM: [f32; 9] = [0.59, 0.66, 0.72, 0.66, 0.61, 0.24, 0.06, 0.26, 0.59];
     let turn = (y.atan2(x) / TAU).rem_euclid(1.0) * 8.0;
     let i = (turn as usize).min(7);
@@ -300,7 +302,7 @@ pub(super) fn stars(u: f32, v: f32) -> f32 {
         [(0.43, 1.0), (0.47, 0.62), (0.52, 0.36), (0.57, 0.19), (0.62, 0.08), (0.67, 0.0)];
     match number {
         0 => {
-            // The straight side from a point to the next notch.
+            // Signed distance from the straight edge between a point of the star and the next notch.
             let turn = ((y.atan2(x) / TAU * 5.0 - 0.25).rem_euclid(1.0) - 0.5).abs() * 2.0;
             let (sin, cos) = ((1.0 - turn) * TAU / 10.0).sin_cos();
             let (point, notch) = (0.95, 0.52);
@@ -328,7 +330,7 @@ pub(super) fn snow(u: f32, v: f32) -> f32 {
     arm.max(bud(0.55)).max(bud(0.72)).max(step(0.4, 0.25, diamond)).max(core)
 }
 
-/// Four splats with droplets.
+/// Four splats with small drops around them.
 pub(super) fn splatter(u: f32, v: f32) -> f32 {
     let (number, x, y) = cell(u, v);
     let (r, angle) = (x.hypot(y), y.atan2(x) / TAU + 0.5);
@@ -343,7 +345,7 @@ pub(super) fn splatter(u: f32, v: f32) -> f32 {
     solid(inside, 0.2)
 }
 
-/// Four bunches of hairs, which lean, fan out, and are of very different width.
+/// Four bunches of hairs, which lean, fan out, and have very different widths.
 pub(super) fn bristles(u: f32, v: f32) -> f32 {
     let (number, x, y) = cell(u, v);
     let oval = 1.0 - (x / 0.9).powi(2);
@@ -379,7 +381,8 @@ pub(super) fn disc(u: f32, v: f32) -> f32 {
     solid(0.985 - aside(u).hypot(aside(v)), 0.5)
 }
 
-/// Thin curls of flames on black; alpha has them, too, and a faint net everywhere, which tears them as it moves.
+/// Thin curls of flames on black. Alpha has the flames and a faint net everywhere, which tears the flames when it
+/// moves.
 pub(super) fn fire(u: f32, v: f32) -> [f32; 4] {
     const ALONG: [(f32, f32); 9] = [
         (0.0, 0.0),
@@ -419,7 +422,7 @@ pub(super) fn fire(u: f32, v: f32) -> [f32; 4] {
     [bright, bright, bright, alpha.min(1.0)]
 }
 
-/// A torn strip, without ends.
+/// A torn strip of paper without ends.
 pub(super) fn paper(u: f32, v: f32) -> f32 {
     let torn = octaves(u, (v > 0.5) as u8 as f32 * 0.5, (5, 2), 3, 20) - 0.5;
     solid(0.88 + 0.14 * torn - aside(v), 0.16) * mix(0.85, 1.0, noise(u, v, (32, 32), 21))
@@ -432,18 +435,18 @@ pub(super) fn tape(u: f32, v: f32) -> [f32; 4] {
     [weave, weave, weave, solid(0.92 - frayed - aside(v), 0.2)]
 }
 
-/// Plates of a palette knife with narrow cracks between them and flames at both sides, without ends.
+/// Slabs of paint from a palette knife with narrow cracks between them and ragged spikes at both sides, without ends.
 pub(super) fn thick_paint(u: f32, v: f32) -> f32 {
     solid(thick_paint_inside(u, v), 0.5)
 }
 
-/// Depth of a place inside a plate.
+/// Signed depth of a position inside a slab.
 fn thick_paint_inside(u: f32, v: f32) -> f32 {
-    // Spikes lean.
+    // The spikes lean to one side.
     let lean = u + 0.12 * aside(v);
     let spikes = octaves(lean, (v > 0.5) as u8 as f32 * 0.5, (11, 2), 2, 23) - 0.5;
     let outline = 0.72 + 0.6 * spikes - aside(v);
-    // Plates are the places nearest to a point each, of which there are four by three.
+    // Slabs are the Voronoi cells of four by three random points.
     let bent = |x: f32, y: f32, seed: u32| 0.06 * (octaves(x, y, (8, 8), 2, seed) - 0.5);
     let (x, y) = ((u + bent(u, v, 53)) * 4.0, (v + bent(u, v, 54)) * 3.6 - 0.3);
     let (mut first, mut second) = (f32::INFINITY, f32::INFINITY);
@@ -466,7 +469,7 @@ pub(super) fn charcoal(u: f32, v: f32) -> f32 {
     solid((0.84 + 0.4 * rim - aside(v)).min(chips), 0.5)
 }
 
-/// The outline of a square with a diagonal.
+/// The outline of a square and its diagonal.
 pub(super) fn grid(u: f32, v: f32) -> f32 {
     let rim = step(0.95, 0.97, aside(u)).max(step(0.95, 0.97, aside(v)));
     rim.max(step(0.02, 0.01, (u - v).abs()))
@@ -497,7 +500,7 @@ pub(super) fn wing(u: f32, v: f32) -> f32 {
     solid(0.93 + 0.06 * (noise(u, v, (24, 24), 30) - 0.5) - aside(v), 0.9)
 }
 
-/// Two hairlines that brighten towards a bar which joins them.
+/// Two hairlines that brighten towards a bar, which joins them.
 pub(super) fn streamer(u: f32, v: f32) -> [f32; 4] {
     const LINES: [(f32, f32); 11] = [
         (0.07, 0.0),
@@ -538,7 +541,7 @@ pub(super) fn drop(u: f32, v: f32) -> f32 {
     step(0.0, 0.4, width - aside(v))
 }
 
-/// A triangle that points along.
+/// A triangle that points along the stroke.
 pub(super) fn triangle(u: f32, v: f32) -> f32 {
     solid(1.0 - u - aside(v), 0.5)
 }

@@ -1,23 +1,23 @@
-//! Texels of a brush's picture that are solid from every distance: they hide the polygons behind them.
+//! Texels of a brush's picture that are solid at every mip level. They hide the polygons behind them.
 
 use std::sync::{LazyLock, OnceLock};
 
 use super::SIDE;
 use crate::brush::{self, Brush, Draw, Effect, Family, Uv};
 
-/// Margin of a texel's solidity: textures are kept in 8 bits, and devices filter them roughly.
+/// Safety margin of alpha for a solid texel, because textures have 8 bits and devices filter them with low precision.
 const SURELY: f32 = 0.03;
 
-/// For each column of texels along the stroke a bit for each texel across, set where the texture is solid from every
-/// distance. That means there, and one texel around it, at every level of detail.
+/// For each texel column along the stroke, one bit for each texel across. The bit is set if the texel and its
+/// neighbours are solid at every mip level.
 type Solid = [u128; SIDE];
 
-/// By the numbers of the brushes; found when it is first requested.
+/// Solid texels by brush number, computed on the first request.
 static SOLID: LazyLock<Vec<OnceLock<Option<Box<Solid>>>>> =
     LazyLock::new(|| brush::all().iter().map(|_| OnceLock::new()).collect());
 
-/// The widest range across that is solid all along, in a part of a cut-out brush's texture: `u.0` to `u.1` along, `v.0`
-/// to `v.1` across. `None` if there is none, or the brush's texture moves.
+/// The widest range across the stroke that is solid along the whole part `u.0` to `u.1`, within `v.0` to `v.1`. Only
+/// brushes with cut-out textures have such ranges. `None` if no texel is solid, or the brush's texture is animated.
 pub fn solid_across(brush: &'static Brush, u: (f32, f32), v: (f32, f32)) -> Option<(f32, f32)> {
     if brush.draw != Draw::Cutout || brush.effect != Effect::None {
         return None;
@@ -25,7 +25,7 @@ pub fn solid_across(brush: &'static Brush, u: (f32, f32), v: (f32, f32)) -> Opti
     let solid = SOLID.get(usize::from(brush.number()))?.get_or_init(|| find(brush)).as_deref()?;
     let texel = |x: f32| (x * SIDE as f32).floor() as i64;
     let (from, to) = (texel(u.0.min(u.1)), texel(u.0.max(u.1)));
-    // Whatever lies further apart than the texture is wide goes through all of it.
+    // A part longer than the texture covers all its columns.
     let columns = from..=to.min(from + SIDE as i64 - 1);
     let column = |x: i64| match repeats(brush) {
         true => solid[x.rem_euclid(SIDE as i64) as usize],
@@ -33,7 +33,7 @@ pub fn solid_across(brush: &'static Brush, u: (f32, f32), v: (f32, f32)) -> Opti
     };
     let all = columns.fold(u128::MAX, |all, x| all & column(x));
     let (low, high) = (v.0.min(v.1).max(0.0), v.0.max(v.1).min(1.0));
-    // Whole texels within the range.
+    // Only texels that lie completely within the range count.
     let rows = (low * SIDE as f32).ceil() as usize..(high * SIDE as f32).floor() as usize;
     let (mut best, mut start) = (0..0, rows.start);
     for row in rows {
@@ -46,7 +46,7 @@ pub fn solid_across(brush: &'static Brush, u: (f32, f32), v: (f32, f32)) -> Opti
     (!best.is_empty()).then(|| (best.start as f32 / SIDE as f32, best.end as f32 / SIDE as f32))
 }
 
-/// Whether the texture is repeated along the stroke; it is cut off at its ends if not.
+/// Whether the texture repeats along the stroke; else it is clamped at its ends.
 pub fn repeats(brush: &Brush) -> bool {
     match brush.family {
         Family::QuadStrip(uv) | Family::Welded { uv, .. } | Family::Tube { uv, .. } => uv == Uv::Distance,

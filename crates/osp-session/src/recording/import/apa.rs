@@ -1,15 +1,15 @@
 //! A-Painter (Mozilla, 2016) `.apa`: little-endian; a magic word, the brushes' names, then strokes of 36-byte points.
 //!
-//! A-Painter's line brush (`src/brushes/line.js` in aframevr/a-painter) spans the ribbon along the controller's local
-//! x axis. It reaches half of `size * pressure` to either side: so [`NormalRule::SideX`], and no width is left at
-//! pressure 0. Positions are metres, right-handed with y up (WebVR), and rotations are in the axes of three.js, which
-//! are ours. The recorded position is the controller's. A-Painter adds the offset of the brush's tip only for display,
-//! and only for known controllers, so the offset is left out here.
+//! A-Painter's line brush (`src/brushes/line.js` in aframevr/a-painter) spans the ribbon along the controller's local x
+//! axis. The ribbon extends half of `size * pressure` to either side. So the reader uses [`NormalRule::SideX`], and the
+//! width is 0 at pressure 0. Positions are metres, right-handed with y up (WebVR), and rotations are in the axes of
+//! three.js, which osp shares. The recorded position is the controller's. A-Painter adds the offset of the brush's tip
+//! only for display, and only for known controllers, so the offset is left out here.
 //!
-//! A-Painter's plain brushes (flat, smooth) become the plain ribbon. Brushes with textures, or with stamps of leaves
-//! or blots, become the most similar brushes of Tilt Brush (`apa_brushes.ron`). These keep a part of their width at
-//! pressure 0. So pressures are changed to give the width that A-Painter gives, down to the brush's least width. A
-//! brush with no counterpart becomes a plain ribbon, and the header lists it.
+//! A-Painter's plain brushes (flat, smooth) become the plain ribbon. Brushes with textures, or with stamps of leaves or
+//! blots, become the most similar brushes of Tilt Brush (`apa_brushes.ron`). These brushes keep a part of their width
+//! at pressure 0. So pressures are converted to give A-Painter's width, down to the brush's least width. A brush
+//! without a counterpart becomes a plain ribbon, and the header lists it.
 
 use std::collections::BTreeMap;
 use std::io::{BufReader, Read};
@@ -23,19 +23,19 @@ use crate::{
     recording::{Header, NormalRule, OpenOptions, Paint, RecordingError, Session, input::Input},
 };
 
-/// The first bytes of a file: a string, its length first.
+/// The first bytes of a file: the length of a string, and the string.
 pub(super) const MAGIC: &[u8] = b"\x08apainter";
 /// The only version that exists.
 const VERSION: u16 = 1;
-/// Early recordings hold pressures up to 2. If a file has a pressure above 1, 2 is its full pressure.
+/// Full pressure of early recordings. A file with a pressure above 1 is such a recording.
 const GREATEST_PRESSURE: f32 = 2.0;
-/// A-Painter's brushes that are plain ribbons, too.
+/// A-Painter's brushes that are plain ribbons.
 const PLAIN: [&str; 2] = ["flat", "smooth"];
-/// Most characters of a brush's name, and most names, in a header.
+/// Largest number of characters of a brush's name, and of names, in a header.
 const MOST_NAME_CHARS: usize = 40;
 const MOST_NAMES: usize = 8;
 
-/// The nearest of our brushes, by A-Painter's name.
+/// The most similar brush of the crate's table, by A-Painter's name.
 static NEAREST: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     ron::from_str(include_str!("apa_brushes.ron")).expect("the crate's own table, which a test reads")
 });
@@ -43,7 +43,7 @@ static NEAREST: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
 /// Opens an A-Painter drawing.
 ///
 /// # Errors
-/// The file cannot be read, or its head is damaged.
+/// The file cannot be read, or its header is damaged.
 pub(in crate::recording) fn open_apa(
     input: Input<'_>,
     options: &OpenOptions,
@@ -67,7 +67,7 @@ fn open_bytes(input: Input<'_>) -> Result<ByteReader, RecordingError> {
     Ok(ByteReader::new(path.to_owned(), reader))
 }
 
-/// Names the brushes that have no counterpart and are drawn as plain ribbons.
+/// The list of brushes that have no counterpart and are drawn as plain ribbons, as text.
 fn without_counterpart(names: &[String], used: &[bool; 256]) -> Option<String> {
     let is_missing = |name: &str| !PLAIN.contains(&name) && !NEAREST.contains_key(name);
     let missing = names.iter().zip(used).filter(|&(name, &used)| used && is_missing(name));
@@ -83,7 +83,7 @@ fn without_counterpart(names: &[String], used: &[bool; 256]) -> Option<String> {
         .then(|| format!("the look of the brushes {}: they are plain ribbons", names.join(", ")))
 }
 
-/// Everything before the strokes: the brushes' names, and the number of strokes.
+/// Reads everything before the strokes: the brushes' names, and the number of strokes.
 fn read_head(bytes: &mut ByteReader) -> Result<(Vec<String>, u32), RecordingError> {
     let mut magic = [0; MAGIC.len()];
     bytes.fill(&mut magic, "the word `apainter`")?;
@@ -108,9 +108,8 @@ fn read_head(bytes: &mut ByteReader) -> Result<(Vec<String>, u32), RecordingErro
     Ok((names, bytes.u32("the number of strokes")?))
 }
 
-/// The greatest pressure in the file, at least 1, and the brushes that draw. This first pass stops at any damage and
-/// leaves it to the second pass to report. Without it either the older drawings have half their width, or all others
-/// have twice the width at half the pressure.
+/// The largest pressure in the file, at least 1, and the brushes that strokes use. This first pass stops at any damage;
+/// the second pass reports it. The pass is needed because the full pressure is 2 in older drawings and 1 in others.
 fn first_pass(input: Input<'_>) -> (f32, [bool; 256]) {
     let (mut full, mut used) = (1.0_f32, [false; 256]);
     let mut scan = || -> Result<(), RecordingError> {
@@ -131,9 +130,9 @@ fn first_pass(input: Input<'_>) -> (f32, [bool; 256]) {
 
 struct Apa {
     full_pressure: f32,
-    /// The most similar brushes to those of the file, by their numbers.
+    /// The most similar brush of the crate's table, by the brush's number in the file.
     brushes: Vec<Option<&'static Brush>>,
-    /// The brush of the stroke whose head was read last.
+    /// The brush of the current stroke.
     brush: u8,
     strokes: u32,
 }
@@ -150,7 +149,7 @@ impl Apa {
     }
 }
 
-/// The pressure at which the brush is as wide as A-Painter draws: there the width is in proportion to pressure.
+/// The pressure at which the brush has A-Painter's width; in A-Painter the width is proportional to the pressure.
 fn pressure_for(brush: &Brush, part_of_width: f32) -> f32 {
     let least = brush.pressure_size_min;
     if least < 1.0 { ((part_of_width - least) / (1.0 - least)).max(0.0) } else { part_of_width }

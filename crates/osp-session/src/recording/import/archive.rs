@@ -1,8 +1,8 @@
-//! The zip inside a `.tilt` file.
+//! The zip archive inside a `.tilt` file.
 //!
-//! The `zip` crate reads the central directory. The entry's bytes are read from the file itself: an entry of that
-//! crate borrows its archive, so a stream of events cannot hold it. A file whose end is missing has no central
-//! directory; a lenient reader then walks the local headers from the front.
+//! The `zip` crate reads the central directory. The entry's bytes are read from the file itself: an entry of that crate
+//! borrows its archive, so a stream of events could not own it. A file whose end is missing has no central directory. A
+//! lenient reader then finds the entries by their local headers, from the start of the file.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 
@@ -18,20 +18,20 @@ use crate::recording::{
     unpacked::Unpacked,
 };
 
-/// Most entries that a walk over local headers looks at. Real sketches have three or four.
+/// Largest number of local headers that are read. Real sketches have three or four entries.
 const MOST_ENTRIES: usize = 64;
 /// First bytes of a local header.
 const LOCAL_MAGIC: &[u8] = b"PK\x03\x04";
-/// Bytes of a local header before the name.
+/// Size of a local header before the name, bytes.
 const LOCAL_HEADER_BYTES: usize = 30;
 /// Flag: the entry is encrypted.
 const ENCRYPTED: u16 = 1;
-/// Flag: size and checksum follow the data instead of standing in the local header.
+/// Flag: size and checksum follow the data instead of being in the local header.
 const SIZE_FOLLOWS: u16 = 1 << 3;
 const STORED: u16 = 0;
 const DEFLATED: u16 = 8;
 
-/// Place of an entry's packed bytes.
+/// Position and compression of an entry.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     name: String,
@@ -47,14 +47,14 @@ pub(super) struct Entry {
 enum Packing {
     Stored,
     Deflated,
-    /// One that cannot be read, as a person would name it.
+    /// An unsupported method; the text is its name.
     Other(String),
 }
 
 /// The entries of an archive.
 pub(super) struct Archive {
     entries: Vec<Entry>,
-    /// Why the central directory was not used, if it was not.
+    /// Reason for which the central directory was not used.
     pub(super) warning: Option<String>,
 }
 
@@ -113,7 +113,7 @@ impl Entry {
         let packed = packed().map_err(|error| RecordingError::io(path, error))?;
         let reader: Box<dyn Read + Send> = match &self.packing {
             Packing::Stored => Box::new(packed),
-            // Points are decoded 36 bytes at a time, so the unpacked side is buffered as well.
+            // This buffer is needed because points are decoded 36 bytes at a time.
             Packing::Deflated => {
                 let unpacked = Unpacked::new(DeflateDecoder::new(packed), self.packed_bytes, limits);
                 Box::new(BufReader::new(unpacked))
@@ -124,7 +124,7 @@ impl Entry {
     }
 }
 
-/// The entries by the directory at the archive's end; the error describes the damage.
+/// Reads the entries from the directory at the archive's end; the error describes the damage.
 fn central_directory(file: &mut BufReader<InputFile>, zip_start: u64) -> Result<Vec<Entry>, String> {
     let config = Config { archive_offset: ArchiveOffset::Known(zip_start) };
     let mut archive = ZipArchive::with_config(config, file).map_err(|error| error.to_string())?;
@@ -148,7 +148,7 @@ fn central_directory(file: &mut BufReader<InputFile>, zip_start: u64) -> Result<
     Ok(entries)
 }
 
-/// The entries by their local headers, as far as they can be followed.
+/// Reads the entries from their local headers, up to the first damage.
 fn local_headers(file: &mut BufReader<InputFile>, zip_start: u64) -> io::Result<Vec<Entry>> {
     let end = file.seek(SeekFrom::End(0))?;
     let mut entries = Vec::new();

@@ -1,24 +1,24 @@
-//! Changes of axes, and the few products of rotations that they need.
+//! Conversions of axes, and the products of rotations that they need.
 //!
-//! Unity's axes are left-handed: +x right, +y up, +z forward. Ours are right-handed with -z forward, so both differ by
-//! the mirror z → -z. A mirrored rotation keeps its angle. Its axis is a pseudovector: the part along z stays, and the
-//! parts along x and y change sign.
+//! Unity's axes are left-handed: +x right, +y up, +z forward. The axes of osp are right-handed with -z forward, so the
+//! conversion is the mirror z → -z. A mirrored rotation keeps its angle. Its axis is a pseudovector: the z component
+//! stays, and the x and y components change sign.
 //!
-//! The products are written out for the reason given at [`rotate`](osp::math::rotate): the same bits everywhere.
+//! The products are written out, so that every machine computes the same bits; see [`rotate`](osp::math::rotate).
 
 use glam::{Quat, Vec3};
 
-/// Our position or direction for one in Unity's axes, and the reverse.
+/// Converts a position or direction from Unity's axes to those of osp, or the reverse.
 pub(crate) fn position_from_unity(p: Vec3) -> Vec3 {
     Vec3::new(p.x, p.y, -p.z)
 }
 
-/// Our rotation for one in Unity's axes, and the reverse. Unity's local +z becomes our local -z.
+/// Converts a rotation from Unity's axes to those of osp, or the reverse. Unity's local +z becomes local -z.
 pub(crate) fn rotation_from_unity(q: Quat) -> Quat {
     Quat::from_xyzw(-q.x, -q.y, q.z, q.w)
 }
 
-/// The rotation `b`, then `a`.
+/// The rotation `b`, followed by `a`.
 pub(super) fn product(a: Quat, b: Quat) -> Quat {
     Quat::from_xyzw(
         a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
@@ -28,7 +28,7 @@ pub(super) fn product(a: Quat, b: Quat) -> Quat {
     )
 }
 
-/// `q` as a unit quaternion; NaN if `q` has no direction.
+/// `q` normalised; NaN if `q` has no direction.
 pub(super) fn unit(q: Quat) -> Quat {
     let length = (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w).sqrt();
     Quat::from_xyzw(q.x / length, q.y / length, q.z / length, q.w / length)

@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 
 use crate::recording::{Place, RecordingError, unpacked};
 
-/// Decodes little-endian values from a stream and reports its position when one is missing.
+/// A reader of little-endian values from a stream. Errors have the position of the missing value.
 pub(super) struct ByteReader {
     path: PathBuf,
     offset: u64,
@@ -16,12 +16,12 @@ pub(super) struct ByteReader {
 }
 
 impl ByteReader {
-    /// Reads from `reader`, which stands at the start of `path` (a file, or an entry as `FILE/ENTRY`).
+    /// A reader of `reader`, whose position is the start of `path` (a file, or an entry as `FILE/ENTRY`).
     pub(super) fn new(path: PathBuf, reader: Box<dyn Read + Send>) -> Self {
         Self { path, offset: 0, reader, checksum: None }
     }
 
-    /// Makes [`Self::expect_end`] compare the CRC-32 of everything read.
+    /// Sets the CRC-32 of the whole contents, which [`Self::expect_end`] checks.
     pub(super) fn with_checksum(mut self, expected: Option<u32>) -> Self {
         self.checksum = expected.map(|expected| (Crc::new(), expected));
         self
@@ -31,12 +31,12 @@ impl ByteReader {
         &self.path
     }
 
-    /// Bytes read so far.
+    /// Number of bytes read so far.
     pub(super) fn offset(&self) -> u64 {
         self.offset
     }
 
-    /// Fills `buffer`; `what` names it for the error.
+    /// Fills `buffer`; `what` is its name in the error.
     pub(super) fn fill(&mut self, buffer: &mut [u8], what: &str) -> Result<(), RecordingError> {
         if let Err(error) = self.reader.read_exact(buffer) {
             let wanted = format!("{what} ({} bytes)", buffer.len());
@@ -67,7 +67,7 @@ impl ByteReader {
         Ok(u32::from_le_bytes(bytes))
     }
 
-    /// A count that a format stores as a signed number.
+    /// A count, which the format stores as a signed number.
     pub(super) fn count(&mut self, what: &str) -> Result<u32, RecordingError> {
         let at = self.offset;
         let count = self.u32(what)?;
@@ -81,7 +81,7 @@ impl ByteReader {
         Ok(f32::from_bits(self.u32(what)?))
     }
 
-    /// Three floats and four: a position and a quaternion (x, y, z, w), as stored.
+    /// A position (three floats) and a quaternion (x, y, z, w), unconverted.
     pub(super) fn pose(&mut self, what: &str) -> Result<(Vec3, Quat), RecordingError> {
         let mut bytes = [0; 28];
         self.fill(&mut bytes, what)?;
@@ -92,7 +92,7 @@ impl ByteReader {
         Ok((Vec3::new(f[0], f[1], f[2]), Quat::from_xyzw(f[3], f[4], f[5], f[6])))
     }
 
-    /// Passes over `count` bytes, holding few of them at a time.
+    /// Skips `count` bytes with little memory.
     pub(super) fn skip(&mut self, count: u64, what: &str) -> Result<(), RecordingError> {
         let mut chunk = [0; 512];
         let mut left = count;
@@ -104,7 +104,7 @@ impl ByteReader {
         Ok(())
     }
 
-    /// Everything up to the end, which must come within `most` bytes; `what` names them for the error.
+    /// All bytes up to the end, at most `most`; `what` is their name in the error.
     pub(super) fn rest(&mut self, most: u64, what: &str) -> Result<Vec<u8>, RecordingError> {
         let mut all = Vec::new();
         if let Err(error) = (&mut self.reader).take(most + 1).read_to_end(&mut all) {
@@ -120,7 +120,7 @@ impl ByteReader {
         Ok(all)
     }
 
-    /// Checks that nothing follows, and the checksum if there is one.
+    /// Checks that no byte follows, and that the checksum matches if there is one.
     pub(super) fn expect_end(&mut self, after: impl Display) -> Result<(), RecordingError> {
         let mut byte = [0];
         let found = loop {
@@ -145,12 +145,12 @@ impl ByteReader {
         }
     }
 
-    /// An error at the place reached so far.
+    /// An error at the current position.
     pub(super) fn expected(&self, expected: impl Display, found: impl Display) -> RecordingError {
         self.expected_at(self.offset, expected, found)
     }
 
-    /// An error at a position before the present one.
+    /// An error at an earlier position.
     pub(super) fn expected_at(
         &self,
         offset: u64,
@@ -165,7 +165,7 @@ impl ByteReader {
         }
     }
 
-    /// A failed read is damage if the data ended or could not be unpacked, else a fault of the system.
+    /// A failed read is damage if the data end too early or cannot be decompressed, else a system error.
     fn read_error(&self, error: io::Error, wanted: &str) -> RecordingError {
         if let Some(beyond) = unpacked::beyond(&error, &self.path, Place::Byte(self.offset)) {
             return beyond;

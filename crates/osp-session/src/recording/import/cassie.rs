@@ -1,21 +1,21 @@
 //! CASSIE (Yu, Arora, Stanko, Bærentzen, Singh and Bousseau, "CASSIE: Curve and Surface Sketching in Immersive
-//! Environments", CHI 2021): two files of one name. `sketch_history/NAME.json` has the strokes with the times of their
-//! making and erasing; `raw_data/NAME.json` has the user's actions and head. Either is enough; if the other stands in the
-//! folder beside, both are read. Strokes that the mirror added are only in the history.
+//! Environments", CHI 2021): two files of one name. `sketch_history/NAME.json` has the strokes with the times at which
+//! they were drawn and erased; `raw_data/NAME.json` has the user's actions and head. Either file is enough; if the
+//! other exists in the neighbouring folder, both are read. Strokes that the mirror added are only in the history.
 //!
 //! # Properties that the files do not state
 //!
-//! - `creation_time` is the **end** of a stroke. The action "add stroke" has the same time. At that time the hand is
+//! - `creation_time` is the **end** of a stroke, and the time of the action "add stroke". At that time the hand is
 //!   within 4 mm of the stroke's last sample (median 1 mm), and 5 to 17 cm (median) from its first.
-//! - Samples have no time. They are 2 to 4 cm apart, so each is set [`SAMPLE_SECS`] before the next, or less if the
-//!   stroke before it ended later. Two strokes of one time (mirror) overlap in time.
-//! - Samples are in canvas space, head and hand are in the room. The user grabs and scales the canvas; canvasPos,
-//!   canvasRot and canvasScale place it: room = pos + rot * (scale * canvas). Only the inverse of this puts the hand
-//!   on the stroke. The head is then at arm's length from it (0.24 to 0.6 m in the room), and the stroke before the
-//!   eyes. In canvas space a head comes nearer to the strokes as the canvas is scaled up.
-//! - Until the headset is tracked its position is exactly zero; such states have no head here.
-//! - No orientation was recorded: ribbons take a rotation-minimising frame. No width and no brush was recorded either:
-//!   CASSIE draws thin tubes, so strokes have the brush Wire here.
+//! - Samples have no time. They are 2 to 4 cm apart, so the reader sets each [`SAMPLE_SECS`] before the next, or less
+//!   if the previous stroke ended later. Two strokes of the same time (mirror) overlap in time.
+//! - Samples are in canvas space, head and hand in room space. The user grabs and scales the canvas; canvasPos,
+//!   canvasRot and canvasScale are its transform: room = pos + rot * (scale * canvas). With the inverse the hand lies
+//!   on the stroke, and the stroke lies before the eyes at arm's length (0.24 to 0.6 m in the room). In canvas space
+//!   the head is nearer to the strokes if the canvas is scaled up.
+//! - Until the headset is tracked its position is exactly zero; the reader makes no head event of such states.
+//! - No orientation was recorded, so ribbons have a rotation-minimising frame. No width and no brush was recorded
+//!   either. CASSIE draws thin tubes, so the reader gives strokes the brush Wire.
 
 use std::path::{Path, PathBuf};
 use std::vec;
@@ -33,13 +33,13 @@ use crate::recording::{
 };
 use osp::math::rotate;
 
-/// Width of a stroke's ribbon, metres: CASSIE draws thin tubes.
+/// Width of a stroke's ribbon, metres, because CASSIE draws thin tubes.
 const WIDTH_M: f32 = 0.005;
-/// The most similar brush to its tubes.
+/// The brush that is most similar to CASSIE's tubes.
 const BRUSH: &str = "Wire";
 /// Colour of a stroke, sRGB.
 const COLOR: (f32, f32, f32, f32) = (0.20, 0.24, 0.36, 1.0);
-/// Time between two samples, seconds: a careful hand at 0.3 m/s and samples 3 cm apart.
+/// Time between two samples, seconds: a careful hand at 0.3 m/s covers 3 cm.
 const SAMPLE_SECS: f64 = 0.1;
 /// `interactionType` of an added stroke.
 const ADD_STROKE: i64 = 1;
@@ -48,7 +48,8 @@ const DELETE_STROKE: i64 = 2;
 
 /// Opens a CASSIE sketch by either of its files.
 ///
-/// All of it is held in memory, because its parts must be put in order; files above [`Limits::whole_bytes`] are refused.
+/// The whole sketch is held in memory, because its events must be sorted; files above [`Limits::whole_bytes`] are
+/// refused.
 ///
 /// [`Limits::whole_bytes`]: crate::recording::Limits::whole_bytes
 ///
@@ -86,7 +87,7 @@ pub(in crate::recording) fn open_cassie(
     Ok(Session::new(header, "cassie", Box::new(stream), path, options))
 }
 
-/// The other files that a sketch of this name is read from.
+/// The other files that are part of the sketch at `path`.
 pub(crate) fn files_beside(path: &Path) -> Vec<PathBuf> {
     ["raw_data", "sketch_history"]
         .into_iter()
@@ -94,14 +95,14 @@ pub(crate) fn files_beside(path: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// The file of the same name in the folder beside that of `path`, if it exists.
+/// The file of the same name in the folder `folder` next to that of `path`, if it exists.
 fn sibling(input: Input<'_>, folder: &str) -> Option<PathBuf> {
     let path = input.path;
     let beside = path.parent()?.join("..").join(folder).join(path.file_name()?);
     input.beside(&beside).is_file().then_some(beside)
 }
 
-/// A stroke on its way from either file: samples in our axes, times as in the file.
+/// A stroke from either file: samples converted to our axes, times as in the file.
 struct Stroke {
     samples: Vec<Vec3>,
     created_secs: f64,
@@ -117,11 +118,11 @@ fn strokes_of_history(history: Vec<HistoryStroke>) -> Vec<Stroke> {
     history.into_iter().map(stroke).collect()
 }
 
-/// The strokes of `raw_data` alone. A stroke without an action takes the time of the stroke before it in the list.
+/// The strokes of `raw_data` alone. A stroke without an action gets the time of the previous stroke in the list.
 fn strokes_of_raw(raw: RawData) -> Vec<Stroke> {
     let mut actions: Vec<_> =
         raw.states.iter().map(|s| (s.element_id, s.interaction_type, s.time.0)).collect();
-    // By element, then kind; the sort is stable, so the first of a kind stays the first.
+    // Sorted by element, then kind. The sort is stable, so the first action of a kind stays first.
     actions.sort_by_key(|&(element, kind, _)| (element, kind));
     let time_of = |element: i64, kind: i64| {
         let at = actions.partition_point(|&(e, k, _)| (e, k) < (element, kind));
@@ -140,7 +141,7 @@ fn strokes_of_raw(raw: RawData) -> Vec<Stroke> {
     strokes
 }
 
-/// The head in canvas space and our axes, wherever it was tracked.
+/// The tracked head poses in canvas space and our axes.
 fn head_path(path: &Path, states: &[State], warnings: &mut Vec<String>) -> Vec<Event> {
     let mut heads = Vec::with_capacity(states.len());
     for state in states {
@@ -168,7 +169,7 @@ fn head_path(path: &Path, states: &[State], warnings: &mut Vec<String>) -> Vec<E
     heads
 }
 
-/// All events in the order of their times, which are made to start at zero.
+/// All events sorted by time; the first time is zero.
 fn merge(heads: Vec<Event>, strokes: Vec<Stroke>) -> Vec<Event> {
     let mut ends: Vec<f64> = strokes.iter().map(|stroke| stroke.created_secs).collect();
     ends.sort_by(f64::total_cmp);
@@ -183,7 +184,7 @@ fn merge(heads: Vec<Event>, strokes: Vec<Stroke>) -> Vec<Event> {
         }
         push_stroke(&mut events, stroke, number, free_from);
     }
-    // Erasures come last here and the sort is stable, so that none comes before the end of its stroke.
+    // Erasures come last before the sort. Because it is stable, an erasure never comes before the end of its stroke.
     events.append(&mut erased);
     events.sort_by(|a, b| a.time_secs().total_cmp(&b.time_secs()));
     let start_secs = events.first().map_or(0.0, Event::time_secs);
@@ -191,7 +192,8 @@ fn merge(heads: Vec<Event>, strokes: Vec<Stroke>) -> Vec<Event> {
     events
 }
 
-/// Appends a stroke that ends when it was created and starts when the hand was free, or later.
+/// Appends the events of a stroke. It ends at its creation, and starts at `free_from`, when the hand was free, or
+/// later.
 fn push_stroke(events: &mut Vec<Event>, stroke: Stroke, number: StrokeId, free_from: f64) {
     let end = stroke.created_secs;
     let steps = stroke.samples.len().saturating_sub(1) as f64;
@@ -209,7 +211,7 @@ fn push_stroke(events: &mut Vec<Event>, stroke: Stroke, number: StrokeId, free_f
     });
     for (&p, index) in stroke.samples.iter().zip(0_u32..) {
         let part = if steps > 0.0 { f64::from(index) / steps } else { 1.0 };
-        // Written so that the last part gives `end` itself, not a rounded value after the stroke's `End`.
+        // This formula gives exactly `end` for the last part; a rounded value might come after the stroke's `End`.
         let t = start * (1.0 - part) + end * part;
         events.push(Event::Point { t, stroke: number, p, q: glam::Quat::IDENTITY, pressure: 1.0 });
     }
@@ -223,7 +225,8 @@ fn shift(event: &mut Event, start_secs: f64) {
     | Event::End { t, .. }
     | Event::Erase { t, .. } = event
     {
-        // To the microsecond; rounding keeps the order. More digits would be noise of the subtraction.
+        // Times are rounded to microseconds, because more digits are noise of the subtraction. Rounding keeps the
+        // order.
         *t = ((*t - start_secs) * 1e6).round() / 1e6;
     }
 }

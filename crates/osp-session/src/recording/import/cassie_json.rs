@@ -8,10 +8,10 @@ use serde::{Deserialize, de};
 use crate::recording::{OpenOptions, Place, RecordingError, error::beyond, input::Input};
 use osp::math::COORDINATE_LIMIT_M;
 
-/// Greatest time that is read, seconds: 30,000 years.
+/// Largest absolute time that is read, seconds: 30,000 years.
 const GREATEST_TIME_SECS: f64 = 1e12;
 
-/// The contents of a file of either kind, as far as they were read.
+/// The contents of a file of either kind, up to the first damage if the reader is lenient.
 pub(super) enum Document {
     History(Vec<HistoryStroke>),
     Raw(RawData),
@@ -32,7 +32,7 @@ pub(super) struct RawData {
     pub(super) strokes: Vec<RawStroke>,
 }
 
-/// A sample of the user's state, with or without an action.
+/// A sample of the user's state, perhaps with an action.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct State {
@@ -55,7 +55,7 @@ pub(super) struct RawStroke {
     pub(super) input_samples: Vec<Point>,
 }
 
-/// A time, within [`GREATEST_TIME_SECS`].
+/// A time of at most [`GREATEST_TIME_SECS`].
 #[derive(Clone, Copy, Deserialize)]
 #[serde(try_from = "f64")]
 pub(super) struct Seconds(pub(super) f64);
@@ -93,7 +93,7 @@ impl TryFrom<PointForms> for Point {
     }
 }
 
-/// A rotation in Unity's axes, perhaps not a unit quaternion.
+/// A rotation in Unity's axes, not necessarily a unit quaternion.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(from = "RotationForm")]
 pub(super) struct Rotation(pub(super) Quat);
@@ -157,7 +157,7 @@ pub(super) fn read(
     Ok(document)
 }
 
-/// Decodes a list into a vector that keeps what came before any damage.
+/// Decodes a list into a vector, which keeps the elements before any damage.
 struct Collect<'a, T>(&'a mut Vec<T>);
 
 impl<'de, T: Deserialize<'de>> DeserializeSeed<'de> for Collect<'_, T> {
@@ -183,7 +183,7 @@ impl<'de, T: Deserialize<'de>> DeserializeSeed<'de> for Collect<'_, T> {
     }
 }
 
-/// Decodes `raw_data` in the same manner.
+/// Decodes `raw_data`; the elements before any damage are kept.
 struct CollectRaw<'a>(&'a mut RawData);
 
 impl<'de> DeserializeSeed<'de> for CollectRaw<'_> {

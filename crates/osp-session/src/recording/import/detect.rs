@@ -9,10 +9,10 @@ use crate::recording::{OpenOptions, RecordingError, Session, input::Input};
 pub(in crate::recording) const FORMATS: &[&str] =
     &[".tilt", ".apa", "CASSIE's .json", ".poses", ".obj", ".poses.gz", ".obj.gz", ".glb", ".gltf"];
 
-/// A function that opens one format.
+/// A function that opens files of one format.
 type Opener = fn(Input<'_>, &OpenOptions) -> Result<Session, RecordingError>;
 
-/// The reader for a folder, or for a file that starts with the mark of a binary format.
+/// The reader for a folder, or for a file that starts with the magic bytes of a binary format.
 pub(in crate::recording) fn by_mark(input: Input<'_>, start: &[u8]) -> Option<Opener> {
     if input.is_folder() {
         tilt::is_tilt_folder(input).then_some(open_tilt)
@@ -27,10 +27,11 @@ pub(in crate::recording) fn by_mark(input: Input<'_>, start: &[u8]) -> Option<Op
     }
 }
 
-/// The reader for a text file, by its name; or by its contents, if they look like JSON.
+/// The reader for a text file, by the file's name, or by its contents if these look like JSON.
 pub(in crate::recording) fn by_name(path: &Path, start: &[u8]) -> Option<Opener> {
     let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
-    // Text may be packed with gzip. A file named as a binary format has a damaged mark here: its reader reports that.
+    // Text may be compressed with gzip. A file with the name of a binary format has damaged magic bytes here; its
+    // reader reports that.
     let endings: [(&str, Opener); 9] = [
         (".poses", open_poses),
         (".poses.gz", open_poses),

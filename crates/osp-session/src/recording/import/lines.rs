@@ -11,14 +11,14 @@ use crate::recording::{
     unpacked::{self, Unpacked},
 };
 
-/// Damaged lines that get a warning of their own; all are counted.
+/// Largest number of damaged lines that get their own warning; all are counted.
 const MOST_WARNINGS: u64 = 16;
-/// Length of a damaged line's part in an error.
+/// Length of the excerpt of a damaged line in an error, characters.
 const SHOWN_CHARS: usize = 60;
 /// The first bytes of a gzip stream.
 const GZIP_MAGIC: &[u8] = b"\x1f\x8b";
 
-/// The lines of a text file, packed with gzip or not, each of bounded length.
+/// A reader of the lines of a text file, perhaps compressed with gzip. The length of a line is bounded.
 pub(super) struct LineReader {
     path: PathBuf,
     reader: Box<dyn BufRead + Send>,
@@ -30,7 +30,7 @@ pub(super) struct LineReader {
 }
 
 impl LineReader {
-    /// Longest line that is read. The longest useful line is a face of 1024 corners, about 24 KiB.
+    /// Longest line that is read, bytes. The longest useful line is a face of 1024 corners, about 24 KiB.
     pub(super) const MOST_LINE_BYTES: usize = 64 << 10;
 
     pub(super) fn open(input: Input<'_>, options: &OpenOptions) -> Result<Self, RecordingError> {
@@ -63,7 +63,7 @@ impl LineReader {
         &self.path
     }
 
-    /// The line read last.
+    /// Number of the current line.
     pub(super) fn place(&self) -> Place {
         Place::Line(self.line)
     }
@@ -72,8 +72,7 @@ impl LineReader {
         &self.notes
     }
 
-    /// The next line without its end, as text (bytes that are no UTF-8 replaced); `None` at the end of the file and after
-    /// an error.
+    /// The next line without its ending. Invalid UTF-8 is replaced. `None` at the end of the file and after an error.
     pub(super) fn next_line(&mut self) -> Result<Option<String>, RecordingError> {
         while !self.done {
             self.text.clear();
@@ -109,7 +108,7 @@ impl LineReader {
         Ok(None)
     }
 
-    /// Reports that the line read last is damaged: as an error that ends the reading, or as a note.
+    /// Reports damage in the current line: an error that ends the reading, or a note if the reader is lenient.
     pub(super) fn damaged(
         &mut self,
         expected: impl Display,
@@ -136,7 +135,8 @@ impl LineReader {
         }
     }
 
-    /// A failed read: damage if the packed data ended early or cannot be unpacked, else a fault of the system.
+    /// Ends the reading after an error. If the compressed data ended early or cannot be decompressed, this is damage,
+    /// else a system error.
     fn stop(&mut self, error: io::Error) -> Result<Option<String>, RecordingError> {
         self.done = true;
         if let Some(beyond) = unpacked::beyond(&error, &self.path, self.place()) {
@@ -157,7 +157,7 @@ impl LineReader {
     }
 }
 
-/// A damaged line as an error shows it.
+/// A damaged line in quotes, shortened for an error.
 pub(super) fn shown(text: &str) -> String {
     match text.char_indices().nth(SHOWN_CHARS) {
         Some((end, _)) => format!("`{}…`", &text[..end]),

@@ -1,5 +1,5 @@
-//! Readers of foreign session formats, each an [`EventSource`](super::EventSource) in our axes and units
-//! (right-handed, +y up, -z forward, metres).
+//! Readers of the session formats of other programs. Each reader is an [`EventSource`](super::EventSource) in the axes
+//! and units of osp (right-handed, +y up, -z forward, metres).
 //!
 //! | function | format | orientation of a ribbon |
 //! |---|---|---|
@@ -10,14 +10,13 @@
 //! | [`open_obj`] | Wavefront `.obj` and `.obj.gz`: finished polygons | |
 //! | [`open_gltf`] | glTF 2.0 `.glb` and `.gltf`: finished polygons in nested groups | |
 //!
-//! Every reader but CASSIE's and glTF's works from a stream and holds no more than the piece it decodes (an `.obj`
-//! must keep its vertices). Readers do not trust the counts that a file states: memory grows only with bytes that were
-//! read.
+//! All readers except those of CASSIE and glTF decode a stream. They hold only the current stroke or line in memory,
+//! for an `.obj` also its vertices. Readers do not allocate by the counts that a file states, so memory grows only with
+//! the bytes that were read.
 //!
 //! # Damage
-//! The events before the damage are delivered, then one error that names the byte or line and what was expected
-//! there. A lenient reader notes it instead: a binary format or one JSON document ends there, a line format continues with
-//! the next line.
+//! A reader returns the events before the damage, then one error with the byte or line and the expected form. A lenient
+//! reader notes the error instead. Binary formats and JSON end there; text formats continue with the next line.
 
 mod apa;
 mod archive;
@@ -50,7 +49,7 @@ use std::path::Path;
 
 pub use tilt::tilt_thumbnail;
 
-/// The other files that a session of this name is read from.
+/// The other files that are part of the session at `path`.
 pub fn files_beside(path: &Path) -> Vec<std::path::PathBuf> {
     let is_gltf = path
         .extension()

@@ -1,8 +1,8 @@
 //! Wavefront `.obj` and `.obj.gz`: each face becomes a [`Polygon`](Event::Polygon) event at time 0.
 //!
 //! The reader takes `v`, `f` (corners as `v`, `v/vt`, `v//vn`, `v/vt/vn`; negative numbers count from the last vertex)
-//! and, for colours, `usemtl`, `g` and `o`. It passes over all else. Units and axes stay as they are: the format
-//! states neither; y is up by custom, though scenes with z up are common.
+//! and, for colours, `usemtl`, `g` and `o`. It ignores all other lines. The format specifies neither units nor axes, so
+//! these are not converted; y is up by convention, though scenes with z up are common.
 
 use glam::Vec3;
 use xxhash_rust::xxh3::xxh3_64;
@@ -17,9 +17,10 @@ use crate::recording::{
 };
 use osp::math::COORDINATE_LIMIT_M;
 
-/// Colour of faces that no group or material names, sRGB.
+/// Colour of faces without a group or material, sRGB.
 const PLAIN: [f32; 3] = [0.72, 0.72, 0.70];
-/// Colours of named faces, sRGB; the name's hash chooses. Light and of one strength, so that shading stays readable.
+/// Colours of named faces, sRGB, chosen by the name's hash. They are light and similar in brightness, so that shading
+/// stays visible.
 const PALETTE: [[f32; 3]; 12] = [
     [0.78, 0.58, 0.52],
     [0.80, 0.68, 0.50],
@@ -62,7 +63,7 @@ struct Obj {
     most_vertices: u64,
 }
 
-/// Expected form of a line, and the place of the difference.
+/// The expected form of a line, and the text that differs.
 struct Fault {
     expected: String,
     found: String,
@@ -75,10 +76,10 @@ impl Fault {
 }
 
 impl Obj {
-    /// A line of the file, with the lines that a `\` at the end appends to it.
+    /// A line of the file. A `\` at its end appends the next line.
     fn next_line(&mut self) -> Result<Option<String>, RecordingError> {
         let Some(mut line) = self.lines.next_line()? else { return Ok(None) };
-        // A comment ends with its line, whatever it ends in.
+        // A comment is never continued, even if it ends in `\`.
         while let Some(begun) = line.strip_suffix('\\').filter(|begun| !begun.contains('#')) {
             line = begun.to_owned();
             let Some(more) = self.lines.next_line()? else { break };
@@ -105,8 +106,8 @@ impl Obj {
         Ok(None)
     }
 
-    /// Coordinates; a weight or a colour that may follow is not read. A damaged vertex keeps its number, and a face
-    /// that uses it is damaged.
+    /// Reads the coordinates of a vertex; a weight or colour after them is ignored. A damaged vertex keeps its number,
+    /// and a face that refers to it is damaged.
     fn read_vertex<'a>(
         &mut self,
         line: &str,
@@ -141,7 +142,7 @@ impl Obj {
         Ok(face)
     }
 
-    /// The vertex with this number: from 1, or counted back from the last one.
+    /// The vertex with this number: from 1, or negative, counted back from the last vertex.
     fn vertex(&self, number: i64) -> Option<Vec3> {
         let number = usize::try_from(number).ok().or_else(|| {
             let back = usize::try_from(number.unsigned_abs()).ok()?;
@@ -151,7 +152,7 @@ impl Obj {
     }
 }
 
-/// The colour of what a line names.
+/// The colour for the name of a group or material.
 fn color_of(line: &str) -> Option<[f32; 3]> {
     let (_keyword, name) = line.trim_ascii().split_once(|c: char| c.is_ascii_whitespace())?;
     Some(PALETTE[(xxh3_64(name.trim_ascii().as_bytes()) % PALETTE.len() as u64) as usize])

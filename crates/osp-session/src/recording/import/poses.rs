@@ -1,11 +1,11 @@
 //! `.poses`: the path of a tracker, one pose a line, `time x y z qw qx qy qz`, in seconds and metres; `#` starts a
 //! comment.
 //!
-//! The axes are libsurvive's: right-handed, z up, gravity along -z. (In a recording of a controller pulled up and
-//! down, z varies by 0.88 m.) Ours has y up, so the world is turned by -90° about x: (x, y, z) becomes (x, z, -y). The
+//! The axes are libsurvive's: right-handed, z up, gravity along -z. (In a recording of a controller pulled up and down,
+//! z varies by 0.88 m.) In osp y is up, so the world is rotated by -90° about x: (x, y, z) becomes (x, z, -y). The
 //! comment line `# up: y` marks a file that has y up already, as OpenXR and OpenVR do.
 //!
-//! A tracker records without a pen, so the whole path is one ribbon, cut where the tracking was lost.
+//! A tracker does not record when a stroke begins, so the whole path is one ribbon, split where tracking was lost.
 
 use std::f32::consts::FRAC_1_SQRT_2;
 
@@ -21,15 +21,15 @@ use crate::recording::{
     StrokeId, Tool, input::Input,
 };
 
-/// A longer pause between two poses, or a step back in time by more, starts a new stroke: the tracker was lost. Trackers
-/// give 100 poses a second and more, so shorter gaps are a few lost packets.
+/// A longer gap between two poses, forwards or backwards in time, starts a new stroke, because tracking was lost.
+/// Trackers give at least 100 poses a second, so a shorter gap is a few lost packets.
 const LONGEST_GAP_SECS: f64 = 0.25;
-/// A longer step between two poses starts a new stroke: the tracker was found again elsewhere. A hand at 10 m/s moves
-/// 0.1 m between poses at 100 Hz.
+/// A longer distance between two poses starts a new stroke, because the tracker was found again elsewhere. A hand at 10
+/// m/s moves 0.1 m between poses at 100 Hz.
 const LONGEST_STEP_M: f32 = 0.25;
-/// A tracker has no brush: the width of the ribbon drawn along its path.
+/// Width of the ribbon along a tracker's path, metres; the format has no brush.
 const WIDTH_M: f32 = 0.02;
-/// Its colour, sRGB.
+/// Colour of the ribbon, sRGB.
 const COLOR: (f32, f32, f32, f32) = (0.25, 0.55, 0.85, 1.0);
 /// Expected form of a line.
 const LINE: &str = "`time x y z qw qx qy qz`";
@@ -61,7 +61,7 @@ enum Up {
 }
 
 impl Up {
-    /// A pose in the file's axes, in ours.
+    /// Converts a pose from the file's axes to those of osp.
     fn to_ours(&self, p: Vec3, q: Quat) -> (Vec3, Quat) {
         match self {
             Self::Y => (p, q),
@@ -77,15 +77,15 @@ struct Poses {
     lines: LineReader,
     up: Up,
     first_secs: Option<f64>,
-    /// Time and position of the pose before, if a stroke is open.
+    /// Time and position of the previous pose, if a stroke is open.
     last: Option<(f64, Vec3)>,
     next_stroke: u32,
-    /// Events that follow the last returned one, in order.
+    /// Events to return next, in order.
     ahead: [Option<Event>; 2],
 }
 
 impl Poses {
-    /// The next good pose as a point of the stroke being drawn; `None` at the end of the file.
+    /// The next undamaged pose as time, position and orientation; `None` at the end of the file.
     fn next_point(&mut self) -> Result<Option<(f64, Vec3, Quat)>, RecordingError> {
         while let Some(line) = self.lines.next_line()? {
             let text = line.trim_ascii();
@@ -125,7 +125,7 @@ impl Poses {
         Ok((t, p, q))
     }
 
-    /// Turns the next pose into events: returns the first and queues the others in `ahead`.
+    /// Converts the next pose to events: returns the first event and queues the others in `ahead`.
     fn advance(&mut self) -> Result<Option<Event>, RecordingError> {
         let Some((t, p, q)) = self.next_point()? else {
             let open = self.last.take();

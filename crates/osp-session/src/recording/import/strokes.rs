@@ -5,21 +5,21 @@ use crate::recording::{
     Author, Event, EventSource, NormalRule, Notes, Paint, Place, RecordingError, StrokeId, Tool,
 };
 
-/// A binary format that is a list of strokes, each a head and its points.
+/// A binary format that is a list of strokes; a stroke is a header and its points.
 pub(super) trait StrokeFormat: Send {
-    /// Direction of a ribbon relative to the recorded poses.
+    /// Orientation of a ribbon relative to the recorded poses.
     const NORMAL: NormalRule;
-    /// Part of the width that is left at pressure 0.
+    /// Width at pressure 0 divided by the full width.
     const THINNEST: f32;
 
-    /// Decodes the head of a stroke.
+    /// Decodes the header of a stroke.
     fn read_stroke(&mut self, bytes: &mut ByteReader) -> Result<StrokeHead, RecordingError>;
 
-    /// Decodes a point of the stroke whose head was read last.
+    /// Decodes the next point of the current stroke.
     fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError>;
 }
 
-/// The settings of a stroke, stored before its points; metres.
+/// The settings of a stroke, which the file stores before its points; metres.
 pub(super) struct StrokeHead {
     pub(super) width_m: f32,
     pub(super) color: [f32; 4],
@@ -35,7 +35,7 @@ pub(super) struct Sample {
     pub(super) pressure: f32,
 }
 
-/// Whether damage is an error or a note.
+/// Whether damage ends the reading with an error or becomes a note.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OnDamage {
     Fail,
@@ -48,13 +48,13 @@ impl OnDamage {
     }
 }
 
-/// The events of a list of strokes, in the order of the file. A stroke's number is its place in the file, from 0.
+/// The events of a list of strokes, in the order of the file. A stroke's number is its index in the file, from 0.
 pub(super) struct StrokeStream<F> {
     format: F,
     bytes: ByteReader,
     on_damage: OnDamage,
     notes: Notes,
-    /// The first damage that a lenient reader passed over, and the number of damaged strokes.
+    /// The first damage that a lenient reader skipped, and the number of damaged strokes.
     passed_over: Option<(RecordingError, u64)>,
     strokes: u32,
     next_stroke: u32,
@@ -74,7 +74,7 @@ enum State {
 }
 
 impl<F: StrokeFormat> StrokeStream<F> {
-    /// A stream of `strokes` strokes, the first of which begins where `bytes` stands.
+    /// A stream of `strokes` strokes. The position of `bytes` is the start of the first stroke.
     pub(super) fn new(
         format: F,
         bytes: ByteReader,
@@ -128,8 +128,8 @@ impl<F: StrokeFormat> StrokeStream<F> {
         }
     }
 
-    /// The head of the next stroke; nothing if the stroke is passed over. Its first point is read ahead, because it has
-    /// the time at which the stroke begins.
+    /// Reads the header of the next stroke; `None` if the stroke is skipped. The first point is read ahead, because it
+    /// has the time of the stroke's beginning.
     fn begin(&mut self) -> Result<Option<Event>, RecordingError> {
         let at = self.bytes.offset();
         let stroke = StrokeId(self.next_stroke);
@@ -173,7 +173,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
         Ok(Some(begin))
     }
 
-    /// The next point, or the damage in it; the point after a damaged one can still be read.
+    /// The next point, or (inner error) a fault in its numbers. After such a fault the next point can still be read.
     fn point(&mut self, stroke: StrokeId) -> Result<Result<Event, RecordingError>, RecordingError> {
         let at = self.bytes.offset();
         let Sample { time_secs: t, p, q, pressure } = self.format.read_point(&mut self.bytes)?;
@@ -189,7 +189,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
         Ok(Ok(event))
     }
 
-    /// Passes over what is left of a stroke with a damaged number, unless that is an error.
+    /// Skips the rest of a stroke with a damaged number, or returns the damage as an error.
     fn pass_over(&mut self, damage: RecordingError, points_left: u32) -> Result<(), RecordingError> {
         if self.on_damage == OnDamage::Fail {
             return Err(damage);
@@ -210,7 +210,7 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
             Err(error) => error,
         };
         let state = std::mem::replace(&mut self.state, State::Done);
-        // A fault of the system is not damage: reading again may succeed. A limit is not damage either:
+        // A system error is not damage, because reading again may succeed. A limit is not damage either:
         // [`Limited`](super::super::limited::Limited) notes it.
         if self.on_damage == OnDamage::Fail
             || matches!(error, RecordingError::Io { .. } | RecordingError::Limit { .. })
@@ -219,7 +219,7 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
         }
         self.notes.skipped += 1;
         self.notes.warnings.push(format!("{error}; reading ended there, after {} strokes", self.next_stroke));
-        // The points read so far are kept; an end makes them a whole stroke.
+        // The points read so far are kept, so the stroke must end here.
         Ok(match state {
             State::Stroke { stroke, .. } => Some(Event::End { t: self.time_secs, stroke }),
             State::Between | State::Done => None,
@@ -242,7 +242,7 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
     }
 }
 
-/// A stored colour value inside 0 to 1; one that is no number becomes 0.
+/// A colour channel or pressure clamped to 0 to 1; NaN becomes 0.
 fn unit_interval(value: f32) -> f32 {
     if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) }
 }

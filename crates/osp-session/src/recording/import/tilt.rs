@@ -1,9 +1,10 @@
-//! Tilt Brush (Google, 2016) and Open Brush `.tilt`: a 16-byte head and a zip, or a folder with the same files.
+//! Tilt Brush (Google, 2016) and Open Brush `.tilt`: a 16-byte header and a zip archive, or a folder with the same
+//! files.
 //!
 //! `data.sketch` holds the strokes: little-endian, controller poses in canvas space, decimetres, Unity's axes.
-//! `metadata.json` holds brushes, layers, light and the view of the thumbnail. A program without a stroke's brush
-//! draws a ribbon of constant width: the effect of pressure belongs to the brush, and no file holds it. Strokes keep
-//! the order of the file, whatever their times.
+//! `metadata.json` holds brushes, layers, light and the view of the thumbnail. A program that lacks a stroke's brush
+//! draws a ribbon of constant width: the effect of pressure is a property of the brush and not in the file. Strokes
+//! keep the order of the file, whatever their times.
 
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -21,12 +22,12 @@ use crate::recording::{
     Header, Layer, Limits, NormalRule, OpenOptions, Paint, RecordingError, Session, input::Input,
 };
 
-/// Most bytes of a thumbnail that are read. Real ones have up to 200,000.
+/// Largest size of a thumbnail that is read, bytes. Real thumbnails have up to 200,000.
 const MOST_THUMBNAIL_BYTES: u64 = 16 << 20;
 const THUMBNAIL_NAME: &str = "thumbnail.png";
 /// Versions of `data.sketch` that can be read: 6 may have long stroke extensions or header bytes.
 const VERSIONS: std::ops::RangeInclusive<u32> = 5..=6;
-/// Names of the two files, the usual first; sketches inside a Unity project end in `.bytes`.
+/// Names of the two files, the most common first; sketches inside a Unity project end in `.bytes`.
 const SKETCH_NAMES: [&str; 2] = ["data.sketch", "data.sketch.bytes"];
 const METADATA_NAMES: [&str; 3] = ["metadata.json", "metadata.json.bytes", "main.json"];
 
@@ -35,7 +36,7 @@ const METADATA_NAMES: [&str; 3] = ["metadata.json", "metadata.json.bytes", "main
 /// The header's camera is the view of the sketch's thumbnail.
 ///
 /// # Errors
-/// The file cannot be read, or its head, its zip or (unless lenient) its metadata are damaged.
+/// The file cannot be read, or its header, its zip archive or (unless lenient) its metadata are damaged.
 pub(in crate::recording) fn open_tilt(
     input: Input<'_>,
     options: &OpenOptions,
@@ -94,7 +95,7 @@ pub fn tilt_thumbnail(path: &Path) -> Option<Vec<u8>> {
     archive.find(&[THUMBNAIL_NAME])?.read(input, &Limits::DEFAULT).ok().and_then(picture)
 }
 
-/// Whether a folder is a `.tilt` in its unpacked form.
+/// Whether a folder is an unpacked `.tilt`.
 pub(super) fn is_tilt_folder(input: Input<'_>) -> bool {
     SKETCH_NAMES.iter().any(|name| input.beside(&input.path.join(name)).is_file())
 }
@@ -148,7 +149,7 @@ fn no_sketch(path: &Path, found: &str) -> RecordingError {
     }
 }
 
-/// Reads everything in `data.sketch` before the strokes; returns their number.
+/// Reads everything in `data.sketch` before the strokes; returns the number of strokes.
 fn read_head(bytes: &mut ByteReader) -> Result<u32, RecordingError> {
     let magic = bytes.u32("the sketch's first word")?;
     if magic != SKETCH_MAGIC {
@@ -170,7 +171,7 @@ fn read_head(bytes: &mut ByteReader) -> Result<u32, RecordingError> {
 
 #[derive(Default)]
 struct Sketch {
-    /// Names of the brushes by their numbers.
+    /// Names of the brushes by their numbers in the file.
     brushes: Vec<String>,
     layers: Vec<Layer>,
     strokes: u32,
@@ -187,7 +188,7 @@ impl StrokeFormat for Sketch {
         let brush_size = bytes.f32("the brush's size")?;
         let mask = bytes.u32("the stroke's extension mask")?;
         self.point_mask = bytes.u32("the control points' extension mask")?;
-        // Strokes of files without seeds start from their numbers.
+        // A file without seeds gets the strokes' numbers as seeds.
         let (mut scale, mut seed, mut layer, mut sketch_group, mut sketch_flags) =
             (1.0, self.strokes, 0, 0, 0);
         self.strokes = self.strokes.wrapping_add(1);
@@ -232,7 +233,7 @@ impl StrokeFormat for Sketch {
     }
 }
 
-/// The places of the bits that are set, ascending.
+/// The indices of the set bits, ascending.
 fn set_bits(mask: u32) -> impl Iterator<Item = u32> {
     (0..u32::BITS).filter(move |bit| mask >> bit & 1 == 1)
 }

@@ -1,7 +1,7 @@
-//! Light and background of a `.tilt`: one of the program's environments, with the artist's changes.
+//! Light and background of a `.tilt`: a preset of the program, with the artist's changes.
 //!
 //! Lights and sky are in the space of the scene. The strokes are in the same space, unless the file has a transform of
-//! the canvas. Fog density is per decimetre of the scene, whatever the scene's scale in the room.
+//! the canvas. Fog density is per decimetre of the scene, independent of the scene's scale in the room.
 
 use std::sync::LazyLock;
 
@@ -15,14 +15,14 @@ use super::{
 use crate::recording::Environment;
 use osp::math::rotate;
 
-/// Units of the scene in a metre. (Dividing by a tenth would give other last digits.)
+/// Number of scene units in a metre. (A division by 0.1 would give other last digits.)
 const UNITS_PER_METER: f32 = 10.0;
-/// Most characters of a name that comes from the file.
+/// Largest number of characters of a name from the file.
 const MOST_NAME_CHARS: usize = 60;
-/// The environment whose light is used if a file changes an unknown one.
+/// The preset whose light is used if the file's preset is unknown.
 const USUAL: &str = "Standard";
 
-/// An environment of the table.
+/// A preset of the table.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Preset {
@@ -38,7 +38,7 @@ struct Preset {
     #[serde(default)]
     light_2: Option<(Vec3, Vec3)>,
     reflection: f32,
-    /// The surroundings of the sketch.
+    /// The scenery around the sketch, which osp does not show.
     #[serde(default)]
     scenery: Option<String>,
 }
@@ -59,7 +59,7 @@ static PRESETS: LazyLock<Vec<Preset>> = LazyLock::new(|| {
 /// Red, green, blue and opacity as bytes.
 type Bytes = [u8; 4];
 
-/// Sky and fog as the artist set them.
+/// Sky and fog that the artist changed.
 #[derive(Deserialize)]
 #[serde(rename_all = "PascalCase")]
 struct CustomEnvironment {
@@ -77,7 +77,7 @@ struct CustomEnvironment {
     skybox: Option<String>,
 }
 
-/// Lights as the artist set them: the first casts shadows.
+/// Lights that the artist changed: `shadow` casts shadows.
 #[derive(Deserialize)]
 #[serde(rename_all = "PascalCase")]
 struct CustomLights {
@@ -96,7 +96,8 @@ struct CustomLight {
     color: [f32; 4],
 }
 
-/// The environment of a sketch, in our axes and the space of its strokes; appends what is not shown to `left_out`.
+/// The environment of a sketch, in the axes of osp and the space of its strokes. Contents that are not shown are
+/// appended to `left_out`.
 pub(super) fn read(
     fields: &mut Fields<'_>,
     scene_from_canvas: TiltTransform,
@@ -150,7 +151,7 @@ pub(super) fn read(
     }
 }
 
-/// Transforms an environment in our axes from the scene's space to the strokes' space.
+/// Transforms an environment, in the axes of osp, from the scene's space to the strokes' space.
 fn in_canvas(environment: Environment, scene_from_canvas: TiltTransform) -> Environment {
     let TiltTransform(_, rotation, scale) = scene_from_canvas;
     let back = axes::inverse(axes::rotation_from_unity(axes::unit(rotation)));
@@ -163,7 +164,7 @@ fn in_canvas(environment: Environment, scene_from_canvas: TiltTransform) -> Envi
     }
 }
 
-/// The GUID of the preset that an environment was made from, and whether it is that preset, unchanged.
+/// The GUID of the preset that an environment was made from, and whether the environment is still equal to the preset.
 pub(crate) fn preset_of(environment: &Environment) -> Option<(&'static str, bool)> {
     let preset = PRESETS.iter().find(|preset| preset.name == environment.preset)?;
     Some((&preset.guid, preset.environment() == *environment))
@@ -178,7 +179,7 @@ fn usual() -> &'static Preset {
 }
 
 impl Preset {
-    /// In our axes, in the space of the scene.
+    /// The preset's environment, in the axes of osp and the space of the scene.
     fn environment(&self) -> Environment {
         let sky = match self.sky {
             Sky::Gradient(down, up) => [down, up],
@@ -206,7 +207,7 @@ impl Preset {
 impl CustomEnvironment {
     fn change(&self, environment: &Environment) -> Environment {
         let mut changed = environment.clone();
-        // The skew belongs to these colours: a sky of the program's stands upright.
+        // The skew applies only to the artist's gradient; a preset's sky is upright.
         if let Some(colors) = self.gradient_colors {
             changed.sky = colors.map(|[r, g, b, _]| color([r, g, b]));
             if let Some(skew) = self.gradient_skew {
@@ -244,7 +245,7 @@ fn color(bytes: [u8; 3]) -> Vec3 {
     Vec3::from_array(bytes.map(|byte| f32::from(byte) / 255.0))
 }
 
-/// The direction at length 1.
+/// The direction, normalised.
 fn unit(way: Vec3) -> Vec3 {
     way / way.dot(way).sqrt()
 }

@@ -1,4 +1,4 @@
-//! The fields of a `.tilt`'s metadata, each read on its own, and the values that they share.
+//! Reads single fields of a `.tilt`'s metadata, and the types that they share.
 
 use std::marker::PhantomData;
 use std::path::Path;
@@ -12,10 +12,10 @@ use super::axes;
 use crate::recording::RecordingError;
 use osp::math::rotate;
 
-/// Most characters of program and authors that go into a header, and of what a warning cites.
+/// Largest number of characters of the program's and authors' names in a header, and of a quotation in a warning.
 pub(super) const MOST_CHARS: usize = 200;
 
-/// Position, rotation (x, y, z, w) and uniform scale, Unity's axes, decimetres.
+/// Position, rotation (x, y, z, w) and uniform scale, in Unity's axes and decimetres.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(expecting = "a list of a position, a rotation and a scale")]
 pub(super) struct TiltTransform(pub(super) Vec3, pub(super) Quat, pub(super) f32);
@@ -23,14 +23,14 @@ pub(super) struct TiltTransform(pub(super) Vec3, pub(super) Quat, pub(super) f32
 impl TiltTransform {
     pub(super) const IDENTITY: Self = Self(Vec3::ZERO, Quat::IDENTITY, 1.0);
 
-    /// Transforms a pose by the inverse.
+    /// Transforms a pose by the inverse of this transform.
     pub(super) fn take_back(self, p: Vec3, q: Quat) -> (Vec3, Quat) {
         let back = axes::inverse(axes::unit(self.1));
         (rotate(back, p - self.0) / self.2, axes::product(back, q))
     }
 }
 
-/// The text, cut off behind this many characters.
+/// The text, truncated after `most` characters.
 pub(super) fn shorten(text: &str, most: usize) -> String {
     let mut chars = text.chars();
     let mut short: String = chars.by_ref().take(most).collect();
@@ -57,7 +57,7 @@ pub(super) struct Fields<'a> {
 }
 
 impl Fields<'_> {
-    /// The value of a field, if there is one; one that is damaged is left out with a warning.
+    /// The value of a field. `None` if the field is absent, or (with a warning) damaged.
     pub(super) fn read<T: DeserializeOwned>(&mut self, name: &str) -> Option<T> {
         let mut json = serde_json::Deserializer::from_slice(self.text);
         Field { name, value: PhantomData::<T> }.deserialize(&mut json).unwrap_or_else(|error| {
@@ -67,8 +67,8 @@ impl Fields<'_> {
         })
     }
 
-    /// A transform between two spaces, the identity if the field is absent; `None`, with a warning, if it has no
-    /// inverse: the camera's place is then unknown.
+    /// A transform between two spaces; the identity if the field is absent. `None`, with a warning, if it has no
+    /// inverse, because the camera's position is unknown then.
     pub(super) fn transform(&mut self, name: &str) -> Option<TiltTransform> {
         let found = self.read(name).unwrap_or(TiltTransform::IDENTITY);
         let TiltTransform(p, q, scale) = found;
@@ -88,7 +88,7 @@ impl Fields<'_> {
     }
 }
 
-/// A value that must be an object. Without this type, a list would be accepted as the fields in order.
+/// A value that must be an object. Without this type, serde would accept a list of the fields in order.
 pub(super) struct Object<T>(pub(super) T);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
@@ -111,7 +111,7 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for ObjectVisitor<T> {
     }
 }
 
-/// One field of the outermost object. The other fields are dropped.
+/// One field of the outermost object; the other fields are skipped.
 struct Field<'n, T> {
     name: &'n str,
     value: PhantomData<T>,
@@ -145,7 +145,7 @@ impl<'de, T: DeserializeOwned> Visitor<'de> for Field<'_, T> {
     }
 }
 
-/// A list of which the first `MOST` are kept.
+/// A list of which only the first `MOST` elements are kept.
 pub(super) struct Listed<T, const MOST: usize> {
     pub(super) first: Vec<T>,
     pub(super) count: usize,

@@ -1,13 +1,13 @@
-//! Numbers of the `.tilt` format that its reader and its writer share.
+//! Constants of the `.tilt` format that its reader and its writer share.
 
 /// The first bytes of a file.
 pub(crate) const MAGIC: &[u8] = b"tilT";
 /// The first word of `data.sketch`.
 pub(crate) const SKETCH_MAGIC: u32 = 0xC576_A5CD;
-/// Metres in a unit of canvas or room space.
+/// Length of a unit of canvas or room space, metres.
 pub(crate) const METERS_PER_UNIT: f32 = 0.1;
 
-/// Bits of a stroke's mask: each of the lower half adds one word, each of the upper half a length and that many bytes.
+/// Bits of a stroke's mask. Each of the lower 16 bits adds one word, each of the upper 16 a length and that many bytes.
 pub(crate) mod stroke_mask {
     pub(crate) const FLAGS: u32 = 0;
     pub(crate) const SCALE: u32 = 1;
@@ -17,7 +17,7 @@ pub(crate) mod stroke_mask {
     pub(crate) const FIRST_LONG: u32 = 16;
 }
 
-/// Bits of a control point's mask: each adds one word.
+/// Bits of a control point's mask; each adds one word.
 pub(crate) mod point_mask {
     pub(crate) const PRESSURE: u32 = 0;
     pub(crate) const TIME_STAMP: u32 = 1;

@@ -1,7 +1,8 @@
-//! `metadata.json` of a `.tilt`: artists, brushes, layers and camera of the sketch, and the media that it only names.
+//! `metadata.json` of a `.tilt`: artists, brushes, layers and camera of the sketch, and the names of its external
+//! media.
 //!
-//! It must be a JSON object, with a sound table of brushes if it has one. The other fields are read one by one: a
-//! damaged field is left out with a warning.
+//! The file must be a JSON object; a table of brushes, if present, must be undamaged. Each other field is read
+//! separately: a damaged field is skipped with a warning.
 
 use std::path::PathBuf;
 
@@ -21,22 +22,22 @@ use crate::{
     recording::{Author, Camera, Event, Header, Layer, Paint, RecordingError},
 };
 
-/// Vertical field of view of the (square) thumbnail; the file does not hold it, this value fits the pictures.
+/// Vertical field of view of the (square) thumbnail. The file does not contain it; this value matches the pictures.
 const THUMBNAIL_FOV_DEGREES: f32 = 80.0;
-/// Near distance of the thumbnail, metres of the room.
+/// Near distance of the thumbnail, metres in room space.
 const THUMBNAIL_NEAR_M: f32 = 0.01;
-/// The program of a sketch that names none.
+/// The program of a sketch that does not specify one.
 const USUAL_PROGRAM: &str = "Tilt Brush";
-/// Most bytes that are read. Real ones have a few thousand.
+/// Largest size of the metadata, bytes. Real metadata have a few thousand.
 const MOST_BYTES: u64 = 16 << 20;
-/// Most characters of a name.
+/// Largest number of characters of a name.
 const MOST_NAME_CHARS: usize = 60;
-/// Most layers that are read; later ones count as visible.
+/// Largest number of layers that are read; later layers count as visible.
 const MOST_LAYERS: usize = 1000;
-/// Most pictures, models and so on that are named.
+/// Largest number of pictures, models and other media whose names are listed.
 const MOST_NAMES: usize = 4;
 
-/// Things that a sketch refers to without containing them: field, name of one, name of several.
+/// Media that a sketch refers to without containing them: field, singular, plural.
 const MEDIA: [(&str, &str, &str); 8] = [
     ("ModelIndex", "model", "models"),
     ("Models", "model", "models"),
@@ -56,7 +57,7 @@ pub(super) struct Metadata {
     path: PathBuf,
 }
 
-/// Names of the brushes; a stroke has the number of its brush.
+/// Names of the brushes; a stroke has the index of its brush.
 #[derive(Deserialize)]
 #[serde(rename_all = "PascalCase")]
 struct BrushTable {
@@ -64,11 +65,11 @@ struct BrushTable {
     brush_index: Vec<String>,
 }
 
-/// An object whose contents are dropped.
+/// An object whose contents are ignored.
 #[derive(Deserialize)]
 struct Anything {}
 
-/// The camera of some sketches of 2016.
+/// The camera field of some sketches of 2016.
 #[derive(Deserialize)]
 struct OldCamera {
     position: Vec3,
@@ -84,7 +85,7 @@ struct TiltLayer {
     visible: Option<bool>,
 }
 
-/// A picture, a model or the like: some have one of these names, some another.
+/// A picture, a model or another medium; its name is in one of these fields.
 #[derive(Deserialize)]
 #[serde(rename_all = "PascalCase")]
 struct Medium {
@@ -97,10 +98,10 @@ struct Medium {
 }
 
 impl Metadata {
-    /// A damaged table of brushes is an error, or a warning with [`OnDamage::Note`].
+    /// Reads the metadata. A damaged table of brushes is an error, or a warning with [`OnDamage::Note`].
     ///
     /// # Errors
-    /// It cannot be read, or is no JSON object.
+    /// The file cannot be read, or is not a JSON object.
     pub(super) fn read(
         mut bytes: ByteReader,
         on_damage: OnDamage,
@@ -127,7 +128,7 @@ impl Metadata {
         Ok(Self { brushes, text, path })
     }
 
-    /// The program and the artists.
+    /// The names of the program and the artists.
     fn source(fields: &mut Fields<'_>) -> String {
         let mut source = fields.read("ApplicationName").unwrap_or_else(|| USUAL_PROGRAM.to_owned());
         if let Some(version) = fields.read::<String>("ApplicationVersion") {
@@ -141,7 +142,7 @@ impl Metadata {
         shorten(&source, MOST_CHARS)
     }
 
-    /// Names of the brushes, in the order in which strokes number them; the GUID of one that is unknown.
+    /// Names of the brushes by their numbers in strokes; the GUID for an unknown brush.
     pub(super) fn brushes(&self) -> Vec<String> {
         let name = |guid: &String| match brush::find(guid) {
             Some(brush) => brush.name.clone(),
@@ -150,7 +151,7 @@ impl Metadata {
         self.brushes.iter().map(name).collect()
     }
 
-    /// Adds source, camera, layers, light and missing contents to the header, and the text itself.
+    /// Sets source, camera, layers, light, missing contents and the metadata text in the header.
     pub(super) fn fill(&self, header: &mut Header, warnings: &mut Vec<String>) {
         if self.text.is_empty() {
             USUAL_PROGRAM.clone_into(&mut header.source);
@@ -183,7 +184,8 @@ impl Metadata {
     }
 }
 
-/// The thumbnail's camera in canvas space and our axes; none if the file has none, or (with a warning) not a usable one.
+/// The thumbnail's camera in canvas space and the axes of osp. `None` if the file has none, or (with a warning) an
+/// unusable one.
 fn camera(fields: &mut Fields<'_>, scene_from_canvas: TiltTransform) -> Option<Camera> {
     let TiltTransform(p, q, _) = fields.read("ThumbnailCameraTransformInRoomSpace").or_else(|| {
         let OldCamera { position, orientation } = fields.read("ThumbnailCameraTransform")?;
@@ -197,7 +199,7 @@ fn camera(fields: &mut Fields<'_>, scene_from_canvas: TiltTransform) -> Option<C
         fields.warn(format_args!("expected {expected} of the thumbnail's camera; found {p} m and {q}"));
         return None;
     }
-    // The canvas may be scaled in the room: the near distance scales inversely.
+    // The near distance is divided by the canvas's scale in the room.
     let near_m = THUMBNAIL_NEAR_M / (room_from_scene.2 * scene_from_canvas.2);
     let near_m = Some(near_m).filter(|near_m| (1.0e-5..=1.0).contains(near_m));
     Some(Camera { p, q, fov_degrees: THUMBNAIL_FOV_DEGREES, near_m })
@@ -215,7 +217,7 @@ fn layers(fields: &mut Fields<'_>) -> Vec<Layer> {
     layers.first.into_iter().map(layer).collect()
 }
 
-/// Number of media, and the names of the first.
+/// The number of media and the names of the first ones, as text.
 fn sentence(media: &Listed<Medium, MOST_NAMES>, one: &str, many: &str) -> Option<String> {
     if media.count == 0 {
         return None;

@@ -1,4 +1,4 @@
-//! The artist: a clock, a hand, a head, and the events that they make.
+//! The simulated artist: a clock, a hand, a head, and the events that they generate.
 
 use std::collections::VecDeque;
 
@@ -10,31 +10,32 @@ use super::path::Node;
 use super::random::Random;
 use crate::recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform};
 
-/// A head pose is written with every third sample of the hand: 30 a second.
+/// A head pose is written with every third sample of the hand, so 30 times a second.
 const TICKS_A_HEAD: u64 = 3;
 
-/// Longest walk to the next piece of work, ticks; then the artist works with an arm stretched out.
+/// Longest walk to the next stroke, ticks; after it the artist works from afar.
 const LONGEST_WALK_TICKS: u32 = 1800;
 
-/// Strokes back that an artist still changes.
+/// Number of recent strokes that the artist may still change.
 const MEMORY: usize = 64;
 
-/// Greatest distance of the head from its place when a stroke begins, metres.
+/// Largest distance of the head from its target when a stroke begins, metres.
 const NEAR_M: f64 = 0.3;
 
-/// From the hand to the eye while drawing, metres.
+/// Distance from the hand to the eye while drawing, metres.
 const ARM_M: f64 = 0.55;
 
-/// Part of the width left at pressure 0.
+/// Width at pressure 0 divided by the full width.
 const THINNEST: f32 = 0.2;
 
-/// The subject of the session. Once the session has its polygons, the subject's further strokes are not drawn.
+/// The subject of the session. Once the session has the requested number of polygons, further strokes of the subject
+/// are not drawn.
 pub(super) trait Subject: Send {
-    /// Draws the next piece: a stroke, or the few things that belong together.
+    /// Draws the next unit of work: a stroke, or a few strokes that belong together.
     fn work(&mut self, artist: &mut Artist);
 }
 
-/// Place for the head, and the point that it looks at.
+/// Position of the head, and the point that it looks at.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stance {
     pub(super) eye: DVec3,
@@ -46,12 +47,12 @@ pub(super) struct Stance {
 pub(super) struct RibbonStyle {
     pub(super) width_m: f64,
     pub(super) color: (f32, f32, f32, f32),
-    /// 1 for a usual hand, 2 for twice as fast.
+    /// Speed of the hand: 1 is usual, 2 is twice as fast.
     pub(super) pace: f64,
     pub(super) mirrored: Mirrored,
 }
 
-/// Whether a stroke is drawn on both sides of the plane x = 0 at once.
+/// Whether a stroke is drawn on both sides of the plane x = 0 simultaneously.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mirrored {
     No,
@@ -63,7 +64,7 @@ pub(super) struct Artist {
     pub(super) rng: Random,
     hand: Hand,
     head: Head,
-    /// Strokes that can still be changed, the newest last.
+    /// Strokes that the artist may still change, the newest last.
     recent: Vec<StrokeId>,
     queue: VecDeque<Event>,
     ticks: u64,
@@ -91,7 +92,7 @@ impl Artist {
         }
     }
 
-    /// Starts with the head at a place; `speed_limit` in m/s.
+    /// Sets the initial pose of the head; `speed_limit` is in m/s.
     pub(super) fn stand(&mut self, eye: DVec3, look: DVec3, speed_limit: f64) {
         self.head = Head::new(eye, look, speed_limit);
     }
@@ -104,7 +105,7 @@ impl Artist {
         self.polygons >= self.wanted
     }
 
-    /// Finished part of the session's polygons, 0 to 1.
+    /// Share of the session's polygons that are finished, 0 to 1.
     pub(super) fn progress(&self) -> f64 {
         self.polygons as f64 / self.wanted.max(1) as f64
     }
@@ -117,19 +118,19 @@ impl Artist {
         self.head.eye()
     }
 
-    /// A stance at arm's length from the work, on the side of `outward`, for an artist who stands on the floor.
+    /// A stance at arm's length from `at`, in the direction `outward`, for an artist who stands on the floor.
     pub(super) fn standing(&self, at: DVec3, outward: DVec3) -> Stance {
         let mut eye = at + outward * ARM_M;
         eye.y = (at.y + 0.25).clamp(0.9, 1.72);
         Stance { eye, at }
     }
 
-    /// A stance at arm's length from the work, wherever it is, on the side where the head is already.
+    /// A stance at arm's length from `at`, on the side where the head is already, at any height.
     pub(super) fn floating(&self, at: DVec3) -> Stance {
         Stance { eye: at + self.head.from(at) * ARM_M + DVec3::Y * 0.15, at }
     }
 
-    /// Walks to a stance, but at least for a while that is natural between two strokes.
+    /// Walks to a stance, for at least a natural pause between two strokes.
     pub(super) fn walk(&mut self, stance: Stance) {
         if self.has_finished() {
             return;
@@ -143,7 +144,7 @@ impl Artist {
         }
     }
 
-    /// Waits at a place.
+    /// Waits at a stance.
     pub(super) fn wait(&mut self, secs: f64, stance: Stance) {
         if self.has_finished() {
             return;
@@ -153,7 +154,7 @@ impl Artist {
         }
     }
 
-    /// Walks to the stance, draws a ribbon along the way, and perhaps edits something. Gives the stroke's number.
+    /// Walks to the stance, draws a ribbon along the path, and sometimes makes an edit. Returns the stroke's number.
     pub(super) fn ribbon(&mut self, nodes: Vec<Node>, style: RibbonStyle, stance: Stance) -> StrokeId {
         let way = Way::new(nodes);
         self.walk(Stance { at: way.first().p, ..stance });
@@ -210,7 +211,7 @@ impl Artist {
         self.polygons += corners.len().saturating_sub(2).min(1) as u64;
     }
 
-    /// Puts strokes into a new group and turns it a little about a place.
+    /// Puts strokes into a new group, and rotates the group by `angle` about `center`.
     pub(super) fn group(&mut self, strokes: &[StrokeId], center: DVec3, angle: f64, by: DVec3) {
         if self.has_finished() {
             return;
@@ -264,7 +265,7 @@ impl Artist {
         self.recent.push(stroke);
     }
 
-    /// After a stroke, or after several drawn at once: now and then one is undone, brought back, erased or moved.
+    /// After a stroke, or after several simultaneous strokes, sometimes undoes, redoes, erases or moves one.
     fn edit(&mut self, strokes_at_once: usize, stance: Stance) {
         let choice = self.rng.unit();
         if choice < 0.04 {
@@ -293,7 +294,7 @@ impl Artist {
         }
     }
 
-    /// Undoes the last edits, and in half of the cases redoes them. Returns whether they are in effect afterwards.
+    /// Undoes the last `edits` edits, and in half of the cases redoes them. Returns whether they were redone.
     fn undo(&mut self, edits: usize, stance: Stance) -> bool {
         let again = self.rng.chance(0.5);
         for _ in 0..edits {
@@ -309,7 +310,7 @@ impl Artist {
         again
     }
 
-    /// Adds an event at the present time.
+    /// Appends an event at the current time.
     pub(super) fn push(&mut self, event: impl FnOnce(f64) -> Event) {
         let t = self.time();
         self.queue.push_back(event(t));
@@ -335,7 +336,7 @@ impl Artist {
     }
 }
 
-/// Positions are written to 10 µm, rotations to 1e-4: finer than any tracker, and short lines.
+/// Rounds positions to 10 µm and rotations to 1e-4, which is finer than any tracker and gives short lines.
 pub(super) fn position(p: DVec3) -> Vec3 {
     Vec3::new(rounded(p.x, 1e5), rounded(p.y, 1e5), rounded(p.z, 1e5))
 }
@@ -345,11 +346,11 @@ fn rotation(q: [f64; 4]) -> Quat {
 }
 
 pub(super) fn rounded(value: f64, parts: f64) -> f32 {
-    // Zero without a sign: shorter to write.
+    // The addition of 0.0 turns -0.0 into 0.0, which is shorter in text.
     ((value * parts).round() / parts + 0.0) as f32
 }
 
-/// Counts the polygons of a ribbon as it grows: one for a flat segment, two for a twisted one.
+/// Counts the polygons of a ribbon while it grows: one for a flat segment, two for a twisted one.
 #[derive(Clone, Copy, Debug)]
 struct RibbonCount {
     width_m: f64,
@@ -358,7 +359,7 @@ struct RibbonCount {
 }
 
 impl RibbonCount {
-    /// A quad is flat if its bend is below this part of its longest edge.
+    /// A quad is flat if its bend is below this fraction of its longest edge.
     const FLATNESS: f64 = 1e-2;
 
     fn new(width_m: f64) -> Self {

@@ -14,21 +14,22 @@ use crate::{
     },
 };
 
-/// Strokes in a row.
+/// Number of strokes in a row.
 const COLUMNS: u32 = 8;
 /// Distance between neighbouring strokes: along and across, metres.
 const CELL_M: [f32; 2] = [0.34, 0.24];
-/// Distance between a wall of strokes and the next, metres.
+/// Distance between a wall of strokes and the next one behind it, metres.
 const DEPTH_M: f32 = 0.5;
-/// Samples of a stroke.
+/// Number of samples of a stroke.
 const SAMPLES: u32 = 48;
 
-/// A card of samples: each brush that is offered draws one wave, in rows; then again behind, in other colours.
+/// A sample sheet: each offered brush draws one wave, in rows that form a wall. Then further walls follow behind it, in
+/// other colours.
 pub(super) struct Brushes {
     brushes: Vec<&'static Brush>,
     next: u32,
     time_secs: f64,
-    /// Samples that are left to draw: about as many polygons.
+    /// Number of samples left to draw; about as many polygons.
     left: u32,
     seed: u64,
     events: VecDeque<Event>,
@@ -78,7 +79,7 @@ impl Brushes {
                 -middle(row, count.div_ceil(COLUMNS)) * CELL_M[1],
                 wall as f32 * -DEPTH_M,
             );
-        // Neighbours differ; so do walls.
+        // Neighbouring strokes and neighbouring walls differ in hue.
         let hue = (place as f32 * 0.381_966 + wall as f32 * 0.21 + self.seed as f32 * 0.1).fract();
         let channel =
             |shift: f32| 0.2 + 0.75 * (((hue + shift).fract() * 6.0 - 3.0).abs() - 1.0).clamp(0.0, 1.0);

@@ -1,5 +1,5 @@
-//! Several artists scribble in one volume at once, each with a hand and a head of its own. Now and then one of them
-//! moves another's last stroke a little, and sometimes undoes that.
+//! Several artists scribble in one volume simultaneously, each with their own hand and head. Sometimes an artist moves
+//! another artist's last stroke a little, and sometimes undoes that.
 
 use std::collections::VecDeque;
 
@@ -7,38 +7,38 @@ use glam::Vec3;
 
 use crate::recording::{Author, Event, EventSource, GroupId, RecordingError, Session, StrokeId};
 
-/// Time between the beginnings of two artists, seconds.
+/// Time from the beginning of one artist to that of the next, seconds.
 const LATER_SECS: f64 = 2.0;
 
-/// One of this many head poses is kept: ten a second are enough to see where everybody looks.
+/// One in this many head poses is kept: ten a second are enough to show where each artist looks.
 const HEADS: u32 = 3;
 
 /// After every fifth stroke of an artist, the next artist moves that stroke.
 const STROKES_A_MOVE: u32 = 5;
 
-/// Way of such a move, metres.
+/// Translation of such a move, metres.
 const NUDGE: Vec3 = Vec3::new(0.0, 0.0625, 0.0);
 
-/// An artist, and the artist's next event.
+/// An artist, and that artist's next event.
 struct Pupil {
     author: Author,
     session: Session,
     next: Option<Event>,
     heads: u32,
     is_there: bool,
-    /// The last edit was undone: an edit of another kind would make the redo impossible.
+    /// Whether the last edit was undone. Another edit would make the redo impossible.
     may_redo: bool,
     last_secs: f64,
 }
 
-/// A merge of the artists' sessions by time.
+/// A merge of the artists' sessions in order of time.
 pub(super) struct Class {
     pupils: Vec<Pupil>,
     queue: VecDeque<Event>,
 }
 
 impl Class {
-    /// Takes one session for each artist, in order.
+    /// Merges one session per artist; the artists are numbered in order.
     pub(super) fn new(sessions: impl Iterator<Item = Session>) -> Self {
         let pupil = |(n, session): (u32, Session)| Pupil {
             author: Author(n),
@@ -50,7 +50,7 @@ impl Class {
             last_secs: 0.0,
         };
         let mut pupils: Vec<Pupil> = (1..).zip(sessions).map(pupil).collect();
-        // All first events are read at the start: the merge needs the earliest of them.
+        // All first events are read at the start, because the merge needs the earliest of them.
         pupils.iter_mut().for_each(Pupil::read);
         Self { pupils, queue: VecDeque::new() }
     }
@@ -72,10 +72,10 @@ impl Class {
 }
 
 impl Pupil {
-    /// Reads the next event that is kept, as one of this author.
+    /// Reads the next event to keep, and assigns it to this author.
     fn read(&mut self) {
         self.next = loop {
-            // A synthetic session has no damage.
+            // A synthetic session never has damage, so an error cannot occur.
             let Some(Ok(event)) = self.session.next() else { break None };
             if matches!(event, Event::Head { .. }) {
                 self.heads += 1;
@@ -125,7 +125,7 @@ impl EventSource for Class {
     }
 }
 
-/// Names and colours of the artists, again from the first after the last.
+/// Names and colours of the artists; after the last the list repeats.
 const NAMES: [(&str, (f32, f32, f32)); 6] = [
     ("Ada", (0.0, 0.45, 0.7)),
     ("Ben", (0.9, 0.6, 0.0)),
@@ -136,7 +136,7 @@ const NAMES: [(&str, (f32, f32, f32)); 6] = [
 ];
 
 impl Event {
-    /// The event as one of an author, so many seconds later: strokes and groups get the author's numbers.
+    /// The event with the author `by`, `later_secs` later; strokes and groups get the author's numbers.
     fn of(self, by: Author, later_secs: f64) -> Self {
         let number = |n: u32| by.number(n).unwrap_or(u32::MAX);
         let of = |StrokeId(n): StrokeId| StrokeId(number(n));

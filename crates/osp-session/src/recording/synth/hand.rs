@@ -1,10 +1,10 @@
 //! Motion of a hand along a path.
 //!
 //! * Speed along a stroke: T. Flash and N. Hogan, "The coordination of arm movements: an experimentally confirmed
-//!   mathematical model", 1985 (minimum jerk). A stroke is cut out of a longer movement, so the hand is already
-//!   moving when it begins and still moving when it ends.
-//! * Bends are taken slower, with curvature to the power of -1/3: F. Lacquaniti, C. Terzuolo and P. Viviani, "The
-//!   law relating the kinematic and figural aspects of drawing movements", 1983.
+//!   mathematical model", 1985 (minimum jerk). A stroke is a part of a longer movement, so the hand already moves when
+//!   the stroke begins and still moves when it ends.
+//! * Speed in bends is proportional to the curvature to the power of -1/3: F. Lacquaniti, C. Terzuolo and P. Viviani,
+//!   "The law relating the kinematic and figural aspects of drawing movements", 1983.
 //! * Duration grows slower than length (isochrony).
 //! * Physiological tremor of 8 to 12 Hz and a fraction of a millimetre, and slower drift.
 
@@ -14,23 +14,23 @@ use super::path::Node;
 use super::random::Random;
 use super::vector::{perpendicular, quaternion, turned};
 
-/// Samples of the hand a second.
+/// Number of samples of the hand per second.
 pub(super) const RATE_HZ: f64 = 90.0;
 
-/// Part of the mean speed that the hand has at both ends of a stroke.
+/// Speed of the hand at both ends of a stroke divided by its mean speed.
 const SPEED_AT_ENDS: f64 = 0.35;
 
-/// Passes over a path in which each node moves half-way to the middle of its neighbours.
+/// Number of smoothing passes over a path. In each pass a node moves half-way to the midpoint of its neighbours.
 const SMOOTHING: usize = 6;
 
-/// Oscillators of tremor and of drift for one axis.
+/// Number of sine waves for tremor and for drift along each axis.
 const WAVES: usize = 3;
 
 /// One sample of the hand.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HandSample {
     pub(super) p: DVec3,
-    /// The tracker's own axes; the first one is the ribbon's normal.
+    /// The tracker's axes; the first one is the ribbon's normal.
     pub(super) axes: [DVec3; 3],
     pub(super) pressure: f64,
 }
@@ -40,7 +40,7 @@ impl HandSample {
         quaternion(self.axes[0], self.axes[1], self.axes[2])
     }
 
-    /// The same sample on the other side of the plane x = 0.
+    /// The sample reflected in the plane x = 0.
     pub(super) fn mirrored(&self) -> Self {
         let flip = |v: DVec3| DVec3::new(-v.x, v.y, v.z);
         let (x, y) = (flip(self.axes[0]), flip(self.axes[1]));
@@ -100,13 +100,13 @@ impl Hand {
         }
     }
 
-    /// Samples that a stroke takes, at a pace of 1 for a usual hand.
+    /// Number of samples of a stroke; a `pace` of 1 is a usual hand.
     pub(super) fn samples_for(rng: &mut Random, way: &Way, pace: f64) -> u32 {
         let secs = rng.log_normal(0.30, 0.18) * libm::pow(way.effort_m() / 0.15, 0.45) / pace;
         ((secs * RATE_HZ) as u32).clamp(8, 120)
     }
 
-    /// Sample `index` of `count` along the path, at a time of the session.
+    /// Sample `index` of `count` along the path, at `time_secs` of the session.
     pub(super) fn sample(&mut self, path: &Way, index: u32, count: u32, time_secs: f64) -> HandSample {
         let part = f64::from(index) / f64::from(count.max(2) - 1);
         let (place, travel) = path.at(progress(part));
@@ -116,9 +116,9 @@ impl Hand {
         let tilted = turned(across, travel, self.roll.at(time_secs));
         let x = turned(tilted, travel.cross(tilted), self.pitch.at(time_secs));
         let y = perpendicular(self.up, x);
-        // Carried along, so that the hand never flips over where the normal points up.
+        // The up vector is transported along the stroke, so that the hand never flips where the normal points up.
         self.up = (y + DVec3::Y * 0.02).normalize_or(y);
-        // Pressed down within the first sixth, released within the last.
+        // The pressure rises within the first sixth and falls within the last sixth.
         let ramp = (part.min(1.0 - part) * 6.0).min(1.0);
         let ramp = ramp * ramp * (3.0 - 2.0 * ramp);
         let pressure = (0.25 + 0.55 * ramp + self.grip.at(time_secs)).clamp(0.05, 1.0);
@@ -126,13 +126,13 @@ impl Hand {
     }
 }
 
-/// Covered part of the way after a part of the time.
+/// Fraction of the path that is covered after a fraction of the time.
 fn progress(part: f64) -> f64 {
     let smooth = part * part * part * (10.0 + part * (6.0 * part - 15.0));
     SPEED_AT_ENDS * part + (1.0 - SPEED_AT_ENDS) * smooth
 }
 
-/// A path, measured by the time that the hand needs.
+/// A path parametrised by effort, to which the hand's time is proportional.
 #[derive(Debug)]
 pub(super) struct Way {
     nodes: Vec<Node>,
@@ -143,7 +143,7 @@ pub(super) struct Way {
 impl Way {
     /// The path through two nodes or more.
     pub(super) fn new(mut nodes: Vec<Node>) -> Self {
-        // A hand rounds off what is sharp on a surface.
+        // Smoothing, because a hand rounds off sharp corners of a surface.
         for _ in 0..SMOOTHING {
             for i in 1..nodes.len() - 1 {
                 let mean = (nodes[i - 1].p + nodes[i + 1].p) * 0.5;
@@ -157,7 +157,7 @@ impl Way {
                 return 1.0;
             }
             let turn = (step(i).normalize_or_zero() - step(i - 1).normalize_or_zero()).length();
-            // Half the speed in a bend of 7 cm.
+            // The speed halves in a bend of 7 cm radius.
             libm::cbrt(1.0 + 0.5 * turn / step(i).length().max(1e-6))
         };
         let mut slowing: Vec<f64> = (0..=last).map(bend).collect();
@@ -175,7 +175,7 @@ impl Way {
         Self { nodes, effort }
     }
 
-    /// Length of the path, with bends counted for as much as they slow the hand, metres.
+    /// Length of the path, weighted by the factor by which bends slow the hand, metres.
     fn effort_m(&self) -> f64 {
         self.effort[self.nodes.len() - 1]
     }
@@ -184,7 +184,8 @@ impl Way {
         self.nodes[0]
     }
 
-    /// Position and unit direction of travel after a part of the effort (Catmull and Rom, 1974, between the nodes).
+    /// Position and unit direction of travel at a fraction of the effort (a spline between the nodes: Catmull and Rom,
+    /// 1974).
     fn at(&self, part: f64) -> (Node, DVec3) {
         let last = self.nodes.len() - 1;
         let want = part.clamp(0.0, 1.0) * self.effort[last];

@@ -1,14 +1,14 @@
-//! The artist's head: follows the work on a spring, bobs as it walks.
+//! The artist's head: a spring pulls it to the work, and it bobs while the artist walks.
 
 use glam::DVec3;
 
 use super::hand::RATE_HZ;
 use super::vector::{level, perpendicular, quaternion};
 
-/// Stiffness of the spring that draws the head to its place, 1/s.
+/// Stiffness of the spring that pulls the head to its target, 1/s.
 const EAGERNESS: f64 = 2.2;
 
-/// Part of the way to the new direction of looking that the head turns in one sample.
+/// Fraction by which the viewing direction approaches its target in one sample.
 const TURN: f64 = 0.06;
 
 #[derive(Debug)]
@@ -16,9 +16,9 @@ pub(super) struct Head {
     eye: DVec3,
     velocity: DVec3,
     look: DVec3,
-    /// Phase of the bob of walking, radians.
+    /// Phase of the walking bob, radians.
     stride: f64,
-    /// Fastest that the artist moves, m/s.
+    /// Largest speed, m/s.
     speed_limit: f64,
 }
 
@@ -31,10 +31,10 @@ impl Head {
         self.eye
     }
 
-    /// One sample later, on the way to `target`, looking at `at`.
+    /// Advances by one sample towards `target`, looking at `at`.
     pub(super) fn advance(&mut self, target: DVec3, at: DVec3) {
         let dt = 1.0 / RATE_HZ;
-        // Critically damped: arrives without overshoot.
+        // The spring is critically damped, so the head arrives without overshoot.
         let pull = (target - self.eye) * (EAGERNESS * EAGERNESS) - self.velocity * (2.0 * EAGERNESS);
         self.velocity += pull * dt;
         let speed = self.velocity.length();
@@ -42,7 +42,7 @@ impl Head {
             self.velocity *= self.speed_limit / speed;
         }
         self.eye += self.velocity * dt;
-        // Two steps a second at full pace.
+        // Two steps a second at full speed.
         self.stride += std::f64::consts::TAU * 1.9 * (speed.min(self.speed_limit) / self.speed_limit) * dt;
         let wish = (at - self.eye).normalize_or(self.look);
         self.look = (self.look + (wish - self.look) * TURN).normalize_or(wish);
@@ -57,7 +57,7 @@ impl Head {
         (self.eye + bob, quaternion(up.cross(back), up, back))
     }
 
-    /// The level direction from a place to the head.
+    /// The horizontal direction from a position to the head.
     pub(super) fn from(&self, place: DVec3) -> DVec3 {
         level(self.eye - place, DVec3::Z)
     }

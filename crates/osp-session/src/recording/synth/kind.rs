@@ -3,15 +3,15 @@ use std::fmt;
 /// The kinds of synthetic sessions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SynthKind {
-    /// A bust, larger than life: dense small strokes in thin layers; the artist walks around it.
+    /// A bust, larger than life: dense small strokes in thin layers. The artist walks around it.
     Portrait,
-    /// Rooms with walls, furniture and decoration; the artist walks from room to room.
+    /// Rooms with walls, furniture and decoration. The artist walks from room to room.
     Room,
     /// Long loose strokes that fill the whole 4 m volume.
     Scribble,
-    /// A card of samples: a wave of each brush, in rows.
+    /// A sample sheet: a wave of each brush, in rows.
     Brushes,
-    /// Several artists scribble in one volume at once.
+    /// Several artists scribble in one volume simultaneously.
     Class,
 }
 
@@ -22,10 +22,10 @@ impl SynthKind {
     /// Default number of artists of [`SynthKind::Class`].
     pub const CLASS_AUTHORS: u32 = 3;
 
-    /// Most artists of [`SynthKind::Class`].
+    /// Largest number of artists of [`SynthKind::Class`].
     pub const MOST_AUTHORS: u32 = 64;
 
-    /// The kinds that an artist draws, with a hand, a head and second thoughts.
+    /// The kinds that a simulated artist draws, with a hand, a head and edits.
     pub const DRAWN_BY_ARTISTS: [Self; 3] = [Self::Portrait, Self::Room, Self::Scribble];
 
     /// The kind's name on the command line.

@@ -1,9 +1,9 @@
-//! Synthetic sessions: an artist with a hand, a head and a subject, drawn by rules from a seed.
+//! Synthetic sessions: a simulated artist with a hand and a head draws a subject by rules and a seed.
 //!
-//! They stand in for recorded sessions, and can have any length. The hand moves as human hands do (smooth strokes that
-//! slow down in bends, tremor, pauses), and the head follows the work at arm's length. Now and then the artist undoes,
-//! erases or moves something. The same seed gives the same events, bit for bit, on every machine: transcendental
-//! functions come from [`libm`], everything else is plain `f64` arithmetic.
+//! They replace recorded sessions in tests and benchmarks, and can have any length. The hand moves like a human hand
+//! (smooth strokes that slow down in bends, tremor, pauses), and the head follows the work at arm's length. Sometimes
+//! the artist undoes, erases or moves a stroke. The same seed gives the same events, bit for bit, on every machine:
+//! transcendental functions come from [`libm`], everything else is plain `f64` arithmetic.
 //!
 //! Each file depends only on those before it: `kind`, `volume`, `random` (numbers), `vector` (rotations), `path` (of a
 //! stroke), `hand` (motion along a path), `head`, `artist` (clock, events and edits). Then there is a file for each
@@ -30,8 +30,8 @@ use volume::{CENTER, VOLUME_M};
 
 use super::{AUTHORS_FORMAT, Event, EventSource, Header, RecordingError, Root, Session};
 
-/// A synthetic session of about `polygons` polygons: it ends with the first stroke that reaches the number. Polygons
-/// that are erased or undone later count, too. Events are made on request; memory does not grow.
+/// A synthetic session of about `polygons` polygons: it ends with the first stroke that reaches this number. Polygons
+/// that are later erased or undone also count. Events are generated on request, so memory does not grow.
 pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
     let source = format!("osp synth {kind} --polygons {polygons} --seed {seed}");
     let mut artist = Artist::new(polygons, seed);
@@ -49,7 +49,7 @@ pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
         }
         SynthKind::Class => return synthesize_class(SynthKind::CLASS_AUTHORS, polygons, seed),
     };
-    // It needs no later format, so programs for the first format can read it.
+    // The session needs no later format, so programs for the first format can read it.
     let root = Some(Root { center: CENTER, size });
     let header = Header { format: 1, root, ..Header::new(kind.name(), source) };
     Session { header, format: "synth", events: Box::new(Synth { artist, subject }) }

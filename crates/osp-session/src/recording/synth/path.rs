@@ -1,4 +1,4 @@
-//! The path of a stroke: a row of nodes with the surface normal, about a centimetre apart.
+//! The path of a stroke: nodes with the surface normal, about a centimetre apart.
 
 use glam::DVec3;
 
@@ -8,10 +8,10 @@ use super::vector::{perpendicular, turned};
 /// Distance of the nodes, metres.
 const STEP_M: f64 = 0.01;
 
-/// Strongest curvature of a stroke in itself, 1/m.
+/// Largest curvature of a stroke within its surface, 1/m.
 const MOST_BEND: f64 = 25.0;
 
-/// A place on a stroke's way.
+/// A position on the path of a stroke.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     pub(super) p: DVec3,
@@ -23,12 +23,12 @@ pub(super) struct Node {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Course {
     pub(super) start: DVec3,
-    /// Need not lie in the surface.
+    /// Initial direction; it need not be tangent to the surface.
     pub(super) heading: DVec3,
     pub(super) length_m: f64,
     /// Mean curvature, 1/m.
     pub(super) bend: f64,
-    /// Curvature that swings to and fro on top of it, 1/m.
+    /// Amplitude of the curvature's oscillation about the mean, 1/m.
     pub(super) swing: f64,
 }
 
@@ -48,14 +48,14 @@ impl Course {
         ((self.length_m / STEP_M) as usize).clamp(6, 2000)
     }
 
-    /// Curvature at a part of the way, 1/m.
+    /// Curvature at a fraction of the path, 1/m.
     fn curvature(&self, part: f64, phase: f64) -> f64 {
         let curvature = self.bend + self.swing * libm::sin(std::f64::consts::TAU * part * 1.3 + phase);
         curvature.clamp(-MOST_BEND, MOST_BEND)
     }
 }
 
-/// A stroke on a surface; `surface` gives the nearest place on it and the normal there.
+/// A path on a surface; `surface` returns the nearest point of the surface and its normal.
 pub(super) fn on_surface(rng: &mut Random, course: &Course, surface: impl Fn(DVec3) -> Node) -> Vec<Node> {
     let phase = rng.between(0.0, std::f64::consts::TAU);
     let steps = course.steps();
@@ -72,14 +72,14 @@ pub(super) fn on_surface(rng: &mut Random, course: &Course, surface: impl Fn(DVe
     nodes
 }
 
-/// A stroke on the plane through `start` with this normal.
+/// A path on the plane through `start` with this normal.
 pub(super) fn on_plane(rng: &mut Random, course: &Course, normal: DVec3) -> Vec<Node> {
     let start = course.start;
     on_surface(rng, course, |p| Node { p: p - normal * (p - start).dot(normal), n: normal })
 }
 
-/// A stroke in free space that bends and winds; the normal starts out near `facing`. `steer` gives a direction to
-/// pull to at a place, zero for none.
+/// A path in free space that bends and winds; its normal begins near `facing`. `steer` returns a direction in which the
+/// path is pulled at a position, or zero.
 pub(super) fn in_space(
     rng: &mut Random,
     course: &Course,

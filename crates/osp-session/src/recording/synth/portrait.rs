@@ -4,16 +4,16 @@ use super::artist::{Artist, Mirrored, RibbonStyle, Subject};
 use super::path::{Course, Node, on_surface};
 use super::vector::{level, perpendicular, turned};
 
-/// Larger than life, as most sculptures in VR are.
+/// The bust is larger than life, as most sculptures in VR are.
 const SCALE: f64 = 2.4;
 
-/// The middle of the skull.
+/// The centre of the skull.
 const CENTER: DVec3 = DVec3::new(0.0, 1.5, 0.0);
 
-/// A bust: sketched with a few long lines, then covered patch by patch with small strokes, in layers.
+/// A bust: first a sketch of a few long lines, then small strokes that cover it patch by patch, in layers.
 #[derive(Debug)]
 pub(super) struct Portrait {
-    /// Direction from the bust to the artist, radians from the bust's face.
+    /// Horizontal direction from the bust to the artist, radians from the direction of the bust's face.
     angle: f64,
     height: f64,
     strokes_left: u32,
@@ -36,7 +36,7 @@ impl Portrait {
         Self { angle: 0.0, height: 0.0, strokes_left: 12, region: Region::Sketch }
     }
 
-    /// Moves the artist on around the bust and chooses the work on that side.
+    /// Moves the artist around the bust and chooses the work on that side.
     fn next_patch(&mut self, artist: &mut Artist) {
         let rng = &mut artist.rng;
         self.angle += 0.45 + 0.45 * rng.normal();
@@ -74,7 +74,7 @@ impl Subject for Portrait {
         let angle = self.angle + 0.25 * rng.normal();
         let height = self.height + 0.02 * rng.normal();
         let side = DVec3::new(libm::sin(angle), 0.0, libm::cos(angle));
-        // Layer on layer: no stroke lies exactly on the one below.
+        // Strokes have different heights above the surface, so that none lies exactly on another.
         let (low_mm, high_mm) = match region {
             Region::Sketch => (-4.0, 2.0),
             Region::Skin => (0.0, 10.0),
@@ -83,7 +83,7 @@ impl Subject for Portrait {
             Region::Clothes => (2.0, 25.0),
         };
         let layer_m = rng.between(low_mm, high_mm) / 1000.0;
-        // Hair starts anywhere up to the crown.
+        // Hair may start anywhere up to the crown.
         let (reach, height) = match region {
             Region::Hair if rng.chance(0.6) => (rng.between(0.02, 0.09), 0.12),
             _ => (0.16, height),
@@ -132,7 +132,7 @@ impl Subject for Portrait {
     }
 }
 
-/// The place on the bust, raised by a layer, that is nearest to `p`.
+/// The point nearest to `p` on the bust's surface, raised by `layer_m`.
 fn nearest(mut p: DVec3, layer_m: f64) -> Node {
     let mut n = DVec3::Z;
     for _ in 0..4 {
@@ -148,7 +148,7 @@ fn gradient(p: DVec3) -> DVec3 {
     DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z)).normalize_or(DVec3::Y)
 }
 
-/// Roughly how far a place lies outside the bust, metres: ellipsoids that melt into each other.
+/// Approximate signed distance from the bust's surface, metres, positive outside: smoothly blended ellipsoids.
 fn distance(world: DVec3) -> f64 {
     let p = (world - CENTER) / SCALE;
     let side = DVec3::new(p.x.abs(), p.y, p.z);
@@ -169,7 +169,7 @@ fn ellipsoid(p: DVec3, center: DVec3, radii: DVec3) -> f64 {
     if steep > 0.0 { near * (near - 1.0) / steep } else { -radii.min_element() }
 }
 
-/// The smaller one, rounded where both are within `radius` of each other.
+/// The smaller of two distances, with a smooth transition where they differ by less than `radius`.
 fn melt(a: f64, b: f64, radius: f64) -> f64 {
     let h = (radius - (a - b).abs()).max(0.0) / radius;
     a.min(b) - h * h * radius * 0.25

@@ -11,31 +11,33 @@ const HEIGHT_M: f64 = 2.7;
 const DOOR_WIDTH_M: f64 = 0.9;
 const DOOR_HEIGHT_M: f64 = 2.05;
 
-/// Polygons that a room gets before the artist continues to the next one, if the plan may have as many rooms as that.
+/// Number of polygons that a room gets before the artist continues to the next room. Sessions that exceed
+/// [`MOST_ROOMS`] rooms give each room more.
 const POLYGONS_A_ROOM: u64 = 2000;
 
-/// Rooms of the largest plan; sessions beyond it fill them more densely.
+/// Largest number of rooms; larger sessions fill the rooms more densely.
 const MOST_ROOMS: usize = 36;
 
-/// A flat of several rooms, gone through in rows, to and fro, so that each room has a door to the next.
+/// A flat of several rooms. The artist walks through its rows in alternate directions, so each room has a door to the
+/// next.
 #[derive(Debug)]
 pub(super) struct Rooms {
     columns: usize,
     count: usize,
-    /// Room in which the artist is, in the order of the way.
+    /// The artist's current room, in the order of the walk.
     at: usize,
     built: usize,
     places: Vec<Place>,
-    /// Strokes of the ornament that is being made.
+    /// The ornament in progress.
     ornament: Ornament,
 }
 
-/// A flat piece of the room that can be drawn on.
+/// A flat rectangle of the room on which the artist can draw.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     center: DVec3,
     normal: DVec3,
-    /// Half its extent along two level or upright directions.
+    /// Half extents along two directions, each horizontal or vertical.
     right: DVec3,
     up: DVec3,
 }
@@ -79,7 +81,7 @@ impl Rooms {
         rooms
     }
 
-    /// A power of two that holds the whole plan.
+    /// Edge of the root cube, metres: a power of two that contains the whole flat.
     pub(super) fn root_size_m(&self) -> f32 {
         let extent_m = self.columns as f64 * ROOM_M;
         let mut size_m = 4.0;
@@ -233,7 +235,7 @@ impl Rooms {
         self.places.extend_from_slice(&faces[..2]);
     }
 
-    /// The same stance with the head kept off the walls.
+    /// The stance with the head moved away from the walls.
     fn inside(&self, stance: Stance) -> Stance {
         let reach = ROOM_M * 0.5 - 0.3;
         let center = self.center(self.at);
@@ -261,7 +263,7 @@ impl Rooms {
         };
     }
 
-    /// One stroke of the ornament.
+    /// Draws one stroke of the ornament.
     fn decorate(&mut self, artist: &mut Artist) {
         let Ornament { place, kind, color, .. } = self.ornament;
         let rng = &mut artist.rng;
@@ -284,7 +286,7 @@ impl Rooms {
                 let mut course = Course::new(rng, start, heading, length_m);
                 course.bend *= 3.0;
                 let facing = rng.direction();
-                // Leaves hang.
+                // Leaves hang down.
                 let hang = |_| DVec3::NEG_Y * 0.8;
                 (in_space(rng, &course, 1.0, facing, hang), rng.between(0.010, 0.035))
             }
@@ -304,13 +306,13 @@ impl Rooms {
         self.ornament.strokes.push(stroke);
     }
 
-    /// A little towards the middle of the room.
+    /// An offset of half a metre towards the middle of the room.
     fn aside(&self, p: DVec3) -> DVec3 {
         let inward = self.center(self.at) - p;
         DVec3::new(inward.x, 0.0, inward.z).normalize_or(DVec3::Z) * 0.5
     }
 
-    /// Now and then, groups a finished ornament and shifts it.
+    /// Sometimes groups a finished ornament and shifts it.
     fn finish_ornament(&mut self, artist: &mut Artist) {
         if self.ornament.strokes.len() >= 4 && artist.rng.chance(0.25) {
             let rng = &mut artist.rng;

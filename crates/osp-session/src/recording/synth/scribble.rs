@@ -3,15 +3,15 @@ use glam::DVec3;
 use super::artist::{Artist, Mirrored, RibbonStyle, Subject};
 use super::path::{Course, in_space};
 
-/// Half of the filled volume's edge, metres; the rest is left for tremor and drift.
+/// Half the edge of the filled volume, metres; the rest of the volume is a margin for tremor and drift.
 const HALF_M: f64 = 1.96;
 
 const CENTER: DVec3 = DVec3::new(0.0, 1.5, 0.0);
 
-/// Long loose strokes through the whole volume. The artist floats, as painting programs let them.
+/// Long loose strokes through the whole volume. The artist floats, as painting programs allow.
 #[derive(Debug)]
 pub(super) struct Scribble {
-    /// Numbers the places to work at.
+    /// Index of the current work position in the sequence.
     patch: u64,
     strokes_left: u32,
     start: DVec3,
@@ -21,7 +21,7 @@ pub(super) struct Scribble {
 impl Scribble {
     pub(super) fn new(artist: &mut Artist) -> Self {
         artist.stand(DVec3::new(0.0, 1.6, 0.6), DVec3::NEG_Z, 2.0);
-        // Seeds start at different places of the same even sequence.
+        // Seeds start at different indices of the same low-discrepancy sequence.
         let patch = artist.rng.index(1000) as u64;
         Self { patch, strokes_left: 0, start: CENTER, color: (0.5, 0.5, 0.5) }
     }
@@ -31,7 +31,7 @@ impl Subject for Scribble {
     fn work(&mut self, artist: &mut Artist) {
         if self.strokes_left == 0 {
             self.patch += 1;
-            // J. H. Halton, 1960: places that fill the volume evenly, however many there are.
+            // J. H. Halton, 1960: points that fill the volume uniformly for any number of points.
             let part = DVec3::new(radical(self.patch, 2), radical(self.patch, 3), radical(self.patch, 5));
             self.start = CENTER + (part * 2.0 - 1.0) * HALF_M;
             self.color = (artist.rng.unit(), artist.rng.unit(), artist.rng.unit());
@@ -56,7 +56,7 @@ impl Subject for Scribble {
         };
         let stance = artist.floating(start);
         let facing = stance.eye - start;
-        // Pulls back strongly within the last decimetres of the volume.
+        // The pull becomes strong within the last decimetres of the volume.
         let steer = |p: DVec3| {
             let beyond = |c: f64| -c.signum() * ((c.abs() - (HALF_M - 0.25)) / 0.25).max(0.0) * 20.0;
             let off = p - CENTER;
@@ -67,7 +67,7 @@ impl Subject for Scribble {
     }
 }
 
-/// The digits of `index` in `base`, mirrored at the point.
+/// The radical inverse: the digits of `index` in `base`, mirrored at the decimal point.
 fn radical(mut index: u64, base: u64) -> f64 {
     let (mut value, mut place) = (0.0, 1.0);
     while index > 0 {

@@ -1,14 +1,14 @@
-//! Rotations in plain `f64` steps, the same on every machine.
+//! Rotations in plain `f64` arithmetic, the same on every machine.
 
 use glam::DVec3;
 
-/// `v` turned about the unit vector `axis` (Rodrigues).
+/// `v` rotated about the unit vector `axis` (Rodrigues).
 pub(super) fn turned(v: DVec3, axis: DVec3, angle: f64) -> DVec3 {
     let (sin, cos) = libm::sincos(angle);
     v * cos + axis.cross(v) * sin + axis * (axis.dot(v) * (1.0 - cos))
 }
 
-/// The part of `v` perpendicular to the unit vector `axis`, of length 1.
+/// The component of `v` perpendicular to the unit vector `axis`, normalised.
 pub(super) fn perpendicular(v: DVec3, axis: DVec3) -> DVec3 {
     let part = v - axis * v.dot(axis);
     if part.length_squared() > 1e-12 * v.length_squared() {
@@ -23,8 +23,8 @@ fn any_perpendicular(axis: DVec3) -> DVec3 {
     axis.cross(helper).normalize()
 }
 
-/// The unit quaternion (x, y, z, w) that takes X, Y, Z to three perpendicular unit vectors (S. W. Shepperd, 1978:
-/// the largest component first).
+/// The unit quaternion (x, y, z, w) that rotates X, Y and Z to three perpendicular unit vectors (S. W. Shepperd, 1978:
+/// computes the largest component first).
 pub(super) fn quaternion(x: DVec3, y: DVec3, z: DVec3) -> [f64; 4] {
     let candidates =
         [1.0 + x.x - y.y - z.z, 1.0 - x.x + y.y - z.z, 1.0 - x.x - y.y + z.z, 1.0 + x.x + y.y + z.z];
@@ -44,7 +44,7 @@ pub(super) fn quaternion(x: DVec3, y: DVec3, z: DVec3) -> [f64; 4] {
     }
 }
 
-/// The horizontal direction of `v`, or `fallback` if there is none.
+/// The horizontal direction of `v`; `fallback` if `v` is vertical.
 pub(super) fn level(v: DVec3, fallback: DVec3) -> DVec3 {
     DVec3::new(v.x, 0.0, v.z).try_normalize().unwrap_or(fallback)
 }

@@ -5,16 +5,16 @@ use std::{
 
 use super::{super::group::MAX_GROUP_DEPTH, time::Time};
 
-/// Why a grouping may have another outcome.
+/// Reason for which a grouping may have another effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Reason {
-    /// The timeline was edited here.
+    /// The grouping was added, removed or redone.
     Edit,
-    /// The parent that it sets is reached.
+    /// The parent that the grouping sets is reached.
     Toward { group: usize },
-    /// The group that it moves is reached.
+    /// The grouping's group is reached.
     Own,
-    /// The group that it moves is above one that differs.
+    /// The grouping's group is above one that differs.
     Above,
 }
 
@@ -27,11 +27,12 @@ pub(super) struct Scratch {
     pub(super) reached: Vec<u64>,
     /// The `mark` at which each group was last above one that differs.
     pub(super) above: Vec<u64>,
-    /// Grows when a walk begins, and whenever no group differs.
+    /// Increases when a walk begins, and whenever no group differs any more.
     pub(super) mark: u64,
-    /// There are enough groups for a chain that is too long.
+    /// Whether the number of groups suffices for a chain that is too long.
     pub(super) minds_heights: bool,
-    /// Each with the `mark` at which it was queued. Entries with an older mark are skipped, but for edits.
+    /// The groupings to visit, each with the `mark` at which it was queued. Entries with an older mark are skipped,
+    /// except for edits.
     pub(super) queue: BinaryHeap<Reverse<(Time, usize, Reason, u64)>>,
 }
 

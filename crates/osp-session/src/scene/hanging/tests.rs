@@ -19,7 +19,7 @@ struct Grouping {
     before: Option<usize>,
     parent: Option<usize>,
     holds: bool,
-    /// It no longer sets the group's parent.
+    /// A forgotten grouping has made the group's parent final.
     is_settled: bool,
 }
 
@@ -106,7 +106,7 @@ impl Both {
         Self { groups: anew.groups.clone(), anew, hangings: Hangings::default(), next: 0 }
     }
 
-    /// A grouping; `None` if it is refused.
+    /// Makes a grouping; `None` if it is refused.
     fn group(&mut self, group: usize, parent: Option<usize>) -> Option<u64> {
         self.hangings.settle(&mut self.groups);
         let id = self.groups.id(group);
@@ -166,12 +166,12 @@ impl Dice {
     }
 }
 
-/// Applies groupings of `count` groups, undone and redone in any order, as many authors do.
+/// Applies groupings of `count` groups, and undoes and redoes them in random order, as several authors do.
 fn play(seed: u64, count: usize, steps: usize, forgets: bool) -> Both {
     let mut dice = Dice(Pcg64::new(u128::from(seed), 3));
     let mut both = Both::new(count as u32);
     let is_deep = dice.below(2) == 0;
-    // How many groupings there may be, and how many turns until the groups are looked at.
+    // Largest number of active groupings, and number of undos and redos between two comparisons of the groups.
     let (most, pause) = (1 + dice.below(60), 1 + dice.below(4));
     for step in 0..steps {
         let active: Vec<u64> = both.anew.active.keys().copied().collect();
@@ -179,7 +179,7 @@ fn play(seed: u64, count: usize, steps: usize, forgets: bool) -> Both {
         match dice.below(if forgets { 11 } else { 10 }) {
             0..=4 if active.len() < most => {
                 let group = dice.below(count);
-                // Some make long chains, some a tangle.
+                // Some tests have long chains, others a random graph.
                 let parent = match dice.below(8) {
                     0 => None,
                     1..=4 if is_deep => (group > 0).then(|| group - 1),
@@ -216,13 +216,13 @@ fn the_same_where_groupings_are_forgotten() {
     }
 }
 
-/// Chains of up to 64 groups: a grouping that would exceed that is refused in the same way.
+/// In chains of up to 64 groups, both methods refuse the same groupings.
 #[test]
 fn the_same_where_chains_become_too_long() {
     for seed in 0..60u64 {
         let mut both = Both::new(160);
         let mut dice = Dice(Pcg64::new(u128::from(seed), 5));
-        // Chains of about thirty, of which any two are as long as can be.
+        // Chains of about thirty groups: any two of them together have nearly the largest length.
         for group in 1..160usize {
             let parent = (!group.is_multiple_of(28 + seed as usize % 8)).then(|| group - 1);
             both.group(group, parent);
@@ -265,8 +265,7 @@ fn a_grouping_that_is_taken_back_leaves_the_group_where_it_found_it() {
     assert_eq!(both.groups.parent(0), None);
 }
 
-/// An effect that forgotten groupings leave open is settled by the next undo, even if other undo and redo follow in
-/// the frame.
+/// The effect of forgotten groupings is processed at the next undo, even if further undo and redo follow in the frame.
 #[test]
 fn what_is_outdated_is_settled_with_the_next_undo() {
     let mut both = Both::new(3);

@@ -1,5 +1,5 @@
-/// A point on the timeline. Constant parents (of groups without groupings) come first, then base parents (before all groupings),
-/// then groupings by their places in the log. The first two are ordered by group.
+/// A point on the timeline. Constant parents (of groups without groupings) come first, then base parents (before all
+/// groupings), then groupings by their log indices. The first two are ordered by group.
 pub(super) type Time = (u64, usize);
 
 pub(super) fn constant_time(group: usize) -> Time {
@@ -14,7 +14,7 @@ pub(super) fn time_of(place: u64) -> Time {
     (place + 2, 0)
 }
 
-/// The place of the grouping at a time, if there is one.
+/// The log index of the grouping at a time, if there is one.
 pub(super) fn place_at(time: Time) -> Option<u64> {
     time.0.checked_sub(2)
 }

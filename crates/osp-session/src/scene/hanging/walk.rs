@@ -1,4 +1,4 @@
-//! The walk along the timeline that finds the groupings with another outcome.
+//! The walk along the timeline that finds the groupings whose effect has changed.
 
 use std::{
     cmp::Reverse,
@@ -13,7 +13,7 @@ use super::{
 };
 
 impl Hangings {
-    /// Walks along the timeline. Returns `false` where rebuilding all parents costs less than the rest of the walk.
+    /// Walks along the timeline. Returns `false` if rebuilding all parents costs less than the rest of the walk.
     pub(super) fn walk_through(&mut self, groups: &Groups, scratch: &mut Scratch) -> bool {
         let edits = self.outdated.iter().map(|(&time, &(group, _))| (time, group));
         let edits = edits.chain(self.fresh.iter().map(|(&time, &group)| (time, group)));
@@ -56,7 +56,7 @@ impl Hangings {
         parent
     }
 
-    /// Applies the entries of a time to both timelines.
+    /// Applies the entries at a time to both timelines.
     fn pass(&mut self, groups: &Groups, scratch: &mut Scratch, time: Time, group: usize) {
         let line = self.line(group);
         let held = line.and_then(|line| line.held.get(&time).copied());
@@ -108,7 +108,7 @@ impl Hangings {
         }
     }
 
-    /// Whether a group may get this parent at a time: without a cycle, and without a chain that is too long.
+    /// Whether a group may get this parent at a time, without a cycle and without a chain that is too long.
     fn can_hang(
         &mut self,
         groups: &Groups,
@@ -188,7 +188,7 @@ impl Hangings {
         }
     }
 
-    /// Queues the next grouping after a time that a reason applies to, if there is one.
+    /// Queues the next grouping after `time` to which the reason applies, if there is one.
     fn queue_next(&self, scratch: &mut Scratch, time: Time, group: usize, reason: Reason) {
         let later = (Excluded(time), Unbounded);
         let next = match reason {

@@ -1,4 +1,4 @@
-//! Stored arrangements of a log, and queries of them.
+//! Tests of the arrangements that a log stores, and of queries.
 
 use glam::Vec3;
 use rand_pcg::{Pcg64, rand_core::Rng};
@@ -36,7 +36,7 @@ fn placed(group: usize) -> Arrangement {
     Arrangement::Place { group, before: to, to }
 }
 
-/// Checks that the index has the properties that arrangements set, and no others.
+/// Checks that the index has exactly the properties that arrangements set.
 fn check(log: &Log, of: &str) {
     let mut index = BTreeSet::new();
     for (turn, arrangements) in [(Turn::MadeAgain, &log.active), (Turn::TakenBack, &log.taken_back)] {
@@ -96,7 +96,7 @@ fn nothing_is_left_of_what_is_forgotten() {
     }
 }
 
-/// Undone arrangements that cannot be redone are not stored, either.
+/// Undone arrangements that cannot be redone are dropped.
 #[test]
 fn an_edit_after_an_undo_leaves_nothing_of_what_was_taken_back() {
     let mut scene = Scene::new();
@@ -116,7 +116,7 @@ fn an_edit_after_an_undo_leaves_nothing_of_what_was_taken_back() {
     assert_eq!(scene.counts().ignored_events, 0);
 }
 
-/// The index lists no strokes of a large arrangement; a search of the few large ones finds it.
+/// The index contains no strokes of a large arrangement; a search of the few large arrangements finds them.
 #[test]
 fn arrangements_of_very_many_strokes_are_found_without_the_index() {
     let mut log = Log::default();
@@ -136,7 +136,7 @@ fn arrangements_of_very_many_strokes_are_found_without_the_index() {
     assert!(log.broad.contains(&(Turn::TakenBack, large)));
 }
 
-/// An undo visits only the next later arrangement of a property: that one stores the state before it.
+/// An undo visits only the next arrangement that sets the same property, because it stores the former state.
 #[test]
 fn the_next_that_sets_a_property_is_enough() {
     let steps = [10, 1000].map(|later| {

@@ -1,4 +1,4 @@
-//! Recordings of several authors: what readers take and refuse, and how messages become a session.
+//! Recordings of several authors: which events readers accept and refuse, and how messages become a session.
 
 use std::collections::BTreeMap;
 
@@ -117,7 +117,7 @@ fn what_is_not_the_authors_is_refused_with_its_line() {
         assert!(lenient.notes.warnings[0].contains(expected), "{:?}", lenient.notes);
         assert_eq!(lenient.events.last(), Some(&Event::Undo { t: 7.0, author: Author::SOLE }), "{lines}");
     }
-    // Anybody may add to a group that is there.
+    // Any author may add strokes to an existing group.
     let shared =
         "Group(t:1,author:2,group:2097152,strokes:[])\nGroup(t:1,author:1,group:2097152,strokes:[])\n";
     assert!(read(text(&format!("{joined}{shared}")).as_bytes(), STRICT).error.is_none());
@@ -130,7 +130,7 @@ fn a_damaged_join_costs_a_lenient_reader_that_author() {
     let lenient = read(text(lines).as_bytes(), LENIENT);
     assert!(lenient.error.is_none() && lenient.notes.skipped == 2, "{:?}", lenient.notes);
     assert_eq!(lenient.events.last(), Some(&Event::Undo { t: 1.0, author: Author(3) }));
-    // What is left of it is a recording that a strict reader takes.
+    // The undamaged events form a recording that a strict reader accepts.
     let rescued = "Join(t:0,author:1)\nJoin(t:0,author:3)\nUndo(t:1,author:3)\n";
     assert!(read(text(rescued).as_bytes(), STRICT).error.is_none());
 }
@@ -151,7 +151,7 @@ fn earlier_formats_have_one_author_with_any_numbers() {
         let again = read(&writer.get_ref().clone(), STRICT);
         assert!(again.error.is_none() && again.events == [begin(0, u32::MAX)]);
     }
-    // In a recording of several, the one who has not joined has the first numbers.
+    // In a recording of several authors, the sole author, who has not joined, has the first numbers.
     let bytes = write(&header(), &[begin(0, (1 << Author::NUMBER_BITS) - 1)]);
     assert!(read(&bytes, STRICT).error.is_none());
     assert!(
@@ -225,11 +225,11 @@ fn a_message_counts_once_in_its_turn_and_whole() {
     assert_eq!(take(&message(ann, 0, &drawn)), (Reduced::Stranger, 0));
     assert_eq!(take(&message(ann, 1, &drawn)), (Reduced::Gap(0), 0));
     assert_eq!(take(&message(host, 0, &[begin(0, 3), point(3, 0)])), (Reduced::Taken, 2));
-    // The number that a sender thinks it has does not matter before it has one.
+    // The author number in a sender's first message is ignored.
     assert_eq!(take(&message(ann, 0, &[join(9)])), (Reduced::Taken, 1));
     assert_eq!(take(&message(ann, 0, &[join(9)])), (Reduced::Duplicate, 0));
     assert_eq!(take(&message(ann, 1, &drawn)), (Reduced::Taken, 2));
-    // A message with another's event has no effect at all, and the next is the one after it.
+    // A message with another author's event has no effect at all, and the sender's next message has the next number.
     let wrong = [point(stroke, 1), Event::Undo { t: 0.0, author: Author::SOLE }];
     let (reduced, events) = take(&message(ann, 2, &wrong));
     assert!(
@@ -246,7 +246,7 @@ fn a_message_counts_once_in_its_turn_and_whole() {
         name: None,
     };
     assert!(matches!(take(&message(ann, 3, &[made.clone(), point(3, 1)])), (Reduced::Refused(_), 0)));
-    // Nor has it made a group.
+    // The message has created no group either.
     let theirs = Event::Group {
         t: 0.0,
         author: Author::SOLE,
@@ -258,7 +258,7 @@ fn a_message_counts_once_in_its_turn_and_whole() {
     assert!(matches!(take(&message(host, 1, std::slice::from_ref(&theirs))), (Reduced::Refused(_), 0)));
     assert_eq!(take(&message(ann, 4, &[made])), (Reduced::Taken, 1));
     assert_eq!(take(&message(host, 2, &[theirs])), (Reduced::Taken, 1));
-    // The host says who has left; the sender is nobody then.
+    // The host reports who has left; the sender has no author then.
     let gone = Event::Leave { t: 0.0, author: Author(1) };
     assert_eq!(take(&message(host, 3, &[gone])), (Reduced::Taken, 1));
     assert_eq!(take(&message(ann, 5, &[point(stroke, 2)])), (Reduced::Stranger, 0));
@@ -273,7 +273,7 @@ fn a_message_counts_once_in_its_turn_and_whole() {
     assert_eq!(joined, [1, 2]);
 }
 
-/// What a sender does in a message, in two numbers.
+/// The actions of a sender in a message, encoded in two numbers.
 type Doing = (u8, u32);
 
 /// The messages of senders in the order in which they count.
@@ -334,7 +334,7 @@ fn session_of(senders: u64, order: &[(u64, Vec<Doing>)]) -> Vec<Message> {
     messages
 }
 
-/// The bytes of the recording and the scene that a log comes to.
+/// The bytes of the recording and the scene that result from a log.
 fn reduce(log: &[Message]) -> (Vec<u8>, Vec<u32>, u64, String) {
     let (mut reducer, mut events) = (Reducer::new(), Vec::new());
     for message in log {
@@ -356,7 +356,7 @@ fn reduce(log: &[Message]) -> (Vec<u8>, Vec<u32>, u64, String) {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
 
-    /// Messages that come twice, too early, or again after all others change nothing, wherever they come.
+    /// Messages that arrive twice, too early, or again after all others have no effect, at any position.
     #[test]
     fn duplicates_gaps_and_resends_change_nothing(
         senders in 1u64..5,
@@ -370,7 +370,7 @@ proptest! {
             let which = which.index(canonical.len());
             let message = canonical[which].clone();
             let position = |of: usize| log.iter().position(|(number, _)| *number == of).expect("it is in the log");
-            // Anywhere, but for the one stretch in which it would be its turn.
+            // Any position, except for the range in which the message would be its sender's next one.
             let first = position(which);
             let before = canonical[..which].iter().rposition(|earlier| earlier.sender == message.sender);
             let place = place.index(log.len() + 1);
@@ -385,7 +385,7 @@ proptest! {
         prop_assert_eq!(reduce(&log), expected);
     }
 
-    /// Any mess of messages: a prefix of the log gives a prefix of the session, and nothing breaks.
+    /// For any sequence of messages, a prefix of the log gives a prefix of the session, and no call panics.
     #[test]
     fn any_log_gives_a_session_that_grows(
         senders in 1u64..4,

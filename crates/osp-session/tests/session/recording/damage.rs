@@ -1,4 +1,4 @@
-//! Files that were cut off, changed, or forged.
+//! Files that were truncated, changed, or forged.
 
 use std::io::{BufReader, Read};
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use super::events::{LENIENT, STRICT, read, read_from, sample_events, write};
 use super::look::header;
 
-/// The length of the lines up to and with line `n`, without the last newline.
+/// The length of the lines up to and including line `n`, without the last newline.
 fn ends_of_lines(bytes: &[u8]) -> Vec<usize> {
     bytes.iter().enumerate().filter(|(_, b)| **b == b'\n').map(|(i, _)| i).collect()
 }
@@ -61,7 +61,7 @@ fn a_character_cut_in_half_at_the_end_is_a_cut() {
     assert!(error.contains("line 3: expected UTF-8 text; found other bytes in column 7"), "{error}");
 }
 
-/// Counts what is taken from it.
+/// Counts the bytes that are read from it.
 struct Counted<R> {
     input: R,
     taken: Arc<AtomicU64>,
@@ -78,7 +78,7 @@ impl<R: Read> Read for Counted<R> {
 #[test]
 fn a_giant_line_is_refused_without_being_kept() {
     const GIANT: u64 = 300 << 20;
-    // One line of 300 MiB between good ones.
+    // One line of 300 MiB between valid lines.
     let giant = |taken: &Arc<AtomicU64>| {
         let start = &b"Header(format: 1)\nUndo(t: 1)\n"[..];
         let input = start.chain(std::io::repeat(b'7').take(GIANT)).chain(&b"\nUndo(t: 2)\n"[..]);
@@ -132,7 +132,7 @@ proptest! {
         }
         let strict = read(&bytes, STRICT);
         let lenient = read(&bytes, LENIENT);
-        // A flip can split a line in two, but makes no event of nothing.
+        // A bit flip can split a line in two, but cannot create an event.
         prop_assert!(strict.events.len() <= sample_events().len() + flips.len());
         prop_assert!(lenient.events.len() >= strict.events.len());
         prop_assert!(lenient.events.starts_with(&strict.events));
@@ -148,7 +148,7 @@ proptest! {
     }
 }
 
-/// Compressed recordings, as files, because the frame decoder sits behind `open`.
+/// Compressed recordings, as files, because only `open` uses the frame decoder.
 mod compressed {
     use osp_session::recording::{Flush, Notes, OpenOptions, RonWriter, open};
 

@@ -26,7 +26,7 @@ pub(crate) struct Outcome {
     pub(crate) error: Option<RecordingError>,
 }
 
-/// Reads everything; an error of the header counts as an error before the first event.
+/// Reads all events; an error of the header counts as an error before the first event.
 pub(crate) fn read(bytes: &[u8], options: OpenOptions) -> Outcome {
     read_from(BufReader::with_capacity(97, bytes), options)
 }
@@ -145,7 +145,7 @@ pub(crate) fn sample_events() -> Vec<Event> {
     ]
 }
 
-/// Coordinates of every size, among them the hard ones: zeros of both signs, subnormals, the limits.
+/// Coordinates of every magnitude, including special values: zeros of both signs, subnormals, the limits.
 pub(crate) fn coordinate() -> impl Strategy<Value = f32> {
     prop_oneof![
         4 => -10.0f32..10.0,

@@ -1,4 +1,4 @@
-//! The format itself: what is written is read back, and what may be written by hand is understood.
+//! The format: written events are read back unchanged, and hand-written forms are accepted.
 
 use super::events::{LENIENT, STRICT, event, pose_event, read, sample_events, write};
 use glam::{Quat, Vec3};
@@ -16,7 +16,7 @@ fn header() -> Header {
     }
 }
 
-/// Equal in every bit, which `==` on floats is not (-0.0).
+/// Bitwise equality, because `==` treats -0.0 and 0.0 as equal.
 fn same(a: &Event, b: &Event) -> bool {
     format!("{a:?}") == format!("{b:?}")
 }
@@ -212,8 +212,8 @@ proptest! {
         prop_assert_eq!(write(&header(), &outcome.events), bytes, "written again, the same bytes");
     }
 
-    /// The short way through poses against the general parser: the same bits, or the same refusal, also for lines
-    /// that are damaged or spelled unusually.
+    /// Compares the fast parser for poses with the general parser: the same bits, or the same error, also for damaged
+    /// or unusual lines.
     #[test]
     fn the_short_way_agrees_with_ron(
         event in pose_event(),

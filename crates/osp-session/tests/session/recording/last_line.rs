@@ -1,4 +1,4 @@
-//! The last line of a file may be cut off, and then it is left out; but what is there is read or refused.
+//! An incomplete last line is left out; a complete last line is read or refused.
 
 use osp_session::recording::{Author, Event, RecordingError};
 
@@ -21,7 +21,7 @@ fn a_whole_last_line_that_means_nothing_is_an_error_and_no_cut() {
             };
             assert!(said.contains(expected), "{said}");
             assert!(outcome.notes.warnings.is_empty(), "{:?}", outcome.notes);
-            // And a damaged line to a reader that passes over such.
+            // A lenient reader also treats the line as damaged.
             let outcome = read(text.as_bytes(), LENIENT);
             assert_eq!((outcome.events.len(), outcome.notes.skipped), (1, 1), "{line}");
         }

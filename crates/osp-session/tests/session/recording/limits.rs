@@ -1,4 +1,4 @@
-//! How much a session may hold: whatever memory grows with is refused beyond the limits, and what comes before is used.
+//! Limits of a session's size: everything that takes memory is refused beyond the limits, and the part before is used.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ fn read(path: &Path, lenient: bool, limits: Limits) -> Outcome {
     Outcome { events, error, notes: session.events.notes() }
 }
 
-/// Reads `allowed` whole, and of `allowed` and `more` what is allowed; checks what is said of the rest.
+/// Reads all of `allowed`. Of `allowed` followed by `more` it reads the allowed part; checks the error about the rest.
 fn refuses(allowed: &str, more: &str, expected: &str, read_before: &str) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("large.ron");
@@ -61,7 +61,7 @@ fn refuses(allowed: &str, more: &str, expected: &str, read_before: &str) {
 fn polygons_are_limited_by_what_makes_them() {
     let ribbon = format!("{BEGIN}{}", POINT.repeat(32));
     refuses(&ribbon, POINT, "32 polygons", "1 strokes, 32 points");
-    // A stroke between others, and samples of none.
+    // A stroke between others, and samples without a stroke.
     let other = "Begin(t:0,stroke:1,tool:Wall,width:0.1,color:(1,1,1,1))\nPoint(t:0,stroke:1,p:(0,0,0))\n";
     let nobody = "Point(t:0,stroke:9,p:(0,0,0))\n";
     refuses(
@@ -70,11 +70,11 @@ fn polygons_are_limited_by_what_makes_them() {
         "32 polygons",
         "2 strokes, 33 points",
     );
-    // A tube has as many polygons for each sample as it has sides.
+    // A tube has one polygon per side for each sample.
     let samples = 32 / osp_session::stroke::TUBE_SIDES;
     let tube = BEGIN.replace("Ribbon", "Tube") + &POINT.repeat(samples);
     refuses(&tube, POINT, "32 polygons", &format!("1 strokes, {samples} points"));
-    // A second beginning does not turn a tube into a ribbon.
+    // A second `Begin` does not change a tube to a ribbon.
     refuses(&format!("{tube}{BEGIN}"), POINT, "32 polygons", "2 strokes");
     let quad = "Polygon(vertices:[(0,0,0),(1,0,0),(1,1,0),(0,1,0)],color:(1,1,1,1))\n";
     refuses(&quad.repeat(16), quad, "32 polygons", "0 strokes, 0 points, 16 faces");
@@ -92,7 +92,7 @@ fn strokes_groups_and_events_are_limited() {
     refuses(&undo.repeat(128), undo, "128 events and strokes that edits name", "0 strokes");
 }
 
-/// Undo keeps what a move names, so many moves of many strokes take memory.
+/// Undo stores the strokes that a move lists, so many moves of many strokes take memory.
 #[test]
 fn strokes_that_edits_name_are_limited() {
     let names = |n: usize| vec!["3"; n].join(",");
@@ -105,7 +105,7 @@ fn strokes_that_edits_name_are_limited() {
 mod packed {
     use super::*;
 
-    /// Many copies of a packed line, as frames of their own: a file that unpacks to a thousand times its size.
+    /// Many copies of a compressed line, each in its own frame: a file that expands to a thousand times its size.
     fn bomb(line: &str, times: usize) -> Vec<u8> {
         let frame = zstd::encode_all(line.repeat(1000).as_bytes(), 19).unwrap();
         let head = format!("Header(format:1,name:\"x\",source:\"y\")\n{BEGIN}");
@@ -128,7 +128,7 @@ mod packed {
             let expected =
                 format!("expected at most {most} bytes unpacked from {} (--max-unpacking N", bytes.len());
             assert!(said.contains(&expected) && said.contains("read before: 1 strokes"), "{said}");
-            // All but what a buffer holds came before.
+            // All events came before the limit, except for those in a buffer.
             let allowed = if line == POINT { most as usize / line.len() } else { 0 };
             assert!(
                 strict.events > allowed.saturating_sub(6000) && strict.events <= allowed + 1,

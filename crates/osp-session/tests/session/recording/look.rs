@@ -1,4 +1,4 @@
-//! Brushes, light and layers in a recording: what is written comes back, and numbers that make no sense are refused.
+//! Brushes, light and layers in a recording: they are read back as written, and invalid numbers are refused.
 
 use super::events::{STRICT, read, write};
 use glam::{Quat, Vec3};

@@ -1,4 +1,4 @@
-//! Synthetic sessions: the same on every machine, of the right size, and such as a person could have drawn them.
+//! Synthetic sessions: identical on every machine, of the requested size, and such as a person could have drawn.
 
 use std::collections::HashMap;
 
@@ -41,7 +41,7 @@ struct Drawn {
     points: Vec<(f64, Vec3)>,
 }
 
-/// The strokes in the order in which they begin.
+/// The strokes in order of their beginnings.
 fn strokes(events: &[Event]) -> Vec<Drawn> {
     let mut places = HashMap::new();
     let mut strokes = Vec::new();
@@ -106,7 +106,7 @@ fn the_target_is_met_by_the_scene() {
             let counts = scene(&events).counts();
             let target = u64::from(target);
             assert!(counts.polygons >= target - target / 100, "{kind} {target}: {counts:?}");
-            // Two mirrored strokes of 120 points at the most.
+            // At most two mirrored strokes of 120 points.
             assert!(counts.polygons <= target + target / 100 + 480, "{kind} {target}: {counts:?}");
             assert_eq!(counts.ignored_events, 0, "{kind} {target}");
             assert_eq!(events.is_empty(), target == 0);
@@ -186,7 +186,7 @@ fn hands_and_heads_move_like_hands_and_heads() {
                 assert!((secs - 1.0 / 90.0).abs() < 2e-4, "{kind}: sampled at 90 Hz");
                 speeds.push(f64::from((pair[1].1 - pair[0].1).length()) / secs);
             }
-            // No jumps: the change of velocity from sample to sample stays what an arm can do.
+            // The motion has no jumps: the change of velocity between samples stays within the ability of an arm.
             for three in points.windows(3) {
                 let [a, b, c] = [three[0].1, three[1].1, three[2].1].map(|p: Vec3| p.as_dvec3());
                 let acceleration: DVec3 = (a - b * 2.0 + c) * 8100.0;
@@ -214,7 +214,7 @@ fn hands_and_heads_move_like_hands_and_heads() {
             let speed = f64::from((pair[1].1 - pair[0].1).length()) / secs;
             assert!(speed < 2.2, "{kind}: the head at {speed} m/s");
         }
-        // The work is at arm's length.
+        // The head stays at arm's length from the work.
         let mut head = None;
         let mut reach: Vec<f32> = Vec::new();
         for event in &events {

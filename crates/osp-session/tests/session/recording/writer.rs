@@ -1,4 +1,4 @@
-//! The writer: whole lines, at once; sessions that go on after a crash.
+//! The writer: complete lines, written at once; sessions that continue after a crash.
 
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
@@ -8,7 +8,7 @@ use osp_session::recording::{
     Author, Event, Flush, Header, MAX_LINE_BYTES, OpenOptions, RecordingError, RonWriter, StrokeId, open,
 };
 
-/// Keeps every write call apart; fails once `room` bytes are used up.
+/// Stores every write call separately; fails once `room` bytes are used up.
 #[derive(Clone)]
 struct Calls {
     calls: Arc<Mutex<Vec<Vec<u8>>>>,
@@ -118,7 +118,7 @@ trait OutOfTheWay {
 }
 
 impl<W: Write> OutOfTheWay for RonWriter<W> {
-    /// Drops the writer, which must not write again either.
+    /// Drops the writer, which must not write again in its drop.
     fn out_of_the_way(self) {}
 }
 
@@ -133,7 +133,8 @@ fn a_session_goes_on_after_every_possible_crash() {
         let bytes = std::fs::read(&path).unwrap();
         assert_eq!(events_of(&path), sample_events());
         let mut resumed = 0;
-        // Opening compressed files takes its time; the reader's own test covers every length.
+        // Only some lengths are tested, because opening compressed files is slow; the reader's own test covers every
+        // length.
         let step = if name.ends_with(".zst") { 3 } else { 1 };
         for length in (0..=bytes.len()).rev().step_by(step) {
             std::fs::write(&path, &bytes[..length]).unwrap();

@@ -1,4 +1,4 @@
-//! Several authors: whose undo takes back what, and what their edits come to together.
+//! Several authors: which edits each author's undo reverts, and the result of all edits together.
 
 use glam::{Quat, Vec3};
 use osp_session::{
@@ -27,7 +27,7 @@ pub(crate) fn group_id(author: Author, n: u32) -> GroupId {
     GroupId(author.number(n).expect("a number of the author"))
 }
 
-/// A ribbon of three points, along x at a height of its own.
+/// A ribbon of three points, along x at its own height.
 pub(crate) fn stroke(author: Author, n: u32) -> Vec<Event> {
     let stroke = id(author, n);
     let y = (author.0 * 64 + n % 64) as f32;
@@ -89,7 +89,7 @@ fn an_undo_takes_back_the_authors_own_edit() {
     let scene = scene_of(and(&two(), &[undo(A), undo(A), redo(B)]));
     assert!(scene.stroke(id(B, 0)).expect("B's").is_visible());
     assert_eq!(scene.counts().ignored_events, 2);
-    // B's edit does not cost A the redo; A's own does.
+    // B's edit does not make A's redo impossible; A's own edit does.
     let b_moves = moved(B, id(B, 0), Vec3::Y);
     let scene = scene_of(and(&two(), &[undo(A), b_moves.clone(), redo(A)]));
     assert!(scene.stroke(id(A, 0)).expect("A's").is_visible() && scene.counts().ignored_events == 0);
@@ -152,7 +152,7 @@ fn a_stroke_is_erased_as_long_as_anybody_has_erased_it() {
     };
     assert!(is_erased(&[]) && is_erased(&[undo(A)]) && is_erased(&[undo(B)]));
     assert!(!is_erased(&[undo(A), undo(B)]) && is_erased(&[undo(A), undo(B), redo(A)]));
-    // The same author erases once.
+    // An author erases a stroke only once.
     assert_eq!(scene_of(and(&erased, &[erase(A, s)])).counts().ignored_events, 1);
 }
 
@@ -178,7 +178,7 @@ fn who_leaves_ends_strokes_and_can_do_nothing_any_more() {
     let mut scene = scene_of(events);
     assert_eq!(scene.counts().ignored_events, 3);
     assert!(!scene.stroke(id(A, 1)).expect("A's").is_open());
-    // What A erased, nobody brings back: its number stays used.
+    // Nobody can restore the stroke that A erased: its number stays used.
     assert!(scene.stroke(id(B, 0)).is_none() && scene.is_used(id(B, 0)));
     let left: Vec<_> = scene.authors().map(|(author, info)| (author, info.left_secs)).collect();
     assert_eq!(left, [(A, Some(9.0)), (B, None)]);
@@ -206,7 +206,7 @@ fn numbers_are_those_of_the_author() {
         color: (1.0, 1.0, 1.0, 1.0),
     };
     events.push(polygon);
-    // Nobody has joined as the third, and none as one too many.
+    // No third author has joined, and no author has a number beyond the limit.
     events.extend([undo(Author(3)), join(A), join(Author(Author::MAX)), undo(Author(u32::MAX))]);
     let scene = scene_of(events);
     // The stroke with its three points and its end.
@@ -226,25 +226,26 @@ fn groups_never_form_a_circle() {
     };
     let both = [under.clone(), undo(A), over];
     assert_eq!(parents(&both), (None, Some(g)));
-    // Made again, A's comes first in the session: B's would close the circle and hangs nothing, until A's is taken back.
+    // After its redo, A's grouping precedes B's in the session. B's would close the cycle, so it sets no parent until
+    // A's is undone again.
     assert_eq!(parents(&and(&both, &[redo(A)])), (Some(h), None));
     assert_eq!(parents(&and(&both, &[redo(A), undo(A)])), (None, Some(g)));
     assert_eq!(parents(&and(&both, &[redo(A), undo(B)])), (Some(h), None));
     assert_eq!(parents(&and(&both, &[redo(A), undo(B), undo(A), redo(B)])), (None, Some(g)));
 }
 
-/// A grouping that nobody can take back any more comes before all others. What it says of where a group hangs stands against
-/// earlier ones that are made again, unless it never had an effect.
+/// A permanent grouping precedes all others. The parent that it sets takes precedence over earlier groupings that are
+/// redone, unless it never had an effect.
 #[test]
 fn a_forgotten_grouping_stands_only_if_it_had_an_effect() {
     const C: Author = Author(3);
     let (g, h, k) = (group_id(A, 0), group_id(B, 0), group_id(C, 0));
     let made = [grouped(A, g, &[], None), grouped(B, h, &[], None), grouped(C, k, &[], None)];
     let made = [two(), vec![join(C)], made.to_vec()].concat();
-    // A's is taken back; B, who hangs the same group elsewhere, leaves; A's is made again.
+    // A's grouping is undone. B, who gives the same group another parent, leaves. A's is redone.
     let events = [grouped(A, g, &[], Some(h)), undo(A), grouped(B, g, &[], Some(k)), leave(B), redo(A)];
     assert_eq!(scene_of(and(&made, &events)).parent_of(g), Some(k));
-    // B's has no effect when B leaves, as it would close a circle: C's earlier one has its say.
+    // B's grouping has no effect when B leaves, because it would close a cycle; so C's earlier grouping takes effect.
     let refused = [
         grouped(C, h, &[], Some(k)),
         undo(C),
@@ -260,12 +261,12 @@ fn a_forgotten_grouping_stands_only_if_it_had_an_effect() {
     assert_eq!((scene.parent_of(g), scene.parent_of(h)), (Some(h), Some(k)));
 }
 
-/// Edits that undo does not reach any more stay, whatever others take back that was before or after.
+/// Edits that undo no longer reaches stay, whatever earlier or later edits of others are undone.
 #[test]
 fn what_is_forgotten_stays() {
     let (s, g) = (id(A, 0), group_id(A, 0));
     let mut events = and(&two(), &[grouped(A, g, &[s], None)]);
-    // B's are first, then A's are forgotten.
+    // B's edits come first, then A's are forgotten.
     events.extend([moved(B, s, Vec3::Y), placed(B, g, 5.0)]);
     events.extend([moved(A, s, Vec3::X), placed(A, g, 7.0)]);
     let other = id(B, 0);
@@ -286,7 +287,7 @@ fn what_is_forgotten_stays() {
     assert_eq!(state(&scene), (Vec3::X + Vec3::Y, 7.0));
 }
 
-/// However many they are, what all can take back together is bounded.
+/// The number of undoable edits of all authors together is bounded.
 #[test]
 fn all_together_remember_so_much() {
     let mut scene = Scene::new();
@@ -311,7 +312,7 @@ fn all_together_remember_so_much() {
     assert!(reach.iter().all(|reach| (900..=1000).contains(reach)), "{reach:?}");
 }
 
-/// What an author makes again applies before later edits of another author who is gone and can take nothing back.
+/// A redone edit applies before later edits of another author, even if that author has left and cannot undo them.
 #[test]
 fn what_is_made_again_comes_before_what_is_forgotten() {
     let (s, g, h) = (id(A, 0), group_id(A, 0), group_id(B, 0));

@@ -1,4 +1,4 @@
-//! What one batch of events tells of polygons that several of its samples change.
+//! The changes that a batch of events reports about polygons that several of its samples change.
 
 use std::collections::BTreeMap;
 
@@ -27,13 +27,13 @@ fn painted(brush: &str) -> Vec<Event> {
     events
 }
 
-/// Follows batches as an index does, with the polygons as they are at the end of each.
+/// Follows batches like an index, with the polygons' state at the end of each batch.
 fn follow(events: &[Event], batch: usize) -> (Scene, BTreeMap<PolygonId, ConvexPolygon>, usize) {
     let (mut scene, mut known, mut told) = (Scene::new(), BTreeMap::new(), 0);
     for events in events.chunks(batch) {
         let mut changes = Vec::new();
         scene.apply_all(events, &mut changes);
-        // What is stretched over a stroke is painted anew as the stroke grows, once a batch.
+        // Textures that are stretched over a stroke are repainted once per batch while the stroke grows.
         told += changes.iter().filter(|change| !matches!(change, Change::Repaint(_))).count();
         for change in changes {
             match change {
@@ -61,7 +61,7 @@ fn a_batch_tells_of_a_polygon_that_its_samples_smooth_once() {
         let (_, one_by_one, told_one_by_one) = follow(&events, 1);
         let (scene, in_batches, told) = follow(&events, 16);
         assert_eq!(one_by_one, in_batches, "{}", brush.name);
-        // A batch ends a dozen of polygons or so before the stroke's last one: these are told of by the next batch, too.
+        // A batch ends about a dozen polygons before the stroke's last one; the next batch also reports these.
         let most = scene.counts().polygons as usize + events.len().div_ceil(16) * 2 * 16;
         assert!(told <= most && told < told_one_by_one, "{}: {told} of at most {most}", brush.name);
     }

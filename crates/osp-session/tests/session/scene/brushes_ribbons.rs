@@ -1,4 +1,4 @@
-//! Ribbons of brushes: what samples become, sample by sample.
+//! Ribbons of brushes: the polygons of each sample.
 
 use glam::{Quat, Vec2, Vec3};
 use osp_session::{
@@ -10,12 +10,12 @@ use rand_pcg::{Pcg64, rand_core::Rng};
 
 const WIDTH_M: f32 = 0.1;
 
-/// A stroke as a scene keeps it.
+/// A stroke as a scene stores it.
 struct Stroke {
     builder: StrokeBuilder,
     pieces: Vec<Piece>,
     drops: Drops,
-    /// The most polygons that one sample has touched.
+    /// Largest number of polygons that one sample has changed.
     most_replaced: usize,
 }
 
@@ -106,7 +106,7 @@ fn line(count: u32, step_m: f32) -> Vec<Sample> {
     (0..count).map(|i| at(i as f32 * step_m, 0.0)).collect()
 }
 
-/// A stroke that wanders, turns back, rests and jumps.
+/// A stroke that wanders, reverses, rests and jumps.
 fn wild(random: &mut Pcg64, count: u32) -> Vec<Sample> {
     let mut unit = move || (random.next_u64() % 65536) as f32 / 65536.0;
     let (mut p, mut way) = (Vec3::ZERO, Vec3::X);
@@ -136,7 +136,7 @@ fn a_straight_stroke_is_a_row_of_rectangles_with_the_texture_along_it() {
     assert_eq!(stroke.pieces.len(), 10);
     for (i, piece) in stroke.pieces.iter().enumerate() {
         let x = |k: usize| k as f32 * 0.03;
-        // The tracker points along -z: the ribbon faces it, and its width lies along y.
+        // The tracker points along -z, so the ribbon faces it, and its width is along y.
         let half = 0.5 * WIDTH_M;
         let corners = [(x(i), -half), (x(i), half), (x(i + 1), half), (x(i + 1), -half)];
         let vertices = piece.polygon.vertices();
@@ -319,7 +319,8 @@ fn a_sample_replaces_few_polygons_however_long_the_stroke_is() {
         let stroke = Stroke::drawn_in_frames(brush, &samples, 3);
         assert!(stroke.pieces.len() > 200, "{}: {}", brush.name, stroke.pieces.len());
         match brush.family {
-            // What is pointed at both ends is made anew as a whole, but only as often as it has grown by an eighth.
+            // A ribbon that is pointed at both ends is rebuilt as a whole, but only each time it has grown by an
+            // eighth.
             Family::Welded { shape: Outline::DoubleTaper | Outline::Bolt, .. } => {}
             _ => assert!(stroke.most_replaced <= 26, "{}: {}", brush.name, stroke.most_replaced),
         }
@@ -374,7 +375,7 @@ fn a_double_taper_is_widest_in_the_middle_and_pointed_at_both_ends() {
         let vertices = piece.polygon.vertices();
         let (start, end) = (vertices[0].distance(vertices[1]), vertices[2].distance(vertices[3]));
         let part = [i, i + 1].map(|k| (k as f32 / 40.0 * std::f32::consts::PI).sin());
-        // The pressure rises over the first decimetres: brushes of the old kind begin without.
+        // The pressure rises over the first decimetres, because brushes of the old kind begin at pressure 0.
         let expected = part.map(|part| WIDTH_M * part);
         assert!(start <= expected[0] + 1.0e-5 && end <= expected[1] + 1.0e-5, "{i}: {start} m, {end} m");
         if i > 15 {
@@ -396,7 +397,7 @@ fn a_bolt_is_three_lines_that_meet_at_both_ends() {
         .map(|corner| Vec3::new(0.0, corner.y, corner.z).length())
         .collect();
     let most = far.iter().copied().fold(0.0, f32::max);
-    // Triangles: each begins or ends with its point.
+    // Triangles: each begins or ends with the point of the ribbon.
     let ends = [
         far[..3].iter().copied().fold(1.0, f32::min),
         far[far.len() - 3..].iter().copied().fold(1.0, f32::min),
@@ -409,9 +410,9 @@ fn a_bolt_is_three_lines_that_meet_at_both_ends() {
 fn thick_ribbons_and_bars_are_closed() {
     for (brush, pieces) in [("ThickGeometry", 4 * 18 + 2 * 8), ("SquarePaper", 4 * 20 + 2)] {
         let stroke = Stroke::drawn(named(brush), &line(21, 0.03));
-        // The first and the last pieces of the thick one are bent: they rise from nothing.
+        // The first and the last pieces of the thick ribbon are bent, because their height rises from 0.
         assert_eq!(stroke.pieces.len(), pieces, "{brush}");
-        // Of a closed surface all area vectors together are nothing, and the volume is inside.
+        // The area vectors of a closed surface add up to zero, and its volume is positive.
         let sum: Vec3 = stroke.pieces.iter().map(|piece| piece.polygon.area_vector()).sum();
         assert!(sum.length() < 1.0e-5, "{brush}: {sum}");
         let outward = stroke

@@ -1,4 +1,4 @@
-//! Brushes that make no ribbons: particles, sprays, hulls and tubes.
+//! Brushes without ribbons: particles, sprays, hulls and tubes.
 
 use glam::{Quat, Vec3};
 use osp::polygon::{ConvexPolygon, PolygonId};
@@ -32,7 +32,7 @@ fn pressed(x: f32, y: f32, z: f32, pressure: f32) -> Sample {
     Sample { position: Vec3::new(x, y, z), orientation: Quat::IDENTITY, pressure }
 }
 
-/// All samples at once.
+/// Adds all samples at once.
 fn draw(settings: StrokeSettings, samples: &[Sample]) -> (Vec<Piece>, Drops) {
     let (mut builder, mut out, mut drops) =
         (StrokeBuilder::new(settings), Pieces::default(), Drops::default());
@@ -50,7 +50,7 @@ fn repainted(builder: &mut StrokeBuilder, mut pieces: Vec<Piece>) -> Vec<Piece> 
     pieces
 }
 
-/// A sample a frame, as a scene takes them.
+/// Adds one sample per frame, like a scene.
 fn draw_by_frames(settings: StrokeSettings, samples: &[Sample]) -> Vec<Piece> {
     let (mut builder, mut out, mut drops) =
         (StrokeBuilder::new(settings), Pieces::default(), Drops::default());
@@ -84,7 +84,7 @@ fn middle(polygon: &ConvexPolygon) -> Vec3 {
 
 #[test]
 fn particles_stand_at_even_distances_whatever_the_samples() {
-    // Dots: ten intervals of 0.025 m, no spread.
+    // Dots: ten intervals of 0.025 m, without spread.
     let settings = settings("Dots", 0.04);
     let samples = [at(0.0, 0.0, 0.0), at(0.03, 0.0, 0.0), at(0.03, 0.2, 0.0), at(0.03, 0.235, 0.0)];
     let (pieces, drops) = draw(settings, &samples);
@@ -108,7 +108,7 @@ fn a_stroke_of_one_particle_is_pressed_hard() {
         pieces.iter().map(|piece| piece.polygon.area_m2()).collect::<Vec<f32>>()
     };
     let soft = |x: f32| pressed(x, 0.0, 0.0, 0.5);
-    // Dots are as large as they are pressed.
+    // The size of dots is proportional to the pressure.
     for lone in [vec![soft(0.0)], vec![soft(0.0), soft(0.01)], vec![soft(0.0), soft(0.01), soft(0.02)]] {
         let areas = area_m2(&lone);
         assert!(areas.len() == 1 && (areas[0] - 0.64).abs() < 1.0e-4, "{areas:?}");
@@ -118,7 +118,7 @@ fn a_stroke_of_one_particle_is_pressed_hard() {
 
 #[test]
 fn particles_spread_by_their_size_and_show_one_of_four_cells() {
-    // Smoke: an interval of 0.05 m, spread by 0.1 of the size, four cells, turned to any side.
+    // Smoke: an interval of 0.05 m, a spread of 0.1 of the size, four cells, any rotation.
     let settings = settings("Smoke", 0.2);
     let samples: Vec<Sample> = (0..=100).map(|i| at(0.05001 * i as f32, 0.0, 0.0)).collect();
     let (pieces, _) = draw(settings, &samples);
@@ -148,9 +148,9 @@ fn a_leap_makes_a_bounded_number_of_pieces() {
 
 #[test]
 fn a_spray_begins_at_each_kept_sample() {
-    // DotMarker: three squares a size, neither moved nor turned.
+    // DotMarker: three squares per size, neither shifted nor rotated.
     let settings = settings("DotMarker", 0.03);
-    // The second sample is nearer than an interval of 0.01 m: nothing.
+    // The second sample is nearer than an interval of 0.01 m, so it adds no polygon.
     let samples = [at(0.0, 0.0, 0.0), at(0.009, 0.0, 0.0), at(0.025, 0.0, 0.0), at(0.025, 0.0155, 0.0)];
     let (pieces, drops) = draw(settings, &samples);
     let middles: Vec<Vec3> = pieces.iter().map(|piece| middle(&piece.polygon)).collect();
@@ -163,7 +163,7 @@ fn a_spray_begins_at_each_kept_sample() {
         assert!((piece.polygon.area_m2() - 0.03 * 0.03).abs() < 1.0e-7);
         assert!(!piece.surface.is_facing() && !piece.surface.is_smooth());
     }
-    // u runs ahead.
+    // The texture coordinate u increases along the stroke.
     let (start, ahead) = (pieces[0].polygon.vertices()[0], pieces[0].polygon.vertices()[1]);
     assert!((ahead - start).normalize().distance(Vec3::X) < 1.0e-5);
     assert!(pieces[0].surface.uv(1).x > 0.99 && pieces[0].surface.uv(1).y < 0.01);
@@ -201,7 +201,7 @@ fn a_hyper_grid_lies_on_its_lattice() {
     }
 }
 
-/// Twice the area, and six times the volume: of a closed surface, seen from any point.
+/// Twice the area, and six times the volume; for a closed surface the volume does not depend on the origin.
 fn area_and_volume(pieces: &[Piece]) -> (f32, f32) {
     let area = pieces.iter().map(|piece| piece.polygon.area_m2()).sum();
     let about = pieces[0].polygon.vertices()[0];
@@ -217,7 +217,7 @@ fn a_hull_is_closed_faces_outwards_and_holds_half_balls() {
     let settings = settings("MatteHull", 0.2);
     let (pieces, drops) = draw(settings, &[at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0)]);
     assert_eq!(drops, Drops::default());
-    // The first point, four sides of a pyramid to the ring at 90 degrees, then the rings and the tip.
+    // The first point, four sides of a pyramid up to the ring at 90 degrees, then the rings and the tip.
     let (_, volume) = area_and_volume(&pieces);
     // A pyramid on a square of diagonal 0.2 m, and a frustum and a pyramid of the half ball.
     let (wide, narrow, h) = (0.02_f32, 0.01_f32, 0.1 * std::f32::consts::FRAC_1_SQRT_2);
@@ -249,11 +249,11 @@ fn points_inside_a_hull_replace_nothing_and_an_end_is_replaced() {
     };
     push(at(0.0, 0.0, 0.0));
     let (_, first) = push(at(1.0, 0.0, 0.0));
-    // Back inside: the half ball of lower pressure lies in the hull.
+    // A sample back inside the hull: the half ball of lower pressure lies in the hull.
     let (kept, fresh) = push(pressed(0.7, 0.0, 0.0, 0.0));
     assert_eq!((kept as usize, fresh.len()), (first.len(), 0));
     push(at(1.0, 0.0, 0.0));
-    // Nearer than 0.002 m to the last kept sample: provisional.
+    // The sample is nearer than 0.002 m to the last kept one, so it is provisional.
     let (kept, with_end) = push(at(1.0018, 0.0, 0.0));
     assert!(kept == 0 && farthest(&with_end) > 1.1015, "{}", farthest(&with_end));
     let (kept, without) = push(at(0.9995, 0.0, 0.0));
@@ -283,7 +283,7 @@ fn a_hull_without_width_is_counted() {
 #[test]
 fn a_windowed_hull_wraps_five_samples_at_a_time() {
     let settings = settings("ConcaveHull", 0.2);
-    // The hand rolls as it goes: every two segments span a tetrahedron, every five a drum.
+    // The hand rolls as it moves: every two segments span a tetrahedron, every five a drum.
     let samples: Vec<Sample> = (0..12)
         .map(|i| Sample {
             orientation: Quat::from_rotation_z(0.3 * i as f32),
@@ -297,7 +297,7 @@ fn a_windowed_hull_wraps_five_samples_at_a_time() {
         let extent_m = piece.polygon.bounds().extent().z;
         assert!(extent_m < 0.4 + 1.0e-5, "{extent_m}");
     }
-    // The first sample counts as not pressed: a tenth of the width.
+    // The first sample has pressure 0, so a tenth of the width.
     let (first, _) = draw(settings, &samples[..2]);
     assert_eq!(first.len(), 4);
     let lengths: Vec<f32> = [0.0, 0.1]
@@ -310,13 +310,13 @@ fn a_windowed_hull_wraps_five_samples_at_a_time() {
     assert!((lengths[0] - 0.02).abs() < 1.0e-6 && (lengths[1] - 0.2).abs() < 1.0e-6, "{lengths:?}");
 }
 
-/// How often each edge belongs to a polygon, by its ends' bits.
+/// Number of polygons at each edge, by the bits of the edge's ends.
 fn edges(pieces: &[Piece]) -> std::collections::BTreeMap<[[u32; 3]; 2], u32> {
     let mut edges = std::collections::BTreeMap::new();
     for piece in pieces {
         let vertices = piece.polygon.vertices();
         for (i, a) in vertices.iter().enumerate() {
-            // Minus zero is zero.
+            // Minus zero is converted to zero.
             let mut edge =
                 [*a, vertices[(i + 1) % vertices.len()]].map(|p| (p + 0.0).to_array().map(f32::to_bits));
             edge.sort_unstable();
@@ -328,14 +328,14 @@ fn edges(pieces: &[Piece]) -> std::collections::BTreeMap<[[u32; 3]; 2], u32> {
 
 #[test]
 fn a_tube_is_round_closed_and_as_long_as_its_samples() {
-    // TubeDiffuse: eight corners, cones of 0.8 radii. Kept at 0.002 m and a fifth of the width.
+    // TubeDiffuse: eight corners, cones of 0.8 radii. Samples are kept at 0.002 m plus a fifth of the width.
     let settings = settings("TubeDiffuse", 0.1);
     let samples: Vec<Sample> = (0..=10).map(|i| at(0.03 * i as f32, 0.0, 0.0)).collect();
     let (pieces, drops) = draw(settings, &samples);
     assert_eq!((pieces.len(), drops), (10 * 8 + 2 * 8, Drops::default()));
     assert!(edges(&pieces).values().all(|&count| count == 2), "closed");
     let octagon_m2 = 8.0 * 0.5 * 0.05_f32.powi(2) * (std::f32::consts::FRAC_PI_4).sin();
-    // The ends are not smoothed, but the second and last but one are, along the line.
+    // The end knots are not smoothed; the second and the last but one are, along the line.
     let (_, volume) = area_and_volume(&pieces);
     let expected = octagon_m2 * (0.3 + 2.0 * 0.8 * 0.05 / 3.0);
     assert!((volume - expected).abs() < 1.0e-5, "{volume} instead of {expected} cubic metres");
@@ -411,7 +411,7 @@ fn a_texture_runs_along_a_tube_by_its_circumference() {
     }
 }
 
-/// The largest distance from the x axis of what lies between two places on it.
+/// Largest distance from the x axis of the polygons between two positions on it.
 fn radius_m(pieces: &[Piece], from: f32, to: f32) -> f32 {
     let vertices = pieces.iter().flat_map(|piece| piece.polygon.vertices());
     vertices.filter(|p| (from..to).contains(&p.x)).map(|p| p.y.hypot(p.z)).fold(0.0, f32::max)
@@ -462,7 +462,7 @@ fn a_scene_shapes_a_tube_once_a_frame() {
     assert!(changes.iter().any(|change| matches!(change, Change::Update(_))), "its end has moved");
 }
 
-/// The brushes of this part, and some samples of a hand or of a joker.
+/// The brushes tested here, and samples of a hand or of random values.
 const BRUSHES: [&str; 25] = [
     "Dots",
     "Smoke",
@@ -505,7 +505,7 @@ fn samples() -> impl Strategy<Value = Vec<Sample>> {
     proptest::collection::vec((step, turn, 0.0f32..1.0), 0..40).prop_map(|steps| {
         let mut position = Vec3::ZERO;
         let mut at = |step: Vec3| {
-            // What is out of all bounds is one sample's, not that of those after it.
+            // Values out of range affect one sample only, not later ones.
             let to = position + step;
             if step.abs().max_element() < 1.0e3 {
                 position = to;

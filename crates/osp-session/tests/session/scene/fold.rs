@@ -1,6 +1,5 @@
-//! Random sessions of several authors, against a simple model that keeps every edit and adds up those that are not taken
-//! back, from the first to the last; and random sessions of one author, in which an undo has to give back the very bits of
-//! before.
+//! Random sessions of several authors, compared with a simple model that stores every edit and applies the active ones
+//! in order. Also random sessions of one author, in which an undo must restore the former bits.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -52,11 +51,11 @@ struct GroupState {
 struct Stacks {
     done: Vec<Vec<usize>>,
     taken_back: Vec<Vec<usize>>,
-    /// Edits that may still join the last step, and whether it has begun.
+    /// Number of edits that may still join the last step, and whether the step has begun.
     open: Option<(u32, bool)>,
 }
 
-/// Every edit there was, and who can take back which.
+/// All edits so far, and the authors who can undo them.
 #[derive(Default)]
 struct Model {
     edits: Vec<Edit>,
@@ -70,7 +69,7 @@ struct Model {
 type State = (BTreeMap<StrokeId, StrokeState>, BTreeMap<GroupId, GroupState>);
 
 impl Model {
-    /// What all active edits come to.
+    /// The result of all active edits.
     fn fold(&self) -> State {
         let none = GroupState {
             parent: None,
@@ -118,7 +117,7 @@ impl Model {
         (strokes, groups)
     }
 
-    /// Takes an event; ones that say nothing are counted.
+    /// Applies an event; events without effect are counted.
     fn take(&mut self, event: &Event) {
         let (strokes, groups) = self.fold();
         let author = event.author().unwrap_or_default();
@@ -213,7 +212,7 @@ fn can_hang(groups: &BTreeMap<GroupId, GroupState>, group: GroupId, parent: Opti
     true
 }
 
-/// The same of a scene.
+/// The same result, computed by a scene.
 fn state_of(scene: &mut Scene) -> State {
     let strokes =
         scene.strokes().iter().filter(|stroke| scene.stroke(stroke.id().unwrap_or(StrokeId(0))).is_some());
@@ -235,7 +234,7 @@ fn state_of(scene: &mut Scene) -> State {
     (strokes, groups.collect())
 }
 
-/// An edit of an author, of strokes and groups of anybody. Lengths are such that sums are exact, whatever their order.
+/// An edit of an author, of any strokes and groups. Lengths are chosen so that sums are exact in any order.
 fn event_of(author: Author, authors: u32, kind: u8, pick: [u32; 4]) -> Vec<Event> {
     let first = if authors == 1 { 0 } else { 1 };
     let whose = |pick: u32| Author(first + pick % authors);
@@ -306,7 +305,7 @@ proptest! {
             prop_assert_eq!(&groups_of_scene, &groups);
             scene.let_go();
         }
-        // In frames of any length, with groups that move as a whole, it is the same model.
+        // With frames of any length and with groups that move as a whole, the model is the same.
         batched.apply_all(&waiting, &mut changes);
         prop_assert_eq!(state_of(&mut batched), state_of(&mut scene));
         prop_assert_eq!(
@@ -319,8 +318,8 @@ proptest! {
         }
     }
 
-    /// Lengths and turns of any value. What one author takes back is as it was before, and what is made again as it was
-    /// after: polygons, their order, their corners to the bit.
+    /// Lengths and rotations of any value. Undo restores the former state and redo the later one: the polygons, their
+    /// order, and the bits of their corners.
     #[test]
     fn with_one_author_an_undo_gives_back_the_bits_of_before(seed in any::<u64>()) {
         type Seen = (Vec<(PolygonId, Vec<Vec3>)>, Vec<(GroupId, Option<GroupId>, Transform)>);
@@ -330,7 +329,7 @@ proptest! {
             (visible, tree.map(|node| (node.id, node.parent, node.to)).collect())
         };
         let (mut editor, mut scene, mut changes) = (Editor::new(seed), Scene::new(), Vec::new());
-        // What was seen before each edit, and after the last one; and how far all was made again.
+        // The visible polygons before each edit, and after the last one; and the number of edits that are redone.
         let (mut states, mut at): (Vec<Seen>, usize) = (vec![seen(&mut scene)], 0);
         let mut events = editor.start();
         for _ in 0..80 {
@@ -347,7 +346,7 @@ proptest! {
                 Event::Undo { .. } | Event::Redo { .. } => {
                     at = if matches!(event, Event::Undo { .. }) { at - 1 } else { at + 1 };
                     prop_assert_eq!(&now.0, &states[at].0);
-                    // Groups stay once they are made.
+                    // Groups are never removed.
                     for group in &states[at].1 {
                         prop_assert!(now.1.contains(group), "{:?}", group);
                     }

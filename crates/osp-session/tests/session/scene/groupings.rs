@@ -1,4 +1,4 @@
-//! Groupings of many authors: to take one back costs what depends on it, not what there is.
+//! Groupings of many authors: the cost of undoing one depends on its dependants, not on the number of groups.
 
 use glam::{Quat, Vec3};
 use osp_session::{
@@ -8,7 +8,7 @@ use osp_session::{
 
 use super::authors::{group_id, id, join, redo, stroke, undo};
 
-/// The first author has the group that all others hang under.
+/// The first author has the group under which all others are.
 const ROOT: Author = Author(1);
 const A: Author = Author(2);
 const B: Author = Author(3);
@@ -17,7 +17,7 @@ fn grouped(author: Author, group: GroupId, strokes: &[StrokeId], parent: Option<
     Event::Group { t: 0.0, author, group, strokes: strokes.to_vec(), parent, name: None }
 }
 
-/// So many hierarchies of other authors under the root, each hung elsewhere and back.
+/// Hierarchies of other authors under the root; each is moved to another parent and back.
 fn hierarchies(count: u32) -> Vec<Event> {
     let root = Some(group_id(ROOT, 0));
     let mut events = Vec::new();
@@ -37,7 +37,7 @@ fn hierarchies(count: u32) -> Vec<Event> {
     events
 }
 
-/// What an event costs.
+/// The cost of an event.
 fn cost(scene: &mut Scene, event: Event) -> u64 {
     let before = scene.work().total();
     scene.apply(&event, &mut Vec::new());
@@ -57,7 +57,7 @@ fn an_undo_costs_what_depends_on_it() {
         events.extend([stroke(A, 0), stroke(B, 0)].concat());
         events.push(grouped(B, b, &[], Some(root)));
         events.push(grouped(A, a, &[id(A, 0)], Some(root)));
-        // This one is taken back: two later ones depend on it, one of them is refused.
+        // This grouping is undone: two later ones depend on it, one of which is refused.
         events.push(grouped(A, a, &[id(B, 0)], Some(b)));
         events.push(grouped(B, below, &[id(B, 0)], Some(a)));
         events.extend(hierarchies(count));
@@ -72,7 +72,7 @@ fn an_undo_costs_what_depends_on_it() {
     assert_eq!(costs[0], costs[1], "however many groupings others have made");
 }
 
-/// From where a group hangs again as it did, nothing depends on what was taken back.
+/// From the time at which a group has its former parent again, nothing depends on the undone grouping.
 #[test]
 fn an_undo_costs_what_depends_on_it_until_somebody_else_decides() {
     let (root, a, b) = (group_id(ROOT, 0), group_id(A, 0), group_id(B, 0));
@@ -82,7 +82,7 @@ fn an_undo_costs_what_depends_on_it_until_somebody_else_decides() {
         events.extend([grouped(ROOT, root, &[], None), grouped(B, b, &[], None), grouped(A, a, &[], None)]);
         let below = |n: u32| group_id(B, 1 + n % 20);
         events.extend((0..20).map(|n| grouped(B, below(n), &[], Some(a))));
-        // The second one is taken back; the last one is there all the same.
+        // The second grouping is undone; the last one stays in effect.
         events.extend([grouped(A, a, &[], Some(root)), grouped(A, a, &[], Some(b))]);
         events.push(grouped(B, a, &[], Some(root)));
         for n in 0..count {
@@ -97,7 +97,7 @@ fn an_undo_costs_what_depends_on_it_until_somebody_else_decides() {
     assert_eq!(costs[0], costs[1], "however many are hung under it later");
 }
 
-/// The same where that is a grouping under another group that hung elsewhere meanwhile.
+/// The same if that is a grouping under another group, which had a different parent meanwhile.
 #[test]
 fn a_redo_costs_what_depends_on_it_until_two_groups_hang_as_they_did() {
     let (root, a, b) = (group_id(ROOT, 0), group_id(A, 0), group_id(B, 0));
@@ -105,7 +105,7 @@ fn a_redo_costs_what_depends_on_it_until_two_groups_hang_as_they_did() {
         let mut scene = Scene::new();
         let mut events = vec![join(ROOT), join(A), join(B)];
         events.extend([grouped(ROOT, root, &[], None), grouped(B, b, &[], None), grouped(A, a, &[], None)]);
-        // Made again, the first one refuses the second.
+        // After its redo, the first grouping makes the second one invalid.
         events.extend([grouped(A, a, &[], Some(b)), undo(A), grouped(B, b, &[], Some(a))]);
         events.extend([grouped(B, b, &[], Some(root)), grouped(B, a, &[], Some(b))]);
         for n in 0..count {
@@ -121,7 +121,7 @@ fn a_redo_costs_what_depends_on_it_until_two_groups_hang_as_they_did() {
     assert_eq!(costs[0], costs[1], "however many are hung under the other later");
 }
 
-/// The same of moves, placings, names and layers, and of edits that undo does not reach any more.
+/// The same for moves, placements, names and layers, and for edits that undo no longer reaches.
 #[test]
 fn an_undo_of_any_arrangement_costs_what_depends_on_it() {
     let (a, s) = (group_id(A, 0), id(A, 0));
@@ -140,7 +140,7 @@ fn an_undo_of_any_arrangement_costs_what_depends_on_it() {
         let mut events = vec![join(A), join(B), grouped(A, a, &[], None)];
         events.extend(stroke(A, 0));
         events.extend(arrangements(A, a, s));
-        // B does the same after A.
+        // B makes the same edits after A.
         events.extend(arrangements(B, a, s));
         for n in 0..count {
             let author = Author(10 + n % 50);
@@ -154,7 +154,7 @@ fn an_undo_of_any_arrangement_costs_what_depends_on_it() {
         assert_eq!(scene.counts().ignored_events, 0);
         let undone: Vec<u64> = (0..4).map(|_| cost(&mut scene, undo(A))).collect();
         let made_again: Vec<u64> = (0..4).map(|_| cost(&mut scene, redo(A))).collect();
-        // Undo does not reach A's first edits any more.
+        // Undo no longer reaches A's first edits.
         let other = group_id(A, 1);
         let beyond: Vec<Event> = (0..Scene::UNDO_DEPTH).map(|_| grouped(A, other, &[], None)).collect();
         let forgotten = beyond.into_iter().map(|event| cost(&mut scene, event)).max();
@@ -163,7 +163,7 @@ fn an_undo_of_any_arrangement_costs_what_depends_on_it() {
     assert_eq!(costs[0], costs[1], "however much others have arranged");
 }
 
-/// Authors with a group each, under the group of an author who is one round farther on with each round.
+/// Authors with one group each. In each round, the parent is the group of an author one position farther.
 fn tangle(authors: u32, rounds: u32) -> Vec<Event> {
     let author = |n: u32| Author(1 + n % authors);
     let mut events: Vec<Event> = (0..authors).map(|n| join(author(n))).collect();
@@ -175,7 +175,7 @@ fn tangle(authors: u32, rounds: u32) -> Vec<Event> {
     events
 }
 
-/// A way in the world's space needs no parents, whether in the frame of an undo or of an edit that is forgotten.
+/// A vector in world space needs no parents, whether in the frame of an undo or of an edit that is forgotten.
 #[test]
 fn moves_of_strokes_in_no_group_leave_parents_to_the_end_of_the_frame() {
     let mover = Author(100);

@@ -1,4 +1,4 @@
-//! Groups: what is moved in them goes with them, and following them costs what it has to.
+//! Groups: the coordinates of moved members, and the cost of changes.
 
 use super::{begin, play, point, straight};
 use glam::{Quat, Vec3};
@@ -49,7 +49,7 @@ fn assert_near(a: Vec3, b: Vec3) {
     assert!((a - b).length() < 1.0e-5, "{a} is not {b}");
 }
 
-/// A square metre's ribbon from x = 0 to x = 1, in group 1.
+/// A ribbon of a square metre from x = 0 to x = 1, in group 1.
 fn grouped() -> Scene {
     let mut scene = Scene::new();
     play(&mut scene, &straight(1, 2, NormalRule::LocalX));
@@ -58,7 +58,7 @@ fn grouped() -> Scene {
     scene
 }
 
-/// Every corner of every polygon, and every box, to the bit.
+/// Every corner of every polygon, and every box, bit for bit.
 fn bits(scene: &Scene) -> Vec<u32> {
     let ids = || (0..scene.polygon_count() as u32).map(PolygonId);
     let corners = ids().flat_map(|id| scene.polygon(id).vertices().to_vec());
@@ -92,7 +92,7 @@ fn a_move_is_in_world_space_whatever_the_groups_have_done() {
         play(&mut scene, &[moved(1, by)]);
         assert_near(center(&scene), before + by);
     }
-    // And turned with the outer group: it stands as its parts do.
+    // After a rotation with the outer group, the box of the group is that of its polygons.
     let before = center(&scene);
     play(&mut scene, &[place(2, Vec3::new(0.0, 2.0, 0.0), Quat::IDENTITY, 4.0)]);
     assert_near(center(&scene), Vec3::new(-before.x, before.y, -before.z));
@@ -100,7 +100,8 @@ fn a_move_is_in_world_space_whatever_the_groups_have_done() {
 
 #[test]
 fn a_stroke_is_where_its_points_say_in_its_group_moved_or_not() {
-    // Moved first, then taken into a placed group: the points and the move are both in the group's space now.
+    // The stroke is moved first, then added to a placed group: the points and the move are both in the group's space
+    // now.
     let mut scene = Scene::new();
     play(&mut scene, &straight(1, 2, NormalRule::LocalX));
     let mut other = scene.clone();
@@ -119,7 +120,7 @@ fn a_group_that_was_hung_elsewhere_does_not_go_with_the_old_one() {
     let mut scene = grouped();
     play(&mut scene, &[group(2, &[], None), group(3, &[], None), group(1, &[], Some(2))]);
     assert_eq!(play(&mut scene, &[place(2, Vec3::X, Quat::IDENTITY, 1.0)]).len(), 1);
-    // Back to where it was, as it hangs elsewhere now.
+    // The group moves back, because it has another parent now.
     assert_eq!(play(&mut scene, &[group(1, &[], Some(3))]).len(), 1);
     assert_near(center(&scene), Vec3::new(0.5, 0.0, 0.0));
     assert!(play(&mut scene, &[place(2, Vec3::Y, Quat::IDENTITY, 1.0)]).is_empty());
@@ -129,7 +130,7 @@ fn a_group_that_was_hung_elsewhere_does_not_go_with_the_old_one() {
 
 #[test]
 fn rotations_are_taken_at_unit_length() {
-    // What a file may hold: a per cent longer or shorter.
+    // Quaternions in a file may be a per cent longer or shorter.
     for longer in [0.995, 1.005] {
         let q = Quat::from_xyzw(0.36, 0.48, 0.0, 0.8);
         let mut scenes = [grouped(), grouped()];
@@ -159,10 +160,10 @@ fn a_group_without_extent_cannot_be_moved_in() {
     let ignored = scene.counts().ignored_events;
     assert!(play(&mut scene, &[moved(1, Vec3::X)]).is_empty());
     assert_eq!(scene.counts().ignored_events, ignored + 1);
-    // So little extent that the way within has no number any more.
+    // The scale is so small that the vector in the group's space is not finite.
     play(&mut scene, &[place(1, Vec3::Y, Quat::IDENTITY, 1.0e-30), moved(1, Vec3::X * 1.0e15)]);
     assert_eq!(scene.counts().ignored_events, ignored + 2);
-    // The others of a move go all the same.
+    // The other strokes of the move are moved all the same.
     let both = Event::Move {
         author: Author::SOLE,
         t: 0.0,
@@ -177,7 +178,7 @@ fn a_group_without_extent_cannot_be_moved_in() {
 
 #[test]
 fn a_chain_of_groups_is_64_long_at_most_wherever_it_grows() {
-    // From above, from below, and where two chains of 32 are joined.
+    // From above, from below, and by joining two chains of 32 groups.
     let chain = |first: u32, length: u32| {
         (first + 1..first + length).map(|number| group(number, &[], Some(number - 1))).collect::<Vec<_>>()
     };
@@ -195,7 +196,7 @@ fn a_chain_of_groups_is_64_long_at_most_wherever_it_grows() {
     play(&mut scene, &chain(300, 33));
     play(&mut scene, &[group(300, &[], Some(231))]);
     assert_eq!(scene.counts().ignored_events, 3, "32 and 33");
-    // One shorter, and it goes; the undo makes it long again.
+    // With a chain that is shorter by one the grouping is possible; the undo makes the chain long again.
     play(&mut scene, &[group(332, &[], None), group(300, &[], Some(231))]);
     assert_eq!(scene.counts().ignored_events, 3);
     play(&mut scene, &[undo(), undo(), group(300, &[], Some(231))]);
@@ -227,7 +228,7 @@ fn every_way_back_and_forth_leads_through_the_same_bits() {
         let mut editor = Editor::new(seed);
         let mut scene = Scene::new();
         play(&mut scene, &editor.start());
-        // Only edits that add to the history: what every state of it looked like is known.
+        // Only edits that add to the history, so that every state of the history is stored.
         let mut states = vec![(bits(&scene), scene.visible_ids().collect::<Vec<_>>())];
         while states.len() < 60 {
             let events = editor.edit();
@@ -264,7 +265,7 @@ fn every_way_back_and_forth_leads_through_the_same_bits() {
 fn many_lines_of_groups_look_at_few_groups_each() {
     const LINES: u32 = 8000;
     let mut scene = Scene::new();
-    // A bush: chains of 60 groups, hung under each other and elsewhere again.
+    // A bush: chains of 60 groups, which get parents in other chains and back.
     let mut events = vec![group(0, &[], None)];
     for number in 1..LINES {
         let parent = if number % 60 == 0 { 0 } else { number - 1 };
@@ -276,7 +277,7 @@ fn many_lines_of_groups_look_at_few_groups_each() {
     assert_eq!(scene.counts().ignored_events, 0);
     let steps = scene.work().group_steps;
     assert!(steps <= u64::from(LINES) * 3 * 64, "{steps} steps for {LINES} lines");
-    // The same again: each is hung where it hangs.
+    // The same groupings again: each group keeps its parent.
     scene.apply_all(&events[1..], &mut Vec::new());
     assert!(scene.work().group_steps <= 2 * u64::from(LINES) * 3 * 64);
 }
@@ -314,15 +315,15 @@ fn play_as_a_frame(scene: &mut Scene, events: &[Event]) -> Vec<Change> {
     changes
 }
 
-/// Corners are computed with `f32`, group by group. The box that tells where a group that moves as a whole is holds them all,
-/// also where large numbers cancel on the way, or the group's own are large.
+/// Corners are computed in `f32`, group by group. The box of a group that moves as a whole contains them all, also if
+/// large numbers cancel along the chain, or the group's own numbers are large.
 #[test]
 fn the_box_of_a_group_that_moves_as_a_whole_holds_what_is_rounded() {
     for number in 0..40 {
         let half = 0.1 + 0.07 * number as f32;
         let turn = Quat::from_xyzw(half.sin() * 0.48, half.sin() * 0.6, half.sin() * 0.64, half.cos());
         let far = Vec3::new(5.0e5 + 0.3, -4.0e5, 6.0e5);
-        // Far away and back; or drawn far away in the group itself.
+        // Far away and back; or drawn far away in the group's own space.
         for (at, inner, outer) in [(Vec3::ZERO, far, turn * -far), (far, Vec3::ZERO, Vec3::ZERO)] {
             let mut scene = Scene::keeping_groups_whole();
             let vertices = vec![at, at + Vec3::X * 0.3, at + Vec3::Y * 0.2];

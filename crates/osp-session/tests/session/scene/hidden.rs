@@ -1,4 +1,4 @@
-//! Strokes of hidden layers: in the session, and never in the model.
+//! Strokes of hidden layers: they are in the session, but never in the model.
 
 use super::{begin, end, follow, play, point, straight, turned};
 use glam::Vec3;
@@ -30,7 +30,7 @@ fn a_hidden_stroke_is_counted_and_never_seen() {
     assert_eq!((stroke.layer(), stroke.point_count(), stroke.polygon_count()), (3, 4, 3));
     let counts = scene.counts();
     assert_eq!((counts.strokes, counts.points, counts.polygons, counts.visible), (2, 7, 5, 2));
-    // Whatever is done to it: it stays where it is, out of sight.
+    // For all edits, the stroke stays in the scene, invisible.
     for event in [
         Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(2)], by: Vec3::Y },
         Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(2) },

@@ -1,4 +1,4 @@
-//! How far undo reaches, and what is gone beyond.
+//! How far undo reaches, and what is forgotten beyond.
 
 use super::{begin, end, play, point, straight};
 use glam::{Quat, Vec3};
@@ -39,7 +39,7 @@ fn undo_reaches_a_thousand_edits_back_and_redo_forth_again() {
     let mut scene = Scene::new();
     play(&mut scene, &straight(1, 2, NormalRule::LocalX));
     let height = |scene: &Scene| scene.bounds(PolygonId(0)).min.y;
-    // The stroke's own edit is one: with so many moves it is just out of reach.
+    // The stroke's beginning is an edit of its own, so after this number of moves it is just out of reach.
     for _ in 0..Scene::UNDO_DEPTH {
         play(&mut scene, &[moved(&[1])]);
     }
@@ -66,12 +66,12 @@ fn what_was_erased_before_that_is_gone_and_its_number_stays_used() {
     for _ in 0..Scene::UNDO_DEPTH - 2 {
         play(&mut scene, &[moved(&[2])]);
     }
-    // Both erasures can still be taken back.
+    // Both erasures can still be undone.
     let mut whole = scene.clone();
     assert_eq!(whole.counts().erased_strokes, 2);
     (0..Scene::UNDO_DEPTH).for_each(|_| drop(play(&mut whole, &[undo()])));
     assert_eq!((whole.counts().visible, whole.counts().erased_strokes, ignored(&whole)), (4, 0, 0));
-    // One more, and the older one cannot; what was freed is told by nobody.
+    // After one more edit the older erasure cannot; no change reports the freed polygons.
     assert_eq!(play(&mut scene, &[moved(&[2])]).len(), 2);
     let mut less = scene.clone();
     (0..Scene::UNDO_DEPTH).for_each(|_| drop(play(&mut less, &[undo()])));
@@ -97,7 +97,7 @@ fn what_was_erased_before_that_is_gone_and_its_number_stays_used() {
         (0..2).for_each(|_| scene.let_go());
     }
     assert_eq!(scene.strokes().iter().count(), 1);
-    // Groups only take what is there, and numbers go on.
+    // Groups accept only existing strokes, and numbers are not reused.
     let all = [1, 2, 3].map(StrokeId).to_vec();
     play(
         &mut scene,
@@ -122,7 +122,7 @@ fn what_was_taken_back_and_drawn_over_is_gone() {
     let changes = play(&mut scene, &straight(2, 3, NormalRule::LocalX));
     assert_eq!(changes, [2, 3].map(|id| Change::Insert(PolygonId(id))));
     assert!(scene.stroke(StrokeId(1)).is_none() && scene.is_used(StrokeId(1)));
-    // Who follows the changes of this frame may still ask.
+    // Receivers of this frame's changes may still query the stroke.
     for _ in 0..2 {
         assert_eq!(scene.polygon(PolygonId(0)).vertices().len(), 4);
         assert!(scene.bounds(PolygonId(1)).is_valid() && !scene.is_visible(PolygonId(0)));
@@ -131,7 +131,7 @@ fn what_was_taken_back_and_drawn_over_is_gone() {
     assert!(scene.bounds(PolygonId(0)).is_empty() && !scene.is_visible(PolygonId(0)));
     assert_eq!(scene.polygon(PolygonId(1)).area_m2(), 0.0);
     assert!(!scene.stroke_of(PolygonId(1)).is_visible());
-    // Taken back with its erasure: that is of no use any more either.
+    // The stroke was undone together with its erasure, so the erasure is no longer needed either.
     play(&mut scene, &[erase(2), undo(), undo()]);
     play(&mut scene, &straight(3, 3, NormalRule::LocalX));
     assert!(scene.stroke(StrokeId(2)).is_none());
@@ -164,7 +164,7 @@ fn when_it_is_let_go_makes_no_difference() {
 
 #[test]
 fn edits_of_many_strokes_are_remembered_less_long() {
-    // 4,096 strokes of one polygon each; 256 moves of all of them are all that is remembered.
+    // 4,096 strokes of one polygon each; the history stores only 256 moves of all of them.
     const STROKES: u32 = 4096;
     let mut scene = Scene::new();
     let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
@@ -185,7 +185,7 @@ fn edits_of_many_strokes_are_remembered_less_long() {
     }
     assert_eq!(reached, (1 << 20) / STROKES);
     assert_eq!(scene.bounds(PolygonId(0)).min.y, 300.0 - reached as f32);
-    // What was taken back and is lost counts no more.
+    // Undone edits that are lost no longer count.
     for _ in 0..300 {
         scene.apply_all(&[moved(&all), undo()], &mut Vec::new());
     }

@@ -1,5 +1,5 @@
-//! A stroke of very many samples: what a frame makes of it does not grow with its length, and it ends as if it had been drawn
-//! at once.
+//! A stroke of very many samples: the cost of a frame does not grow with its length, and the result equals that of a
+//! single call.
 
 use std::collections::BTreeMap;
 
@@ -31,7 +31,7 @@ fn settings(name: &str) -> StrokeSettings {
     }
 }
 
-/// A wave. With breaks, the hand leaps back every 700 samples.
+/// A wave. With breaks, the hand jumps back every 700 samples.
 fn wave(count: u16, has_breaks: bool) -> Vec<Sample> {
     (0..count)
         .map(|i| {
@@ -47,7 +47,7 @@ fn wave(count: u16, has_breaks: bool) -> Vec<Sample> {
         .collect()
 }
 
-/// The polygons of a stroke, and how many were made and painted on the way.
+/// The polygons of a stroke, and the numbers of polygons built and repainted in total.
 struct Drawn {
     builder: StrokeBuilder,
     out: Pieces,
@@ -146,7 +146,7 @@ fn a_long_stroke_ends_as_if_it_had_been_drawn_at_once() {
     }
 }
 
-/// Edges that only one polygon has.
+/// Edges that belong to only one polygon.
 fn count_rims(pieces: &[Piece]) -> usize {
     let mut edges = BTreeMap::new();
     for piece in pieces {

@@ -1,4 +1,4 @@
-//! Layers that one author keeps for itself.
+//! Layers that one author has closed to the others.
 
 use glam::{Quat, Vec3};
 use osp_session::{
@@ -16,7 +16,7 @@ fn apply(scene: &mut Scene, events: &[Event]) {
     scene.apply_all(events, &mut Vec::new());
 }
 
-/// Applies them; how many were ignored.
+/// Applies the events; returns the number of ignored ones.
 fn ignored(scene: &mut Scene, events: &[Event]) -> u64 {
     let before = scene.counts().ignored_events;
     apply(scene, events);
@@ -49,7 +49,7 @@ fn group(author: Author, n: u32, strokes: &[StrokeId], parent: Option<u32>) -> E
     Event::Group { t: 0.0, author, group: group_id(author, n), strokes: strokes.to_vec(), parent, name: None }
 }
 
-/// Both are there, the second layer is A's, and each has a stroke on it.
+/// Both authors are present, the second layer is A's, and each author has a stroke on it.
 fn both() -> Scene {
     let mut scene = Scene::new();
     let events = [vec![join(A), join(B), layer(A, 1, None)], on_layer(A, 0, 1), on_layer(B, 0, 1)].concat();
@@ -69,7 +69,7 @@ fn what_its_owner_has_closed_nobody_else_draws_on_or_changes() {
     assert_eq!(ignored(&mut scene, &[layer(A, 1, Some(true))]), 0);
     assert_eq!((scene.closed_by(1), scene.closed_by(0)), (Some(A), None));
     assert!(scene.may_touch(A, 1) && !scene.may_touch(B, 1) && scene.may_touch(Author::SOLE, 1));
-    // A stroke counts as five events: none of them draws.
+    // A stroke counts as five events, none of which draws.
     assert_eq!(ignored(&mut scene, &on_layer(B, 1, 1)), 5);
     assert!(scene.stroke(id(B, 1)).is_none());
     let assign = |author, layer, stroke| Event::Assign { t: 0.0, author, layer, strokes: vec![stroke] };
@@ -87,7 +87,7 @@ fn what_its_owner_has_closed_nobody_else_draws_on_or_changes() {
     for event in refused {
         assert_eq!(ignored(&mut scene, std::slice::from_ref(&event)), 1, "{event:?}");
     }
-    // Of several strokes, the others are moved. A group of those on it hangs under no other.
+    // Of several strokes, the others are moved. A group with strokes on the layer gets no other parent.
     assert_eq!(ignored(&mut scene, &[moved(B, &[id(A, 0), id(B, 2)])]), 0);
     assert_eq!((x_of(&scene, id(A, 0)), x_of(&scene, id(B, 2))), (0.0, 1.0));
     assert_eq!(ignored(&mut scene, &[group(B, 10, &[id(A, 0), id(B, 2)], None)]), 0);
@@ -97,7 +97,7 @@ fn what_its_owner_has_closed_nobody_else_draws_on_or_changes() {
     assert_eq!(ignored(&mut scene, &[group(B, 9, &[], Some(10))]), 1);
     assert_eq!(ignored(&mut scene, &[place(B, group_id(B, 10))]), 0);
     assert_eq!(scene.layer_states()[&1].name.as_deref(), Some("of 1"));
-    // The owner may do all of it, and everybody may take back what is one's own.
+    // The owner may make all these edits, and every author may undo own edits.
     assert_eq!(ignored(&mut scene, &[moved(A, &[id(A, 0), id(B, 0)]), place(A, group_id(B, 9))]), 0);
     assert_eq!(x_of(&scene, id(B, 0)), 1.0);
     let visible = |scene: &Scene, stroke| scene.stroke(stroke).expect("a stroke").is_visible();
@@ -106,7 +106,7 @@ fn what_its_owner_has_closed_nobody_else_draws_on_or_changes() {
     assert!(!visible(&scene, id(B, 0)) && visible(&scene, id(A, 0)));
     assert_eq!(ignored(&mut scene, &[redo(B)]), 0);
     assert!(visible(&scene, id(B, 0)));
-    // Open again.
+    // The layer is open again.
     assert_eq!(ignored(&mut scene, &[layer(A, 1, Some(false))]), 0);
     assert_eq!(ignored(&mut scene, &on_layer(B, 3, 1)), 0);
 }
@@ -114,12 +114,12 @@ fn what_its_owner_has_closed_nobody_else_draws_on_or_changes() {
 #[test]
 fn only_its_owner_closes_a_layer_until_that_one_leaves() {
     let mut scene = both();
-    // It is not B's; the first layer is everybody's; whoever runs the session owns none.
+    // The layer is not B's; the first layer has no owner; the host owns no layer.
     let refused = [layer(B, 1, Some(true)), layer(A, 0, Some(true)), layer(Author::SOLE, 2, Some(true))];
     for event in refused {
         assert_eq!(ignored(&mut scene, std::slice::from_ref(&event)), 1, "{event:?}");
     }
-    // A stroke that has begun goes on.
+    // A stroke that has begun continues.
     let open = on_layer(B, 1, 1);
     apply(&mut scene, &open[..2]);
     assert_eq!(ignored(&mut scene, &[layer(A, 1, Some(true))]), 0);
@@ -127,7 +127,7 @@ fn only_its_owner_closes_a_layer_until_that_one_leaves() {
     apply(&mut scene, &[Event::Leave { t: 1.0, author: A }]);
     assert_eq!((scene.closed_by(1), scene.layer_states()[&1].owner), (None, Some(A)));
     assert_eq!(ignored(&mut scene, &on_layer(B, 2, 1)), 0);
-    // Who closes it now owns it, also from who comes back.
+    // The author who closes the layer now owns it, also against a former owner who returns.
     assert_eq!(ignored(&mut scene, &[join(Author(3)), layer(B, 1, Some(true))]), 0);
     assert_eq!((scene.closed_by(1), scene.layer_states()[&1].owner), (Some(B), Some(B)));
     assert_eq!(ignored(&mut scene, &[layer(Author(3), 1, Some(true))]), 1);
@@ -136,7 +136,8 @@ fn only_its_owner_closes_a_layer_until_that_one_leaves() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 128, ..ProptestConfig::default() })]
 
-    /// Whatever others do, but for taking back and redoing their own, leaves what is on a closed layer as it is.
+    /// Edits of other authors, except for undo and redo of their own edits, do not change the strokes on a closed
+    /// layer.
     #[test]
     fn nothing_on_a_closed_layer_changes_by_others(
         doings in prop::collection::vec((0u8..8, 1u32..4, 0u32..64), 1..80),

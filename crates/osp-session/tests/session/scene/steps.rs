@@ -1,4 +1,4 @@
-//! Several edits that are one step for undo, and layers.
+//! Several edits that form one undo step, and layers.
 
 use super::{play, straight};
 use glam::Vec3;
@@ -45,7 +45,7 @@ fn more_edits_than_undo_reaches_are_taken_back_as_one_step_and_made_again() {
     assert_eq!(visible(&scene), old);
     play(&mut scene, &[REDO]);
     assert_eq!(visible(&scene), new);
-    // A new edit after an undo puts the copies out of reach, the old ones not.
+    // A new edit after an undo makes the copies unreachable, the old strokes not.
     play(&mut scene, &[UNDO, moved(0)]);
     scene.let_go();
     scene.let_go();
@@ -59,7 +59,7 @@ fn a_step_ends_with_its_edits_with_an_undo_and_with_the_next_step() {
     let mut scene = Scene::new();
     play(&mut scene, &straight(1, 2, NormalRule::LocalX));
     let height = |scene: &Scene| scene.stroke(StrokeId(1)).expect("a stroke").offset().y;
-    // Two of three moves are the step.
+    // Two of three moves form the step.
     play(&mut scene, &[step(2), moved(1), moved(1), moved(1)]);
     play(&mut scene, &[UNDO]);
     assert_eq!(height(&scene), 2.0);
@@ -67,12 +67,12 @@ fn a_step_ends_with_its_edits_with_an_undo_and_with_the_next_step() {
     assert_eq!(height(&scene), 0.0);
     play(&mut scene, &[REDO]);
     assert_eq!(height(&scene), 2.0);
-    // Taken back while it is open: what follows is no part of it.
+    // The step is undone while it is open, so later edits are no part of it.
     play(&mut scene, &[step(5), moved(1), moved(1), UNDO]);
     assert_eq!(height(&scene), 2.0);
     play(&mut scene, &[moved(1), UNDO]);
     assert_eq!(height(&scene), 2.0);
-    // Ended by another, and by none.
+    // A step is ended by another step, and by an empty one.
     play(&mut scene, &[step(5), moved(1), step(2), moved(1), moved(1), UNDO]);
     assert_eq!(height(&scene), 3.0);
     play(&mut scene, &[step(5), moved(1), step(0), moved(1), UNDO]);
@@ -122,7 +122,7 @@ fn a_layer_hides_its_strokes_those_that_come_and_those_that_are_brought() {
     assert_eq!(visible(&scene), [1, 2, 3], "back on the layer that is not hidden");
     play(&mut scene, &[REDO]);
     assert_eq!(visible(&scene), [1]);
-    // One that begins on the hidden layer, and one that says itself that it is hidden.
+    // One stroke begins on the hidden layer, and another one is hidden by its own event.
     let mut drawn = straight(4, 3, NormalRule::LocalX);
     let Event::Begin { paint, .. } = &mut drawn[0] else { panic!("a beginning") };
     *paint = Some(Box::new(Paint { layer: 2, ..Paint::new("", 0) }));

@@ -1,4 +1,4 @@
-//! What samples become, where the hand or the outline is awkward.
+//! Polygons of samples in difficult cases of motion or outline.
 
 use glam::{Quat, Vec3};
 use osp::{math::TOLERANCE_M, polygon::ConvexPolygon};
@@ -31,7 +31,7 @@ fn area_m2(polygons: &[ConvexPolygon]) -> f32 {
     polygons.iter().map(ConvexPolygon::area_m2).sum()
 }
 
-/// Turns the x axis to this direction, about the axis between them.
+/// Rotates the x axis to this direction, about the axis perpendicular to both.
 fn x_towards(direction: Vec3) -> Quat {
     Quat::from_rotation_arc(Vec3::X, direction.normalize())
 }
@@ -52,7 +52,7 @@ fn samples_that_are_no_step_apart_are_no_segment() {
 
 #[test]
 fn a_ribbon_does_not_fold_where_the_hand_turns_over() {
-    // The tracker lies on its other side at every other sample.
+    // The tracker is turned over at every other sample.
     for (rule, axis) in
         [(NormalRule::LocalX, Vec3::Y), (NormalRule::SideX, Vec3::Y), (NormalRule::Travel, Vec3::Y)]
     {
@@ -60,7 +60,7 @@ fn a_ribbon_does_not_fold_where_the_hand_turns_over() {
             .map(|i| {
                 let turned = if i % 2 == 0 { axis } else { -axis };
                 let q = match rule {
-                    // Forward is -z.
+                    // The forward axis is -z.
                     NormalRule::Travel => Quat::from_rotation_arc(Vec3::NEG_Z, turned),
                     _ => Quat::from_rotation_arc(Vec3::X, turned),
                 };
@@ -75,7 +75,7 @@ fn a_ribbon_does_not_fold_where_the_hand_turns_over() {
 
 #[test]
 fn an_axis_along_the_way_does_not_say_where_the_width_lies() {
-    // Two good samples, then the tracker's axis points (but for some noise) where the hand goes.
+    // Two good samples, then the tracker's axis points (but for some noise) in the direction of travel.
     let noise =
         [Vec3::new(1.0, 0.0, 2.0e-4), Vec3::new(1.0, 1.0e-4, -3.0e-4), Vec3::new(1.0, -2.0e-4, 1.0e-4)];
     let mut samples: Vec<Sample> = (0..2).map(|i| sample(Vec3::X * i as f32, x_towards(Vec3::Y))).collect();
@@ -90,7 +90,7 @@ fn an_axis_along_the_way_does_not_say_where_the_width_lies() {
 
 #[test]
 fn a_tube_does_not_twist_in_a_bend() {
-    // A quarter of a circle from +x to +y: the helper of the first cross-section changes on the way.
+    // A quarter of a circle from +x to +y: the helper axis of the first cross-section changes on the way.
     let samples: Vec<Sample> = (0..=12)
         .map(|i| {
             let angle = i as f32 / 12.0 * std::f32::consts::FRAC_PI_2;
@@ -102,7 +102,7 @@ fn a_tube_does_not_twist_in_a_bend() {
     let sides: Vec<&ConvexPolygon> = polygons.iter().filter(|p| p.area_m2() > 0.012).collect();
     assert!(sides.len() >= 12 * TUBE_SIDES, "{} sides", sides.len());
     for side in sides {
-        // From one ring to the next, not round the tube.
+        // From one ring to the next, not around the tube.
         let [a, _, _, d] = *side.vertices() else { panic!("a bend in a plane has flat sides: {side:?}") };
         assert!(a.distance(d) < 1.05 * longest, "{} m from ring to ring", a.distance(d));
     }
@@ -154,7 +154,7 @@ fn pieces(corners: &[(f32, f32)]) -> Vec<ConvexPolygon> {
     out
 }
 
-/// Pieces that cover an outline without overlap turn as it does and have its area together.
+/// Pieces that cover an outline without overlap have its orientation, and their areas add up to its area.
 fn assert_covers(corners: &[(f32, f32)], what: &str) {
     let whole = outline_area_m2(corners);
     let pieces = pieces(corners);
@@ -169,7 +169,7 @@ fn outlines_of_any_shape_are_cut_into_pieces_that_cover_them() {
     let mut random = Pcg64::new(11, 2);
     let mut unit = || (random.next_u64() >> 40) as f32 / (1u64 << 24) as f32;
     for round in 0..300 {
-        // Seen whole from the middle, with corners far and near.
+        // Star-shaped outlines: fully visible from the middle, with far and near corners.
         let count = 5 + round % 30;
         let mut corners: Vec<(f32, f32)> = (0..count)
             .map(|i| {
@@ -183,7 +183,7 @@ fn outlines_of_any_shape_are_cut_into_pieces_that_cover_them() {
         }
         assert_covers(&corners, &format!("star {round}"));
     }
-    // Combs and spirals are not seen whole from anywhere.
+    // Combs and spirals are not fully visible from any point.
     let mut comb = vec![(8.0, -1.0), (8.0, 0.0)];
     for tooth in (0..8).rev() {
         let x = tooth as f32;

@@ -1,4 +1,4 @@
-//! Strokes that are moved while they are erased or taken back are drawn where they are when they come back.
+//! Strokes that are moved while they are erased or undone reappear at their new position.
 
 use std::{collections::BTreeMap, slice::from_ref};
 
@@ -16,7 +16,7 @@ use osp_session::{
 };
 use osp_testkit::Editor;
 
-/// What somebody holds who copies a polygon when it is new and when it is told that it has moved: a GPU's memory.
+/// Polygons that are copied when they are inserted and when an update reports them, as in GPU memory.
 #[derive(Default)]
 struct Held(Vec<ConvexPolygon>);
 
@@ -59,9 +59,9 @@ fn a_stroke_that_was_moved_while_it_was_away_is_told_of_when_it_comes_back() {
     let to = Transform { p: Vec3::Y, q: Quat::IDENTITY, s: 2.0 };
     let place = Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(1), to };
     let redo = Event::Redo { author: Author::SOLE, t: 0.0 };
-    // Frames of events; the last one brings the stroke back to a place where it was never seen.
+    // Frames of events; the last one makes the stroke visible at a position where it was never seen.
     let sessions: [&[&[Event]]; 4] = [
-        // Moved before it is erased, in the same frame; the undo takes back only the erasure.
+        // The stroke is moved before it is erased, in the same frame; the undo reverts only the erasure.
         &[&[moved.clone(), erase.clone()], &[undo()]],
         &[from_ref(&moved), from_ref(&erase), &[undo(), undo(), undo()], &[redo.clone(), redo.clone()]],
         &[from_ref(&group), &[place, erase.clone()], &[undo()]],
@@ -81,7 +81,7 @@ fn a_stroke_that_was_moved_while_it_was_away_is_told_of_when_it_comes_back() {
     }
 }
 
-/// Follows a session as a window does, and compares with a scene that is made anew.
+/// Follows a session like the window, and compares with a scene that is built from scratch.
 struct Followers {
     scene: Scene,
     index: Box<dyn SpatialIndex>,
@@ -134,14 +134,14 @@ impl Followers {
             boxes.insert(id, fresh.bounds(id));
         }
         self.held.check(&fresh, when);
-        // The index: everything is found where it is.
+        // The index finds every polygon at its position.
         assert_eq!(self.index.len(), ids.len(), "{when}");
         for (id, bounds) in boxes {
             let mut found = Vec::new();
             self.index.box_query(&bounds, &mut found);
             assert!(found.contains(&id), "{id:?} is filed elsewhere, {when}");
         }
-        // The pool: every candidate is there, as large as it is now.
+        // Every candidate is in the pool, with its current size.
         let mut anew = OccluderPool::new(PoolConfig::default());
         let all: Vec<Change> = fresh.visible_ids().map(Change::Insert).collect();
         anew.follow(&fresh, &all);

@@ -1,4 +1,4 @@
-//! What events cost, in counts, and lists of events that are cut where they have cost enough.
+//! The cost of events, in counts, and lists of events that are split at a cost limit.
 
 use osp_session::{
     recording::{Author, Event, NormalRule, StrokeId},
@@ -26,7 +26,7 @@ fn a_list_is_cut_where_it_has_cost_enough_and_comes_to_the_same() {
             let before = cut.work().total();
             let taken = cut.apply_within(left, 20, &mut Vec::new());
             assert!((1..=20).contains(&taken), "an event costs one at least, and one is always taken");
-            // Without its last event the call has not cost enough.
+            // Without its last event the call would be below the limit.
             assert!(taken == left.len() || cut.work().total() - before >= 20);
             left = &left[taken..];
             calls += 1;
@@ -49,10 +49,10 @@ fn one_event_is_taken_whatever_it_costs_and_polygons_count() {
     let mut changes = Vec::new();
     assert_eq!(scene.apply_within(&events, 1, &mut changes), 1);
     assert_eq!((changes.len(), scene.work().total() - before), (100, 101));
-    // One and a hundred for the first is less than all, so the second is taken, too.
+    // The budget of one plus a hundred for the first event is less than all, so the second event is applied, too.
     assert_eq!(scene.apply_within(&events[1..], 102, &mut changes), 2);
     assert_eq!(scene.apply_within(&[], 102, &mut changes), 0);
     assert_eq!((changes.len(), scene.counts().visible), (300, 0));
-    // An event without cost, and no budget: it is taken, or a caller would wait for ever.
+    // An event without cost and a budget of zero: the event is applied, or a caller would wait forever.
     assert_eq!(scene.apply_within(&[Event::Redo { t: 0.0, author: Author::SOLE }], 0, &mut changes), 1);
 }

@@ -1,4 +1,4 @@
-//! Reads numbers from buffers in place, so that a file's claims about its size allocate nothing.
+//! Reads numbers from buffers in place, so that sizes stated in a damaged file allocate no memory.
 
 use ::gltf::json::{
     Root,
@@ -8,7 +8,7 @@ use ::gltf::json::{
 
 use super::{container::File, fault::Fault};
 
-/// Elements at equal distances in a buffer.
+/// Elements at a constant stride in a buffer.
 #[derive(Clone, Copy)]
 struct Row<'a> {
     bytes: &'a [u8],
@@ -16,7 +16,7 @@ struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
-    /// `count` elements of `size` bytes each, from `offset` in a view.
+    /// `count` elements of `size` bytes each, from `offset` in a buffer view.
     fn new(file: &'a File, view: usize, offset: u64, count: u64, size: usize) -> Result<Self, Fault> {
         let whole = || Fault::new(format!("the bytes of buffer view {view} in its buffer"), "too few");
         let Root { buffer_views, .. } = &file.root;
@@ -59,12 +59,12 @@ pub(super) struct Elements<'a> {
     width: usize,
     kind: ComponentType,
     normalized: bool,
-    /// None: all zero.
+    /// If `None`, all elements are zero.
     base: Option<Row<'a>>,
     sparse: Option<Sparse<'a>>,
 }
 
-/// Elements that replace others, in the order of their numbers.
+/// Elements that replace others, sorted by index.
 struct Sparse<'a> {
     count: usize,
     numbers: Row<'a>,
@@ -147,12 +147,12 @@ impl<'a> Elements<'a> {
         self.base.map_or(&[], |row| row.at(number))
     }
 
-    /// A whole number; 0 where there is none.
+    /// The element as an integer; 0 if it does not exist.
     pub(super) fn integer(&self, number: usize) -> u32 {
         integer(self.kind, self.bytes(number))
     }
 
-    /// The numbers of an element; missing ones stay as in `usual`.
+    /// The components of an element; missing components have the values of `usual`.
     pub(super) fn vector(&self, number: usize, usual: [f32; 4]) -> [f32; 4] {
         let bytes = self.bytes(number);
         let mut values = usual;
@@ -177,7 +177,7 @@ impl<'a> Elements<'a> {
     }
 }
 
-/// The bits of a component; 0 where there is none.
+/// The bits of a component; 0 if it does not exist.
 fn integer(kind: ComponentType, bytes: &[u8]) -> u32 {
     let mut word = [0; 4];
     let size = kind.size();

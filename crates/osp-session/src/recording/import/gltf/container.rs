@@ -1,4 +1,4 @@
-//! The file around the JSON, the JSON, and the buffers.
+//! The container of a glTF file, its JSON, and its buffers.
 
 use std::{io::Read, path::Path, path::PathBuf};
 
@@ -10,17 +10,18 @@ use super::{
 };
 use crate::recording::{Limits, Place, RecordingError, error::beyond, import::lines::shown, input::Input};
 
-/// Beginning of a `.glb`.
+/// Magic bytes of a `.glb`.
 pub(in super::super) const MAGIC: &[u8] = b"glTF";
 const HEAD_BYTES: usize = 12;
 const CHUNK_HEAD_BYTES: usize = 8;
 const VERSION: u32 = 2;
 const JSON_CHUNK: &[u8] = b"JSON";
 const BIN_CHUNK: &[u8] = b"BIN\0";
-/// Bytes of buffers that a polygon needs at most: three corners of 64 bytes that it shares with no other polygon, and
-/// their indices.
+/// Largest number of buffer bytes for a polygon: three corners of 64 bytes that no other polygon shares, and their
+/// indices.
 const BYTES_A_POLYGON: u64 = 256;
-/// Objects of JSON become a few hundred bytes each, numbers of lists up to 32.
+/// Number of polygons whose memory equals that of a JSON object. A parsed object takes a few hundred bytes, a number in
+/// a list up to 32.
 const POLYGONS_AN_OBJECT: u64 = 16;
 
 /// A glTF file in memory.
@@ -76,7 +77,7 @@ fn at_byte(path: &Path, offset: usize, expected: &str, found: impl Into<String>)
     RecordingError::Byte { path, offset, expected: expected.to_owned(), found: found.into() }
 }
 
-/// Position of the JSON in a binary file.
+/// Byte range of the JSON in a binary file.
 fn binary_json(
     path: &Path,
     bytes: &[u8],
@@ -102,7 +103,7 @@ fn binary_json(
     Ok(start..end.ok_or_else(|| cut(bytes.len()))?)
 }
 
-/// Position of the binary chunk, if there is one.
+/// Byte range of the binary chunk, if there is one.
 fn binary_chunk(
     path: &Path,
     bytes: &[u8],
@@ -119,14 +120,14 @@ fn binary_chunk(
         if kind == BIN_CHUNK {
             return Ok(Some(start..end.min(bytes.len())));
         }
-        // Others may come with extensions.
+        // Other chunks may belong to extensions.
         at = end.min(bytes.len());
     }
     Ok(None)
 }
 
 fn parse(path: &Path, start: usize, json: &[u8], limits: &Limits) -> Result<Root, RecordingError> {
-    // Checked before parsing: the size of the parsed JSON in memory.
+    // The counts estimate the memory of the parsed JSON before it is parsed.
     let count = |of: &[u8]| json.iter().filter(|byte| of.contains(byte)).count() as u64;
     let bounds = [
         (count(b"{"), limits.polygons / POLYGONS_AN_OBJECT, "objects in its JSON"),
@@ -160,8 +161,8 @@ fn shortened(text: &str) -> String {
     text.chars().take(200).collect()
 }
 
-/// Whether a file that requires this extension can be read: the extension is supported, or changes only how surfaces
-/// look.
+/// Whether a file that requires this extension can be read: the extension is supported, or changes only the appearance
+/// of surfaces.
 fn is_optional_here(extension: &str) -> bool {
     const KNOWN: [&str; 3] = ["KHR_lights_punctual", "KHR_mesh_quantization", "KHR_xmp_json_ld"];
     const LOOKS: [&str; 4] = ["KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_"];
@@ -207,7 +208,7 @@ fn read_buffers(
     Ok(buffers)
 }
 
-/// A buffer of its own file. The inner error is one of the model.
+/// Reads a buffer from its own file. The outer error is a limit or system error, the inner one a fault of the model.
 fn read_beside(
     file: Input<'_>,
     uri: &str,
@@ -236,7 +237,7 @@ fn read_beside(
     Ok(Ok(bytes))
 }
 
-/// The files of a model's buffers, as far as it can be read.
+/// The files of the buffers that a model refers to, as far as the model can be read.
 pub(super) fn files_beside(path: &Path) -> Vec<PathBuf> {
     let mut damage = Damage { is_lenient: true, notes: Default::default() };
     let mut bytes = Vec::new();
@@ -253,6 +254,6 @@ pub(super) fn files_beside(path: &Path) -> Vec<PathBuf> {
     let uris = root.into_iter().flat_map(|root| root.buffers).filter_map(|buffer| buffer.uri);
     let files = uris.filter(|uri| uri::data(uri).is_none()).filter_map(|uri| uri::file(&uri, path).ok());
     let folder = uri::folder(path);
-    // A missing file counts: another program may create it.
+    // A missing file counts, because another program may create it later.
     files.filter(|file| Input::on_disk(file).lies_within(folder).unwrap_or(true)).collect()
 }

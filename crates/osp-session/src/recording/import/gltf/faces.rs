@@ -1,4 +1,4 @@
-//! The triangles of a part of a mesh, as polygons with a colour each.
+//! Converts the triangles of a primitive to polygons with a colour each.
 
 use ::gltf::json::{
     material::{AlphaMode, Material},
@@ -17,22 +17,22 @@ pub(super) struct Polygon {
     pub(super) color: u32,
 }
 
-/// Progress of the decoding.
+/// Progress of decoding.
 #[derive(Default)]
 pub(super) struct Faces {
     next: usize,
-    /// A triangle that may become a quad with the one after it.
+    /// A triangle that may form a quad with the next one.
     pending: Option<[u32; 3]>,
     fault: Option<Fault>,
 }
 
 impl Faces {
-    /// Fault of the first skipped triangle since the last call.
+    /// The fault of the first triangle that was skipped since the last call.
     pub(super) fn take_fault(&mut self) -> Option<Fault> {
         self.fault.take()
     }
 
-    /// Decodes some more triangles; `false` once there are no more.
+    /// Decodes at most `most` further triangles; `false` after the last one.
     pub(super) fn decode(
         &mut self,
         file: &File,
@@ -88,7 +88,7 @@ impl Faces {
     }
 }
 
-/// A part of a mesh as it lies in the file.
+/// A primitive of a mesh in the file.
 struct Mesh<'a> {
     positions: Elements<'a>,
     colors: Option<Elements<'a>>,
@@ -99,7 +99,7 @@ struct Mesh<'a> {
 }
 
 impl<'a> Mesh<'a> {
-    /// None if it consists of points or lines.
+    /// `None` if the primitive consists of points or lines.
     fn new(file: &'a File, primitive: &Primitive, residual: &DAffine3) -> Result<Option<Self>, Fault> {
         let Checked::Valid(mode) = primitive.mode else {
             return Err(Fault::new("a mode of 0 to 6", "another"));
@@ -136,12 +136,12 @@ impl<'a> Mesh<'a> {
         }
     }
 
-    /// The numbers of a triangle's vertices.
+    /// The vertex numbers of a triangle.
     fn triangle(&self, at: usize) -> [u32; 3] {
         let places = match self.mode {
             Mode::Triangles => [3 * at, 3 * at + 1, 3 * at + 2],
             Mode::TriangleFan => [0, at + 1, at + 2],
-            // Every second triangle of a strip turns the other way.
+            // Every second triangle of a strip has the opposite winding.
             _ if at % 2 == 1 => [at + 1, at, at + 2],
             _ => [at, at + 1, at + 2],
         };
@@ -160,7 +160,7 @@ impl<'a> Mesh<'a> {
         self.residual.transform_point3(corner.as_dvec3()).as_vec3()
     }
 
-    /// The flat, convex quad that two triangles make, drawn as the same two.
+    /// The flat, convex quad that two triangles form. Its diagonal is the triangles' shared edge.
     fn quad(&self, one: [u32; 3], other: [u32; 3]) -> Option<[u32; 4]> {
         let turned = |[a, b, c]: [u32; 3]| [[a, b, c], [b, c, a], [c, a, b]];
         let mut pairs = turned(one).into_iter().flat_map(|one| turned(other).map(|other| (one, other)));
@@ -169,7 +169,7 @@ impl<'a> Mesh<'a> {
         (b != d && is_flat_and_convex(quad.map(|number| self.corner(number)))).then_some(quad)
     }
 
-    /// The mean colour of some vertices.
+    /// The mean colour of the given vertices.
     fn color(&self, numbers: &[u32]) -> u32 {
         let base = self.material.map_or([1.0; 4], |of| of.pbr_metallic_roughness.base_color_factor.0);
         let mut color = base;
@@ -196,7 +196,7 @@ impl<'a> Mesh<'a> {
     }
 }
 
-/// A colour as the numbers of a recording: red, green, blue, opacity.
+/// The channels of a colour in a recording: red, green, blue, opacity.
 pub(super) fn channels(color: u32) -> (f32, f32, f32, f32) {
     let [r, g, b, a] = color.to_be_bytes().map(|byte| f32::from(byte) / 255.0);
     (r, g, b, a)

@@ -2,10 +2,10 @@ use std::path::Path;
 
 use crate::recording::{Notes, RecordingError};
 
-/// Most damaged pieces that get a warning of their own; all are counted.
+/// Largest number of damaged parts that get their own warning; all are counted.
 const MOST_WARNINGS: u64 = 16;
 
-/// Faulty part of a file.
+/// A fault of a part of a file.
 pub(super) struct Fault {
     pub(super) expected: String,
     pub(super) found: String,
@@ -21,7 +21,7 @@ impl Fault {
     }
 }
 
-/// Damage that a lenient reader passes over.
+/// The damage that a lenient reader has skipped.
 pub(super) struct Damage {
     pub(super) is_lenient: bool,
     pub(super) notes: Notes,

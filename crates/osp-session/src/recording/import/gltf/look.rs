@@ -11,7 +11,7 @@ use super::{
 };
 use crate::recording::{Camera, Environment, Header};
 
-/// Ambient light and sky of a file: the format has only directed lights. The same as in a new sketch.
+/// Ambient light and sky, which glTF does not store; the values are those of a new sketch.
 const AMBIENT: f32 = 0.392;
 const SKY: [Vec3; 2] = [Vec3::new(0.27, 0.27, 0.32), Vec3::new(0.035, 0.035, 0.086)];
 
@@ -22,7 +22,7 @@ pub(super) fn source(file: &File) -> String {
     if program.is_empty() { "glTF 2.0".to_owned() } else { format!("glTF 2.0 by {program}") }
 }
 
-/// Fills in the camera, the lights, and what is left out.
+/// Sets the camera, the lights and the list of missing contents in the header.
 pub(super) fn fill(file: &File, seen: &[Seen], header: &mut Header) {
     let mut left_out = Vec::new();
     let mut cameras = 0;
@@ -95,7 +95,7 @@ fn pose(place: &Seen, camera: &camera::Camera) -> Option<Camera> {
     })
 }
 
-/// The rotation of a node, without its scales; a camera that they make lopsided looks the same way.
+/// The rotation of a node without its scales. If the scales shear the axes, the viewing direction is kept.
 fn rotation(m: DMat3) -> Option<Quat> {
     let back = m.z_axis.try_normalize()?;
     let right = m.y_axis.cross(back).try_normalize()?;
@@ -103,7 +103,8 @@ fn rotation(m: DMat3) -> Option<Quat> {
     Some(q.as_quat())
 }
 
-/// Directional lights, the brightest first: way, colour, strength. And how many others there are.
+/// Directional lights, the brightest first: direction of travel, colour, strength. The second result is the number of
+/// other lights.
 fn directional(file: &File, seen: &[Seen]) -> (Vec<(Vec3, Vec3, f32)>, usize) {
     let extension = file.root.extensions.as_ref().and_then(|of| of.khr_lights_punctual.as_ref());
     let described = extension.map_or(&[][..], |of| &of.lights);
@@ -146,7 +147,7 @@ fn environment(shining: &[(Vec3, Vec3, f32)]) -> Environment {
     }
 }
 
-/// A part of a colour as a recording has it, 0 to 1.
+/// A linear colour channel, converted to sRGB, 0 to 1.
 pub(super) fn srgb_from_linear(linear: f32) -> f32 {
     let linear = f64::from(linear.clamp(0.0, 1.0));
     let srgb =

@@ -1,16 +1,17 @@
-//! glTF 2.0, `.glb` and `.gltf` ("glTF 2.0 Specification", Khronos Group, 2021): each node that has a mesh, itself or
-//! below, becomes a group with the node's name and transform, each triangle a [`Polygon`](Event::Polygon) at time 0.
+//! glTF 2.0, `.glb` and `.gltf` ("glTF 2.0 Specification", Khronos Group, 2021): each triangle becomes a
+//! [`Polygon`](Event::Polygon) at time 0. Each node with a mesh in its subtree becomes a group with the node's name and
+//! transform.
 //!
-//! Two consecutive triangles that share an edge and lie flat become one quad, which looks the same. Axes and units are
-//! ours already (+y up, metres, a camera looks along its -z). A [`Transform`](crate::recording::Transform) has one
-//! scale. The rest of a node's transform (other scales for other axes, a mirror, a shear) is applied to the vertices
-//! below the node. Colours are the base colour times the vertices' mean colour; a stroke holds the polygons of one
-//! colour in one part of a mesh. The first camera becomes the session's view, directional lights its
+//! Two consecutive coplanar triangles that share an edge become one quad, which looks the same. Axes and units need no
+//! conversion (+y up, metres, a camera looks along its -z). A [`Transform`](crate::recording::Transform) has one scale.
+//! The rest of a node's transform (non-uniform scale, mirror, shear) is applied to the vertices below the node. Colours
+//! are the base colour times the vertices' mean colour; a stroke has the polygons of one colour in one primitive. The
+//! first camera becomes the session's view, directional lights its
 //! [`Environment`](crate::recording::Environment). Textures, skins, animations, points and lines are left out, and the
 //! header lists them.
 //!
-//! The JSON types are those of the crate `gltf`. Every number in them is checked here where it is used, because the
-//! crate's own check can panic on damaged files.
+//! The JSON types are those of the crate `gltf`. Every number in them is checked where it is used, because the crate's
+//! own check can panic on damaged files.
 
 mod accessor;
 
@@ -38,16 +39,16 @@ use crate::recording::{
     Author, Event, EventSource, Header, Notes, OpenOptions, RecordingError, Session, StrokeId, input::Input,
 };
 
-/// Polygons that are decoded at a time.
+/// Number of polygons that are decoded at a time.
 const CHUNK: usize = 1 << 14;
-/// Most colours of one part of a mesh that are kept as they are. Beyond, colours are rounded to 16 steps a channel, so
-/// that a painted mesh does not become a stroke for each of its triangles.
+/// Largest number of colours of a primitive that are stored exactly. With more colours, each channel is rounded to 16
+/// steps, so that a painted mesh does not become a stroke for each of its triangles.
 const MOST_COLORS: usize = 1024;
 
-/// Opens a glTF file with the buffers beside it.
+/// Opens a glTF file and its external buffers.
 ///
 /// # Errors
-/// The file cannot be read, is too large to be held, or its JSON is damaged.
+/// The file cannot be read, is too large for memory, or its JSON is damaged.
 pub(in crate::recording) fn open_gltf(
     input: Input<'_>,
     options: &OpenOptions,
@@ -71,7 +72,7 @@ pub(in crate::recording) fn open_gltf(
     Ok(Session::new(header, format, Box::new(source), path, options))
 }
 
-/// The other files that a glTF file is read from.
+/// The other files that are part of the glTF file at `path`.
 pub(crate) fn buffers_beside(path: &Path) -> Vec<std::path::PathBuf> {
     container::files_beside(path)
 }
@@ -86,7 +87,7 @@ struct Gltf {
     is_over: bool,
 }
 
-/// The part of a mesh that is decoded next.
+/// The primitive that is decoded next.
 struct Part {
     node: Planned,
     primitive: usize,
@@ -95,7 +96,7 @@ struct Part {
 }
 
 impl Gltf {
-    /// Puts events into the queue; `false` at the end.
+    /// Appends events to the queue; `false` at the end.
     fn fill(&mut self) -> Result<bool, RecordingError> {
         let Some(mut part) = self.at.take() else {
             let Some(node) = self.nodes.next() else { return Ok(false) };
@@ -143,7 +144,8 @@ impl Gltf {
         if part.strokes.len() + new > MOST_COLORS {
             polygons.iter_mut().for_each(|polygon| polygon.color = faces::rounded(polygon.color));
         }
-        // A stroke after the other, each in the order of the file.
+        // Sorted by colour, because each colour is a stroke. The sort is stable, so a stroke's polygons keep their
+        // order.
         polygons.sort_by_key(|polygon| polygon.color);
         for polygon in polygons {
             let color = faces::channels(polygon.color);

@@ -1,4 +1,4 @@
-//! The tree of nodes, as nested groups.
+//! Converts the tree of nodes to nested groups.
 
 use ::gltf::json::scene::Node;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3};
@@ -9,9 +9,9 @@ use super::{
 };
 use crate::recording::{Author, Event, GroupId, RecordingError, StrokeId, Transform, import::axes};
 
-/// Most groups below one another; a deeper node belongs to the group above it.
+/// Largest depth of nested groups; the mesh of a deeper node belongs to the group above.
 const MOST_DEPTH: usize = 60;
-/// Part by which scales of the axes may differ and count as one.
+/// Largest relative difference of the axes' scales that still counts as uniform.
 const SAME_SCALE: f64 = 1.0e-5;
 
 /// A node that becomes a group.
@@ -19,30 +19,30 @@ pub(super) struct Planned {
     pub(super) group: GroupId,
     parent: Option<GroupId>,
     name: Option<String>,
-    /// None for the identity, or for a node that belongs to the group of a node above.
+    /// `None` for the identity, or for a node that belongs to the group of an ancestor.
     pub(super) to: Option<Transform>,
-    /// Its mesh.
+    /// The node's mesh.
     pub(super) mesh: Option<usize>,
-    /// Rest of the transform, which the group's lacks, for the vertices.
+    /// Transform of the vertices: the part of the node's transform that the group's transform cannot represent.
     pub(super) residual: DAffine3,
 }
 
 impl Planned {
-    /// Puts strokes into the group.
+    /// The event that adds strokes to the group.
     pub(super) fn group_event(&self, strokes: Vec<StrokeId>) -> Event {
         let name = self.name.clone().filter(|_| strokes.is_empty());
         Event::Group { author: Author::SOLE, t: 0.0, group: self.group, strokes, parent: self.parent, name }
     }
 }
 
-/// A camera or a light of a node, with the node's place in the world.
+/// A node with a camera or a light, and its world transform.
 pub(super) struct Seen {
     pub(super) world: DAffine3,
     pub(super) camera: Option<usize>,
     pub(super) light: Option<usize>,
 }
 
-/// Result of the tree of nodes.
+/// The groups, cameras and lights of the tree of nodes.
 pub(super) struct Nodes {
     pub(super) planned: Vec<Planned>,
     pub(super) seen: Vec<Seen>,
@@ -52,14 +52,14 @@ pub(super) struct Nodes {
 #[derive(Clone, Copy)]
 struct Visit {
     node: usize,
-    /// The planned node that it hangs under.
+    /// Index of the planned parent.
     above: Option<usize>,
     depth: usize,
     residual: DAffine3,
     world: DAffine3,
 }
 
-/// Plans the nodes of the scene that the file shows, parents first.
+/// Plans the nodes of the file's default scene, parents first.
 pub(super) fn plan(file: &File, damage: &mut Damage) -> Result<Nodes, RecordingError> {
     let nodes = &file.root.nodes;
     let has_mesh = having_meshes(nodes);
@@ -104,7 +104,7 @@ impl Nodes {
         }
     }
 
-    /// Plans the group of a node; returns the transform that is left for the vertices below.
+    /// Plans the group of a node. Returns the visit with the transform that remains for the vertices of its children.
     fn plan_group(
         &mut self,
         file: &File,
@@ -116,7 +116,8 @@ impl Nodes {
         let mesh = described.mesh.map(|mesh| mesh.value());
         let above = at.above.and_then(|above| self.planned.get(above));
         if let Some(above) = above.filter(|_| at.depth >= MOST_DEPTH) {
-            // A group that hangs too deep would be refused: its mesh goes into the one above, its transform into the mesh.
+            // A recording would refuse a group at this depth. So the node's mesh is added to the group above, and its
+            // transform is applied to the mesh.
             let (group, parent, name) = (above.group, above.parent, above.name.clone());
             self.planned.push(Planned { group, parent, name, to: None, mesh, residual: below.residual });
             return Ok(below);
@@ -144,7 +145,7 @@ impl Nodes {
     }
 }
 
-/// The nodes that the file shows: the nodes of its scene, or all nodes without a parent.
+/// Returns the roots of the file's default scene, or all nodes without a parent.
 fn roots(file: &File) -> Vec<usize> {
     let number = file.root.scene.map_or(0, |scene| scene.value());
     if let Some(scene) = file.root.scenes.get(number) {
@@ -159,7 +160,7 @@ fn roots(file: &File) -> Vec<usize> {
     (0..is_child.len()).filter(|&node| !is_child[node]).collect()
 }
 
-/// For each node, whether it or a node below has a mesh.
+/// For each node, whether its subtree has a mesh.
 fn having_meshes(nodes: &[Node]) -> Vec<bool> {
     let mut parents = vec![None; nodes.len()];
     for (node, number) in nodes.iter().zip(0..) {
@@ -172,7 +173,7 @@ fn having_meshes(nodes: &[Node]) -> Vec<bool> {
     let mut has_mesh = vec![false; nodes.len()];
     for (node, number) in nodes.iter().zip(0..) {
         let mut at = node.mesh.map(|_| number);
-        // Stops at a node that was visited, which ends cycles, too.
+        // The walk stops at a visited node, so it also ends in cycles.
         while let Some(number) = at.filter(|&number: &usize| !has_mesh[number]) {
             has_mesh[number] = true;
             at = parents[number];
@@ -181,7 +182,7 @@ fn having_meshes(nodes: &[Node]) -> Vec<bool> {
     has_mesh
 }
 
-/// The node's name, or its mesh's.
+/// The name of the node, or that of its mesh.
 fn name_of(file: &File, node: &Node) -> Option<String> {
     let mesh = || node.mesh.and_then(|mesh| file.root.meshes.get(mesh.value())?.name.as_deref());
     let name = node.name.as_deref().filter(|name| !name.is_empty()).or_else(mesh)?;
@@ -211,7 +212,7 @@ fn rotation(node: &Node) -> Quat {
     Quat::from_array(node.rotation.unwrap_or_default().0)
 }
 
-/// Divides a node's transform into a group's transform, and the rest for its vertices.
+/// Splits a node's transform into a group's transform and the rest, which is applied to the vertices.
 fn split(node: &Node, above: DAffine3, local: DAffine3) -> (Transform, DAffine3) {
     let scale = node.scale.unwrap_or([1.0; 3]);
     if above == DAffine3::IDENTITY && node.matrix.is_none() {
@@ -233,7 +234,7 @@ fn split(node: &Node, above: DAffine3, local: DAffine3) -> (Transform, DAffine3)
     }
 }
 
-/// The rotation and the scale of a matrix, if it has nothing else.
+/// The rotation and scale of a matrix; `None` if it has a shear, a mirror or non-uniform scale.
 pub(super) fn similarity(m: DMat3) -> Option<(DQuat, f64)> {
     let scale = m.x_axis.length();
     let unit = m * (1.0 / scale);
@@ -243,7 +244,7 @@ pub(super) fn similarity(m: DMat3) -> Option<(DQuat, f64)> {
     (is_even && is_square).then(|| (DQuat::from_mat3(&unit).normalize(), scale))
 }
 
-/// Whether a transform moves nothing.
+/// Whether a transform is the identity.
 fn is_identity(to: &Transform) -> bool {
     *to == Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0 }
 }

@@ -1,4 +1,4 @@
-//! Contents of a URI in a glTF file.
+//! Reads the contents or the path of a URI in a glTF file.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -13,7 +13,7 @@ use percent_encoding::percent_decode_str;
 use super::fault::Fault;
 use crate::recording::import::lines::shown;
 
-/// Some writers leave the padding out.
+/// Padding is optional, because some writers omit it.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &STANDARD,
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
@@ -36,17 +36,18 @@ pub(super) fn data(uri: &str) -> Option<Result<Vec<u8>, Fault>> {
 
 const EXPECTED: &str = "the URI of a buffer in the same folder or below";
 
-/// The folder of a model. The model reads no file outside it.
+/// The folder of a model. The model may refer to files in it only.
 pub(super) fn folder(model: &Path) -> &Path {
     model.parent().unwrap_or(Path::new(""))
 }
 
-/// The error for a URI whose symbolic link leads out of the model's folder.
+/// The error of a URI that leads out of the model's folder through a symbolic link.
 pub(super) fn leads_out(uri: &str) -> Fault {
     Fault::new(EXPECTED, format!("{}, a link that leads out of the folder", shown(uri)))
 }
 
-/// The path of a relative URI, in the folder of `beside` or below it. The caller checks symbolic links when it opens the file.
+/// The path of a relative URI in the folder of `beside` or below it. Symbolic links are not resolved; the caller checks
+/// them when it opens the file.
 pub(super) fn file(uri: &str, beside: &Path) -> Result<PathBuf, Fault> {
     let refuse = || Fault::new(EXPECTED, shown(uri));
     let decoded = percent_decode_str(uri).decode_utf8().map_err(|_| refuse())?;
@@ -68,7 +69,7 @@ mod tests {
         let path = |uri| file(uri, model).ok();
         assert_eq!(path("a.bin"), Some(PathBuf::from("models/a.bin")));
         assert_eq!(path("./parts/a%20b.bin"), Some(PathBuf::from("models/./parts/a b.bin")));
-        // Some writers leave a sign as it is.
+        // Some writers do not escape a percent sign.
         assert_eq!(path("a%.bin"), Some(PathBuf::from("models/a%.bin")));
         for uri in ["", "/etc/passwd", "../a.bin", "x/../../a.bin", "http://a/b", "C:\\a", "%2e%2e/a", "a%00"]
         {
