@@ -1,9 +1,9 @@
 // The page around the window: files come in, files go out, and what is wrong stands on the page.
 import init, * as osp from './osp_web.js';
 import { Benchmark } from './bench.js';
+import { EXAMPLES, droppedFiles, fetchFile, placeFiles, readFiles } from './files.js';
 import { openStore } from './keep.js';
 
-const EXAMPLES = ['room', 'portrait', 'grow', 'scribble', 'nested', 'class'];
 const byId = (id) => document.getElementById(id);
 const [said, wrong, drop, files, typed] = ['said', 'wrong', 'drop', 'files', 'typed'].map(byId);
 const nextFrame = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
@@ -42,21 +42,11 @@ let opened = null;
 /// Puts files into the program's memory, each set into a folder of its own, and replays the first that can be one.
 async function open(set) {
   folders += 1;
-  const place = ({ name, bytes }) => {
-    // CASSIE's two files of a sketch have one name; what they contain tells them apart.
-    const first = String.fromCharCode(bytes.find((byte) => byte > 32) ?? 0);
-    const isPart = name.toLowerCase().endsWith('.json') && !name.includes('/');
-    const folder = isPart ? { '[': 'sketch_history/', '{': 'raw_data/' }[first] ?? '' : '';
-    return `/input/${folders}/${folder}${name}`;
-  };
-  const placed = set.map((file) => ({ ...file, path: place(file) }));
-  for (const { path, bytes } of placed) osp.put(path, bytes);
-  const session = placed.find(({ name }) => !/(^|\/)\.|\.(bin|png|jpe?g|mtl|txt|md)$/i.test(name)) ?? placed[0];
-  if (!session) return;
+  const placed = placeFiles(set, `/input/${folders}`);
+  if (!placed) return;
+  const { files, path } = placed;
+  for (const { path, bytes } of files) osp.put(path, bytes);
   wrong.hidden = true;
-  // The unpacked form of a .tilt is opened by its folder.
-  const inFolder = placed.find(({ name }) => /\/data\.sketch(\.bytes)?$/.test(name));
-  const path = inFolder ? inFolder.path.replace(/\/[^/]*$/, '') : session.path;
   said.textContent = `reading ${path.split('/').pop()}…`;
   await nextFrame();
   // Sketches of other programs are looked at first; recordings are played.
@@ -64,44 +54,9 @@ async function open(set) {
   else osp.show(path);
 }
 
-async function openFiles(list) {
-  const read = async (file) => ({
-    name: file.webkitRelativePath || file.name,
-    bytes: new Uint8Array(await file.arrayBuffer()),
-  });
-  await open(await Promise.all([...list].map(read)));
-}
-
-/// The files of what was dropped; those of a folder with the folder's name.
-async function droppedFiles(data) {
-  const entries = [...data.items].map((item) => item.webkitGetAsEntry?.());
-  if (!entries.some((entry) => entry?.isDirectory)) return openFiles(data.files);
-  const found = [];
-  const walk = async (entry, folder) => {
-    if (entry?.isFile) {
-      const file = await new Promise((done, fail) => entry.file(done, fail));
-      found.push({ name: folder + entry.name, bytes: new Uint8Array(await file.arrayBuffer()) });
-    } else if (entry?.isDirectory) {
-      const reader = entry.createReader();
-      for (;;) {
-        const some = await new Promise((done, fail) => reader.readEntries(done, fail));
-        if (some.length === 0) break;
-        for (const inner of some) await walk(inner, `${folder}${entry.name}/`);
-      }
-    }
-  };
-  for (const entry of entries) await walk(entry, '');
-  await open(found);
-}
-
 async function openUrl(address) {
-  const url = new URL(address, location.href);
-  if (url.origin !== location.origin) throw new Error(`${url.href}: this page opens files of its own server only`);
-  said.textContent = `loading ${url.pathname}…`;
-  const answer = await fetch(url);
-  if (!answer.ok) throw new Error(`${url.pathname}: the server says ${answer.status} ${answer.statusText}`);
-  const name = decodeURIComponent(url.pathname.split('/').pop());
-  await open([{ name, bytes: new Uint8Array(await answer.arrayBuffer()) }]);
+  said.textContent = `loading ${address}…`;
+  await open(await fetchFile(address));
 }
 
 function save({ name, bytes }) {
@@ -195,7 +150,7 @@ async function start() {
 
   byId('open').addEventListener('click', () => files.click());
   files.addEventListener('change', async () => {
-    await openFiles(files.files);
+    await open(await readFiles(files.files));
     files.value = '';
   });
   const examples = byId('examples');
@@ -224,6 +179,24 @@ async function start() {
     }
     return benchmark.start(files, path);
   });
+  byId('race').addEventListener('click', (event) => {
+    const { path, isReplay, length } = JSON.parse(osp.state());
+    if (!isReplay && length === 0) return;
+    let files;
+    try {
+      files = osp.session_files();
+    } catch {
+      return;
+    }
+    event.preventDefault();
+    const tab = globalThis.open(byId('race').href);
+    const give = ({ source, origin }) => {
+      if (source !== tab || origin !== location.origin) return;
+      removeEventListener('message', give);
+      tab.postMessage({ files, path }, origin);
+    };
+    addEventListener('message', give);
+  });
   byId('full').addEventListener('click', () =>
     document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen());
   addEventListener('dragover', (event) => {
@@ -236,7 +209,7 @@ async function start() {
   addEventListener('drop', async (event) => {
     event.preventDefault();
     drop.hidden = true;
-    await droppedFiles(event.dataTransfer);
+    await open(await droppedFiles(event.dataTransfer));
   });
   globalThis.osp = osp;
   const file = new URLSearchParams(location.search).get('file');

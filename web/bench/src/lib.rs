@@ -1,8 +1,11 @@
-//! `osp bench` in a worker of the page: `bench.js` calls these functions there, and ends the worker to cancel.
+//! `osp bench` and `osp race` in workers of the pages: a page ends its worker to cancel.
 //!
 //! ```text
-//! page.js ─> bench.js (a worker) ─> measure ─> osp_lab::bench ─> the report as a page of its own
+//! page.js ─> bench.js ─> bench_worker.js ─> measure   ─> osp_lab::bench ─> the report as a page of its own
+//!            race.js ──> race_worker.js ──> Race::step ─> osp_lab::bench ─> the figures of a frame
 //! ```
+
+mod race;
 
 use std::{cell::RefCell, path::Path};
 
@@ -36,7 +39,7 @@ thread_local! {
     static FILES: RefCell<MemoryFiles> = RefCell::default();
 }
 
-/// Puts a file where [`measure`] finds it.
+/// Puts a file where [`measure`] and [`race::Race`] find it.
 #[wasm_bindgen]
 pub fn put(path: &str, bytes: Vec<u8>) {
     FILES.with_borrow_mut(|files| files.insert(path, bytes));

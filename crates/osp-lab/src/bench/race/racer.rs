@@ -9,6 +9,7 @@ pub struct Racer {
     missed: u64,
     first_missed: Option<u64>,
     longest_ns: u64,
+    in_view: u64,
     bytes: usize,
 }
 
@@ -17,7 +18,15 @@ impl Racer {
     pub const MOST_NS: u64 = (1.0e9 / Pace::FRAMES_A_SECOND) as u64;
 
     pub(super) fn new(name: &'static str) -> Self {
-        Self { name, times_ns: Vec::new(), missed: 0, first_missed: None, longest_ns: 0, bytes: 0 }
+        Self {
+            name,
+            times_ns: Vec::new(),
+            missed: 0,
+            first_missed: None,
+            longest_ns: 0,
+            in_view: 0,
+            bytes: 0,
+        }
     }
 
     /// Takes the time of a frame, after which the model has so many polygons.
@@ -32,11 +41,16 @@ impl Racer {
 
     /// The lesser time of each frame, of this race and of another one; the model's polygons after each frame.
     pub(super) fn least(&self, other: &Self, polygons: &[u64]) -> Self {
-        let mut least = Self { bytes: self.bytes, ..Self::new(self.name) };
+        let mut least = Self { in_view: self.in_view, bytes: self.bytes, ..Self::new(self.name) };
         for ((&ns, &other_ns), &polygons) in self.times_ns.iter().zip(&other.times_ns).zip(polygons) {
             least.add(ns.min(other_ns), polygons);
         }
         least
+    }
+
+    /// Takes the number of polygons in view of the frame.
+    pub(super) fn sees(&mut self, in_view: u64) {
+        self.in_view = in_view;
     }
 
     /// Takes the memory of the structure after the last frame.
@@ -67,6 +81,11 @@ impl Racer {
     /// The longest frame, nanoseconds.
     pub fn longest_ns(&self) -> u64 {
         self.longest_ns
+    }
+
+    /// Polygons in view in the latest frame.
+    pub fn in_view(&self) -> u64 {
+        self.in_view
     }
 
     /// A time in milliseconds, in as many letters for most times.

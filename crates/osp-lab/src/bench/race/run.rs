@@ -109,8 +109,75 @@ impl Race {
     }
 }
 
-/// Plays a session through the structures. `progress` is called after every frame. A frame is insertion, commit and culling for the
-/// session's own view; nothing is drawn. One thread does everything, and another structure begins each frame.
+/// A race that is on. A frame is insertion, commit and culling for the session's own view; nothing is drawn. One thread does
+/// everything, and another structure begins each frame.
+#[derive(Debug)]
+pub struct RaceRun<I> {
+    race: Race,
+    replay: Replay<I>,
+}
+
+impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
+    /// A race before its first frame.
+    pub fn new(input: &RaceInput, events: I) -> Self {
+        let config = IndexConfig { root: input.root, capacity: capacity(input) };
+        Self::of(input, input.kinds.iter().map(|kind| kind.create(&config)).collect(), events)
+    }
+
+    /// The race of these structures, which are empty.
+    fn of(input: &RaceInput, indexes: Vec<Box<dyn SpatialIndex>>, events: I) -> Self {
+        let race = Race::new(input, indexes.iter().map(|index| index.name()));
+        // Every frame is measured, however long it takes.
+        let budget = Budget { ns: u64::MAX, frames: input.summary.frames };
+        let lane = |index| Lane::new(Pipeline::new(index, capacity(input), StageClock::default()), budget);
+        let lanes = indexes.into_iter().map(lane).collect();
+        Self { race, replay: Replay::new(Player::new(events, input.pace), input.camera.0, lanes) }
+    }
+
+    /// Plays the next frame through all structures. `false`: the race has ended.
+    ///
+    /// # Errors
+    /// The recording is damaged here, or two structures do not see the same polygons; [`RaceRun::race`] contains the frame
+    /// in which they differ.
+    pub fn step(&mut self) -> Result<bool, RaceError> {
+        let race = &mut self.race;
+        let Some(outcomes) = self.replay.step()? else {
+            for (racer, lane) in race.racers.iter_mut().zip(self.replay.lanes()) {
+                racer.ends(lane.pipeline().bytes());
+            }
+            return Ok(false);
+        };
+        let (mut first, mut differs, mut polygons) = (None, None, 0);
+        for (racer, outcome) in race.racers.iter_mut().zip(outcomes) {
+            let Some(frame) = outcome else { continue };
+            racer.add(frame.record.total_ns(), frame.record.polygons);
+            racer.sees(frame.record.visible);
+            polygons = frame.record.polygons;
+            let &mut (first, in_view) = first.get_or_insert((racer.name(), frame.in_view));
+            if frame.in_view != in_view {
+                differs.get_or_insert((first, racer.name(), frame.record.frame));
+            }
+        }
+        race.present.push(polygons);
+        match differs {
+            Some((first, second, frame)) => {
+                Err(RaceError::Differ { recording: race.recording.clone(), first, second, frame })
+            }
+            None => Ok(true),
+        }
+    }
+
+    /// The race after the frames that were played.
+    pub fn race(&self) -> &Race {
+        &self.race
+    }
+}
+
+fn capacity(input: &RaceInput) -> usize {
+    usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX)
+}
+
+/// Plays a whole [`RaceRun`]. `progress` is called after every frame.
 ///
 /// # Errors
 /// The recording is damaged, or two structures do not see the same polygons.
@@ -118,52 +185,17 @@ pub fn race<I>(input: &RaceInput, events: I, progress: impl FnMut(&Race)) -> Res
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
-    let capacity = usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX);
-    let config = IndexConfig { root: input.root, capacity };
-    let indexes = input.kinds.iter().map(|kind| kind.create(&config)).collect();
-    race_of(input, indexes, events, progress)
+    to_the_end(RaceRun::new(input, events), progress)
 }
 
-/// The race of these structures, which are empty.
-fn race_of<I>(
-    input: &RaceInput,
-    indexes: Vec<Box<dyn SpatialIndex>>,
-    events: I,
-    mut progress: impl FnMut(&Race),
-) -> Result<Race, RaceError>
+fn to_the_end<I>(mut run: RaceRun<I>, mut progress: impl FnMut(&Race)) -> Result<Race, RaceError>
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
-    let mut race = Race::new(input, indexes.iter().map(|index| index.name()));
-    let capacity = usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX);
-    // Every frame is measured, however long it takes.
-    let budget = Budget { ns: u64::MAX, frames: input.summary.frames };
-    let lane = |index| Lane::new(Pipeline::new(index, capacity, StageClock::default()), budget);
-    let lanes = indexes.into_iter().map(lane).collect();
-    let mut replay = Replay::new(Player::new(events, input.pace), input.camera.0, lanes);
-    while let Some(outcomes) = replay.step()? {
-        let (mut first, mut polygons) = (None, 0);
-        for (racer, outcome) in race.racers.iter_mut().zip(outcomes) {
-            let Some(frame) = outcome else { continue };
-            racer.add(frame.record.total_ns(), frame.record.polygons);
-            polygons = frame.record.polygons;
-            let &mut (name, in_view) = first.get_or_insert((racer.name(), frame.in_view));
-            if frame.in_view != in_view {
-                return Err(RaceError::Differ {
-                    recording: race.recording,
-                    first: name,
-                    second: racer.name(),
-                    frame: frame.record.frame,
-                });
-            }
-        }
-        race.present.push(polygons);
-        progress(&race);
+    while run.step()? {
+        progress(&run.race);
     }
-    for (racer, lane) in race.racers.iter_mut().zip(replay.lanes()) {
-        racer.ends(lane.pipeline().bytes());
-    }
-    Ok(race)
+    Ok(run.race)
 }
 
 #[cfg(test)]
@@ -263,10 +295,21 @@ mod tests {
             vec![Box::new(BruteForce::default()), Box::new(Loses(BruteForce::default(), PolygonId(lost)))]
         };
         let mut frames = 0;
-        let error = race_of(&input, of(100), events(), |_| frames += 1).expect_err("one is lost");
+        let mut run = RaceRun::of(&input, of(100), events());
+        let error = loop {
+            match run.step() {
+                Ok(is_on) => assert!(is_on, "one is lost"),
+                Err(error) => break error,
+            }
+            frames += 1;
+        };
         let said = format!("s: brute-force and loses saw different polygons in frame {frames}");
         assert_eq!(error.to_string(), said);
         assert!(frames > 1, "the frames before are those of a race");
-        assert!(race_of(&input, of(u32::MAX), events(), |_| ()).is_ok(), "there is none with this number");
+        let [all, fewer] = [0, 1].map(|at| run.race().racers()[at].in_view());
+        assert_eq!(all, fewer + 1, "the figures are those of the frame");
+        assert_eq!(run.race().racers()[1].times_ns().len(), frames + 1);
+        let whole = to_the_end(RaceRun::of(&input, of(u32::MAX), events()), |_| ());
+        assert!(whole.is_ok(), "there is none with this number");
     }
 }
