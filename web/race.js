@@ -3,8 +3,8 @@ import { EXAMPLES, droppedFiles, fetchFile, placeFiles, readFiles } from './file
 import { drawStrip } from './strip.js';
 
 const byId = (id) => document.getElementById(id);
-const [run, session, pace, add, said, wrong, verdict, files] =
-  ['run', 'session', 'pace', 'add', 'said', 'wrong', 'verdict', 'files'].map(byId);
+const [run, session, pace, add, status, wrong, verdict, files] =
+  ['run', 'session', 'pace', 'add', 'status', 'wrong', 'verdict', 'files'].map(byId);
 const [FEWEST, MOST] = [2, 4];
 /// As `osp race` has it, and for synthetic sessions as in the film of the README.
 const [SAMPLES, SYNTHETIC_SAMPLES] = [16, 64];
@@ -53,7 +53,7 @@ class Pane {
 
   showFigures({ figure, ns, inView, missed, longest }, polygons) {
     const put = (of, text) => (this.find(of).textContent = text);
-    put('.time', ns < stepNs ? `< ${stepNs / 1e6}` : figure);
+    put('.time', ns < stepNs ? `< ${Number((stepNs / 1e6).toPrecision(2))}` : figure);
     put('.polygons', count(polygons));
     put('.in-view', count(inView));
     put('.longest', longest);
@@ -80,18 +80,18 @@ const sessionName = () => (given && session.value === 'given' ? given.path.split
 function showState() {
   run.textContent = { idle: 'Start', running: 'Pause', paused: 'Continue', ended: 'Start again' }[state];
   const part = latest ? `frame ${count(latest.frame)} of ${count(frames)}` : state === 'running' ? 'reading…' : 'press Start';
-  said.textContent = `${sessionName()}: ${part}${state === 'ended' || state === 'paused' ? `, ${state}` : ''}`;
+  status.textContent = `${sessionName()}: ${part}${state === 'ended' || state === 'paused' ? `, ${state}` : ''}`;
 }
 
-let isAsked = false;
+let isScheduled = false;
 let shownAt = -Infinity;
 
 /// Draws what has come since the last picture.
 function redraw() {
-  if (isAsked) return;
-  isAsked = true;
+  if (isScheduled) return;
+  isScheduled = true;
   requestAnimationFrame((now) => {
-    isAsked = false;
+    isScheduled = false;
     for (const pane of panes) pane.draw();
     if (state === 'running' && now < shownAt + FIGURES_EVERY_MS) return;
     shownAt = now;
@@ -100,7 +100,7 @@ function redraw() {
   });
 }
 
-function hear(data) {
+function receive(data) {
   if (data.structures) ({ structures, mostNs, stepNs } = data);
   if (data.frames !== undefined) frames = data.frames;
   for (const frame of data.latest ?? []) {
@@ -118,19 +118,19 @@ function hear(data) {
   redraw();
 }
 
-/// A worker with its program loaded. What one says that has been ended is not heard.
-function employ() {
+/// Starts a worker; resolves when its program is loaded. Messages of a worker that has been ended are dropped.
+function startWorker() {
   worker?.terminate();
   const mine = new Worker('race_worker.js', { type: 'module' });
   worker = mine;
   return new Promise((done) => {
     mine.addEventListener('message', ({ data }) => {
       if (worker !== mine) return;
-      hear(data);
+      receive(data);
       if (data.structures) done();
     });
     mine.addEventListener('error', (event) => {
-      if (worker === mine) hear({ failure: event.message ?? 'its program does not load' });
+      if (worker === mine) receive({ failure: event.message ?? 'its program does not load' });
     });
   });
 }
@@ -153,7 +153,7 @@ function reset() {
   showState();
 }
 
-/// What the worker is to read: files with the session among them, or a number of polygons.
+/// What the worker reads: files with the session among them, or a number of polygons.
 async function subject() {
   if (session.value === 'given') return { ...given, samples: SAMPLES };
   const polygons = Number(session.value);
@@ -166,13 +166,13 @@ async function begin() {
   state = 'running';
   showState();
   const chosen = panes.map(({ name }) => name);
-  const ready = employ();
+  const ready = startWorker();
   const mine = worker;
   let read;
   try {
     read = await subject();
   } catch (error) {
-    if (worker === mine) hear({ failure: error.message });
+    if (worker === mine) receive({ failure: error.message });
     return;
   }
   await ready;
@@ -229,7 +229,7 @@ addEventListener('resize', redraw);
 async function start() {
   session.append(...EXAMPLES.map((name) => new Option(name, name)));
   session.append(...SYNTHETIC.map((polygons) => new Option(`synthetic, ${count(polygons)} polygons`, polygons)));
-  await employ();
+  await startWorker();
   byId('clock').textContent = `This browser's clock advances in steps of ${count(Math.round(stepNs / 1000))} µs; shorter times cannot be measured.`;
   for (const name of ['osp', 'octree-rebuild']) panes.push(new Pane(name));
   run.disabled = false;

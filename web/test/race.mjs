@@ -27,18 +27,19 @@ const panesOf = (page) => page.$$eval('.pane', (panes) => panes.map((pane) => {
   };
 }));
 
-async function saying(page, pattern, ms = 60_000) {
+async function waitFor(page, pattern, ms = 60_000) {
   const end = Date.now() + ms;
   for (;;) {
-    const said = await textOf(page, 'said');
-    if (pattern.test(said)) return said;
-    if (Date.now() > end || (await wrongOf(page))) throw new Error(`waited for ${pattern}: ${said} ${await wrongOf(page)} ${page.complaints}`);
+    const status = await textOf(page, 'status');
+    if (pattern.test(status)) return status;
+    if (Date.now() > end || (await wrongOf(page))) throw new Error(`waited for ${pattern}: ${status} ${await wrongOf(page)} ${page.complaints}`);
     await sleep(50);
   }
 }
 
-async function openRace(browser, address, size = { width: 1280, height: 800 }) {
+async function openRace(browser, address, size = { width: 1280, height: 800 }, prepare = () => {}) {
   const page = await newTab(browser);
+  await page.evaluateOnNewDocument(prepare);
   await page.bringToFront();
   await page.setViewport(size);
   await page.goto(`${address}race.html`);
@@ -46,13 +47,32 @@ async function openRace(browser, address, size = { width: 1280, height: 800 }) {
   return page;
 }
 
+/// Stands in for the worker: the second structure has lost a polygon in the first frame, which is late in both.
+function differing() {
+  globalThis.Worker = class extends EventTarget {
+    constructor() {
+      super();
+      setTimeout(() => this.send({ structures: ['osp', 'octree-rebuild'], mostNs: 1e9 / 90, stepNs: 5000 }));
+    }
+    send(data) {
+      this.dispatchEvent(new MessageEvent('message', { data }));
+    }
+    postMessage() {
+      const racer = (name, inView) => ({ name, ns: 2e7, figure: '20.00', inView, missed: 1, longest: '20.00' });
+      this.send({ frames: 9 });
+      this.send({ latest: [{ frame: 1, polygons: 8, racers: [racer('osp', 8), racer('octree-rebuild', 7)] }], failure: 'different polygons' });
+    }
+    terminate() {}
+  };
+}
+
 /// What holds at the end of any race.
 async function checkEnd(page, what, frames) {
-  const said = await saying(page, /, ended$/, 300_000);
+  const status = await waitFor(page, /, ended$/, 300_000);
   const panes = await panesOf(page);
   const verdict = await textOf(page, 'verdict');
-  const [, played, all] = /frame ([\d,]+) of ([\d,]+)/.exec(said).map(numberOf);
-  check(played === all && (frames === undefined || played === frames), `${what}: ${said}`);
+  const [, played, all] = /frame ([\d,]+) of ([\d,]+)/.exec(status).map(numberOf);
+  check(played === all && (frames === undefined || played === frames), `${what}: ${status}`);
   check(panes.every(({ time, longest }) => /^(< )?[\d.,]+$/.test(time) && Number(longest) > 0),
     `${what}: each structure has figures: ${panes.map(({ name, time, longest }) => `${name} ${time} ms, at most ${longest}`).join('; ')}`);
   const [views, polygons] = ['inView', 'polygons'].map((of) => new Set(panes.map((pane) => pane[of])));
@@ -62,7 +82,7 @@ async function checkEnd(page, what, frames) {
     const missed = numberOf(/missed 90 Hz in ([\d,]+)/.exec(mark)?.[1] ?? '0');
     const inVerdict = new RegExp(`[ ;] ?${name} (?:missed 90 Hz in ([\\d,]+)|never took longer)`).exec(verdict);
     check(inVerdict && numberOf(inVerdict[1] ?? '0') === missed && isLate === missed > 0 && late > 0 === missed > 0,
-      `${what}: ${name} ${mark}, as the verdict and ${late} red pixels say`);
+      `${what}: ${name} ${mark}, as the verdict and ${late} red pixels show`);
   }
   check((await wrongOf(page)) === '' && page.complaints.length === 0, `${what}: nothing is wrong ${page.complaints}`);
   return { panes, verdict };
@@ -78,21 +98,21 @@ try {
   const names = (await panesOf(page)).map(({ name }) => name);
   check(String(names) === 'osp,octree-rebuild', `two structures at first: ${names}`);
   const footer = await page.$eval('footer', ({ textContent }) => textContent.replace(/\s+/g, ' '));
-  check(footer.includes('on one core, in turns, in this browser'), 'the page says what is measured');
+  check(footer.includes('on one core, in turns, in this browser'), 'the page describes the measurement');
 
   // A shipped session at 90 frames a second: paused, continued, to its end.
   await page.select('#session', 'portrait');
   const since = Date.now();
   await page.click('#run');
-  await saying(page, /frame [1-9]\d+ of/);
+  await waitFor(page, /frame [1-9]\d+ of/);
   await page.click('#run');
-  await saying(page, /, paused$/);
+  await waitFor(page, /, paused$/);
   // What was on its way arrives.
   await sleep(300);
-  const [paused, still] = [await textOf(page, 'said'), await panesOf(page)];
+  const [paused, still] = [await textOf(page, 'status'), await panesOf(page)];
   await picture(page, 'race-paused');
   await sleep(500);
-  check(/, paused$/.test(paused) && (await textOf(page, 'said')) === paused && (await textOf(page, 'run')) === 'Continue', paused);
+  check(/, paused$/.test(paused) && (await textOf(page, 'status')) === paused && (await textOf(page, 'run')) === 'Continue', paused);
   check(still[0].inView === still[1].inView && still[0].polygons === still[1].polygons, `paused with ${still[0].inView} of ${still[0].polygons} polygons in view`);
   await page.click('#run');
   const portrait = await checkEnd(page, 'portrait', framesOf('portrait'));
@@ -119,7 +139,7 @@ try {
 
   // Files that are dropped: one that races, one that is none.
   await dropFiles(page, [join(root, 'recordings/class.ron')]);
-  await saying(page, /^class.ron: press Start/);
+  await waitFor(page, /^class.ron: press Start/);
   await page.click('#run');
   await checkEnd(page, 'a dropped file', framesOf('class'));
   const junk = join(profile, 'junk.tilt');
@@ -136,6 +156,17 @@ try {
   await picture(page, 'race-synthetic');
   await page.close();
 
+  const other = await openRace(browser, address, undefined, differing);
+  await other.click('#run');
+  await other.waitForFunction(() => !document.getElementById('wrong').hidden && document.querySelector('.late'), { timeout: 30_000 });
+  const different = await panesOf(other);
+  check((await wrongOf(other)).includes('different polygons') && String(different.map(({ inView }) => inView)) === '8,7',
+    `different polygons in view: ${await wrongOf(other)}`);
+  check(different.every(({ mark, time, isLate, late }) => mark === 'missed 90 Hz in 1 frame' && time === '20.00' && isLate && late > 0),
+    `a late frame is marked: ${different[0].mark}`);
+  await picture(other, 'race-different');
+  await other.close();
+
   // The session that is open in the window.
   const window = await openPage(browser, address);
   await window.select('#examples', 'grow');
@@ -143,7 +174,7 @@ try {
   const [target] = await Promise.all([browser.waitForTarget((target) => target.url().endsWith('race.html')), window.click('#race')]);
   const tab = await target.page();
   tab.complaints = [];
-  await saying(tab, /^grow.ron: press Start/);
+  await waitFor(tab, /^grow.ron: press Start/);
   await window.close();
   await tab.select('#pace', 'fast');
   await tab.click('#run');
@@ -153,7 +184,7 @@ try {
   for (const height of [844, 640]) {
     const phone = await openRace(browser, address, { width: 390, height, deviceScaleFactor: 2, hasTouch: true, isMobile: true });
     await phone.click('#run');
-    await saying(phone, /frame \d+ of/);
+    await waitFor(phone, /frame \d+ of/);
     const { bottom, right, overflow } = await phone.evaluate(() => ({
       bottom: document.querySelector('.pane').getBoundingClientRect().bottom,
       right: Math.max(...[...document.querySelectorAll('button, select, canvas')].map((element) => element.getBoundingClientRect().right)),

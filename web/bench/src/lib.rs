@@ -5,9 +5,13 @@
 //!            race.js ──> race_worker.js ──> Race::step ─> osp_lab::bench ─> the figures of a frame
 //! ```
 
+mod files;
 mod race;
 
-use std::{cell::RefCell, path::Path};
+pub use files::put;
+pub use race::{Race, clock_step_ns, most_ns, structures};
+
+use std::path::Path;
 
 use osp::{
     index::IndexConfig,
@@ -18,10 +22,12 @@ use osp_lab::bench::{
 };
 use osp_rivals::IndexKind;
 use osp_session::{
-    recording::{MemoryFiles, OpenOptions, Pace, Session},
+    recording::Pace,
     replay::{CameraChoice, CameraPath, root_cube, summarize},
 };
 use wasm_bindgen::prelude::*;
+
+use files::open;
 
 /// Those of `osp bench --quick`.
 const SIZES: [u32; 2] = [1000, 10_000];
@@ -35,16 +41,6 @@ const FLIGHT_FRAMES: u64 = 360;
 /// Frames between two reports on how far it has come.
 const SAID_EVERY: u64 = 64;
 
-thread_local! {
-    static FILES: RefCell<MemoryFiles> = RefCell::default();
-}
-
-/// Puts a file where [`measure`] and [`race::Race`] find it.
-#[wasm_bindgen]
-pub fn put(path: &str, bytes: Vec<u8>) {
-    FILES.with_borrow_mut(|files| files.insert(path, bytes));
-}
-
 /// Measures all structures on a session, as `osp bench FILE --quick` does. `browser` stands in the report where
 /// a processor would; `say` is told what is measured. Returns the report: a whole page of HTML.
 ///
@@ -57,10 +53,6 @@ pub fn measure(path: &str, browser: &str, say: &js_sys::Function) -> Result<Stri
         let _ = say.call1(&JsValue::NULL, &text.into());
     };
     Ok(bench::page(&run(path, browser, &tell)?))
-}
-
-fn open(path: &str) -> Result<Session, JsError> {
-    Ok(FILES.with_borrow(|files| files.open(path, &OpenOptions::default()))?)
 }
 
 fn run(path: &str, browser: &str, tell: &dyn Fn(&str)) -> Result<BenchReport, JsError> {

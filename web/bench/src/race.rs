@@ -14,6 +14,8 @@ use osp_session::{
 use serde_json::json;
 use wasm_bindgen::prelude::*;
 
+use super::files;
+
 /// Names of all structures that can race, in the order of `osp replay --help`.
 #[wasm_bindgen]
 pub fn structures() -> Vec<String> {
@@ -48,7 +50,7 @@ impl Race {
     /// The session cannot be read, or there is no structure with a name.
     pub fn on_file(path: &str, samples: u32, structures: Vec<String>) -> Result<Self, JsError> {
         let name = Path::new(path).file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Self::new(name, samples, &structures, || crate::open(path))
+        Self::new(name, samples, &structures, || files::open(path))
     }
 
     /// A race on the session of `osp race --synth POLYGONS`.
