@@ -2,6 +2,8 @@
 
 const LOWEST_NS = 1e3;
 const HIGHEST_NS = 1e8;
+/// Width of the labels at the left, pixels.
+const MARGIN = 48;
 const LABELS = [[1e4, '10 µs'], [1e5, '100 µs'], [1e6, '1 ms']];
 const COLOURS = { ground: '#1b1b1b', unmeasured: '#242424', grid: '#3a3a3a', text: '#999', line: '#ffd166', time: '#8ecbff', late: '#ff5c5c' };
 
@@ -21,24 +23,22 @@ export function drawStrip(canvas, { times, frames, mostNs, stepNs }) {
     return 1 + (height - 2) * (1 - share);
   };
   context.fillStyle = COLOURS.unmeasured;
-  context.fillRect(0, yOf(stepNs), width, height);
-  context.font = '11px system-ui, sans-serif';
+  context.fillRect(MARGIN, yOf(stepNs), width, height);
   const rule = (ns, colour) => {
     context.fillStyle = colour;
-    context.fillRect(0, Math.round(yOf(ns)), width, 1);
+    context.fillRect(MARGIN, Math.round(yOf(ns)), width, 1);
   };
   for (const [ns] of LABELS) rule(ns, COLOURS.grid);
-  drawTimes(context, { times, frames, mostNs }, width, yOf);
+  drawTimes(context, { times, frames, mostNs }, width - MARGIN, yOf);
   rule(mostNs, COLOURS.line);
-  const label = (ns, text, colour) => {
-    context.strokeStyle = COLOURS.ground;
-    context.lineWidth = 4;
-    context.strokeText(text, 4, yOf(ns) - 3);
-    context.fillStyle = colour;
-    context.fillText(text, 4, yOf(ns) - 3);
-  };
-  for (const [ns, text] of LABELS) label(ns, text, COLOURS.text);
-  label(mostNs, '11.1 ms: 90 Hz', COLOURS.line);
+  context.font = '11px system-ui, sans-serif';
+  context.textAlign = 'right';
+  context.textBaseline = 'middle';
+  context.fillStyle = COLOURS.text;
+  for (const [ns, text] of LABELS) context.fillText(text, MARGIN - 4, yOf(ns));
+  context.fillStyle = COLOURS.line;
+  context.fillText('11.1 ms', MARGIN - 4, yOf(mostNs));
+  context.fillText('90 Hz', MARGIN - 4, yOf(mostNs) - 11);
 }
 
 function drawTimes(context, { times, frames, mostNs }, width, yOf) {
@@ -53,6 +53,6 @@ function drawTimes(context, { times, frames, mostNs }, width, yOf) {
     const isLate = longest > mostNs;
     context.fillStyle = isLate ? COLOURS.late : COLOURS.time;
     const top = yOf(longest) - 1;
-    context.fillRect(column * step, top, Math.max(step, isLate ? 2 : 1), Math.max(2, yOf(least) + 1 - top));
+    context.fillRect(MARGIN + column * step, top, Math.max(step, isLate ? 2 : 1), Math.max(2, yOf(least) + 1 - top));
   }
 }
