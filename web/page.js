@@ -1,9 +1,9 @@
 // The page around the window. It opens files, saves files, and shows errors.
 import init, * as osp from './osp_web.js';
 import { Benchmark } from './bench.js';
+import { EXAMPLES, droppedFiles, fetchFile, placeFiles, readFiles } from './files.js';
 import { openStore } from './keep.js';
 
-const EXAMPLES = ['room', 'portrait', 'grow', 'scribble', 'nested', 'class'];
 const byId = (id) => document.getElementById(id);
 const [said, wrong, drop, files, typed] = ['said', 'wrong', 'drop', 'files', 'typed'].map(byId);
 const nextFrame = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
@@ -54,9 +54,6 @@ async function open(set) {
   const session = placed.find(({ name }) => !/(^|\/)\.|\.(bin|png|jpe?g|mtl|txt|md)$/i.test(name)) ?? placed[0];
   if (!session) return;
   wrong.hidden = true;
-  // The unpacked form of a .tilt is opened by its folder.
-  const inFolder = placed.find(({ name }) => /\/data\.sketch(\.bytes)?$/.test(name));
-  const path = inFolder ? inFolder.path.replace(/\/[^/]*$/, '') : session.path;
   said.textContent = `reading ${path.split('/').pop()}…`;
   await nextFrame();
   // Sketches of other programs are first shown; recordings are played.
@@ -95,13 +92,8 @@ async function droppedFiles(data) {
 }
 
 async function openUrl(address) {
-  const url = new URL(address, location.href);
-  if (url.origin !== location.origin) throw new Error(`${url.href}: this page opens files of its own server only`);
-  said.textContent = `loading ${url.pathname}…`;
-  const answer = await fetch(url);
-  if (!answer.ok) throw new Error(`${url.pathname}: the server says ${answer.status} ${answer.statusText}`);
-  const name = decodeURIComponent(url.pathname.split('/').pop());
-  await open([{ name, bytes: new Uint8Array(await answer.arrayBuffer()) }]);
+  said.textContent = `loading ${address}…`;
+  await open(await fetchFile(address));
 }
 
 function save({ name, bytes }) {
@@ -195,7 +187,7 @@ async function start() {
 
   byId('open').addEventListener('click', () => files.click());
   files.addEventListener('change', async () => {
-    await openFiles(files.files);
+    await open(await readFiles(files.files));
     files.value = '';
   });
   const examples = byId('examples');
@@ -224,6 +216,24 @@ async function start() {
     }
     return benchmark.start(files, path);
   });
+  byId('race').addEventListener('click', (event) => {
+    const { path, isReplay, length } = JSON.parse(osp.state());
+    if (!isReplay && length === 0) return;
+    let files;
+    try {
+      files = osp.session_files();
+    } catch {
+      return;
+    }
+    event.preventDefault();
+    const tab = globalThis.open(byId('race').href);
+    const give = ({ source, origin }) => {
+      if (source !== tab || origin !== location.origin) return;
+      removeEventListener('message', give);
+      tab.postMessage({ files, path }, origin);
+    };
+    addEventListener('message', give);
+  });
   byId('full').addEventListener('click', () =>
     document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen());
   addEventListener('dragover', (event) => {
@@ -236,7 +246,7 @@ async function start() {
   addEventListener('drop', async (event) => {
     event.preventDefault();
     drop.hidden = true;
-    await droppedFiles(event.dataTransfer);
+    await open(await droppedFiles(event.dataTransfer));
   });
   globalThis.osp = osp;
   const file = new URLSearchParams(location.search).get('file');

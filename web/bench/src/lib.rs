@@ -1,10 +1,17 @@
 //! `osp bench` in a worker of the page. `bench.js` calls these functions in the worker, and ends the worker to cancel.
 //!
 //! ```text
-//! page.js ─> bench.js (a worker) ─> measure ─> osp_lab::bench ─> the report as a page of its own
+//! page.js ─> bench.js ─> bench_worker.js ─> measure   ─> osp_lab::bench ─> the report as a page of its own
+//!            race.js ──> race_worker.js ──> Race::step ─> osp_lab::bench ─> the figures of a frame
 //! ```
 
-use std::{cell::RefCell, path::Path};
+mod files;
+mod race;
+
+pub use files::put;
+pub use race::{Race, clock_step_ns, most_ns, structures};
+
+use std::path::Path;
 
 use osp::{
     index::IndexConfig,
@@ -15,7 +22,7 @@ use osp_lab::bench::{
 };
 use osp_rivals::IndexKind;
 use osp_session::{
-    recording::{MemoryFiles, OpenOptions, Pace, Session},
+    recording::Pace,
     replay::{CameraChoice, CameraPath, root_cube, summarize},
 };
 use wasm_bindgen::prelude::*;
@@ -54,10 +61,6 @@ pub fn measure(path: &str, browser: &str, say: &js_sys::Function) -> Result<Stri
         let _ = say.call1(&JsValue::NULL, &text.into());
     };
     Ok(bench::page(&run(path, browser, &tell)?))
-}
-
-fn open(path: &str) -> Result<Session, JsError> {
-    Ok(FILES.with_borrow(|files| files.open(path, &OpenOptions::default()))?)
 }
 
 fn run(path: &str, browser: &str, tell: &dyn Fn(&str)) -> Result<BenchReport, JsError> {

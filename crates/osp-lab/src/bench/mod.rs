@@ -23,7 +23,7 @@ pub use growth::{GrowthConfig, grow};
 pub use moving::{MovingConfig, move_things};
 pub use page::page;
 pub use paper::{Adapter, PaperConfig, PaperError, PaperInput, run_paper};
-pub use race::{FilmError, Race, RaceError, RaceFilm, RaceInput, RaceReport, Racer, race};
+pub use race::{FilmError, Race, RaceError, RaceFilm, RaceInput, RaceReport, RaceRun, Racer, race};
 pub use rays::{RaysConfig, RaysModel, cast_rays};
 pub use report::{BenchReport, Length};
 pub use session::{SessionInput, run_session};

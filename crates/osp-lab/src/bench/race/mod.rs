@@ -11,4 +11,4 @@ mod run;
 pub use film::{FilmError, RaceFilm};
 pub use racer::Racer;
 pub use report::RaceReport;
-pub use run::{Race, RaceError, RaceInput, race};
+pub use run::{Race, RaceError, RaceInput, RaceRun, race};

@@ -9,6 +9,7 @@ pub struct Racer {
     missed: u64,
     first_missed: Option<u64>,
     longest_ns: u64,
+    in_view: u64,
     bytes: usize,
 }
 
@@ -17,7 +18,15 @@ impl Racer {
     pub const MOST_NS: u64 = (1.0e9 / Pace::FRAMES_A_SECOND) as u64;
 
     pub(super) fn new(name: &'static str) -> Self {
-        Self { name, times_ns: Vec::new(), missed: 0, first_missed: None, longest_ns: 0, bytes: 0 }
+        Self {
+            name,
+            times_ns: Vec::new(),
+            missed: 0,
+            first_missed: None,
+            longest_ns: 0,
+            in_view: 0,
+            bytes: 0,
+        }
     }
 
     /// Adds the time of a frame; `polygons` is the number of polygons in the model after the frame.
@@ -33,7 +42,7 @@ impl Racer {
     /// The smaller time of each frame, of this race and of another one. `polygons` are the numbers of polygons after
     /// each frame.
     pub(super) fn least(&self, other: &Self, polygons: &[u64]) -> Self {
-        let mut least = Self { bytes: self.bytes, ..Self::new(self.name) };
+        let mut least = Self { in_view: self.in_view, bytes: self.bytes, ..Self::new(self.name) };
         for ((&ns, &other_ns), &polygons) in self.times_ns.iter().zip(&other.times_ns).zip(polygons) {
             least.add(ns.min(other_ns), polygons);
         }

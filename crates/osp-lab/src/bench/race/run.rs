@@ -119,10 +119,7 @@ pub fn race<I>(input: &RaceInput, events: I, progress: impl FnMut(&Race)) -> Res
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
-    let capacity = usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX);
-    let config = IndexConfig { root: input.root, capacity };
-    let indexes = input.kinds.iter().map(|kind| kind.create(&config)).collect();
-    race_of(input, indexes, events, progress)
+    to_the_end(RaceRun::new(input, events), progress)
 }
 
 /// Runs the race with these empty structures.
@@ -161,10 +158,7 @@ where
         race.present.push(polygons);
         progress(&race);
     }
-    for (racer, lane) in race.racers.iter_mut().zip(replay.lanes()) {
-        racer.ends(lane.pipeline().bytes());
-    }
-    Ok(race)
+    Ok(run.race)
 }
 
 #[cfg(test)]
@@ -264,10 +258,21 @@ mod tests {
             vec![Box::new(BruteForce::default()), Box::new(Loses(BruteForce::default(), PolygonId(lost)))]
         };
         let mut frames = 0;
-        let error = race_of(&input, of(100), events(), |_| frames += 1).expect_err("one is lost");
+        let mut run = RaceRun::of(&input, of(100), events());
+        let error = loop {
+            match run.step() {
+                Ok(is_on) => assert!(is_on, "one is lost"),
+                Err(error) => break error,
+            }
+            frames += 1;
+        };
         let said = format!("s: brute-force and loses saw different polygons in frame {frames}");
         assert_eq!(error.to_string(), said);
         assert!(frames > 1, "the frames before are those of a race");
-        assert!(race_of(&input, of(u32::MAX), events(), |_| ()).is_ok(), "there is none with this number");
+        let [all, fewer] = [0, 1].map(|at| run.race().racers()[at].in_view());
+        assert_eq!(all, fewer + 1, "the figures are those of the frame");
+        assert_eq!(run.race().racers()[1].times_ns().len(), frames + 1);
+        let whole = to_the_end(RaceRun::of(&input, of(u32::MAX), events()), |_| ());
+        assert!(whole.is_ok(), "there is none with this number");
     }
 }

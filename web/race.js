@@ -1,0 +1,244 @@
+// The race: two to four structures on one session, in a worker on one thread in turns. This page shows the figures of its frames.
+import { EXAMPLES, droppedFiles, fetchFile, placeFiles, readFiles } from './files.js';
+import { drawStrip } from './strip.js';
+
+const byId = (id) => document.getElementById(id);
+const [run, session, pace, add, status, wrong, verdict, files] =
+  ['run', 'session', 'pace', 'add', 'status', 'wrong', 'verdict', 'files'].map(byId);
+const [FEWEST, MOST] = [2, 4];
+/// As `osp race` has it, and for synthetic sessions as in the film of the README.
+const [SAMPLES, SYNTHETIC_SAMPLES] = [16, 64];
+const SYNTHETIC = [100_000, 400_000];
+/// Nobody reads a figure that changes in every frame.
+const FIGURES_EVERY_MS = 100;
+const count = (number) => number.toLocaleString('en-US');
+
+let worker = null;
+let [structures, mostNs, stepNs] = [[], 0, 0];
+/// `idle`, `running`, `paused`, or `ended`.
+let state = 'idle';
+let [frames, latest] = [0, null];
+let given = null;
+const panes = [];
+
+function complain(text) {
+  wrong.textContent = text;
+  wrong.hidden = false;
+}
+wrong.addEventListener('click', () => (wrong.hidden = true));
+addEventListener('error', ({ message }) => complain(message));
+addEventListener('unhandledrejection', ({ reason }) => complain(String(reason?.message ?? reason)));
+
+class Pane {
+  times = [];
+
+  constructor(name) {
+    this.element = byId('pane').content.firstElementChild.cloneNode(true);
+    this.find = (of) => this.element.querySelector(of);
+    this.choice = this.find('.structure');
+    this.choice.append(...structures.map((name) => new Option(name)));
+    this.choice.value = name;
+    this.choice.addEventListener('change', reset);
+    this.find('.remove').addEventListener('click', () => {
+      panes.splice(panes.indexOf(this), 1);
+      this.element.remove();
+      reset();
+    });
+    byId('panes').append(this.element);
+  }
+
+  get name() {
+    return this.choice.value;
+  }
+
+  showFigures({ figure, ns, inView, missed, longest }, polygons) {
+    const put = (of, text) => (this.find(of).textContent = text);
+    put('.time', ns < stepNs ? `< ${Number((stepNs / 1e6).toPrecision(2))}` : figure);
+    put('.polygons', count(polygons));
+    put('.in-view', count(inView));
+    put('.longest', longest);
+    put('.mark', missed > 0 ? `missed 90 Hz in ${count(missed)} ${missed === 1 ? 'frame' : 'frames'}` : 'holds 90 Hz');
+    this.element.classList.toggle('late', missed > 0);
+    this.element.classList.toggle('missed', ns > mostNs);
+  }
+
+  clear() {
+    this.times = [];
+    for (const of of ['.time', '.longest']) this.find(of).textContent = '–';
+    for (const of of ['.polygons', '.in-view']) this.find(of).textContent = '0';
+    this.find('.mark').textContent = '';
+    this.element.classList.remove('late', 'missed');
+  }
+
+  draw() {
+    drawStrip(this.find('canvas'), { times: this.times, frames, mostNs, stepNs });
+  }
+}
+
+const sessionName = () => (given && session.value === 'given' ? given.path.split('/').pop() : session.selectedOptions[0].text);
+
+function showState() {
+  run.textContent = { idle: 'Start', running: 'Pause', paused: 'Continue', ended: 'Start again' }[state];
+  const part = latest ? `frame ${count(latest.frame)} of ${count(frames)}` : state === 'running' ? 'reading…' : 'press Start';
+  status.textContent = `${sessionName()}: ${part}${state === 'ended' || state === 'paused' ? `, ${state}` : ''}`;
+}
+
+let isScheduled = false;
+let shownAt = -Infinity;
+
+/// Draws what has come since the last picture.
+function redraw() {
+  if (isScheduled) return;
+  isScheduled = true;
+  requestAnimationFrame((now) => {
+    isScheduled = false;
+    for (const pane of panes) pane.draw();
+    if (state === 'running' && now < shownAt + FIGURES_EVERY_MS) return;
+    shownAt = now;
+    if (latest) latest.racers.forEach((racer, at) => panes[at].showFigures(racer, latest.polygons));
+    showState();
+  });
+}
+
+function receive(data) {
+  if (data.structures) ({ structures, mostNs, stepNs } = data);
+  if (data.frames !== undefined) frames = data.frames;
+  for (const frame of data.latest ?? []) {
+    // After a failure the latest frame comes again.
+    if (frame.frame <= (latest?.frame ?? 0)) continue;
+    latest = frame;
+    frame.racers.forEach(({ ns }, at) => panes[at].times.push(ns));
+  }
+  if (data.verdict) {
+    verdict.textContent = data.verdict;
+    verdict.hidden = false;
+  }
+  if (data.failure) complain(`The race has ended: ${data.failure}`);
+  if (data.verdict || data.failure) state = 'ended';
+  redraw();
+}
+
+/// Starts a worker; resolves when its program is loaded. Messages of a worker that has been ended are dropped.
+function startWorker() {
+  worker?.terminate();
+  const mine = new Worker('race_worker.js', { type: 'module' });
+  worker = mine;
+  return new Promise((done) => {
+    mine.addEventListener('message', ({ data }) => {
+      if (worker !== mine) return;
+      receive(data);
+      if (data.structures) done();
+    });
+    mine.addEventListener('error', (event) => {
+      if (worker === mine) receive({ failure: event.message ?? 'its program does not load' });
+    });
+  });
+}
+
+/// Ends the race, and is ready for another one.
+function reset() {
+  worker?.terminate();
+  worker = null;
+  state = 'idle';
+  [frames, latest] = [0, null];
+  verdict.hidden = wrong.hidden = true;
+  const names = panes.map(({ name }) => name);
+  for (const pane of panes) {
+    pane.clear();
+    for (const option of pane.choice.options) option.disabled = option.value !== pane.name && names.includes(option.value);
+    pane.find('.remove').hidden = panes.length <= FEWEST;
+  }
+  add.disabled = panes.length >= MOST;
+  redraw();
+  showState();
+}
+
+/// What the worker reads: files with the session among them, or a number of polygons.
+async function subject() {
+  if (session.value === 'given') return { ...given, samples: SAMPLES };
+  const polygons = Number(session.value);
+  if (polygons) return { polygons, samples: SYNTHETIC_SAMPLES };
+  return { ...placeFiles(await fetchFile(`recordings/${session.value}.ron`), '/input'), samples: SAMPLES };
+}
+
+async function begin() {
+  reset();
+  state = 'running';
+  showState();
+  const chosen = panes.map(({ name }) => name);
+  const ready = startWorker();
+  const mine = worker;
+  let read;
+  try {
+    read = await subject();
+  } catch (error) {
+    if (worker === mine) receive({ failure: error.message });
+    return;
+  }
+  await ready;
+  // Another choice was made meanwhile.
+  if (worker !== mine) return;
+  mine.postMessage({ begin: { ...read, structures: chosen }, isPaced: pace.value === 'paced', isRunning: state === 'running' });
+}
+
+/// Takes files, and the path of the session among them, for the next race.
+function take(placed) {
+  if (!placed) return;
+  given = placed;
+  session.querySelector('[value=given]')?.remove();
+  session.prepend(new Option(placed.path.split('/').pop(), 'given'));
+  session.value = 'given';
+  reset();
+}
+
+run.addEventListener('click', () => {
+  if (state === 'idle' || state === 'ended') {
+    begin();
+    return;
+  }
+  state = state === 'running' ? 'paused' : 'running';
+  worker.postMessage({ isRunning: state === 'running' });
+  redraw();
+});
+session.addEventListener('change', reset);
+pace.addEventListener('change', () => worker?.postMessage({ isPaced: pace.value === 'paced' }));
+add.addEventListener('click', () => {
+  const names = panes.map(({ name }) => name);
+  panes.push(new Pane(structures.find((name) => !names.includes(name))));
+  reset();
+});
+byId('open').addEventListener('click', () => files.click());
+files.addEventListener('change', async () => {
+  take(placeFiles(await readFiles(files.files), '/input'));
+  files.value = '';
+});
+addEventListener('dragover', (event) => {
+  event.preventDefault();
+  byId('drop').hidden = false;
+});
+addEventListener('dragleave', (event) => {
+  if (!event.relatedTarget) byId('drop').hidden = true;
+});
+addEventListener('drop', async (event) => {
+  event.preventDefault();
+  byId('drop').hidden = true;
+  take(placeFiles(await droppedFiles(event.dataTransfer), '/input'));
+});
+addEventListener('resize', redraw);
+
+async function start() {
+  session.append(...EXAMPLES.map((name) => new Option(name, name)));
+  session.append(...SYNTHETIC.map((polygons) => new Option(`synthetic, ${count(polygons)} polygons`, polygons)));
+  await startWorker();
+  byId('clock').textContent = `This browser's clock advances in steps of ${count(Math.round(stepNs / 1000))} µs; shorter times cannot be measured.`;
+  for (const name of ['osp', 'octree-rebuild']) panes.push(new Pane(name));
+  run.disabled = false;
+  reset();
+  // The window's page sends the session that is open there.
+  addEventListener('message', ({ source, origin, data }) => {
+    if (source === globalThis.opener && origin === location.origin) take(data);
+  });
+  globalThis.opener?.postMessage('ready', location.origin);
+}
+
+await start();

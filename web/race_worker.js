@@ -1,0 +1,67 @@
+// A worker of the race's page: plays a session through all structures on this one thread, frame by frame, and sends the figures of
+// each frame.
+import init, * as osp from './osp_web_bench.js';
+
+const FRAME_MS = 1000 / 90;
+/// Without pauses: time between two messages.
+const SLICE_MS = 16;
+/// Polygons and samples in a frame of the race that is not counted.
+const WARMING = [2000, 16];
+
+let race = null;
+let isRunning = false;
+let isPaced = true;
+/// When the next frame begins.
+let due = 0;
+let timer = null;
+
+function run() {
+  const latest = [];
+  let end = null;
+  const since = performance.now();
+  try {
+    do {
+      if (!race.step()) end = { verdict: race.verdict() };
+      else latest.push(JSON.parse(race.latest()));
+    } while (!end && !isPaced && performance.now() < since + SLICE_MS);
+  } catch (error) {
+    // The figures of this frame say what is wrong, if two structures differ in it. A program that has stopped has none.
+    if (!(error instanceof WebAssembly.RuntimeError)) latest.push(JSON.parse(race.latest()));
+    end = { failure: String(error.message ?? error) };
+  }
+  postMessage({ latest, ...end });
+  if (end) return;
+  // The clock waits for frames that take longer.
+  due = Math.max(due + FRAME_MS, performance.now());
+  timer = setTimeout(run, isPaced ? due - performance.now() : 0);
+}
+
+function begin({ files, path, polygons, samples, structures }) {
+  for (const { path, bytes } of files ?? []) osp.put(path, bytes);
+  // Browsers compile a program while it runs: the first frames of all would show that.
+  const warming = osp.Race.on_synthetic(...WARMING, structures);
+  while (warming.step());
+  warming.free();
+  race = files ? osp.Race.on_file(path, samples, structures) : osp.Race.on_synthetic(polygons, samples, structures);
+  postMessage({ frames: race.frames() });
+}
+
+addEventListener('message', ({ data }) => {
+  try {
+    isPaced = data.isPaced ?? isPaced;
+    if (data.begin) begin(data.begin);
+    clearTimeout(timer);
+    isRunning = data.isRunning ?? isRunning;
+    due = performance.now();
+    if (isRunning) run();
+  } catch (error) {
+    postMessage({ failure: String(error.message ?? error) });
+  }
+});
+
+try {
+  await init({ module_or_path: 'osp_web_bench_bg.wasm' });
+  postMessage({ structures: osp.structures(), mostNs: osp.most_ns(), stepNs: osp.clock_step_ns() });
+} catch (error) {
+  postMessage({ failure: String(error.message ?? error) });
+}
