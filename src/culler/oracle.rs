@@ -43,6 +43,7 @@ pub enum OracleError {
 
 /// A visible point of an object that is not drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Missing {
     /// The object.
     pub object: u32,

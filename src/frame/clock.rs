@@ -44,6 +44,7 @@ impl StageClock {
     }
 
     /// Reads the clock.
+    #[doc(hidden)]
     pub fn start(&self) -> Reading {
         Reading { allocations: (self.allocations)(), at: Instant::now() }
     }
@@ -56,6 +57,7 @@ impl StageClock {
     }
 
     /// Time and allocations since a reading.
+    #[doc(hidden)]
     pub fn since(&self, start: Reading) -> Stage {
         let ns = u64::try_from(start.at.elapsed().as_nanos()).unwrap_or(u64::MAX);
         Stage { ns, allocations: (self.allocations)() - start.allocations }

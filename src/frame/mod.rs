@@ -12,9 +12,16 @@ mod record;
 mod rest;
 mod spaces;
 
-pub use clock::{Reading, Stage, StageClock, shortest_step_ns};
-pub use occlusion_pass::{AutoBasis, OcclusionPass, PassConfig};
-pub use pass::{Pass, PassInput};
+pub use clock::{Stage, StageClock};
+pub use occlusion_pass::{AutoBasis, PassConfig};
 pub use pipeline::{Loading, Pipeline};
-pub use previous_frame_pass::PreviousFramePass;
 pub use record::{FrameRecord, OcclusionRecord};
+
+// For passes and clocks of the other crates of the workspace. They change without notice.
+#[doc(hidden)]
+pub use self::{
+    clock::{Reading, shortest_step_ns},
+    occlusion_pass::OcclusionPass,
+    pass::{Pass, PassInput},
+    previous_frame_pass::PreviousFramePass,
+};

@@ -38,8 +38,10 @@ pub struct PassConfig {
     /// The measure that [`Occlusion::Auto`] compares.
     pub basis: AutoBasis,
     /// The bounding volume of a node that is tested.
+    #[doc(hidden)]
     pub node_test: NodeTest,
     /// The score by which occluders are selected.
+    #[doc(hidden)]
     pub score: Score,
 }
 

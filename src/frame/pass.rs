@@ -41,6 +41,7 @@ pub trait Pass: Any + Debug + Send + Sync {
 
 /// The input of [`Pass::frame`].
 #[derive(Clone, Copy)]
+#[non_exhaustive]
 pub struct PassInput<'a> {
     /// The index, after all changes.
     pub index: &'a dyn SpatialIndex,

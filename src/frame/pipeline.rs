@@ -94,6 +94,7 @@ impl Pipeline {
     }
 
     /// Sets the caller's own pass, which replaces the former pass. Call it before the first frame.
+    #[doc(hidden)]
     #[must_use]
     pub fn with_pass(mut self, pass: impl Pass) -> Self {
         self.pass = Some(Box::new(pass));
@@ -114,6 +115,7 @@ impl Pipeline {
     }
 
     /// Adds occlusion culling with the caller's own cullers ([`OcclusionPass::with_culler`]).
+    #[doc(hidden)]
     #[must_use]
     pub fn with_culler(self, make: MakeCuller, config: PassConfig) -> Self {
         let capacity = self.capacity;
@@ -386,6 +388,7 @@ impl Pipeline {
     }
 
     /// The pass, if it is an [`OcclusionPass`].
+    #[doc(hidden)]
     pub fn occlusion(&self) -> Option<&OcclusionPass> {
         let pass: &dyn Any = self.pass.as_deref()?;
         pass.downcast_ref()

@@ -3,6 +3,7 @@ use crate::index::WorkCounts;
 
 /// Counts of one frame: changed polygons, the cost of each stage, polygons in the frustum and hidden polygons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct FrameRecord {
     /// Number of the frame, from 0 on.
     pub frame: u64,
@@ -31,6 +32,7 @@ pub struct FrameRecord {
 
 /// Work of occlusion culling in a frame. All zero without occlusion culling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct OcclusionRecord {
     /// Whether occlusion culling ran in this frame. Frames in which it would not pay skip it.
     pub used: bool,

@@ -40,7 +40,10 @@ pub use brute_force::BruteForce;
 pub use config::IndexConfig;
 pub use draw_list::DrawList;
 pub use osp::Osp;
-pub use simd::Backend;
 pub use spatial_index::{IndexError, SpatialIndex};
-pub use visit::{Node, Thinner, Visit, Visitor};
-pub use work::{Upkeep, WorkCounts};
+pub use visit::{Node, Visit, Visitor};
+pub use work::WorkCounts;
+
+// For occlusion culling and benchmarks. They change without notice.
+#[doc(hidden)]
+pub use self::{simd::Backend, visit::Thinner, work::Upkeep};

@@ -262,6 +262,7 @@ impl<'a> NearestPolygons<'a> {
     }
 }
 
+#[doc(hidden)]
 impl Visitor for NearestPolygons<'_> {
     fn node(&mut self, node: &Node<'_>) -> Visit {
         if self.distance_of(node.bounds).is_some() { Visit::Descend } else { Visit::Skip }

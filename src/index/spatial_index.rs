@@ -11,6 +11,7 @@ use crate::{
 
 /// The reason why an index refused a change. The refused change has no effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum IndexError {
     /// The box is empty, infinite or not a number.
     #[error("polygon {}: expected a finite box with min <= max", .0.0)]
@@ -122,6 +123,7 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// finds them hidden. If its tests have the same results, [`SpatialIndex::traverse`] omits the same polygons. The
     /// method builds no list of polygons and reads no polygon that is not hidden. It returns `false`, and changes nothing,
     /// if the index cannot do this.
+    #[doc(hidden)]
     fn thin_out(&self, _frustum: &Frustum, _visible: &mut VisibleBlocks, _thinner: &mut dyn Thinner) -> bool {
         false
     }
@@ -191,6 +193,7 @@ pub trait SpatialIndex: Any + Send + Sync {
     }
 
     /// Counts of upkeep for all changes so far; `None` if the index does not count them.
+    #[doc(hidden)]
     fn upkeep(&self) -> Option<Upkeep> {
         None
     }

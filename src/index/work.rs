@@ -2,6 +2,7 @@ use std::ops::AddAssign;
 
 /// Counts of a query's work. They are compared before times, because they do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct WorkCounts {
     /// Number of nodes visited.
     pub nodes: u64,

@@ -73,6 +73,7 @@ impl Frustum {
 
     /// Does the test of [`Frustum::classify`] against the planes of `mask` only. Returns the outcome, the mask for boxes
     /// inside this box, and the number of tested planes.
+    #[doc(hidden)]
     pub fn classify_masked(&self, bounds: &Aabb, mask: PlaneMask) -> (Containment, PlaneMask, u32) {
         let mut left = mask.0;
         let mut tested = 0;

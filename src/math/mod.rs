@@ -26,17 +26,23 @@ mod volume;
 pub use aabb::Aabb;
 pub use capsule::Capsule;
 pub(crate) use clip::Edges;
-pub use clip::{Part, clip_convex, split_convex};
-pub use frustum::{Containment, Frustum, PlaneMask};
+pub use frustum::{Containment, Frustum};
 pub use obb::Obb;
 pub(crate) use outward::Corners;
 pub use plane::Plane;
 pub(crate) use quad::QUAD_FLATNESS;
-pub use quad::is_flat_and_convex;
 pub use ray::Ray;
 pub(crate) use ray::{is_no_later, latest};
-pub use rotation::{rotate, rotate_exactly, unit};
 pub(crate) use solid_angle::triangle_solid_angle_sr;
 pub use sphere::Sphere;
 pub use tolerance::{COORDINATE_LIMIT_M, TOLERANCE_M};
 pub use volume::Volume;
+
+// Calculations that the other crates of the workspace share. They change without notice.
+#[doc(hidden)]
+pub use self::{
+    clip::{Part, clip_convex, split_convex},
+    frustum::PlaneMask,
+    quad::is_flat_and_convex,
+    rotation::{rotate, rotate_exactly, unit},
+};

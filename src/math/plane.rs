@@ -37,7 +37,7 @@ impl Plane {
 
     /// The corner of the box that lies farthest against the normal (the "negative vertex").
     #[inline]
-    pub fn negative_vertex(&self, bounds: &Aabb) -> Vec3 {
+    pub(crate) fn negative_vertex(&self, bounds: &Aabb) -> Vec3 {
         let n = self.normal;
         Vec3::new(
             if n.x >= 0.0 { bounds.min.x } else { bounds.max.x },

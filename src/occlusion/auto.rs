@@ -51,18 +51,17 @@ enum Method {
     PreviousFrame,
 }
 
-impl From<Option<Method>> for Occlusion {
-    fn from(method: Option<Method>) -> Self {
-        match method {
-            None => Self::None,
-            Some(Method::Msvbsp) => Self::Msvbsp,
-            Some(Method::PreviousFrame) => Self::PreviousFrame,
-        }
-    }
-}
-
 impl Method {
     const ALL: [Self; 2] = [Self::Msvbsp, Self::PreviousFrame];
+
+    /// This method, or frustum culling alone.
+    fn occlusion(method: Option<Self>) -> Occlusion {
+        match method {
+            None => Occlusion::None,
+            Some(Self::Msvbsp) => Occlusion::Msvbsp,
+            Some(Self::PreviousFrame) => Occlusion::PreviousFrame,
+        }
+    }
 
     /// Approximate least time of this method in a frame, nanoseconds. `Msvbsp` selects occluders and builds a tree.
     /// `PreviousFrame` takes the same time, and tests one of every four polygons in view.
@@ -192,7 +191,7 @@ impl AutoSwitch {
     /// The method in use. Frames that try another method, and frames in which the kept method cannot pay, are culled
     /// differently.
     pub(crate) fn kept(&self) -> Occlusion {
-        self.kept.into()
+        Method::occlusion(self.kept)
     }
 
     /// Changes the cost of drawing a polygon, nanoseconds.
@@ -216,7 +215,7 @@ impl AutoSwitch {
 
     /// The method for the next frame. Call it once before each frame, with the number of polygons in the frustum.
     pub(crate) fn decide(&mut self, in_view: u64) -> Occlusion {
-        self.choose(in_view).into()
+        Method::occlusion(self.choose(in_view))
     }
 
     fn choose(&mut self, in_view: u64) -> Option<Method> {

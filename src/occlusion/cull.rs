@@ -324,6 +324,7 @@ impl<'a, L: Extend<PolygonId>> OcclusionVisitor<'a, L> {
     }
 }
 
+#[doc(hidden)]
 impl<L: Extend<PolygonId>> Visitor for OcclusionVisitor<'_, L> {
     fn node(&mut self, node: &Node<'_>) -> Visit {
         match node.polygons < self.tests.config.least_polygons {

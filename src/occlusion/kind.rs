@@ -7,6 +7,7 @@ use super::{
 /// The methods of occlusion culling. All are conservative. [`Occlusion::Msvbsp`] suits scenes in which walls and other
 /// large polygons hide much; [`Occlusion::Auto`] suits unknown scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
 pub enum Occlusion {
     /// Frustum culling alone.
     None,
@@ -34,6 +35,7 @@ impl Occlusion {
 
     /// Constructor of the culler that the method builds from a frame's largest polygons. Methods without such polygons get
     /// [`NoOcclusion`].
+    #[doc(hidden)]
     pub fn culler(self) -> MakeCuller {
         match self {
             Self::None | Self::PreviousFrame => |_| Box::new(NoOcclusion),
@@ -51,6 +53,7 @@ impl Occlusion {
 
     /// The culler of [`Occlusion::culler`], with room for `occluders` occluders. A build with more omits occluders beyond
     /// its budget, and counts them.
+    #[doc(hidden)]
     pub fn create(self, occluders: usize) -> Box<dyn OcclusionCuller> {
         self.culler()(occluders)
     }

@@ -1,8 +1,8 @@
 //! Occlusion culling: finds polygons that are hidden behind nearer polygons.
 //!
-//! Most callers only select a method, [`Occlusion`], and pass it to a [`Pipeline`](crate::frame::Pipeline). Callers without
-//! a pipeline use the other items: [`OcclusionStage`] keeps the candidates from frame to frame; [`ViewOcclusion`] culls one
-//! view.
+//! A caller selects a method, [`Occlusion`], and passes it to a [`Pipeline`](crate::frame::Pipeline). The pages of this crate
+//! omit the other items, which change without notice: [`OcclusionStage`] keeps the candidates from frame to frame;
+//! [`ViewOcclusion`] culls one view.
 //!
 //! Large opaque polygons cast [`ShadowVolume`]s from one eye. An [`OcclusionCuller`] is built from them, and returns a
 //! verdict for a box or a sphere: [`Verdict::Hidden`], [`Verdict::Unoccluded`] or [`Verdict::PartlyHidden`]. A culler is
@@ -34,6 +34,7 @@ mod none;
 mod patch;
 mod pool;
 mod previous_frame;
+#[doc(hidden)]
 pub mod raster;
 mod select;
 mod shadow_volume;
@@ -47,23 +48,28 @@ mod walls;
 mod wide;
 
 pub(crate) use auto::{AutoConfig, AutoSwitch, Outcome};
-pub use coverage::CoverageBuffer;
-pub use cull::{CullConfig, CullCounts, NodeTest, OcclusionVisitor, PolygonTest};
-pub use culler::{BuildCounts, MakeCuller, OcclusionCuller, Soundness};
-pub use depth::{DepthBuffer, DepthConfig};
-pub use explore::TryBudget;
 pub use kind::Occlusion;
-pub use none::NoOcclusion;
-pub use pool::{Grouping, OccluderPool, PoolConfig};
-pub use previous_frame::{PreviousFrameCounts, PreviousFrameOccluders};
-pub use select::{Score, SelectConfig, SelectCounts, Selector};
-pub use shadow_volume::{MAX_SIDES, NotAnOccluder, ShadowVolume};
-pub use stage::OcclusionStage;
 pub(crate) use stage::work_ns;
-pub use tolerance::{EDGE_ON_SINE, END_ON_SINE, QUERY_SLACK};
-pub use tree::Cell;
-pub use verdict::{Asked, Tested, TestedBoxes, Verdict};
-pub use view_occlusion::{OcclusionConfig, ViewCounts, ViewInput, ViewOcclusion, remove_hidden};
+
+// The parts of the methods, which the other crates of the workspace measure, draw and compare. They change without notice.
+#[doc(hidden)]
+pub use self::{
+    coverage::CoverageBuffer,
+    cull::{CullConfig, CullCounts, NodeTest, OcclusionVisitor, PolygonTest},
+    culler::{BuildCounts, MakeCuller, OcclusionCuller, Soundness},
+    depth::{DepthBuffer, DepthConfig},
+    explore::TryBudget,
+    none::NoOcclusion,
+    pool::{Grouping, OccluderPool, PoolConfig},
+    previous_frame::{PreviousFrameCounts, PreviousFrameOccluders},
+    select::{Score, SelectConfig, SelectCounts, Selector},
+    shadow_volume::{MAX_SIDES, NotAnOccluder, ShadowVolume},
+    stage::OcclusionStage,
+    tolerance::{EDGE_ON_SINE, END_ON_SINE, QUERY_SLACK},
+    tree::Cell,
+    verdict::{Asked, Tested, TestedBoxes, Verdict},
+    view_occlusion::{OcclusionConfig, ViewCounts, ViewInput, ViewOcclusion, remove_hidden},
+};
 
 /// Code that other cullers share with these, so that comparisons are fair. Engines should not use it, because it may change
 /// at any time.

@@ -49,6 +49,7 @@ use crate::{
 
 /// Treatment of other occluders that reach a cell which an occluder covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[doc(hidden)]
 pub enum Refine {
     /// They are dropped in this cell (the paper's rule 4).
     Never,
@@ -58,6 +59,7 @@ pub enum Refine {
 
 /// Settings of [`Msvbsp`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[doc(hidden)]
 pub struct MsvbspConfig {
     /// Treatment of other occluders that reach a shadowed cell.
     pub refine: Refine,
@@ -93,6 +95,7 @@ struct Task {
 
 /// MSVBSP-C; see [`self`](crate::occlusion::msvbsp).
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct Msvbsp {
     config: MsvbspConfig,
     tree: ShadowTree,

@@ -13,6 +13,7 @@ pub const MAX_SIDES: usize = 8;
 
 /// The reason why a polygon casts no usable shadow from this eye. It is then no occluder, which is always safe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum NotAnOccluder {
     /// The polygon has fewer than 3 corners, or at least [`MAX_SIDES`].
     #[error("expected 3 to 7 corners")]

@@ -2,6 +2,7 @@
 //!
 //! Depends on [`math`](crate::math) only.
 
+#[doc(hidden)]
 pub mod bits;
 mod by_id;
 mod change;
@@ -15,16 +16,16 @@ mod space;
 mod spaces_in_view;
 mod visible_blocks;
 
-pub use by_id::ById;
 pub use change::Change;
 pub use convex::{ConvexPolygon, FLATNESS};
 pub use geometry::Geometry;
 pub use id::PolygonId;
 pub(crate) use marks::mark;
-pub use paged::Paged;
-pub use space::ROUNDING as PLACE_ROUNDING;
 pub(crate) use space::abs as abs_matrix;
 pub use space::{SpaceId, SpacePlace};
-pub use spaces_in_view::SpacesInView;
 pub(crate) use spaces_in_view::count as count_polygons;
 pub use visible_blocks::{BLOCK, VisibleBlocks, ids_of};
+
+// Lists by id and sets that the other crates of the workspace share. They change without notice.
+#[doc(hidden)]
+pub use self::{by_id::ById, paged::Paged, space::ROUNDING as PLACE_ROUNDING, spaces_in_view::SpacesInView};

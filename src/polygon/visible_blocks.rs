@@ -147,6 +147,7 @@ impl VisibleBlocks {
 
     /// For an index: the masks of all blocks, with room for numbers below `ids`. Set bits by OR, then call
     /// [`VisibleBlocks::note_filled`] with the range of the set blocks.
+    #[doc(hidden)]
     pub fn masks_for(&mut self, ids: usize) -> &mut [u16] {
         let blocks = ids.div_ceil(BLOCK);
         if blocks > self.masks.len() {
@@ -158,6 +159,7 @@ impl VisibleBlocks {
     }
 
     /// For an index: records that `polygons` polygons were added to these blocks.
+    #[doc(hidden)]
     pub fn note_filled(&mut self, blocks: std::ops::Range<usize>, polygons: usize) {
         if !blocks.is_empty() {
             self.note_span(blocks.start, blocks.end);

@@ -9,5 +9,8 @@ mod view;
 mod view_window;
 
 pub use matrix::ClipDepth;
-pub use view::{Projection, View, WINDOW_MARGIN};
-pub use view_window::ViewWindow;
+pub use view::{Projection, View};
+
+// For occlusion culling. They change without notice.
+#[doc(hidden)]
+pub use self::{view::WINDOW_MARGIN, view_window::ViewWindow};

@@ -134,6 +134,7 @@ impl View {
     ///
     /// The window is wider by [`WINDOW_MARGIN`], and its near plane farther by the same fraction. So no rounding of a
     /// renderer can show anything outside the window, or cut off an occluder.
+    #[doc(hidden)]
     pub fn window(&self) -> Option<ViewWindow> {
         let corners = self.corner_directions().map(|corner| corner.as_dvec3());
         let middle = corners.iter().sum::<DVec3>() * 0.25;

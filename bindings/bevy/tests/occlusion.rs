@@ -115,7 +115,7 @@ fn a_place_behind_a_wall_is_hidden_from_a_camera() {
     let wall_id = app.world_mut().spawn(wall(Transform::from_xyz(0.0, 0.0, -10.0))).id();
     app.update();
     let hidden = |app: &mut App, camera: Entity| {
-        let test = |hidden: OspHidden<'_, '_>| {
+        let test = move |hidden: OspHidden<'_, '_>| {
             let occluders = hidden.from_camera(camera)?;
             let cube = |x: f32, z: f32| {
                 let middle = Vec3::new(x, 0.0, z);

@@ -1,7 +1,7 @@
 //! Work on many sessions, with one output file for each. Skips finished files and lists the errors at the end.
 
 use std::{
-    collections::HashMap,
+    collections::{HashMap, HashSet},
     fs,
     num::NonZero,
     path::{Path, PathBuf},
@@ -22,7 +22,7 @@ use super::{
     verify_all::{Part, sessions},
 };
 use osp_session::{
-    output_file::{is_same_file, lies_in},
+    output_file::{OutputKind, is_made, is_same_file, lies_in},
     recording::import::files_beside,
 };
 
@@ -48,44 +48,59 @@ pub(super) struct Batch {
 }
 
 impl Batch {
-    /// Plans the work on the named sessions, and on the sessions in the named folders.
-    ///
-    /// Targets get `ending`. A target lies beside its session. With `out`, it lies below `out` in the same place that
-    /// its session has below its folder. With `force`, finished targets are made again.
+    /// The sessions that are named, and those of the folders that are. Targets get `ending`, are of the kind, and lie
+    /// beside the sessions, or below `out` as the sessions lie below their folders. With `force`, finished ones are
+    /// made again.
     ///
     /// # Errors
-    /// A path leads nowhere, there is no session, or two sessions would have the same target.
+    /// A path leads nowhere, `out` is no folder, there is no session, two sessions would have one target, or a target is
+    /// a link to a session.
     pub(super) fn plan(
         paths: &[PathBuf],
         out: Option<&Path>,
-        ending: &str,
+        (ending, kind): (&str, OutputKind),
         force: bool,
     ) -> anyhow::Result<Self> {
-        let mut found = sessions(paths, Part::WHOLE)?;
-        // A former run wrote the files in a folder below the sessions, so they are no sessions to work on.
+        if let Some(out) = out.filter(|out| fs::metadata(out).is_ok_and(|data| !data.is_dir())) {
+            bail!("{}: expected a folder; found a file", out.display());
+        }
+        let mut found = each_once(sessions(paths, Part::WHOLE)?)?;
+        // What a former run wrote into a folder below the sessions is no session to work on.
         let is_below = |out: &&Path| {
             paths.iter().any(|path| path.is_dir() && lies_in(out, path) && !is_same_file(out, path))
         };
+        let mut left_out = Vec::new();
         if let Some(out) = out.filter(is_below) {
-            found.retain(|session| !lies_in(session, out));
+            let is_output = |session: &mut PathBuf| lies_in(session, out) && !paths.contains(session);
+            left_out.extend(found.extract_if(.., is_output));
         }
         let many = found.len();
         found.retain(|session| !has_ending(session, ending));
         let same = many - found.len();
+        // Nor is a model that osp wrote beside its session.
+        let models: HashSet<PathBuf> =
+            found.iter().flat_map(|session| [named(session, ".glb"), with(session, ".glb")]).collect();
+        found.retain(|session| {
+            paths.contains(session) || !models.contains(session) || !is_made(session, OutputKind::Glb)
+        });
+        let places: Vec<PathBuf> = found.iter().map(|session| place_of(paths, session, out)).collect();
+        let targets = targets(&places, ending);
+        let made: HashSet<PathBuf> = targets.iter().map(|target| absolute(target)).collect();
+        left_out.retain(|session| !made.contains(&absolute(session)));
+        if let (Some(out), false) = (out, left_out.is_empty()) {
+            let left_out = match left_out.len() {
+                1 => "1 session in the folder of the outputs is left out; name it to include it".to_owned(),
+                many => format!(
+                    "{many} sessions in the folder of the outputs are left out; name them to include them"
+                ),
+            };
+            complain(&format!("warning: {}: {left_out}", out.display()));
+        }
         let mut jobs: Vec<Job> =
-            found.into_iter().map(|source| Job { target: place_of(paths, &source, out), source }).collect();
-        let mut sharing = HashMap::<PathBuf, usize>::new();
+            found.into_iter().zip(targets).map(|(source, target)| Job { source, target }).collect();
+        let mut sources = HashMap::<&Path, &Path>::new();
         for job in &jobs {
-            *sharing.entry(named(&job.target, ending)).or_default() += 1;
-        }
-        for job in &mut jobs {
-            let short = named(&job.target, ending);
-            // Two sessions may differ only in their endings.
-            job.target = if sharing[&short] == 1 { short } else { with(&job.target, ending) };
-        }
-        let mut targets = HashMap::<&Path, &Path>::new();
-        for job in &jobs {
-            if let Some(other) = targets.insert(&job.target, &job.source) {
+            if let Some(other) = sources.insert(&job.target, &job.source) {
                 let (one, target) = (job.source.display(), job.target.display());
                 bail!(
                     "{}: and {one} would both become {target}; give each folder its own --out",
@@ -93,8 +108,13 @@ impl Batch {
                 );
             }
         }
+        let read: HashSet<PathBuf> = jobs.iter().filter_map(|job| job.source.canonicalize().ok()).collect();
+        let is_read = |job: &&Job| job.target.canonicalize().is_ok_and(|target| read.contains(&target));
+        if let Some(job) = jobs.iter().find(is_read).filter(|_| force) {
+            bail!("{}: is a link to a session that is read", job.target.display());
+        }
         let all = jobs.len();
-        jobs.retain(|job| force || !is_finished(job));
+        jobs.retain(|job| force || !is_finished(job, kind));
         Ok(Self { finished: all - jobs.len(), jobs, same })
     }
 
@@ -114,10 +134,10 @@ impl Batch {
             while let at = next.fetch_add(1, Relaxed)
                 && let Some(job) = self.jobs.get(at)
             {
-                let source = job.source.display();
                 match made(job, &mut worker) {
                     Ok(remarks) => {
-                        remarks.iter().for_each(|remark| complain(&format!("warning: {source}: {remark}")));
+                        let about = |remark| format!("warning: {}", of_session(job, remark));
+                        remarks.iter().for_each(|remark| complain(&about(remark)));
                     }
                     Err(error) => {
                         let mut errors = errors.lock().unwrap_or_else(PoisonError::into_inner);
@@ -140,9 +160,7 @@ impl Batch {
         let mut errors = errors.into_inner().unwrap_or_else(PoisonError::into_inner);
         errors.sort();
         for (at, error) in &errors {
-            let source = self.jobs[*at].source.display().to_string();
-            let named = if error.starts_with(&source) { String::new() } else { format!("{source}: ") };
-            complain(&format!("error: {named}{error}"));
+            complain(&format!("error: {}", of_session(&self.jobs[*at], error)));
         }
         let (many, failed) = (self.jobs.len() + self.finished, errors.len());
         let same = if self.same > 0 { format!(", {} are {kind} already", self.same) } else { String::new() };
@@ -158,9 +176,32 @@ impl Batch {
     }
 }
 
-/// Returns the number of cores, or 1 if it is unknown.
+/// The sessions, each once: a file may be named together with its folder. Each has a name, also the folder of a .tilt
+/// that was called `.`
+fn each_once(sessions: Vec<PathBuf>) -> anyhow::Result<Vec<PathBuf>> {
+    let mut once = Vec::new();
+    let mut known = HashSet::new();
+    for session in sessions {
+        let session = match session.file_name() {
+            Some(_) => session,
+            None => session.canonicalize().with_context(|| session.display().to_string())?,
+        };
+        if known.insert(absolute(&session)) {
+            once.push(session);
+        }
+    }
+    Ok(once)
+}
+
+/// As many threads as there are cores.
 pub(super) fn every_core() -> usize {
     thread::available_parallelism().map_or(1, NonZero::get)
+}
+
+/// A remark or an error that names its session.
+fn of_session(job: &Job, text: &str) -> String {
+    let source = job.source.display().to_string();
+    if text.starts_with(&source) { text.to_owned() } else { format!("{source}: {text}") }
 }
 
 fn made<W: FnMut(&Job) -> anyhow::Result<Vec<String>>>(
@@ -170,7 +211,24 @@ fn made<W: FnMut(&Job) -> anyhow::Result<Vec<String>>>(
     if let Some(folder) = job.target.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
-    work(job)
+    // A pipe that nobody reads would never take it.
+    if fs::metadata(&job.target).is_ok_and(|data| !data.is_file()) {
+        bail!("{}: expected a file; found a folder, a pipe or a device", job.target.display());
+    }
+    let read = newest(&job.source);
+    let remarks = work(job)?;
+    let is_changed = newest(&job.source) != read;
+    // The next run compares times: a target is no newer than what was read, and no older, even if a clock was wrong.
+    if let Some(read) = read
+        && (is_changed || changed(&job.target).is_some_and(|target| target < read))
+    {
+        let target = fs::File::options().write(true).open(&job.target);
+        target.and_then(|file| file.set_modified(read)).with_context(|| job.target.display().to_string())?;
+    }
+    if is_changed {
+        bail!("it changed while it was read; --force makes {} again", job.target.display());
+    }
+    Ok(remarks)
 }
 
 fn has_ending(path: &Path, ending: &str) -> bool {
@@ -185,10 +243,31 @@ fn place_of(paths: &[PathBuf], session: &Path, out: Option<&Path>) -> PathBuf {
     out.join(below.unwrap_or_else(|| Path::new(session.file_name().unwrap_or(session.as_os_str()))))
 }
 
-/// Returns the path with `ending` in place of the session's ending.
+/// The targets of sessions at these places. Sessions that differ in their endings only keep them; so does one whose name
+/// is then another's. Case makes no difference, as on some file systems.
+fn targets(places: &[PathBuf], ending: &str) -> Vec<PathBuf> {
+    let key = |target: &Path| target.to_string_lossy().to_lowercase();
+    let mut targets: Vec<PathBuf> = places.iter().map(|place| named(place, ending)).collect();
+    loop {
+        let mut sharing = HashMap::<String, usize>::new();
+        targets.iter().for_each(|target| *sharing.entry(key(target)).or_default() += 1);
+        let mut is_done = true;
+        for (target, place) in targets.iter_mut().zip(places) {
+            let whole = with(place, ending);
+            if sharing[&key(target)] > 1 && *target != whole {
+                (*target, is_done) = (whole, false);
+            }
+        }
+        if is_done {
+            return targets;
+        }
+    }
+}
+
+/// The name with `ending` in place of a session's ending. A name that is no text keeps all its bytes.
 fn named(path: &Path, ending: &str) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    // An ending is ASCII, so it has the same length as that part of the name, in upper or lower case.
+    let Some(name) = path.file_name().unwrap_or_default().to_str() else { return with(path, ending) };
+    // An ending is ASCII, so its length is that of the name's part, whatever its case.
     let own = ENDINGS.iter().find(|own| has_ending(path, own) && name.len() > own.len());
     path.with_file_name(format!("{}{ending}", &name[..name.len() - own.map_or(0, |own| own.len())]))
 }
@@ -200,18 +279,29 @@ fn with(path: &Path, ending: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Whether a target is at least as new as all files of its session. A target appears whole or not at all.
-fn is_finished(job: &Job) -> bool {
-    let changed = |path: &Path| fs::metadata(path).and_then(|data| data.modified()).ok();
-    let parts = || -> Option<SystemTime> {
-        let mut newest = changed(&job.source)?;
-        let inside = fs::read_dir(&job.source).into_iter().flatten().flatten().map(|entry| entry.path());
-        for path in inside.chain(files_beside(&job.source)) {
-            newest = changed(&path).map_or(newest, |time| time.max(newest));
-        }
-        Some(newest)
-    };
-    changed(&job.target).zip(parts()).is_some_and(|(target, newest)| target >= newest)
+/// Whether a target is one that osp makes, and at least as new as all files of its session. It appears whole, or not at
+/// all.
+fn is_finished(job: &Job, kind: OutputKind) -> bool {
+    let is_new = changed(&job.target).zip(newest(&job.source)).is_some_and(|(target, read)| target >= read);
+    is_new && is_made(&job.target, kind)
+}
+
+fn changed(path: &Path) -> Option<SystemTime> {
+    fs::metadata(path).and_then(|data| data.modified()).ok()
+}
+
+/// When a session changed last, in any of its files.
+fn newest(session: &Path) -> Option<SystemTime> {
+    let mut newest = changed(session)?;
+    let inside = fs::read_dir(session).into_iter().flatten().flatten().map(|entry| entry.path());
+    for path in inside.chain(files_beside(session)) {
+        newest = changed(&path).map_or(newest, |time| time.max(newest));
+    }
+    Some(newest)
+}
+
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 #[cfg(test)]

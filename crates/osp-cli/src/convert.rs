@@ -88,7 +88,8 @@ impl Format {
 
 pub(super) fn run(args: &ConvertArgs) -> anyhow::Result<Outcome> {
     let Some(format) = args.to else { return one(args) };
-    let batch = Batch::plan(&args.paths, args.out.as_deref(), format.ending(), args.force)?;
+    let kind = (format.ending(), format.kind());
+    let batch = Batch::plan(&args.paths, args.out.as_deref(), kind, args.force)?;
     batch.run(every_core(), ["converted", format.ending()], || {
         Ok(|job: &Job| Ok(converted(args, job, format)?.remarks))
     })

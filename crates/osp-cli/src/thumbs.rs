@@ -19,7 +19,7 @@ use osp_session::{output_file::OutputKind, recording::Pace, replay::still_view};
 pub(super) fn run(args: &ThumbsArgs) -> anyhow::Result<Outcome> {
     // A picture beside a session with the same name may be the artist's own.
     let ending = if args.out.is_some() { ".png" } else { ".thumb.png" };
-    let batch = Batch::plan(&args.files, args.out.as_deref(), ending, args.force)?;
+    let batch = Batch::plan(&args.files, args.out.as_deref(), (ending, OutputKind::Png), args.force)?;
     batch.run(1, ["drawn", ending], || {
         let gpu = Arc::new(Gpu::headless()?);
         complain(&format!("drawn by {}", gpu.name()));

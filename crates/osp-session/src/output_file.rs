@@ -192,7 +192,15 @@ pub fn is_there(path: &Path, kind: OutputKind) -> bool {
     start_of(path).is_ok_and(|start| kind_of(&start, path) == Some(Ok(kind)))
 }
 
-/// Reason for which an output is not begun.
+/// Whether a file of this kind exists that osp may have written: a model of another program is none.
+pub fn is_made(path: &Path, kind: OutputKind) -> bool {
+    start_of(path).is_ok_and(|start| match kind {
+        Glb => is_own_model(&start),
+        _ => !start.is_empty() && kind.begins(&start, path),
+    })
+}
+
+/// Why an output is not begun.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "their messages tell")]
 pub enum OutputError {

@@ -94,6 +94,7 @@ impl Osp {
 
     /// An empty tree that tests boxes with this instruction set, or with plain Rust if the processor lacks it. The query
     /// results do not depend on it.
+    #[doc(hidden)]
     pub fn with_backend(config: &IndexConfig, backend: Backend) -> Self {
         // This is room for a drawn session with the capacity's polygons, and the additional room of `make_room`.
         let polygons = config.room() + AHEAD;

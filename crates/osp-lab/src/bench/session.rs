@@ -224,7 +224,8 @@ mod tests {
     use super::*;
 
     fn record(frame: u64, ns: u64) -> FrameRecord {
-        let mut record = FrameRecord { frame, ..FrameRecord::default() };
+        let mut record = FrameRecord::default();
+        record.frame = frame;
         record.cull.ns = ns;
         record
     }

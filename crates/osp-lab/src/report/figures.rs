@@ -118,7 +118,9 @@ mod tests {
         let mut run = RunReport::new(name, session_frames);
         for &(frame, us) in frames {
             let cull = Stage { ns: us * 1000, allocations: 0 };
-            let record = FrameRecord { frame, cull, ..FrameRecord::default() };
+            let mut record = FrameRecord::default();
+            record.frame = frame;
+            record.cull = cull;
             run.add(&LaneFrame { record, in_view: 0, drawn: 0, catches_up: false });
         }
         run

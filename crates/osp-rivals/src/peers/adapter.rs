@@ -77,7 +77,9 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
         if !self.is_empty() {
             self.tree.cull(frustum, draw_list);
         }
-        WorkCounts { reported: (draw_list.len() - before) as u64, ..WorkCounts::default() }
+        let mut work = WorkCounts::default();
+        work.reported = (draw_list.len() - before) as u64;
+        work
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {

@@ -58,7 +58,7 @@ pub fn write_tilt(
 ) -> Result<TiltCounts, ExportError> {
     let mut counts = TiltCounts::default();
     let mut stand_ins = BTreeMap::<&str, u64>::new();
-    let (mut lost, mut opaque) = (0, 0);
+    let (mut lost, mut opaque, mut out_of_time) = (0, 0, 0);
     let mut strokes = Vec::new();
     for (stroke, motion) in kept.iter() {
         let Some(ready) = TiltStroke::new(stroke, motion) else {
@@ -69,6 +69,7 @@ pub fn write_tilt(
             *stand_ins.entry(name).or_default() += 1;
             opaque += u64::from(stroke.color.3 < 1.0);
         }
+        out_of_time += ready.points_out_of_time();
         strokes.push((stroke.id, ready));
     }
     let used: BTreeSet<u32> =
@@ -99,6 +100,11 @@ pub fn write_tilt(
     let (metadata, rewritten) = metadata(header, kept.scene(), brushes, &layers);
     counts.notes = notes(kept, [opaque, lost], &stand_ins);
     counts.notes.extend(rewritten);
+    if out_of_time > 0 {
+        counts.notes.push(format!(
+            "times of control points before the start, or later than 49 days: {out_of_time} are the nearest that .tilt has"
+        ));
+    }
     let mut zip = ZipWriter::new(Cursor::new(Vec::with_capacity(sketch.len() + 4096)));
     let thumbnail = thumbnail.map(|png| ("thumbnail.png", png));
     let files = [("data.sketch", sketch.as_slice()), ("metadata.json", metadata.as_bytes())];

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::{Quat, Vec3};
-use serde_json::{Map, Value, json};
+use serde::{Serialize, de::DeserializeOwned};
+use serde_json::{Value, json, value::RawValue};
 
 use crate::{
     brush,
@@ -27,11 +28,8 @@ pub(super) struct Brushes {
 
 impl Brushes {
     pub(super) fn of(header: &Header) -> Self {
-        let read = fields_read(header).and_then(|fields| match fields.get("BrushIndex") {
-            Some(Value::Array(guids)) => guids.iter().map(|guid| Some(guid.as_str()?.to_owned())).collect(),
-            _ => None,
-        });
-        let guids: Vec<String> = read.unwrap_or_default();
+        let read = fields_read(header).and_then(|mut fields| fields.remove("BrushIndex"));
+        let guids: Vec<String> = read.and_then(|guids| parsed(&guids)).unwrap_or_default();
         let mut places = HashMap::new();
         for (guid, at) in guids.iter().zip(0..) {
             places.entry(guid.clone()).or_insert(at);
@@ -66,12 +64,13 @@ pub(super) struct Layers {
     is_plain: bool,
 }
 
-/// Name, whether it differs from the one that was read, and whether the layer is hidden, locked.
+/// Name, whether it differs from the one that was read, whether the layer is hidden, and whether somebody locked or
+/// unlocked it.
 struct LayerNow {
     name: String,
     is_renamed: bool,
     is_hidden: bool,
-    is_locked: bool,
+    is_locked: Option<bool>,
 }
 
 impl Layers {
@@ -94,7 +93,7 @@ impl Layers {
                     _ => format!("Layer {number}"),
                 }),
                 is_hidden: now.and_then(|now| now.hidden).or(read.map(|read| read.hidden)) == Some(true),
-                is_locked: scene.is_locked(number),
+                is_locked: now.and_then(|now| now.locked),
             }
         });
         Self {
@@ -110,34 +109,39 @@ impl Layers {
     }
 
     /// Puts the layers into a table; entries that are there keep what else they have.
-    fn fill(&self, fields: &mut Map<String, Value>) {
+    fn fill(&self, fields: &mut Fields) {
         if self.is_plain {
             return;
         }
-        let read = match fields.remove("Layers") {
-            Some(Value::Array(read)) => read,
-            _ => Vec::new(),
-        };
-        let mut read = read.into_iter();
+        let read: Option<Vec<Box<RawValue>>> = fields.remove("Layers").and_then(|read| parsed(&read));
+        let mut read = read.unwrap_or_default().into_iter();
         let layers = self.states.iter().map(|state| {
-            let mut layer = match read.next() {
-                Some(Value::Object(layer)) => layer,
-                _ => Map::new(),
-            };
+            let mut layer: Fields = read.next().and_then(|layer| parsed(&layer)).unwrap_or_default();
             // A reader may have shortened a name.
             if state.is_renamed || !layer.contains_key("Name") {
-                layer.insert("Name".to_owned(), state.name.as_str().into());
+                layer.insert("Name".to_owned(), raw(&state.name));
             }
-            layer.insert("Visible".to_owned(), (!state.is_hidden).into());
-            if state.is_locked || layer.contains_key("Locked") {
-                layer.insert("Locked".to_owned(), state.is_locked.into());
+            layer.insert("Visible".to_owned(), raw(&!state.is_hidden));
+            if let Some(is_locked) = state.is_locked {
+                layer.insert("Locked".to_owned(), raw(&is_locked));
             }
-            Value::Object(layer)
+            raw(&layer)
         });
-        let mut layers: Vec<Value> = layers.collect();
+        let mut layers: Vec<Box<RawValue>> = layers.collect();
         layers.extend(read);
-        fields.insert("Layers".to_owned(), layers.into());
+        fields.insert("Layers".to_owned(), raw(&layers));
     }
+}
+
+/// Fields of a JSON object. Their values keep the text that was read: no number is rounded, nothing is too deep.
+type Fields = BTreeMap<String, Box<RawValue>>;
+
+fn raw(value: &impl Serialize) -> Box<RawValue> {
+    serde_json::value::to_raw_value(value).expect("texts, numbers, lists and objects of them")
+}
+
+fn parsed<T: DeserializeOwned>(value: &RawValue) -> Option<T> {
+    serde_json::from_str(value.get()).ok()
 }
 
 /// The text of the metadata, and what of the header is not in it, a line each.
@@ -147,25 +151,30 @@ pub(super) fn metadata(
     brushes: Brushes,
     layers: &Layers,
 ) -> (String, Vec<String>) {
-    let (mut fields, notes) = match fields_read(header) {
+    let (mut fields, mut notes) = match fields_read(header) {
         Some(fields) => (fields, Vec::new()),
         None => fields_made(header, scene),
     };
-    fields.insert("BrushIndex".to_owned(), brushes.guids.into());
+    if header.sketch_metadata.is_some() && fields_read(header).is_none() {
+        notes.push(
+            "the metadata of the sketch that was read are no JSON object: they are left out".to_owned(),
+        );
+    }
+    fields.insert("BrushIndex".to_owned(), raw(&brushes.guids));
     layers.fill(&mut fields);
-    (Value::Object(fields).to_string(), notes)
+    (raw(&fields).get().to_owned(), notes)
 }
 
 /// The metadata of the sketch that the session comes from.
-fn fields_read(header: &Header) -> Option<Map<String, Value>> {
+fn fields_read(header: &Header) -> Option<Fields> {
     serde_json::from_str(header.sketch_metadata.as_deref()?).ok()
 }
 
 /// Metadata of a session that comes from elsewhere: room, scene and canvas are one space.
-fn fields_made(header: &Header, scene: &Scene) -> (Map<String, Value>, Vec<String>) {
-    let mut fields = Map::new();
+fn fields_made(header: &Header, scene: &Scene) -> (Fields, Vec<String>) {
+    let mut fields = Fields::new();
     let mut notes = Vec::new();
-    let mut put = |name: &str, value: Value| _ = fields.insert(name.to_owned(), value);
+    let mut put = |name: &str, value: Value| _ = fields.insert(name.to_owned(), raw(&value));
     put("ApplicationName", "osp".into());
     put("ApplicationVersion", env!("CARGO_PKG_VERSION").into());
     put("SchemaVersion", 2.into());

@@ -85,6 +85,12 @@ impl<'s> TiltStroke<'s> {
         self.stroke.points.len()
     }
 
+    /// Control points whose times the format has no number for.
+    pub(super) fn points_out_of_time(&self) -> u64 {
+        let is_out = |point: &&KeptPoint| !(0.0..=f64::from(u32::MAX)).contains(&milliseconds(point.t));
+        self.stroke.points.iter().filter(is_out).count() as u64
+    }
+
     /// Appends it as `data.sketch` holds it.
     pub(super) fn write(&self, place: &Place, out: &mut Vec<u8>) {
         let paint = self.paint();
@@ -111,7 +117,7 @@ impl<'s> TiltStroke<'s> {
             let q = axes::rotation_from_unity(q).to_array();
             words.extend(p.into_iter().chain(q).chain([pressure]).map(f32::to_bits));
             // A cast ends at the least and the greatest number.
-            words.push((t * 1000.0).round() as u32);
+            words.push(milliseconds(t) as u32);
         }
         out.extend(words.iter().flat_map(|word| word.to_le_bytes()));
     }
@@ -164,7 +170,12 @@ impl<'s> TiltStroke<'s> {
     }
 }
 
-/// Whether the name of a brush is a GUID, which is the name of a brush that this crate lacks.
+/// A time of so many seconds.
+fn milliseconds(secs: f64) -> f64 {
+    (secs * 1000.0).round()
+}
+
+/// Whether a name is a GUID, as sketches have it for a brush that the table lacks.
 fn is_guid(name: &str) -> bool {
     let is_hyphen = |at: usize| [8, 13, 18, 23].contains(&at);
     let is_part =

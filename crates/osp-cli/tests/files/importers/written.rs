@@ -104,6 +104,67 @@ fn a_sketch_comes_back_with_every_bit() {
     }
 }
 
+/// A sketch of one stroke on layer 1 with this metadata.
+fn of_metadata(folder: &Path, metadata: &[u8]) -> PathBuf {
+    let sketch = sketch(5, &[layer_stroke(1, [1.0; 4], 0.5, 1.0, &raw_points(9, [1.0; 3], 10))]).0;
+    let files = [("data.sketch", &sketch[..]), ("metadata.json", metadata)];
+    write(folder, "a.tilt", &tilt(&files, CompressionMethod::Stored))
+}
+
+#[test]
+fn metadata_keep_what_osp_has_no_number_and_no_word_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let layers =
+        r#"{"Name":"A","Visible":true},{"Name":"B","Visible":true,"Locked":true,"X":0.30000000000000001}"#;
+    let deep = format!("{}{}", "[".repeat(2000), "]".repeat(2000));
+    let odd = format!(r#""Big":1e999,"Long":123456789012345678901234567890,"Half":"\ud800","Deep":{deep}"#);
+    let guid = "2d35bcf0-e4d8-452c-97b1-3311be063130";
+    let metadata = format!(r#"{{"BrushIndex":["{guid}"],"Layers":[{layers}],{odd}}}"#);
+    let path = of_metadata(folder.path(), metadata.as_bytes());
+    let [_, (header, _)] = there_and_back(folder.path(), &path);
+    let text = header.sketch_metadata.unwrap();
+    for kept in odd.split(',').chain([r#""Locked":true"#, r#""X":0.30000000000000001"#]) {
+        assert!(text.contains(kept), "{kept}: {text}");
+    }
+}
+
+#[test]
+fn metadata_that_cannot_be_kept_are_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let long = format!(r#"{{"X":"{}"}}"#, "x".repeat(Header::MAX_METADATA_BYTES));
+    for (metadata, found) in [(long.as_bytes(), "found more"), (b"{\"X\":\"\xff\"}", "found other bytes")] {
+        let path = of_metadata(folder.path(), metadata);
+        let session = open(&path, &OpenOptions::default()).unwrap();
+        assert_eq!(session.header.sketch_metadata, None);
+        let warnings = session.events.notes().warnings;
+        assert!(warnings.iter().any(|warning| warning.contains(found)), "{warnings:?}");
+    }
+    // A recording may have been edited by hand.
+    let mut header = Header::new("a", "");
+    header.sketch_metadata = Some("[]".to_owned());
+    let (_, counts) = written(folder.path(), "b.tilt", &header, &[]);
+    assert_eq!(
+        counts.notes,
+        ["the metadata of the sketch that was read are no JSON object: they are left out"]
+    );
+}
+
+#[test]
+fn times_beyond_the_numbers_of_a_sketch_are_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let stroke = StrokeId(0);
+    let point = |t| Event::Point { t, stroke, p: Vec3::ONE, q: Quat::IDENTITY, pressure: 1.0 };
+    let path = write(folder.path(), "a.tilt", &small_tilt(CompressionMethod::Stored));
+    let mut events = read_sound(&path);
+    events.truncate(1);
+    // Seconds since 1970.
+    events.extend([point(1.0e9), point(-1.0), point(-1.0e-4), point(4_294_967.295)]);
+    let (_, counts) = written(folder.path(), "b.tilt", &Header::new("a", ""), &events);
+    let times =
+        "times of control points before the start, or later than 49 days: 2 are the nearest that .tilt has";
+    assert_eq!(counts.notes, [times]);
+}
+
 #[test]
 fn edits_of_the_session_are_in_the_sketch() {
     let folder = tempfile::tempdir().unwrap();

@@ -2,6 +2,7 @@
 
 use std::{
     fs,
+    io::Cursor,
     path::Path,
     time::{Duration, SystemTime},
 };
@@ -98,6 +99,143 @@ fn models_lie_beside_their_sessions_and_no_two_share_a_name() {
 }
 
 #[test]
+fn every_session_has_a_target_of_its_own_in_any_order_of_conversions() {
+    let folder = temp();
+    let at = |name: &str| folder.path().join(name);
+    write_session(folder.path(), "a.ron");
+    let output = OSP.run_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    fs::copy(at("a.ron"), at("A.RON.ron")).expect("copied");
+    let convert = |args: &[&str]| {
+        let output = OSP.run_in(folder.path(), [&["convert"], args].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        stdout(&output)
+    };
+    // One of them has the name that another gets with its ending; file systems may ignore case.
+    assert_eq!(convert(&[".", "--to", "glb"]), "3 sessions: 3 converted now, 0 before, 0 failed\n");
+    let models = ["A.RON.ron.glb", "a.ron.glb", "a.tilt.glb"];
+    assert!(models.iter().all(|model| at(model).is_file()), "{:?}", names(folder.path()));
+    // Models that osp wrote beside their sessions are no further sessions, unless named.
+    assert_eq!(
+        convert(&[".", "--to", "ron.zst", "--out", "packed"]),
+        "3 sessions: 3 converted now, 0 before, 0 failed\n"
+    );
+    assert_eq!(
+        convert(&["a.tilt.glb", "--to", "ron.zst", "--out", "model"]),
+        "1 sessions: 1 converted now, 0 before, 0 failed\n"
+    );
+    // A file and its folder.
+    fs::create_dir(at("in")).expect("a folder");
+    write_session(&at("in"), "b.ron");
+    assert_eq!(
+        convert(&["in", "in/b.ron", "./in/b.ron", "--to", "glb"]),
+        "1 sessions: 1 converted now, 0 before, 0 failed\n"
+    );
+    assert_eq!(names(&at("in")), ["b.glb", "b.ron"]);
+}
+
+#[test]
+fn the_folder_of_a_sketch_may_be_named_by_a_dot_and_keeps_its_picture() {
+    let folder = temp();
+    let at = |name: &str| folder.path().join(name);
+    write_session(folder.path(), "a.ron");
+    let output = OSP.run_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    fs::create_dir(at("open.tilt")).expect("a folder");
+    let file = fs::read(at("a.tilt")).expect("a sketch");
+    let mut zip = zip::ZipArchive::new(Cursor::new(&file[16..])).expect("a zip");
+    zip.extract(at("open.tilt")).expect("unpacked");
+    fs::write(at("open.tilt/thumbnail.png"), "a picture").expect("written");
+    for out in [&["--out", "../out"][..], &[]] {
+        let output = OSP.run_in(&at("open.tilt"), [&["convert", ".", "--to", "glb"], out].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+    }
+    assert_eq!(names(&at("out")), ["open.glb"]);
+    assert_eq!(names(folder.path()), ["a.ron", "a.tilt", "open.glb", "open.tilt", "out"]);
+    let output = OSP.run_in(folder.path(), ["convert", "open.tilt", "whole.tilt"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let file = fs::read(at("whole.tilt")).expect("a sketch");
+    assert!(file.windows(9).any(|part| part == b"a picture"));
+}
+
+#[test]
+fn only_what_osp_makes_counts_as_finished_and_no_session_is_replaced_through_a_link() {
+    let folder = temp();
+    let at = |name: &str| folder.path().join(name);
+    write_session(folder.path(), "a.ron");
+    let convert =
+        |args: &[&str]| OSP.run_in(folder.path(), [&["convert", "a.ron", "--to", "glb"], args].concat());
+    // A model of another program, and a folder, are newer than the session.
+    fs::write(at("a.glb"), b"glTF\x02\0\0\0\x30\0\0\0\x1c\0\0\0JSON{\"asset\":{\"version\":\"2.0\"}}")
+        .expect("written");
+    assert!(stderr(&convert(&[])).contains("a.glb: holds a model of another program; --force replaces it"));
+    fs::remove_file(at("a.glb")).expect("removed");
+    fs::create_dir(at("a.glb")).expect("a folder");
+    let refused = convert(&["--force"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(stderr(&refused).contains("a.glb: expected a file; found a folder"), "{}", stderr(&refused));
+    fs::remove_dir(at("a.glb")).expect("removed");
+    #[cfg(unix)]
+    {
+        let session = fs::read(write_session(folder.path(), "b.ron")).expect("a session");
+        std::os::unix::fs::symlink("b.ron", at("a.glb")).expect("linked");
+        let refused = convert(&["b.ron", "--force"]);
+        assert_refused(&refused, &["a.glb: is a link to a session that is read"]);
+        assert_eq!(fs::read(at("b.ron")).expect("a session"), session);
+        fs::remove_file(at("a.glb")).expect("removed");
+        // A pipe would take the model only when somebody reads it.
+        let made = std::process::Command::new("mkfifo").arg(at("a.glb")).status().expect("mkfifo");
+        assert!(made.success());
+        let refused = convert(&["--force"]);
+        assert!(
+            stderr(&refused).contains("a.glb: expected a file; found a folder, a pipe"),
+            "{}",
+            stderr(&refused)
+        );
+    }
+}
+
+#[test]
+fn a_session_of_a_wrong_clock_is_converted_once() {
+    let folder = temp();
+    let at = |name: &str| folder.path().join(name);
+    write_session(folder.path(), "a.ron");
+    set_changed(&at("a.ron"), SystemTime::now() + Duration::from_secs(100_000));
+    for expected in ["1 converted now, 0 before, 0 failed", "0 converted now, 1 before, 0 failed"] {
+        let output = OSP.run_in(folder.path(), ["convert", ".", "--to", "ron.zst", "--out", "out"]);
+        assert_eq!(stdout(&output), format!("1 sessions: {expected}\n"), "{}", stderr(&output));
+    }
+    // It was saved again before its target was written.
+    set_changed(&at("a.ron"), changed(&at("a.ron")) + Duration::from_secs(1));
+    let output = OSP.run_in(folder.path(), ["convert", ".", "--to", "ron.zst", "--out", "out"]);
+    assert!(stderr(&output).contains("exists already; --force replaces it"), "{}", stderr(&output));
+}
+
+#[test]
+fn sessions_among_the_outputs_are_left_out_with_a_warning() {
+    let folder = temp();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir_all(at("in/best")).expect("folders");
+    write_session(&at("in"), "a.ron");
+    write_session(&at("in/best"), "b.ron");
+    let convert = |paths: &[&str]| {
+        let to = ["--to", "ron.zst", "--out", "in/best"];
+        let output = OSP.run_in(folder.path(), [&["convert"], paths, &to[..]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        (stdout(&output), stderr(&output))
+    };
+    let (said, warned) = convert(&["in"]);
+    assert_eq!(said, "1 sessions: 1 converted now, 0 before, 0 failed\n");
+    assert_eq!(
+        warned,
+        "warning: in/best: 1 session in the folder of the outputs is left out; name it to include it\n"
+    );
+    let (said, warned) = convert(&["in", "in/best/b.ron"]);
+    assert_eq!((&*said, &*warned), ("2 sessions: 1 converted now, 1 before, 0 failed\n", ""));
+    assert_eq!(names(&at("in/best")), ["a.ron.zst", "b.ron", "best"]);
+}
+
+#[test]
 fn a_sketch_has_the_strokes_and_replaces_nothing_unasked() {
     let folder = temp();
     let at = |name: &str| folder.path().join(name);
@@ -130,6 +268,10 @@ fn a_sketch_has_the_strokes_and_replaces_nothing_unasked() {
         (&["convert", "a.ron"][..], &["--to FORMAT", "found 1 paths"][..]),
         (&["convert", "a.ron", "a.obj"], &["a.obj: expected a name that ends in .glb"]),
         (&["convert", "none", "--to", "glb"], &["none"]),
+        (
+            &["convert", "a.ron", "--to", "glb", "--out", "a.tilt"],
+            &["a.tilt: expected a folder; found a file"],
+        ),
     ] {
         assert_refused(&OSP.run_in(folder.path(), args), words);
     }

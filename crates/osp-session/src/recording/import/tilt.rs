@@ -24,7 +24,8 @@ use crate::recording::{
 
 /// Largest size of a thumbnail that is read, bytes. Real thumbnails have up to 200,000.
 const MOST_THUMBNAIL_BYTES: u64 = 16 << 20;
-/// Versions of `data.sketch` that can be read. Version 6 may have long stroke extensions or additional header bytes.
+const THUMBNAIL_NAME: &str = "thumbnail.png";
+/// Versions of `data.sketch` that can be read: 6 may have long stroke extensions or header bytes.
 const VERSIONS: std::ops::RangeInclusive<u32> = 5..=6;
 /// Names of the two files, the most common first; sketches inside a Unity project end in `.bytes`.
 const SKETCH_NAMES: [&str; 2] = ["data.sketch", "data.sketch.bytes"];
@@ -78,16 +79,20 @@ pub(in crate::recording) fn open_tilt(
     Ok(Session::new(header, "tilt", Box::new(stream), path, options))
 }
 
-/// The thumbnail of a `.tilt` file, a PNG. `None` if the file is no `.tilt`, or has no thumbnail of at most 16 MiB.
+/// The picture in a `.tilt`, file or folder, a PNG; none if there is none of at most 16 MiB, or the path is no `.tilt`.
 pub fn tilt_thumbnail(path: &Path) -> Option<Vec<u8>> {
     let input = Input::on_disk(path);
+    let picture = |mut png: ByteReader| png.rest(MOST_THUMBNAIL_BYTES, "a picture of at most 16 MiB").ok();
+    if is_tilt_folder(input) {
+        let path = path.join(THUMBNAIL_NAME);
+        return path.is_file().then(|| open_file(input.beside(&path)).ok()).flatten().and_then(picture);
+    }
     let mut bytes = open_file(input).ok().filter(|_| path.is_file())?;
     let mut magic = [0; MAGIC.len()];
     bytes.fill(&mut magic, "the word `tilT`").ok().filter(|()| magic == MAGIC)?;
     let zip_start = bytes.u16("the length of the head").ok()?;
     let archive = Archive::open(input, zip_start.into(), OnDamage::Fail).ok()?;
-    let mut png = archive.find(&["thumbnail.png"])?.read(input, &Limits::DEFAULT).ok()?;
-    png.rest(MOST_THUMBNAIL_BYTES, "a picture of at most 16 MiB").ok()
+    archive.find(&[THUMBNAIL_NAME])?.read(input, &Limits::DEFAULT).ok().and_then(picture)
 }
 
 /// Whether a folder is an unpacked `.tilt`.

@@ -169,8 +169,17 @@ impl Metadata {
         for (field, one, many) in MEDIA {
             header.left_out.extend(fields.read(field).and_then(|media| sentence(&media, one, many)));
         }
-        if self.text.len() <= Header::MAX_METADATA_BYTES {
-            header.sketch_metadata = str::from_utf8(&self.text).ok().map(str::to_owned);
+        let text = str::from_utf8(&self.text).ok();
+        header.sketch_metadata =
+            text.filter(|text| text.len() <= Header::MAX_METADATA_BYTES).map(str::to_owned);
+        if header.sketch_metadata.is_none() {
+            fields.warnings.push(format!(
+                "{}: expected UTF-8 of at most {} bytes; found {}; a .tilt that is written from this session lacks its \
+                 palette, media and camera paths",
+                self.path.display(),
+                Header::MAX_METADATA_BYTES,
+                if text.is_some() { "more" } else { "other bytes" },
+            ));
         }
     }
 }
