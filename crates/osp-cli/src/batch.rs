@@ -65,13 +65,16 @@ impl Batch {
             bail!("{}: expected a folder; found a file", out.display());
         }
         let mut found = each_once(sessions(paths, Part::WHOLE)?)?;
+        // There may be thousands of paths.
+        let named_ones: HashSet<&Path> = paths.iter().map(PathBuf::as_path).collect();
+        let folders: Vec<&Path> = paths.iter().map(PathBuf::as_path).filter(|path| path.is_dir()).collect();
         // What a former run wrote into a folder below the sessions is no session to work on.
-        let is_below = |out: &&Path| {
-            paths.iter().any(|path| path.is_dir() && lies_in(out, path) && !is_same_file(out, path))
-        };
+        let is_below =
+            |out: &&Path| folders.iter().any(|path| lies_in(out, path) && !is_same_file(out, path));
         let mut left_out = Vec::new();
         if let Some(out) = out.filter(is_below) {
-            let is_output = |session: &mut PathBuf| lies_in(session, out) && !paths.contains(session);
+            let is_output =
+                |session: &mut PathBuf| !named_ones.contains(session.as_path()) && lies_in(session, out);
             left_out.extend(found.extract_if(.., is_output));
         }
         let many = found.len();
@@ -81,9 +84,10 @@ impl Batch {
         let models: HashSet<PathBuf> =
             found.iter().flat_map(|session| [named(session, ".glb"), with(session, ".glb")]).collect();
         found.retain(|session| {
-            paths.contains(session) || !models.contains(session) || !is_made(session, OutputKind::Glb)
+            let is_model = models.contains(session) && is_made(session, OutputKind::Glb);
+            !is_model || named_ones.contains(session.as_path())
         });
-        let places: Vec<PathBuf> = found.iter().map(|session| place_of(paths, session, out)).collect();
+        let places: Vec<PathBuf> = found.iter().map(|session| place_of(&folders, session, out)).collect();
         let targets = targets(&places, ending);
         let made: HashSet<PathBuf> = targets.iter().map(|target| absolute(target)).collect();
         left_out.retain(|session| !made.contains(&absolute(session)));
@@ -236,9 +240,9 @@ fn has_ending(path: &Path, ending: &str) -> bool {
 }
 
 /// Returns the place of a session's target, still with the session's name: beside the session, or below `out`.
-fn place_of(paths: &[PathBuf], session: &Path, out: Option<&Path>) -> PathBuf {
+fn place_of(folders: &[&Path], session: &Path, out: Option<&Path>) -> PathBuf {
     let Some(out) = out else { return session.to_owned() };
-    let below = paths.iter().filter(|path| path.is_dir()).find_map(|path| session.strip_prefix(path).ok());
+    let below = folders.iter().find_map(|folder| session.strip_prefix(folder).ok());
     let below = below.filter(|below| !below.as_os_str().is_empty());
     out.join(below.unwrap_or_else(|| Path::new(session.file_name().unwrap_or(session.as_os_str()))))
 }

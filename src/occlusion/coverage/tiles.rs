@@ -10,7 +10,7 @@ use crate::occlusion::Asked;
 
 /// Most entries of a frame, 48 bytes each, and the number with room from the start.
 const MOST_ENTRIES: usize = 1 << 18;
-const RESERVED_ENTRIES: usize = 1 << 15;
+const RESERVED_ENTRIES: usize = 1 << 17;
 
 /// Facets in a tile with room from the start.
 const RESERVED_LOCALS: usize = 1 << 10;

@@ -147,7 +147,7 @@ fn the_folder_of_a_sketch_may_be_named_by_a_dot_and_keeps_its_picture() {
     zip.extract(at("open.tilt")).expect("unpacked");
     fs::write(at("open.tilt/thumbnail.png"), "a picture").expect("written");
     for out in [&["--out", "../out"][..], &[]] {
-        let output = OSP.run_in(&at("open.tilt"), [&["convert", ".", "--to", "glb"], out].concat());
+        let output = OSP.run_in(at("open.tilt"), [&["convert", ".", "--to", "glb"], out].concat());
         assert!(output.status.success(), "{}", stderr(&output));
     }
     assert_eq!(names(&at("out")), ["open.glb"]);
