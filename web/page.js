@@ -42,53 +42,16 @@ let opened = null;
 /// Puts files into the program's memory, each set into its own folder, and replays the first one that may be a session.
 async function open(set) {
   folders += 1;
-  const place = ({ name, bytes }) => {
-    // CASSIE's two files of a sketch have the same name. Their contents distinguish them.
-    const first = String.fromCharCode(bytes.find((byte) => byte > 32) ?? 0);
-    const isPart = name.toLowerCase().endsWith('.json') && !name.includes('/');
-    const folder = isPart ? { '[': 'sketch_history/', '{': 'raw_data/' }[first] ?? '' : '';
-    return `/input/${folders}/${folder}${name}`;
-  };
-  const placed = set.map((file) => ({ ...file, path: place(file) }));
-  for (const { path, bytes } of placed) osp.put(path, bytes);
-  const session = placed.find(({ name }) => !/(^|\/)\.|\.(bin|png|jpe?g|mtl|txt|md)$/i.test(name)) ?? placed[0];
-  if (!session) return;
+  const placed = placeFiles(set, `/input/${folders}`);
+  if (!placed) return;
+  const { files, path } = placed;
+  for (const { path, bytes } of files) osp.put(path, bytes);
   wrong.hidden = true;
   said.textContent = `reading ${path.split('/').pop()}…`;
   await nextFrame();
   // Sketches of other programs are first shown; recordings are played.
   if (/\.ron(\.zst)?$/i.test(path)) osp.replay(path);
   else osp.show(path);
-}
-
-async function openFiles(list) {
-  const read = async (file) => ({
-    name: file.webkitRelativePath || file.name,
-    bytes: new Uint8Array(await file.arrayBuffer()),
-  });
-  await open(await Promise.all([...list].map(read)));
-}
-
-/// Returns the dropped files. Files of a folder have the folder's name in front.
-async function droppedFiles(data) {
-  const entries = [...data.items].map((item) => item.webkitGetAsEntry?.());
-  if (!entries.some((entry) => entry?.isDirectory)) return openFiles(data.files);
-  const found = [];
-  const walk = async (entry, folder) => {
-    if (entry?.isFile) {
-      const file = await new Promise((done, fail) => entry.file(done, fail));
-      found.push({ name: folder + entry.name, bytes: new Uint8Array(await file.arrayBuffer()) });
-    } else if (entry?.isDirectory) {
-      const reader = entry.createReader();
-      for (;;) {
-        const some = await new Promise((done, fail) => reader.readEntries(done, fail));
-        if (some.length === 0) break;
-        for (const inner of some) await walk(inner, `${folder}${entry.name}/`);
-      }
-    }
-  };
-  for (const entry of entries) await walk(entry, '');
-  await open(found);
 }
 
 async function openUrl(address) {

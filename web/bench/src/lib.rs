@@ -1,4 +1,4 @@
-//! `osp bench` in a worker of the page. `bench.js` calls these functions in the worker, and ends the worker to cancel.
+//! `osp bench` and `osp race` in workers of the pages: a page ends its worker to cancel.
 //!
 //! ```text
 //! page.js ─> bench.js ─> bench_worker.js ─> measure   ─> osp_lab::bench ─> the report as a page of its own
@@ -27,7 +27,9 @@ use osp_session::{
 };
 use wasm_bindgen::prelude::*;
 
-/// The same as those of `osp bench --quick`.
+use files::open;
+
+/// Those of `osp bench --quick`.
 const SIZES: [u32; 2] = [1000, 10_000];
 const SESSION_SECS: f64 = 0.1;
 const GROWTH_SECS: f64 = 0.15;
@@ -39,18 +41,8 @@ const FLIGHT_FRAMES: u64 = 360;
 /// Number of frames between two progress reports.
 const SAID_EVERY: u64 = 64;
 
-thread_local! {
-    static FILES: RefCell<MemoryFiles> = RefCell::default();
-}
-
-/// Stores a file for [`measure`].
-#[wasm_bindgen]
-pub fn put(path: &str, bytes: Vec<u8>) {
-    FILES.with_borrow_mut(|files| files.insert(path, bytes));
-}
-
-/// Measures all structures on a session, like `osp bench FILE --quick`. In the report `browser` replaces the processor.
-/// `say` gets progress reports. Returns the report as a whole page of HTML.
+/// Measures all structures on a session, as `osp bench FILE --quick` does. `browser` stands in the report where
+/// a processor would; `say` is told what is measured. Returns the report: a whole page of HTML.
 ///
 /// # Errors
 /// The session cannot be read.

@@ -49,7 +49,12 @@ impl Racer {
         least
     }
 
-    /// Stores the memory of the structure after the last frame, bytes.
+    /// Takes the number of polygons in view of the frame.
+    pub(super) fn sees(&mut self, in_view: u64) {
+        self.in_view = in_view;
+    }
+
+    /// Takes the memory of the structure after the last frame.
     pub(super) fn ends(&mut self, bytes: usize) {
         self.bytes = bytes;
     }
@@ -79,7 +84,12 @@ impl Racer {
         self.longest_ns
     }
 
-    /// A time in milliseconds, formatted so that most times have the same number of characters.
+    /// Polygons in view in the latest frame.
+    pub fn in_view(&self) -> u64 {
+        self.in_view
+    }
+
+    /// A time in milliseconds, in as many letters for most times.
     pub fn figure_ms(ns: u64) -> String {
         match ns as f64 / 1.0e6 {
             ms if ms < 10.0 => format!("{ms:.3}"),

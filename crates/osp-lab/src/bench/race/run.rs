@@ -109,9 +109,75 @@ impl Race {
     }
 }
 
-/// Plays a session through the structures. `progress` is called after every frame. A frame is insertion, commit and
-/// culling for the session's own view; nothing is drawn. A single thread runs all structures, and each frame begins
-/// with another structure.
+/// A race that is on. A frame is insertion, commit and culling for the session's own view; nothing is drawn. One thread does
+/// everything, and another structure begins each frame.
+#[derive(Debug)]
+pub struct RaceRun<I> {
+    race: Race,
+    replay: Replay<I>,
+}
+
+impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
+    /// A race before its first frame.
+    pub fn new(input: &RaceInput, events: I) -> Self {
+        let config = IndexConfig { root: input.root, capacity: capacity(input) };
+        Self::of(input, input.kinds.iter().map(|kind| kind.create(&config)).collect(), events)
+    }
+
+    /// The race of these structures, which are empty.
+    fn of(input: &RaceInput, indexes: Vec<Box<dyn SpatialIndex>>, events: I) -> Self {
+        let race = Race::new(input, indexes.iter().map(|index| index.name()));
+        // Every frame is measured, however long it takes.
+        let budget = Budget { ns: u64::MAX, frames: input.summary.frames };
+        let lane = |index| Lane::new(Pipeline::new(index, capacity(input), StageClock::default()), budget);
+        let lanes = indexes.into_iter().map(lane).collect();
+        Self { race, replay: Replay::new(Player::new(events, input.pace), input.camera.0, lanes) }
+    }
+
+    /// Plays the next frame through all structures. `false`: the race has ended.
+    ///
+    /// # Errors
+    /// The recording is damaged here, or two structures do not see the same polygons; [`RaceRun::race`] contains the frame
+    /// in which they differ.
+    pub fn step(&mut self) -> Result<bool, RaceError> {
+        let race = &mut self.race;
+        let Some(outcomes) = self.replay.step()? else {
+            for (racer, lane) in race.racers.iter_mut().zip(self.replay.lanes()) {
+                racer.ends(lane.pipeline().bytes());
+            }
+            return Ok(false);
+        };
+        let (mut first, mut differs, mut polygons) = (None, None, 0);
+        for (racer, outcome) in race.racers.iter_mut().zip(outcomes) {
+            let Some(frame) = outcome else { continue };
+            racer.add(frame.record.total_ns(), frame.record.polygons);
+            racer.sees(frame.record.visible);
+            polygons = frame.record.polygons;
+            let &mut (first, in_view) = first.get_or_insert((racer.name(), frame.in_view));
+            if frame.in_view != in_view {
+                differs.get_or_insert((first, racer.name(), frame.record.frame));
+            }
+        }
+        race.present.push(polygons);
+        match differs {
+            Some((first, second, frame)) => {
+                Err(RaceError::Differ { recording: race.recording.clone(), first, second, frame })
+            }
+            None => Ok(true),
+        }
+    }
+
+    /// The race after the frames that were played.
+    pub fn race(&self) -> &Race {
+        &self.race
+    }
+}
+
+fn capacity(input: &RaceInput) -> usize {
+    usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX)
+}
+
+/// Plays a whole [`RaceRun`]. `progress` is called after every frame.
 ///
 /// # Errors
 /// The recording is damaged, or two structures find different polygons in view.
@@ -122,41 +188,12 @@ where
     to_the_end(RaceRun::new(input, events), progress)
 }
 
-/// Runs the race with these empty structures.
-fn race_of<I>(
-    input: &RaceInput,
-    indexes: Vec<Box<dyn SpatialIndex>>,
-    events: I,
-    mut progress: impl FnMut(&Race),
-) -> Result<Race, RaceError>
+fn to_the_end<I>(mut run: RaceRun<I>, mut progress: impl FnMut(&Race)) -> Result<Race, RaceError>
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
-    let mut race = Race::new(input, indexes.iter().map(|index| index.name()));
-    let capacity = usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX);
-    // The budget is unlimited, so every frame is measured.
-    let budget = Budget { ns: u64::MAX, frames: input.summary.frames };
-    let lane = |index| Lane::new(Pipeline::new(index, capacity, StageClock::default()), budget);
-    let lanes = indexes.into_iter().map(lane).collect();
-    let mut replay = Replay::new(Player::new(events, input.pace), input.camera.0, lanes);
-    while let Some(outcomes) = replay.step()? {
-        let (mut first, mut polygons) = (None, 0);
-        for (racer, outcome) in race.racers.iter_mut().zip(outcomes) {
-            let Some(frame) = outcome else { continue };
-            racer.add(frame.record.total_ns(), frame.record.polygons);
-            polygons = frame.record.polygons;
-            let &mut (name, in_view) = first.get_or_insert((racer.name(), frame.in_view));
-            if frame.in_view != in_view {
-                return Err(RaceError::Differ {
-                    recording: race.recording,
-                    first: name,
-                    second: racer.name(),
-                    frame: frame.record.frame,
-                });
-            }
-        }
-        race.present.push(polygons);
-        progress(&race);
+    while run.step()? {
+        progress(&run.race);
     }
     Ok(run.race)
 }
