@@ -70,6 +70,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         let name = args.occlusion.name();
         bail!("--order is of frames that the CPU culls: --occlusion {name} has an order of its own");
     }
+    let settings = args.settings.settings(&[args.index])?;
     let gpu = Arc::new(Gpu::headless()?);
     let mut session = OpenSession::open(&args.file, &args.reading)?.counted();
     let environment = session.header.environment.clone();
@@ -156,7 +157,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     };
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
-    let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
+    let pipeline = Pipeline::new(args.index.create_with(&config, &settings), capacity, StageClock::default());
     let has_occlusion = args.occlusion.is_on_cpu();
     // Pictures must not depend on the clock.
     let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::for_strokes(Occlusion::Auto) };

@@ -7,8 +7,14 @@ use clap::Args;
 use super::numbers;
 
 /// The other options of a replay are about sessions that are played, not about finished ones.
-const NOT_OF_WORLDS: [&str; 15] = [
+const NOT_OF_WORLDS: [&str; 21] = [
     "index",
+    "depth",
+    "cube",
+    "cut_nodes",
+    "buckets",
+    "leaf",
+    "morton_bits",
     "budget",
     "occlusion",
     "occluders",

@@ -18,6 +18,7 @@ use osp::{
     polygon::VisibleBlocks,
 };
 use osp_render::{DrawnCounts, LineBatch, PassTimes};
+use osp_rivals::IndexSettings;
 use osp_session::{platform::time::Instant, recording::Limits, scene::Scene};
 
 /// Settings from outside, and values for the panels.
@@ -43,6 +44,11 @@ impl Studio {
     /// Sets the node test and the score of occlusion culling, before it is chosen.
     pub fn set_tests(&mut self, node_test: NodeTest, score: Score) {
         self.culling.set_tests(node_test, score);
+    }
+
+    /// Sets the settings of the index, before the method of occlusion culling is chosen.
+    pub fn set_index_settings(&mut self, settings: IndexSettings) {
+        self.culling.set_index_settings(settings);
     }
 
     /// Sets the measure by which `auto` finds the cheapest method of occlusion culling, before it is chosen. Times are
