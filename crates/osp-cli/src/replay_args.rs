@@ -148,9 +148,8 @@ pub(super) struct PlayArgs {
     pub(super) index: Vec<IndexKind>,
     #[command(flatten)]
     pub(super) settings: IndexSettingsArgs,
-    /// For osp-paper and octree-paper: the polygons of nodes that the frustum cuts are `tested` one by one, or all `drawn` as
-    /// in the paper, more than are in view [default: tested]. With `drawn` it has to be the only index, without --check and
-    /// --pin.
+    /// For osp-paper and octree-paper: polygons of nodes that the frustum cuts are `tested` one by one, or all `drawn` as in
+    /// the paper [default: tested]. With `drawn`, more is drawn than is in view: expected one index, no --check and no --pin.
     #[arg(long, value_name = "NAME", value_parser = named(&CutNodes::ALL, CutNodes::name))]
     pub(super) cut_nodes: Option<CutNodes>,
     /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).

@@ -5,11 +5,9 @@ use super::{
 };
 use osp::index::IndexConfig;
 
-#[cfg(doc)]
-use super::IndexKind;
-
-/// Settings of the structures, for [`IndexKind::create_with`]. A kind ignores the settings that it does not have
-/// ([`IndexKind::has`]). A number out of a setting's range becomes the nearest number in the range.
+/// Settings of the structures, for [`IndexKind::create_with`](super::IndexKind::create_with). A kind ignores the settings
+/// that it does not have ([`IndexKind::has`](super::IndexKind::has)). A number out of a setting's range becomes the nearest
+/// number in the range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IndexSettings {
     /// Number of levels below the root, at most [`MAX_MAX_DEPTH`](super::MAX_MAX_DEPTH). The default is 15 binary levels for
