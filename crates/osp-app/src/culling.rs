@@ -14,7 +14,7 @@ use osp::{
     view::View,
 };
 use osp_lab::Method;
-use osp_rivals::IndexKind;
+use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{
     recording::StrokeId,
     scene::{Scene, Stroke},
@@ -162,7 +162,13 @@ impl Culling {
         (self.plan.node_test, self.plan.score) = (node_test, score);
     }
 
-    /// Sets the criterion by which `auto` selects the cheapest method, from the next [`Culling::reindex`] on.
+    /// Sets the settings of the index, from the next [`Culling::reindex`] on. They stay if another index is chosen, which
+    /// ignores what it does not have.
+    pub fn set_index_settings(&mut self, settings: IndexSettings) {
+        self.plan.settings = settings;
+    }
+
+    /// Sets the measure by which `auto` finds the cheapest method, from the next [`Culling::reindex`] on.
     pub fn set_auto_basis(&mut self, basis: AutoBasis) {
         self.plan.auto_basis = basis;
     }

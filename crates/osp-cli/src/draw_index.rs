@@ -82,12 +82,13 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
     );
     ensure!(args.index.len() <= MOST_PANELS, "--index: expected at most {MOST_PANELS} indexes");
     let ray = args.ray.as_deref().map(ray_of).transpose()?;
+    let settings = args.settings.settings(&args.index)?;
     let name = file_name(&args.session.file);
     let is_tree = args.shown == Shown::Tree;
     let mut panels = Vec::new();
     let mut first: Option<Played> = None;
     for &index in &args.index {
-        let played = Played::up_to(&args.session, index)?;
+        let played = Played::up_to(&args.session, index, &settings)?;
         let drawn = played.pipeline.index();
         let structure =
             if is_tree || args.planes { Structure::with_empty_nodes(drawn) } else { Structure::of(drawn) };

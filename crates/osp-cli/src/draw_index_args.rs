@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{parsers::index_parser, played::FrameArgs, query::Numbers};
+use super::{
+    index_settings_args::IndexSettingsArgs, parsers::index_parser, played::FrameArgs, query::Numbers,
+};
 use osp_rivals::IndexKind;
 
 /// Draw an index in its state after a frame: its cells over the polygons, or its tree.
@@ -19,6 +21,7 @@ use osp_rivals::IndexKind;
   osp draw-index recordings/room.ron --index bsp --planes --from top planes.png
   osp draw-index docs/figures/fall.ron --index osp-paper --as tree --levels 5 --names paper.svg
   osp draw-index recordings/room.ron --index osp-paper --planes --levels 7 cube.png
+  osp draw-index recordings/room.ron --index osp-paper --depth 6 --cube 2 --planes planes.png
   osp draw-index sketch.tilt --index bvh-sah --frame 40 --as tree tree.svg
   osp draw-index sketch.tilt --as tree tree.dot   (for Graphviz)")]
 pub(super) struct DrawIndexArgs {
@@ -30,6 +33,8 @@ pub(super) struct DrawIndexArgs {
     /// The indexes, separated by commas and drawn side by side (`osp replay --help` describes them).
     #[arg(long, default_value = "osp", value_delimiter = ',', value_parser = index_parser())]
     pub(super) index: Vec<IndexKind>,
+    #[command(flatten)]
+    pub(super) settings: IndexSettingsArgs,
     /// Whether to draw the cells or the tree. The tree of `osp-paper` has its empty nodes, planes and flags, too.
     #[arg(long = "as", value_enum, default_value_t = Shown::Space)]
     pub(super) shown: Shown,

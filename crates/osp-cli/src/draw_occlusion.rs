@@ -20,7 +20,7 @@ use osp_lab::{
     oracle::OracleConfig,
     report::{ShadowForm, ShadowLook, ShadowPicture, Side, occluder_name, thousands},
 };
-use osp_rivals::IndexKind;
+use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{
     output_file::OutputKind,
     replay::{CameraChoice, CameraPath, Moment},
@@ -59,7 +59,8 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
     );
     ensure!(args.every.is_none() || kind == OutputKind::Gif, "--every: expected a name that ends in .gif");
     let output = Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, kind)?;
-    let Played { header, summary, scene, moment, .. } = Played::up_to(&args.session, IndexKind::BruteForce)?;
+    let Played { header, summary, scene, moment, .. } =
+        Played::up_to(&args.session, IndexKind::BruteForce, &IndexSettings::default())?;
     let view = match args.view {
         // Without a head: nothing comes before the fixed camera.
         Some(_) => CameraPath::new(CameraChoice::Auto, args.view, &summary.bounds).view(&Moment::default()),

@@ -9,6 +9,7 @@ mod author_rows;
 mod batch;
 mod brush_rows;
 mod built;
+mod index_settings_args;
 mod new_recording;
 mod numbers;
 mod occlusion_test_args;

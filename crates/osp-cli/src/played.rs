@@ -6,14 +6,14 @@ use anyhow::bail;
 use clap::Args;
 
 use super::{
-    frame_choice::FrameChoice, looked::Looked, parsers::index_parser, progress, reading::ReadArgs,
-    session::OpenSession,
+    frame_choice::FrameChoice, index_settings_args::IndexSettingsArgs, looked::Looked, parsers::index_parser,
+    progress, reading::ReadArgs, session::OpenSession,
 };
 use osp::{
     frame::{Pipeline, StageClock},
     index::IndexConfig,
 };
-use osp_rivals::IndexKind;
+use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{
     recording::{Event, Header, Pace},
     replay::{Moment, Player, Summary, root_cube},
@@ -50,6 +50,8 @@ pub(super) struct IndexedFrameArgs {
     /// The index (`osp replay --help` describes them).
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     pub(super) index: IndexKind,
+    #[command(flatten)]
+    settings: IndexSettingsArgs,
 }
 
 /// The model and an index after a frame.
@@ -64,17 +66,23 @@ pub(super) struct Played {
 
 impl Played {
     pub(super) fn in_index(args: &IndexedFrameArgs) -> anyhow::Result<Self> {
-        Self::up_to(&args.session, args.index)
+        let settings = args.settings.settings(&[args.index])?;
+        Self::up_to(&args.session, args.index, &settings)
     }
 
-    pub(super) fn up_to(args: &FrameArgs, index: IndexKind) -> anyhow::Result<Self> {
-        Self::up_to_with(args, index, |_, _| {})
+    pub(super) fn up_to(
+        args: &FrameArgs,
+        index: IndexKind,
+        settings: &IndexSettings,
+    ) -> anyhow::Result<Self> {
+        Self::up_to_with(args, index, settings, |_, _| {})
     }
 
     /// Plays up to the frame like [`Played::up_to`]. `each` gets the events of every frame, and the model after them.
     pub(super) fn up_to_with(
         args: &FrameArgs,
         index: IndexKind,
+        settings: &IndexSettings,
         mut each: impl FnMut(&[Event], &Scene),
     ) -> anyhow::Result<Self> {
         let FrameArgs { file, frame, pace, reading } = args;
@@ -83,7 +91,8 @@ impl Played {
         let last = frame.number(file, &summary, pace)?;
         let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
         let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
-        let mut pipeline = Pipeline::new(index.create(&config), capacity, StageClock::default());
+        let mut pipeline =
+            Pipeline::new(index.create_with(&config, settings), capacity, StageClock::default());
         let mut player = Player::new(OpenSession::open(file, reading)?, pace);
         let progress = progress::bar(last + 1, "frames", &file.to_string_lossy());
         for _ in 0..=last {

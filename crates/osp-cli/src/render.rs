@@ -66,6 +66,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         let name = args.occlusion.name();
         bail!("--order needs frames that the CPU culls: --occlusion {name} has its own order");
     }
+    let settings = args.settings.settings(&[args.index])?;
     let gpu = Arc::new(Gpu::headless()?);
     let Looked { header, summary, model, backwards } =
         Looked::at(&args.file, &args.shown.reading, args.shown.pace)?;
@@ -143,7 +144,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     };
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
-    let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
+    let pipeline = Pipeline::new(args.index.create_with(&config, &settings), capacity, StageClock::default());
     let has_occlusion = args.occlusion.is_on_cpu();
     // Pictures must not depend on the clock.
     let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::for_strokes(Occlusion::Auto) };

@@ -9,6 +9,7 @@ use clap::{
 
 use super::{
     frame_choice::FrameChoice,
+    index_settings_args::IndexSettingsArgs,
     numbers,
     parsers::{Size, index_parser, occlusion_parser},
     reading::ReadArgs,
@@ -78,6 +79,8 @@ pub(super) struct RenderArgs {
     /// The index that finds the polygons in view.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     pub(super) index: IndexKind,
+    #[command(flatten)]
+    pub(super) settings: IndexSettingsArgs,
     /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use anyhow::Context;
 #[cfg(feature = "window")]
 use anyhow::bail;
+use anyhow::{Context, ensure};
 
 pub(super) use super::replay_args::ReplayArgs;
 use super::{
@@ -21,6 +21,7 @@ use osp_lab::{
     Method,
     report::{CsvWriter, OcclusionColumns, Pin, Pins, RigReport, pinned_name},
 };
+use osp_rivals::CutNodes;
 #[cfg(feature = "window")]
 use osp_rivals::IndexKind;
 #[cfg(feature = "window")]
@@ -38,6 +39,10 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     }
     // Errors in the arguments are reported before the work, not after it.
     args.play.check(args.draw.is_some())?;
+    ensure!(
+        args.play.cut_nodes != Some(CutNodes::Drawn) || (args.check.is_none() && args.pin.is_none()),
+        "--cut-nodes drawn: expected no --check and no --pin, which are about the polygons in view"
+    );
     let rig = args.rig.path()?;
     let pins = args.check.as_deref().map(Pins::read).transpose()?;
     let mut new_pins = match &outputs.pin {
@@ -131,6 +136,8 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
     if args.rig.room == RoomMotion::Stands {
         bail!("--room stands does not work with --window: there the room follows the replay's camera");
     }
+    let index = args.play.index.first().copied().unwrap_or(IndexKind::Osp);
+    let settings = args.play.settings(&[index])?;
     let room = args.rig.screens.room()?;
     let [file] = &args.files[..] else { anyhow::bail!("a window plays one session") };
     let options = args.play.reading.options();
@@ -148,10 +155,10 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
         }
         Waited::GoesOn(reading) => (Session::new(&autosaves), Some(reading)),
     };
-    let index = args.play.index.first().copied().unwrap_or(IndexKind::Osp);
     let mut studio = Studio::new(session, autosaves, index);
     studio.set_room(room);
     studio.set_limits(options.limits);
+    studio.set_index_settings(settings);
     studio.set_tests(args.play.tests.node_test(), args.play.tests.score());
     let occlusion = args.play.occlusion.first().copied();
     studio.command(Command::Occlusion(occlusion.unwrap_or(Occlusion::Auto.into())));

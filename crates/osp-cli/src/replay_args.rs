@@ -7,15 +7,16 @@ use clap::{Args, ValueEnum};
 
 use super::{
     built::{Feature, Lacking},
+    index_settings_args::{IndexSettingsArgs, check_concerns},
     numbers,
     occlusion_test_args::TestArgs,
-    parsers::{Size, camera_parser, index_parser, occlusion_parser},
+    parsers::{Size, camera_parser, index_parser, named, occlusion_parser},
     reading::ReadArgs,
     rig_args::RigPathArgs,
     world_args::WorldArgs,
 };
 use osp_lab::Method;
-use osp_rivals::IndexKind;
+use osp_rivals::{CutNodes, IndexKind, IndexSetting, IndexSettings};
 use osp_session::{
     recording::{Limits, Pace},
     replay::CameraChoice,
@@ -31,6 +32,7 @@ use osp_session::{
   osp replay recordings/portrait.ron
   osp replay sketch.tilt --index osp,octree-rebuild --chart frames.png
   osp replay painting.apa --pace samples:1 --camera inside --csv frames.csv
+  osp replay recordings/room.ron --index osp-paper,lbvh --depth 9 --cube 2 --leaf 16 --morton-bits 10
   osp replay recordings/*.ron --check recordings/fingerprints.pins
   osp replay recordings/room.ron --occlusion none,msvbsp,auto --verify-frames 8
   osp replay recordings/room.ron --occlusion msvbsp --node-test sphere --score paper
@@ -146,6 +148,12 @@ pub(super) struct PlayArgs {
     /// The indexes to run, separated by commas [default: brute-force,osp-paper,osp,octree-rebuild].
     #[arg(long, value_delimiter = ',', value_parser = index_parser())]
     pub(super) index: Vec<IndexKind>,
+    #[command(flatten)]
+    pub(super) settings: IndexSettingsArgs,
+    /// For osp-paper and octree-paper: polygons of nodes that the frustum cuts are `tested` one by one, or all `drawn` as in
+    /// the paper [default: tested]. With `drawn`, more is drawn than is in view: expected one index, no --check and no --pin.
+    #[arg(long, value_name = "NAME", value_parser = named(&CutNodes::ALL, CutNodes::name))]
+    pub(super) cut_nodes: Option<CutNodes>,
     /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
     #[arg(long, default_value = "samples:16")]
     pub(super) pace: Pace,
@@ -189,25 +197,40 @@ pub(super) enum GroupFiling {
 }
 
 impl PlayArgs {
-    /// Returns the indexes, each with its method of occlusion culling, if any.
+    /// The indexes, in the order of their lines.
+    pub(super) fn indexes(&self) -> Vec<IndexKind> {
+        match (self.index.as_slice(), self.occlusion.is_empty()) {
+            ([], true) => IndexKind::DEFAULT.to_vec(),
+            ([], _) => vec![IndexKind::Osp],
+            (indexes, _) => indexes.to_vec(),
+        }
+    }
+
+    /// The indexes, each with its method of occlusion culling, if any.
     pub(super) fn runs(&self) -> Vec<(IndexKind, Option<Method>)> {
-        let indexes = match (self.index.as_slice(), self.occlusion.is_empty()) {
-            ([], true) => IndexKind::DEFAULT,
-            ([], _) => &[IndexKind::Osp],
-            (indexes, _) => indexes,
-        };
         let methods: Vec<_> = match self.occlusion.as_slice() {
             [] => vec![None],
             methods => methods.iter().copied().map(Some).collect(),
         };
-        indexes.iter().flat_map(|index| methods.iter().map(|method| (*index, *method))).collect()
+        self.indexes().iter().flat_map(|index| methods.iter().map(|method| (*index, *method))).collect()
+    }
+
+    /// The settings of these indexes. An option that concerns none of them is an error.
+    pub(super) fn settings(&self, indexes: &[IndexKind]) -> anyhow::Result<IndexSettings> {
+        let settings = self.settings.settings(indexes)?;
+        let Some(cut_nodes) = self.cut_nodes else { return Ok(settings) };
+        check_concerns("--cut-nodes", IndexSetting::CutNodes, indexes)?;
+        if cut_nodes == CutNodes::Drawn && indexes.iter().any(|other| *other != indexes[0]) {
+            bail!("--cut-nodes drawn: expected one index, because it draws other polygons than are in view");
+        }
+        Ok(IndexSettings { cut_nodes, ..settings })
     }
 
     /// Returns all options in one line, including those that were not given. The same line means the same work.
     pub(super) fn in_one_line(&self) -> String {
-        let runs = self.runs();
+        let indexes = self.indexes();
         let join = |names: Vec<&str>| names.join(",");
-        let mut indexes: Vec<&str> = runs.iter().map(|(index, _)| index.name()).collect();
+        let mut indexes: Vec<&str> = indexes.iter().map(|index| index.name()).collect();
         indexes.dedup();
         let Limits { polygons, unpacking } = self.reading.options().limits;
         let mut line = format!(
@@ -218,6 +241,10 @@ impl PlayArgs {
             self.budget,
             if self.groups == GroupFiling::Whole { "whole" } else { "polygons" },
         );
+        line += &self.settings.in_one_line();
+        if let Some(cut_nodes) = self.cut_nodes {
+            line += &format!(" --cut-nodes {}", cut_nodes.name());
+        }
         if self.reading.lenient {
             line += " --lenient";
         }
@@ -249,6 +276,7 @@ impl PlayArgs {
         if let Some(option) = self.tests.given().filter(|_| self.occlusion.is_empty()) {
             bail!("{option} is about occlusion culling: it needs --occlusion");
         }
+        self.settings(&self.indexes())?;
         Ok(())
     }
 }

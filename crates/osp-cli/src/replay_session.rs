@@ -23,7 +23,7 @@ use osp_lab::{
     report::{CsvWriter, OcclusionReport, ReplayReport, RigReport, RunReport, ViewsReport},
     verify,
 };
-use osp_rivals::IndexKind;
+use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{
     atomic_file::AtomicFile,
     recording::{Event, Header, Pace, RecordingError},
@@ -96,16 +96,17 @@ pub(super) fn replay(
     }
 
     let kinds = args.play.runs();
+    let settings = args.play.settings(&args.play.indexes())?;
     let session = OpenSession::read_by(around.reader, file, &args.play.reading)?;
     let format = session.format;
     let camera = CameraPath::new(args.play.camera, session.header.camera, &summary.bounds);
     let mut rig_report = rig.as_ref().map(RigReport::new);
-    let mut lanes = lanes(&args.play, around.basis, &kinds, &session.header, &summary);
+    let mut lanes = lanes(&args.play, around.basis, &kinds, &settings, &session.header, &summary);
     if rig.is_some() {
         // The cost of several views is compared with the cost of one. Occlusion culling learns from frame to frame
         // which polygons are hidden in a view.
         let turn = if kinds.iter().any(|(_, method)| method.is_some()) { 16 } else { 1 };
-        let more = self::lanes(&args.play, around.basis, &kinds, &session.header, &summary);
+        let more = self::lanes(&args.play, around.basis, &kinds, &settings, &session.header, &summary);
         lanes.extend(more.into_iter().map(|lane| lane.of_one_view(turn)));
     }
     let mut runs: Vec<RunReport> = Vec::new();
@@ -226,6 +227,7 @@ fn lanes(
     play: &PlayArgs,
     basis: AutoBasis,
     kinds: &[(IndexKind, Option<Method>)],
+    settings: &IndexSettings,
     header: &Header,
     summary: &Summary,
 ) -> Vec<Lane> {
@@ -234,7 +236,7 @@ fn lanes(
     let budget = Budget { ns: (play.budget * 1.0e9) as u64, frames: summary.frames };
     let clock = StageClock::counting(allocations::count);
     let lane = |&(index, method): &(IndexKind, Option<Method>)| {
-        let pipeline = Pipeline::new(index.create(&config), capacity, clock);
+        let pipeline = Pipeline::new(index.create_with(&config, settings), capacity, clock);
         let pipeline = match method {
             Some(method) => {
                 let (occluders, polygon_ns) = (play.occluders, play.polygon_ns);

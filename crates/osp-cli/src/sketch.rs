@@ -18,15 +18,16 @@ use osp_app::{
 };
 #[cfg(feature = "live")]
 use osp_app::{Live, Unjoined};
+use osp_rivals::IndexSettings;
 use osp_session::output_file::OutputKind;
 
 /// If reading a session takes longer than this, the window opens before the end, and reports errors itself.
 pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
 
 impl SketchArgs {
-    /// Opens the session to draw on it. If another window has the session, opens it read-only and reports its owner. A
-    /// long session is read while the window is already open.
-    fn open(&self, path: &Path, autosaves: &Autosaves) -> anyhow::Result<Start> {
+    /// Opens the session to draw on it; if another window has it, for reading only, and reports its owner. A long session
+    /// is read beside the window.
+    fn open(&self, path: &Path, autosaves: &Autosaves, settings: IndexSettings) -> anyhow::Result<Start> {
         let access = match (self.read_only, self.copy) {
             (true, _) => Access::ReadOnly,
             (false, true) => Access::Copy,
@@ -38,8 +39,8 @@ impl SketchArgs {
             limits: self.limits.limits(),
             of_several: self.tracker_authors,
         };
-        let reading =
-            Reading::to_draw(path, autosaves, how, self.window.culling()).map_err(anyhow::Error::msg)?;
+        let reading = Reading::to_draw(path, autosaves, how, self.window.culling(settings))
+            .map_err(anyhow::Error::msg)?;
         match reading.wait(Some(BEFORE_THE_WINDOW)) {
             Waited::Read(Ok((session, opened))) => Ok(Start::with(*session, opened)),
             Waited::Read(Err(OpenError::Held(held))) => {
@@ -87,9 +88,9 @@ impl Start {
 }
 
 impl WindowArgs {
-    /// Returns the culling of the window until somebody changes it.
-    fn culling(&self) -> CullingPlan {
-        let plan = CullingPlan::new(self.index, self.occlusion);
+    /// Culling of the window until somebody changes it.
+    fn culling(&self, settings: IndexSettings) -> CullingPlan {
+        let plan = CullingPlan::new(self.index, self.occlusion).with_index_settings(settings);
         plan.with_tests(self.tests.node_test(), self.tests.score())
     }
 
@@ -140,6 +141,7 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         "--tracker-authors: expected no --join: in a shared session a window is one author"
     );
     let room = args.window.room()?;
+    let settings = args.window.settings.settings(&[args.window.index])?;
     let autosaves = Autosaves::new(args.autosave.clone());
     #[cfg(feature = "live")]
     let joined = match &args.join {
@@ -150,7 +152,7 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     let joined: Option<Start> = None;
     let Start { session, opened, held, reading } = match (joined, &args.file) {
         (Some(start), _) => start,
-        (None, Some(path)) => args.open(path, &autosaves)?,
+        (None, Some(path)) => args.open(path, &autosaves, settings)?,
         (None, None) => {
             let (mut session, opened) = Session::recover_or_new_within(&autosaves, args.limits.limits());
             if args.tracker_authors && !opened.is_recovered {
@@ -162,6 +164,7 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     let mut studio = Studio::new(session, autosaves, args.window.index);
     studio.set_room(room);
     studio.set_limits(args.limits.limits());
+    studio.set_index_settings(settings);
     studio.set_tests(args.window.tests.node_test(), args.window.tests.score());
     studio.command(Command::Occlusion(args.window.occlusion));
     for remark in opened.remarks {

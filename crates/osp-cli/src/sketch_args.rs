@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
+    index_settings_args::IndexSettingsArgs,
     numbers,
     occlusion_test_args::TestArgs,
     parsers::{index_parser, occlusion_parser},
@@ -102,6 +103,8 @@ pub(super) struct WindowArgs {
     /// The index that culls by the frustum (`osp replay --help` describes them); the window can change it.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     pub(super) index: IndexKind,
+    #[command(flatten)]
+    pub(super) settings: IndexSettingsArgs,
     /// The method of occlusion culling (`osp replay --help` describes them); the window can change it.
     #[arg(long, default_value = "auto", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,

@@ -7,7 +7,9 @@ use clap::Args;
 use serde::Serialize;
 
 use super::{
-    allocations, numbers,
+    allocations,
+    index_settings_args::IndexSettingsArgs,
+    numbers,
     occlusion_test_args::score_parser,
     outcome::Outcome,
     output::{complain, file_name, say},
@@ -129,6 +131,8 @@ pub(super) struct VerifyArgs {
     /// The index whose nodes are tested.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     index: IndexKind,
+    #[command(flatten)]
+    settings: IndexSettingsArgs,
     /// Position of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`. `orbit`
     /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
@@ -254,6 +258,7 @@ impl Iterator for Source {
 
 pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
     let mut outcome = Outcome::Done;
+    args.settings.settings(&[args.index])?;
     let files = match args.all {
         true => sessions(&args.files, args.part.unwrap_or(Part::WHOLE))?,
         false => args.files.clone(),
@@ -368,7 +373,9 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     let header = source.header().cloned().unwrap_or_else(|| Header::new("", ""));
     let camera = CameraPath::new(args.camera, header.camera, &summary.bounds);
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
-    let index = args.index.create(&IndexConfig { root: root_cube(&header, &summary.bounds), capacity });
+    let settings = args.settings.settings(&[args.index])?;
+    let root = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
+    let index = args.index.create_with(&root, &settings);
     let at_rest = AtRest { settle: args.settle, frames: args.frames };
     let mut verifier =
         Verifier::new(index, config(args), StageClock::counting(allocations::count)).with_rest(at_rest);

@@ -6,9 +6,15 @@ use clap::Args;
 
 use super::numbers;
 
-/// Options of a replay that apply to sessions that are played, not to a world.
-const NOT_OF_WORLDS: [&str; 15] = [
+/// The other options of a replay are about sessions that are played, not about finished ones.
+const NOT_OF_WORLDS: [&str; 21] = [
     "index",
+    "depth",
+    "cube",
+    "cut_nodes",
+    "buckets",
+    "leaf",
+    "morton_bits",
     "budget",
     "occlusion",
     "occluders",

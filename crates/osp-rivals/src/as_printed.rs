@@ -10,6 +10,19 @@ pub enum CutNodes {
     Drawn,
 }
 
+impl CutNodes {
+    /// Both treatments.
+    pub const ALL: [Self; 2] = [Self::Tested, Self::Drawn];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tested => "tested",
+            Self::Drawn => "drawn",
+        }
+    }
+}
+
 /// Counts of the work of inserting polygons into a tree, since the tree was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FilingCounts {

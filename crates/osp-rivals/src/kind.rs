@@ -1,7 +1,6 @@
 use super::{
-    BruteSimd, Bsp, BspConfig, BvhTwoLevel, DynamicBvh, KdTreeConfig, LooseOctree, LooseOctreeConfig,
-    OctreeConfig, OctreePaper, OctreePaperConfig, OspPaper, QuadtreeConfig, TimeOrder, TwoLevelConfig, bvh,
-    kd_tree, octree_rebuild, quadtree,
+    BruteSimd, Bsp, BspConfig, BvhTwoLevel, DynamicBvh, IndexSetting, IndexSettings, LooseOctree,
+    LooseOctreeConfig, OctreePaper, OspPaper, TimeOrder, bvh, kd_tree, octree_rebuild, quadtree,
 };
 use osp::index::{BruteForce, IndexConfig, Osp, SpatialIndex};
 
@@ -105,29 +104,67 @@ impl IndexKind {
         Self::ALL.iter().copied().find(|kind| kind.name() == name)
     }
 
-    /// An empty index of this kind.
+    /// Whether a setting concerns the indexes of this kind.
+    pub fn has(self, setting: IndexSetting) -> bool {
+        match setting {
+            IndexSetting::MaxDepth | IndexSetting::CutNodes => {
+                matches!(self, Self::OspPaper | Self::OctreePaper)
+            }
+            IndexSetting::Cube => self == Self::OspPaper,
+            IndexSetting::Buckets => matches!(self, Self::BvhSah | Self::Hlbvh | Self::BvhTwoLevel),
+            IndexSetting::LeafCapacity => matches!(
+                self,
+                Self::OctreeRebuild
+                    | Self::OctreePaper
+                    | Self::BvhMidpoint
+                    | Self::BvhMedian
+                    | Self::BvhSah
+                    | Self::BvhSahSweep
+                    | Self::Lbvh
+                    | Self::Hlbvh
+                    | Self::BvhTwoLevel
+                    | Self::KdTree
+                    | Self::Quadtree
+            ),
+            IndexSetting::MortonBits => matches!(self, Self::Lbvh | Self::Hlbvh),
+        }
+    }
+
+    /// An empty index of this kind with the default settings.
     pub fn create(self, config: &IndexConfig) -> Box<dyn SpatialIndex> {
+        self.create_with(config, &IndexSettings::default())
+    }
+
+    /// An empty index of this kind. `osp-paper` takes time and memory proportional to 2 to the power of its depth; the
+    /// others reserve room for the capacity alone.
+    pub fn create_with(self, config: &IndexConfig, settings: &IndexSettings) -> Box<dyn SpatialIndex> {
         match self {
             Self::BruteForce => Box::new(BruteForce::with_capacity(config.room())),
             Self::BruteSimd => Box::new(BruteSimd::new(config)),
             Self::TimeOrder => Box::new(TimeOrder::new(config)),
-            Self::OspPaper => Box::new(OspPaper::from_config(config)),
+            Self::OspPaper => {
+                let tree = OspPaper::new(settings.osp_grid(config), config.room());
+                Box::new(tree.with_cut_nodes(settings.cut_nodes))
+            }
             Self::Osp => Box::new(Osp::new(config)),
-            Self::OctreeRebuild => octree_rebuild(&OctreeConfig::default(), config),
-            Self::OctreePaper => Box::new(OctreePaper::new(OctreePaperConfig::default(), config)),
-            Self::BvhMidpoint => bvh::bvh_midpoint(&bvh::MidpointConfig::default(), config),
-            Self::BvhMedian => bvh::bvh_median(&bvh::MedianConfig::default(), config),
-            Self::BvhSah => bvh::bvh_sah(&bvh::SahConfig::default(), config),
-            Self::BvhSahSweep => bvh::bvh_sah_sweep(&bvh::SweepSahConfig::default(), config),
-            Self::Lbvh => bvh::lbvh(&bvh::LbvhConfig::default(), config),
-            Self::Hlbvh => bvh::hlbvh(&bvh::HlbvhConfig::default(), config),
-            Self::BvhTwoLevel => Box::new(BvhTwoLevel::new(TwoLevelConfig::default(), config)),
+            Self::OctreeRebuild => octree_rebuild(&settings.octree(), config),
+            Self::OctreePaper => {
+                let tree = OctreePaper::new(settings.octree_paper(), config);
+                Box::new(tree.with_cut_nodes(settings.cut_nodes))
+            }
+            Self::BvhMidpoint => bvh::bvh_midpoint(&settings.midpoint(), config),
+            Self::BvhMedian => bvh::bvh_median(&settings.median(), config),
+            Self::BvhSah => bvh::bvh_sah(&settings.sah(), config),
+            Self::BvhSahSweep => bvh::bvh_sah_sweep(&settings.sweep_sah(), config),
+            Self::Lbvh => bvh::lbvh(&settings.lbvh(), config),
+            Self::Hlbvh => bvh::hlbvh(&settings.hlbvh(), config),
+            Self::BvhTwoLevel => Box::new(BvhTwoLevel::new(settings.two_level(), config)),
             Self::DynamicBvh => Box::new(DynamicBvh::new(config)),
             Self::LooseOctree => {
                 Box::new(LooseOctree::new(LooseOctreeConfig::for_capacity(config.room()), config))
             }
-            Self::KdTree => kd_tree(&KdTreeConfig::default(), config),
-            Self::Quadtree => quadtree(&QuadtreeConfig::default(), config),
+            Self::KdTree => kd_tree(&settings.kd_tree(), config),
+            Self::Quadtree => quadtree(&settings.quadtree(), config),
             Self::Bsp => Box::new(Bsp::new(BspConfig::default(), config)),
         }
     }

@@ -28,6 +28,7 @@ mod osp_paper;
 mod peers;
 mod quadtree;
 mod rebuilt;
+mod settings;
 mod sink;
 mod time_order;
 mod walk_stack;
@@ -50,4 +51,5 @@ pub use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid, OspPaper, OspPape
 #[cfg(feature = "peers")]
 pub use peers::PeerKind;
 pub use quadtree::{QuadtreeConfig, quadtree};
+pub use settings::{IndexSetting, IndexSettings};
 pub use time_order::TimeOrder;

@@ -7,13 +7,14 @@ use osp::{
     occlusion::{NodeTest, Occlusion, Score},
 };
 use osp_lab::Method;
-use osp_rivals::IndexKind;
+use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::scene::Scene;
 
 /// Settings for indexing and culling a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CullingPlan {
     pub(super) kind: IndexKind,
+    pub(super) settings: IndexSettings,
     pub(super) occlusion: Method,
     pub(super) occluders: Option<usize>,
     pub(super) node_test: NodeTest,
@@ -35,6 +36,7 @@ impl CullingPlan {
     pub fn new(kind: IndexKind, occlusion: Method) -> Self {
         Self {
             kind,
+            settings: IndexSettings::default(),
             occlusion,
             occluders: None,
             node_test: NodeTest::Box,
@@ -49,7 +51,13 @@ impl CullingPlan {
         Self { node_test, score, ..self }
     }
 
-    /// An empty index and its root cube.
+    /// The plan with other settings of the index.
+    #[must_use]
+    pub fn with_index_settings(self, settings: IndexSettings) -> Self {
+        Self { settings, ..self }
+    }
+
+    /// An index of no model.
     pub(super) fn index_nothing(&self) -> (Aabb, Pipeline) {
         let root = root_for(&Aabb::EMPTY);
         (root, self.pipeline(root, 0))
@@ -77,7 +85,7 @@ impl CullingPlan {
     fn pipeline(&self, root: Aabb, polygons: usize) -> Pipeline {
         // Twice the number of polygons, so that the index of a growing model need not be enlarged in a frame.
         let capacity = IndexConfig::default().capacity.max(polygons * 2);
-        let index = self.kind.create(&IndexConfig { root, capacity });
+        let index = self.kind.create_with(&IndexConfig { root, capacity }, &self.settings);
         let pass = PassConfig {
             node_test: self.node_test,
             score: self.score,

@@ -18,6 +18,7 @@ use osp::{
     polygon::VisibleBlocks,
 };
 use osp_render::{DrawnCounts, LineBatch, PassTimes};
+use osp_rivals::IndexSettings;
 use osp_session::{platform::time::Instant, recording::Limits, scene::Scene};
 
 /// Settings, and values for the panels.
@@ -45,8 +46,13 @@ impl Studio {
         self.culling.set_tests(node_test, score);
     }
 
-    /// Sets the criterion by which `auto` selects the cheapest occlusion culling method. Call it before the method is
-    /// chosen. Times are measured on this machine; counts give the same decision on every machine.
+    /// Sets the settings of the index, before the method of occlusion culling is chosen.
+    pub fn set_index_settings(&mut self, settings: IndexSettings) {
+        self.culling.set_index_settings(settings);
+    }
+
+    /// Sets the measure by which `auto` finds the cheapest method of occlusion culling, before it is chosen. Times are
+    /// measured here; counts give the same decision on every machine.
     pub fn set_auto_basis(&mut self, basis: AutoBasis) {
         self.culling.set_auto_basis(basis);
     }

@@ -14,6 +14,7 @@ mod draw_occlusion;
 mod export_times;
 mod exporting;
 mod groups_whole;
+mod index_settings;
 mod messages;
 mod naming;
 mod occlusion_options;

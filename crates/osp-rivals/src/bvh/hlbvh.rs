@@ -8,7 +8,7 @@ use super::{
     SahConfig,
     binned_sah::split_by_sah,
     lbvh::AlongCurve,
-    morton::{CODE_BITS, MortonOrder},
+    morton::{CODE_BITS, MOST_BITS, MortonOrder},
     top_down::{Boxed, Pending, Split, build_top_down},
 };
 use crate::{
@@ -27,13 +27,15 @@ pub struct HlbvhConfig {
     /// Number of leading bits of the Morton code that the polygons of a treelet share. If it is larger, there are more
     /// treelets, the top of the tree is better, and builds are slower.
     pub treelet_bits: u32,
+    /// Number of bits of an axis in the Morton codes, 1 to 21.
+    pub morton_bits: u32,
     /// Settings for joining the treelets, and the capacity of a leaf.
     pub sah: SahConfig,
 }
 
 impl Default for HlbvhConfig {
     fn default() -> Self {
-        Self { treelet_bits: 15, sah: SahConfig::default() }
+        Self { treelet_bits: 15, morton_bits: MOST_BITS, sah: SahConfig::default() }
     }
 }
 
@@ -91,9 +93,9 @@ impl TreeBuilder for HlbvhBuilder {
     const ON_UPDATE: OnUpdate = OnUpdate::Refit;
 
     fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
-        let HlbvhConfig { treelet_bits, sah } = self.config;
+        let HlbvhConfig { treelet_bits, morton_bits, sah } = self.config;
         let items = &*items;
-        let keys = self.order.sort(items);
+        let keys = self.order.sort(items, morton_bits);
         let below = CODE_BITS - treelet_bits.min(CODE_BITS);
         self.treelets.clear();
         let mut start = 0;

@@ -9,7 +9,7 @@
 use std::ops::Range;
 
 use super::{
-    morton::{Key, MortonOrder},
+    morton::{Key, MOST_BITS, MortonOrder},
     top_down::{LEAF_CAPACITY, Pending, Ranges, Split, build_top_down},
 };
 use crate::{
@@ -23,11 +23,14 @@ use crate::{
 pub struct LbvhConfig {
     /// A node with more polygons than this is split.
     pub leaf_capacity: usize,
+    /// Number of bits of an axis in the Morton codes, 1 to 21. If it is smaller, more polygons share a code, and their range
+    /// is halved by number.
+    pub morton_bits: u32,
 }
 
 impl Default for LbvhConfig {
     fn default() -> Self {
-        Self { leaf_capacity: LEAF_CAPACITY }
+        Self { leaf_capacity: LEAF_CAPACITY, morton_bits: MOST_BITS }
     }
 }
 
@@ -80,8 +83,8 @@ impl TreeBuilder for LbvhBuilder {
     const ON_UPDATE: OnUpdate = OnUpdate::Refit;
 
     fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
-        let leaf_capacity = self.config.leaf_capacity;
-        let keys = self.order.sort(items);
+        let LbvhConfig { leaf_capacity, morton_bits } = self.config;
+        let keys = self.order.sort(items, morton_bits);
         let mut ranges = AlongCurve { items, keys, leaf_capacity, leaf: &mut self.leaf };
         build_top_down(0..keys.len(), 0, leaf_capacity, &mut ranges, &mut self.pending, tree);
     }

@@ -20,6 +20,7 @@ pub use hlbvh::HlbvhConfig;
 pub use lbvh::LbvhConfig;
 pub use median::MedianConfig;
 pub use midpoint::MidpointConfig;
+pub(super) use morton::MOST_BITS as MOST_MORTON_BITS;
 pub use sweep_sah::SweepSahConfig;
 pub use two_level::{BvhTwoLevel, TwoLevelConfig};
 

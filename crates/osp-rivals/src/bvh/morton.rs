@@ -7,11 +7,11 @@ use glam::Vec3;
 use super::top_down::box_of_centers;
 use crate::item::Item;
 
-/// Number of bits of an axis.
-const AXIS_BITS: u32 = 21;
+/// Largest number of bits of an axis.
+pub(crate) const MOST_BITS: u32 = 21;
 
 /// Number of bits of a code.
-pub(super) const CODE_BITS: u32 = 3 * AXIS_BITS;
+pub(super) const CODE_BITS: u32 = 3 * MOST_BITS;
 
 /// The code of a polygon, and the polygon's index among the items.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,17 +28,19 @@ pub(super) struct MortonOrder {
 }
 
 impl MortonOrder {
-    /// The keys of all items along the Morton curve through the box around the items' centres. The sort is stable.
-    pub(super) fn sort(&mut self, items: &[Item]) -> &[Key] {
+    /// The keys of all items along the Morton curve through the box around the items' centres. The sort is stable. Only the
+    /// highest `bits` bits of an axis count, 1 to [`MOST_BITS`]; the others are 0.
+    pub(super) fn sort(&mut self, items: &[Item], bits: u32) -> &[Key] {
+        let counted = u32::MAX << (MOST_BITS - bits.clamp(1, MOST_BITS));
         let centers = box_of_centers(items);
         // Both corners are halved, because the edge of a huge box overflows.
         let least = centers.min * 0.5;
-        let scale = Vec3::splat((1u32 << AXIS_BITS) as f32) / (centers.max * 0.5 - least);
+        let scale = Vec3::splat((1u32 << MOST_BITS) as f32) / (centers.max * 0.5 - least);
         let code = |item: &Item| {
             let cell = (item.bounds.center() * 0.5 - least) * scale;
             // If the box has no extent on an axis, the number is NaN, and NaN becomes 0.
             [cell.x, cell.y, cell.z].iter().enumerate().fold(0, |code, (axis, &x)| {
-                code | spread(u64::from((x as u32).min((1 << AXIS_BITS) - 1))) << (2 - axis)
+                code | spread(u64::from((x as u32).min((1 << MOST_BITS) - 1) & counted)) << (2 - axis)
             })
         };
         self.keys.clear();
@@ -95,7 +97,7 @@ mod tests {
 
     #[test]
     fn spread_moves_every_bit() {
-        for bit in 0..AXIS_BITS {
+        for bit in 0..MOST_BITS {
             assert_eq!(spread(1 << bit), 1 << (3 * bit));
         }
     }
@@ -109,8 +111,13 @@ mod tests {
             })
             .collect();
         let mut order = MortonOrder::default();
-        let keys = order.sort(&items);
-        assert_eq!(keys.len(), items.len());
-        assert!(keys.windows(2).all(|w| (w[0].code, w[0].item) < (w[1].code, w[1].item)));
+        let mut codes = [MOST_BITS, 2].map(|bits| {
+            let keys = order.sort(&items, bits);
+            assert_eq!(keys.len(), items.len());
+            assert!(keys.windows(2).all(|w| (w[0].code, w[0].item) < (w[1].code, w[1].item)));
+            keys.iter().map(|key| key.code).collect::<Vec<_>>()
+        });
+        codes.iter_mut().for_each(Vec::dedup);
+        assert!(codes[0].len() > 64 && codes[1].len() <= 64, "two bits of three axes make 64 codes");
     }
 }

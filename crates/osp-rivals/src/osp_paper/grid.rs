@@ -1,7 +1,7 @@
 use glam::Vec3;
 
 use super::state::State;
-use osp::{index::IndexConfig, math::Aabb};
+use osp::math::Aabb;
 
 /// Default number of binary levels below the root: five full cycles, 65,535 nodes. Each further level halves the leaves and
 /// doubles the memory.
@@ -32,11 +32,6 @@ impl OspGrid {
         } else {
             Self { min: Vec3::ZERO, size_m: 0.0, max_depth }
         }
-    }
-
-    /// The cube around the root of `config`, with [`DEFAULT_MAX_DEPTH`] levels.
-    pub fn from_config(config: &IndexConfig) -> Self {
-        Self::new(config.root.center(), config.root.extent().max_element(), DEFAULT_MAX_DEPTH)
     }
 
     /// Number of binary levels below the root.

@@ -8,7 +8,7 @@ use crate::{
     by_id::{ById, FiledBoxes},
 };
 use osp::{
-    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
+    index::{DrawList, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };
@@ -82,11 +82,6 @@ impl OspPaper {
     /// Work counts of all insertions: one plane for each node on the way down except the last.
     pub fn filing(&self) -> FilingCounts {
         self.filing
-    }
-
-    /// A tree over the root of `config`, 15 levels deep.
-    pub fn from_config(config: &IndexConfig) -> Self {
-        Self::new(OspGrid::from_config(config), config.room())
     }
 
     /// The grid of the splitting planes.

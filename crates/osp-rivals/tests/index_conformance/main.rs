@@ -12,6 +12,7 @@ mod peers;
 mod printed;
 mod random_changes;
 mod scenes;
+mod settings;
 mod subjects;
 
 use check::{BruteForceTwin, check};

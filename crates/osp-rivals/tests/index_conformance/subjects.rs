@@ -53,8 +53,16 @@ pub(crate) fn subjects() -> Vec<Subject> {
             bvh_sah_sweep(&SweepSahConfig { leaf_capacity: 2, ..SweepSahConfig::default() }, config)
         }),
     );
-    add("lbvh, leaf 1", Box::new(|config| lbvh(&LbvhConfig { leaf_capacity: 1 }, config)));
-    add("hlbvh, leaf 2", Box::new(move |config| hlbvh(&HlbvhConfig { treelet_bits: 6, sah }, config)));
+    add(
+        "lbvh, leaf 1",
+        Box::new(|config| lbvh(&LbvhConfig { leaf_capacity: 1, ..LbvhConfig::default() }, config)),
+    );
+    add(
+        "hlbvh, leaf 2",
+        Box::new(move |config| {
+            hlbvh(&HlbvhConfig { treelet_bits: 6, sah, ..HlbvhConfig::default() }, config)
+        }),
+    );
     add(
         "bvh-two-level, often one",
         Box::new(move |config| {

@@ -1,0 +1,200 @@
+//! The settings of the indexes: `--depth`, `--cube`, `--cut-nodes`, `--buckets`, `--leaf`, `--morton-bits`.
+
+use std::{fs, path::Path};
+
+use crate::OSP;
+use osp_rivals::{IndexKind, IndexSetting};
+use osp_testkit::temp;
+use serde_json::Value;
+
+use super::command::figure;
+
+const OPTIONS: [(&str, IndexSetting); 6] = [
+    ("--depth", IndexSetting::MaxDepth),
+    ("--cube", IndexSetting::Cube),
+    ("--cut-nodes", IndexSetting::CutNodes),
+    ("--buckets", IndexSetting::Buckets),
+    ("--leaf", IndexSetting::LeafCapacity),
+    ("--morton-bits", IndexSetting::MortonBits),
+];
+
+/// An index and a setting of it.
+const SETTINGS: [[&str; 3]; 8] = [
+    ["osp-paper", "--depth", "4"],
+    ["osp-paper", "--cube", "3"],
+    ["octree-paper", "--depth", "1"],
+    ["bvh-sah", "--buckets", "2"],
+    ["hlbvh", "--morton-bits", "1"],
+    ["lbvh", "--morton-bits", "1"],
+    ["kd-tree", "--leaf", "4"],
+    ["octree-rebuild", "--leaf", "3"],
+];
+
+/// A folder with a session, `room.ron`.
+fn room() -> tempfile::TempDir {
+    let folder = temp();
+    OSP.done_in(folder.path(), ["synth", "room", "room.ron", "--polygons", "1500"]);
+    folder
+}
+
+/// A replay's run of one index, and the nodes, boxes and planes that it tested in all frames.
+fn replayed(folder: &Path, args: &[&str]) -> (Value, [u64; 3]) {
+    let how = ["replay", "room.ron", "--pace", "samples:64", "--json", "--csv", "f.csv"];
+    let report = OSP.json_in(folder, [&how[..], args].concat());
+    let csv = fs::read_to_string(folder.join("f.csv")).expect("the CSV");
+    let mut lines = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let columns = lines.next().expect("names");
+    let at = ["nodes", "boxes", "planes"]
+        .map(|name| columns.iter().position(|column| *column == name).expect("a column"));
+    let mut work = [0; 3];
+    for line in lines {
+        for (sum, at) in work.iter_mut().zip(at) {
+            *sum += line[at].parse::<u64>().expect("a count");
+        }
+    }
+    (report["runs"][0].clone(), work)
+}
+
+#[test]
+fn a_setting_changes_the_work_of_a_replay_and_not_what_is_in_view() {
+    let folder = room();
+    let (reference, _) = replayed(folder.path(), &["--index", "brute-force"]);
+    for [index, option, value] in SETTINGS {
+        let (usual, usually) = replayed(folder.path(), &["--index", index]);
+        let (run, work) = replayed(folder.path(), &["--index", index, option, value]);
+        assert!(run["fingerprint"].is_string(), "{run}");
+        assert_eq!(run["fingerprint"], reference["fingerprint"], "{index} {option} {value}");
+        assert_eq!(run["fingerprint"], usual["fingerprint"], "{index}");
+        assert_ne!(work, usually, "{index} {option} {value} changes nothing");
+    }
+    // A shallower tree of the paper has fewer nodes to test, and takes less memory.
+    let bytes = |depth: &str| {
+        let (run, _) = replayed(folder.path(), &["--index", "osp-paper", "--depth", depth]);
+        run["bytes"].as_u64().expect("bytes")
+    };
+    let [small, large] = ["6", "15"].map(bytes);
+    assert!(10 * small < large, "{small} {large}");
+}
+
+#[test]
+fn all_polygons_of_cut_nodes_are_drawn_on_request() {
+    let folder = room();
+    for index in ["osp-paper", "octree-paper"] {
+        let of = |args: &[&str]| replayed(folder.path(), &[&["--index", index], args].concat()).0;
+        let visible = |run: &Value| run["visible_mean"].as_f64().expect("a mean");
+        let (usual, tested, drawn) = (of(&[]), of(&["--cut-nodes", "tested"]), of(&["--cut-nodes", "drawn"]));
+        assert_eq!(usual["fingerprint"], tested["fingerprint"]);
+        assert!(visible(&drawn) > visible(&usual), "{index}: {drawn} {usual}");
+    }
+    let refused = |args: &[&str], words: &str| {
+        let said =
+            OSP.refused_in(folder.path(), [&["replay", "room.ron", "--cut-nodes", "drawn"], args].concat());
+        assert!(said.contains(words), "{args:?}: {said}");
+    };
+    refused(&["--index", "osp-paper,osp"], "expected one index");
+    refused(&["--index", "osp-paper", "--pin", "a.pins"], "expected no --check and no --pin");
+    assert!(!folder.path().join("a.pins").exists());
+}
+
+#[test]
+fn other_commands_build_the_index_by_the_settings_too() {
+    let folder = room();
+    let query = |args: &[&str]| {
+        let how = ["query", "room.ron", "--box", "-1,0,-1", "1,2,1", "--json", "--index"];
+        OSP.json_in(folder.path(), [&how[..], args].concat())
+    };
+    let pick = |args: &[&str]| {
+        OSP.json_in(folder.path(), [&["pick", "room.ron", "--json", "--index"], args].concat())
+    };
+    for setting in SETTINGS {
+        let (usual, other) = (query(&setting[..1]), query(&setting));
+        assert_eq!(usual["found"], other["found"], "{setting:?}");
+        assert_ne!(usual["work"], other["work"], "{setting:?}");
+        assert_eq!(pick(&setting[..1])["picked"], pick(&setting)["picked"], "{setting:?}");
+    }
+    let small = ["verify", "scene:rooms", "--views", "2", "--pixels", "320x180", "--repeats", "1", "--json"];
+    let tested = |args: &[&str]| {
+        let how = ["--occlusion", "msvbsp", "--index", "bvh-sah"];
+        let report = OSP.json_in(folder.path(), [&small[..], &how, args].concat());
+        let of = |name| figure(&report, "msvbsp, 64 occluders", name);
+        assert_eq!((of("wrong"), of("misreported")), (0.0, 0.0), "{args:?}");
+        of("nodes_tested")
+    };
+    assert!(tested(&["--leaf", "4"]) > tested(&[]));
+}
+
+#[cfg(feature = "bench")]
+#[test]
+fn an_index_is_drawn_with_the_settings() {
+    let folder = room();
+    let nodes = |args: &[&str]| {
+        let how = ["draw-index", "room.ron", "out.dot", "--as", "tree", "--force", "--index"];
+        let said = OSP.done_in(folder.path(), [&how[..], args].concat());
+        let (before, _) = said.split_once(" nodes, ").expect("the number of nodes");
+        let number = before.rsplit(' ').next().unwrap_or_default().replace(',', "");
+        number.parse::<usize>().expect("a number")
+    };
+    assert!(nodes(&["kd-tree", "--leaf", "4"]) > 4 * nodes(&["kd-tree"]));
+    // All nodes of a binary tree; in a cube that is too small, also the list of the polygons outside.
+    let of_paper = |depth, cube| nodes(&["osp-paper", "--depth", depth, "--cube", cube]);
+    assert_eq!([of_paper("3", "2"), of_paper("6", "2"), of_paper("6", "0.5")], [15, 127, 128]);
+}
+
+#[test]
+fn a_setting_that_changes_nothing_is_refused_and_so_is_one_out_of_range() {
+    let folder = room();
+    let mut commands: Vec<&[&str]> = vec![
+        &["replay", "room.ron"],
+        &["study", "room.ron"],
+        &["verify", "room.ron"],
+        &["pick", "room.ron"],
+        &["query", "room.ron", "--nearest", "0,1,0", "3"],
+    ];
+    if cfg!(feature = "bench") {
+        commands.push(&["draw-index", "room.ron", "out.svg"]);
+    }
+    if cfg!(feature = "window") {
+        commands.push(&["sketch", "room.ron"]);
+    }
+    let values = ["4", "2", "tested", "4", "4", "4"];
+    for ((option, setting), value) in OPTIONS.into_iter().zip(values) {
+        for command in &commands {
+            if option == "--cut-nodes" && !["replay", "study"].contains(&command[0]) {
+                continue;
+            }
+            let args = [command, &["--index", "brute-force", option, value][..]].concat();
+            let said = OSP.refused_in(folder.path(), args);
+            assert!(said.contains(&format!("{option} is a setting of")), "{command:?}: {said}");
+            for kind in IndexKind::ALL.iter().filter(|kind| kind.has(setting)) {
+                assert!(said.contains(kind.name()), "{} in {said}", kind.name());
+            }
+        }
+    }
+    for [option, value, words] in [
+        ["--depth", "22", "0..=21"],
+        ["--cube", "0", "from 0.01 to 100"],
+        ["--cube", "NaN", "from 0.01 to 100"],
+        ["--cut-nodes", "kept", "tested, drawn"],
+        ["--buckets", "1", "2..=32"],
+        ["--buckets", "33", "2..=32"],
+        ["--leaf", "0", "1..=4096"],
+        ["--leaf", "4097", "1..=4096"],
+        ["--morton-bits", "22", "1..=21"],
+    ] {
+        let said = OSP.refused_in(folder.path(), ["replay", "room.ron", option, value]);
+        assert!(said.contains(option) && said.contains(words), "{said}");
+    }
+}
+
+#[test]
+fn the_help_names_the_indexes_of_each_setting() {
+    let help = OSP.done(["replay", "--help"]);
+    for (option, setting) in OPTIONS {
+        let text = help.split(&format!("\n      {option} <")).nth(1).expect("the option");
+        let text = text.split("\n      --").next().unwrap_or(text);
+        let words: Vec<&str> = text.split(|c: char| !c.is_alphanumeric() && c != '-').collect();
+        for kind in IndexKind::ALL {
+            assert_eq!(words.contains(&kind.name()), kind.has(setting), "{} in {text}", kind.name());
+        }
+    }
+}

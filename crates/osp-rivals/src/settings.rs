@@ -1,0 +1,129 @@
+use super::{
+    HlbvhConfig, KdTreeConfig, LbvhConfig, MedianConfig, MidpointConfig, OctreeConfig, OctreePaperConfig,
+    OspGrid, QuadtreeConfig, SahConfig, SweepSahConfig, TwoLevelConfig, as_printed::CutNodes,
+    bvh::MOST_MORTON_BITS, osp_paper::DEFAULT_MAX_DEPTH,
+};
+use osp::index::IndexConfig;
+
+/// Settings of the structures, for [`IndexKind::create_with`](super::IndexKind::create_with). A kind ignores the settings
+/// that it does not have ([`IndexKind::has`](super::IndexKind::has)). A number out of a setting's range becomes the nearest
+/// number in the range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IndexSettings {
+    /// Number of levels below the root, at most [`MAX_MAX_DEPTH`](super::MAX_MAX_DEPTH). The default is 15 binary levels for
+    /// `osp-paper`, and 10 levels of octants for `octree-paper`.
+    pub max_depth: Option<u32>,
+    /// Edge of the cube of `osp-paper`, as a multiple of the longest edge of [`IndexConfig::root`]. If the product is
+    /// negative or not finite, the cube has the size 0: every polygon is then outside it, but kept and found.
+    pub cube: f32,
+    /// Treatment of nodes that the frustum cuts. Only [`CutNodes::Drawn`] changes which polygons an index reports.
+    pub cut_nodes: CutNodes,
+    /// Number of buckets of an axis for the surface area heuristic, 2 to 32.
+    pub buckets: usize,
+    /// Largest number of polygons of a leaf, at least 1. The default is 16 for `octree-paper` and 64 for the others.
+    pub leaf_capacity: Option<usize>,
+    /// Number of bits of an axis in the Morton codes, 1 to 21.
+    pub morton_bits: u32,
+}
+
+impl Default for IndexSettings {
+    fn default() -> Self {
+        Self {
+            max_depth: None,
+            cube: 1.0,
+            cut_nodes: CutNodes::default(),
+            buckets: SahConfig::default().buckets,
+            leaf_capacity: None,
+            morton_bits: MOST_MORTON_BITS,
+        }
+    }
+}
+
+/// A field of [`IndexSettings`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IndexSetting {
+    /// [`IndexSettings::max_depth`].
+    MaxDepth,
+    /// [`IndexSettings::cube`].
+    Cube,
+    /// [`IndexSettings::cut_nodes`].
+    CutNodes,
+    /// [`IndexSettings::buckets`].
+    Buckets,
+    /// [`IndexSettings::leaf_capacity`].
+    LeafCapacity,
+    /// [`IndexSettings::morton_bits`].
+    MortonBits,
+}
+
+impl IndexSetting {
+    /// All settings.
+    pub const ALL: [Self; 6] =
+        [Self::MaxDepth, Self::Cube, Self::CutNodes, Self::Buckets, Self::LeafCapacity, Self::MortonBits];
+}
+
+/// The configuration of each structure.
+impl IndexSettings {
+    fn leaf_or(&self, usual: usize) -> usize {
+        self.leaf_capacity.map_or(usual, |polygons| polygons.max(1))
+    }
+
+    pub(super) fn osp_grid(&self, config: &IndexConfig) -> OspGrid {
+        let size_m = config.root.extent().max_element() * self.cube;
+        OspGrid::new(config.root.center(), size_m, self.max_depth.unwrap_or(DEFAULT_MAX_DEPTH))
+    }
+
+    pub(super) fn octree_paper(&self) -> OctreePaperConfig {
+        let usual = OctreePaperConfig::default();
+        OctreePaperConfig {
+            leaf_capacity: self.leaf_or(usual.leaf_capacity),
+            max_depth: self.max_depth.unwrap_or(usual.max_depth),
+        }
+    }
+
+    pub(super) fn octree(&self) -> OctreeConfig {
+        let usual = OctreeConfig::default();
+        OctreeConfig { leaf_capacity: self.leaf_or(usual.leaf_capacity), ..usual }
+    }
+
+    pub(super) fn midpoint(&self) -> MidpointConfig {
+        MidpointConfig { leaf_capacity: self.leaf_or(MidpointConfig::default().leaf_capacity) }
+    }
+
+    pub(super) fn median(&self) -> MedianConfig {
+        MedianConfig { leaf_capacity: self.leaf_or(MedianConfig::default().leaf_capacity) }
+    }
+
+    pub(super) fn sah(&self) -> SahConfig {
+        let usual = SahConfig::default();
+        SahConfig { buckets: self.buckets, leaf_capacity: self.leaf_or(usual.leaf_capacity), ..usual }
+    }
+
+    pub(super) fn sweep_sah(&self) -> SweepSahConfig {
+        let usual = SweepSahConfig::default();
+        SweepSahConfig { leaf_capacity: self.leaf_or(usual.leaf_capacity), ..usual }
+    }
+
+    pub(super) fn lbvh(&self) -> LbvhConfig {
+        let leaf_capacity = self.leaf_or(LbvhConfig::default().leaf_capacity);
+        LbvhConfig { leaf_capacity, morton_bits: self.morton_bits }
+    }
+
+    pub(super) fn hlbvh(&self) -> HlbvhConfig {
+        HlbvhConfig { morton_bits: self.morton_bits, sah: self.sah(), ..HlbvhConfig::default() }
+    }
+
+    pub(super) fn two_level(&self) -> TwoLevelConfig {
+        TwoLevelConfig { sah: self.sah(), ..TwoLevelConfig::default() }
+    }
+
+    pub(super) fn kd_tree(&self) -> KdTreeConfig {
+        let usual = KdTreeConfig::default();
+        KdTreeConfig { leaf_capacity: self.leaf_or(usual.leaf_capacity), ..usual }
+    }
+
+    pub(super) fn quadtree(&self) -> QuadtreeConfig {
+        let usual = QuadtreeConfig::default();
+        QuadtreeConfig { leaf_capacity: self.leaf_or(usual.leaf_capacity), ..usual }
+    }
+}
