@@ -142,7 +142,7 @@ fn settings_that_name_nothing_but_the_method_hide_the_meshes_behind_a_wall() {
 
 #[test]
 fn walls_that_were_smaller_than_a_pixel_hide_when_the_eye_has_come_near() {
-    // From 30 m a pixel of the picture is 60 mm wide, and from 1 m 2 mm.
+    // From 300 m a pixel of the picture is 38 mm wide, although the picture is magnified sixteen times. From 1 m it is 2 mm.
     let small = |i: u32| {
         let by = Vec3::new((i % 80) as f32 * 0.02 - 0.8, (i / 80) as f32 * 0.02 - 1.2, -0.5);
         // The last ones are larger, so that they are among those that are filled.
@@ -157,10 +157,10 @@ fn walls_that_were_smaller_than_a_pixel_hide_when_the_eye_has_come_near() {
     let pipeline = Pipeline::new(Box::new(index), 10_000, StageClock::default());
     let mut pipeline = pipeline.with_occlusion(PassConfig::new(Occlusion::PreviousFrame));
     pipeline.load(&world);
-    let projection = Projection::symmetric(100.0, 1.5, 0.01, 100.0);
+    let projection = Projection::symmetric(100.0, 1.5, 0.01, 1000.0);
     let view = |z: f32| View::look_at(Vec3::new(0.0, 0.0, z), Vec3::new(0.0, 0.0, z - 1.0), projection);
     for _ in 0..8 {
-        pipeline.frame(&world, &[], &view(30.0));
+        pipeline.frame(&world, &[], &view(300.0));
     }
     assert_eq!(pipeline.draw_list().len(), world.0.len(), "nothing is hidden");
     // At most 256 of those that covered nothing are tried in a frame.

@@ -251,7 +251,7 @@ fn who_listens_to_everybody_is_told_so() {
         let said = warning(address, &plain).expect("a warning");
         assert!(said.contains(address) && said.contains("--tracker-key"), "{said}");
         let said = warning(address, &key("a-word")).expect("a warning");
-        assert!(said.contains("as it is") && !said.contains("a-word"), "{said}");
+        assert!(said.contains("unencrypted") && !said.contains("a-word"), "{said}");
     }
     for address in ["udp://", "udp://192.168.0.7:9", "udp://[::1]:9", "-", "poses.txt"] {
         assert_eq!(warning(address, &plain), None, "{address}");
