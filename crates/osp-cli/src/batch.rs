@@ -48,13 +48,14 @@ pub(super) struct Batch {
 }
 
 impl Batch {
-    /// The sessions that are named, and those of the folders that are. Targets get `ending`, are of the kind, and lie
-    /// beside the sessions, or below `out` as the sessions lie below their folders. With `force`, finished ones are
-    /// made again.
+    /// Plans the work on the named sessions, and on the sessions in the named folders.
+    ///
+    /// Targets get `ending` and are of the kind. A target lies beside its session. With `out`, it lies below `out` in the
+    /// same place that its session has below its folder. With `force`, finished targets are made again.
     ///
     /// # Errors
-    /// A path leads nowhere, `out` is no folder, there is no session, two sessions would have one target, or a target is
-    /// a link to a session.
+    /// A path leads nowhere, `out` is no folder, or there is no session. Two sessions would have the same target, or a
+    /// target is a link to a session.
     pub(super) fn plan(
         paths: &[PathBuf],
         out: Option<&Path>,
