@@ -76,13 +76,14 @@ pub fn judge(data: &[u8], choices: Vec<Method>) -> usize {
     hidden
 }
 
-/// What the screen shows for certain: not widened as [`View::window`] is, but a little narrower.
+/// What the screen shows for certain: not widened as [`View::window`] is, but a little narrower. The near plane is that of the
+/// window: an occluder between two near planes would be cut away from the truth, and hide in the methods.
 fn inner_window(view: &View) -> Option<ViewWindow> {
     const LESS: f64 = 1.0e-5;
     let corners = view.corner_directions().map(|corner| corner.as_dvec3());
     let middle = corners.iter().sum::<DVec3>() * 0.25;
     let corners = corners.map(|corner| middle + (corner - middle) * (1.0 - LESS));
-    let near_m = f64::from(view.projection.near_m) * (1.0 + 2.0 * osp::view::WINDOW_MARGIN);
+    let near_m = f64::from(view.projection.near_m) * (1.0 + osp::view::WINDOW_MARGIN);
     ViewWindow::new(view.eye_in_world.as_dvec3(), view.forward_in_world().as_dvec3(), corners, near_m)
 }
 
