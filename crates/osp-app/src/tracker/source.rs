@@ -75,7 +75,9 @@ impl TrackerAddress {
     pub fn warning(&self, options: &TrackerOptions) -> Option<String> {
         let Self::Udp(address) = self else { return None };
         let advice = match options.key {
-            None => "--tracker-key-file restricts it to senders with the key, and udp://127.0.0.1 to this machine",
+            None => {
+                "--tracker-key-file restricts it to senders with the key, and udp://127.0.0.1 to this machine"
+            }
             Some(_) => "only senders with the key are read, but the key is sent unencrypted",
         };
         let everybody = address.ip().is_unspecified();
