@@ -112,7 +112,7 @@ impl Facet {
         has_plane: false,
     };
 
-    /// Takes an outline that is convex in the picture, counterclockwise.
+    /// Stores an outline counterclockwise, whichever way it runs. Does nothing if it is not convex in the picture.
     #[inline(always)]
     pub(super) fn set_outline(&mut self, outline: &Outline) {
         let len = outline.len;

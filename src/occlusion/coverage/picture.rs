@@ -99,7 +99,7 @@ impl Picture {
     }
 }
 
-/// The nearest whole number, of one whose size is below 2^30.
+/// Rounds to the nearest whole number. `v` lies between -2^30 and 2^30.
 #[inline(always)]
 fn rounded(v: f64) -> i32 {
     // Below 0, a cast rounds up.
