@@ -312,8 +312,6 @@ impl PreviousFrameOccluders {
             let seen = &self.views[view];
             for (block, mask) in in_view.blocks() {
                 let left = mask & drawn.mask(block);
-                // A polygon that was visible in the last frame mostly is visible in this one, so only a share of these
-                // polygons is tested.
                 let tested = if seen.is_turn(block) { left } else { left & !seen.drawn.mask(block) };
                 let mut hidden = 0;
                 for id in ids_of(block, tested) {

@@ -45,7 +45,6 @@ fn nearest_sine(raster: &Raster) -> f64 {
 /// A picture of the surfaces before the eye: the pixels that they cover wholly, and their largest distance.
 #[derive(Clone, Debug)]
 pub struct CoverageBuffer {
-    raster: Option<Raster>,
     nearest_sine: f64,
     mean_distance_m: f64,
     facets: Facets,
@@ -59,7 +58,6 @@ impl CoverageBuffer {
     pub fn new(width: u32, height: u32) -> Self {
         let tiles = |pixels: u32| (pixels.clamp(1, 8192) as usize).div_ceil(SIDE);
         Self {
-            raster: None,
             nearest_sine: f64::INFINITY,
             mean_distance_m: 0.0,
             facets: Facets::default(),
@@ -75,12 +73,13 @@ impl CoverageBuffer {
 
     #[cfg(test)]
     pub(super) fn parts(&self) -> Option<(&Raster, &Picture, &Tiles)> {
-        Some((self.raster.as_ref()?, self.facets.picture()?, &self.tiles))
+        let picture = self.facets.picture()?;
+        Some((&picture.raster, picture, &self.tiles))
     }
 
     #[cfg(test)]
     pub(super) fn facets(&self) -> usize {
-        self.facets.all().iter().filter(|facet| facet.len > 0).count()
+        self.facets.with_area()
     }
 
     /// Makes room for surfaces of this many polygons, and for `filled` polygons in a frame.
@@ -100,9 +99,8 @@ impl CoverageBuffer {
         [self.tiles.columns, self.tiles.rows].map(|tiles| (tiles * SIDE) as f64)
     }
 
-    fn fill(&mut self, raster: Raster) -> BuildCounts {
-        self.raster = Some(raster);
-        self.nearest_sine = nearest_sine(&raster);
+    fn fill(&mut self, raster: &Raster) -> BuildCounts {
+        self.nearest_sine = nearest_sine(raster);
         self.backend.run(Fill { facets: self.facets.all(), tiles: &mut self.tiles });
         let (occluders, nodes) = (self.facets.drawn() as u32, self.tiles.covered() as u32);
         BuildCounts { occluders, nodes, ..BuildCounts::default() }
@@ -123,7 +121,7 @@ impl CoverageBuffer {
             None => whole,
         };
         self.facets.project(surfaces, picture);
-        self.fill(picture.raster)
+        self.fill(&picture.raster)
     }
 
     /// Mean distance of the corners of the polygons of the last build from the eye, as a sum of coordinates.
@@ -146,11 +144,11 @@ impl CoverageBuffer {
         &self,
         seen: &SeenBoxes,
         count: usize,
-        raster: &Raster,
         picture: &Picture,
         asked: Asked,
         mut each: impl FnMut(usize, Tested),
     ) {
+        let raster = &picture.raster;
         let (width, height) = ((self.tiles.columns * SIDE) as i32, (self.tiles.rows * SIDE) as i32);
         for lane in 0..count {
             let verdict = |verdict, steps| Tested { verdict, steps };
@@ -194,13 +192,13 @@ impl CoverageBuffer {
 
     /// Whether a polygon is hidden, by all pixels that it touches: at least where its box is.
     pub fn hides_polygon(&self, polygon: &ConvexPolygon) -> bool {
-        let (Some(raster), Some(picture)) = (&self.raster, self.facets.picture()) else { return false };
-        self.backend.run(TestPolygon { tiles: &self.tiles, raster, picture, polygon })
+        let Some(picture) = self.facets.picture() else { return false };
+        self.backend.run(TestPolygon { tiles: &self.tiles, picture, polygon })
     }
 
     fn test_all(&self, boxes: &[Aabb], asked: Asked, each: impl FnMut(usize, Tested)) {
-        let (Some(raster), Some(picture)) = (&self.raster, self.facets.picture()) else { return };
-        self.backend.run(TestBoxes { buffer: self, raster, picture, boxes, asked, each });
+        let Some(picture) = self.facets.picture() else { return };
+        self.backend.run(TestBoxes { buffer: self, picture, boxes, asked, each });
     }
 }
 
@@ -220,7 +218,6 @@ struct SeenBoxes {
 /// Tests at most sixteen boxes.
 struct TestBoxes<'a, F> {
     buffer: &'a CoverageBuffer,
-    raster: &'a Raster,
     picture: &'a Picture,
     boxes: &'a [Aabb],
     asked: Asked,
@@ -232,16 +229,15 @@ impl<F: FnMut(usize, Tested)> WithKernel for TestBoxes<'_, F> {
 
     #[inline(always)]
     fn run<K: Kernel>(self, _: K) {
-        let seen = SeenBoxes::new(self.boxes, self.raster);
+        let seen = SeenBoxes::new(self.boxes, &self.picture.raster);
         let count = self.boxes.len().min(LANES);
-        self.buffer.test_seen(&seen, count, self.raster, self.picture, self.asked, self.each);
+        self.buffer.test_seen(&seen, count, self.picture, self.asked, self.each);
     }
 }
 
 /// Tests one polygon.
 struct TestPolygon<'a> {
     tiles: &'a Tiles,
-    raster: &'a Raster,
     picture: &'a Picture,
     polygon: &'a ConvexPolygon,
 }
@@ -251,7 +247,8 @@ impl WithKernel for TestPolygon<'_> {
 
     #[inline(always)]
     fn run<K: Kernel>(self, _: K) -> bool {
-        let Self { tiles, raster, picture, polygon } = self;
+        let Self { tiles, picture, polygon } = self;
+        let raster = &picture.raster;
         let mut eyes = [DVec3::ZERO; SIDES];
         let mut seen = [([0; 2], 0.0); SIDES];
         let corners = polygon.vertices();
@@ -369,7 +366,7 @@ impl OcclusionCuller for CoverageBuffer {
     fn build(&mut self, window: &ViewWindow, occluders: &[ShadowVolume]) -> BuildCounts {
         let raster = self.begin(window);
         self.facets.take_shadows(occluders, window, &raster);
-        self.fill(raster)
+        self.fill(&raster)
     }
 
     fn test_box(&self, bounds: &Aabb) -> Tested {

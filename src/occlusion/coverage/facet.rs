@@ -80,7 +80,7 @@ impl Outline {
         (0..self.len).all(|i| {
             let (a, b) = (at(i), at(i + 1));
             (0..self.len).map(at).all(|p| {
-                let side = (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
+                let side = turn(a, b, p);
                 side == 0 || (side < 0) == is_turned
             })
         })
@@ -122,7 +122,7 @@ impl Facet {
         let (mut lefts, mut rights) = (0, 0);
         for i in 0..len {
             let [a, b, c] = [i, (i + 1) % len, (i + 2) % len].map(|k| outline.at[k].map(i64::from));
-            let turn = (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]);
+            let turn = turn(a, b, c);
             lefts += u32::from(turn > 0);
             rights += u32::from(turn < 0);
         }
@@ -275,4 +275,10 @@ impl Depths<'_> {
 pub(super) fn plane_in_pixels(normal: DVec3, distance: f64, raster: &Raster) -> [f64; 3] {
     let [by_x, by_y, base] = raster.axes_in_pixels(normal);
     [base, by_x, by_y].map(|v| v / distance)
+}
+
+/// Twice the area to the left of the way over three points, in steps.
+#[inline(always)]
+pub(super) fn turn(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
+    (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
 }

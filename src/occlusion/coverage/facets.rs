@@ -65,6 +65,11 @@ impl Facets {
         self.drawn
     }
 
+    /// Number of facets with area.
+    pub(super) fn with_area(&self) -> usize {
+        self.facets.iter().filter(|facet| facet.len > 0).count()
+    }
+
     /// The first facet of each polygon.
     pub(super) fn taken(&self) -> &[Facet] {
         &self.facets[..self.taken]
@@ -129,7 +134,7 @@ impl Facets {
         for i in 0..self.facets.len() {
             self.find_mates(i, surfaces);
         }
-        self.drawn = self.facets.iter().filter(|facet| facet.len > 0).count();
+        self.drawn = self.with_area();
         self.join_triangles(surfaces, &picture.raster);
     }
 
@@ -338,6 +343,6 @@ impl Facets {
                 self.join_parts(first, first + 1);
             }
         }
-        self.drawn = self.facets.iter().filter(|facet| facet.len > 0).count();
+        self.drawn = self.with_area();
     }
 }

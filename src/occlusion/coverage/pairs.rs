@@ -5,7 +5,7 @@
 
 use super::{
     super::raster::Raster,
-    facet::{Facet, SHARED},
+    facet::{Facet, SHARED, turn},
     facets::{Facets, Seen},
     surfaces::Surfaces,
     table::NONE,
@@ -118,9 +118,4 @@ impl Facet {
         let plane = base + by_x * at.x + by_y * at.y + self.slack(at.x, at.y);
         if plane > 0.0 { (seen.nearness / plane).min(1.0) } else { 0.0 }
     }
-}
-
-/// Twice the area to the left of the way over three points, in steps.
-fn turn(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
-    (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
 }
