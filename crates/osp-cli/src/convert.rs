@@ -10,7 +10,6 @@ use super::{
     export::{Model, write_model},
     import,
     outcome::Outcome,
-    output::{complain, one_line, say},
     outputs::{Output, Outputs},
     played::FrameArgs,
     reading::ReadArgs,
@@ -105,11 +104,7 @@ fn one(args: &ConvertArgs) -> anyhow::Result<Outcome> {
     let Some(&format) = format else {
         bail!("{}: expected a name that ends in .glb, .ron, .ron.zst or .tilt", target.display());
     };
-    let Model { line, remarks } =
-        converted(args, &Job { source: source.clone(), target: target.clone() }, format)?;
-    remarks.iter().for_each(|remark| complain(&format!("warning: {remark}")));
-    say(&format!("{}: {line}", one_line(&target.to_string_lossy())))?;
-    Ok(Outcome::Done)
+    converted(args, &Job { source: source.clone(), target: target.clone() }, format)?.print(target)
 }
 
 /// Converts one session.

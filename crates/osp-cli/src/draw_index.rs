@@ -6,7 +6,7 @@ use super::{
     draw_index_args::{Colors, DrawIndexArgs, From, Shown},
     outcome::Outcome,
     output::{complain, file_name, one_line, say},
-    outputs::Outputs,
+    outputs::{Outputs, ending},
     played::Played,
     query::ray_of,
 };
@@ -53,7 +53,7 @@ fn first_hit(index: &dyn SpatialIndex, scene: &Scene, ray: &Ray) -> Option<f32> 
 }
 
 pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
-    let ending = args.out.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let ending = ending(&args.out);
     let is_dot = ending == "dot";
     ensure!(
         is_dot || ending == "svg" || ending == "png",
@@ -114,9 +114,7 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
     } else {
         let view = match (args.shown, args.from) {
             (Shown::Tree, _) => StructureView::Tree,
-            (Shown::Space, From::Front) => StructureView::Space(Side::Front),
-            (Shown::Space, From::Top) => StructureView::Space(Side::Top),
-            (Shown::Space, From::Right) => StructureView::Space(Side::Right),
+            (Shown::Space, from) => StructureView::Space(from.side()),
         };
         output.check()?;
         let colors = match args.colors {
@@ -143,6 +141,17 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
         ))?;
     }
     Ok(Outcome::Done)
+}
+
+impl From {
+    /// The side from which a picture shows the space.
+    pub(super) fn side(self) -> Side {
+        match self {
+            Self::Front => Side::Front,
+            Self::Top => Side::Top,
+            Self::Right => Side::Right,
+        }
+    }
 }
 
 /// Whether each node of an index is halved by a plane.

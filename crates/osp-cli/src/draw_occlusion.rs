@@ -8,7 +8,7 @@ use super::{
     gif_file::GifFile,
     outcome::Outcome,
     output::{complain, file_name, one_line, say},
-    outputs::{Output, Outputs},
+    outputs::{Output, Outputs, ending},
     played::Played,
     progress,
 };
@@ -34,7 +34,7 @@ const LONGEST: u16 = 80;
 const TRUTH: OracleConfig = OracleConfig { width: 1280, height: 720 };
 
 pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
-    let ending = args.out.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let ending = ending(&args.out);
     let kind = match ending.as_str() {
         "svg" => OutputKind::Svg,
         "png" => OutputKind::Png,
@@ -124,9 +124,7 @@ fn most_planes(trees: &[(ShadowForm, ShadowTree)]) -> usize {
 /// The side from which the shadows are seen. From above, an eye that looks down would hide its shadows below itself.
 fn side_of(asked: Option<From>, view: &View) -> Side {
     match asked {
-        Some(From::Front) => Side::Front,
-        Some(From::Top) => Side::Top,
-        Some(From::Right) => Side::Right,
+        Some(from) => from.side(),
         None => {
             let along = view.forward_in_world().abs();
             if along.y <= along.x.max(along.z) {

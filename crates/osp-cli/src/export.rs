@@ -1,6 +1,9 @@
 //! `osp export`: writes the model of a session in a format that other programs read.
 
-use std::{io::Write, path::PathBuf};
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
@@ -68,16 +71,22 @@ pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
         ObjectsArg::Layers => Objects::Layers,
         ObjectsArg::Strokes => Objects::Strokes,
     };
-    let Model { line, remarks } = write_model(&args.session, objects, &output)?;
-    remarks.iter().for_each(|remark| complain(&format!("warning: {remark}")));
-    say(&format!("{}: {line}", one_line(&args.out.to_string_lossy())))?;
-    Ok(Outcome::Done)
+    write_model(&args.session, objects, &output)?.print(&args.out)
 }
 
 /// A model that has been written: its contents, and remarks about missing or changed parts.
 pub(super) struct Model {
     pub(super) line: String,
     pub(super) remarks: Vec<String>,
+}
+
+impl Model {
+    /// Prints the remarks, and the line behind the file's name.
+    pub(super) fn print(&self, out: &Path) -> anyhow::Result<Outcome> {
+        self.remarks.iter().for_each(|remark| complain(&format!("warning: {remark}")));
+        say(&format!("{}: {}", one_line(&out.to_string_lossy()), self.line))?;
+        Ok(Outcome::Done)
+    }
 }
 
 /// Writes the model after a frame.

@@ -9,6 +9,7 @@ use super::{
     author_rows::{self, AuthorRow, AuthorRows},
     brush_rows::{self, BrushRow, Plain},
     cost::Cost,
+    looked::Looked,
     outcome::Outcome,
     output::{one_line, say},
     polygon_tally::PolygonTally,
@@ -19,7 +20,7 @@ use osp::math::Aabb;
 use osp_lab::report::thousands;
 use osp_session::{
     recording::{Environment, Header, Layer, Pace},
-    replay::{ArtistSide, Summary, still_view, summarize},
+    replay::{Summary, still_view},
     scene::GroupNode,
 };
 
@@ -143,17 +144,17 @@ struct Contents {
 pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     let mut session = OpenSession::open(&args.file, &args.reading)?.counted();
     let (mut plain, mut authors) = (Plain::default(), AuthorRows::default());
-    let mut artist = ArtistSide::default();
+    let header = session.header.clone();
     let events = session.by_ref().inspect(|event| {
         if let Ok(event) = event {
             plain.note(event);
             authors.note(event);
-            artist.note(event);
         }
     });
-    let (summary, mut scene, outcome) = summarize(events, Pace::Samples(1));
+    let (looked, outcome) = Looked::of(header, events, Pace::Samples(1));
+    let Looked { header, summary, model: mut scene, backwards } = looked;
     let cost = args.cost.then(|| {
-        let view = still_view(&scene, &summary.bounds, session.header.camera, artist.backwards(), 1.0);
+        let view = still_view(&scene, &summary.bounds, header.camera, backwards, 1.0);
         Cost::of(&scene, &view, args.budget_triangles)
     });
     let (brushes, tally) = (plain.rows(&scene), PolygonTally::of(&scene));

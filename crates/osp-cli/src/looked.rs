@@ -13,7 +13,6 @@ use osp_session::{
 };
 
 /// Contents of a session.
-#[cfg_attr(not(any(feature = "bench", feature = "render")), allow(dead_code, reason = "nothing is drawn"))]
 pub(super) struct Looked {
     pub(super) header: Header,
     pub(super) summary: Summary,

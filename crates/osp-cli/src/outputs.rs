@@ -120,6 +120,12 @@ pub(super) struct Output {
     force: bool,
 }
 
+/// The ending of a file's name in lower case, without the dot.
+#[cfg(feature = "bench")]
+pub(super) fn ending(path: &Path) -> String {
+    path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+}
+
 impl Output {
     pub(super) fn path(&self) -> &Path {
         &self.path

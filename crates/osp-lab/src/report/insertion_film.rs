@@ -12,7 +12,7 @@ use super::{
     picture::{Picture, pixels},
     printable::one_line,
     shapes::{Drawn, fill, middle, point, stroke, write_at},
-    structure::Structure,
+    structure::{Structure, plane_corners},
     tree_layout::TreeLayout,
 };
 use osp::{
@@ -208,7 +208,8 @@ impl Step<'_> {
         if let Some(node) = self.node() {
             if !node.is_leaf {
                 let color = OF_AXIS[node.axis];
-                let outline: Vec<DVec2> = plane_of(&node).iter().map(|&p| cube.pixel(p)).collect();
+                let outline: Vec<DVec2> =
+                    plane_corners(&node.bounds, node.axis, node.plane_m).map(|p| cube.pixel(p)).to_vec();
                 fill(area, &outline, color.mix(0.3))?;
                 stroke(area, &outline, color.to_rgba(), 2)?;
             }
@@ -358,18 +359,6 @@ impl Picture for Step<'_> {
         area.present()?;
         Ok(())
     }
-}
-
-/// The corners of the plane of a node, within its box.
-fn plane_of(node: &OspPaperNode<'_>) -> [Vec3; 4] {
-    let (a, b) = ((node.axis + 1) % 3, (node.axis + 2) % 3);
-    [(false, false), (true, false), (true, true), (false, true)].map(|(u, v)| {
-        let mut p = node.bounds.min;
-        p[node.axis] = node.plane_m;
-        p[a] = if u { node.bounds.max[a] } else { p[a] };
-        p[b] = if v { node.bounds.max[b] } else { p[b] };
-        p
-    })
 }
 
 /// A parallel projection in which a cube has three visible sides.

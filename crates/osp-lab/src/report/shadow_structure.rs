@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use glam::DVec3;
 
+use super::structure::dot_head;
 use osp::{
     occlusion::{
         ShadowVolume,
@@ -102,9 +103,8 @@ impl ShadowStructure {
 
     /// The tree in the language of Graphviz' `dot`.
     pub fn to_dot(&self, name: &str) -> String {
-        let mut dot = String::from("digraph shadows {\n  node [shape=box, fontname=\"sans-serif\"];\n");
+        let mut dot = dot_head("shadows", name);
         // Writing to a string does not fail.
-        let _ = writeln!(dot, "  label=\"{}\";", name.replace('\\', "\\\\").replace('"', "\\\""));
         for (i, node) in self.nodes.iter().enumerate() {
             let label = match &node.holds {
                 ShadowHolds::Plane { number, occluder, .. } => match occluder {

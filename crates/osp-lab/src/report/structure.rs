@@ -170,16 +170,7 @@ impl Structure {
     pub fn splits(&self, most: usize) -> Vec<SplitOutline> {
         let of = |node: &StructureNode| {
             let fields = node.fields.filter(|fields| !fields.is_leaf)?;
-            let corner = |u: bool, v: bool| {
-                let mut p = node.bounds.min;
-                let (a, b) = ((fields.axis + 1) % 3, (fields.axis + 2) % 3);
-                p[fields.axis] = fields.plane_m;
-                p[a] = if u { node.bounds.max[a] } else { p[a] };
-                p[b] = if v { node.bounds.max[b] } else { p[b] };
-                p
-            };
-            let corners =
-                vec![corner(false, false), corner(true, false), corner(true, true), corner(false, true)];
+            let corners = plane_corners(&node.bounds, fields.axis, fields.plane_m).to_vec();
             Some(SplitOutline { depth: node.depth, corners })
         };
         let mut splits: Vec<SplitOutline> = self.collapsed(most).nodes.iter().filter_map(of).collect();
@@ -263,9 +254,7 @@ impl Structure {
     /// The tree in the language of Graphviz' `dot`, collapsed if it is large. With `named`, it has the numbers of the
     /// polygons.
     pub fn to_dot(&self, name: &str, named: bool) -> String {
-        let mut dot = String::from("digraph index {\n  node [shape=box, fontname=\"sans-serif\"];\n");
-        // Writing to a string never fails.
-        let _ = writeln!(dot, "  label=\"{}\";", name.replace('\\', "\\\\").replace('"', "\\\""));
+        let mut dot = dot_head("index", name);
         let shown = self.collapsed(MOST_TREE_NODES);
         let names = if named { shown.names() } else { Vec::new() };
         for (i, node) in shown.nodes.iter().enumerate() {
@@ -289,6 +278,24 @@ impl Structure {
         dot.push_str("}\n");
         dot
     }
+}
+
+/// The first lines of a graph for Graphviz, with its quoted title.
+pub(super) fn dot_head(graph: &str, title: &str) -> String {
+    let title = title.replace('\\', "\\\\").replace('"', "\\\"");
+    format!("digraph {graph} {{\n  node [shape=box, fontname=\"sans-serif\"];\n  label=\"{title}\";\n")
+}
+
+/// Corners of the plane at `plane_m` across an axis, within a box, in order around it.
+pub(super) fn plane_corners(bounds: &Aabb, axis: usize, plane_m: f32) -> [Vec3; 4] {
+    let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+    [(false, false), (true, false), (true, true), (false, true)].map(|(u, v)| {
+        let mut p = bounds.min;
+        p[axis] = plane_m;
+        p[a] = if u { bounds.max[a] } else { p[a] };
+        p[b] = if v { bounds.max[b] } else { p[b] };
+        p
+    })
 }
 
 #[cfg(test)]

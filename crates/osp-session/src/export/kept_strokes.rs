@@ -100,8 +100,7 @@ impl KeptStrokes {
 
     /// Polygons that came finished, without control points, and are neither erased nor undone.
     pub(super) fn finished_polygons(&self) -> u64 {
-        let strokes = self.scene.strokes();
-        let there = (0..strokes.len()).filter_map(|at| strokes.get(at)).filter(|s| !s.is_taken_away());
+        let there = self.scene.strokes().iter().filter(|stroke| !stroke.is_taken_away());
         there.map(|stroke| u64::from(stroke.polygon_count())).sum()
     }
 }

@@ -151,15 +151,19 @@ pub(super) fn metadata(
     brushes: Brushes,
     layers: &Layers,
 ) -> (String, Vec<String>) {
-    let (mut fields, mut notes) = match fields_read(header) {
+    let (mut fields, notes) = match fields_read(header) {
         Some(fields) => (fields, Vec::new()),
-        None => fields_made(header, scene),
+        None => {
+            let (fields, mut notes) = fields_made(header, scene);
+            if header.sketch_metadata.is_some() {
+                notes.push(
+                    "the metadata of the sketch that was read are no JSON object: they are left out"
+                        .to_owned(),
+                );
+            }
+            (fields, notes)
+        }
     };
-    if header.sketch_metadata.is_some() && fields_read(header).is_none() {
-        notes.push(
-            "the metadata of the sketch that was read are no JSON object: they are left out".to_owned(),
-        );
-    }
     fields.insert("BrushIndex".to_owned(), raw(&brushes.guids));
     layers.fill(&mut fields);
     (raw(&fields).get().to_owned(), notes)
