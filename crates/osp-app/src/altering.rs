@@ -10,9 +10,9 @@ use osp_session::recording::{Event, Motion, StrokeId};
 /// A change of the selected strokes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Altering {
-    /// The colour becomes that of the brush.
+    /// Gives the strokes the brush's colour.
     Color,
-    /// The width becomes that of the brush.
+    /// Gives the strokes the brush's width.
     Width,
     /// Rotation about the vertical axis through the selection's centre, degrees, counter-clockwise seen from above.
     Turn(f32),

@@ -162,8 +162,8 @@ impl Culling {
         (self.plan.node_test, self.plan.score) = (node_test, score);
     }
 
-    /// Sets the settings of the index, from the next [`Culling::reindex`] on. They stay if another index is chosen, which
-    /// ignores what it does not have.
+    /// Sets the settings of the index, from the next [`Culling::reindex`] on. They stay if another index is
+    /// chosen; an index ignores the settings of other structures.
     pub fn set_index_settings(&mut self, settings: IndexSettings) {
         self.plan.settings = settings;
     }

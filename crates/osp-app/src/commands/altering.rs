@@ -334,8 +334,8 @@ impl Studio {
     }
 }
 
-/// Two transforms for a copy that moves in the world but stays in its group: from the space of the stroke's samples to
-/// that of the copy, and from the latter to world space. `None` if the group has scale 0.
+/// Two transforms for a copy that moves in the world but stays in its group. The first leads from the space of the
+/// stroke's samples to the copy's space, the second from the copy's space to world space. `None` if the group has scale 0.
 fn spaces(scene: &Scene, id: StrokeId, motion: &Motion) -> Option<(Motion, Motion)> {
     let stroke = scene.stroke(id)?;
     let home = match scene.groups_of(stroke).first() {

@@ -427,7 +427,7 @@ impl SessionFile {
         self.lock.take()
     }
 
-    /// Sets the lock, for example to that of the former file.
+    /// Sets the lock, for example to the former file's lock.
     pub(super) fn put_lock(&mut self, lock: Option<SessionLock>) {
         self.lock = lock;
     }
