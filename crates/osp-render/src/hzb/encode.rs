@@ -1,5 +1,5 @@
 use super::{
-    HzbView, PyramidLevel,
+    HzbFine, HzbView, PyramidLevel,
     buffers::{LANES, grow},
     frame::Frame,
     pyramid::Levels,
@@ -11,15 +11,15 @@ use crate::{
     Blend, Gpu, GpuTimer, RenderError,
     descriptors::bind_group,
     read_back::read_buffer,
-    run::Handle,
+    run::{CLUSTER, Handle},
     target::DepthBefore,
     timer::{Ends, Stamps},
 };
 
-/// Number of handles that a workgroup tests.
-const HANDLES_OF_TEST: u32 = 1;
-/// Number of transparent polygons that a workgroup tests.
-const POLYGONS_OF_TEST: u32 = 64;
+/// Number of polygons that a workgroup tests.
+const POLYGONS_OF_TEST: u32 = CLUSTER as u32;
+/// Largest number of workgroups of the fine test, which share its candidates.
+const GROUPS_OF_REFINEMENT: u32 = 2048;
 /// Number of texels of a workgroup of the pyramid in each direction.
 const TEXELS_OF_PYRAMID: u32 = 8;
 
@@ -112,10 +112,15 @@ impl HzbView {
                     whole(&buffers.remembered),
                     whole(&buffers.kept),
                     whole(&buffers.pyramid),
-                    whole(frame.list),
-                    whole(&buffers.args),
+                    whole(&buffers.candidates),
                     depth,
                 ],
+            ),
+            transparent: bind_group(
+                gpu.device(),
+                "transparent polygons",
+                &hzb.transparent_layout,
+                &[whole(frame.list), whole(&buffers.args)],
             ),
             compact: bind_group(
                 gpu.device(),
@@ -193,11 +198,35 @@ impl HzbView {
             timestamp_writes: timer.stamps(1, Ends::Begin).map(|stamps| stamps.of_compute()),
         });
         self.build_pyramid(frame, groups, &mut pass);
-        let opaque = (&frame.hzb.test, &self.chunks, self.first_span[1], HANDLES_OF_TEST);
-        let transparent =
-            (&frame.hzb.test_transparent, &self.transparent, self.first_span[2], POLYGONS_OF_TEST);
-        for (pipeline, spans, first, of_workgroup) in [opaque, transparent] {
-            test_spans(frame, groups, &mut pass, pipeline, with_offsets(spans, first), of_workgroup);
+        self.test_opaque(frame, groups, &mut pass, [&frame.hzb.test, &frame.hzb.refine]);
+        pass.set_pipeline(&frame.hzb.test_transparent);
+        pass.set_bind_group(2, &groups.transparent, &[]);
+        for (span, offset) in with_offsets(&self.transparent, self.first_span[2]) {
+            if bind_span(frame, groups, &mut pass, span, offset) {
+                // Polygons beyond the limit of a dispatch are drawn without a test.
+                dispatch(&mut pass, span.len().div_ceil(POLYGONS_OF_TEST).min(65_535));
+            }
+        }
+    }
+
+    /// Tests the opaque polygons of each chunk by the coarse and the fine test.
+    fn test_opaque(
+        &self,
+        frame: &Frame<'_>,
+        groups: &Groups,
+        pass: &mut wgpu::ComputePass<'_>,
+        [coarse, fine]: [&wgpu::ComputePipeline; 2],
+    ) {
+        for (span, offset) in with_offsets(&self.chunks, self.first_span[1]) {
+            if !bind_span(frame, groups, pass, span, offset) {
+                continue;
+            }
+            pass.set_pipeline(coarse);
+            dispatch(pass, span.len());
+            if self.config.fine == HzbFine::Triangles {
+                pass.set_pipeline(fine);
+                dispatch(pass, span.len().min(GROUPS_OF_REFINEMENT));
+            }
         }
     }
 
@@ -215,8 +244,7 @@ impl HzbView {
             timestamp_writes: timer.stamps(1, Ends::Both).map(|stamps| stamps.of_compute()),
         });
         self.build_pyramid(frame, groups, &mut pass);
-        let spans = with_offsets(&self.chunks, self.first_span[1]);
-        test_spans(frame, groups, &mut pass, &frame.hzb.remember, spans, HANDLES_OF_TEST);
+        self.test_opaque(frame, groups, &mut pass, [&frame.hzb.remember, &frame.hzb.refine_remembered]);
     }
 
     fn build_pyramid(&self, frame: &Frame<'_>, groups: &Groups, pass: &mut wgpu::ComputePass<'_>) {
@@ -322,27 +350,22 @@ fn span_of(spans: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
     })
 }
 
-/// Tests the polygons of all spans. Each span is bound with its chunk.
-fn test_spans<'a>(
+/// Binds a span for a test, with its chunk. Returns `false` if the chunk does not exist.
+fn bind_span(
     frame: &Frame<'_>,
     groups: &Groups,
     pass: &mut wgpu::ComputePass<'_>,
-    pipeline: &wgpu::ComputePipeline,
-    spans: impl Iterator<Item = (&'a Span, u32)>,
-    of_workgroup: u32,
-) {
-    pass.set_pipeline(pipeline);
-    for (span, offset) in spans {
-        let Some(chunk) = frame.hzb.chunk(span.base as usize) else { continue };
-        pass.set_bind_group(0, &groups.test, &[offset]);
-        pass.set_bind_group(1, chunk, &[]);
-        dispatch(pass, span.len().div_ceil(of_workgroup));
-    }
+    span: &Span,
+    offset: u32,
+) -> bool {
+    let Some(chunk) = frame.hzb.chunk(span.base as usize) else { return false };
+    pass.set_bind_group(0, &groups.test, &[offset]);
+    pass.set_bind_group(1, chunk, &[]);
+    true
 }
 
 fn dispatch(pass: &mut wgpu::ComputePass<'_>, workgroups: u32) {
     if workgroups > 0 {
-        // Only transparent polygons can exceed the limit of a dispatch. Those beyond the limit are drawn without a test.
-        pass.dispatch_workgroups(workgroups.min(65_535), 1, 1);
+        pass.dispatch_workgroups(workgroups, 1, 1);
     }
 }

@@ -5,8 +5,8 @@
 //! A frame of one view:
 //! 1. *Recall*: the polygons in view that were visible in the last frame are drawn, for their depth alone.
 //! 2. *Pyramid*: its levels get the farthest depth of 2 x 2 pixels, of 4 x 4 pixels, and so on.
-//! 3. *Test*: every polygon in view is tested against the pyramid. Polygons that are not proven hidden are recorded for
-//!    the next frame.
+//! 3. *Test*: every polygon in view is tested against the pyramid, first by a bound, then triangle by triangle. Polygons
+//!    that are not proven hidden are recorded for the next frame.
 //! 4. *Compaction*: these polygons are listed in drawing order, for indirect draw calls.
 //! 5. *Colours*: the list is drawn over the depth of the first pass.
 //!

@@ -7,7 +7,7 @@ use super::{
 use crate::{Gpu, RenderError, descriptors::bind_group, gpu_scene::GpuScene, shaders};
 
 /// Number of storage buffers of the compute shader with the most. An adapter must support this number.
-const STORAGE_BUFFERS: u32 = 7;
+const STORAGE_BUFFERS: u32 = 8;
 
 /// Shared resources of culling by a hierarchical depth buffer, for all views.
 #[derive(Debug)]
@@ -16,7 +16,9 @@ pub(in super::super) struct Hzb {
     pub(super) base: wgpu::ComputePipeline,
     pub(super) reduce: wgpu::ComputePipeline,
     pub(super) test: wgpu::ComputePipeline,
+    pub(super) refine: wgpu::ComputePipeline,
     pub(super) remember: wgpu::ComputePipeline,
+    pub(super) refine_remembered: wgpu::ComputePipeline,
     pub(super) test_transparent: wgpu::ComputePipeline,
     pub(super) count: wgpu::ComputePipeline,
     pub(super) scan: wgpu::ComputePipeline,
@@ -24,6 +26,7 @@ pub(in super::super) struct Hzb {
     pub(super) recall_layout: wgpu::BindGroupLayout,
     pub(super) pyramid_layout: wgpu::BindGroupLayout,
     pub(super) test_layout: wgpu::BindGroupLayout,
+    pub(super) transparent_layout: wgpu::BindGroupLayout,
     pub(super) compact_layout: wgpu::BindGroupLayout,
     pub(super) queries: QueryPipelines,
     chunk_layout: wgpu::BindGroupLayout,
@@ -68,29 +71,31 @@ impl Hzb {
         let params = Uniform(PARAMS_BYTES);
         let recall_layout = layout(gpu, "recall", &[Span, Read, Read, Write, Write]);
         let pyramid_layout = layout(gpu, "depth pyramid", &[Span, params, Depth, Write]);
-        let test_layout = layout(
-            gpu,
-            "occlusion test",
-            &[Span, params, view, Read, Write, Write, Read, Write, Write, Depth],
-        );
+        let test_layout =
+            layout(gpu, "occlusion test", &[Span, params, view, Read, Write, Write, Read, Write, Depth]);
+        let transparent_layout = layout(gpu, "transparent polygons", &[Write, Write]);
         let compact_layout = layout(gpu, "compaction", &[Span, Read, Read, Write, Write, Write]);
         let chunk_layout = layout(gpu, "polygon chunk", &[Read]);
         let pyramid = [Some(&pyramid_layout)];
         let test = [Some(&test_layout), Some(&chunk_layout)];
+        let transparent = [Some(&test_layout), Some(&chunk_layout), Some(&transparent_layout)];
         let compact = [Some(&compact_layout)];
         Ok(Self {
             recall: compute(gpu, shaders::HZB_RECALL, &[Some(&recall_layout)], "recall"),
             base: compute(gpu, shaders::HZB_PYRAMID, &pyramid, "base"),
             reduce: compute(gpu, shaders::HZB_PYRAMID, &pyramid, "reduce"),
             test: compute(gpu, shaders::HZB_TEST, &test, "test"),
+            refine: compute(gpu, shaders::HZB_TEST, &test, "refine"),
             remember: compute(gpu, shaders::HZB_TEST, &test, "remember"),
-            test_transparent: compute(gpu, shaders::HZB_TEST, &test, "test_transparent"),
+            refine_remembered: compute(gpu, shaders::HZB_TEST, &test, "refine_remembered"),
+            test_transparent: compute(gpu, shaders::HZB_TEST, &transparent, "test_transparent"),
             count: compute(gpu, shaders::HZB_COMPACT, &compact, "count"),
             scan: compute(gpu, shaders::HZB_COMPACT, &compact, "scan"),
             scatter: compute(gpu, shaders::HZB_COMPACT, &compact, "scatter"),
             recall_layout,
             pyramid_layout,
             test_layout,
+            transparent_layout,
             compact_layout,
             queries: QueryPipelines::new(gpu),
             chunk_layout,
@@ -131,7 +136,7 @@ fn missing(gpu: &Gpu) -> Option<&'static str> {
         return Some("shaders that read the depth of each sample (drive it by Vulkan, not OpenGL)");
     }
     if limits.max_storage_buffers_per_shader_stage < STORAGE_BUFFERS {
-        return Some("seven storage buffers in a compute shader");
+        return Some("eight storage buffers in a compute shader");
     }
     (limits.max_compute_invocations_per_workgroup < 256 || limits.max_compute_workgroup_size_x < 256)
         .then_some("compute workgroups of 256")

@@ -152,7 +152,9 @@ mod tests {
     #[test]
     fn the_shader_takes_samples_to_be_at_the_same_places() {
         for (sample, [x, y]) in PLACES.iter().enumerate() {
-            let call = format!("may_win(t, at, {sample}, vec2({x}, {y}))");
+            let read = format!("textureLoad(samples, pixel, {sample})");
+            assert!(shaders::HZB_TEST.contains(&read), "{read}");
+            let call = format!("may_win(t, at + vec2({x}, {y}), depths.{})", ["x", "y", "z", "w"][sample]);
             assert!(shaders::HZB_TEST.contains(&call), "{call}");
         }
     }

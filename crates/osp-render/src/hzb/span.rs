@@ -25,9 +25,10 @@ pub(super) struct Span {
     /// First handle, or position in the list, or level of the pyramid.
     pub(super) first: u32,
     pub(super) end: u32,
+    /// Position of the page in `sums`, or of a chunk's list in `candidates`.
     pub(super) first_sum: u32,
     pub(super) base: u32,
-    /// Position of the page's count and draw calls in the words of `args`.
+    /// Position of the page's count and draw calls in the words of `args`, or of a chunk's count in `candidates`.
     pub(super) args: u32,
     pub(super) first_polygon: u32,
     /// Number of draw calls of the page for depth; the page has as many for colours.

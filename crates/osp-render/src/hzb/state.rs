@@ -31,6 +31,8 @@ pub(in super::super) struct HzbView {
     /// Whether the view has jumped. The frame then draws all polygons in view, and tests them afterwards.
     pub(super) has_jumped: bool,
     kept_masks: Vec<[u32; 2]>,
+    /// A zero for each span of `chunks`.
+    no_candidates: Vec<u32>,
     /// Size of the picture for which `levels` was computed, pixels.
     pub(super) size: (u32, u32),
     pub(super) levels: Levels,
@@ -56,6 +58,9 @@ pub(super) struct Buffers {
     pub(super) params: wgpu::Buffer,
     pub(super) handles: wgpu::Buffer,
     pub(super) kept: wgpu::Buffer,
+    /// The number of candidates of each span of `chunks`, then the candidates of one of these spans at a time. Candidates
+    /// are the polygons that the coarse test has not proven hidden.
+    pub(super) candidates: wgpu::Buffer,
     /// For each cluster of the scene, a mask of its polygons that were visible in the last frame.
     pub(super) remembered: wgpu::Buffer,
     pub(super) recalled: wgpu::Buffer,
@@ -70,6 +75,7 @@ pub(super) struct Groups {
     pub(super) recall: wgpu::BindGroup,
     pub(super) pyramid: wgpu::BindGroup,
     pub(super) test: wgpu::BindGroup,
+    pub(super) transparent: wgpu::BindGroup,
     pub(super) compact: wgpu::BindGroup,
     /// A group for the vertex shader, with the recalled polygons as the draw list.
     pub(super) draw_recalled: wgpu::BindGroup,
@@ -89,6 +95,7 @@ impl HzbView {
             params: create(gpu, "depth pyramid's levels", PARAMS_BYTES, uniform),
             handles: create(gpu, "handles", 1 << 12, STORAGE),
             kept: create(gpu, "kept polygons", 1 << 12, read),
+            candidates: create(gpu, "candidates", 1 << 12, STORAGE),
             remembered: create(gpu, "remembered polygons", 1 << 12, STORAGE),
             recalled: create(gpu, "recalled polygons", 1 << 12, STORAGE),
             sums: create(gpu, "sums", 1 << 10, STORAGE),
@@ -105,6 +112,7 @@ impl HzbView {
             is_encoded: false,
             has_jumped: false,
             kept_masks: Vec::new(),
+            no_candidates: Vec::new(),
             size: (0, 0),
             levels: Levels::of(1, 1),
             pages: Vec::new(),
@@ -150,12 +158,15 @@ impl HzbView {
         self.lay_out(order, transparent.clone(), on_gpu.chunk_len() as u32, on_gpu.draw_len());
         let handles = order.handles();
         let sums = self.pages.last().map_or(0, |span| span.first_sum + span.len().div_ceil(LANES));
+        let of_chunk = self.chunks.iter().map(|span| u64::from(span.len()) * CLUSTER as u64).max();
+        let candidate_words = self.chunks.len() as u64 + of_chunk.unwrap_or(0);
         let buffers = &mut self.buffers;
         let forgets = grow(gpu, &mut buffers.remembered, polygon_count.div_ceil(CLUSTER) as u64 * 8);
         let is_new = [
             grow(gpu, &mut buffers.spans, self.span_bytes.len() as u64),
             grow(gpu, &mut buffers.handles, size_of_val(handles) as u64),
             grow(gpu, &mut buffers.kept, handles.len() as u64 * 8),
+            grow(gpu, &mut buffers.candidates, candidate_words * 4),
             forgets,
             grow(gpu, &mut buffers.recalled, u64::from(transparent.start) * 4),
             grow(gpu, &mut buffers.sums, u64::from(sums) * 4),
@@ -180,6 +191,7 @@ impl HzbView {
         if self.has_jumped {
             self.kept_masks.extend(handles.iter().map(|handle| handle.mask));
         }
+        self.no_candidates.resize(self.chunks.len(), 0);
         let mut sent = 0;
         let mut send = |buffer: &wgpu::Buffer, bytes: &[u8]| {
             if !bytes.is_empty() {
@@ -191,6 +203,7 @@ impl HzbView {
         send(&self.buffers.handles, bytemuck::cast_slice(handles));
         send(&self.buffers.kept, bytemuck::cast_slice(&self.kept_masks));
         send(&self.buffers.args, bytemuck::cast_slice(&self.args_words));
+        send(&self.buffers.candidates, bytemuck::cast_slice(&self.no_candidates));
         let in_view = u64::from(transparent.end);
         let groups_tested = match &mut self.queries {
             Some(queries) => {
@@ -243,6 +256,10 @@ impl HzbView {
                 self.chunks.push(Span { first_polygon: chunk * chunk_len, ..span });
                 at += count;
             }
+        }
+        let chunks = self.chunks.len() as u32;
+        for (number, span) in (0..).zip(&mut self.chunks) {
+            (span.args, span.first_sum) = (number, chunks);
         }
         for &id in order.ids() {
             let chunk = id / chunk_len;

@@ -6,11 +6,12 @@ struct Span {
     first: u32,
     // End of the handles or places.
     end: u32,
-    // Place in `sums` at which the page begins.
+    // Place in `sums` at which the page begins, or in `candidates` at which a chunk's list begins.
     first_sum: u32,
     // Place in the list at which the page begins.
     base: u32,
-    // Place in `args` of the page's count and draw calls: those for depth, then those for colours.
+    // Place in `args` of the page's count and draw calls: those for depth, then those for colours. Or the place in
+    // `candidates` of a chunk's count.
     args: u32,
     // The first polygon of the chunk.
     first_polygon: u32,

@@ -17,22 +17,31 @@ struct Polygon {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var<uniform> view: View;
 @group(0) @binding(3) var<storage, read> handles: array<Handle>;
-@group(0) @binding(4) var<storage, read_write> remembered: array<vec2<u32>>;
-// The mask of each handle, without hidden polygons.
-@group(0) @binding(5) var<storage, read_write> kept: array<vec2<u32>>;
+// A mask for each cluster, two words.
+@group(0) @binding(4) var<storage, read_write> remembered: array<atomic<u32>>;
+// The mask of each handle, without hidden polygons, two words.
+@group(0) @binding(5) var<storage, read_write> kept: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read> pyramid: array<f32>;
-@group(0) @binding(7) var<storage, read_write> list: array<u32>;
-@group(0) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
-@group(0) @binding(9) var samples: texture_depth_multisampled_2d;
+// The number of candidates of each chunk, then the candidates of the current chunk, which are the polygons that the coarse
+// test has not proven hidden. A candidate is 64 times the number of its handle in the span, plus the polygon's number in
+// its cluster.
+@group(0) @binding(7) var<storage, read_write> candidates: array<atomic<u32>>;
+@group(0) @binding(8) var samples: texture_depth_multisampled_2d;
 @group(1) @binding(0) var<storage, read> chunk: array<Polygon>;
+@group(2) @binding(0) var<storage, read_write> list: array<u32>;
+@group(2) @binding(1) var<storage, read_write> counters: array<atomic<u32>>;
 
 const NOTHING: u32 = 0xffffffffu;
 // Greatest number of texels that a group's rectangle covers, each way.
 const GROUP_TEXELS: i32 = 4;
 // Greatest number of texels that a triangle's rectangle covers on the level where its test begins, each way.
 const FINE_TEXELS: i32 = 8;
-// Greatest number of texels, finer ones included, that a triangle is tested on. A triangle that needs more is drawn.
+// Greatest number of texels, finer ones included, that a lane tests a triangle on. A triangle that needs more is drawn.
 const MOST_STEPS: u32 = 1024u;
+// The same if a candidate has several lanes.
+const MOST_STEPS_OF_SHARE: u32 = 256u;
+// Number of lanes that share the texels of a candidate.
+const LANES_OF_CANDIDATE: u32 = 16u;
 
 const BY_BOX: u32 = 1u;
 const BY_FARTHEST: u32 = 2u;
@@ -178,7 +187,7 @@ fn bound_of(polygon: Polygon) -> Bound {
     let low = min(min(p.a.xy, p.b.xy), min(p.c.xy, p.d.xy));
     let high = max(max(p.a.xy, p.b.xy), max(p.c.xy, p.d.xy));
     var steep = steepness(p.a, p.b, p.c, p.play);
-    if !is_same(polygon.corners[2], polygon.corners[3]) {
+    if has_two_triangles(polygon) {
         let other = steepness(p.a, p.c, p.d, p.play);
         steep = select(max(steep, other), -1.0, min(steep, other) < 0.0);
     }
@@ -277,30 +286,42 @@ fn nearest_in(t: Triangle, low: vec2<f32>, high: vec2<f32>) -> f32 {
     return min(t.depth + steps.x + steps.y + t.more, t.nearest);
 }
 
-fn may_win(t: Triangle, pixel: vec2<i32>, sample: i32, place: vec2<f32>) -> bool {
-    let at = vec2<f32>(pixel) + place;
-    return may_touch(t, at, at) && !(nearest_in(t, at, at) < textureLoad(samples, pixel, sample));
+fn may_win(t: Triangle, at: vec2<f32>, depth: f32) -> bool {
+    return may_touch(t, at, at) && !(nearest_in(t, at, at) < depth);
 }
 
-// Tests a triangle against the texels that it touches. If a texel does not prove it hidden, its four parts on the next
-// finer level are tested in turn, down to single pixels and their samples. After the fourth part, the parent's
-// neighbour follows: a tree traversal without a stack, whose state is level and position. The triangle is hidden if it
-// is behind every texel or sample at which the traversal ends; together these cover the triangle. A traversal that
-// takes too many steps proves nothing.
-fn is_triangle_hidden(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_play: f32) -> bool {
+// Whether the triangle may win a sample of a pixel. The samples have their standard positions: see `samples.rs`.
+fn may_win_any(t: Triangle, pixel: vec2<i32>) -> bool {
+    // All are read at once, because a lane waits for each read.
+    let depths = vec4(
+        textureLoad(samples, pixel, 0),
+        textureLoad(samples, pixel, 1),
+        textureLoad(samples, pixel, 2),
+        textureLoad(samples, pixel, 3),
+    );
+    let at = vec2<f32>(pixel);
+    return may_win(t, at + vec2(0.375, 0.125), depths.x) || may_win(t, at + vec2(0.875, 0.375), depths.y)
+        || may_win(t, at + vec2(0.125, 0.625), depths.z) || may_win(t, at + vec2(0.625, 0.875), depths.w);
+}
+
+// A triangle and the texels that its test begins with.
+struct Task {
+    t: Triangle,
+    // Its samples lie within these bounds, pixels.
+    low: vec2<f32>,
+    high: vec2<f32>,
+    // Its first and last pixel.
+    rect: vec4<i32>,
+    // The level of the texels that its test begins with.
+    top: u32,
+    // False if there is no bound, so that nothing proves the triangle hidden.
+    is_known: bool,
+}
+
+fn task_of(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_play: f32) -> Task {
     let low = min(min(a.xy, b.xy), c.xy);
     let high = max(max(a.xy, b.xy), c.xy);
     let steep = steepness(a, b, c, by);
-    if steep < 0.0 {
-        return false;
-    }
-    // Its samples lie within these bounds.
-    let out_low = low - 2.0 * by;
-    let out_high = high + 2.0 * by;
-    let rect = pixels(out_low, out_high);
-    if any(rect.xy > rect.zw) {
-        return true;
-    }
     let ab = b - a;
     let ac = c - a;
     let area = ab.x * ac.y - ab.y * ac.x;
@@ -318,24 +339,36 @@ fn is_triangle_hidden(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_p
     let more = steep * (2.0 * by + uneven) + depth_play;
     let nearest = max(max(a.z, b.z), c.z) + steep * 2.0 * by + depth_play;
     let side = select(-1.0, 1.0, area > 0.0);
-    let t = Triangle(a.xy, b.xy, c.xy, side, outside, a.z, slope, more, nearest);
+    let rect = pixels(low - 2.0 * by, high + 2.0 * by);
+    return Task(
+        Triangle(a.xy, b.xy, c.xy, side, outside, a.z, slope, more, nearest),
+        low - 2.0 * by,
+        high + 2.0 * by,
+        rect,
+        level_for(rect, FINE_TEXELS),
+        steep >= 0.0,
+    );
+}
 
-    let top = level_for(rect, FINE_TEXELS);
-    let first = rect.xy >> vec2(top);
-    let end = rect.zw >> vec2(top);
-    var level = top;
-    var at = first;
-    for (var step = 0u; step < MOST_STEPS; step++) {
+// Tests the part of a triangle in one texel of the level where its test begins. If a texel does not prove it hidden, its
+// four parts on the next finer level are tested in turn, down to single pixels and their samples. After the fourth part,
+// the parent's neighbour follows: a tree traversal without a stack, whose state is level and position. The part is hidden
+// if it is behind every texel or sample at which the traversal ends; together these cover it. A traversal that takes
+// more than `steps` steps proves nothing.
+fn is_part_hidden(task: Task, texel: vec2<i32>, steps: ptr<function, u32>) -> bool {
+    let t = task.t;
+    var level = task.top;
+    var at = texel;
+    while *steps > 0u {
+        *steps -= 1u;
         let size = f32(1u << level);
-        let texel_low = max(vec2<f32>(at) * size, out_low);
-        let texel_high = min(vec2<f32>(at + 1) * size, out_high);
+        let texel_low = max(vec2<f32>(at) * size, task.low);
+        let texel_high = min(vec2<f32>(at + 1) * size, task.high);
         // Parts of a texel may lie outside of the rectangle.
-        let is_in = all(at >= (rect.xy >> vec2(level))) && all(at <= (rect.zw >> vec2(level)));
+        let is_in = all(at >= (task.rect.xy >> vec2(level))) && all(at <= (task.rect.zw >> vec2(level)));
         if is_in && may_touch(t, texel_low, texel_high) {
             if level == 0u {
-                // Standard positions of the samples: see `samples.rs`.
-                if may_win(t, at, 0, vec2(0.375, 0.125)) || may_win(t, at, 1, vec2(0.875, 0.375))
-                    || may_win(t, at, 2, vec2(0.125, 0.625)) || may_win(t, at, 3, vec2(0.625, 0.875)) {
+                if may_win_any(t, at) {
                     return false;
                 }
             } else if !(nearest_in(t, texel_low, texel_high) < depth_at(level, at)) {
@@ -345,29 +378,45 @@ fn is_triangle_hidden(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_p
             }
         }
         // After the last of four parts, the parent is finished, too, and so on.
-        let up = min(firstTrailingBit(~u32(at.x & at.y)), top - level);
+        let up = min(firstTrailingBit(~u32(at.x & at.y)), task.top - level);
         level += up;
         at = at >> vec2(up);
-        if level < top {
-            at = select(vec2(at.x - 1, at.y + 1), vec2(at.x + 1, at.y), (at.x & 1) == 0);
-        } else if at.x < end.x {
-            at.x += 1;
-        } else if at.y < end.y {
-            at = vec2(first.x, at.y + 1);
-        } else {
+        if level == task.top {
             return true;
         }
+        at = select(vec2(at.x - 1, at.y + 1), vec2(at.x + 1, at.y), (at.x & 1) == 0);
     }
     return false;
 }
 
-fn is_polygon_hidden(polygon: Polygon) -> bool {
-    let p = placed(polygon);
-    if p.play < 0.0 || !is_triangle_hidden(p.a, p.b, p.c, p.play, p.depth_play) {
+// Whether a triangle is hidden in those texels that lane number `lane` of `lanes` tests, in at most `most` steps.
+fn is_triangle_hidden(task: Task, lane: u32, lanes: u32, most: u32) -> bool {
+    if !task.is_known {
         return false;
     }
-    return is_same(polygon.corners[2], polygon.corners[3])
-        || is_triangle_hidden(p.a, p.c, p.d, p.play, p.depth_play);
+    var steps = most;
+    let first = task.rect.xy >> vec2(task.top);
+    let size = max((task.rect.zw >> vec2(task.top)) - first + 1, vec2(0));
+    let count = u32(size.x * size.y);
+    for (var i = lane; i < count; i += lanes) {
+        if !is_part_hidden(task, first + vec2(i32(i) % size.x, i32(i) / size.x), &steps) {
+            return false;
+        }
+    }
+    return true;
+}
+
+fn has_two_triangles(polygon: Polygon) -> bool {
+    return !is_same(polygon.corners[2], polygon.corners[3]);
+}
+
+fn is_polygon_hidden(polygon: Polygon, lane: u32, lanes: u32, most: u32) -> bool {
+    let p = placed(polygon);
+    if p.play < 0.0 || !is_triangle_hidden(task_of(p.a, p.b, p.c, p.play, p.depth_play), lane, lanes, most) {
+        return false;
+    }
+    return !has_two_triangles(polygon)
+        || is_triangle_hidden(task_of(p.a, p.c, p.d, p.play, p.depth_play), lane, lanes, most);
 }
 
 const LANES: u32 = 64u;
@@ -377,6 +426,9 @@ var<workgroup> lows: array<vec3<f32>, LANES>;
 var<workgroup> highs: array<vec3<f32>, LANES>;
 var<workgroup> are_hidden: array<u32, LANES>;
 var<workgroup> visible: array<atomic<u32>, 2>;
+// Number of listed candidates, and the place of the first in the chunk's list.
+var<workgroup> listed: atomic<u32>;
+var<workgroup> first_listed: u32;
 
 // Bound of the bounding box of a group, whose polygons begin at `lane`: all corners of the box on the picture.
 fn bound_of_box(lane: u32, of_corners: Bound) -> Bound {
@@ -399,15 +451,15 @@ fn bound_of_box(lane: u32, of_corners: Bound) -> Bound {
     return bound;
 }
 
-// Writes the polygons that are not hidden to `visible`. One lane for each polygon of the cluster.
+// The coarse test. Writes the polygons of groups that are not hidden to `visible`. One lane for each polygon of the
+// cluster.
 fn find_visible(handle: Handle, lane: u32) {
     let is_on = ((select(handle.low, handle.high, lane >= 32u) >> (lane % 32u)) & 1u) == 1u;
-    var polygon: Polygon;
     bounds[lane] = nothing();
     lows[lane] = vec3(1.0e30);
     highs[lane] = vec3(-1.0e30);
     if is_on {
-        polygon = chunk[handle.cluster * 64u + lane - span.first_polygon];
+        let polygon = chunk[handle.cluster * LANES + lane - span.first_polygon];
         bounds[lane] = bound_of(polygon);
         if params.bound == BY_BOX {
             let a = corner(polygon, 0u);
@@ -432,36 +484,116 @@ fn find_visible(handle: Handle, lane: u32) {
         are_hidden[lane] = u32(is_bound_hidden(bound));
     }
     workgroupBarrier();
-    var is_hidden = are_hidden[leader] == 1u;
-    if is_on && !is_hidden && params.is_fine == 1u {
-        is_hidden = is_polygon_hidden(polygon);
-    }
-    if is_on && !is_hidden {
+    if is_on && are_hidden[leader] == 0u {
         atomicOr(&visible[lane / 32u], 1u << (lane % 32u));
     }
     workgroupBarrier();
 }
 
-@compute @workgroup_size(LANES)
-fn test(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let at = span.first + group.x;
+// Whether the fine test may prove the polygon of this lane hidden.
+fn is_candidate(lane: u32) -> bool {
+    let is_visible = ((atomicLoad(&visible[lane / 32u]) >> (lane % 32u)) & 1u) == 1u;
+    return params.is_fine == 1u && is_visible && bounds[lane].is_known == 1u;
+}
+
+// Lists this lane's polygon for the fine test if `is_listed`. All lanes must call it.
+fn list_candidate(number: u32, lane: u32, is_listed: bool) {
+    var own = 0u;
+    if is_listed {
+        own = atomicAdd(&listed, 1u);
+    }
+    workgroupBarrier();
+    if lane == 0u {
+        first_listed = atomicAdd(&candidates[span.args], atomicLoad(&listed));
+    }
+    workgroupBarrier();
+    if is_listed {
+        atomicStore(&candidates[span.first_sum + first_listed + own], number * LANES + lane);
+    }
+}
+
+// Both forms of the coarse test: polygons that it does not prove hidden are candidates, or visible if there is no fine
+// test for them.
+fn test_cluster(number: u32, lane: u32, is_kept: bool) {
+    let at = span.first + number;
     let handle = handles[at];
     find_visible(handle, lane);
-    if lane == 0u {
-        let mask = vec2(atomicLoad(&visible[0]), atomicLoad(&visible[1]));
-        kept[at] = mask;
-        remembered[handle.cluster] = mask;
+    let is_listed = is_candidate(lane);
+    workgroupBarrier();
+    if is_listed {
+        atomicAnd(&visible[lane / 32u], ~(1u << (lane % 32u)));
     }
+    workgroupBarrier();
+    if lane < 2u {
+        let mask = atomicLoad(&visible[lane]);
+        atomicStore(&remembered[handle.cluster * 2u + lane], mask);
+        if is_kept {
+            atomicStore(&kept[at * 2u + lane], mask);
+        }
+    }
+    list_candidate(number, lane, is_listed);
+}
+
+@compute @workgroup_size(LANES)
+fn test(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    test_cluster(group.x, lane, true);
 }
 
 // `test` after all polygons in view have been drawn, only for the next frame.
 @compute @workgroup_size(LANES)
 fn remember(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let handle = handles[span.first + group.x];
-    find_visible(handle, lane);
-    if lane == 0u {
-        remembered[handle.cluster] = vec2(atomicLoad(&visible[0]), atomicLoad(&visible[1]));
+    test_cluster(group.x, lane, false);
+}
+
+struct Candidate {
+    // Its handle's place.
+    at: u32,
+    cluster: u32,
+    // Its place in the cluster.
+    lane: u32,
+}
+
+fn candidate(number: u32) -> Candidate {
+    let word = atomicLoad(&candidates[span.first_sum + number]);
+    let at = span.first + word / LANES;
+    return Candidate(at, handles[at].cluster, word % LANES);
+}
+
+// The fine test. It is apart from the coarse one, because few polygons need it and each takes long.
+fn refine_candidates(group: u32, groups: u32, lane: u32, is_kept: bool) {
+    let count = atomicLoad(&candidates[span.args]);
+    let of_group = LANES / LANES_OF_CANDIDATE;
+    let share = lane % LANES_OF_CANDIDATE;
+    for (var i = group * of_group + lane / LANES_OF_CANDIDATE; i < count; i += groups * of_group) {
+        let c = candidate(i);
+        let polygon = chunk[c.cluster * LANES + c.lane - span.first_polygon];
+        if !is_polygon_hidden(polygon, share, LANES_OF_CANDIDATE, MOST_STEPS_OF_SHARE) {
+            let bit = 1u << (c.lane % 32u);
+            atomicOr(&remembered[c.cluster * 2u + c.lane / 32u], bit);
+            if is_kept {
+                atomicOr(&kept[c.at * 2u + c.lane / 32u], bit);
+            }
+        }
     }
+}
+
+@compute @workgroup_size(LANES)
+fn refine(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    refine_candidates(group.x, groups.x, lane, true);
+}
+
+// `refine` after `remember`.
+@compute @workgroup_size(LANES)
+fn refine_remembered(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    refine_candidates(group.x, groups.x, lane, false);
 }
 
 // Tests transparent polygons one by one. A hidden polygon leaves NOTHING in the list.
@@ -477,7 +609,7 @@ fn test_transparent(@builtin(global_invocation_id) invocation: vec3<u32>) {
         return;
     }
     let polygon = chunk[id - span.first_polygon];
-    if is_polygon_hidden(polygon) || is_bound_hidden(bound_of(polygon)) {
+    if is_polygon_hidden(polygon, 0u, 1u, MOST_STEPS) || is_bound_hidden(bound_of(polygon)) {
         list[at] = NOTHING;
         atomicAdd(&counters[0], 1u);
     }
