@@ -24,6 +24,7 @@ pub struct OspCullingPlugin {
 
 impl Plugin for OspCullingPlugin {
     fn build(&self, app: &mut App) {
+        app.register_type::<OspCullingSettings>();
         app.insert_resource(self.settings.clone()).init_resource::<OspCulling>();
         // An app that is never finished, for example in tests, also gets the system.
         if app.is_plugin_added::<VisibilityPlugin>() {

@@ -1,11 +1,13 @@
-use bevy_ecs::resource::Resource;
+use bevy_ecs::{reflect::ReflectResource, resource::Resource};
+use bevy_reflect::{Reflect, std_traits::ReflectDefault};
 
 /// Limits for the choice between the index and Bevy's method, which is a plain pass over all entities. The visible sets
 /// are the same with both.
 ///
 /// At the default limits, both methods take about the same time (`cargo bench -- limits`). The resource may be changed
-/// at any time.
-#[derive(Resource, Clone, Debug, PartialEq)]
+/// at any time, also through reflection, as editors and inspectors do.
+#[derive(Resource, Clone, Debug, PartialEq, Reflect)]
+#[reflect(Resource, Default)]
 pub struct OspCullingSettings {
     /// Least number of entities for an index. With fewer entities a plain pass is faster.
     pub least_entities: usize,

@@ -5,7 +5,7 @@ mod twins;
 use std::any::TypeId;
 
 use bevy_app::{App, PostUpdate, TaskPoolPlugin};
-use bevy_asset::AssetPlugin;
+use bevy_asset::{AssetPlugin, Assets, Handle, RenderAssetUsages};
 use bevy_camera::{
     Camera, CameraPlugin,
     primitives::Aabb,
@@ -15,11 +15,17 @@ use bevy_camera::{
     },
 };
 use bevy_ecs::{
-    change_detection::ResMut, component::Component, entity::Entity, query::With, resource::Resource,
-    schedule::IntoScheduleConfigs, system::Query,
+    change_detection::ResMut,
+    component::Component,
+    entity::Entity,
+    query::With,
+    reflect::{AppTypeRegistry, ReflectResource},
+    resource::Resource,
+    schedule::IntoScheduleConfigs,
+    system::Query,
 };
 use bevy_math::{Vec3, Vec3A};
-use bevy_mesh::MeshPlugin;
+use bevy_mesh::{Mesh, Mesh3d, MeshPlugin, PrimitiveTopology};
 use bevy_osp::{OspCulling, OspCullingPlugin, OspCullingSettings};
 use bevy_transform::{TransformPlugin, components::Transform};
 use twins::{Twins, new_app};
@@ -156,4 +162,46 @@ fn the_index_comes_when_it_pays_and_goes_when_all_moves() {
         things[100..].iter().for_each(|id| app.world_mut().entity_mut(*id).despawn());
     }
     assert_eq!(run(&mut apps, 1, false, &[]), (false, 0, 0), "few again");
+}
+
+/// A stroke whose mesh gets points in every frame. Bevy computes its box again, and the plugin takes the new one.
+#[test]
+fn a_mesh_that_grows_is_seen_as_soon_as_it_reaches_the_view() {
+    let mut apps = [new_app(None), new_app(Some(OspCullingSettings::always()))];
+    let mut twins = Twins::new();
+    let (mut strokes, mut meshes) = (Vec::new(), Vec::<Handle<Mesh>>::new());
+    for app in &mut apps {
+        spawn_camera(app);
+        let mesh = Mesh::new(PrimitiveTopology::LineStrip, RenderAssetUsages::default())
+            .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0_f32, 0.0, 5.0]]);
+        let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh);
+        let stroke = spawn_thing(app, Vec3::ZERO);
+        app.world_mut().entity_mut(stroke).remove::<Aabb>().insert(Mesh3d(mesh.clone()));
+        strokes.push(stroke);
+        meshes.push(mesh);
+    }
+    let mut seen = Vec::new();
+    // From 5 m behind the camera to 4 m in front of it.
+    for frame in 0..20_u8 {
+        for (app, handle) in apps.iter_mut().zip(&meshes) {
+            let points = (0..=frame).map(|i| [0.0, 0.0, 5.0 - f32::from(i) * 0.5]).collect::<Vec<_>>();
+            let mut assets = app.world_mut().resource_mut::<Assets<Mesh>>();
+            let mut mesh = assets.get_mut(handle).unwrap();
+            mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, points);
+            drop(mesh);
+            app.update();
+        }
+        twins.compare(&mut apps, &format!("frame {frame}"));
+        seen.push(apps[1].world().get::<ViewVisibility>(strokes[1]).unwrap().get());
+    }
+    assert!(!seen[5] && seen[19], "{seen:?}");
+    assert!(apps[1].world().resource::<OspCulling>().is_indexed());
+}
+
+#[test]
+fn the_settings_are_reached_by_reflection() {
+    let app = new_app(Some(OspCullingSettings::always()));
+    let registry = app.world().resource::<AppTypeRegistry>().read();
+    let registration = registry.get(TypeId::of::<OspCullingSettings>()).expect("a registered type");
+    assert!(registration.data::<ReflectResource>().is_some());
 }
