@@ -70,7 +70,7 @@
 //!
 //! ```
 //! use osp::{
-//!     frame::{PassConfig, Pipeline, StageClock},
+//!     frame::{PassConfig, Pipeline},
 //!     glam::Vec3,
 //!     index::{IndexConfig, Osp},
 //!     math::Aabb,
@@ -111,7 +111,7 @@
 //! let index = Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, 64.0), capacity: 1000 });
 //! // A mesh is taken to cost 10 microseconds to draw, so the pass tests every one.
 //! let occlusion = PassConfig::new(Occlusion::Msvbsp);
-//! let mut culler = Pipeline::new(Box::new(index), 1000, StageClock::default()).with_occlusion(occlusion);
+//! let mut culler = Pipeline::new(Box::new(index), 1000).with_occlusion(occlusion);
 //! culler.load(&world);
 //!
 //! // Or `View::from_matrix`, with the engine's own.
@@ -189,9 +189,10 @@ pub mod occlusion;
 pub mod polygon;
 pub mod view;
 
+#[doc(inline)]
+pub use view::Depth;
 pub use culler::{
-    ALL_LAYERS, Camera, CameraError, Culler, Dense, Depth, Frame, Key, Missing, Occluder, OccluderError,
-    Oracle, OracleError, Refusal, Seen,
+    ALL_LAYERS, Camera, CameraError, Culler, Dense, Frame, Key, Occluder, OccluderError, Refusal, Seen, oracle,
 };
 
 #[cfg(doctest)]

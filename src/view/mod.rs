@@ -8,8 +8,11 @@ mod matrix;
 mod view;
 mod view_window;
 
-pub use matrix::ClipDepth;
 pub use view::{Projection, View};
+
+// The first page documents it.
+#[doc(hidden)]
+pub use matrix::Depth;
 
 // For occlusion culling. They change without notice.
 #[doc(hidden)]

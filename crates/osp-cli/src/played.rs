@@ -10,7 +10,7 @@ use super::{
     progress, reading::ReadArgs, session::OpenSession,
 };
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     index::IndexConfig,
 };
 use osp_rivals::{IndexKind, IndexSettings};
@@ -92,7 +92,7 @@ impl Played {
         let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
         let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
         let mut pipeline =
-            Pipeline::new(index.create_with(&config, settings), capacity, StageClock::default());
+            Pipeline::new(index.create_with(&config, settings), capacity);
         let mut player = Player::new(OpenSession::open(file, reading)?, pace);
         let progress = progress::bar(last + 1, "frames", &file.to_string_lossy());
         for _ in 0..=last {

@@ -6,7 +6,7 @@ use osp::{
     index::{DrawList, SpatialIndex},
     math::{Aabb, Frustum, Ray, Sphere},
     polygon::{PolygonId, VisibleBlocks},
-    view::{ClipDepth, View},
+    view::View,
 };
 
 use super::{
@@ -237,7 +237,7 @@ fn ask(
             same("its planes with OpenGL's depth", &in_frustum(index, &opengl)?, expected)?;
             if is_perspective(matrix) {
                 let view =
-                    View::from_matrix(matrix, ClipDepth::ZeroToOne).ok_or("no view has this matrix")?;
+                    View::from_matrix(matrix, Depth::ZeroToOne).ok_or("no view has this matrix")?;
                 same("its view", &in_frustum(index, &view.frustum())?, expected)?;
             }
             Ok(())

@@ -4,7 +4,7 @@ use std::{any::Any, collections::BTreeMap};
 
 use glam::Vec3;
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     index::{BruteForce, DrawList, IndexConfig, SpatialIndex},
     math::{Aabb, Ray},
     polygon::{Change, ConvexPolygon, Geometry, PolygonId},
@@ -298,7 +298,7 @@ fn in_a_pipeline_the_tree_reads_the_polygons() {
     let mut world = Moving(piercing(60, 0.6, 11));
     let config = IndexConfig { root: root(), capacity: world.0.len() };
     let index = Box::new(Bsp::new(BspConfig::default(), &config));
-    let mut pipeline = Pipeline::new(index, world.0.len(), StageClock::default());
+    let mut pipeline = Pipeline::new(index, world.0.len());
     let ids = || (0..60).map(PolygonId);
     let frames: [Vec<Change>; 3] = [
         ids().map(Change::Insert).collect(),

@@ -1,7 +1,7 @@
 //! Senseless configurations and numbers: they cause no panic, and take no more memory than documented.
 
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     glam::Affine3A,
     index::{BruteForce, DrawList, Osp},
     polygon::VisibleBlocks,
@@ -95,7 +95,7 @@ fn a_capacity_of_all_numbers_reserves_what_is_stated() {
     let room = DrawList::with_capacity(usize::MAX);
     assert!(room.is_empty());
     let pipeline =
-        Pipeline::new(Box::new(BruteForce::with_capacity(usize::MAX)), usize::MAX, StageClock::default());
+        Pipeline::new(Box::new(BruteForce::with_capacity(usize::MAX)), usize::MAX);
     assert!(pipeline.bytes() <= MOST_BYTES);
     let config = IndexConfig { capacity: usize::MAX, ..IndexConfig::default() };
     assert!(Osp::new(&config).bytes() <= MOST_BYTES);
