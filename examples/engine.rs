@@ -115,10 +115,10 @@ fn main() {
         println!(
             "frame {frame}: {} in view, {} of them hidden by the wall, {} drawn",
             record.visible,
-            record.occlusion.occluded,
+            record.hidden(),
             drawn.len()
         );
-        hidden.push(record.occlusion.occluded);
+        hidden.push(record.hidden());
     }
     assert!(hidden[0] > 100 && hidden[1] == 0);
 }

@@ -148,7 +148,7 @@
 //! | [`view`] | an eye and what its screen shows |
 //! | [`occlusion`] | occluders, and structures that test boxes against their shadows |
 //! | [`frame`] | one frame: apply changes, cull, leave out what is hidden |
-//! | [`Culler`] | the engine's keys, cameras and occluders on top of all that |
+//! | [`Culler`] | the engine's keys, cameras and occluders on top of all that; [`oracle`] tests draw lists |
 //!
 //! The program `osp` consists of more crates. Each depends only on crates before it in this list: `osp-session`
 //! (recordings, brushes, scenes), `osp-rivals` (every other index and culler), `osp-render` (wgpu), `osp-lab` (oracle,
@@ -189,11 +189,11 @@ pub mod occlusion;
 pub mod polygon;
 pub mod view;
 
-#[doc(inline)]
-pub use view::Depth;
 pub use culler::{
-    ALL_LAYERS, Camera, CameraError, Culler, Dense, Frame, Key, Occluder, OccluderError, Refusal, Seen, oracle,
+    ALL_LAYERS, Camera, CameraError, Culler, Dense, Frame, Key, Occluder, OccluderError, Refusal, Seen,
+    oracle,
 };
+pub use view::matrix::Depth;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -3,7 +3,7 @@ use thiserror::Error;
 
 use crate::{
     math::{Frustum, Ray},
-    view::{Depth, View, ViewWindow},
+    view::{View, ViewWindow, matrix::Depth},
 };
 
 /// Mask of all layers.

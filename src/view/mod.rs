@@ -3,16 +3,12 @@
 //! [`View`] provides the frustum for the index query and the [`ViewWindow`] for occlusion culling. Depends on
 //! [`math`](crate::math) only.
 
-mod matrix;
+pub(crate) mod matrix;
 #[expect(clippy::module_inception, reason = "a view is a view")]
 mod view;
 mod view_window;
 
 pub use view::{Projection, View};
-
-// The first page documents it.
-#[doc(hidden)]
-pub use matrix::Depth;
 
 // For occlusion culling. They change without notice.
 #[doc(hidden)]

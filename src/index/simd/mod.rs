@@ -39,7 +39,7 @@ pub use boxes::Boxes;
 pub(crate) use boxes::{Halves, Wide};
 pub(crate) use eye_boxes::EyeBoxes;
 pub use id_writer::IdWriter;
-pub(crate) use id_writer::{PageRuns, ROOM_BEHIND};
+pub(crate) use id_writer::PageRuns;
 pub use kernel::{Kernel, WithKernel};
 pub(crate) use planes::Sides;
 pub use planes::{PlaneLanes, PlaneSet};

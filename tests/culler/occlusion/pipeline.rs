@@ -448,8 +448,7 @@ fn a_group_that_is_dragged_behind_a_wall_is_hidden_and_nothing_else_of_it() {
 fn each_culler_but_none_becomes_a_pass_and_a_method_of_the_renderer_does_not() {
     let drawn = [Method::NONE, Method::Hzb, Method::Queries];
     for method in Method::CULLERS.iter().chain(&drawn) {
-        let pipeline =
-            Pipeline::new(IndexKind::Osp.create(&IndexConfig::default()), 10);
+        let pipeline = Pipeline::new(IndexKind::Osp.create(&IndexConfig::default()), 10);
         let pipeline = method.add_to(pipeline, PassConfig::default());
         assert_eq!(pipeline.occlusion().is_some(), method.is_on_cpu(), "{}", method.name());
         assert_eq!(method.is_on_cpu(), !drawn.contains(method), "{}", method.name());

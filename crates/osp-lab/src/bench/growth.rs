@@ -8,7 +8,7 @@ use crate::{
     rows::{Figures, Rows},
 };
 use osp::{
-    index::{DrawList, IndexConfig, SpatialIndex, WorkCounts},
+    index::{IndexConfig, SpatialIndex, WorkCounts},
     math::{Aabb, Frustum},
     polygon::{Change, ConvexPolygon, PolygonId},
 };
@@ -142,7 +142,7 @@ struct Subject<'a> {
     index: Box<dyn SpatialIndex>,
     drawing: &'a Drawing,
     wants_shapes: bool,
-    draw_list: DrawList,
+    draw_list: Vec<PolygonId>,
     /// Number of polygons of the fill, and of all polygons.
     filed: usize,
     most: usize,
@@ -170,7 +170,7 @@ impl Frame {
 impl<'a> Subject<'a> {
     fn filled(kind: Contender, drawing: &'a Drawing, filed: usize, most: usize) -> Self {
         let mut index = kind.create(&IndexConfig { capacity: most, ..IndexConfig::default() });
-        let mut draw_list = DrawList::new();
+        let mut draw_list = Vec::new();
         draw_list.reserve(most);
         let wants_shapes = Bsp::of(&mut *index).is_some();
         let mut subject =

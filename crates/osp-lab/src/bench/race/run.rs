@@ -202,7 +202,7 @@ where
 mod tests {
     use super::*;
     use osp::{
-        index::{BruteForce, DrawList, IndexError, Visitor, WorkCounts},
+        index::{BruteForce, IndexError, Visitor, WorkCounts},
         math::Frustum,
         polygon::PolygonId,
     };
@@ -254,7 +254,7 @@ mod tests {
         fn commit(&mut self) {
             self.0.commit();
         }
-        fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+        fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
             self.0.frustum_cull(frustum, draw_list)
         }
         fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
