@@ -29,7 +29,7 @@ pub mod kernels {
         mask_writer::{MaskWriter, RunSink},
         mesh::Mesh,
         probe::{Nearest, NearestPolygons, is_wanted, nearest_by},
-        simd::{Boxes, IdWriter, Kernel, PlaneLanes, PlaneSet, WithKernel, prefetch_lines},
+        simd::{Boxes, IdWriter, Kernel, PlaneLanes, PlaneSet, ROOM_BEHIND, WithKernel, prefetch_lines},
         waiting::Waiting,
     };
 }

@@ -11,7 +11,7 @@ use glam::Vec3;
 use osp::{
     Camera, Culler, Occluder,
     frame::{PassConfig, Pipeline},
-    index::IndexConfig,
+    index::{IndexConfig, kernels::ROOM_BEHIND},
     math::{Aabb, Frustum},
     occlusion::Occlusion,
     polygon::{Change, ConvexPolygon, Geometry, PolygonId},
@@ -138,9 +138,6 @@ fn frames_with_occlusion_culling_allocate_nothing_once_a_session_runs() {
     }
 }
 
-/// Number of places that a query may write behind the polygons that it finds.
-const BEHIND: usize = 272;
-
 /// A list with room for what a query finds is not grown by it.
 #[test]
 fn a_query_that_finds_no_more_than_there_is_room_for_does_not_allocate() {
@@ -153,7 +150,7 @@ fn a_query_that_finds_no_more_than_there_is_room_for_does_not_allocate() {
                 index.insert(PolygonId(i), &Aabb::cube(at - Vec3::ONE, 0.02)).expect("a good box");
             }
             index.commit();
-            let mut list = Vec::with_capacity(count as usize + BEHIND);
+            let mut list = Vec::with_capacity(count as usize + ROOM_BEHIND);
             let before = allocations();
             index.frustum_cull(&Frustum::everything(), &mut list);
             assert_eq!(allocations() - before, 0, "{}, {count} polygons", kind.name());

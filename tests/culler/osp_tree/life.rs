@@ -3,7 +3,9 @@
 
 use glam::Vec3;
 use osp::{
-    index::{BruteForce, IndexConfig, Node, Osp, SpatialIndex, Visit, Visitor, WorkCounts},
+    index::{
+        BruteForce, IndexConfig, Node, Osp, SpatialIndex, Visit, Visitor, WorkCounts, kernels::ROOM_BEHIND,
+    },
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };
@@ -318,8 +320,7 @@ fn ten_million_polygons_within_400_mb() {
     osp.commit();
     let loaded = start.elapsed();
     assert!(osp.bytes() < 400_000_000, "{} bytes", osp.bytes());
-    let mut list = Vec::new();
-    list.reserve(COUNT);
+    let mut list = Vec::with_capacity(COUNT + ROOM_BEHIND);
     let start = std::time::Instant::now();
     let frusta = some_views(&root());
     for frustum in &frusta {

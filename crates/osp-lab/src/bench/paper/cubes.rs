@@ -49,8 +49,7 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, views: &[View], factor: f32, dep
         // A polygon with an invalid box cannot be drawn and is left out.
         let _ = tree.insert(id, &input.scene.bounds(id));
     }
-    let (mut work, mut list, mut us) = (WorkCounts::default(), Vec::new(), Vec::new());
-    list.reserve(tree.len());
+    let (mut work, mut list, mut us) = (WorkCounts::default(), Vec::with_capacity(tree.len()), Vec::new());
     for view in views {
         let frustum = view.frustum();
         list.clear();
