@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use osp::{
     Camera, Culler, Dense, Key, Occluder,
-    frame::{PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline},
     glam::Vec3,
     index::{IndexConfig, Osp},
     math::Aabb,
@@ -123,7 +123,7 @@ impl Below {
     fn new(world: &World, hides: bool) -> Self {
         let root = world.boxes.iter().fold(Aabb::EMPTY, |around, bounds| around.union(bounds));
         let index = Osp::new(&IndexConfig { root, capacity: world.boxes.len() });
-        let mut pipeline = Pipeline::new(Box::new(index), world.boxes.len(), StageClock::default());
+        let mut pipeline = Pipeline::new(Box::new(index), world.boxes.len());
         if hides {
             let config = PassConfig::new(Occlusion::Msvbsp);
             pipeline = pipeline.with_occlusion(config);

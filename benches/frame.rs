@@ -9,7 +9,7 @@
 use std::{hint::black_box, time::Instant};
 
 use osp::{
-    frame::{PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline},
     index::IndexConfig,
     math::Aabb,
     occlusion::Occlusion,
@@ -46,7 +46,7 @@ impl Variant {
         let capacity = scene.polygon_count();
         let root = Aabb::cube(bounds.center(), bounds.extent().max_element());
         let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
-        let pipeline = Pipeline::new(index, capacity, StageClock::default());
+        let pipeline = Pipeline::new(index, capacity);
         let mut pipeline = pipeline.with_occlusion(PassConfig::for_strokes(choice));
         pipeline.load(scene);
         Self {

@@ -15,7 +15,7 @@ use std::{collections::VecDeque, error::Error, path::PathBuf, slice, sync::Arc, 
 
 use hdrhistogram::Histogram;
 use osp::{
-    frame::{PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline},
     index::IndexConfig,
     math::{Aabb, rotate},
     occlusion::Occlusion,
@@ -78,7 +78,7 @@ impl Measured {
         let capacity = scene.polygon_count();
         let root = Aabb::cube(bounds.center(), bounds.extent().max_element());
         let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
-        let pipeline = Pipeline::new(index, capacity, StageClock::default());
+        let pipeline = Pipeline::new(index, capacity);
         // What is culled on the adapter alone is culled by the frustum here.
         let mut pipeline = method.add_to(pipeline, PassConfig::for_strokes(Occlusion::Auto));
         pipeline.load(scene);

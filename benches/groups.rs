@@ -11,7 +11,7 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::{Affine3A, Quat, Vec3};
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     index::{IndexConfig, Osp, SpatialIndex},
     math::Aabb,
     polygon::{Change, PolygonId, VisibleBlocks},
@@ -115,7 +115,7 @@ fn placing(c: &mut Criterion) {
             let mut scene = scene(empty, polygons);
             let mut changes: Vec<Change> = scene.visible_ids().map(Change::Insert).collect();
             let index = Osp::new(&IndexConfig { capacity: boxes.len(), ..IndexConfig::default() });
-            let mut pipeline = Pipeline::new(Box::new(index), boxes.len(), StageClock::default());
+            let mut pipeline = Pipeline::new(Box::new(index), boxes.len());
             pipeline.frame(&scene, &changes, &view());
             benches.bench_function(BenchmarkId::new(name, boxes.len()), |b| {
                 b.iter(|| {

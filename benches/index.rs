@@ -9,7 +9,7 @@ use std::hint::black_box;
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use osp::{
     glam::Vec2,
-    index::{DrawList, IndexConfig, SpatialIndex},
+    index::{IndexConfig, SpatialIndex},
     math::{Aabb, Ray},
     polygon::{Change, PolygonId},
 };
@@ -73,7 +73,7 @@ fn frustum_cull(c: &mut Criterion) {
         let mut group = c.benchmark_group(format!("frustum_cull/{}", camera.name()));
         group.sample_size(20);
         let frustum = CameraPath::new(camera, None, &bounds).view(&Moment::default()).frustum();
-        let mut draw_list = DrawList::new();
+        let mut draw_list = Vec::new();
         for &kind in IndexKind::ALL {
             let index = filled(kind, &config, &boxes);
             group.bench_function(BenchmarkId::from_parameter(kind.name()), |b| {

@@ -18,7 +18,7 @@ use std::time::Instant;
 use models::Cases;
 use osp::{
     glam::Vec3,
-    index::{DrawList, IndexConfig, IndexError, Osp, SpatialIndex},
+    index::{IndexConfig, IndexError, Osp, SpatialIndex},
     math::{Aabb, Frustum},
     polygon::PolygonId,
     view::{Projection, View},
@@ -99,7 +99,7 @@ impl Model {
 /// A structure that follows changes.
 trait Follow {
     fn follow(&mut self, moved: &[(PolygonId, Aabb)], is_each: bool);
-    fn cull(&self, view: &Frustum, list: &mut DrawList);
+    fn cull(&self, view: &Frustum, list: &mut Vec<PolygonId>);
 }
 
 struct One(Box<dyn SpatialIndex>);
@@ -120,7 +120,7 @@ impl Follow for One {
         update(&mut *self.0, moved, is_each);
     }
 
-    fn cull(&self, view: &Frustum, list: &mut DrawList) {
+    fn cull(&self, view: &Frustum, list: &mut Vec<PolygonId>) {
         self.0.frustum_cull(view, list);
     }
 }
@@ -141,9 +141,9 @@ impl Follow for Beside {
         self.resting.commit();
     }
 
-    fn cull(&self, view: &Frustum, list: &mut DrawList) {
+    fn cull(&self, view: &Frustum, list: &mut Vec<PolygonId>) {
         self.moving.frustum_cull(view, list);
-        list.ids_mut().iter_mut().for_each(|id| *id = self.numbers[id.index()]);
+        list.iter_mut().for_each(|id| *id = self.numbers[id.index()]);
         self.resting.frustum_cull(view, list);
     }
 }
@@ -151,7 +151,7 @@ impl Follow for Beside {
 struct Follower {
     name: String,
     of: Box<dyn Follow>,
-    list: DrawList,
+    list: Vec<PolygonId>,
     frames_us: Vec<f64>,
     follow_ns: Vec<f64>,
 }
@@ -177,7 +177,7 @@ fn followers(model: &Model, kind: Kind) -> Vec<Follower> {
     let follower = |name: &str, of: Box<dyn Follow>| Follower {
         name: name.to_owned(),
         of,
-        list: DrawList::new(),
+        list: Vec::new(),
         frames_us: Vec::new(),
         follow_ns: Vec::new(),
     };
@@ -232,8 +232,8 @@ fn measure(boxes: Vec<Aabb>, share: f64, kind: Kind) {
                 one.follow_ns.push(followed.as_nanos() as f64 / moved.len().max(1) as f64);
             }
         }
-        let sorted = |list: &DrawList| {
-            let mut ids = list.ids().to_vec();
+        let sorted = |list: &[PolygonId]| {
+            let mut ids = list.to_vec();
             ids.sort_unstable();
             ids
         };

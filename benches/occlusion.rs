@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use osp::{
-    index::{DrawList, IndexConfig, SpatialIndex},
+    index::{IndexConfig, SpatialIndex},
     math::{Aabb, Sphere},
     occlusion::{
         BuildCounts, CullConfig, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller, OcclusionStage,
@@ -178,7 +178,7 @@ fn occlusion(c: &mut Criterion) {
             });
             culler.build(&looked.window, selector.chosen());
             let mut query = |name: String, culler: &dyn OcclusionCuller| {
-                let mut drawn = DrawList::new();
+                let mut drawn = Vec::new();
                 group.bench_function(name, |b| {
                     b.iter(|| {
                         drawn.clear();

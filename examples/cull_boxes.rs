@@ -4,6 +4,7 @@
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
 use osp::{
+    Depth,
     glam::{
         Vec3,
         camera::rh::{proj::directx, view::look_at_mat4},
@@ -11,7 +12,7 @@ use osp::{
     index::{IndexConfig, IndexError, Osp, SpatialIndex},
     math::Aabb,
     polygon::{PolygonId, VisibleBlocks},
-    view::{ClipDepth, View},
+    view::View,
 };
 
 fn main() -> Result<(), IndexError> {
@@ -32,7 +33,7 @@ fn main() -> Result<(), IndexError> {
     let clip_from_view = directx::perspective_infinite_reverse(1.0, 16.0 / 9.0, 0.1);
     let view_from_world = look_at_mat4(Vec3::new(0.0, 1.7, 0.0), Vec3::new(0.0, 1.0, -5.0), Vec3::Y);
     let view =
-        View::from_matrix(&(clip_from_view * view_from_world), ClipDepth::ZeroToOne).expect("a perspective");
+        View::from_matrix(&(clip_from_view * view_from_world), Depth::OneToZero).expect("a perspective");
 
     // Kept from frame to frame: then no frame allocates.
     let mut visible = VisibleBlocks::new();

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use osp::{
-    frame::{PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline},
     glam::Vec3,
     index::{IndexConfig, Osp},
     math::Aabb,
@@ -95,7 +95,7 @@ fn main() {
     world.spawn(WALL, Object::Wall(wall));
 
     let index = Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, 64.0), capacity: 4096 });
-    let culler = Pipeline::new(Box::new(index), 4096, StageClock::default());
+    let culler = Pipeline::new(Box::new(index), 4096);
     let mut culler = culler.with_occlusion(PassConfig::new(Occlusion::Msvbsp));
 
     let projection = Projection::symmetric(60.0, 16.0 / 9.0, 0.1, 100.0);
@@ -115,10 +115,10 @@ fn main() {
         println!(
             "frame {frame}: {} in view, {} of them hidden by the wall, {} drawn",
             record.visible,
-            record.occlusion.occluded,
+            record.hidden(),
             drawn.len()
         );
-        hidden.push(record.occlusion.occluded);
+        hidden.push(record.hidden());
     }
     assert!(hidden[0] > 100 && hidden[1] == 0);
 }

@@ -5,7 +5,7 @@
 use std::{error::Error, path::Path};
 
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     index::{IndexConfig, Osp},
     math::Aabb,
 };
@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../recordings/scribble.ron");
     let session = open(&path, &OpenOptions::default())?;
     let index = Osp::new(&IndexConfig::default());
-    let mut pipeline = Pipeline::new(Box::new(index), 100_000, StageClock::default());
+    let mut pipeline = Pipeline::new(Box::new(index), 100_000);
     let camera = CameraPath::new(CameraChoice::Auto, None, &Aabb::EMPTY);
     let mut player = Player::new(session, Pace::Samples(16));
     let mut slowest_ns = 0;

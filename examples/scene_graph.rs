@@ -6,7 +6,7 @@
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     glam::{Affine3A, Quat, Vec3},
     index::{IndexConfig, Osp},
     math::Aabb,
@@ -93,7 +93,7 @@ fn main() {
     let bodies = [(None, Affine3A::IDENTITY), (None, planet), (Some(PLANET), orbit(30.0, 3.0, 0.4))];
     let mut world = World { plates: (0..PLATES).map(plate).collect(), bodies };
     let index = Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, 64.0), capacity: 4096 });
-    let mut culler = Pipeline::new(Box::new(index), 4096, StageClock::default());
+    let mut culler = Pipeline::new(Box::new(index), 4096);
     culler.load(&world);
 
     let projection = Projection::symmetric(40.0, 1.5, 0.1, 100.0);

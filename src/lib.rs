@@ -70,7 +70,7 @@
 //!
 //! ```
 //! use osp::{
-//!     frame::{PassConfig, Pipeline, StageClock},
+//!     frame::{PassConfig, Pipeline},
 //!     glam::Vec3,
 //!     index::{IndexConfig, Osp},
 //!     math::Aabb,
@@ -111,7 +111,7 @@
 //! let index = Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, 64.0), capacity: 1000 });
 //! // A mesh is taken to cost 10 microseconds to draw, so the pass tests every one.
 //! let occlusion = PassConfig::new(Occlusion::Msvbsp);
-//! let mut culler = Pipeline::new(Box::new(index), 1000, StageClock::default()).with_occlusion(occlusion);
+//! let mut culler = Pipeline::new(Box::new(index), 1000).with_occlusion(occlusion);
 //! culler.load(&world);
 //!
 //! // Or `View::from_matrix`, with the engine's own.
@@ -148,7 +148,7 @@
 //! | [`view`] | an eye and what its screen shows |
 //! | [`occlusion`] | occluders, and structures that test boxes against their shadows |
 //! | [`frame`] | one frame: apply changes, cull, leave out what is hidden |
-//! | [`Culler`] | the engine's keys, cameras and occluders on top of all that |
+//! | [`Culler`] | the engine's keys, cameras and occluders on top of all that; [`oracle`] tests draw lists |
 //!
 //! The program `osp` consists of more crates. Each depends only on crates before it in this list: `osp-session`
 //! (recordings, brushes, scenes), `osp-rivals` (every other index and culler), `osp-render` (wgpu), `osp-lab` (oracle,
@@ -190,9 +190,10 @@ pub mod polygon;
 pub mod view;
 
 pub use culler::{
-    ALL_LAYERS, Camera, CameraError, Culler, Dense, Depth, Frame, Key, Missing, Occluder, OccluderError,
-    Oracle, OracleError, Refusal, Seen,
+    ALL_LAYERS, Camera, CameraError, Culler, Dense, Frame, Key, Occluder, OccluderError, Refusal, Seen,
+    oracle,
 };
+pub use view::matrix::Depth;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

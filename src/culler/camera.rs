@@ -3,7 +3,7 @@ use thiserror::Error;
 
 use crate::{
     math::{Frustum, Ray},
-    view::{ClipDepth, View, ViewWindow},
+    view::{View, ViewWindow, matrix::Depth},
 };
 
 /// Mask of all layers.
@@ -12,17 +12,6 @@ pub const ALL_LAYERS: u32 = u32::MAX;
 /// Largest slope of a near plane against the direction of view that counts as rounding of the matrix to `f32`. If it were
 /// larger, the error of the window's near plane would exceed the window's margin.
 const MOST_INCLINED: f64 = 5.0e-6;
-
-/// Range of depths in clip space, after the division by w.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Depth {
-    /// 0 at the near plane, 1 at the far plane: WebGPU, Vulkan, Direct3D, Metal.
-    ZeroToOne,
-    /// 1 at the near plane, 0 at the far plane or at infinity: reversed depth.
-    OneToZero,
-    /// -1 at the near plane, 1 at the far plane: OpenGL.
-    MinusOneToOne,
-}
 
 /// The reason why a matrix defines no camera.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -94,17 +83,17 @@ impl Camera {
         if !world_from_clip.is_finite() {
             return Err(CameraError::Singular);
         }
-        let (near, far, range) = match depth {
-            Depth::ZeroToOne => (0.0, 1.0, ClipDepth::ZeroToOne),
-            Depth::OneToZero => (1.0, 0.0, ClipDepth::ZeroToOne),
-            Depth::MinusOneToOne => (-1.0, 1.0, ClipDepth::MinusOneToOne),
+        let (near, far) = match depth {
+            Depth::ZeroToOne => (0.0, 1.0),
+            Depth::OneToZero => (1.0, 0.0),
+            Depth::MinusOneToOne => (-1.0, 1.0),
         };
         // A perspective matrix itself determines which plane is nearer, because nearer points have a larger w in world
         // space.
         let w_of = |depth| (world_from_clip * DVec4::new(0.0, 0.0, depth, 1.0)).w;
         let is_turned = w_of(near) < w_of(far) * (1.0 - 1.0e-9);
         let (near, far) = if is_turned { (far, near) } else { (near, far) };
-        let window = ViewWindow::from_double_matrix(&clip_from_world, range);
+        let window = ViewWindow::from_double_matrix(&clip_from_world, depth);
         Ok(Self {
             frustum: Frustum::from_double_matrix(&clip_from_world, near.min(far)),
             window: window.filter(|_| has_square_near_plane(&clip_from_world)),

@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::keys::{Key, Places, Slot};
 use crate::{
-    index::{DrawList, IndexConfig, IndexError, Osp, SpatialIndex},
+    index::{IndexConfig, IndexError, Osp, SpatialIndex},
     math::{Aabb, Frustum},
     polygon::{BLOCK, ConvexPolygon, Geometry, PolygonId},
 };
@@ -121,9 +121,9 @@ impl Filed {
     /// Builds the index again if the new objects are many more than the present ones. This is necessary because neither the
     /// size of the world nor the number of objects is known beforehand.
     fn expect_many(&mut self) {
-        let mut there = DrawList::new();
+        let mut there = Vec::new();
         self.index.frustum_cull(&Frustum::everything(), &mut there);
-        let there: Vec<_> = there.ids().iter().filter_map(|&id| Some((id, self.index.bounds(id)?))).collect();
+        let there: Vec<_> = there.into_iter().filter_map(|id| Some((id, self.index.bounds(id)?))).collect();
         let boxes =
             self.coming.iter().map(|(_, bounds)| bounds).chain(there.iter().map(|(_, bounds)| bounds));
         let root = boxes.fold(Aabb::EMPTY, |around, bounds| around.union(bounds));

@@ -13,12 +13,11 @@ mod hiding;
 mod keys;
 mod layers;
 mod occluder;
-mod oracle;
+pub mod oracle;
 mod waiting;
 
-pub use camera::{ALL_LAYERS, Camera, CameraError, Depth};
+pub use camera::{ALL_LAYERS, Camera, CameraError};
 pub use culler::{Culler, Refusal};
 pub use frame::{Frame, Seen};
 pub use keys::{Dense, Key};
 pub use occluder::{Occluder, OccluderError};
-pub use oracle::{Missing, Oracle, OracleError};

@@ -1,3 +1,5 @@
+//! An oracle for draw lists: rays find visible objects that a culler, of this crate or another, has left out.
+
 use glam::{DMat4, DVec3, DVec4};
 use thiserror::Error;
 

@@ -44,7 +44,6 @@ impl StageClock {
     }
 
     /// Reads the clock.
-    #[doc(hidden)]
     pub fn start(&self) -> Reading {
         Reading { allocations: (self.allocations)(), at: Instant::now() }
     }
@@ -57,7 +56,6 @@ impl StageClock {
     }
 
     /// Time and allocations since a reading.
-    #[doc(hidden)]
     pub fn since(&self, start: Reading) -> Stage {
         let ns = u64::try_from(start.at.elapsed().as_nanos()).unwrap_or(u64::MAX);
         Stage { ns, allocations: (self.allocations)() - start.allocations }

@@ -1,6 +1,6 @@
 //! One frame: the pipeline updates the index, culls by the frustum of each view, and removes hidden polygons by a [`Pass`].
 //!
-//! [`Pipeline::frame`] runs all stages and returns their times in a [`FrameRecord`]. Depends on
+//! [`Pipeline::frame`] runs all stages and returns their counts and times in a [`FrameRecord`]. Depends on
 //! [`polygon`](crate::polygon), [`index`](crate::index), [`view`](crate::view) and [`occlusion`](crate::occlusion).
 
 mod clock;
@@ -12,16 +12,16 @@ mod record;
 mod rest;
 mod spaces;
 
-pub use clock::{Stage, StageClock};
-pub use occlusion_pass::{AutoBasis, PassConfig};
-pub use pipeline::{Loading, Pipeline};
-pub use record::{FrameRecord, OcclusionRecord};
+pub use occlusion_pass::PassConfig;
+pub use pipeline::Pipeline;
+pub use record::FrameRecord;
 
-// For passes and clocks of the other crates of the workspace. They change without notice.
+// For passes, clocks and measurements of the other crates of the workspace. They change without notice.
 #[doc(hidden)]
 pub use self::{
-    clock::{Reading, shortest_step_ns},
-    occlusion_pass::OcclusionPass,
+    clock::{Reading, Stage, StageClock, shortest_step_ns},
+    occlusion_pass::{AutoBasis, OcclusionPass},
     pass::{Pass, PassInput},
     previous_frame_pass::PreviousFramePass,
+    record::OcclusionRecord,
 };

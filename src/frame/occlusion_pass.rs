@@ -23,7 +23,7 @@ pub enum AutoBasis {
     Work,
 }
 
-/// Settings of an [`OcclusionPass`].
+/// Settings of occlusion culling in a [`super::Pipeline`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassConfig {
     /// The method of occlusion culling.
@@ -36,6 +36,7 @@ pub struct PassConfig {
     /// tested.
     pub polygon_ns: f64,
     /// The measure that [`Occlusion::Auto`] compares.
+    #[doc(hidden)]
     pub basis: AutoBasis,
     /// The bounding volume of a node that is tested.
     #[doc(hidden)]
@@ -69,6 +70,13 @@ impl PassConfig {
     /// Settings for the polygons of strokes, which are drawn by the thousand: drawing one costs 10 ns.
     pub fn for_strokes(choice: Occlusion) -> Self {
         Self { polygon_ns: AutoConfig::default().polygon_ns, ..Self::new(choice) }
+    }
+
+    /// The same settings, but [`Occlusion::Auto`] compares work counts instead of measured times. So every machine selects
+    /// the same methods and draws the same polygons.
+    #[must_use]
+    pub fn by_work_counts(self) -> Self {
+        Self { basis: AutoBasis::Work, ..self }
     }
 
     /// Configuration of the culling of the index.

@@ -49,14 +49,9 @@ pub struct Pipeline {
     together: Vec<(PolygonId, Aabb)>,
     not_taken: Vec<IndexError>,
     refused: u64,
+    /// During a load in steps: all polygons, and the number of those that are loaded.
+    loading: Option<(Vec<Change>, usize)>,
     frame: u64,
-}
-
-/// The polygons of a load in steps, and its progress; see [`Pipeline::load_some`].
-#[derive(Debug)]
-pub struct Loading {
-    all: Vec<Change>,
-    at: usize,
 }
 
 impl std::fmt::Debug for Pipeline {
@@ -71,9 +66,8 @@ impl std::fmt::Debug for Pipeline {
 impl Pipeline {
     /// A pipeline around an empty index. The lists have room for `capacity` polygons, at most
     /// [`IndexConfig::MOST_RESERVED`]. While all numbers lie below twice this capacity, the list of a view does not grow
-    /// after the view's first frame. More polygons are accepted, too. The clock measures the stages of a frame; most
-    /// callers use [`StageClock::default`].
-    pub fn new(index: Box<dyn SpatialIndex>, capacity: usize, clock: StageClock) -> Self {
+    /// after the view's first frame. More polygons are accepted, too.
+    pub fn new(index: Box<dyn SpatialIndex>, capacity: usize) -> Self {
         // The room is twice the capacity, because some numbers are unused if polygons come and go.
         let capacity = 2 * capacity.min(IndexConfig::MOST_RESERVED);
         Self {
@@ -85,12 +79,20 @@ impl Pipeline {
             capacity,
             pass: None,
             occluded: false,
-            clock,
+            clock: StageClock::default(),
             together: Vec::with_capacity(MOST_TOGETHER),
             not_taken: Vec::with_capacity(MOST_TOGETHER),
             refused: 0,
+            loading: None,
             frame: 0,
         }
+    }
+
+    /// Measures the stages of a frame by the caller's own clock.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn with_clock(self, clock: StageClock) -> Self {
+        Self { clock, ..self }
     }
 
     /// Sets the caller's own pass, which replaces the former pass. Call it before the first frame.
@@ -238,21 +240,20 @@ impl Pipeline {
         }
     }
 
-    /// Begins [`Pipeline::load`] in steps, for callers with little time in each frame.
-    pub fn begin_load(geometry: &dyn Geometry) -> Loading {
-        Loading { all: present(geometry), at: 0 }
-    }
-
-    /// Inserts the next polygons of a load in steps. Returns whether polygons are left.
-    pub fn load_some(&mut self, geometry: &dyn Geometry, loading: &mut Loading) -> bool {
-        let Loading { all, at } = loading;
-        let part = *at..all.len().min(*at + LOADED_AT_ONCE);
-        *at = part.end;
-        self.apply(geometry, &all[part.clone()], &mut FrameRecord::default());
+    /// Does the work of [`Pipeline::load`] in steps, for callers with little time in each frame: inserts the next polygons of
+    /// those that were present at the first step. Returns whether polygons are left.
+    pub fn load_some(&mut self, geometry: &dyn Geometry) -> bool {
+        let (all, at) = self.loading.take().unwrap_or_else(|| (present(geometry), 0));
+        let end = all.len().min(at + LOADED_AT_ONCE);
+        self.apply(geometry, &all[at..end], &mut FrameRecord::default());
         if let Some(pass) = &mut self.pass {
-            pass.load_part(geometry, all, part);
+            pass.load_part(geometry, &all, at..end);
         }
-        *at < all.len()
+        let are_left = end < all.len();
+        if are_left {
+            self.loading = Some((all, end));
+        }
+        are_left
     }
 
     /// Passes the changes to the index. A polygon whose box is not finite cannot be drawn. It is refused, counted, and
@@ -457,6 +458,7 @@ impl Pipeline {
     }
 
     /// The clock that measures the stages.
+    #[doc(hidden)]
     pub fn clock(&self) -> &StageClock {
         &self.clock
     }

@@ -18,8 +18,10 @@ pub struct FrameRecord {
     /// Number of views that were culled.
     pub views: u64,
     /// Cost of applying the changes, including a rebuild if the index rebuilds.
+    #[doc(hidden)]
     pub insert: Stage,
     /// Cost of culling by the frustum.
+    #[doc(hidden)]
     pub cull: Stage,
     /// Work counts of frustum culling.
     pub work: WorkCounts,
@@ -27,6 +29,7 @@ pub struct FrameRecord {
     /// that occlusion culling removes.
     pub visible: u64,
     /// Work of culling by occlusion, after the frustum.
+    #[doc(hidden)]
     pub occlusion: OcclusionRecord,
 }
 
@@ -62,9 +65,14 @@ impl OcclusionRecord {
 }
 
 impl FrameRecord {
-    /// Number of polygons to draw.
+    /// Number of polygons in the frustum that occlusion culling has removed, summed over the views.
+    pub fn hidden(&self) -> u64 {
+        self.occlusion.occluded.min(self.visible)
+    }
+
+    /// Number of polygons to draw, summed over the views.
     pub fn drawn(&self) -> u64 {
-        self.visible - self.occlusion.occluded.min(self.visible)
+        self.visible - self.hidden()
     }
 
     /// Number of polygons outside the frustum, summed over the views.
@@ -72,12 +80,28 @@ impl FrameRecord {
         (self.polygons * self.views).saturating_sub(self.visible)
     }
 
-    /// Time of all stages, nanoseconds.
-    pub fn total_ns(&self) -> u64 {
-        self.insert.ns + self.cull.ns + self.occlusion.total_ns()
+    /// Time of applying the changes, nanoseconds.
+    pub fn insert_ns(&self) -> u64 {
+        self.insert.ns
     }
 
-    /// Number of allocations of all stages.
+    /// Time of culling by the frustum, nanoseconds.
+    pub fn cull_ns(&self) -> u64 {
+        self.cull.ns
+    }
+
+    /// Time of culling by occlusion, nanoseconds.
+    pub fn occlusion_ns(&self) -> u64 {
+        self.occlusion.total_ns()
+    }
+
+    /// Time of all stages, nanoseconds.
+    pub fn total_ns(&self) -> u64 {
+        self.insert_ns() + self.cull_ns() + self.occlusion_ns()
+    }
+
+    /// Number of allocations of all stages; 0 if the clock does not count them.
+    #[doc(hidden)]
     pub fn allocations(&self) -> u64 {
         let OcclusionRecord { select, build, query, .. } = self.occlusion;
         [self.insert, self.cull, select, build, query].iter().map(|stage| stage.allocations).sum()

@@ -1,6 +1,5 @@
 use super::{
-    DrawList, IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts,
-    filed_boxes::FiledBoxes,
+    IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts, filed_boxes::FiledBoxes,
 };
 use crate::{
     math::{Aabb, Containment, Frustum},
@@ -55,7 +54,7 @@ impl SpatialIndex for BruteForce {
 
     fn commit(&mut self) {}
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         let mut work = WorkCounts::default();
         for (id, bounds) in self.boxes.iter() {
             work.boxes += 1;
@@ -78,9 +77,9 @@ impl SpatialIndex for BruteForce {
         let answer = visitor.node(&top);
         let mut work = WorkCounts { nodes: 1, ..WorkCounts::default() };
         if answer != Visit::Skip {
-            let mut seen = DrawList::new();
+            let mut seen = Vec::new();
             work += self.frustum_cull(frustum, &mut seen);
-            visitor.polygons(seen.ids(), answer);
+            visitor.polygons(&seen, answer);
         }
         work
     }

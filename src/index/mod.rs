@@ -1,14 +1,12 @@
 //! Spatial indexes: an index stores polygons by their boxes, and finds the polygons that a view may see.
 //!
 //! Every index implements [`SpatialIndex`]. It finds exactly the same set as the reference, [`BruteForce`], and returns
-//! its [`WorkCounts`]. `frustum_cull` is a separate method so that an index can test many boxes at once. Callers that
-//! need nodes, for occlusion or for pictures of the structure, use [`SpatialIndex::traverse`]. Depends on
-//! [`math`](crate::math) and [`polygon`](crate::polygon).
+//! its [`WorkCounts`]. A frame takes the result as [`VisibleBlocks`](crate::polygon::VisibleBlocks), other callers as a list
+//! of ids. Depends on [`math`](crate::math) and [`polygon`](crate::polygon).
 
 pub(crate) mod admission;
 mod brute_force;
 mod config;
-mod draw_list;
 pub(crate) mod filed_boxes;
 pub(crate) mod mask_writer;
 pub(crate) mod mesh;
@@ -31,19 +29,21 @@ pub mod kernels {
         mask_writer::{MaskWriter, RunSink},
         mesh::Mesh,
         probe::{Nearest, NearestPolygons, is_wanted, nearest_by},
-        simd::{Boxes, IdWriter, Kernel, PlaneLanes, PlaneSet, WithKernel, prefetch_lines},
+        simd::{Boxes, IdWriter, Kernel, PlaneLanes, PlaneSet, ROOM_BEHIND, WithKernel, prefetch_lines},
         waiting::Waiting,
     };
 }
 
 pub use brute_force::BruteForce;
 pub use config::IndexConfig;
-pub use draw_list::DrawList;
 pub use osp::Osp;
 pub use spatial_index::{IndexError, SpatialIndex};
-pub use visit::{Node, Visit, Visitor};
 pub use work::WorkCounts;
 
-// For occlusion culling and benchmarks. They change without notice.
+// For occlusion culling, pictures of the structures and benchmarks. They change without notice.
 #[doc(hidden)]
-pub use self::{simd::Backend, visit::Thinner, work::Upkeep};
+pub use self::{
+    simd::Backend,
+    visit::{Node, Thinner, Visit, Visitor},
+    work::Upkeep,
+};

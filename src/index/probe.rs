@@ -7,7 +7,6 @@ use glam::Vec3;
 
 use super::{Node, Visit, Visitor, WorkCounts};
 use crate::{
-    index::DrawList,
     math::{Aabb, Frustum, Plane, Ray, Sphere, is_no_later},
     polygon::PolygonId,
 };
@@ -34,16 +33,12 @@ pub(crate) fn frustum_of_box(bounds: &Aabb) -> Frustum {
 pub(crate) fn box_query(
     bounds: &Aabb,
     out: &mut Vec<PolygonId>,
-    cull: impl FnOnce(&Frustum, &mut DrawList) -> WorkCounts,
+    cull: impl FnOnce(&Frustum, &mut Vec<PolygonId>) -> WorkCounts,
 ) -> WorkCounts {
     if bounds.min.is_nan() || bounds.max.is_nan() {
         return WorkCounts::default();
     }
-    let mut list = DrawList::new();
-    std::mem::swap(list.ids_mut(), out);
-    let work = cull(&frustum_of_box(bounds), &mut list);
-    std::mem::swap(list.ids_mut(), out);
-    work
+    cull(&frustum_of_box(bounds), out)
 }
 
 /// The nearest hit that a ray search has found.

@@ -3,7 +3,7 @@ use std::any::Any;
 use glam::Vec3;
 use thiserror::Error;
 
-use super::{DrawList, Thinner, Upkeep, Visitor, WorkCounts, mask_writer::SetAll, probe, simd::Backend};
+use super::{Thinner, Upkeep, Visit, Visitor, WorkCounts, mask_writer::SetAll, probe, simd::Backend};
 use crate::{
     math::{Aabb, Frustum, Ray, Sphere},
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
@@ -36,7 +36,8 @@ impl IndexError {
     }
 }
 
-/// A structure that stores polygons by their boxes and finds the polygons that a view may see.
+/// A structure that stores polygons by their boxes and finds the polygons that a view may see. An engine's own structure
+/// needs only the methods without a default implementation.
 ///
 /// Contracts, tested for every implementation against [`super::BruteForce`]:
 /// * `frustum_cull` reports every polygon whose box [`Frustum::may_see`] accepts, each once, and no other.
@@ -87,18 +88,14 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// upkeep. Called once a frame; cheap when nothing has changed.
     fn commit(&mut self);
 
-    /// Appends the polygons that the frustum may see to `draw_list`, in any order.
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts;
+    /// Appends the polygons that the frustum may see to `draw_list`, in any order. An index may write up to 272 places
+    /// behind them, so a list with this much more room does not grow.
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts;
 
     /// Adds the polygons that the frustum may see to an empty set. They are the polygons of
     /// [`SpatialIndex::frustum_cull`], in the form that the rest of a frame uses.
     fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
-        let list = |ids: &mut Vec<PolygonId>| {
-            let mut list = DrawList::of(std::mem::take(ids));
-            let work = self.frustum_cull(frustum, &mut list);
-            *ids = list.into_ids();
-            work
-        };
+        let list = |ids: &mut Vec<PolygonId>| self.frustum_cull(frustum, ids);
         visible.fill_by_list(list, |visible, ids| Backend::detect().run(SetAll { visible, ids }))
     }
 
@@ -116,8 +113,15 @@ pub trait SpatialIndex: Any + Send + Sync {
 
     /// Walks the nodes that the frustum may see, from the top, and calls `visitor` at each one. The visitor receives
     /// each polygon in the frustum once, except polygons below nodes that it skips. A visitor that skips nothing
-    /// receives the set of `frustum_cull`.
-    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts;
+    /// receives the set of `frustum_cull`. The default implementation has no nodes: the visitor receives all polygons in
+    /// the frustum.
+    #[doc(hidden)]
+    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+        let mut in_view = Vec::new();
+        let work = self.frustum_cull(frustum, &mut in_view);
+        visitor.polygons(&in_view, Visit::Descend);
+        work
+    }
 
     /// Clears polygons from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`] for this frustum, if `thinner`
     /// finds them hidden. If its tests have the same results, [`SpatialIndex::traverse`] omits the same polygons. The

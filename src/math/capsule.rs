@@ -67,6 +67,7 @@ impl Capsule {
     }
 }
 
+#[doc(hidden)]
 impl Volume for Capsule {
     fn center(&self) -> Vec3 {
         self.from * 0.5 + self.to * 0.5
@@ -95,6 +96,7 @@ impl Ray {
 
     /// The `t` at which the ray enters the capsule (0 if the ray starts inside), if it is at most `t_max`. It is the first
     /// entry into the cylinder and the spheres at its ends.
+    #[doc(hidden)]
     pub fn enter_capsule(&self, capsule: &Capsule, t_max: f32) -> Option<f32> {
         let Capsule { from, to, radius_m } = *capsule;
         let parts = [self.in_cylinder(capsule), self.in_ball(from, radius_m), self.in_ball(to, radius_m)];

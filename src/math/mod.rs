@@ -24,10 +24,8 @@ mod tolerance;
 mod volume;
 
 pub use aabb::Aabb;
-pub use capsule::Capsule;
 pub(crate) use clip::Edges;
 pub use frustum::{Containment, Frustum};
-pub use obb::Obb;
 pub(crate) use outward::Corners;
 pub use plane::Plane;
 pub(crate) use quad::QUAD_FLATNESS;
@@ -38,11 +36,13 @@ pub use sphere::Sphere;
 pub use tolerance::{COORDINATE_LIMIT_M, TOLERANCE_M};
 pub use volume::Volume;
 
-// Calculations that the other crates of the workspace share. They change without notice.
+// Volumes and calculations that the other crates of the workspace share. They change without notice.
 #[doc(hidden)]
 pub use self::{
+    capsule::Capsule,
     clip::{Part, clip_convex, split_convex},
     frustum::PlaneMask,
+    obb::Obb,
     quad::is_flat_and_convex,
     rotation::{rotate, rotate_exactly, unit},
 };

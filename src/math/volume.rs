@@ -58,6 +58,7 @@ impl Volume for Sphere {
     }
 }
 
+#[doc(hidden)]
 impl Volume for Obb {
     fn center(&self) -> Vec3 {
         self.center()

@@ -4,10 +4,12 @@ use super::{Projection, View, ViewWindow, WINDOW_MARGIN};
 
 /// Range of depths in clip space, after the division by w.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ClipDepth {
-    /// From 0 to 1 or, reversed, from 1 to 0: WebGPU, Vulkan, Direct3D, Metal.
+pub enum Depth {
+    /// 0 at the near plane, 1 at the far plane: WebGPU, Vulkan, Direct3D, Metal.
     ZeroToOne,
-    /// From -1 to 1, in either direction: OpenGL.
+    /// 1 at the near plane, 0 at the far plane or at infinity: reversed depth.
+    OneToZero,
+    /// -1 at the near plane, 1 at the far plane: OpenGL.
     MinusOneToOne,
 }
 
@@ -21,13 +23,13 @@ const MOST_SHEAR: f64 = 1.0e-4;
 
 impl View {
     /// The view of a perspective matrix from world space to clip space, with x and y from -w to w, y up or down. The
-    /// projection may be on-axis or off-axis, and depth forward, reversed or infinite. `Mat4::from_cols_array` makes a
-    /// matrix of an array of columns.
+    /// projection may be on-axis or off-axis, and have no far plane; `depth` may have the wrong direction.
+    /// `Mat4::from_cols_array` makes a matrix of an array of columns.
     ///
     /// The view is wider by a part in a million, so that it culls nothing inside the matrix's frustum. `None` for a
     /// parallel projection, a sheared or singular matrix, and numbers that are not finite. `None` also for an eye so far
     /// from the origin that `f32` rounds it by more than a quarter of the near distance.
-    pub fn from_matrix(clip_from_world: &Mat4, depth: ClipDepth) -> Option<Self> {
+    pub fn from_matrix(clip_from_world: &Mat4, depth: Depth) -> Option<Self> {
         let shown = Shown::by(&clip_from_world.as_dmat4(), depth)?;
         let Shown { eye, forward, right, near, far, corners, .. } = shown;
         // The view's eye is `f32`. Rounding it shifts all points relative to the eye.
@@ -71,7 +73,7 @@ impl ViewWindow {
     ///
     /// `None` for other matrices, and if the rounding of `f64` may move the eye by more than a part in 10^7 of the near
     /// distance.
-    pub fn from_double_matrix(clip_from_world: &DMat4, depth: ClipDepth) -> Option<Self> {
+    pub fn from_double_matrix(clip_from_world: &DMat4, depth: Depth) -> Option<Self> {
         let Shown { eye, eye_rounding, forward, near, corners, .. } = Shown::by(clip_from_world, depth)?;
         let is_known = eye_rounding <= MOST_EYE_ROUNDING * near;
         let middle = corners.iter().sum::<DVec3>() * 0.25;
@@ -96,7 +98,7 @@ struct Shown {
 }
 
 impl Shown {
-    fn by(clip_from_world: &DMat4, depth: ClipDepth) -> Option<Self> {
+    fn by(clip_from_world: &DMat4, depth: Depth) -> Option<Self> {
         if !clip_from_world.is_finite() {
             return None;
         }
@@ -119,8 +121,8 @@ impl Shown {
         let (begin, slope) = (z.dot(eye.extend(1.0)), z.truncate().dot(forward));
         let scale = w.truncate().dot(forward);
         let lowest = match depth {
-            ClipDepth::ZeroToOne => 0.0,
-            ClipDepth::MinusOneToOne => -1.0,
+            Depth::ZeroToOne | Depth::OneToZero => 0.0,
+            Depth::MinusOneToOne => -1.0,
         };
         let distance_of = |depth: f64| {
             let distance = begin / (depth * scale - slope);

@@ -3,12 +3,11 @@
 //! [`View`] provides the frustum for the index query and the [`ViewWindow`] for occlusion culling. Depends on
 //! [`math`](crate::math) only.
 
-mod matrix;
+pub(crate) mod matrix;
 #[expect(clippy::module_inception, reason = "a view is a view")]
 mod view;
 mod view_window;
 
-pub use matrix::ClipDepth;
 pub use view::{Projection, View};
 
 // For occlusion culling. They change without notice.

@@ -10,8 +10,8 @@ use osp_testkit::{
 use glam::Vec3;
 use osp::{
     Camera, Culler, Occluder,
-    frame::{PassConfig, Pipeline, StageClock},
-    index::{DrawList, IndexConfig},
+    frame::{PassConfig, Pipeline},
+    index::{IndexConfig, kernels::ROOM_BEHIND},
     math::{Aabb, Frustum},
     occlusion::Occlusion,
     polygon::{Change, ConvexPolygon, Geometry, PolygonId},
@@ -89,7 +89,7 @@ fn no_frame_allocates_when_all_is_in_view_and_the_room_is_just_enough() {
     for kind in IN_PLACE {
         for seen in [&views()[..1], &views()[1..2], &views()] {
             let index = kind.create(&IndexConfig { root, capacity });
-            let mut pipeline = Pipeline::new(index, capacity, StageClock::default());
+            let mut pipeline = Pipeline::new(index, capacity);
             let made = play(&events, &mut pipeline, seen);
             assert_eq!(
                 pipeline.in_view_lists()[0].len() == capacity,
@@ -116,7 +116,7 @@ fn no_frame_of_brushed_strokes_allocates_when_the_room_is_just_enough() {
         assert!(capacity > 20_000, "{capacity}");
         let root = Aabb::cube(Vec3::new(0.0, 1.5, 0.0), 4.0);
         let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
-        let mut pipeline = Pipeline::new(index, capacity, StageClock::default());
+        let mut pipeline = Pipeline::new(index, capacity);
         let made = play(&events, &mut pipeline, &views()[..1]);
         let late = made.iter().skip(1).position(|&n| n > 0);
         assert_eq!(late, None, "{brush}: {made:?}");
@@ -130,7 +130,7 @@ fn frames_with_occlusion_culling_allocate_nothing_once_a_session_runs() {
     let capacity = polygons_of(&events);
     for choice in [Occlusion::Msvbsp, Occlusion::PreviousFrame] {
         let index = IndexKind::Osp.create(&IndexConfig { capacity, ..IndexConfig::default() });
-        let pipeline = Pipeline::new(index, capacity, StageClock::default());
+        let pipeline = Pipeline::new(index, capacity);
         let mut pipeline = pipeline.with_occlusion(PassConfig::new(choice));
         let made = play(&events, &mut pipeline, &views()[..1]);
         let steady: u64 = made[made.len() / 2..].iter().sum();
@@ -150,7 +150,7 @@ fn a_query_that_finds_no_more_than_there_is_room_for_does_not_allocate() {
                 index.insert(PolygonId(i), &Aabb::cube(at - Vec3::ONE, 0.02)).expect("a good box");
             }
             index.commit();
-            let mut list = DrawList::with_capacity(count as usize);
+            let mut list = Vec::with_capacity(count as usize + ROOM_BEHIND);
             let before = allocations();
             index.frustum_cull(&Frustum::everything(), &mut list);
             assert_eq!(allocations() - before, 0, "{}, {count} polygons", kind.name());
@@ -203,7 +203,7 @@ fn crowd_that_comes_and_goes(moves: Moves, has_new_numbers: bool, is_drawn: bool
     let boxes = drawn(POLYGONS, 91);
     let boxes = if is_drawn { boxes } else { shuffled(boxes, 92) };
     let index = IndexKind::Osp.create(&IndexConfig { root: root(), capacity: POLYGONS });
-    let mut pipeline = Pipeline::new(index, POLYGONS, StageClock::default());
+    let mut pipeline = Pipeline::new(index, POLYGONS);
     let mut rng = Rng(93);
     let mut crowd = Crowd(boxes);
     crowd.0.reserve(50 * FRAMES);

@@ -6,7 +6,7 @@ mod hiding;
 mod oracle;
 
 use osp::{
-    frame::{PassConfig, Pipeline, PreviousFramePass, StageClock},
+    frame::{PassConfig, Pipeline, PreviousFramePass},
     glam::Vec3,
     index::{BruteForce, IndexConfig, Osp, SpatialIndex},
     math::Aabb,
@@ -73,7 +73,7 @@ fn pipelines(world: &World) -> Vec<Pipeline> {
         .map(|choice| {
             let index = Osp::new(&IndexConfig::default());
             let config = PassConfig { polygon_ns: 1.0e6, ..PassConfig::default() };
-            let pipeline = Pipeline::new(Box::new(index), 64, StageClock::default());
+            let pipeline = Pipeline::new(Box::new(index), 64);
             let mut pipeline = choice.add_to(pipeline, config);
             pipeline.load(world);
             pipeline
@@ -129,7 +129,7 @@ fn settings_that_name_nothing_but_the_method_hide_the_meshes_behind_a_wall() {
         let mut world = World((0..meshes).map(mesh).collect());
         world.0.push(Some(Thing::Wall(square(2.0, 1.9))));
         let index = Osp::new(&IndexConfig::default());
-        let pipeline = Pipeline::new(Box::new(index), 64, StageClock::default());
+        let pipeline = Pipeline::new(Box::new(index), 64);
         let mut pipeline = pipeline.with_occlusion(PassConfig::new(choice));
         pipeline.load(&world);
         for _ in 0..3 {
@@ -154,7 +154,7 @@ fn walls_that_were_smaller_than_a_pixel_hide_when_the_eye_has_come_near() {
     let mesh = PolygonId(world.0.len() as u32);
     world.0.push(Some(Thing::Mesh(last)));
     let index = Osp::new(&IndexConfig::default());
-    let pipeline = Pipeline::new(Box::new(index), 10_000, StageClock::default());
+    let pipeline = Pipeline::new(Box::new(index), 10_000);
     let mut pipeline = pipeline.with_occlusion(PassConfig::new(Occlusion::PreviousFrame));
     pipeline.load(&world);
     let projection = Projection::symmetric(100.0, 1.5, 0.01, 1000.0);
@@ -222,7 +222,7 @@ fn moved(world: &mut World, frame: u32) -> Vec<Change> {
 
 #[test]
 fn what_moves_in_a_frame_is_filed_as_if_told_of_one_by_one() {
-    let pipeline = |index: Box<dyn SpatialIndex>| Pipeline::new(index, 4000, StageClock::default());
+    let pipeline = |index: Box<dyn SpatialIndex>| Pipeline::new(index, 4000);
     let config = IndexConfig::default();
     let osp = || Box::new(Osp::new(&config));
     let mut together = [pipeline(osp()), pipeline(Box::<BruteForce>::default())];

@@ -15,7 +15,7 @@ mod whole;
 
 use glam::Vec3;
 use osp::{
-    index::{Backend, BruteForce, DrawList, IndexConfig, Osp, SpatialIndex, Visit, Visitor},
+    index::{Backend, BruteForce, IndexConfig, Osp, SpatialIndex, Visit, Visitor},
     math::{Aabb, Frustum},
     polygon::{PolygonId, VisibleBlocks},
 };
@@ -40,10 +40,10 @@ fn backends() -> Vec<Backend> {
 }
 
 fn cull(index: &dyn SpatialIndex, frustum: &Frustum) -> Vec<u32> {
-    let mut list = DrawList::new();
+    let mut list = Vec::new();
     let work = index.frustum_cull(frustum, &mut list);
     assert_eq!(work.reported as usize, list.len(), "{}: reported", index.name());
-    let mut ids: Vec<u32> = list.ids().iter().map(|id| id.0).collect();
+    let mut ids: Vec<u32> = list.iter().map(|id| id.0).collect();
     ids.sort_unstable();
     ids
 }

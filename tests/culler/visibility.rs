@@ -13,7 +13,7 @@ mod volumes;
 
 use glam::{Quat, Vec3};
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     index::IndexConfig,
     math::{Aabb, Containment, Frustum, PlaneMask},
     polygon::PolygonId,
@@ -258,7 +258,7 @@ fn what_was_beyond_all_range_is_seen_again_when_it_comes_back() {
         .collect();
     for &kind in IndexKind::ALL {
         let mut scene = Scene::new();
-        let mut pipeline = Pipeline::new(kind.create(&IndexConfig::default()), 16, StageClock::default());
+        let mut pipeline = Pipeline::new(kind.create(&IndexConfig::default()), 16);
         let view = View::look_at(
             Vec3::new(0.5, 0.5, 5.0),
             Vec3::new(0.5, 0.5, 0.0),

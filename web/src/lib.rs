@@ -8,7 +8,7 @@ use std::{
 };
 
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     index::{IndexConfig, Osp},
     occlusion::Occlusion,
 };
@@ -244,7 +244,7 @@ fn fingerprint_with(
     let session = open()?;
     let camera = CameraPath::new(CameraChoice::Auto, session.header.camera, &summary.bounds);
     let index = Osp::new(&IndexConfig::default());
-    let mut pipeline = Pipeline::new(Box::new(index), 0, StageClock::default());
+    let mut pipeline = Pipeline::new(Box::new(index), 0);
     let mut player = Player::new(session, Pace::Samples(16));
     let (mut whole, mut frames) = (SessionFingerprint::new(), Vec::new());
     while player.step()? {

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use floor::{Floor, Least};
 use osp::{
-    index::{DrawList, IndexConfig},
+    index::IndexConfig,
     math::{Aabb, Frustum},
 };
 use osp_testkit::boxes::{Place, root, views};
@@ -146,14 +146,14 @@ fn grow(kind: &'static Kind, boxes: &[Aabb]) -> Row {
 
 /// Asks all rivals in turns; returns how many polygons were found, and what a query takes at least.
 fn ask(rows: &mut [Row], camera: usize, views: &[Frustum], boxes: &[Aabb]) -> (f64, Least) {
-    let mut list = DrawList::new();
+    let mut list = Vec::new();
     let mut expected: Vec<Vec<u32>> = Vec::new();
     for row in rows.iter() {
         for (i, view) in views.iter().enumerate() {
             list.clear();
             row.subject.cull(view, &mut list);
             row.subject.list(&mut list);
-            let mut ids: Vec<u32> = list.ids().iter().map(|id| id.0).collect();
+            let mut ids: Vec<u32> = list.iter().map(|id| id.0).collect();
             ids.sort_unstable();
             if expected.len() == i {
                 expected.push(ids);

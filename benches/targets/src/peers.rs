@@ -3,7 +3,7 @@
 use std::{cell::RefCell, time::Instant};
 
 use osp::{
-    index::{DrawList, IndexConfig, Osp, SpatialIndex},
+    index::{IndexConfig, Osp, SpatialIndex},
     math::{Aabb, Frustum},
     polygon::{PolygonId, VisibleBlocks},
 };
@@ -14,11 +14,11 @@ pub trait Subject {
     fn insert(&mut self, id: u32, bounds: &Aabb);
     /// Ends a frame's inserts.
     fn commit(&mut self);
-    fn cull(&self, frustum: &Frustum, out: &mut DrawList);
+    fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>);
     /// Frames in which nothing changes.
     fn rest(&mut self) {}
     /// Completes `out` where `cull` has answered with something shorter.
-    fn list(&self, _out: &mut DrawList) {}
+    fn list(&self, _out: &mut Vec<PolygonId>) {}
     fn bytes(&self) -> usize;
 }
 
@@ -134,7 +134,7 @@ impl Subject for Own {
         self.0.commit();
     }
 
-    fn cull(&self, frustum: &Frustum, out: &mut DrawList) {
+    fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>) {
         self.0.frustum_cull(frustum, out);
     }
 
@@ -176,11 +176,11 @@ impl Subject for Rested {
         }
     }
 
-    fn cull(&self, frustum: &Frustum, out: &mut DrawList) {
+    fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>) {
         self.0.cull(frustum, out);
     }
 
-    fn list(&self, out: &mut DrawList) {
+    fn list(&self, out: &mut Vec<PolygonId>) {
         self.0.list(out);
     }
 
@@ -210,13 +210,13 @@ impl Subject for Blocks {
         self.tree.commit();
     }
 
-    fn cull(&self, frustum: &Frustum, _out: &mut DrawList) {
+    fn cull(&self, frustum: &Frustum, _out: &mut Vec<PolygonId>) {
         let mut found = self.found.borrow_mut();
         found.clear();
         self.tree.frustum_cull_blocks(frustum, &mut found);
     }
 
-    fn list(&self, out: &mut DrawList) {
+    fn list(&self, out: &mut Vec<PolygonId>) {
         out.extend(self.found.borrow().ids());
     }
 

@@ -2,7 +2,7 @@ use std::{path::PathBuf, sync::Arc};
 
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use osp::{
-    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline},
     glam::Vec3,
     index::IndexConfig,
     math::{Aabb, rotate, unit},
@@ -135,9 +135,9 @@ fn draw(settings: &Settings) -> PyResult<Image> {
     let camera = settings.camera(&header, (&summary.bounds, &whole), artist.backwards(), drawer.aspect());
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let index = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
-    let pipeline = Pipeline::new(IndexKind::Osp.create(&index), capacity, StageClock::default());
+    let pipeline = Pipeline::new(IndexKind::Osp.create(&index), capacity);
     // Pictures must not depend on the clock.
-    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::for_strokes(Occlusion::Auto) };
+    let pass = PassConfig::for_strokes(Occlusion::Auto).by_work_counts();
     let mut pipeline = occlusion.add_to(pipeline, pass);
     let learns = occlusion.is_on_cpu();
 

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use numpy::IntoPyArray;
 use osp::{
-    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline},
     index::IndexConfig,
     math::Aabb,
     occlusion::Occlusion,
@@ -200,13 +200,12 @@ fn play(settings: &Settings, mut runs: Vec<Run>) -> PyResult<Played> {
     let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
     let budget = Budget { ns: (budget_secs * 1.0e9) as u64, frames: summary.frames };
     let lane = |run: &Run| {
-        let pipeline = Pipeline::new(run.index.create(&config), capacity, StageClock::default());
+        let pipeline = Pipeline::new(run.index.create(&config), capacity);
         let pipeline = match run.occlusion {
             // The drawn polygons must not depend on the clock.
-            Some(method) => method.add_to(
-                pipeline,
-                PassConfig { basis: AutoBasis::Work, ..PassConfig::for_strokes(Occlusion::Auto) },
-            ),
+            Some(method) => {
+                method.add_to(pipeline, PassConfig::for_strokes(Occlusion::Auto).by_work_counts())
+            }
             None => pipeline,
         };
         Lane::new(pipeline, budget)

@@ -2,9 +2,10 @@ use std::fmt::Write;
 
 use numpy::{PyArray1, PyArray2};
 use osp::{
+    Depth,
     glam::{Mat4, Quat, Vec3, Vec4},
     math::Frustum,
-    view::{self, ClipDepth, Projection},
+    view::{self, Projection},
 };
 use pyo3::{exceptions::PyValueError, prelude::*};
 
@@ -187,10 +188,10 @@ impl View {
     }
 }
 
-fn clip_depth(name: &str) -> PyResult<ClipDepth> {
+fn clip_depth(name: &str) -> PyResult<Depth> {
     match name {
-        "zero-to-one" => Ok(ClipDepth::ZeroToOne),
-        "minus-one-to-one" => Ok(ClipDepth::MinusOneToOne),
+        "zero-to-one" => Ok(Depth::ZeroToOne),
+        "minus-one-to-one" => Ok(Depth::MinusOneToOne),
         _ => {
             let message = format!("depth: expected zero-to-one or minus-one-to-one; found {name:?}");
             Err(PyValueError::new_err(message))

@@ -9,10 +9,7 @@ use super::{
     frame_choice::FrameChoice, index_settings_args::IndexSettingsArgs, looked::Looked, parsers::index_parser,
     progress, reading::ReadArgs, session::OpenSession,
 };
-use osp::{
-    frame::{Pipeline, StageClock},
-    index::IndexConfig,
-};
+use osp::{frame::Pipeline, index::IndexConfig};
 use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{
     recording::{Event, Header, Pace},
@@ -91,8 +88,7 @@ impl Played {
         let last = frame.number(file, &summary, pace)?;
         let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
         let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
-        let mut pipeline =
-            Pipeline::new(index.create_with(&config, settings), capacity, StageClock::default());
+        let mut pipeline = Pipeline::new(index.create_with(&config, settings), capacity);
         let mut player = Player::new(OpenSession::open(file, reading)?, pace);
         let progress = progress::bar(last + 1, "frames", &file.to_string_lossy());
         for _ in 0..=last {

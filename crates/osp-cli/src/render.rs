@@ -21,7 +21,7 @@ use super::{
     session::OpenSession,
 };
 use osp::{
-    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline},
     index::IndexConfig,
     occlusion::Occlusion,
     polygon::VisibleBlocks,
@@ -144,10 +144,10 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     };
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
-    let pipeline = Pipeline::new(args.index.create_with(&config, &settings), capacity, StageClock::default());
+    let pipeline = Pipeline::new(args.index.create_with(&config, &settings), capacity);
     let has_occlusion = args.occlusion.is_on_cpu();
     // Pictures must not depend on the clock.
-    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::for_strokes(Occlusion::Auto) };
+    let pass = PassConfig::for_strokes(Occlusion::Auto).by_work_counts();
     let mut pipeline = args.occlusion.add_to(pipeline, pass);
     let mut outcome = Outcome::Done;
     let mut player = Player::new(OpenSession::open(&args.file, &args.shown.reading)?, args.shown.pace);

@@ -236,7 +236,7 @@ fn lanes(
     let budget = Budget { ns: (play.budget * 1.0e9) as u64, frames: summary.frames };
     let clock = StageClock::counting(allocations::count);
     let lane = |&(index, method): &(IndexKind, Option<Method>)| {
-        let pipeline = Pipeline::new(index.create_with(&config, settings), capacity, clock);
+        let pipeline = Pipeline::new(index.create_with(&config, settings), capacity).with_clock(clock);
         let pipeline = match method {
             Some(method) => {
                 let (occluders, polygon_ns) = (play.occluders, play.polygon_ns);

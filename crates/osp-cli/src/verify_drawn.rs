@@ -4,7 +4,6 @@ use std::{collections::HashSet, sync::Arc};
 
 use super::{parsers::Size, verify_method::NamedMethod};
 use osp::{
-    index::DrawList,
     polygon::{Change, PolygonId, VisibleBlocks},
     view::View,
 };
@@ -47,8 +46,8 @@ fn median(values: impl Iterator<Item = u64>) -> u64 {
 
 impl Trial {
     /// Returns those of the polygons that the last frame drew.
-    fn drawn(&self, scene: &Scene, ids: &[PolygonId]) -> anyhow::Result<DrawList> {
-        let mut drawn = DrawList::new();
+    fn drawn(&self, scene: &Scene, ids: &[PolygonId]) -> anyhow::Result<Vec<PolygonId>> {
+        let mut drawn = Vec::new();
         match self.drawer.drawn()? {
             None => drawn.extend_from_slice(ids),
             Some(opaque) => {

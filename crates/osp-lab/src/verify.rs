@@ -8,7 +8,7 @@ use crate::{
 };
 use osp::{
     frame::StageClock,
-    index::{DrawList, SpatialIndex},
+    index::SpatialIndex,
     occlusion::{
         CullConfig, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller, PoolConfig,
         PreviousFrameOccluders, SelectConfig, Soundness, ViewInput, ViewOcclusion,
@@ -190,10 +190,10 @@ pub struct Verifier {
     has_truth: bool,
     at_rest: AtRest,
     clock: StageClock,
-    in_view: DrawList,
+    in_view: Vec<PolygonId>,
     /// Scratch: the result of frustum culling in blocks, and the polygons that a method leaves of it.
     blocks: [VisibleBlocks; 2],
-    drawn: DrawList,
+    drawn: Vec<PolygonId>,
     /// By polygon, for one view: the true visibility, and the number of times that a method drew it.
     truth: Vec<(Option<Sight>, u8)>,
 }
@@ -217,9 +217,9 @@ impl Verifier {
             has_truth: true,
             at_rest: AtRest::default(),
             clock,
-            in_view: DrawList::new(),
+            in_view: Vec::new(),
             blocks: Default::default(),
-            drawn: DrawList::new(),
+            drawn: Vec::new(),
             truth: Vec::new(),
         };
         for kind in verifier.config.kinds.clone() {
@@ -322,11 +322,10 @@ impl Verifier {
         self.truth.clear();
         self.truth.resize(scene.polygon_count(), (None, 0));
         if self.has_truth {
-            let lost = lost_polygons(scene, view, self.in_view.ids());
+            let lost = lost_polygons(scene, view, &self.in_view);
             self.views.lost += lost.len() as u64;
             self.views.first_lost = self.views.first_lost.or(lost.first().map(|&id| (self.views.views, id)));
-            let oracle =
-                Oracle::new(&window, subjects(scene, &window, self.in_view.ids()), self.config.oracle);
+            let oracle = Oracle::new(&window, subjects(scene, &window, &self.in_view), self.config.oracle);
             for (id, sight) in oracle.answers() {
                 self.truth[id.index()].0 = Some(sight);
                 self.views.visible += u64::from(sight == Sight::Visible);
@@ -334,7 +333,7 @@ impl Verifier {
             }
         } else {
             // Polygons in the frustum are `Outside` by default: culling them is neither wrong nor counted.
-            self.in_view.ids().iter().for_each(|id| self.truth[id.index()].0 = Some(Sight::Outside));
+            self.in_view.iter().for_each(|id| self.truth[id.index()].0 = Some(Sight::Outside));
         }
         self.views.in_view += self.in_view.len() as u64;
         let look = Look {
@@ -380,7 +379,7 @@ impl Verifier {
         if let Some((pvs, totals)) = &mut self.pvs {
             fastest(&self.clock, self.config.repeats, &mut totals.query_ns, &mut || {
                 self.drawn.clear();
-                pvs.cull(view.eye_in_world, self.in_view.ids().iter().copied(), &mut self.drawn);
+                pvs.cull(view.eye_in_world, self.in_view.iter().copied(), &mut self.drawn);
             });
             totals.views += 1;
             totals.add(self.views.views, &self.drawn, &mut self.truth, &self.in_view);
@@ -390,12 +389,12 @@ impl Verifier {
 
     /// The polygons in the frustum of the last view.
     pub fn in_view(&self) -> &[PolygonId] {
-        self.in_view.ids()
+        &self.in_view
     }
 
     /// Compares the polygons that another method draws in a frame of the last view with the visible ones. The caller
     /// counts the views.
-    pub fn judge(&mut self, drawn: &DrawList, totals: &mut Totals) {
+    pub fn judge(&mut self, drawn: &[PolygonId], totals: &mut Totals) {
         let view = self.views.views.saturating_sub(1);
         totals.add(view, drawn, &mut self.truth, &self.in_view);
     }
@@ -416,7 +415,7 @@ struct Look<'a> {
     scene: &'a Scene,
     window: &'a ViewWindow,
     index: &'a dyn SpatialIndex,
-    in_view: &'a DrawList,
+    in_view: &'a [PolygonId],
     clock: &'a StageClock,
     repeats: u32,
     at_rest: AtRest,
@@ -438,7 +437,7 @@ impl Look<'_> {
         truth: &mut [(Option<Sight>, u8)],
     ) {
         let list = |left: &VisibleBlocks| {
-            let mut drawn = DrawList::new();
+            let mut drawn = Vec::new();
             drawn.extend(left.ids());
             drawn
         };
@@ -467,14 +466,20 @@ impl Look<'_> {
 }
 
 impl Totals {
-    fn add(&mut self, view: u64, drawn: &DrawList, truth: &mut [(Option<Sight>, u8)], in_view: &DrawList) {
+    fn add(
+        &mut self,
+        view: u64,
+        drawn: &[PolygonId],
+        truth: &mut [(Option<Sight>, u8)],
+        in_view: &[PolygonId],
+    ) {
         self.drawn += drawn.len() as u64;
-        for &id in drawn.ids() {
+        for &id in drawn {
             let (sight, times) = &mut truth[id.index()];
             *times += 1;
             self.misreported += u64::from(sight.is_none() || *times > 1);
         }
-        for &id in in_view.ids() {
+        for &id in in_view {
             let (sight, times) = &mut truth[id.index()];
             let culled = std::mem::take(times) == 0;
             match sight {
@@ -496,9 +501,9 @@ impl Totals {
     fn add_faults(
         &mut self,
         view: u64,
-        drawn: &DrawList,
+        drawn: &[PolygonId],
         truth: &mut [(Option<Sight>, u8)],
-        in_view: &DrawList,
+        in_view: &[PolygonId],
     ) {
         let mut frame = Self { first_false: self.first_false, ..Self::default() };
         frame.add(view, drawn, truth, in_view);

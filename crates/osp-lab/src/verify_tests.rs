@@ -4,14 +4,14 @@ use osp_rivals::RivalOcclusion;
 const SOUND: Method = Method::Own(Occlusion::Msvbsp);
 const UNSOUND: Method = Method::Rival(RivalOcclusion::MsvbspPaper);
 
-fn list(ids: &[u32]) -> DrawList {
-    let mut list = DrawList::new();
+fn list(ids: &[u32]) -> Vec<PolygonId> {
+    let mut list = Vec::new();
     ids.iter().for_each(|&id| list.push(PolygonId(id)));
     list
 }
 
 /// Polygons 0 and 1 are visible, 2 is hidden, 3 is not in the view.
-fn truth() -> (Vec<(Option<Sight>, u8)>, DrawList) {
+fn truth() -> (Vec<(Option<Sight>, u8)>, Vec<PolygonId>) {
     let sights = [Some(Sight::Visible), Some(Sight::Visible), Some(Sight::Hidden), None];
     (sights.map(|sight| (sight, 0)).to_vec(), list(&[0, 1, 2]))
 }

@@ -1,6 +1,6 @@
 use osp::{
     index::{
-        Backend, DrawList, IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts,
+        Backend, IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts,
         kernels::{Boxes, IdWriter, Kernel, MaskWriter, PlaneSet, RunSink, WithKernel, admit},
     },
     math::{Aabb, Containment, Frustum},
@@ -107,8 +107,8 @@ impl SpatialIndex for BruteSimd {
 
     fn commit(&mut self) {}
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        let out = IdWriter::new(draw_list.ids_mut());
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
+        let out = IdWriter::new(draw_list);
         let (work, out) = self.backend.run(Pass { index: self, planes: PlaneSet::new(frustum), out });
         out.finish();
         work

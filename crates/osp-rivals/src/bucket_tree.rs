@@ -15,7 +15,7 @@ use super::{
 };
 use osp::{
     index::{
-        DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts,
+        IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts,
         kernels::{IdWriter, Nearest},
     },
     math::{Aabb, Frustum, Ray},
@@ -199,8 +199,8 @@ impl<P: Partition> SpatialIndex for BucketTree<P> {
 
     fn commit(&mut self) {}
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        IdWriter::append(draw_list.ids_mut(), |out| self.frustum_cull_all(frustum, out))
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
+        IdWriter::append(draw_list, |out| self.frustum_cull_all(frustum, out))
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {

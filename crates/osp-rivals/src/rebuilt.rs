@@ -7,7 +7,7 @@ use super::{
 };
 use osp::{
     index::{
-        DrawList, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts,
+        IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts,
         kernels::{Nearest, nearest_by},
     },
     math::{Aabb, Frustum, Ray},
@@ -168,7 +168,7 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
         self.due = Due::Nothing;
     }
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         self.tree.frustum_cull(frustum, draw_list)
     }
 

@@ -1,6 +1,6 @@
 use osp::{
     index::{
-        DrawList, Visit, Visitor,
+        Visit, Visitor,
         kernels::{IdWriter, Kernel},
     },
     polygon::PolygonId,
@@ -35,7 +35,7 @@ impl Sink for IdWriter<'_> {
     }
 }
 
-impl Sink for DrawList {
+impl Sink for Vec<PolygonId> {
     #[inline]
     fn put(&mut self, ids: &[PolygonId]) {
         self.extend_from_slice(ids);

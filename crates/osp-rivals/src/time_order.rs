@@ -1,6 +1,6 @@
 use osp::{
     index::{
-        Backend, DrawList, IndexConfig, IndexError, Node, SpatialIndex, Upkeep, Visit, Visitor, WorkCounts,
+        Backend, IndexConfig, IndexError, Node, SpatialIndex, Upkeep, Visit, Visitor, WorkCounts,
         kernels::{Boxes, IdWriter, Kernel, MaskWriter, PlaneSet, RunSink, WithKernel, admit},
     },
     math::{Aabb, Containment, Frustum, PlaneMask},
@@ -260,8 +260,8 @@ impl SpatialIndex for TimeOrder {
 
     fn commit(&mut self) {}
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        let out = IdWriter::new(draw_list.ids_mut());
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
+        let out = IdWriter::new(draw_list);
         let planes = PlaneSet::new(frustum);
         let (work, out) = self.backend.run(Cull { index: self, planes, out, work: WorkCounts::default() });
         out.finish();

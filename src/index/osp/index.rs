@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     index::{
-        DrawList, IndexConfig, IndexError, SpatialIndex, Thinner, Upkeep, Visitor, WorkCounts,
+        IndexConfig, IndexError, SpatialIndex, Thinner, Upkeep, Visitor, WorkCounts,
         admission::admit_id,
         probe::{Nearest, nearest_by},
         simd::{Backend, Wide},
@@ -401,7 +401,7 @@ impl SpatialIndex for Osp {
         }
     }
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         let mut work = self.cull(frustum, draw_list);
         work += self.cull_movers(frustum, draw_list);
         work

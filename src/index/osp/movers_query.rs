@@ -8,20 +8,20 @@ use super::{
 };
 use crate::{
     index::{
-        DrawList, WorkCounts,
+        WorkCounts,
         simd::{Kernel, PlaneSet, WithKernel},
     },
     math::Frustum,
-    polygon::{BLOCK, VisibleBlocks},
+    polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
 impl Osp {
     /// Appends the polygons of the flat rows that the frustum may see.
-    pub(super) fn cull_movers(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    pub(super) fn cull_movers(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         if self.movers.len() == 0 {
             return WorkCounts::default();
         }
-        let answer = Ids::new(draw_list.ids_mut());
+        let answer = Ids::new(draw_list);
         self.backend.run(Pass { movers: &self.movers, planes: PlaneSet::new(frustum), answer }).0
     }
 

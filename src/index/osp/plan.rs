@@ -3,7 +3,7 @@
 //! polygons inside. So it never reads the larger part. A query for a list of ids of scattered polygons never searches
 //! outside.
 
-use std::ops::Range;
+use std::{cell::Cell, ops::Range};
 
 use super::{
     answer::{Answer, Blocks, Filling, Ids, Listing, Outside},
@@ -15,13 +15,19 @@ use super::{
 };
 use crate::{
     index::{
-        DrawList, WorkCounts,
+        WorkCounts,
         mask_writer::SetAll,
         simd::{Kernel, PlaneSet, WithKernel},
     },
     math::{Aabb, Frustum},
     polygon::{BLOCK, PolygonId, VisibleBlocks, mark},
 };
+
+thread_local! {
+    /// Masks of a query for a list that removes the polygons outside, with unspecified contents. Kept for their memory: a bit
+    /// for each id up to the highest.
+    static MASKS: Cell<Vec<u16>> = const { Cell::new(Vec::new()) };
+}
 
 /// The polygons that a query searches for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,9 +41,8 @@ pub(super) enum Plan {
 }
 
 impl Osp {
-    pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        let (ids, masks) = draw_list.parts();
-        let answer = Ids::new(ids);
+    pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
+        let answer = Ids::new(draw_list);
         if self.is_linear {
             return self.backend.run(Pass { linear: &self.linear, frustum, answer }).0;
         }
@@ -47,12 +52,15 @@ impl Osp {
             // For scattered polygons, copying the ids inside costs less than a pass over all masks.
             Plan::Outside if !self.ids.are_scattered() => {
                 let span = self.ids.span();
+                let mut masks = MASKS.try_with(Cell::take).unwrap_or_default();
                 if masks.len() < span.len() {
                     masks.resize(span.len(), 0);
                 }
-                work += self.look_for_outside(top, &planes, masks, span.start);
-                let rest = Listed { osp: self, planes: &planes, masks, first: span.start, answer };
+                work += self.look_for_outside(top, &planes, &mut masks, span.start);
+                let rest = Listed { osp: self, planes: &planes, masks: &masks, first: span.start, answer };
                 work += self.backend.run(rest);
+                // If the thread ends, nothing is kept.
+                let _ = MASKS.try_with(|kept| kept.set(masks));
             }
             Plan::All => work += self.backend.run(All { osp: self, planes: &planes, answer }).0,
             _ => work += self.backend.run(Cull { osp: self, top, planes: &planes, answer }).0,

@@ -27,7 +27,7 @@ pub struct IdWriter<'a> {
 
 /// Number of ids that a page writes at most. The writer keeps this many places free behind the ids of a list, because
 /// each store writes sixteen places even if it appends fewer ids.
-pub(crate) const ROOM_BEHIND: usize = 16 * 17;
+pub const ROOM_BEHIND: usize = 16 * 17;
 
 impl<'a> IdWriter<'a> {
     /// A writer that appends to `list`.

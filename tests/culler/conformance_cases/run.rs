@@ -3,10 +3,10 @@
 use osp::{
     Camera, Culler, Depth, Occluder,
     glam::Mat4,
-    index::{DrawList, SpatialIndex},
+    index::SpatialIndex,
     math::{Aabb, Frustum, Ray, Sphere},
     polygon::{PolygonId, VisibleBlocks},
-    view::{ClipDepth, View},
+    view::View,
 };
 
 use super::{
@@ -236,8 +236,7 @@ fn ask(
             let opengl = Frustum::from_opengl_matrix(&with_opengl_depth(matrix));
             same("its planes with OpenGL's depth", &in_frustum(index, &opengl)?, expected)?;
             if is_perspective(matrix) {
-                let view =
-                    View::from_matrix(matrix, ClipDepth::ZeroToOne).ok_or("no view has this matrix")?;
+                let view = View::from_matrix(matrix, Depth::ZeroToOne).ok_or("no view has this matrix")?;
                 same("its view", &in_frustum(index, &view.frustum())?, expected)?;
             }
             Ok(())
@@ -286,9 +285,9 @@ fn with_opengl_depth(clip_from_world: &Mat4) -> Mat4 {
 
 /// The boxes that a frustum may see, found in three ways.
 fn in_frustum(index: &dyn SpatialIndex, frustum: &Frustum) -> Result<Vec<u32>, String> {
-    let mut list = DrawList::new();
+    let mut list = Vec::new();
     index.frustum_cull(frustum, &mut list);
-    let listed = ascending(list.ids().to_vec());
+    let listed = ascending(list);
     let mut sets = [const { VisibleBlocks::new() }; 3];
     let [set, views @ ..] = &mut sets;
     index.frustum_cull_blocks(frustum, set);

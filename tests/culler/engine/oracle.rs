@@ -1,9 +1,10 @@
 //! The oracle for draw lists: it never blames a right one, and finds wrong ones.
 
 use osp::{
-    Camera, Culler, Depth, Occluder, Oracle, OracleError,
+    Camera, Culler, Depth, Occluder,
     glam::{DMat4, Vec3},
     math::Aabb,
+    oracle::{Oracle, OracleError},
     view::{Projection, View},
 };
 

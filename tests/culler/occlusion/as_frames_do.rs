@@ -7,7 +7,7 @@ use std::sync::{
 
 use osp::{
     frame::StageClock,
-    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Thinner, Visitor, WorkCounts},
+    index::{IndexConfig, IndexError, SpatialIndex, Thinner, Visitor, WorkCounts},
     math::{Aabb, Frustum},
     occlusion::{
         CullConfig, Occlusion, OcclusionConfig, OcclusionStage, PoolConfig, SelectConfig, ViewInput,
@@ -57,7 +57,7 @@ impl SpatialIndex for Counted {
         self.index.commit();
     }
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         self.index.frustum_cull(frustum, draw_list)
     }
 

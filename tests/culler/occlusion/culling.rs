@@ -8,7 +8,7 @@ use super::{
 };
 use glam::Vec3;
 use osp::{
-    index::{DrawList, IndexConfig, SpatialIndex},
+    index::{IndexConfig, SpatialIndex},
     occlusion::{
         CullConfig, NodeTest, Occlusion, OcclusionConfig, OcclusionStage, OcclusionVisitor, PolygonTest,
         SelectConfig, ViewInput,
@@ -69,14 +69,14 @@ fn views() -> Vec<View> {
     views
 }
 
-fn ids(list: &DrawList) -> Vec<u32> {
-    let mut ids: Vec<u32> = list.ids().iter().map(|id| id.0).collect();
+fn ids(list: &[PolygonId]) -> Vec<u32> {
+    let mut ids: Vec<u32> = list.iter().map(|id| id.0).collect();
     ids.sort_unstable();
     ids
 }
 
-fn truth(told: &Told, view: &View, in_view: &DrawList) -> Vec<(PolygonId, Sight)> {
-    let subjects = in_view.ids().iter().map(|&id| Subject {
+fn truth(told: &Told, view: &View, in_view: &[PolygonId]) -> Vec<(PolygonId, Sight)> {
+    let subjects = in_view.iter().map(|&id| Subject {
         id,
         polygon: told.scene.polygon(id),
         occluder: Geometry::occluder(&told.scene, id),
@@ -92,7 +92,7 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
     // Many combinations: fewer views where the tests themselves are slow.
     let count = if cfg!(debug_assertions) { 4 } else { usize::MAX };
     for view in views().into_iter().take(count) {
-        let mut all = DrawList::new();
+        let mut all = Vec::new();
         filed(IndexKind::BruteForce, &told).frustum_cull(&view.frustum(), &mut all);
         let truth = truth(&told, &view, &all);
         let visible: BTreeSet<u32> =
@@ -116,7 +116,7 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
                             (input(&*index, &told, &view, &in_view), VisibleBlocks::new());
                         let thinned = stage.cull(&input, &mut left).cull;
                         // A walk of the whole index.
-                        let mut drawn = DrawList::new();
+                        let mut drawn = Vec::new();
                         let culler = stage.view().culler();
                         let mut visitor = OcclusionVisitor::new(culler, &told.scene, cull, &mut drawn);
                         index.traverse(&view.frustum(), &mut visitor);

@@ -21,7 +21,7 @@ use osp_session::{
 
 fn pipeline(pass: Option<PassConfig>) -> Pipeline {
     let index = IndexKind::Osp.create(&IndexConfig::default());
-    let pipeline = Pipeline::new(index, 10_000, StageClock::default());
+    let pipeline = Pipeline::new(index, 10_000);
     match pass {
         Some(config) => pipeline.with_occlusion(config),
         None => pipeline,
@@ -319,7 +319,7 @@ fn a_frame_in_which_nothing_can_pay_does_not_read_the_clock() {
     let view = view(Vec3::new(0.0, 1.5, 12.0), Vec3::new(0.0, 1.5, 0.0));
     let read = [None, Some(10.0), Some(100_000.0)].map(|polygon_ns| {
         let index = IndexKind::Osp.create(&IndexConfig::default());
-        let mut pipeline = Pipeline::new(index, 10_000, StageClock::counting(count_reading));
+        let mut pipeline = Pipeline::new(index, 10_000).with_clock(StageClock::counting(count_reading));
         if let Some(polygon_ns) = polygon_ns {
             pipeline = pipeline.with_occlusion(auto(polygon_ns, AutoBasis::Work));
         }
@@ -365,7 +365,7 @@ fn a_group_that_moves_as_a_whole_is_drawn_with_every_index() {
         let mut scene = Scene::keeping_groups_whole();
         let config = PassConfig { polygon_ns: 1000.0, ..PassConfig::new(Occlusion::Msvbsp) };
         let index = kind.create(&IndexConfig::default());
-        let lane = Pipeline::new(index, 1000, StageClock::default());
+        let lane = Pipeline::new(index, 1000);
         let mut lane = lane.with_occlusion(config);
         let mut changes = Vec::new();
         scene.apply_all(&events, &mut changes);
@@ -400,7 +400,7 @@ fn a_group_that_is_dragged_behind_a_wall_is_hidden_and_nothing_else_of_it() {
             let name = format!("{}, {}", kind.name(), method.name());
             let mut scene = Scene::keeping_groups_whole();
             let config = PassConfig { polygon_ns: 1.0e6, ..PassConfig::default() };
-            let lane = Pipeline::new(kind.create(&IndexConfig::default()), 1000, StageClock::default());
+            let lane = Pipeline::new(kind.create(&IndexConfig::default()), 1000);
             let mut lane = method.add_to(lane, config);
             let mut changes = Vec::new();
             scene.apply_all(&events, &mut changes);
@@ -448,8 +448,7 @@ fn a_group_that_is_dragged_behind_a_wall_is_hidden_and_nothing_else_of_it() {
 fn each_culler_but_none_becomes_a_pass_and_a_method_of_the_renderer_does_not() {
     let drawn = [Method::NONE, Method::Hzb, Method::Queries];
     for method in Method::CULLERS.iter().chain(&drawn) {
-        let pipeline =
-            Pipeline::new(IndexKind::Osp.create(&IndexConfig::default()), 10, StageClock::default());
+        let pipeline = Pipeline::new(IndexKind::Osp.create(&IndexConfig::default()), 10);
         let pipeline = method.add_to(pipeline, PassConfig::default());
         assert_eq!(pipeline.occlusion().is_some(), method.is_on_cpu(), "{}", method.name());
         assert_eq!(method.is_on_cpu(), !drawn.contains(method), "{}", method.name());

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use osp::{
-    frame::{Pipeline, PreviousFramePass, StageClock},
+    frame::{Pipeline, PreviousFramePass},
     index::IndexConfig,
     polygon::{Change, PolygonId, VisibleBlocks},
     view::{Projection, View},
@@ -23,8 +23,7 @@ fn square(center: Vec3, half_m: f32) -> Event {
 /// What is drawn of each view in the fourth frame at rest.
 fn at_rest(scene: &Scene, changes: &[Change], views: &[View]) -> Vec<Vec<PolygonId>> {
     let index = IndexKind::Osp.create(&IndexConfig::default());
-    let mut pipeline =
-        Pipeline::new(index, 256, StageClock::default()).with_pass(PreviousFramePass::new(256));
+    let mut pipeline = Pipeline::new(index, 256).with_pass(PreviousFramePass::new(256));
     for frame in 0..4 {
         pipeline.frame_of_views(scene, if frame == 0 { changes } else { &[] }, views);
     }

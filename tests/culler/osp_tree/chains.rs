@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use osp::{
-    index::{DrawList, IndexConfig, Osp, SpatialIndex},
+    index::{IndexConfig, Osp, SpatialIndex},
     math::{Aabb, Frustum, Plane},
     polygon::PolygonId,
 };
@@ -13,9 +13,9 @@ const COUNT: u32 = 20_000;
 fn check(osp: &Osp, is_left: &[bool], what: &str) {
     osp.validate().unwrap_or_else(|error| panic!("{what}: {error}"));
     let everything = Frustum::new([Plane { normal: Vec3::ZERO, d: 0.0 }; 6]);
-    let mut list = DrawList::new();
+    let mut list = Vec::new();
     osp.frustum_cull(&everything, &mut list);
-    let mut found: Vec<u32> = list.ids().iter().map(|id| id.0).collect();
+    let mut found: Vec<u32> = list.iter().map(|id| id.0).collect();
     found.sort_unstable();
     let left: Vec<u32> = (0..COUNT).filter(|&i| is_left[i as usize]).collect();
     assert!(found == left, "{what}: {} of {} are found", found.len(), left.len());

@@ -3,7 +3,7 @@
 use super::{backends, cull, tree};
 use glam::Vec3;
 use osp::{
-    index::{BruteForce, DrawList, IndexConfig, Osp, SpatialIndex},
+    index::{BruteForce, IndexConfig, Osp, SpatialIndex},
     math::{Aabb, Frustum, Plane},
     polygon::{PolygonId, VisibleBlocks},
 };
@@ -18,13 +18,13 @@ fn most() -> Frustum {
 fn ask(
     osp: &Osp,
     frustum: &Frustum,
-    list: &mut DrawList,
+    list: &mut Vec<PolygonId>,
     blocks: &mut VisibleBlocks,
 ) -> ([u64; 2], Vec<u32>) {
     list.clear();
     list.push(PolygonId(u32::MAX));
     let work = osp.frustum_cull(frustum, list);
-    let mut ids: Vec<u32> = list.ids().iter().map(|id| id.0).collect();
+    let mut ids: Vec<u32> = list.iter().map(|id| id.0).collect();
     assert_eq!(ids.remove(0), u32::MAX, "what was in the list stays");
     assert_eq!(work.reported, ids.len() as u64);
     assert!(work.taken_whole <= work.reported);
@@ -57,7 +57,7 @@ fn of_a_model_mostly_in_view_no_more_is_read_than_what_is_hidden_or_cut() {
     for (boxes, is_shuffled) in [(boxes.clone(), false), (shuffled(boxes, 72), true)] {
         let (osp, reference) =
             filled(|i| i, &boxes, Osp::new(&IndexConfig { root: root(), capacity: 30_000 }));
-        let (mut list, mut blocks) = (DrawList::new(), VisibleBlocks::new());
+        let (mut list, mut blocks) = (Vec::new(), VisibleBlocks::new());
         let (nodes, ids) = ask(&osp, &most(), &mut list, &mut blocks);
         assert_eq!(ids, cull(&reference, &most()));
         let share = ids.len() as f64 / boxes.len() as f64;
@@ -95,7 +95,7 @@ fn answers_do_not_depend_on_what_was_looked_for() {
         for (n, number) in numberings.into_iter().enumerate() {
             let boxes = shuffled(drawn(4_000, 74), 75 + n as u64);
             let (mut osp, mut reference) = filled(number, &boxes, tree(backend));
-            let (mut list, mut blocks) = (DrawList::new(), VisibleBlocks::new());
+            let (mut list, mut blocks) = (Vec::new(), VisibleBlocks::new());
             let mut frusta = vec![most()];
             frusta.extend(views(&root(), 3, Place::Outside, 76));
             frusta.extend(views(&root(), 3, Place::Inside, 77));
@@ -177,7 +177,7 @@ fn inner_nodes_before_the_near_plane_are_not_seen() {
     for backend in backends() {
         let osp = Osp::with_backend(&IndexConfig { root: root(), capacity: boxes.len() }, backend);
         let (osp, reference) = filled(|i| i, &boxes, osp);
-        let (mut list, mut blocks) = (DrawList::new(), VisibleBlocks::new());
+        let (mut list, mut blocks) = (Vec::new(), VisibleBlocks::new());
         let (_, ids) = ask(&osp, &frustum, &mut list, &mut blocks);
         assert_eq!(ids.len(), 4 * 600, "{}", backend.name());
         assert_eq!(ids, cull(&reference, &frustum), "{}", backend.name());

@@ -3,7 +3,9 @@
 
 use glam::Vec3;
 use osp::{
-    index::{BruteForce, DrawList, IndexConfig, Node, Osp, SpatialIndex, Visit, Visitor, WorkCounts},
+    index::{
+        BruteForce, IndexConfig, Node, Osp, SpatialIndex, Visit, Visitor, WorkCounts, kernels::ROOM_BEHIND,
+    },
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };
@@ -34,7 +36,7 @@ fn some_views(bounds: &Aabb) -> Vec<Frustum> {
 /// Work of some queries, and how many polygons they found.
 fn work(osp: &Osp, frusta: &[Frustum]) -> WorkCounts {
     let mut all = WorkCounts::default();
-    let mut list = DrawList::new();
+    let mut list = Vec::new();
     for frustum in frusta {
         list.clear();
         all += osp.frustum_cull(frustum, &mut list);
@@ -283,7 +285,7 @@ fn a_million_coincident_polygons() {
         osp.commit();
         assert!(depth(&osp) < 32, "a chain of nodes");
         let everything = Frustum::new([osp::math::Plane { normal: Vec3::ZERO, d: 0.0 }; 6]);
-        let mut list = DrawList::new();
+        let mut list = Vec::new();
         osp.frustum_cull(&everything, &mut list);
         assert_eq!(list.len(), COUNT as usize);
         for i in 0..COUNT {
@@ -318,8 +320,7 @@ fn ten_million_polygons_within_400_mb() {
     osp.commit();
     let loaded = start.elapsed();
     assert!(osp.bytes() < 400_000_000, "{} bytes", osp.bytes());
-    let mut list = DrawList::new();
-    list.reserve(COUNT);
+    let mut list = Vec::with_capacity(COUNT + ROOM_BEHIND);
     let start = std::time::Instant::now();
     let frusta = some_views(&root());
     for frustum in &frusta {

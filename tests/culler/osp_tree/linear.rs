@@ -3,7 +3,7 @@
 use super::{assert_same, backends, config, cull, tree};
 use glam::Vec3;
 use osp::{
-    index::{BruteForce, DrawList, IndexError, Osp, SpatialIndex, Thinner, Visit},
+    index::{BruteForce, IndexError, Osp, SpatialIndex, Thinner, Visit},
     math::{Aabb, Frustum, Ray, Sphere},
     polygon::{PolygonId, VisibleBlocks},
 };
@@ -239,7 +239,7 @@ fn the_limit_counts_blocks() {
     let mut near = near.with_linear_blocks(3);
     assert!(!is_linear(&near));
     near.validate().unwrap();
-    let mut list = DrawList::new();
+    let mut list = Vec::new();
     near.frustum_cull(&Frustum::everything(), &mut list);
     assert_eq!(list.len(), 300);
     near.clear();

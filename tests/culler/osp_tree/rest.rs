@@ -2,7 +2,7 @@
 
 use super::{backends, config, linear::assert_all_same};
 use osp::{
-    index::{BruteForce, DrawList, Osp, SpatialIndex},
+    index::{BruteForce, Osp, SpatialIndex},
     polygon::PolygonId,
 };
 use osp_testkit::boxes::{Place, Rng, drawn, root, shuffled, views};
@@ -12,7 +12,7 @@ const POLYGONS: usize = 12_000;
 /// Nodes that some queries look at.
 fn looked_at(osp: &Osp) -> u64 {
     let frusta = views(&root(), 8, Place::Outside, 5);
-    frusta.iter().map(|frustum| osp.frustum_cull(frustum, &mut DrawList::new()).nodes).sum()
+    frusta.iter().map(|frustum| osp.frustum_cull(frustum, &mut Vec::new()).nodes).sum()
 }
 
 fn rest(osp: &mut Osp) {

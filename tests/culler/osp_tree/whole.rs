@@ -3,7 +3,7 @@
 use super::{assert_same, backends, config, cull, tree};
 use glam::Vec3;
 use osp::{
-    index::{BruteForce, DrawList, Osp, SpatialIndex},
+    index::{BruteForce, Osp, SpatialIndex},
     math::{Aabb, Frustum, Plane},
     polygon::{PolygonId, VisibleBlocks},
 };
@@ -17,10 +17,10 @@ fn around_everything() -> Frustum {
 
 /// Nodes that a query looks at, and the ids that it appends to a list that has one already.
 fn ask(osp: &Osp, frustum: &Frustum) -> (u64, Vec<u32>) {
-    let mut list = DrawList::new();
-    list.ids_mut().push(PolygonId(u32::MAX));
+    let mut list = Vec::new();
+    list.push(PolygonId(u32::MAX));
     let work = osp.frustum_cull(frustum, &mut list);
-    let mut ids: Vec<u32> = list.ids().iter().map(|id| id.0).collect();
+    let mut ids: Vec<u32> = list.iter().map(|id| id.0).collect();
     assert_eq!(ids.remove(0), u32::MAX, "what was in the list stays");
     assert_eq!(work.reported, ids.len() as u64);
     (work.nodes, ids)

@@ -4,7 +4,7 @@ use super::far_from_origin::{border_point, turn};
 use glam::{UVec3, Vec3};
 use osp::{
     frame::StageClock,
-    index::{BruteForce, DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts},
+    index::{BruteForce, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts},
     math::{Aabb, Frustum},
     occlusion::{CullConfig, Occlusion, PoolConfig, SelectConfig},
     polygon::{Change, PolygonId},
@@ -85,9 +85,9 @@ impl SpatialIndex for Forgetful {
 
     fn commit(&mut self) {}
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         let work = self.0.frustum_cull(frustum, draw_list);
-        draw_list.ids_mut().retain(|&id| id != self.1);
+        draw_list.retain(|&id| id != self.1);
         work
     }
 

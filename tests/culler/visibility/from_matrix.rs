@@ -2,17 +2,18 @@
 
 use glam::{DMat4, DVec3, DVec4, Mat4, Vec2, Vec3};
 use osp::{
+    Depth,
     math::{Aabb, Ray},
-    view::{ClipDepth, Projection, View, ViewWindow},
+    view::{Projection, View, ViewWindow},
 };
 use proptest::prelude::*;
 
 use super::any_view;
 
 /// Whether a matrix shows a point, by its own numbers.
-fn shows(matrix: &Mat4, depth: ClipDepth, point: Vec3, slack: f64) -> bool {
+fn shows(matrix: &Mat4, depth: Depth, point: Vec3, slack: f64) -> bool {
     let DVec4 { x, y, z, w } = matrix.as_dmat4() * point.as_dvec3().extend(1.0);
-    let lowest = if depth == ClipDepth::MinusOneToOne { -w } else { 0.0 };
+    let lowest = if depth == Depth::MinusOneToOne { -w } else { 0.0 };
     let more = slack * w.abs();
     w > 0.0 && x.abs() <= w + more && y.abs() <= w + more && z >= lowest - more && z <= w + more
 }
@@ -22,7 +23,7 @@ fn along_ray(ray: &Ray, distance_m: f32) -> Vec3 {
 }
 
 /// An engine's matrices for a view: reversed and forward depth, without end, OpenGL's, and y downwards.
-fn matrices(view: &View) -> Vec<(Mat4, ClipDepth)> {
+fn matrices(view: &View) -> Vec<(Mat4, Depth)> {
     let p = view.projection;
     let world_from_view =
         DMat4::from_rotation_translation(view.world_from_view.as_dquat(), view.eye_in_world.as_dvec3());
@@ -39,11 +40,11 @@ fn matrices(view: &View) -> Vec<(Mat4, ClipDepth)> {
     };
     let row = |z: f64, one: f64| DVec4::new(0.0, 0.0, z, one);
     vec![
-        (view.clip_from_world(), ClipDepth::ZeroToOne),
-        (with(row(-f / (f - n), -n * f / (f - n)), 1.0), ClipDepth::ZeroToOne),
-        (with(row(0.0, n), 1.0), ClipDepth::ZeroToOne),
-        (with(row(-1.0, -n), -1.0), ClipDepth::ZeroToOne),
-        (with(row(-(f + n) / (f - n), -2.0 * n * f / (f - n)), 1.0), ClipDepth::MinusOneToOne),
+        (view.clip_from_world(), Depth::OneToZero),
+        (with(row(-f / (f - n), -n * f / (f - n)), 1.0), Depth::ZeroToOne),
+        (with(row(0.0, n), 1.0), Depth::OneToZero),
+        (with(row(-1.0, -n), -1.0), Depth::ZeroToOne),
+        (with(row(-(f + n) / (f - n), -2.0 * n * f / (f - n)), 1.0), Depth::MinusOneToOne),
     ]
 }
 
@@ -102,7 +103,7 @@ fn far_from_the_origin_the_view_is_wider_or_there_is_none() {
 
 #[test]
 fn what_is_no_perspective_gives_no_view() {
-    let none = |matrix: Mat4| assert_eq!(View::from_matrix(&matrix, ClipDepth::ZeroToOne), None, "{matrix}");
+    let none = |matrix: Mat4| assert_eq!(View::from_matrix(&matrix, Depth::ZeroToOne), None, "{matrix}");
     none(Mat4::IDENTITY);
     none(Mat4::ZERO);
     none(Mat4::NAN);
@@ -123,7 +124,7 @@ fn a_view_is_wider_by_what_its_eye_is_rounded() {
         let eye = Vec3::new(900.1 + 3.7 * i as f32, 1.7, -611.3 * i as f32 / 40.0);
         let toward = eye + Vec3::new((i as f32).cos(), 0.3 * (2.0 * i as f32).sin(), (i as f32).sin());
         let matrix = View::look_at(eye, toward, projection).clip_from_world();
-        let found = View::from_matrix(&matrix, ClipDepth::ZeroToOne).expect("a perspective");
+        let found = View::from_matrix(&matrix, Depth::ZeroToOne).expect("a perspective");
         let world_from_clip = matrix.as_dmat4().inverse();
         let view_from_world = found.world_from_view.as_dquat().inverse();
         let p = found.projection;
@@ -154,7 +155,7 @@ fn a_window_has_the_matrixs_eye_or_there_is_none() {
     for far in 0..16 {
         let eye = DVec3::new(0.7, -0.3, 0.9) * 10.0f64.powi(far);
         let matrix = view.clip_from_world().as_dmat4() * DMat4::from_translation(-eye);
-        let window = ViewWindow::from_double_matrix(&matrix, ClipDepth::ZeroToOne);
+        let window = ViewWindow::from_double_matrix(&matrix, Depth::ZeroToOne);
         if let Some(window) = &window {
             let moved_m = window.eye_in_world().distance(eye);
             assert!(moved_m < 1.0e-7 * 0.1, "10^{far} m: {moved_m} m");

@@ -77,7 +77,7 @@ impl Random {
 }
 
 fn pipeline() -> Pipeline {
-    Pipeline::new(IndexKind::Osp.create(&IndexConfig::default()), 1024, StageClock::default())
+    Pipeline::new(IndexKind::Osp.create(&IndexConfig::default()), 1024)
 }
 
 fn ids(lists: &[VisibleBlocks]) -> Vec<Vec<PolygonId>> {

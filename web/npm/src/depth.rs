@@ -2,7 +2,7 @@
 
 use osp::{
     glam::Vec3,
-    index::{DrawList, Osp, SpatialIndex},
+    index::{Osp, SpatialIndex},
     math::{Aabb, Frustum},
     occlusion::{
         CullConfig, DepthBuffer, DepthConfig, MAX_SIDES, OcclusionCuller, ShadowVolume, Verdict,
@@ -167,7 +167,7 @@ impl Depth {
     }
 
     /// Lists the boxes that the frustum may see and the buffer does not hide.
-    pub(crate) fn cull(&self, osp: &Osp, frustum: &Frustum, list: &mut DrawList) {
+    pub(crate) fn cull(&self, osp: &Osp, frustum: &Frustum, list: &mut Vec<PolygonId>) {
         let (mut in_view, mut drawn) = (VisibleBlocks::new(), VisibleBlocks::new());
         osp.frustum_cull_blocks(frustum, &mut in_view);
         let config = CullConfig::default();

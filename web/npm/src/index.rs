@@ -2,7 +2,7 @@
 
 use osp::{
     glam::{DVec3, Vec3},
-    index::{DrawList, IndexConfig, IndexError, Osp, SpatialIndex},
+    index::{IndexConfig, IndexError, Osp, SpatialIndex},
     math::{Aabb, Frustum, Ray, Sphere},
     polygon::{PolygonId, VisibleBlocks},
 };
@@ -45,7 +45,7 @@ pub struct Index {
     /// A box around all boxes that were added since the index was empty.
     extent: Aabb,
     scratch: Scratch,
-    list: DrawList,
+    list: Vec<PolygonId>,
     nearest: Vec<(PolygonId, f32)>,
     /// The ids of a call, to find ids that are given twice.
     given: VisibleBlocks,
@@ -83,7 +83,7 @@ impl Index {
             highest: 0,
             extent: Aabb::EMPTY,
             scratch: Scratch::default(),
-            list: DrawList::new(),
+            list: Vec::new(),
             nearest: Vec::new(),
             given: VisibleBlocks::new(),
         })
@@ -237,7 +237,7 @@ impl Index {
         self.commit_if_changed()?;
         self.list.clear();
         depth.cull(&self.osp, &camera.frustum(), &mut self.list);
-        Ok(self.scratch.answer(self.list.ids().iter().copied()))
+        Ok(self.scratch.answer(self.list.iter().copied()))
     }
 
     /// Finds the boxes that are not completely behind any of the planes in memory, one to six. Returns their number.
@@ -258,8 +258,8 @@ impl Index {
         }
         self.commit_if_changed()?;
         self.list.clear();
-        self.osp.box_query(&bounds, self.list.ids_mut());
-        Ok(self.scratch.answer(self.list.ids().iter().copied()))
+        self.osp.box_query(&bounds, &mut self.list);
+        Ok(self.scratch.answer(self.list.iter().copied()))
     }
 
     /// Finds the boxes that have a point in common with the ball around the first three numbers, with the radius after
@@ -281,8 +281,8 @@ impl Index {
             let nearest = center.clamp(bounds.min.as_dvec3(), bounds.max.as_dvec3());
             nearest.distance_squared(center) <= radius * radius
         };
-        osp.sphere_query(&around, &mut is_within, self.list.ids_mut());
-        Ok(self.scratch.answer(self.list.ids().iter().copied()))
+        osp.sphere_query(&around, &mut is_within, &mut self.list);
+        Ok(self.scratch.answer(self.list.iter().copied()))
     }
 
     /// Finds the first box that a ray enters: one found id and one measured number, or none. The ray starts at the
@@ -376,8 +376,8 @@ impl Index {
             self.scratch.found.clear();
             let bytes = (room - self.osp.len() + again).saturating_mul(BOX_BYTES);
             let Some(trial) = room::take(bytes.saturating_add(of_sets)) else { continue };
-            let is_there = self.list.ids_mut().try_reserve(room + BEHIND).is_ok()
-                && self.scratch.found.try_reserve(room).is_ok();
+            let is_there =
+                self.list.try_reserve(room + BEHIND).is_ok() && self.scratch.found.try_reserve(room).is_ok();
             drop(trial);
             if is_there {
                 self.asked = room::asked();
@@ -400,7 +400,7 @@ impl Index {
         self.commit_if_changed()?;
         self.list.clear();
         self.osp.frustum_cull(frustum, &mut self.list);
-        Ok(self.scratch.answer(self.list.ids().iter().copied()))
+        Ok(self.scratch.answer(self.list.iter().copied()))
     }
 
     /// Checks that each id in memory is in the index, and given once.

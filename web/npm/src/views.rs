@@ -1,9 +1,10 @@
 //! Frusta and views from sixteen numbers, or from planes.
 
 use osp::{
+    Depth,
     glam::{DMat4, Vec3},
     math::{Aabb, Frustum, Plane},
-    view::{ClipDepth, ViewWindow},
+    view::ViewWindow,
 };
 
 use crate::refusal::{Outcome, refused};
@@ -43,7 +44,7 @@ impl Camera {
 
     /// Returns the view of a perspective projection, from its own eye, in double precision.
     pub(crate) fn window(&self) -> Outcome<ViewWindow> {
-        let depth = if self.is_webgl { ClipDepth::MinusOneToOne } else { ClipDepth::ZeroToOne };
+        let depth = if self.is_webgl { Depth::MinusOneToOne } else { Depth::ZeroToOne };
         match ViewWindow::from_double_matrix(&self.matrix(), depth) {
             Some(window) => Ok(window),
             None => refused(

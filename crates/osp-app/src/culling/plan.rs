@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use osp::{
-    frame::{AutoBasis, Loading, PassConfig, Pipeline, StageClock},
+    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     math::Aabb,
     occlusion::{NodeTest, Occlusion, Score},
@@ -78,8 +78,7 @@ impl CullingPlan {
     pub(crate) fn begin_index(self, scene: &Scene, bounds: &Aabb) -> Indexing {
         let root = root_for(bounds);
         let pipeline = self.pipeline(root, scene.polygon_count());
-        let indexed = Indexed { plan: self, root, pipeline, took: Duration::ZERO };
-        Indexing { indexed, loading: Pipeline::begin_load(scene) }
+        Indexing { indexed: Indexed { plan: self, root, pipeline, took: Duration::ZERO } }
     }
 
     fn pipeline(&self, root: Aabb, polygons: usize) -> Pipeline {
@@ -92,7 +91,7 @@ impl CullingPlan {
             basis: self.auto_basis,
             ..PassConfig::for_strokes(Occlusion::Auto)
         };
-        let pipeline = Pipeline::new(index, capacity, StageClock::default());
+        let pipeline = Pipeline::new(index, capacity);
         let mut pipeline = self.occlusion.add_to(pipeline, pass);
         pipeline.set_occluders(self.occluders);
         pipeline
@@ -103,7 +102,6 @@ impl CullingPlan {
 #[derive(Debug)]
 pub(crate) struct Indexing {
     indexed: Indexed,
-    loading: Loading,
 }
 
 impl Indexing {
@@ -111,7 +109,7 @@ impl Indexing {
     pub(crate) fn step(&mut self, scene: &Scene) -> bool {
         let clock = StageClock::default();
         let start = clock.start();
-        let goes_on = self.indexed.pipeline.load_some(scene, &mut self.loading);
+        let goes_on = self.indexed.pipeline.load_some(scene);
         self.indexed.took += Duration::from_nanos(clock.since(start).ns);
         goes_on
     }

@@ -233,7 +233,7 @@ mod tests {
     };
     use glam::{Quat, Vec3};
     use osp::{
-        frame::{Pipeline, StageClock},
+        frame::Pipeline,
         index::{BruteForce, SpatialIndex},
         view::{Projection, View},
     };
@@ -383,7 +383,7 @@ mod tests {
             Event::Move { author: Author::SOLE, t, strokes: vec![stroke], by: -Vec3::X },
         ];
         let mut player = player_of(events, vec![3, 4, 6]);
-        let mut pipeline = Pipeline::new(Box::new(BruteForce::new()), 16, StageClock::default());
+        let mut pipeline = Pipeline::new(Box::new(BruteForce::new()), 16);
         let view = View::look_at(
             Vec3::new(2.2, 0.2, 3.0),
             Vec3::new(2.2, 0.2, 0.0),

@@ -4,7 +4,7 @@ use std::{fs, path::PathBuf, time::Duration};
 
 use glam::Vec2;
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     index::{IndexConfig, Osp},
     occlusion::Occlusion,
 };
@@ -64,7 +64,7 @@ fn told(mut player: Session) -> (String, u64) {
         player.remarks()
     );
     let frames = replay_of(&player).frame_count();
-    let mut pipeline = Pipeline::new(Box::new(Osp::new(&IndexConfig::default())), 0, StageClock::default());
+    let mut pipeline = Pipeline::new(Box::new(Osp::new(&IndexConfig::default())), 0);
     let (mut whole, mut changes) = (SessionFingerprint::new(), Vec::new());
     while player.step(&mut changes) {
         if !replay_of(&player).position().is_multiple_of(EVERY) && replay_of(&player).position() < frames {

@@ -192,7 +192,7 @@ fn a_set_culls_what_it_does_not_hold() {
     let scene = model(200, 1.0);
     let pvs = sets(&scene);
     let ids: Vec<PolygonId> = scene.visible_ids().collect();
-    let mut drawn = osp::index::DrawList::new();
+    let mut drawn = Vec::new();
     assert!(pvs.cull(Vec3::splat(0.5), ids.iter().copied(), &mut drawn));
     assert!(drawn.len() > 16 && drawn.len() < 200, "{}", drawn.len());
 }

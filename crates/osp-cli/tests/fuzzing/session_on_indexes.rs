@@ -3,7 +3,7 @@
 
 use super::input::{self, Input, below};
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     index::{IndexConfig, SpatialIndex},
     math::{Ray, Sphere},
     polygon::{Change, PolygonId},
@@ -19,10 +19,8 @@ const MOST_FRAMES: usize = 12;
 pub fn run(data: &[u8]) {
     let mut u = Input::new(data);
     let config = IndexConfig { capacity: [0, 16, 1000][below(&mut u, 3)], ..IndexConfig::default() };
-    let mut lanes: Vec<Pipeline> = IndexKind::ALL
-        .iter()
-        .map(|kind| Pipeline::new(kind.create(&config), 16, StageClock::default()))
-        .collect();
+    let mut lanes: Vec<Pipeline> =
+        IndexKind::ALL.iter().map(|kind| Pipeline::new(kind.create(&config), 16)).collect();
     let mut scene = Scene::new();
     let (mut told, mut changes) = (Vec::new(), Vec::new());
     let mut frame = 0;

@@ -12,7 +12,7 @@ use std::{path::Path, sync::Arc};
 
 use glam::Vec3;
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     index::{IndexConfig, Osp},
     math::Aabb,
     polygon::{ConvexPolygon, Geometry, PolygonId},
@@ -103,7 +103,7 @@ impl Together {
         let capacity = self.polygons.len();
         let root = Aabb::cube(self.bounds().center(), self.bounds().extent().max_element());
         let index = Osp::new(&IndexConfig { root, capacity });
-        let mut pipeline = Pipeline::new(Box::new(index), capacity, StageClock::default());
+        let mut pipeline = Pipeline::new(Box::new(index), capacity);
         pipeline.load(self);
         let seen = |view: &View| {
             pipeline.frame(self, &[], view);

@@ -8,7 +8,7 @@ use crate::{
     rows::{Figures, Rows},
 };
 use osp::{
-    index::{DrawList, IndexConfig, SpatialIndex, WorkCounts},
+    index::{IndexConfig, SpatialIndex, WorkCounts, kernels::ROOM_BEHIND},
     math::{Aabb, Frustum},
     polygon::{Change, ConvexPolygon, PolygonId},
 };
@@ -142,7 +142,7 @@ struct Subject<'a> {
     index: Box<dyn SpatialIndex>,
     drawing: &'a Drawing,
     wants_shapes: bool,
-    draw_list: DrawList,
+    draw_list: Vec<PolygonId>,
     /// Number of polygons of the fill, and of all polygons.
     filed: usize,
     most: usize,
@@ -170,8 +170,7 @@ impl Frame {
 impl<'a> Subject<'a> {
     fn filled(kind: Contender, drawing: &'a Drawing, filed: usize, most: usize) -> Self {
         let mut index = kind.create(&IndexConfig { capacity: most, ..IndexConfig::default() });
-        let mut draw_list = DrawList::new();
-        draw_list.reserve(most);
+        let draw_list = Vec::with_capacity(most + ROOM_BEHIND);
         let wants_shapes = Bsp::of(&mut *index).is_some();
         let mut subject =
             Self { index, drawing, wants_shapes, draw_list, filed, most, more: 0, fill_ns: 0.0, bytes: 0 };

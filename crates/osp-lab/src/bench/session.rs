@@ -4,7 +4,7 @@ use crate::{
     rows::{Curves, Figures, Rows},
 };
 use osp::{
-    frame::{FrameRecord, Pipeline, StageClock},
+    frame::{FrameRecord, Pipeline},
     index::IndexConfig,
     math::Aabb,
 };
@@ -56,9 +56,7 @@ where
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: input.root, capacity };
     let budget = Budget { ns: (input.budget_secs * 1.0e9) as u64, frames: summary.frames };
-    let lane = |kind: &Contender| {
-        Lane::new(Pipeline::new(kind.create(&config), capacity, StageClock::default()), budget)
-    };
+    let lane = |kind: &Contender| Lane::new(Pipeline::new(kind.create(&config), capacity), budget);
     let mut lanes: Vec<Lane> = input.kinds.iter().map(lane).collect();
     if input.rig.is_some() {
         lanes.extend(input.kinds.iter().map(lane).map(|lane| lane.of_one_view(1)));

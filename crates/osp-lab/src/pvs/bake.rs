@@ -3,7 +3,7 @@ use glam::{Quat, Vec3};
 use super::{GROUP, ViewCells, words_of};
 use crate::{oracle::OracleConfig, verify::visible_polygons};
 use osp::{
-    index::{DrawList, SpatialIndex},
+    index::SpatialIndex,
     math::Aabb,
     polygon::bits,
     view::{Projection, View},
@@ -59,7 +59,7 @@ impl<'a> Baker<'a> {
     /// be committed. O(samples x (pixels squared + polygons)).
     pub fn cell(&self, cell: usize, index: &dyn SpatialIndex) -> Vec<u64> {
         let mut groups = vec![0u64; words_of(self.scene.polygon_count())];
-        let mut in_view = DrawList::new();
+        let mut in_view = Vec::new();
         let pixels = self.config.pixels as usize;
         let oracle = OracleConfig { width: pixels, height: pixels };
         for sample in 0..self.config.samples.max(1) {
@@ -70,7 +70,7 @@ impl<'a> Baker<'a> {
                 let Some(window) = view.window() else { continue };
                 in_view.clear();
                 index.frustum_cull(&view.frustum(), &mut in_view);
-                for id in visible_polygons(self.scene, &window, in_view.ids(), oracle) {
+                for id in visible_polygons(self.scene, &window, &in_view, oracle) {
                     let group = id.index() / GROUP;
                     bits::insert(&mut groups, group);
                 }

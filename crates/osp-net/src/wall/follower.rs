@@ -8,7 +8,7 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 use super::{WallError, barrier::Answer};
 use crate::live::{Address, Link, LinkOptions, News, Role};
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     index::{IndexConfig, Osp},
     polygon::Change,
     view::View,
@@ -55,7 +55,7 @@ impl Follower {
             log: 0,
             line: String::new(),
             state: SessionState::default(),
-            pipeline: Pipeline::new(Box::new(index), 0, StageClock::default()),
+            pipeline: Pipeline::new(Box::new(index), 0),
             changes: Vec::new(),
         })
     }

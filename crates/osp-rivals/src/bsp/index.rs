@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{by_id::ById, rebuilt::Rebuilt};
 use osp::{
-    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
+    index::{IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
     math::{Aabb, Frustum, Ray},
     polygon::{Change, ConvexPolygon, Geometry, PolygonId},
 };
@@ -122,7 +122,7 @@ impl SpatialIndex for Bsp {
         }
     }
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         self.0.frustum_cull(frustum, draw_list)
     }
 

@@ -17,7 +17,7 @@ use crate::{
     rebuilt::TreeBuilder,
 };
 use osp::{
-    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, kernels::Nearest},
+    index::{IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, kernels::Nearest},
     math::{Aabb, Frustum, Ray},
     polygon::PolygonId,
 };
@@ -166,7 +166,7 @@ impl SpatialIndex for BvhTwoLevel {
         }
     }
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         let mut work = self.fixed.frustum_cull(frustum, draw_list);
         work += self.dynamic.frustum_cull(frustum, draw_list);
         work

@@ -20,7 +20,7 @@ pub(super) use tree::BoxTree;
 
 use super::by_id::{ById, FiledBoxes};
 use osp::{
-    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, kernels::Nearest},
+    index::{IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, kernels::Nearest},
     math::{Aabb, Frustum, Ray},
     polygon::PolygonId,
 };
@@ -78,7 +78,7 @@ impl SpatialIndex for DynamicBvh {
 
     fn commit(&mut self) {}
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         self.tree.frustum_cull(frustum, draw_list)
     }
 

@@ -5,10 +5,11 @@ use crate::{
 };
 use osp::{
     index::{
-        Backend, DrawList, Node, Visit, Visitor, WorkCounts,
+        Backend, Node, Visit, Visitor, WorkCounts,
         kernels::{Kernel, Nearest, PlaneLanes, WithKernel, is_wanted},
     },
     math::{Containment, Frustum, PlaneMask, Ray},
+    polygon::PolygonId,
 };
 
 struct Cull<'a, S> {
@@ -55,7 +56,7 @@ impl<S: Sink> WithKernel for Cull<'_, S> {
 }
 
 impl BoxTree {
-    pub(crate) fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    pub(crate) fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         if self.root == NONE {
             return WorkCounts::default();
         }

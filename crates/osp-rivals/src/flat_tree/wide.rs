@@ -15,10 +15,11 @@ use crate::{
 };
 use osp::{
     index::{
-        Backend, DrawList, WorkCounts,
+        Backend, WorkCounts,
         kernels::{Boxes, IdWriter, Kernel, PlaneSet, WithKernel, prefetch_lines},
     },
     math::{Frustum, PlaneMask},
+    polygon::PolygonId,
 };
 
 /// Nodes that become children of one wide node: their numbers, and the positions of their first polygons.
@@ -88,9 +89,9 @@ impl FlatTree {
         number as u32
     }
 
-    pub(crate) fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    pub(crate) fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         let planes = PlaneSet::new(frustum);
-        IdWriter::append(draw_list.ids_mut(), |out| Backend::detect().run(Cull { tree: self, planes, out }))
+        IdWriter::append(draw_list, |out| Backend::detect().run(Cull { tree: self, planes, out }))
     }
 
     /// Tests the polygons of a leaf against the planes of a mask.

@@ -23,9 +23,7 @@ use super::{
     item::Item,
 };
 use osp::{
-    index::{
-        DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, kernels::IdWriter,
-    },
+    index::{IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, kernels::IdWriter},
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };
@@ -175,8 +173,8 @@ impl SpatialIndex for LooseOctree {
 
     fn commit(&mut self) {}
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        IdWriter::append(draw_list.ids_mut(), |out| self.cull_all(frustum, out))
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
+        IdWriter::append(draw_list, |out| self.cull_all(frustum, out))
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {

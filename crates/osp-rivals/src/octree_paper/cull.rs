@@ -5,12 +5,13 @@ use crate::{
     walk_stack::WalkStack,
 };
 use osp::{
-    index::{DrawList, Node, Visit, Visitor, WorkCounts},
+    index::{Node, Visit, Visitor, WorkCounts},
     math::{Containment, Frustum, PlaneMask},
+    polygon::PolygonId,
 };
 
 impl OctreePaper {
-    pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         let mut work = WorkCounts::default();
         if !self.nodes.is_empty() {
             self.cull_below(0, frustum, draw_list, &mut work);

@@ -22,7 +22,7 @@ use super::{
     item::Item,
 };
 use osp::{
-    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
+    index::{IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };
@@ -156,7 +156,7 @@ impl SpatialIndex for OctreePaper {
         }
     }
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         self.cull(frustum, draw_list)
     }
 

@@ -7,7 +7,7 @@ use crate::{
     sink::{Gather, Sink, VisitorSink},
 };
 use osp::{
-    index::{DrawList, Node, Visit, Visitor, WorkCounts},
+    index::{Node, Visit, Visitor, WorkCounts},
     math::{Containment, Frustum, PlaneMask},
     polygon::PolygonId,
 };
@@ -73,7 +73,7 @@ impl Stack {
 
 impl OspPaper {
     /// Culls as Fig. 6 does, and then tests the polygons beside the tree.
-    pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         let mut work = WorkCounts::default();
         if self.nodes[0].holds_any() {
             self.cull_below(0, &EightPointTest::new(frustum), draw_list, &mut work);

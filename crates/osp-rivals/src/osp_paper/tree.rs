@@ -8,7 +8,7 @@ use crate::{
     by_id::{ById, FiledBoxes},
 };
 use osp::{
-    index::{DrawList, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
+    index::{IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };
@@ -230,7 +230,7 @@ impl SpatialIndex for OspPaper {
 
     fn commit(&mut self) {}
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         self.cull(frustum, draw_list)
     }
 

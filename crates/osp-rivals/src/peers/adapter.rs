@@ -1,6 +1,6 @@
 use crate::by_id::FiledBoxes;
 use osp::{
-    index::{DrawList, IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts},
+    index::{IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts},
     math::{Aabb, Containment, Frustum},
     polygon::PolygonId,
 };
@@ -15,7 +15,7 @@ pub(super) trait PeerTree: 'static + Default + Send + Sync {
     /// Ends a batch of changes. `filed` contains the boxes of all present polygons.
     fn commit(&mut self, _filed: &FiledBoxes) {}
 
-    fn cull(&self, frustum: &Frustum, out: &mut DrawList);
+    fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>);
 
     fn bytes(&self) -> usize;
 }
@@ -72,7 +72,7 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
         }
     }
 
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         let before = draw_list.len();
         if !self.is_empty() {
             self.tree.cull(frustum, draw_list);
@@ -90,12 +90,12 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
         }
         let polygons = self.filed.len();
         let asked = visitor.node(&Node { bounds: &bounds, depth: 0, containment, polygons, is_leaf: true });
-        let mut list = DrawList::new();
+        let mut list = Vec::new();
         if asked == Visit::Skip {
             return WorkCounts::default();
         }
         let work = self.frustum_cull(frustum, &mut list);
-        visitor.polygons(list.ids(), asked);
+        visitor.polygons(&list, asked);
         work
     }
 

@@ -10,7 +10,6 @@ use glam::Vec3;
 use super::adapter::PeerTree;
 use crate::by_id::FiledBoxes;
 use osp::{
-    index::DrawList,
     math::{Aabb, Containment, Frustum, PlaneMask},
     polygon::PolygonId,
 };
@@ -70,7 +69,7 @@ impl PeerTree for BvhCrate {
         }
     }
 
-    fn cull(&self, frustum: &Frustum, out: &mut DrawList) {
+    fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>) {
         let Some(tree) = &self.tree else { return };
         let mut stack = self.stack.lock().unwrap_or_else(PoisonError::into_inner);
         stack.push((0, PlaneMask::ALL));

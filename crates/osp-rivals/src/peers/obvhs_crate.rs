@@ -8,7 +8,6 @@ use obvhs::{
 use super::adapter::PeerTree;
 use crate::by_id::FiledBoxes;
 use osp::{
-    index::DrawList,
     math::{Aabb, Containment, Frustum, PlaneMask},
     polygon::PolygonId,
 };
@@ -62,7 +61,7 @@ impl PeerTree for Growing {
         self.tree.remove_primitive(id);
     }
 
-    fn cull(&self, frustum: &Frustum, out: &mut DrawList) {
+    fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>) {
         self.walk(frustum, |id| out.push(PolygonId(id)));
     }
 
@@ -100,7 +99,7 @@ impl PeerTree for Rebuilt {
         self.of.tree.reorder_in_stack_traversal_order();
     }
 
-    fn cull(&self, frustum: &Frustum, out: &mut DrawList) {
+    fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>) {
         self.of.walk(frustum, |at| out.push(self.ids[at as usize]));
     }
 

@@ -4,7 +4,6 @@ use parry3d::partitioning::{Bvh, BvhBuildStrategy, TraversalAction};
 use super::adapter::PeerTree;
 use crate::by_id::FiledBoxes;
 use osp::{
-    index::DrawList,
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };
@@ -40,7 +39,7 @@ impl PeerTree for Growing {
         self.0.remove(id);
     }
 
-    fn cull(&self, frustum: &Frustum, out: &mut DrawList) {
+    fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>) {
         cull(&self.0, frustum, |id| out.push(PolygonId(id)));
     }
 
@@ -69,7 +68,7 @@ impl PeerTree for Rebuilt {
         self.tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &self.boxes);
     }
 
-    fn cull(&self, frustum: &Frustum, out: &mut DrawList) {
+    fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>) {
         cull(&self.tree, frustum, |leaf| out.push(self.ids[leaf as usize]));
     }
 

@@ -5,7 +5,6 @@ use rstar::{
 
 use super::adapter::PeerTree;
 use osp::{
-    index::DrawList,
     math::{Aabb, Containment, Frustum, PlaneMask},
     polygon::PolygonId,
 };
@@ -34,7 +33,7 @@ fn entry(id: u32, bounds: &Aabb) -> Entry {
 }
 
 /// Walks the nodes below `node` by recursion, which goes a few levels deep because the tree is balanced.
-fn walk(node: &ParentNode<Entry>, mask: PlaneMask, frustum: &Frustum, out: &mut DrawList) {
+fn walk(node: &ParentNode<Entry>, mask: PlaneMask, frustum: &Frustum, out: &mut Vec<PolygonId>) {
     for child in node.children() {
         let envelope = child.envelope();
         let below = if mask.is_empty() {
@@ -71,7 +70,7 @@ impl PeerTree for Rstar {
         self.0.remove(&entry(id, bounds));
     }
 
-    fn cull(&self, frustum: &Frustum, out: &mut DrawList) {
+    fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>) {
         walk(self.0.root(), PlaneMask::ALL, frustum, out);
     }
 

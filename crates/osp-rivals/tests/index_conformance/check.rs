@@ -1,7 +1,7 @@
 //! Checks that every index has to pass, whatever it contains.
 
 use osp::{
-    index::{BruteForce, DrawList, Node, SpatialIndex, Visit, Visitor},
+    index::{BruteForce, Node, SpatialIndex, Visit, Visitor},
     math::{Aabb, Containment, Frustum},
     polygon::{PolygonId, VisibleBlocks},
 };
@@ -107,16 +107,16 @@ pub(crate) fn check(index: &dyn SpatialIndex, twin: &BruteForceTwin, frusta: &[F
     assert_eq!(index.len(), twin.index.len(), "{name}, {place}: number of polygons");
     assert_eq!(index.is_empty(), twin.index.is_empty(), "{name}, {place}");
     // The list is not emptied in between, because a query appends.
-    let mut seen = DrawList::new();
+    let mut seen = Vec::new();
     seen.push(PolygonId(u32::MAX));
-    let (mut expected, mut blocks) = (DrawList::new(), VisibleBlocks::new());
+    let (mut expected, mut blocks) = (Vec::new(), VisibleBlocks::new());
     for (i, frustum) in frusta.iter().enumerate() {
         let before = seen.len();
         let work = index.frustum_cull(frustum, &mut seen);
         expected.clear();
         twin.index.frustum_cull(frustum, &mut expected);
-        let expected = sorted(expected.ids());
-        let found = &seen.ids()[before..];
+        let expected = sorted(&expected);
+        let found = &seen[before..];
         assert_eq!(sorted(found), expected, "{name}, {place}, frustum {i}: frustum_cull");
         assert_eq!(work.reported, expected.len() as u64, "{name}, {place}, frustum {i}: work.reported");
         assert!(work.taken_whole <= work.reported, "{name}, {place}, frustum {i}: work.taken_whole");
@@ -156,5 +156,5 @@ pub(crate) fn check(index: &dyn SpatialIndex, twin: &BruteForceTwin, frusta: &[F
             }
         }
     }
-    assert_eq!(seen.ids()[0], PolygonId(u32::MAX), "{name}, {place}: the list was not appended to");
+    assert_eq!(seen[0], PolygonId(u32::MAX), "{name}, {place}: the list was not appended to");
 }

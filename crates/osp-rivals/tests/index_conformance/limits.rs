@@ -1,9 +1,9 @@
 //! Senseless configurations and numbers: they cause no panic, and take no more memory than documented.
 
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     glam::Affine3A,
-    index::{BruteForce, DrawList, Osp},
+    index::{BruteForce, Osp},
     polygon::VisibleBlocks,
 };
 use osp_rivals::groups::GroupIndex;
@@ -41,7 +41,7 @@ fn a_list_of_any_numbers_becomes_a_set_of_those_below_the_limit() {
     struct Any(BruteForce);
 
     impl SpatialIndex for Any {
-        fn frustum_cull(&self, _: &Frustum, list: &mut DrawList) -> WorkCounts {
+        fn frustum_cull(&self, _: &Frustum, list: &mut Vec<PolygonId>) -> WorkCounts {
             list.extend_from_slice(&[7, u32::MAX].map(PolygonId));
             WorkCounts::default()
         }
@@ -92,10 +92,7 @@ fn a_list_of_any_numbers_becomes_a_set_of_those_below_the_limit() {
 
 #[test]
 fn a_capacity_of_all_numbers_reserves_what_is_stated() {
-    let room = DrawList::with_capacity(usize::MAX);
-    assert!(room.is_empty());
-    let pipeline =
-        Pipeline::new(Box::new(BruteForce::with_capacity(usize::MAX)), usize::MAX, StageClock::default());
+    let pipeline = Pipeline::new(Box::new(BruteForce::with_capacity(usize::MAX)), usize::MAX);
     assert!(pipeline.bytes() <= MOST_BYTES);
     let config = IndexConfig { capacity: usize::MAX, ..IndexConfig::default() };
     assert!(Osp::new(&config).bytes() <= MOST_BYTES);

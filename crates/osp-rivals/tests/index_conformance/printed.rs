@@ -1,7 +1,7 @@
 //! The paper's trees as printed: they draw more polygons, never fewer. Also the number of tests of an insertion.
 
 use osp::{
-    index::{BruteForce, DrawList, IndexConfig, SpatialIndex, Visit, Visitor},
+    index::{BruteForce, IndexConfig, SpatialIndex, Visit, Visitor},
     polygon::PolygonId,
 };
 use osp_rivals::{CutNodes, OctreePaper, OctreePaperConfig, OspGrid, OspPaper};
@@ -41,17 +41,17 @@ fn a_cut_node_draws_all_its_polygons_as_in_figure_6() {
     }
     let mut over_drawn = [0; 2];
     for frustum in frusta(&boxes) {
-        let mut in_view = DrawList::new();
+        let mut in_view = Vec::new();
         exact.frustum_cull(&frustum, &mut in_view);
         for (tree, over_drawn) in trees.iter_mut().zip(&mut over_drawn) {
             tree.commit();
-            let mut drawn = DrawList::new();
+            let mut drawn = Vec::new();
             let work = tree.frustum_cull(&frustum, &mut drawn);
             assert_eq!(work.reported as usize, drawn.len());
-            let mut drawn: Vec<u32> = drawn.ids().iter().map(|id| id.0).collect();
+            let mut drawn: Vec<u32> = drawn.iter().map(|id| id.0).collect();
             drawn.sort_unstable();
             assert!(drawn.windows(2).all(|w| w[0] < w[1]), "{}: twice the same", tree.name());
-            for id in in_view.ids() {
+            for id in &in_view {
                 assert!(drawn.binary_search(&id.0).is_ok(), "{}: {} is in view", tree.name(), id.0);
             }
             let mut walked = All(Vec::new());

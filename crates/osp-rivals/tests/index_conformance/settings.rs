@@ -1,6 +1,5 @@
 //! Settings of the structures: they change the work of the kinds that they concern, and no answer.
 
-use osp::index::DrawList;
 use osp_rivals::{CutNodes, IndexSetting, IndexSettings};
 
 use super::*;
@@ -57,7 +56,7 @@ fn work_of(kind: IndexKind, settings: &IndexSettings) -> WorkCounts {
     index.commit();
     let mut work = WorkCounts::default();
     for frustum in frusta(&boxes) {
-        work += index.frustum_cull(&frustum, &mut DrawList::new());
+        work += index.frustum_cull(&frustum, &mut Vec::new());
     }
     work
 }

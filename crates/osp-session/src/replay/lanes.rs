@@ -206,16 +206,13 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use osp::{
-        frame::StageClock,
-        index::{BruteForce, SpatialIndex},
-    };
+    use osp::index::{BruteForce, SpatialIndex};
 
     #[test]
     fn what_it_takes_to_apply_the_events_is_spent_too() {
         let looked_at = |applying_ns: u64| {
             let index: Box<dyn SpatialIndex> = Box::new(BruteForce::default());
-            let pipeline = Pipeline::new(index, 1, StageClock::default());
+            let pipeline = Pipeline::new(index, 1);
             let budget = Budget { ns: u64::MAX / 2, frames: 2 * STRETCHES };
             let mut lane = Lane::new(pipeline, budget);
             let applying = Stage { ns: applying_ns, allocations: 0 };

@@ -8,7 +8,7 @@ use super::{
 };
 use glam::Vec3;
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     index::IndexConfig,
     polygon::{Change, PolygonId},
     view::View,
@@ -378,7 +378,7 @@ fn compare_session(
     let camera = CameraPath::new(choice, session.header.camera, &summary.bounds);
     let capacity = summary.counts.polygons as usize;
     let config = IndexConfig { capacity, ..IndexConfig::default() };
-    let mut pipeline = Pipeline::new(IndexKind::Osp.create(&config), capacity, StageClock::default());
+    let mut pipeline = Pipeline::new(IndexKind::Osp.create(&config), capacity);
     let mut pair = Pair::new(gpu, SIZE, occlusion, chunk_len())?;
     let (mut scene, mut moment, mut shown) = (Scene::new(), Moment::default(), 0);
     let (mut pacer, mut events, mut changes) = (Pacer::new(session, pace), Vec::new(), Vec::new());

@@ -9,7 +9,7 @@ use std::{
 
 use super::scenes::{all_ids, gpu, set};
 use osp::{
-    frame::{PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline},
     index::IndexConfig,
     occlusion::Occlusion,
     polygon::PolygonId,
@@ -83,7 +83,7 @@ fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> LeftOut {
     let capacity = summary.counts.polygons as usize;
     let pipeline = |kind: IndexKind| {
         let config = IndexConfig { capacity, ..IndexConfig::default() };
-        Pipeline::new(kind.create(&config), capacity, StageClock::default())
+        Pipeline::new(kind.create(&config), capacity)
     };
     let mut by_view: Vec<Pipeline> = IndexKind::DEFAULT.iter().copied().map(pipeline).collect();
     let mut by_occlusion = Vec::new();

@@ -5,7 +5,7 @@ use osp_session::platform::time::Instant;
 use super::input::{PaperConfig, PaperInput, mean};
 use crate::rows::Rows;
 use osp::{
-    index::{BruteForce, DrawList, SpatialIndex, WorkCounts},
+    index::{BruteForce, SpatialIndex, WorkCounts},
     view::View,
 };
 use osp_rivals::{CutNodes, OspGrid, OspPaper};
@@ -21,7 +21,7 @@ pub(super) fn measure(rows: &mut Rows, input: &PaperInput<'_>, config: &PaperCon
         // A polygon with an invalid box cannot be drawn and is left out.
         let _ = exact.insert(id, &input.scene.bounds(id));
     }
-    let mut list = DrawList::new();
+    let mut list = Vec::new();
     let in_view: u64 = views
         .iter()
         .map(|view| {
@@ -49,8 +49,7 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, views: &[View], factor: f32, dep
         // A polygon with an invalid box cannot be drawn and is left out.
         let _ = tree.insert(id, &input.scene.bounds(id));
     }
-    let (mut work, mut list, mut us) = (WorkCounts::default(), DrawList::new(), Vec::new());
-    list.reserve(tree.len());
+    let (mut work, mut list, mut us) = (WorkCounts::default(), Vec::with_capacity(tree.len()), Vec::new());
     for view in views {
         let frustum = view.frustum();
         list.clear();

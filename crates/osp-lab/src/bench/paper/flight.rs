@@ -17,7 +17,7 @@ use crate::{
     verify,
 };
 use osp::{
-    frame::{PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline},
     index::{IndexConfig, SpatialIndex},
     occlusion::{
         CullConfig, Grouping, NodeTest, Occlusion, OcclusionConfig, OcclusionCuller, OcclusionStage,
@@ -175,7 +175,7 @@ impl Maker<'_> {
             ..PassConfig::for_strokes(Occlusion::Auto)
         };
         let index = IndexKind::Osp.create(&self.index());
-        let pipeline = Pipeline::new(index, capacity, StageClock::default());
+        let pipeline = Pipeline::new(index, capacity);
         let mut pipeline = method.add_to(pipeline, pass);
         pipeline.load(self.input.scene);
         pipeline.commit();

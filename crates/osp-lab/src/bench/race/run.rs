@@ -3,7 +3,7 @@ use thiserror::Error;
 use super::Racer;
 use crate::Contender;
 use osp::{
-    frame::{Pipeline, StageClock},
+    frame::Pipeline,
     index::{IndexConfig, SpatialIndex},
     math::Aabb,
 };
@@ -129,7 +129,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
         let race = Race::new(input, indexes.iter().map(|index| index.name()));
         // Every frame is measured, however long it takes.
         let budget = Budget { ns: u64::MAX, frames: input.summary.frames };
-        let lane = |index| Lane::new(Pipeline::new(index, capacity(input), StageClock::default()), budget);
+        let lane = |index| Lane::new(Pipeline::new(index, capacity(input)), budget);
         let lanes = indexes.into_iter().map(lane).collect();
         Self { race, replay: Replay::new(Player::new(events, input.pace), input.camera.0, lanes) }
     }
@@ -202,7 +202,7 @@ where
 mod tests {
     use super::*;
     use osp::{
-        index::{BruteForce, DrawList, IndexError, Visitor, WorkCounts},
+        index::{BruteForce, IndexError, Visitor, WorkCounts},
         math::Frustum,
         polygon::PolygonId,
     };
@@ -254,7 +254,7 @@ mod tests {
         fn commit(&mut self) {
             self.0.commit();
         }
-        fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+        fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
             self.0.frustum_cull(frustum, draw_list)
         }
         fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {

@@ -1,0 +1,140 @@
+//! An engine's own index, with no more than the documented methods.
+
+use std::collections::BTreeMap;
+
+use glam::Vec3;
+use osp::{
+    frame::{PassConfig, Pipeline},
+    index::{BruteForce, IndexError, SpatialIndex, WorkCounts},
+    math::{Aabb, Frustum, Ray, Sphere},
+    occlusion::Occlusion,
+    polygon::{ConvexPolygon, Geometry, PolygonId},
+    view::{Projection, View},
+};
+use osp_testkit::boxes::Rng;
+
+use super::mixed;
+
+/// The boxes by their ids.
+#[derive(Default)]
+struct Plain(BTreeMap<PolygonId, Aabb>);
+
+impl SpatialIndex for Plain {
+    fn name(&self) -> &'static str {
+        "plain"
+    }
+
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        if !bounds.is_valid() {
+            return Err(IndexError::InvalidBounds(id));
+        }
+        self.0.insert(id, *bounds).map_or(Ok(()), |_| Err(IndexError::Duplicate(id)))
+    }
+
+    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        self.0.remove(&id).map(|_| ()).ok_or(IndexError::Unknown(id))
+    }
+
+    fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.remove(id)?;
+        self.insert(id, bounds)
+    }
+
+    fn commit(&mut self) {}
+
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
+        draw_list.extend(self.0.iter().filter(|(_, bounds)| frustum.may_see(bounds)).map(|(&id, _)| id));
+        WorkCounts::default()
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.0)
+    }
+
+    fn clear(&mut self) {
+        self.0.clear();
+    }
+}
+
+#[test]
+fn its_queries_find_what_the_reference_finds() {
+    let boxes = mixed(500);
+    let mut indexes: [Box<dyn SpatialIndex>; 2] = [Box::<Plain>::default(), Box::<BruteForce>::default()];
+    for index in &mut indexes {
+        for (i, bounds) in boxes.iter().enumerate() {
+            index.insert(PolygonId(i as u32), bounds).expect("a good box");
+        }
+        index.commit();
+    }
+    let around = Aabb::cube(Vec3::ZERO, 10.0);
+    let mut rng = Rng(21);
+    let (mut hits, mut touched) = (0, 0);
+    for _ in 0..100 {
+        let ray = Ray::new(rng.point(&around), rng.point(&around).normalize_or(Vec3::X));
+        let sphere = Sphere { center: rng.point(&around), radius_m: 1.0 };
+        let found = indexes.each_ref().map(|index| {
+            let mut enter = |id: PolygonId| ray.enter_box(&boxes[id.index()], 9.0);
+            let first = index.ray_nearest(&ray, 9.0, &mut enter);
+            let any = index.ray_any(&ray, 9.0, &mut enter).is_some();
+            let (mut within, mut near) = (Vec::new(), Vec::new());
+            let distance_m = |id: PolygonId| boxes[id.index()].distance_squared(sphere.center).sqrt();
+            index.sphere_query(&sphere, &mut |id| distance_m(id) <= sphere.radius_m, &mut within);
+            index.nearest(sphere.center, 5, &mut |id| distance_m(id), &mut near);
+            (first, any, within, near)
+        });
+        let [own, reference] = &found;
+        assert_eq!(own, reference);
+        (hits, touched) = (hits + usize::from(own.1), touched + own.2.len());
+    }
+    assert!(hits > 0 && touched > 0, "{hits} rays hit, {touched} boxes in spheres");
+}
+
+/// A wall, number 0, and a box on each side of it.
+struct Room([Aabb; 3]);
+
+impl Geometry for Room {
+    fn id_end(&self) -> usize {
+        self.0.len()
+    }
+
+    fn is_present(&self, id: PolygonId) -> bool {
+        id.index() < self.0.len()
+    }
+
+    fn bounds(&self, id: PolygonId) -> Aabb {
+        self.0[id.index()]
+    }
+
+    fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
+        let [min, max] = [self.0[0].min, self.0[0].max];
+        let corners = [[min.x, min.y], [max.x, min.y], [max.x, max.y], [min.x, max.y]];
+        (id.0 == 0).then(|| ConvexPolygon::quad(corners.map(|[x, y]| Vec3::new(x, y, min.z))))
+    }
+
+    fn may_occlude(&self, id: PolygonId) -> bool {
+        id.0 == 0
+    }
+}
+
+#[test]
+fn a_wall_hides_what_is_behind_it() {
+    let wall = Aabb::new(Vec3::new(-3.0, -3.0, -5.0), Vec3::new(3.0, 3.0, -5.0));
+    let room = Room([wall, Aabb::cube(Vec3::Z * -3.0, 0.5), Aabb::cube(Vec3::Z * -8.0, 0.5)]);
+    let view = View::look_at(Vec3::ZERO, Vec3::NEG_Z, Projection::symmetric(60.0, 1.0, 0.1, 100.0));
+    for choice in [Occlusion::Msvbsp, Occlusion::Depth] {
+        let pipeline = Pipeline::new(Box::<Plain>::default(), 16);
+        let mut pipeline = pipeline.with_occlusion(PassConfig::new(choice));
+        pipeline.load(&room);
+        let record = pipeline.frame(&room, &[], &view);
+        assert_eq!((record.visible, record.hidden(), record.drawn()), (3, 1, 2), "{}", choice.name());
+        assert_eq!(pipeline.draw_list().to_vec(), [0, 1].map(PolygonId), "{}", choice.name());
+    }
+}
