@@ -1,6 +1,6 @@
 //! Measures Bevy's own culling and the plugin, frame by frame in one process. `cargo bench` prints the table of the
-//! README. `cargo bench -- limits` prints the table for the limits of `OspCullingSettings`. Numbers after it choose the
-//! number of cubes.
+//! README. `cargo bench -- limits` prints the table for the limits of `OspCullingSettings`, `cargo bench -- sun` the one with
+//! a sun whose shadows have four cascades. Numbers after it choose the number of cubes.
 
 #![expect(clippy::print_stdout, reason = "a table is what it is for")]
 
@@ -20,7 +20,9 @@ use bevy_camera::{
     visibility::{Visibility, VisibilityClass, VisibilitySystems},
 };
 use bevy_ecs::{change_detection::ResMut, entity::Entity, resource::Resource, schedule::IntoScheduleConfigs};
+use bevy_light::{CascadeShadowConfigBuilder, DirectionalLight};
 use bevy_math::{Quat, Vec3, Vec3A};
+use bevy_mesh::Mesh3d;
 use bevy_osp::{OspCulling, OspCullingCounts, OspCullingSettings};
 use bevy_transform::components::Transform;
 use rand_pcg::{
@@ -52,11 +54,13 @@ struct Case {
     /// Vertical field of view, degrees.
     fov_degrees: f32,
     settings: OspCullingSettings,
+    /// Whether a sun shines, and the cubes cast shadows.
+    has_sun: bool,
 }
 
 impl Case {
     fn new(cubes: usize) -> Self {
-        Self { cubes, moved: 0.0, fov_degrees: 45.0, settings: OspCullingSettings::default() }
+        Self { cubes, moved: 0.0, fov_degrees: 45.0, settings: OspCullingSettings::default(), has_sun: false }
     }
 }
 
@@ -82,7 +86,11 @@ impl Cloud {
             class.push(TypeId::of::<Cube>());
             let aabb = Aabb { center: Vec3A::ZERO, half_extents: Vec3A::splat(0.5) };
             let transform = Transform::from_translation(vector(&mut random) * reach);
-            cubes.push(world.spawn((transform, Visibility::default(), class, aabb)).id());
+            let mut cube = world.spawn((transform, Visibility::default(), class, aabb));
+            if case.has_sun {
+                cube.insert(Mesh3d::default());
+            }
+            cubes.push(cube.id());
         }
         let projection = PerspectiveProjection {
             fov: case.fov_degrees.to_radians(),
@@ -91,6 +99,11 @@ impl Cloud {
         };
         let camera =
             world.spawn((Camera::default(), Projection::Perspective(projection), Transform::default())).id();
+        if case.has_sun {
+            let sun = DirectionalLight { shadow_maps_enabled: true, ..DirectionalLight::default() };
+            let way = Transform::default().looking_to(Vec3::new(0.3, -1.0, 0.2), Vec3::X);
+            world.spawn((sun, way, CascadeShadowConfigBuilder::default().build()));
+        }
         let moved = (case.moved * case.cubes as f32).round() as usize;
         Self { random, cubes, camera, moved, next: 0, angle: 0.0 }
     }
@@ -209,6 +222,14 @@ fn main() {
             }
             for moved in [0.02, 0.05, 0.1, 0.2] {
                 row(&format!("{:.0} % move", moved * 100.0), &Case { moved, ..always.clone() });
+            }
+        }
+        return;
+    }
+    if arguments.iter().any(|argument| argument == "sun") {
+        for cubes in sizes_or(&[1_000, 10_000, 100_000]) {
+            for (name, moved) in [("still", 0.0), ("1 % move", 0.01), ("all move", 1.0)] {
+                row(&format!("sun, {name}"), &Case { moved, has_sun: true, ..Case::new(cubes) });
             }
         }
         return;

@@ -57,10 +57,18 @@ fn box_around(center: Vec3A, reach: Vec3A) -> Option<WorldBox> {
     is_near.all().then(|| WorldBox::new(Vec3::from(min.to_array()), Vec3::from(max.to_array())))
 }
 
-/// Returns the frustum for the index: Bevy's, without the far plane, because Bevy does not cull by that on the CPU.
-pub(crate) fn osp_frustum(frustum: &Frustum) -> OspFrustum {
+/// The planes by which Bevy culls for a camera on the CPU: all but the far plane.
+pub(crate) const CAMERA_PLANES: [usize; 5] = [0, 1, 2, 3, ViewFrustum::NEAR_PLANE_IDX];
+
+/// The planes by which Bevy culls for a cascade: all but the near plane.
+#[cfg(feature = "light")]
+pub(crate) const CASCADE_PLANES: [usize; 5] = [0, 1, 2, 3, ViewFrustum::FAR_PLANE_IDX];
+
+/// Returns the frustum for the index: these planes of Bevy's.
+pub(crate) fn osp_frustum(frustum: &Frustum, used: &[usize; 5]) -> OspFrustum {
     let mut planes = *OspFrustum::everything().planes();
-    for (plane, half_space) in planes.iter_mut().zip(&frustum.half_spaces[..=ViewFrustum::NEAR_PLANE_IDX]) {
+    for (plane, number) in planes.iter_mut().zip(used) {
+        let half_space = &frustum.half_spaces[*number];
         let (normal, d) = (half_space.normal(), half_space.d());
         let is_unit = (normal.length_squared() - 1.0).abs() < UNIT_TOLERANCE;
         // Otherwise the plane stays as it is, with everything inside.
@@ -133,7 +141,7 @@ mod tests {
             let frustum = Frustum(ViewFrustum { half_spaces });
             let is_seen = frustum.intersects_obb(&aabb, &transform.affine(), true, false);
             let Some(bounds) = world_box(&transform, Some(&aabb), None) else { continue };
-            let is_found = osp_frustum(&frustum).may_see(&bounds);
+            let is_found = osp_frustum(&frustum, &CAMERA_PLANES).may_see(&bounds);
             assert!(is_found || !is_seen, "{transform:?} {aabb:?} {frustum:?}");
             seen += usize::from(is_seen);
             found += usize::from(is_found);
@@ -142,7 +150,10 @@ mod tests {
             let sphere = Sphere { center, radius: aabb.half_extents.length() };
             let is_seen = frustum.intersects_sphere(&sphere, false);
             let Some(bounds) = world_box(&transform, None, Some(&sphere)) else { continue };
-            assert!(osp_frustum(&frustum).may_see(&bounds) || !is_seen, "{sphere:?} {frustum:?}");
+            assert!(
+                osp_frustum(&frustum, &CAMERA_PLANES).may_see(&bounds) || !is_seen,
+                "{sphere:?} {frustum:?}"
+            );
         }
         // The test is meaningful: both results occur, and there are boxes for which the two tests differ.
         assert!(
@@ -160,11 +171,11 @@ mod tests {
             let sphere = Sphere { center: Vec3A::ZERO, radius: broken };
             assert_eq!(world_box(&GlobalTransform::IDENTITY, None, Some(&sphere)), None);
             let half_spaces = [HalfSpace::new(Vec4::new(1.0, 0.0, 0.0, broken)); 6];
-            let frustum = osp_frustum(&Frustum(ViewFrustum { half_spaces }));
+            let frustum = osp_frustum(&Frustum(ViewFrustum { half_spaces }), &CAMERA_PLANES);
             assert_eq!(frustum, OspFrustum::everything());
         }
         // If nobody has set the planes, Bevy's test decides.
-        assert_eq!(osp_frustum(&Frustum::default()), OspFrustum::everything());
+        assert_eq!(osp_frustum(&Frustum::default(), &CAMERA_PLANES), OspFrustum::everything());
         assert_eq!(world_box(&GlobalTransform::IDENTITY, None, None), None);
     }
 }

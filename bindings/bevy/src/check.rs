@@ -19,7 +19,7 @@ use bevy_utils::{Parallel, TypeIdMap};
 
 use crate::{
     Occluder,
-    bounds::world_box,
+    bounds::{CAMERA_PLANES, world_box},
     changes::Changes,
     culling::OspCulling,
     occlusion::{Occluders, Shadows, window},
@@ -96,7 +96,8 @@ pub(crate) fn check_visibility(
             ranges,
             shadows: has_shadows.then_some(&*shadows),
         };
-        let candidates = if no_cpu_culling { None } else { culling.candidates(&settings, frustum) };
+        let candidates =
+            if no_cpu_culling { None } else { culling.candidates(&settings, frustum, &CAMERA_PLANES) };
         match candidates {
             Some(candidates) => {
                 candidates.for_each(&mut entities, queues, touch, |item, queue| test.check(item, queue));

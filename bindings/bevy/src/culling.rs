@@ -50,7 +50,11 @@ pub struct OspCullingCounts {
     pub views_by_index: usize,
     /// Number of views that were culled by a plain pass.
     pub views_by_pass: usize,
-    /// Number of entities that the index found for these views, before Bevy's own test.
+    /// Number of cascades of directional lights that were culled by the index.
+    pub cascades_by_index: usize,
+    /// Number of cascades that were culled by a plain pass.
+    pub cascades_by_pass: usize,
+    /// Number of entities that the index found for these views and cascades, before Bevy's own test.
     pub found: usize,
     /// Number of entities in view that an [`Occluder`](crate::Occluder) hides, for all views.
     pub occluded: usize,
@@ -62,6 +66,9 @@ pub struct OspCulling {
     entities: Entities,
     /// Whether the system is in the schedule.
     is_in_place: bool,
+    /// Whether the system for the cascades of lights is.
+    #[cfg(feature = "light")]
+    pub(crate) are_lights_in_place: bool,
     is_indexed: bool,
     wait_frames: u32,
     /// Number of frames of the present wait, or with the present index.
@@ -185,17 +192,18 @@ impl OspCulling {
         self.wait_frames = (self.wait_frames * 2).clamp(LEAST_WAIT_FRAMES, MOST_WAIT_FRAMES);
     }
 
-    /// Returns the entities that this frustum may see. `None` if a plain pass is faster.
+    /// Returns the entities that may lie within these planes of the frustum. `None` if a plain pass is faster.
     pub(crate) fn candidates(
         &mut self,
         settings: &OspCullingSettings,
         frustum: &Frustum,
+        planes: &[usize; 5],
     ) -> Option<Distinct<'_>> {
         let most = OspCullingSettings::part(settings.most_found, self.counts.entities);
         if !self.is_indexed || self.entities.loose() + self.entities.always() > most {
             return None;
         }
-        self.entities.find(&osp_frustum(frustum), &mut self.found);
+        self.entities.find(&osp_frustum(frustum, planes), &mut self.found);
         if self.found.len() > most {
             return None;
         }

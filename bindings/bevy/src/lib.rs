@@ -46,6 +46,8 @@ mod culling;
 mod distinct;
 mod entities;
 mod hidden;
+#[cfg(feature = "light")]
+mod lights;
 mod occluder;
 mod occlusion;
 mod plugin;

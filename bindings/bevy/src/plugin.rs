@@ -4,8 +4,14 @@ use bevy_ecs::{
     schedule::{IntoScheduleConfigs, ScheduleCleanupPolicy},
     system::{CombinatorSystem, Combine, IntoSystem, RunSystemError, System, SystemIn},
 };
+#[cfg(feature = "light")]
+use bevy_light::{LightPlugin, SimulationLightSystems, check_dir_light_mesh_visibility};
+#[cfg(feature = "light")]
+use bevy_transform::TransformSystems;
 use bevy_utils::prelude::DebugName;
 
+#[cfg(feature = "light")]
+use crate::lights::check_cascades;
 use crate::{OspCulling, OspCullingSettings, check::check_visibility};
 
 /// Replaces Bevy's frustum culling on the CPU with an index. Add it beside Bevy's own plugins, in any order.
@@ -30,6 +36,8 @@ impl Plugin for OspCullingPlugin {
         if app.is_plugin_added::<VisibilityPlugin>() {
             replace(app);
         }
+        #[cfg(feature = "light")]
+        replace_lights(app);
     }
 
     fn finish(&self, app: &mut App) {
@@ -38,6 +46,8 @@ impl Plugin for OspCullingPlugin {
             "OspCullingPlugin expects Bevy's CameraPlugin in the app"
         );
         replace(app);
+        #[cfg(feature = "light")]
+        replace_lights(app);
         let is_in_place = app.world().resource::<OspCulling>().is_in_place();
         assert!(
             is_in_place,
@@ -65,6 +75,36 @@ fn replace(app: &mut App) {
         );
         app.add_systems(PostUpdate, system.in_set(VisibilitySystems::CheckVisibility));
         app.world_mut().resource_mut::<OspCulling>().set_in_place();
+    }
+}
+
+/// Puts the system for cascades in place of Bevy's, if the app has Bevy's lights.
+#[cfg(feature = "light")]
+fn replace_lights(app: &mut App) {
+    if app.world().resource::<OspCulling>().are_lights_in_place || !app.is_plugin_added::<LightPlugin>() {
+        return;
+    }
+    let removed = app.remove_systems_in_set(
+        PostUpdate,
+        check_dir_light_mesh_visibility,
+        ScheduleCleanupPolicy::RemoveSystemsOnly,
+    );
+    if removed.is_ok_and(|systems| systems > 0) {
+        let system = CombinatorSystem::<SecondOnly, _, _>::new(
+            IntoSystem::into_system(check_dir_light_mesh_visibility),
+            IntoSystem::into_system(check_cascades),
+            DebugName::borrowed("bevy_osp::check_cascades"),
+        );
+        // The places that `LightPlugin` gives to Bevy's system.
+        let system = system
+            .in_set(SimulationLightSystems::CheckLightVisibility)
+            .after(VisibilitySystems::CalculateBounds)
+            .after(TransformSystems::Propagate)
+            .after(SimulationLightSystems::UpdateLightFrusta)
+            .after(VisibilitySystems::CheckVisibility)
+            .before(VisibilitySystems::MarkNewlyHiddenEntitiesInvisible);
+        app.add_systems(PostUpdate, system);
+        app.world_mut().resource_mut::<OspCulling>().are_lights_in_place = true;
     }
 }
 

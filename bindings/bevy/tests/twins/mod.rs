@@ -1,6 +1,8 @@
 //! Apps with and without the plugin, side by side.
 
 use bevy_app::{App, Last, TaskPoolOptions, TaskPoolPlugin};
+#[cfg(feature = "light")]
+use bevy_asset::AssetApp;
 use bevy_asset::AssetPlugin;
 use bevy_camera::{
     CameraPlugin,
@@ -29,7 +31,7 @@ fn note_changes(mut changes: ResMut<'_, Changes>, changed: Query<'_, '_, Entity,
 /// A number larger than the number of resources and systems.
 const FIRST_ENTITY: u32 = 256;
 
-/// Creates an app with Bevy's cameras. If there are settings, it has the plugin.
+/// Creates an app with Bevy's cameras and lights. If there are settings, it has the plugin.
 ///
 /// It has at least two threads, so that lists from several threads are compared.
 pub(crate) fn new_app(settings: Option<OspCullingSettings>) -> App {
@@ -48,6 +50,8 @@ pub(crate) fn new_app_on(least_threads: usize, settings: Option<OspCullingSettin
         MeshPlugin,
     ));
     app.add_plugins(CameraPlugin);
+    #[cfg(feature = "light")]
+    app.init_asset::<bevy_image::Image>().add_plugins(bevy_light::LightPlugin);
     if let Some(settings) = settings {
         app.add_plugins(OspCullingPlugin { settings });
     }
