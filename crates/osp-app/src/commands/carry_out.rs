@@ -190,8 +190,8 @@ impl Studio {
             Command::SaveOver(path) => self.save_as(&path),
             Command::RetrySaving => self.session.retry(),
             Command::Discard => self.ask_to_discard(),
-            Command::ExportGltf(path) => self.ask_to_export(path),
-            Command::ExportOver(path) => self.export_gltf(&path),
+            Command::Export(path) => self.ask_to_export(path),
+            Command::ExportOver(path) => self.export(&path),
             Command::Picture(path) => self.ask_for_picture(path),
             Command::PictureOver(path) => self.picture_over(path),
             Command::Quit if cfg!(target_arch = "wasm32") => {

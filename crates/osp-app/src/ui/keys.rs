@@ -42,6 +42,7 @@ pub(super) const SMALLER: Command = Command::Alter(Altering::Scale(1.0 / 1.1));
 pub static SHORTCUTS: &[Shortcut] = &[
     command_shift_key(Key::Z, "redo", Action::Do(Command::Redo)),
     command_shift_key(Key::S, "save as", Action::AskSaveAs),
+    command_shift_key(Key::E, "export .tilt", Action::AskExportTilt),
     command_shift_key(Key::N, "new layer", Action::Do(Command::Layer(LayerEdit::New))),
     command_shift_key(
         Key::H,

@@ -39,6 +39,8 @@ fn file(ui: &mut Ui, studio: &Studio, settings: &Settings, recent: &mut RecentLi
     entry(ui, "Save", Action::Save, studio, wishes);
     entry(ui, "Save as…", Action::AskSaveAs, studio, wishes);
     entry(ui, "Export glTF…", Action::AskExport, studio, wishes);
+    entry(ui, "Export .tilt…", Action::AskExportTilt, studio, wishes)
+        .on_hover_text("a sketch for Tilt Brush and Open Brush");
     let frames = if studio.writes_frames() { "End writing frames" } else { "Write frames" };
     entry(ui, frames, Action::Do(Command::Frames), studio, wishes)
         .on_hover_text("each frame becomes a numbered picture, for a video");
