@@ -59,6 +59,8 @@ pub struct Session {
     news: Vec<String>,
     /// An earlier copy of the same session with edits, if this is a copy.
     earlier: Option<Autosave>,
+    /// Whether this is a new copy of a session of another program, which the user opened to see.
+    is_import: bool,
 }
 
 impl Session {
@@ -70,6 +72,7 @@ impl Session {
             refused: 0,
             news: Vec::new(),
             earlier: None,
+            is_import: false,
         }
     }
 
@@ -183,6 +186,11 @@ impl Session {
     /// Whether the session is a replay of a recording.
     pub fn is_replay(&self) -> bool {
         matches!(self.source, Source::Replay(_))
+    }
+
+    /// Whether this is a new copy of a session of another program. The window first shows it without tools.
+    pub fn is_import(&self) -> bool {
+        self.is_import
     }
 
     /// Whether other authors draw in the session, too. Such a session cannot be discarded.

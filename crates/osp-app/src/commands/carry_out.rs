@@ -93,10 +93,7 @@ impl Studio {
             }
             Command::Tool(tool) => {
                 self.finish_gestures();
-                self.input.tool = tool;
-                if let ToolChoice::Draw(tool) = tool {
-                    self.input.brush.tool = tool;
-                }
+                self.set_tool(tool);
             }
             Command::Widen(steps) => {
                 self.input.brush.widen(steps);
@@ -111,8 +108,8 @@ impl Studio {
             Command::Width(_) => {}
             Command::Paint(paint) => {
                 self.finish_gestures();
-                self.input.tool = ToolChoice::Draw(Tool::Ribbon);
-                (self.input.brush.tool, self.input.brush.paint) = (Tool::Ribbon, paint);
+                self.set_tool(ToolChoice::Draw(Tool::Ribbon));
+                self.input.brush.paint = paint;
             }
             Command::Color(color) => self.input.brush.color = color.map(|c| c.clamp(0.0, 1.0)),
             Command::Snap(snap) => self.input.snap = snap,
@@ -204,6 +201,19 @@ impl Studio {
             }
         }
         self.apply_events();
+    }
+
+    /// Chooses a tool, and shows the grid with all tools but [`ToolChoice::Look`].
+    pub(crate) fn set_tool(&mut self, tool: ToolChoice) {
+        match (self.input.tool == ToolChoice::Look, tool == ToolChoice::Look) {
+            (false, true) => self.input.grid_with_tools = std::mem::take(&mut self.layers.grid),
+            (true, false) => self.layers.grid |= self.input.grid_with_tools,
+            _ => {}
+        }
+        self.input.tool = tool;
+        if let ToolChoice::Draw(tool) = tool {
+            self.input.brush.tool = tool;
+        }
     }
 
     fn switch_index(&mut self, kind: IndexKind, occlusion: Method) {

@@ -80,6 +80,7 @@ pub static SHORTCUTS: &[Shortcut] = &[
     command_key(Key::OpenBracket, "turn the selection left", Action::Do(TURN_LEFT)),
     command_key(Key::CloseBracket, "turn the selection right", Action::Do(TURN_RIGHT)),
     command_key(Key::A, "select all", Action::Do(Command::SelectAll)),
+    key(Key::Num0, "look, without tools", Action::Do(Command::Tool(ToolChoice::Look))),
     key(Key::Num1, "draw ribbons", Action::Do(Command::Tool(ToolChoice::Draw(Tool::Ribbon)))),
     key(Key::Num2, "draw walls", Action::Do(Command::Tool(ToolChoice::Draw(Tool::Wall)))),
     key(Key::Num3, "draw tubes", Action::Do(Command::Tool(ToolChoice::Draw(Tool::Tube)))),

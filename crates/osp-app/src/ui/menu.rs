@@ -1,4 +1,4 @@
-use egui::{MenuBar, Ui};
+use egui::{Align, Button, Color32, Layout, MenuBar, Ui};
 
 use super::{
     actions::Action,
@@ -13,6 +13,7 @@ use crate::{
     paint_layers::LayerEdit,
     settings::{Settings, Theme},
     studio::Studio,
+    tool::ToolChoice,
 };
 
 /// The menu bar.
@@ -28,6 +29,24 @@ pub(super) fn show(
         ui.menu_button("Edit", |ui| edit(ui, studio, wishes));
         ui.menu_button("View", |ui| view(ui, studio, settings, wishes));
         ui.menu_button("Help", |ui| entry(ui, "Keys and pointer", Action::ToggleHelp, studio, wishes));
+    });
+}
+
+/// A button that shows the tools, to draw, or hides them, to look.
+pub(super) fn mode(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    if !studio.can_draw() {
+        return;
+    }
+    let is_looking = studio.tool() == ToolChoice::Look;
+    let (name, hint, tool) = match is_looking {
+        true => ("Draw", "show the tools and draw (1)", ToolChoice::Draw(studio.brush().tool)),
+        false => ("Look", "hide the tools and look (0)", ToolChoice::Look),
+    };
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        let fill = if is_looking { ui.visuals().selection.bg_fill } else { Color32::TRANSPARENT };
+        if ui.add(Button::new(name).fill(fill)).on_hover_text(hint).clicked() {
+            wishes.commands.push(Command::Tool(tool));
+        }
     });
 }
 

@@ -112,6 +112,7 @@ fn a_sketch_is_exported_with_its_edits_as_convert_writes_it() {
     table.studio.command(Command::SelectAll);
     table.studio.command(Command::EraseSelected);
     table.studio.command(Command::Undo);
+    table.studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
     table.drag(Button::Primary, &across(-0.3));
     table.studio.command(Command::Export(second.clone()));
     assert_eq!(drawn_in(&second).0, 3);

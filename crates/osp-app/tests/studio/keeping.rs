@@ -34,6 +34,7 @@ fn document(studio: &Studio) -> &Session {
 /// Draws a line across the window.
 fn draw(studio: &mut Studio, height: f32) {
     let size_px = glam::Vec2::new(800.0, 600.0);
+    studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
     studio.frame(size_px, 0.016);
     for (number, place) in across(height).into_iter().enumerate() {
         studio.input(Input::Move(glam::Vec2::from(place)), osp_app::Held::default(), size_px);

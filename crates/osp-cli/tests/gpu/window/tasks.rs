@@ -115,6 +115,7 @@ fn task_01_open_somebody_elses_sketch(desk: &Desk) {
     let path = tilt.unwrap_or_else(|| recording("portrait").into());
     name_file(&mut window, "ctrl+o", &path);
     window.until_last("its polygons", |frame| frame["polygons"].as_u64() > Some(5));
+    window.until_last("it is seen first", |frame| frame["tool"] == "look");
     window.key("f");
     window.until_last("all of it in view", |frame| frame["visible"] == frame["polygons"]);
     window.keep_picture("task-01.png");
