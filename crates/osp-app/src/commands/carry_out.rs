@@ -6,6 +6,7 @@ use crate::{
     session::{Jump, Opening, Replay},
     studio::Studio,
     tool::{Span, ToolChoice},
+    working::is_sketch,
 };
 use osp_lab::Method;
 use osp_rivals::IndexKind;
@@ -263,7 +264,10 @@ impl Studio {
         self.finish_gestures();
         let outcome = match self.session.is_replay() {
             true => Err("a replay is saved already: open it with `osp sketch` to change it".to_owned()),
-            false => self.session.save_as(path).map_err(|error| error.to_string()),
+            false => self.session.save_as(path).map_err(|error| match is_sketch(path) {
+                true => format!("{error}; *Export .tilt…* writes a sketch"),
+                false => error.to_string(),
+            }),
         };
         let done = format!("saved as {}; drawing continues there", path.display());
         self.tell_of_file(outcome.map(|()| done));

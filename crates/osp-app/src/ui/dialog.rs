@@ -22,7 +22,7 @@ impl Ask {
             Self::Open => "Open a session",
             Self::SaveAs => "Save as",
             Self::Export => "Export glTF",
-            Self::ExportTilt => "Export to Tilt Brush and Open Brush",
+            Self::ExportTilt => "Export a sketch (.tilt)",
             Self::Picture => "Save a picture",
         }
     }

@@ -114,6 +114,11 @@ fn the_menu_and_a_key_export_a_sketch_of_tilt_brush() {
     harness.press_with(Modifiers::COMMAND | Modifiers::SHIFT, Key::E);
     type_path(&mut harness, &folder.join("no folder/a.tilt"));
     assert!(harness.query_all_by_label_contains("no folder").next().is_some(), "it says why");
+    // Where a session is saved, the dialog says where sketches are written.
+    harness.press(Key::Escape);
+    harness.press_with(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
+    type_path(&mut harness, &folder.join("saved.tilt"));
+    assert!(harness.query_all_by_label_contains("*Export .tilt…* writes a sketch").next().is_some());
     // A sketch from the dialog for models.
     harness.press(Key::Escape);
     harness.press_with(Modifiers::COMMAND, Key::E);
