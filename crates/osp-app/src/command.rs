@@ -113,9 +113,9 @@ pub enum Command {
     RetrySaving,
     /// Discard everything drawn since the session was opened or saved under a name, after the user has confirmed it.
     Discard,
-    /// Write the model as glTF; the user confirms the replacement of a file.
-    ExportGltf(PathBuf),
-    /// Write the model as glTF, and replace a file there.
+    /// Write the model as glTF, or as a sketch if the name ends in `.tilt`; the user confirms the replacement of a file.
+    Export(PathBuf),
+    /// Write the model as [`Command::Export`] does, and replace a file there.
     ExportOver(PathBuf),
     /// Write the window's picture of the model to a file; the user confirms the replacement of a file.
     Picture(PathBuf),

@@ -3,6 +3,7 @@
 mod altering;
 mod asking;
 mod carry_out;
+mod exporting;
 mod frames;
 mod groups;
 mod paint_layers;

@@ -29,7 +29,7 @@ use osp_session::{
 
 pub use autosaves::{Autosave, Autosaves};
 pub(super) use autosaves::{OURS, source_of_copy};
-pub(super) use history::Lines;
+pub(super) use history::{Lines, Text};
 pub use lock::OpenElsewhere;
 pub(super) use lock::{NotTaken, SessionLock};
 pub(super) use session_file::SessionFile;
@@ -290,6 +290,11 @@ impl Journal {
     /// The machine has not enough memory for them.
     pub(super) fn events_of(&self, strokes: &BTreeSet<StrokeId>) -> std::io::Result<Vec<Event>> {
         self.history.events_of(strokes)
+    }
+
+    /// A copy of all events for another thread.
+    pub(super) fn text(&self) -> Text {
+        self.history.text()
     }
 
     /// Writes the added events, at once or, if the file fails, later.

@@ -5,8 +5,10 @@ use osp::{
     view::{Projection, View},
 };
 
-/// Vertical field of view, degrees.
+/// Vertical field of view without a camera in the file, degrees.
 const FOV_DEGREES: f32 = 55.0;
+/// Limits of the vertical field of view, degrees: a file may have one in which nobody finds the way.
+const FOVS_DEGREES: (f32, f32) = (10.0, 120.0);
 /// Steepest angle up or down, radians, slightly less than vertical, so that "up" stays defined.
 const STEEPEST: f32 = 1.55;
 /// Near distance as a fraction of the distance to the centre of the view.
@@ -23,16 +25,24 @@ pub struct Navigator {
     /// Angle of the view above the horizontal, radians.
     pitch: f32,
     distance_m: f32,
+    /// Vertical field of view.
+    fov_degrees: f32,
 }
 
 impl Default for Navigator {
     /// Slightly above the floor, two and a half metres from a point at the height of the chest.
     fn default() -> Self {
-        Self { target: Vec3::new(0.0, 1.2, 0.0), yaw: 0.35, pitch: -0.2, distance_m: 2.5 }
+        let target = Vec3::new(0.0, 1.2, 0.0);
+        Self { target, yaw: 0.35, pitch: -0.2, distance_m: 2.5, fov_degrees: FOV_DEGREES }
     }
 }
 
 impl Navigator {
+    /// Sets the vertical field of view; `None` is that of a session without a camera.
+    pub(super) fn set_fov(&mut self, fov_degrees: Option<f32>) {
+        self.fov_degrees = fov_degrees.unwrap_or(FOV_DEGREES).clamp(FOVS_DEGREES.0, FOVS_DEGREES.1);
+    }
+
     /// World from view.
     pub fn world_from_view(&self) -> Quat {
         (Quat::from_rotation_y(self.yaw) * Quat::from_rotation_x(self.pitch)).normalize()
@@ -67,7 +77,7 @@ impl Navigator {
         View {
             eye_in_world,
             world_from_view: self.world_from_view(),
-            projection: Projection::symmetric(FOV_DEGREES, aspect, near_m, far_m),
+            projection: Projection::symmetric(self.fov_degrees, aspect, near_m, far_m),
         }
     }
 
@@ -103,7 +113,7 @@ impl Navigator {
 
     /// Pans the camera, so that the centre of the view follows the hand. `by` is in heights of the window.
     pub fn pan(&mut self, by: Vec2) {
-        let height_m = 2.0 * (FOV_DEGREES.to_radians() * 0.5).tan() * self.distance_m;
+        let height_m = 2.0 * half_height(self.fov_degrees) * self.distance_m;
         let q = self.world_from_view();
         self.target += (rotate(q, Vec3::NEG_X) * by.x + rotate(q, Vec3::Y) * by.y) * height_m;
     }
@@ -145,7 +155,8 @@ impl Navigator {
         }
         let radius_m = bounds.extent().length() * 0.5;
         self.target = bounds.center();
-        self.distance_m = (radius_m * 2.0).clamp(DISTANCES_M.0, DISTANCES_M.1).max(0.2);
+        let narrower = half_height(FOV_DEGREES) / half_height(self.fov_degrees);
+        self.distance_m = (radius_m * 2.0 * narrower).clamp(DISTANCES_M.0, DISTANCES_M.1).max(0.2);
     }
 
     /// Goes to a view whose centre is at `distance_m` from the eye.
@@ -161,6 +172,11 @@ impl Navigator {
         self.pitch = (-back.y).clamp(-1.0, 1.0).asin().clamp(-STEEPEST, STEEPEST);
         self.target = eye - rotate(self.world_from_view(), Vec3::Z) * self.distance_m;
     }
+}
+
+/// Half the height of a view, as a part of the distance.
+fn half_height(fov_degrees: f32) -> f32 {
+    (fov_degrees.to_radians() * 0.5).tan()
 }
 
 /// Size of a pixel at this distance along the view, metres, in a window of `height_px` pixels height.

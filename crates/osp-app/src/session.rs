@@ -15,9 +15,11 @@ use model::{Model, PIECE};
 use osp::{math::Aabb, polygon::Change};
 use osp_render::background_for;
 use osp_session::{
-    export::PolygonTimes,
+    export::{KeptStrokes, PolygonTimes},
     platform::time::Instant,
-    recording::{AUTHORS_FORMAT, Author, Event, GroupId, Header, Limits, RecordingError, StrokeId},
+    recording::{
+        AUTHORS_FORMAT, Author, Event, EventSource, GroupId, Header, Limits, RecordingError, StrokeId,
+    },
     scene::{GroupNode, Scene},
 };
 
@@ -29,6 +31,10 @@ pub use replay::{Jump, Replay, ReplayReader};
 
 /// Finds the time at which each polygon was drawn. It stops when its argument returns `false`.
 pub(super) type FindTimes = Box<dyn FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send>;
+
+/// Finds the strokes of a session. It returns `None` once its argument, which gets the number of events, returns `false`.
+pub(super) type FindStrokes =
+    Box<dyn FnOnce(&dyn Fn(u64) -> bool) -> Result<Option<KeptStrokes>, RecordingError> + Send>;
 
 /// The source of a session's events.
 #[derive(Debug)]
@@ -53,6 +59,8 @@ pub struct Session {
     news: Vec<String>,
     /// An earlier copy of the same session with edits, if this is a copy.
     earlier: Option<Autosave>,
+    /// Whether this is a new copy of a session of another program, which the user opened to see.
+    is_import: bool,
 }
 
 impl Session {
@@ -64,6 +72,7 @@ impl Session {
             refused: 0,
             news: Vec::new(),
             earlier: None,
+            is_import: false,
         }
     }
 
@@ -177,6 +186,11 @@ impl Session {
     /// Whether the session is a replay of a recording.
     pub fn is_replay(&self) -> bool {
         matches!(self.source, Source::Replay(_))
+    }
+
+    /// Whether this is a new copy of a session of another program. The window first shows it without tools.
+    pub fn is_import(&self) -> bool {
+        self.is_import
     }
 
     /// Whether other authors draw in the session, too. Such a session cannot be discarded.
@@ -296,6 +310,29 @@ impl Session {
         }
         let times = self.model.times.clone();
         Box::new(|_| times)
+    }
+
+    /// Returns the number of events so far, and a function that finds the strokes of the current model with their control
+    /// points. It may run on another thread.
+    pub(super) fn find_strokes(&self) -> (u64, FindStrokes) {
+        if let Some(replay) = self.replay() {
+            let find = replay.find_strokes();
+            return (replay.events_played(), Box::new(|goes_on| Ok(find(goes_on))));
+        }
+        let text = self.journal.text();
+        let find = move |goes_on: &dyn Fn(u64) -> bool| {
+            let (mut kept, mut count) = (KeptStrokes::default(), 0);
+            let mut events = text.read()?;
+            while let Some(event) = events.next_event()? {
+                kept.note(&event);
+                count += 1;
+                if count % PIECE as u64 == 0 && !goes_on(count) {
+                    return Ok(None);
+                }
+            }
+            Ok(Some(kept))
+        };
+        (self.event_count(), Box::new(find))
     }
 
     /// The session's header.

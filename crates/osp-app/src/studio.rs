@@ -16,6 +16,7 @@ use super::{
     room::Room,
     session::{Opened, Replay, Session},
     spans::Part,
+    tool::ToolChoice,
     tracker::HandsState,
 };
 use osp::{
@@ -131,8 +132,16 @@ impl Studio {
         let bounds = self.session.bounds();
         self.culling.meet(indexed, self.session.scene(), &bounds);
         self.navigator = Navigator::default();
-        // The sketch of another program is shown without a grid, as in that program.
-        self.layers.grid = self.session.header().camera.is_none();
+        if self.input.tool == ToolChoice::Look {
+            self.set_tool(ToolChoice::Draw(self.input.brush.tool));
+        }
+        // The sketch of another program is shown without a grid, as in that program. Who draws in it gets one.
+        let camera = self.session.header().camera;
+        self.layers.grid = camera.is_none() || self.session.is_import();
+        if self.session.is_import() {
+            self.set_tool(ToolChoice::Look);
+        }
+        self.navigator.set_fov(camera.map(|camera| camera.fov_degrees));
         if self.session.is_replay() {
             self.navigator.show_all(&bounds);
         } else {

@@ -40,6 +40,7 @@ impl Trace {
         let trouble = session.journal().trouble().map(ToString::to_string);
         let tool = match studio.tool() {
             ToolChoice::Draw(tool) => format!("{tool:?}").to_lowercase(),
+            ToolChoice::Look => "look".to_owned(),
             ToolChoice::Erase => "erase".to_owned(),
             ToolChoice::Select => "select".to_owned(),
             ToolChoice::Span(span) => format!("{span:?}").to_lowercase(),

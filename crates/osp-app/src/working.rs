@@ -31,7 +31,7 @@ pub use task::ReplayStart;
 use task::ToPlay;
 
 pub(super) use progress::Progress;
-pub(super) use task::{Done, ReadSession, Task, ToDraw, Whole};
+pub(super) use task::{Done, Exported, ReadSession, Task, ToDraw, Whole};
 
 /// Shortest duration of work whose progress is shown, because a shorter display would only flicker.
 const SHOWN_AFTER: Duration = Duration::from_millis(200);
@@ -65,8 +65,8 @@ impl Way {
 pub(super) enum Kind {
     /// Reads a session, whose number of events is unknown.
     Reading,
-    /// Writes a model with this number of polygons.
-    Writing { polygons: u64 },
+    /// Writes a file from this number of things, which have this name.
+    Writing { count: u64, of: &'static str },
 }
 
 /// The thread or the turns that do the work.
@@ -179,9 +179,9 @@ impl Working {
         let done = self.progress.done.load(Relaxed);
         let (far, part) = match self.kind {
             Kind::Reading => (format!("{done} events"), None),
-            Kind::Writing { polygons } => {
-                let part = (done as f32 / polygons.max(1) as f32).min(1.0);
-                (format!("{done} of {polygons} polygons"), Some(part))
+            Kind::Writing { count, of } => {
+                let part = (done as f32 / count.max(1) as f32).min(1.0);
+                (format!("{done} of {count} {of}"), Some(part))
             }
         };
         Some(WorkShown { text: format!("{}: {far}", self.what), part })
@@ -307,11 +307,25 @@ pub struct WorkShown {
     pub part: Option<f32>,
 }
 
-/// Checks that a model may be written to this path. It may replace another model, even of another program, after the
-/// user has confirmed it, but no other file.
-pub(crate) fn check_model(path: &Path) -> Result<(), OutputError> {
+/// Whether an export to this path is a sketch, not a model.
+pub(crate) fn is_sketch(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("tilt"))
+}
+
+/// Checks that a model or a sketch may be written to this path. After the user has confirmed it, a model may replace
+/// another one, even of another program, but no other file, and a sketch may replace what has its name.
+pub(crate) fn check_export(path: &Path) -> Result<(), OutputError> {
+    if is_sketch(path) {
+        return match check_output(path, OutputKind::Tilt, false) {
+            Err(OutputError::Exists { .. }) => Ok(()),
+            other => other,
+        };
+    }
     match check_output(path, OutputKind::Glb, false) {
         Err(OutputError::ForeignModel { .. }) => Ok(()),
+        Err(OutputError::Ending { path, .. }) => {
+            Err(OutputError::Ending { path, expected: ".glb or .tilt".to_owned() })
+        }
         other => other,
     }
 }

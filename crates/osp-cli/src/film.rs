@@ -1,4 +1,4 @@
-//! `osp film`: writes a session as an animated GIF.
+//! `osp film`: writes a session as an animated GIF or an MP4.
 
 use std::{f64::consts::TAU, sync::Arc};
 
@@ -8,11 +8,12 @@ use indicatif::HumanBytes;
 
 use super::{
     film_args::FilmArgs,
-    gif_file::GifFile,
+    film_file::{FilmFile, FilmFormat, Times},
     looked::Looked,
     outcome::Outcome,
     output::{complain, one_line, say},
     outputs::Outputs,
+    parsers::Size,
     progress,
     session::OpenSession,
 };
@@ -23,19 +24,17 @@ use osp::{
 };
 use osp_lab::report::thousands;
 use osp_render::{Gpu, Layer, Offscreen, RendererConfig, background_for};
-use osp_session::{
-    output_file::OutputKind,
-    replay::{CameraChoice, CameraPath, Moment, Player, main_bounds, whole_view},
-};
+use osp_session::replay::{CameraChoice, CameraPath, Moment, Player, main_bounds, whole_view};
 
-/// Time for which the film shows the end of a session, in hundredths of a second.
-const END: u16 = 100;
 /// Number of views that determine the distance of the eye in a turn.
 const LOOKS: usize = 72;
 
 pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     let mut outputs = Outputs::new(args.shown.force).reads([&args.file]);
-    let output = outputs.add("OUT.gif", &args.out, OutputKind::Gif)?;
+    let format = FilmFormat::of(&args.out)?;
+    let output = outputs.add("OUT", &args.out, format.kind())?;
+    let (width, height) = format.size(args.size)?;
+    let fps = format.pictures_a_second(args.fps)?;
     let gpu = Arc::new(Gpu::headless()?);
     let Looked { header, summary, model, backwards } =
         Looked::at(&args.file, &args.shown.reading, args.shown.pace)?;
@@ -49,16 +48,22 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
     let bounds = main_bounds(&model, &summary.bounds);
     drop(model);
-    let (width, height) = (args.size.width, args.size.height);
     let mut drawer = Offscreen::on(gpu, width, height, &config)?;
     drawer.set_environment(header.environment.as_deref());
     complain(&format!("drawn by {}", drawer.gpu().name()));
+    if let Some(asked) = args.size.filter(|asked| (asked.width, asked.height) != (width, height)) {
+        let Size { width: asked_width, height: asked_height } = asked;
+        complain(&format!(
+            "{asked_width}x{asked_height} pixels become {width}x{height}: an .mp4 has even sides"
+        ));
+    }
 
     let aspect = drawer.aspect();
     let whole = whole_view(&bounds, backwards, aspect);
     let path = CameraPath::new(CameraChoice::Auto, header.camera, &summary.bounds);
     let turn = Turn::new(&bounds, &whole);
-    let times = Times { frames: ((args.seconds * f64::from(args.fps)).round() as u64).max(1), fps: args.fps };
+    let frames = ((args.seconds * f64::from(fps)).round() as u64).max(1);
+    let times = Times { frames, fps, end_stays: args.path != "turntable" };
     let view = |frame: u64, moment: &Moment| match args.path.as_str() {
         "turntable" => turn.view(frame as f64 / times.frames as f64),
         "recorded" => path.view(moment).with_aspect(aspect),
@@ -68,7 +73,7 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     };
 
     let name = || output.path().display().to_string();
-    let mut film = GifFile::begin(output.create()?, (width, height)).with_context(name)?;
+    let mut film = FilmFile::begin(format, output.create()?, (width, height), times).with_context(name)?;
     let mut player = Player::new(OpenSession::open(&args.file, &args.shown.reading)?, args.shown.pace);
     let progress = progress::bar(times.frames, "frames", &args.file.to_string_lossy());
     for frame in 0..times.frames {
@@ -79,15 +84,11 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
         while player.frames() <= shown && player.step()? {
             drawer.follow(player.changes());
         }
-        drawer.set_time(args.shown.time + (frame as f64 / f64::from(args.fps)) as f32);
+        drawer.set_time(args.shown.time + (frame as f64 / f64::from(fps)) as f32);
         let polygons: VisibleBlocks = player.scene().visible_ids().collect();
         let view = view(frame, &player.moment());
         drawer.draw_view(0, player.scene(), &view, &[Layer::plain(&polygons)])?;
-        let image = drawer.image()?;
-        let rgb: Vec<u8> =
-            image.rgba().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
-        let is_end = args.path != "turntable" && frame + 1 == times.frames;
-        film.add(&rgb, times.delay(frame) + if is_end { END } else { 0 }).with_context(name)?;
+        film.add(&drawer.image()?, frame).with_context(name)?;
         progress.inc(1);
     }
     progress.finish_and_clear();
@@ -97,21 +98,6 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     let path = one_line(&name);
     say(&format!("{path}: {} frames, {:.1} s{size}", thousands(times.frames), args.seconds))?;
     Ok(Outcome::Done)
-}
-
-/// The frames of a film.
-struct Times {
-    frames: u64,
-    fps: u16,
-}
-
-impl Times {
-    /// Returns the time for which the film shows a frame, in hundredths of a second. Rounding does not change the frame
-    /// rate.
-    fn delay(&self, frame: u64) -> u16 {
-        let at = |frame: u64| frame * 100 / u64::from(self.fps);
-        (at(frame + 1) - at(frame)) as u16
-    }
 }
 
 /// The path of the eye once around the model, always at the same distance.
@@ -173,15 +159,5 @@ mod tests {
         let (begin, end) = (turn.view(0.0).eye_in_world, turn.view(1.0).eye_in_world);
         assert!(begin.distance(end) < 1.0e-4 * begin.length(), "{begin} {end}");
         assert!(turn.view(0.5).eye_in_world.distance(begin) > 1.0);
-    }
-
-    #[test]
-    fn the_rate_is_kept_where_it_does_not_divide_a_second() {
-        for fps in [1, 7, 20, 24, 30, 50] {
-            let times = Times { frames: u64::from(fps) * 3, fps };
-            let delays: Vec<u16> = (0..times.frames).map(|frame| times.delay(frame)).collect();
-            assert_eq!(delays.iter().sum::<u16>(), 300, "{fps}");
-            assert!(delays.iter().all(|delay| *delay >= 2), "{fps}: {delays:?}");
-        }
     }
 }

@@ -63,6 +63,8 @@ mod export;
 mod film;
 #[cfg_attr(not(feature = "render"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod film_args;
+#[cfg(feature = "render")]
+mod film_file;
 mod frame_choice;
 #[cfg(any(feature = "bench", feature = "render"))]
 mod gif_file;
@@ -80,6 +82,8 @@ mod join_recording;
 mod join_report;
 mod looked;
 mod man;
+#[cfg(feature = "render")]
+mod mp4_file;
 #[cfg(feature = "bench")]
 mod race;
 #[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
@@ -192,7 +196,7 @@ const EXAMPLES: &str = "Examples:
   osp synth room --polygons 12000 room.ron
   osp verify recordings/room.ron
   osp render recordings/room.ron room.png
-  osp film sketch.tilt film.gif
+  osp film sketch.tilt film.mp4
   osp thumbs sketches --out thumbs
   osp bake recordings/room.ron room.pvs
   osp pack recordings/*.ron --out sketches.world

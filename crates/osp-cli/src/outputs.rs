@@ -121,7 +121,7 @@ pub(super) struct Output {
 }
 
 /// The ending of a file's name in lower case, without the dot.
-#[cfg(feature = "bench")]
+#[cfg(any(feature = "bench", feature = "render"))]
 pub(super) fn ending(path: &Path) -> String {
     path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }

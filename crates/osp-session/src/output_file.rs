@@ -26,6 +26,8 @@ pub enum OutputKind {
     Png,
     /// An animated film.
     Gif,
+    /// A film that a video player plays.
+    Mp4,
     /// A picture in vector form.
     Svg,
     /// A graph for Graphviz.
@@ -52,14 +54,17 @@ pub enum OutputKind {
 pub const STUDY_START: &[u8] = b"{\"osp_study\":";
 /// Beginning of the JSON of a model that osp wrote, behind the headers of the file and of its first chunk.
 const OWN_MODEL_START: &[u8] = b"{\"asset\":{\"generator\":\"osp ";
+/// Name of the pictures' track in a film that osp wrote. Videos of other programs must not be replaced.
+pub const FILM_MARK: &str = "osp film";
 /// Number of bytes of both headers.
 const MODEL_HEADS: usize = 20;
 
-use OutputKind::{Csv, Dot, Gif, Glb, Html, Manual, Pins, Png, Pvs, Recording, Study, Svg, Tilt, Trace};
+use OutputKind::{Csv, Dot, Gif, Glb, Html, Manual, Mp4, Pins, Png, Pvs, Recording, Study, Svg, Tilt, Trace};
 
 impl OutputKind {
     /// The kinds that the contents of a file distinguish. A sketch counts as a recording, because it is a session.
-    const ALL: [Self; 13] = [Png, Gif, Glb, Pvs, Html, Svg, Dot, Manual, Pins, Trace, Study, Csv, Recording];
+    const ALL: [Self; 14] =
+        [Png, Gif, Mp4, Glb, Pvs, Html, Svg, Dot, Manual, Pins, Trace, Study, Csv, Recording];
 
     /// The kind's name in messages.
     fn name(self) -> &'static str {
@@ -68,6 +73,7 @@ impl OutputKind {
             Html => "a page (HTML)",
             Png => "a picture (PNG)",
             Gif => "a film (GIF)",
+            Mp4 => "a film of osp (MP4)",
             Svg => "a picture (SVG)",
             Dot => "a graph (DOT)",
             Trace => "a trace",
@@ -87,6 +93,7 @@ impl OutputKind {
             Html => &[".html", ".htm"],
             Png => &[".png"],
             Gif => &[".gif"],
+            Mp4 => &[".mp4"],
             Svg => &[".svg"],
             Dot => &[".dot"],
             Trace => &[".jsonl"],
@@ -103,7 +110,7 @@ impl OutputKind {
     /// Whether the name must have one of the endings, because programs depend on it. Text files may have any ending
     /// that does not belong to another kind.
     fn needs_ending(self) -> bool {
-        matches!(self, Png | Gif | Svg | Dot | Pvs | Glb | Study | Recording | Tilt)
+        matches!(self, Png | Gif | Mp4 | Svg | Dot | Pvs | Glb | Study | Recording | Tilt)
     }
 
     /// Whether the kind is a session. A session is a person's work, so an output never replaces it without `--force`.
@@ -145,6 +152,7 @@ impl OutputKind {
         match self {
             Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
             Gif => start.starts_with(b"GIF8"),
+            Mp4 => start.get(4..8) == Some(b"ftyp") && holds(start, FILM_MARK),
             Glb => start.starts_with(b"glTF"),
             // Manual pages of other programs must not be replaced, so the page must be one of osp.
             Manual => {
@@ -382,6 +390,8 @@ mod tests {
             ("v 0 0 0\n", "a.obj", Some(Recording)),
             ("{\"osp_study\":1,\"file\":\"a.ron\"", "a.json", Some(Study)),
             ("GIF89a\u{1}", "a", Some(Gif)),
+            ("\0\0\0\u{20}ftypisom\0vide\0osp film\0", "a", Some(Mp4)),
+            ("\0\0\0\u{20}ftypisom\0vide\0VideoHandler\0", "holiday.mp4", None),
             ("PK\u{3}\u{4}", "a.zip", None),
         ] {
             assert_eq!(found(start, name), kind, "{name}: {start}");
@@ -398,6 +408,7 @@ mod tests {
                 &["a.ron", "a.png", "a.tilt", "a.ron.zst", "a.html"][..],
             ),
             (Gif, &["a.gif"], &["a.png", "a.mp4", "a"]),
+            (Mp4, &["a.mp4", "a.MP4"], &["a.gif", "a.mov", "a"]),
             (Png, &["a.png", "a.PNG"], &["a.jpg", "a", "a.ron", "a.svg"]),
             (Pins, &["a.pins", "a.ron", "a"], &["a.png", "a.tilt", "a.csv"]),
             (Trace, &["a.jsonl", "a.json", "a.log"], &["a.ron", "a.csv"]),

@@ -7,7 +7,6 @@ use crate::{
     question::{Answer, Question, Then},
     session::{Access, OpenError, Opening},
     studio::Studio,
-    working::check_model,
 };
 use osp_session::{
     output_file::{OutputKind, check_output},
@@ -115,12 +114,13 @@ impl Studio {
         }
     }
 
-    /// Exports the model. A question comes first if the file is another model. The export refuses to replace any other file.
+    /// Exports the model. A question comes first if the file is another model or sketch. The export refuses to replace any
+    /// other file.
     pub(crate) fn ask_to_export(&mut self, path: PathBuf) {
-        if fs::is_file(&path) && check_model(&path).is_ok() {
+        if fs::is_file(&path) && self.may_export(&path).is_ok() {
             self.ask(Question::ExportOver(path));
         } else {
-            self.export_gltf(&path);
+            self.export(&path);
         }
     }
 
@@ -168,7 +168,7 @@ impl Studio {
                 self.leave(Then::Open(path, Opening { lenient: true, ..Opening::with(Access::Copy) }));
             }
             (Question::SaveOver(path), Answer::Replace) => self.save_as(&path),
-            (Question::ExportOver(path), Answer::Replace) => self.export_gltf(&path),
+            (Question::ExportOver(path), Answer::Replace) => self.export(&path),
             (Question::PictureOver(path), Answer::Replace) => self.picture_over(path),
             (Question::Unwritten { then, .. }, Answer::GoOn) => self.go(then),
             (Question::Discard { .. }, Answer::Discard) => self.discard(),

@@ -6,6 +6,7 @@ use crate::{
     session::{Jump, Opening, Replay},
     studio::Studio,
     tool::{Span, ToolChoice},
+    working::is_sketch,
 };
 use osp_lab::Method;
 use osp_rivals::IndexKind;
@@ -93,10 +94,7 @@ impl Studio {
             }
             Command::Tool(tool) => {
                 self.finish_gestures();
-                self.input.tool = tool;
-                if let ToolChoice::Draw(tool) = tool {
-                    self.input.brush.tool = tool;
-                }
+                self.set_tool(tool);
             }
             Command::Widen(steps) => {
                 self.input.brush.widen(steps);
@@ -111,8 +109,8 @@ impl Studio {
             Command::Width(_) => {}
             Command::Paint(paint) => {
                 self.finish_gestures();
-                self.input.tool = ToolChoice::Draw(Tool::Ribbon);
-                (self.input.brush.tool, self.input.brush.paint) = (Tool::Ribbon, paint);
+                self.set_tool(ToolChoice::Draw(Tool::Ribbon));
+                self.input.brush.paint = paint;
             }
             Command::Color(color) => self.input.brush.color = color.map(|c| c.clamp(0.0, 1.0)),
             Command::Snap(snap) => self.input.snap = snap,
@@ -190,8 +188,8 @@ impl Studio {
             Command::SaveOver(path) => self.save_as(&path),
             Command::RetrySaving => self.session.retry(),
             Command::Discard => self.ask_to_discard(),
-            Command::ExportGltf(path) => self.ask_to_export(path),
-            Command::ExportOver(path) => self.export_gltf(&path),
+            Command::Export(path) => self.ask_to_export(path),
+            Command::ExportOver(path) => self.export(&path),
             Command::Picture(path) => self.ask_for_picture(path),
             Command::PictureOver(path) => self.picture_over(path),
             Command::Quit if cfg!(target_arch = "wasm32") => {
@@ -204,6 +202,19 @@ impl Studio {
             }
         }
         self.apply_events();
+    }
+
+    /// Chooses a tool, and shows the grid with all tools but [`ToolChoice::Look`].
+    pub(crate) fn set_tool(&mut self, tool: ToolChoice) {
+        match (self.input.tool == ToolChoice::Look, tool == ToolChoice::Look) {
+            (false, true) => self.input.grid_with_tools = std::mem::take(&mut self.layers.grid),
+            (true, false) => self.layers.grid |= self.input.grid_with_tools,
+            _ => {}
+        }
+        self.input.tool = tool;
+        if let ToolChoice::Draw(tool) = tool {
+            self.input.brush.tool = tool;
+        }
     }
 
     fn switch_index(&mut self, kind: IndexKind, occlusion: Method) {
@@ -253,7 +264,10 @@ impl Studio {
         self.finish_gestures();
         let outcome = match self.session.is_replay() {
             true => Err("a replay is saved already: open it with `osp sketch` to change it".to_owned()),
-            false => self.session.save_as(path).map_err(|error| error.to_string()),
+            false => self.session.save_as(path).map_err(|error| match is_sketch(path) {
+                true => format!("{error}; *Export .tilt…* writes a sketch"),
+                false => error.to_string(),
+            }),
         };
         let done = format!("saved as {}; drawing continues there", path.display());
         self.tell_of_file(outcome.map(|()| done));

@@ -1,4 +1,4 @@
-//! Reads sessions and writes models in the background.
+//! Reads sessions in the background, and takes the results of all background work.
 
 use std::{
     io::{self, Write},
@@ -10,13 +10,11 @@ use crate::{
     session::{OpenError, Opening},
     studio::Studio,
     working::{
-        Done, Kind, Progress, ReadSession, Reading, ReplayStart, TURN, Task, ToDraw, Way, Whole, WorkShown,
-        Working, check_model, reading, to_play,
+        Done, Kind, Progress, ReadSession, Reading, ReplayStart, TURN, Task, ToDraw, Way, WorkShown, Working,
+        reading, to_play,
     },
 };
 use osp_session::{
-    atomic_file::AtomicFile,
-    export::{ExportError, ExportOptions, GltfCounts, write_glb_watched},
     recording::{OpenOptions, Pace},
     replay::CameraChoice,
 };
@@ -114,7 +112,7 @@ impl Studio {
         }
     }
 
-    fn start(&mut self, what: String, kind: Kind, task: Box<dyn Task>) {
+    pub(super) fn start(&mut self, what: String, kind: Kind, task: Box<dyn Task>) {
         match self.work.way {
             Way::AtOnce => {
                 let done = task.run(&Progress::default());
@@ -220,59 +218,6 @@ impl Studio {
                 self.tell_of_file(Ok(text));
             }
             Err(error) => self.tell_not_opened(path, how, error),
-        }
-    }
-
-    pub(crate) fn export_gltf(&mut self, path: &Path) {
-        if self.is_busy() {
-            return;
-        }
-        if let Err(error) = check_model(path) {
-            self.tell_of_file(Err(error.to_string()));
-            return;
-        }
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let times = self.session.find_times();
-        let eye_in_world = Some(self.navigator.eye());
-        let (scene, path) = (self.scene().clone(), path.to_owned());
-        let what = format!("writing {}", path.display());
-        let kind = Kind::Writing { polygons: scene.counts().visible };
-        let write = move |progress: &Progress| {
-            let export = || {
-                let times = Some(times(&|| progress.note(0)));
-                let options = ExportOptions { times, eye_in_world, ..ExportOptions::default() };
-                let mut file = AtomicFile::create(&path)?;
-                let counts =
-                    write_glb_watched(&scene, &name, &options, &mut file, &|done| progress.note(done))?;
-                if !progress.note(counts.polygons) {
-                    return Err(ExportError::Cancelled);
-                }
-                file.commit()?;
-                Ok(counts)
-            };
-            let outcome = export();
-            Done::Exported { path, outcome }
-        };
-        self.start(what, kind, Box::new(Whole::new(write)));
-        if self.is_working() {
-            // A dialog that opens later must not receive the outcome of this export.
-            self.tell_of_file(Ok(String::new()));
-        }
-    }
-
-    fn take_exported(&mut self, path: &Path, outcome: Result<GltfCounts, ExportError>) {
-        let not_finite = outcome.as_ref().map_or(0, |counts| counts.not_finite);
-        let outcome = outcome
-            .map(|counts| format!("{} polygons exported to {}", counts.polygons, path.display()))
-            .map_err(|error| format!("{}: {error}", path.display()));
-        if self.work.way != Way::AtOnce {
-            let (Ok(said) | Err(said)) = outcome;
-            self.say(said);
-        } else {
-            self.tell_of_file(outcome);
-        }
-        if not_finite > 0 {
-            self.say(format!("{not_finite} polygons at infinity were left out"));
         }
     }
 }

@@ -65,7 +65,9 @@ impl Studio {
         self.input.gestures.pressed_at = at;
         self.input.gestures.is_touch = false;
         let gesture = match (button, held) {
-            (Button::Primary, Held { alt: false, .. }) => self.press_tool(at, size_px, aspect),
+            (Button::Primary, Held { alt: false, .. }) if self.input.tool != ToolChoice::Look => {
+                self.press_tool(at, size_px, aspect)
+            }
             (Button::Middle, _) | (_, Held { shift: true, .. }) => Some(Gesture::Pan),
             (Button::Primary, _) => Some(Gesture::Orbit(self.point_to_turn_about(aspect))),
             (Button::Secondary, Held { alt: true, .. }) => Some(Gesture::Look),
@@ -76,6 +78,7 @@ impl Studio {
 
     fn press_tool(&mut self, at: Vec2, size_px: Vec2, aspect: f32) -> Option<Gesture> {
         match self.input.tool {
+            ToolChoice::Look => None,
             ToolChoice::Draw(_) => {
                 let (view, on_screen) = self.view_at(at, aspect)?;
                 let surface = self.surface_under(&view, on_screen);

@@ -2,6 +2,7 @@ use std::{
     borrow::Cow,
     collections::{BTreeSet, HashMap},
     io::{self, BufRead, Read, Write},
+    sync::Arc,
 };
 
 use osp_session::{
@@ -145,9 +146,7 @@ impl History {
 
     /// The text from a byte on, block by block. If a line begins at that byte, the pieces are complete lines.
     pub(super) fn pieces(&self, from: u64) -> Pieces<'_> {
-        let text = self.lines.get_ref();
-        let next = text.blocks.partition_point(|block| block.end <= from);
-        Pieces { text, next, from }
+        self.lines.get_ref().pieces(from)
     }
 
     /// Writes the whole text.
@@ -163,8 +162,12 @@ impl History {
     /// # Errors
     /// The machine has not enough memory for a block.
     pub(super) fn read(&self) -> Result<RonReader<TextReader<'_>>, RecordingError> {
-        let reader = TextReader { pieces: self.pieces(0), piece: Cow::Borrowed(&[]), read: 0 };
-        RonReader::new(reader, "the session", OpenOptions::default())
+        self.lines.get_ref().read()
+    }
+
+    /// A copy of the text for another thread. It shares the compressed blocks.
+    pub(super) fn text(&self) -> Text {
+        self.lines.get_ref().clone()
     }
 }
 
@@ -201,11 +204,27 @@ impl Lines {
 }
 
 /// Lines in blocks, all compressed but the last.
-#[derive(Debug, Default)]
-struct Text {
-    blocks: Vec<Block>,
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Text {
+    blocks: Vec<Arc<Block>>,
     sealed_bytes: u64,
     open: Vec<u8>,
+}
+
+impl Text {
+    fn pieces(&self, from: u64) -> Pieces<'_> {
+        let next = self.blocks.partition_point(|block| block.end <= from);
+        Pieces { text: self, next, from }
+    }
+
+    /// A reader of the events, as from the file.
+    ///
+    /// # Errors
+    /// The machine has not enough memory for a block.
+    pub(crate) fn read(&self) -> Result<RonReader<TextReader<'_>>, RecordingError> {
+        let reader = TextReader { pieces: self.pieces(0), piece: Cow::Borrowed(&[]), read: 0 };
+        RonReader::new(reader, "the session", OpenOptions::default())
+    }
 }
 
 #[derive(Debug)]
@@ -246,7 +265,7 @@ impl Write for Text {
                 Ok(packed) => Packed::Zstd(packed),
                 Err(_) => Packed::Plain(self.open.clone()),
             };
-            self.blocks.push(Block { end: self.sealed_bytes, plain_bytes, packed });
+            self.blocks.push(Arc::new(Block { end: self.sealed_bytes, plain_bytes, packed }));
             self.open.clear();
         }
         Ok(bytes.len())
@@ -294,7 +313,7 @@ impl<'h> Iterator for Pieces<'h> {
 
 /// A reader of a history's text.
 #[derive(Debug)]
-pub(super) struct TextReader<'h> {
+pub(crate) struct TextReader<'h> {
     pieces: Pieces<'h>,
     piece: Cow<'h, [u8]>,
     read: usize,

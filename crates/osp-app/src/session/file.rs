@@ -139,7 +139,8 @@ impl Session {
                 // `Access::Copy` requests a new copy, not the earlier one.
                 let is_asked_for = how.access == Access::Copy && !how.lenient;
                 let earlier = if is_asked_for { None } else { autosaves.edits_of(path) };
-                Self::to_copy(session, path, why, autosaves)?.offering(earlier)
+                let is_import = !is_asked_for && !session.header.source.starts_with(OURS);
+                Self::to_copy(session, path, why, autosaves)?.offering(earlier).importing(is_import)
             }
             None => {
                 // A session that a crash left open stays marked if it cannot be opened.

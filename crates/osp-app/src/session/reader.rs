@@ -68,6 +68,12 @@ impl SessionReader {
         self
     }
 
+    /// Marks the session as a new copy of a session of another program, if it is one.
+    pub(super) fn importing(mut self, is_import: bool) -> Self {
+        self.session.is_import = is_import;
+        self
+    }
+
     /// Lets the window offer to continue with earlier edits of the same session.
     pub(super) fn offering(mut self, earlier: Option<Autosave>) -> Self {
         self.session.earlier = earlier;

@@ -15,7 +15,7 @@ use osp::{
     view::View,
 };
 use osp_session::{
-    export::PolygonTimes,
+    export::{KeptStrokes, PolygonTimes},
     recording::Event,
     replay::{CameraPath, Moment, SessionState},
     scene::Scene,
@@ -84,6 +84,13 @@ impl Replay {
     /// Number of frames played: 0 before the first one.
     pub fn position(&self) -> u64 {
         self.moment.frame
+    }
+
+    /// Number of events in the frames played.
+    pub(super) fn events_played(&self) -> u64 {
+        let last =
+            self.position().checked_sub(1).and_then(|last| self.recorded.frame_ends.get(last as usize));
+        last.map_or(0, |&end| end as u64)
     }
 
     /// The frames in which a stroke begins, ascending.
@@ -163,6 +170,15 @@ impl Replay {
     pub fn polygon_times(&self) -> impl FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send + use<> {
         let (recorded, end) = (Arc::clone(&self.recorded), self.position());
         move |goes_on| recorded.polygon_times(end, goes_on)
+    }
+
+    /// Returns a function that finds the strokes of the current model. It may run on another thread, and returns `None` once
+    /// its argument, which gets the number of events, returns `false`.
+    pub(super) fn find_strokes(
+        &self,
+    ) -> impl FnOnce(&dyn Fn(u64) -> bool) -> Option<KeptStrokes> + Send + use<> {
+        let (recorded, end) = (Arc::clone(&self.recorded), self.position());
+        move |goes_on| recorded.strokes(end, goes_on)
     }
 
     /// Jumps to the model after `frames` frames.

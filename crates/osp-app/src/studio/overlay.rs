@@ -148,7 +148,7 @@ impl Studio {
                 let radius_m = self.navigator.distance_m() * 0.012;
                 layers::draw_cursor(view, aim, radius_m, [255, 90, 90, 255], &mut self.shown.lines);
             }
-            ToolChoice::Select | ToolChoice::Span(_) => {}
+            ToolChoice::Look | ToolChoice::Select | ToolChoice::Span(_) => {}
         }
     }
 }

@@ -54,6 +54,8 @@ pub(crate) struct Pending {
 #[derive(Debug, Default)]
 pub(crate) struct Input {
     pub(crate) tool: ToolChoice,
+    /// Whether the grid appears with the next tool that does more than [`ToolChoice::Look`].
+    pub(crate) grid_with_tools: bool,
     pub(crate) brush: Brush,
     pub(crate) snap: Snap,
     pub(crate) aids: Aids,

@@ -24,6 +24,8 @@ pub enum Action {
     AskSaveAs,
     /// Open the dialog to export the model.
     AskExport,
+    /// Open the dialog to export the model as a sketch of Tilt Brush.
+    AskExportTilt,
     /// Open the dialog to save a picture.
     AskPicture,
     /// Open or close the list of brushes.
@@ -55,7 +57,7 @@ impl Action {
             Self::Do(command) => studio.can(command),
             Self::Save => studio.can(&Command::Save),
             Self::AskSaveAs => studio.can(&Command::SaveAs(Default::default())),
-            Self::AskExport | Self::AskPicture => studio.scene().counts().visible > 0,
+            Self::AskExport | Self::AskExportTilt | Self::AskPicture => studio.scene().counts().visible > 0,
             Self::ToggleBrushes | Self::ToggleStraight | Self::ToggleMirror | Self::ToggleScreenWidth => {
                 studio.can_draw()
             }
@@ -87,6 +89,7 @@ impl Action {
             Self::AskOpen => wishes.ask = Some(Ask::Open),
             Self::AskSaveAs => wishes.ask = Some(Ask::SaveAs),
             Self::AskExport => wishes.ask = Some(Ask::Export),
+            Self::AskExportTilt => wishes.ask = Some(Ask::ExportTilt),
             Self::AskPicture => wishes.ask = Some(Ask::Picture),
             Self::TogglePlay => {
                 if let Some(replay) = studio.session().replay() {

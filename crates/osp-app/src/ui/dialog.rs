@@ -22,6 +22,7 @@ impl Ask {
             Self::Open => "Open a session",
             Self::SaveAs => "Save as",
             Self::Export => "Export glTF",
+            Self::ExportTilt => "Export a sketch (.tilt)",
             Self::Picture => "Save a picture",
         }
     }
@@ -30,7 +31,7 @@ impl Ask {
         match self {
             Self::Open => "Open",
             Self::SaveAs | Self::Picture => "Save",
-            Self::Export => "Export",
+            Self::Export | Self::ExportTilt => "Export",
         }
     }
 
@@ -39,6 +40,7 @@ impl Ask {
             Self::Open => ".ron .tilt .apa .json .poses .obj .glb .gltf",
             Self::SaveAs => "session.ron",
             Self::Export => "model.glb",
+            Self::ExportTilt => "sketch.tilt",
             Self::Picture => "picture.png",
         }
     }
@@ -48,7 +50,8 @@ impl Ask {
         match self {
             Self::Open => Command::Open(path),
             Self::SaveAs => Command::SaveAs(with_ending(path, "ron")),
-            Self::Export => Command::ExportGltf(with_ending(path, "glb")),
+            Self::Export => Command::Export(with_ending(path, "glb")),
+            Self::ExportTilt => Command::Export(with_ending(path, "tilt")),
             Self::Picture => Command::Picture(with_ending(path, "png")),
         }
     }
@@ -59,7 +62,7 @@ impl Ask {
         let is_whole = path.extension().is_some();
         match (self, is_whole && ASKS_ITSELF) {
             (Self::SaveAs, true) => Command::SaveOver(path),
-            (Self::Export, true) => Command::ExportOver(path),
+            (Self::Export | Self::ExportTilt, true) => Command::ExportOver(path),
             (Self::Picture, true) => Command::PictureOver(path),
             (_, _) => self.command(path),
         }
@@ -78,10 +81,16 @@ fn suggestion(ask: Ask, studio: &Studio) -> PathBuf {
     let ending = match ask {
         Ask::Open | Ask::SaveAs => "ron",
         Ask::Export => "glb",
+        Ask::ExportTilt => "tilt",
         Ask::Picture => "png",
     };
     let session = studio.session();
     match session.journal().is_named() {
+        // A sketch that is only looked at stays as it is.
+        true if ask == Ask::ExportTilt && session.is_read_only() => {
+            let stem = session.path().file_stem().unwrap_or_default().to_string_lossy();
+            session.path().with_file_name(format!("{stem}-copy.tilt"))
+        }
         true => session.path().with_extension(ending),
         false => std::env::home_dir().unwrap_or_default().join("sketch").with_extension(ending),
     }
@@ -129,7 +138,7 @@ impl PathDialog {
     pub(super) fn new(ask: Ask, studio: &Studio) -> Self {
         let text = match ask {
             Ask::Open => String::new(),
-            Ask::SaveAs | Ask::Export | Ask::Picture => suggestion(ask, studio).display().to_string(),
+            _ => suggestion(ask, studio).display().to_string(),
         };
         Self { ask, text, is_new: true, reason: None, chosen: None }
     }
@@ -222,6 +231,7 @@ impl PathDialog {
                     .pick_file(),
                 Ask::SaveAs => dialog.add_filter("recording", &["ron"]).save_file(),
                 Ask::Export => dialog.add_filter("binary glTF", &["glb"]).save_file(),
+                Ask::ExportTilt => dialog.add_filter("Tilt Brush", &["tilt"]).save_file(),
                 Ask::Picture => dialog.add_filter("picture", &["png"]).save_file(),
             };
             // The receiver is gone if the window was closed meanwhile.

@@ -33,6 +33,7 @@ use crate::{
     settings::{Settings, SettingsKeeper, Theme},
     stats::{FrameTimes, History, PassHistory},
     studio::Studio,
+    tool::ToolChoice,
 };
 use osp::frame::StageClock;
 use osp_render::PassTimes;
@@ -147,12 +148,14 @@ impl Interface {
             take_dropped(ui, &mut wishes);
         }
         let is_narrow = ui.available_width() < NARROW;
+        let is_looking = studio.tool() == ToolChoice::Look;
         Panel::top("menu").resizable(false).show(ui, |ui| {
             ui.horizontal(|ui| {
-                if is_narrow {
+                if is_narrow && !is_looking {
                     ui.toggle_value(&mut self.shows_tools, "Tools");
                 }
                 menu::show(ui, studio, &mut self.settings, &mut self.recent, &mut wishes);
+                menu::mode(ui, studio, &mut wishes);
             });
         });
         Panel::bottom("status").resizable(false).show(ui, |ui| {
@@ -178,7 +181,7 @@ impl Interface {
             }
         }
         studio.set_calibrating(self.calibrating.is_some());
-        if self.shows_tools || !is_narrow {
+        if (self.shows_tools || !is_narrow) && !is_looking {
             Panel::left("tools").resizable(false).exact_size(168.0).show(ui, |ui| {
                 ScrollArea::vertical().show(ui, |ui| {
                     tools::show(ui, studio, &mut self.brushes, &mut wishes);
@@ -404,7 +407,11 @@ fn status(ui: &mut Ui, studio: &Studio) {
             ui.label(message).on_hover_text(earlier);
         }
         None => {
+            let is_looking = studio.tool() == ToolChoice::Look;
             let hint = match studio.session().is_replay() {
+                false if is_looking => {
+                    "left button: orbit    wheel: nearer    W A S D Q E: fly    F: whole model    1: draw    F1: all keys"
+                }
                 false => {
                     "left button: draw    right button: orbit    wheel: nearer    W A S D Q E: fly    Ctrl+Z: undo    F1: all keys"
                 }

@@ -42,6 +42,7 @@ pub(super) const SMALLER: Command = Command::Alter(Altering::Scale(1.0 / 1.1));
 pub static SHORTCUTS: &[Shortcut] = &[
     command_shift_key(Key::Z, "redo", Action::Do(Command::Redo)),
     command_shift_key(Key::S, "save as", Action::AskSaveAs),
+    command_shift_key(Key::E, "export .tilt", Action::AskExportTilt),
     command_shift_key(Key::N, "new layer", Action::Do(Command::Layer(LayerEdit::New))),
     command_shift_key(
         Key::H,
@@ -79,6 +80,7 @@ pub static SHORTCUTS: &[Shortcut] = &[
     command_key(Key::OpenBracket, "turn the selection left", Action::Do(TURN_LEFT)),
     command_key(Key::CloseBracket, "turn the selection right", Action::Do(TURN_RIGHT)),
     command_key(Key::A, "select all", Action::Do(Command::SelectAll)),
+    key(Key::Num0, "look, without tools", Action::Do(Command::Tool(ToolChoice::Look))),
     key(Key::Num1, "draw ribbons", Action::Do(Command::Tool(ToolChoice::Draw(Tool::Ribbon)))),
     key(Key::Num2, "draw walls", Action::Do(Command::Tool(ToolChoice::Draw(Tool::Wall)))),
     key(Key::Num3, "draw tubes", Action::Do(Command::Tool(ToolChoice::Draw(Tool::Tube)))),

@@ -1,4 +1,4 @@
-use egui::{MenuBar, Ui};
+use egui::{Align, Button, Color32, Layout, MenuBar, Ui};
 
 use super::{
     actions::Action,
@@ -13,6 +13,7 @@ use crate::{
     paint_layers::LayerEdit,
     settings::{Settings, Theme},
     studio::Studio,
+    tool::ToolChoice,
 };
 
 /// The menu bar.
@@ -31,6 +32,24 @@ pub(super) fn show(
     });
 }
 
+/// A button that shows the tools, to draw, or hides them, to look.
+pub(super) fn mode(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    if !studio.can_draw() {
+        return;
+    }
+    let is_looking = studio.tool() == ToolChoice::Look;
+    let (name, hint, tool) = match is_looking {
+        true => ("Draw", "show the tools and draw (1)", ToolChoice::Draw(studio.brush().tool)),
+        false => ("Look", "hide the tools and look (0)", ToolChoice::Look),
+    };
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        let fill = if is_looking { ui.visuals().selection.bg_fill } else { Color32::TRANSPARENT };
+        if ui.add(Button::new(name).fill(fill)).on_hover_text(hint).clicked() {
+            wishes.commands.push(Command::Tool(tool));
+        }
+    });
+}
+
 fn file(ui: &mut Ui, studio: &Studio, settings: &Settings, recent: &mut RecentList, wishes: &mut Wishes) {
     entry(ui, "New", Action::Do(Command::New), studio, wishes);
     entry(ui, "Open…", Action::AskOpen, studio, wishes);
@@ -39,6 +58,8 @@ fn file(ui: &mut Ui, studio: &Studio, settings: &Settings, recent: &mut RecentLi
     entry(ui, "Save", Action::Save, studio, wishes);
     entry(ui, "Save as…", Action::AskSaveAs, studio, wishes);
     entry(ui, "Export glTF…", Action::AskExport, studio, wishes);
+    entry(ui, "Export .tilt…", Action::AskExportTilt, studio, wishes)
+        .on_hover_text("a sketch for Tilt Brush and Open Brush");
     let frames = if studio.writes_frames() { "End writing frames" } else { "Write frames" };
     entry(ui, frames, Action::Do(Command::Frames), studio, wishes)
         .on_hover_text("each frame becomes a numbered picture, for a video");

@@ -11,6 +11,7 @@ pub(super) enum Ask {
     Open,
     SaveAs,
     Export,
+    ExportTilt,
     Picture,
 }
 

@@ -9,7 +9,7 @@ use crate::{
     session::{OpenError, Opened, Opening, ReplayReader, Session, SessionReader, Started},
 };
 use osp_session::{
-    export::{ExportError, GltfCounts},
+    export::{ExportError, GltfCounts, TiltCounts},
     platform,
     recording::RecordingError,
 };
@@ -51,8 +51,15 @@ pub(crate) enum Done {
     },
     Exported {
         path: PathBuf,
-        outcome: Result<GltfCounts, ExportError>,
+        outcome: Result<Exported, ExportError>,
     },
+}
+
+/// What an export has written.
+#[derive(Debug)]
+pub(crate) enum Exported {
+    Model(GltfCounts),
+    Sketch(TiltCounts),
 }
 
 /// Work that can be done in steps.

@@ -471,7 +471,7 @@ fn sessions_are_opened_saved_and_exported() {
     let polygons = table.visible();
     let (saved, model) = (table.folder.path().join("mine.ron"), table.folder.path().join("mine.glb"));
     table.studio.command(Command::SaveAs(saved.clone()));
-    table.studio.command(Command::ExportGltf(model.clone()));
+    table.studio.command(Command::Export(model.clone()));
     assert!(std::fs::read(&model).expect("a model").starts_with(b"glTF"));
     table.studio.command(Command::New);
     table.frame();
@@ -488,7 +488,7 @@ fn sessions_are_opened_saved_and_exported() {
     // A file that cannot be opened or written is reported, and the session stays.
     let before = table.visible();
     table.studio.command(Command::Open(table.folder.path().join("nothing.tilt")));
-    table.studio.command(Command::ExportGltf(table.folder.path().join("no/folder.glb")));
+    table.studio.command(Command::Export(table.folder.path().join("no/folder.glb")));
     assert_eq!(table.visible(), before);
     let messages = table.studio.messages().join("\n");
     assert!(messages.contains("nothing.tilt") && messages.contains("folder.glb"), "{messages}");

@@ -8,9 +8,11 @@ use std::{
 use egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
 use osp::glam::Vec2;
-use osp_app::{Access, Answer, Autosaves, Button, Command, Held, Input, Opening, Session, Studio};
+use osp_app::{
+    Access, Answer, Autosaves, Button, Command, Held, Input, Opening, Session, Studio, ToolChoice,
+};
 use osp_rivals::IndexKind;
-use osp_session::recording::{self, OpenOptions};
+use osp_session::recording::{self, OpenOptions, Tool};
 
 use crate::{
     drawing::across,
@@ -35,6 +37,7 @@ fn opened(path: &Path, folder: &Path) -> Studio {
 
 fn draw(studio: &mut Studio, height: f32) {
     let size_px = Vec2::new(800.0, 600.0);
+    studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
     studio.frame(size_px, 0.016);
     for (number, place) in across(height).into_iter().enumerate() {
         studio.input(Input::Move(Vec2::from(place)), Held::default(), size_px);

@@ -1,8 +1,17 @@
-use std::fs;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
-use osp_app::{Answer, Command};
+use osp_app::{Answer, Autosaves, Button, Command, Session, Studio, ToolChoice};
+use osp_rivals::IndexKind;
+use osp_session::{
+    export::{KeptStrokes, write_tilt},
+    recording::{self, Event, OpenOptions, Pace, Tool},
+    replay::CameraChoice,
+};
 
-use crate::drawing::Table;
+use crate::drawing::{Table, across};
 
 #[test]
 fn an_export_replaces_models_and_nothing_else() {
@@ -13,8 +22,8 @@ fn an_export_replaces_models_and_nothing_else() {
     fs::write(&session, text).expect("written");
     fs::write(&disguised, text).expect("written");
     fs::write(&model, "glTF, an older one").expect("written");
-    let mut export = |path: &std::path::Path| {
-        table.studio.command(Command::ExportGltf(path.to_owned()));
+    let mut export = |path: &Path| {
+        table.studio.command(Command::Export(path.to_owned()));
         if table.studio.question().is_some() {
             table.studio.command(Command::Answer(Answer::Replace));
         }
@@ -52,9 +61,129 @@ fn an_export_tells_of_what_it_leaves_out() {
     let (path, model) = (folder.join("far.ron"), folder.join("far.glb"));
     fs::write(&path, session).expect("written");
     table.studio.command(Command::Open(path));
-    table.studio.command(Command::ExportGltf(model.clone()));
+    table.studio.command(Command::Export(model.clone()));
     let said = table.studio.messages();
     assert!(said[said.len() - 2].starts_with("1 polygons exported to"), "{said:?}");
     assert_eq!(said[said.len() - 1], "1 polygons at infinity were left out");
     assert!(!fs::read(&model).expect("there").windows(4).any(|word| word == b"null"));
+}
+
+/// The sketch that `osp convert` makes of a session.
+fn converted(session: &Path) -> Vec<u8> {
+    let mut session = recording::open(session, &OpenOptions::default()).expect("a session");
+    let header = session.header.clone();
+    let (mut kept, mut bytes) = (KeptStrokes::default(), Vec::new());
+    session.by_ref().for_each(|event| kept.note(&event.expect("an event")));
+    write_tilt(&kept, &header, None, &mut bytes).expect("memory");
+    bytes
+}
+
+fn last_said(studio: &Studio) -> String {
+    studio.messages().last().cloned().expect("a message")
+}
+
+/// Numbers of strokes and control points in a file.
+fn drawn_in(path: &Path) -> (usize, usize) {
+    let session = recording::open(path, &OpenOptions::default()).expect("a sketch");
+    let events: Vec<Event> = session.map(|event| event.expect("an event")).collect();
+    let count = |is: fn(&Event) -> bool| events.iter().filter(|event| is(event)).count();
+    (count(|event| matches!(event, Event::Begin { .. })), count(|event| matches!(event, Event::Point { .. })))
+}
+
+#[test]
+fn a_sketch_is_exported_with_its_edits_as_convert_writes_it() {
+    let mut table = Table::new();
+    let place = |name: &str| -> PathBuf { table.folder.path().join(name) };
+    let [first, second, first_saved, second_saved] =
+        ["first.tilt", "second.TILT", "first.ron", "second.ron"].map(place);
+    table.drag(Button::Primary, &across(0.0));
+    table.studio.command(Command::Tool(ToolChoice::Draw(Tool::Wall)));
+    table.drag(Button::Primary, &across(0.3));
+    table.studio.command(Command::Export(first.clone()));
+    assert_eq!(drawn_in(&first).0, 2);
+    let said = last_said(&table.studio);
+    assert!(said.contains("2 strokes, ") && said.contains("exported to"), "{said}");
+    // One message names all that the format lacks.
+    assert!(said.contains("; not all is kept: ") && said.contains("MatteHull"), "{said}");
+    table.studio.command(Command::SaveAs(first_saved.clone()));
+    assert!(fs::read(&first).expect("there") == converted(&first_saved));
+    // The window draws on a copy of the sketch, and writes it again with what was added and erased.
+    table.studio.command(Command::Open(first));
+    table.studio.command(Command::SelectAll);
+    table.studio.command(Command::EraseSelected);
+    table.studio.command(Command::Undo);
+    table.studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
+    table.drag(Button::Primary, &across(-0.3));
+    table.studio.command(Command::Export(second.clone()));
+    assert_eq!(drawn_in(&second).0, 3);
+    table.studio.command(Command::SaveAs(second_saved.clone()));
+    assert!(fs::read(&second).expect("there") == converted(&second_saved));
+    table.studio.command(Command::SelectAll);
+    table.studio.command(Command::EraseSelected);
+    table.studio.command(Command::Export(second.clone()));
+    assert!(table.studio.question().expect("a question").text().contains("second.TILT"));
+    assert_eq!(drawn_in(&second).0, 3, "not before the answer");
+    table.studio.command(Command::Answer(Answer::Replace));
+    assert_eq!(drawn_in(&second).0, 0);
+}
+
+#[test]
+fn a_sketch_is_written_beside_the_window() {
+    let mut table = Table::new();
+    let [here, beside] = ["here.tilt", "beside.tilt"].map(|name| table.folder.path().join(name));
+    (0..9).for_each(|line| table.drag(Button::Primary, &across(0.1 * line as f32)));
+    table.studio.command(Command::Export(here.clone()));
+    table.studio.work_beside();
+    table.studio.command(Command::Export(beside.clone()));
+    while table.studio.is_working() {
+        table.studio.tend();
+        std::thread::yield_now();
+    }
+    assert_eq!(drawn_in(&here).0, 9);
+    assert!(fs::read(here).expect("there") == fs::read(beside).expect("there"));
+}
+
+#[test]
+fn an_exported_sketch_replaces_no_file_without_a_question() {
+    let mut table = Table::new();
+    table.drag(Button::Primary, &across(0.0));
+    let other = table.folder.path().join("other.tilt");
+    fs::write(&other, "somebody's work").expect("written");
+    table.studio.command(Command::Export(other.clone()));
+    let question = table.studio.question().expect("a question");
+    assert!(question.text().contains("other.tilt") && question.safe_answer() == Answer::Cancel);
+    table.studio.command(Command::Answer(Answer::Cancel));
+    assert_eq!(fs::read(&other).expect("there"), b"somebody's work");
+    table.studio.command(Command::Export(other.clone()));
+    table.studio.command(Command::Answer(Answer::Replace));
+    assert_eq!(drawn_in(&other).0, 1);
+    // A folder cannot be replaced.
+    let folder = table.folder.path().join("folder.tilt");
+    fs::create_dir(&folder).expect("a folder");
+    table.studio.command(Command::Export(folder.clone()));
+    assert!(table.studio.question().is_none() && folder.is_dir());
+    let said = last_said(&table.studio);
+    assert!(said.contains("folder.tilt: expected a file; found a folder"), "{said}");
+}
+
+#[test]
+fn a_replay_is_exported_as_far_as_it_has_played_and_never_over_itself() {
+    let mut table = Table::new();
+    let [whole, part] = ["whole.tilt", "part.tilt"].map(|name| table.folder.path().join(name));
+    (0..4).for_each(|line| table.drag(Button::Primary, &across(0.1 * line as f32)));
+    table.studio.command(Command::Export(whole.clone()));
+    let bytes = fs::read(&whole).expect("there");
+    let player = Session::to_play(&whole, Pace::Samples(1), CameraChoice::Auto).expect("a session");
+    let mut studio = Studio::new(player, Autosaves::new(None), IndexKind::Osp);
+    let starts = studio.session().replay().expect("a replay").stroke_starts().to_vec();
+    studio.command(Command::Seek(starts[2]));
+    studio.command(Command::Export(part.clone()));
+    assert_eq!((drawn_in(&whole).0, drawn_in(&part).0), (4, 2));
+    for over in [Command::Export(whole.clone()), Command::ExportOver(whole.clone())] {
+        studio.command(over);
+        assert!(studio.question().is_none());
+        let said = last_said(&studio);
+        assert!(said.contains("whole.tilt: is the session that the window shows"), "{said}");
+    }
+    assert!(fs::read(&whole).expect("there") == bytes);
 }

@@ -34,6 +34,7 @@ fn document(studio: &Studio) -> &Session {
 /// Draws a line across the window.
 fn draw(studio: &mut Studio, height: f32) {
     let size_px = glam::Vec2::new(800.0, 600.0);
+    studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
     studio.frame(size_px, 0.016);
     for (number, place) in across(height).into_iter().enumerate() {
         studio.input(Input::Move(glam::Vec2::from(place)), osp_app::Held::default(), size_px);
@@ -196,7 +197,7 @@ fn no_file_is_replaced_without_a_word() {
     table.drag(Button::Primary, &across(0.0));
     for (name, work, command) in [
         ("taken.ron", "somebody's work", Command::SaveAs as fn(PathBuf) -> Command),
-        ("taken.glb", "glTF: somebody's work", Command::ExportGltf as fn(PathBuf) -> Command),
+        ("taken.glb", "glTF: somebody's work", Command::Export as fn(PathBuf) -> Command),
     ] {
         let path = table.folder.path().join(name);
         fs::write(&path, work).expect("written");
@@ -225,7 +226,7 @@ fn no_file_is_replaced_without_a_word() {
     table.studio.command(Command::SaveAs(table.folder.path().join("taken.ron")));
     assert!(table.studio.question().is_none());
     // A model is no session.
-    table.studio.command(Command::ExportGltf(table.folder.path().join("model.obj")));
+    table.studio.command(Command::Export(table.folder.path().join("model.obj")));
     assert!(!table.folder.path().join("model.obj").exists());
     assert!(said(&table.studio).contains(".glb"), "{}", said(&table.studio));
     assert!(files_in(table.folder.path()).iter().all(|path| !path.to_string_lossy().contains("unfinished")));

@@ -14,6 +14,7 @@ mod hands;
 mod keeping;
 mod kept_views;
 mod limits;
+mod looking;
 mod menus;
 mod paint_layers;
 mod panel;

@@ -100,6 +100,33 @@ fn a_dialog_that_fails_stays_open_and_says_why() {
 }
 
 #[test]
+fn the_menu_and_a_key_export_a_sketch_of_tilt_brush() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    let folder = harness.state().folder.path().to_owned();
+    pick(&mut harness, "File", "Export .tilt…");
+    let suggested = harness.get_by_role(Role::TextInput).accesskit_node().value().expect("text");
+    assert!(suggested.ends_with("sketch.tilt"), "{suggested}");
+    // The ending is added.
+    type_path(&mut harness, &folder.join("mine"));
+    assert!(harness.query_by_role(Role::TextInput).is_none(), "the dialog is closed");
+    assert!(fs::read(folder.join("mine.tilt")).expect("a sketch").starts_with(b"tilT"));
+    harness.press_with(Modifiers::COMMAND | Modifiers::SHIFT, Key::E);
+    type_path(&mut harness, &folder.join("no folder/a.tilt"));
+    assert!(harness.query_all_by_label_contains("no folder").next().is_some(), "it says why");
+    // Where a session is saved, the dialog says where sketches are written.
+    harness.press(Key::Escape);
+    harness.press_with(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
+    type_path(&mut harness, &folder.join("saved.tilt"));
+    assert!(harness.query_all_by_label_contains("*Export .tilt…* writes a sketch").next().is_some());
+    // A sketch from the dialog for models.
+    harness.press(Key::Escape);
+    harness.press_with(Modifiers::COMMAND, Key::E);
+    type_path(&mut harness, &folder.join("other.tilt"));
+    assert!(fs::read(folder.join("other.tilt")).expect("a sketch").starts_with(b"tilT"));
+}
+
+#[test]
 fn home_may_be_written_as_a_tilde() {
     let mut harness = sketch();
     drag(&mut harness, &across());

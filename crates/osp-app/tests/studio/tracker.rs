@@ -9,11 +9,11 @@ use std::{
 use crate::drawing::Table;
 use osp::glam::Vec3;
 use osp_app::{
-    Autosaves, Button, Command, Room, Session, Studio,
+    Autosaves, Button, Command, Room, Session, Studio, ToolChoice,
     tracker::{Listening, Message, Tracker, TrackerAddress, TrackerKey, TrackerOptions},
 };
 use osp_session::{
-    recording::{Event, Flush, Header, OpenOptions, RonWriter, StrokeId, open},
+    recording::{Event, Flush, Header, OpenOptions, RonWriter, StrokeId, Tool, open},
     rig::Rig,
 };
 use osp_testkit::events::polygon;
@@ -265,6 +265,7 @@ fn a_session_that_uses_the_last_number_goes_on() {
     write_triangles(&path, 1.0, [0, 1, u32::MAX].into_iter().map(|stroke| (stroke, Vec3::ZERO)));
     let mut table = Table::new();
     table.studio.command(Command::Open(path));
+    table.studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
     for height in [-0.4, 0.4] {
         let before = table.visible();
         table.drag(Button::Primary, &crate::drawing::across(height));

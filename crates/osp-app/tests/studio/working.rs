@@ -192,10 +192,10 @@ fn the_model_of_a_replay_is_written_beside_the_window_with_its_times() {
         fs::create_dir(table.folder.path().join(folder)).expect("a folder");
         table.folder.path().join(folder).join("model.glb")
     });
-    replay().command(Command::ExportGltf(here.clone()));
+    replay().command(Command::Export(here.clone()));
     let mut studio = replay();
     studio.work_beside();
-    studio.command(Command::ExportGltf(beside.clone()));
+    studio.command(Command::Export(beside.clone()));
     wait_until("the model", || {
         studio.tend();
         !studio.is_working()
@@ -242,11 +242,11 @@ fn a_model_is_written_beside_the_window_whole_or_not_at_all() {
     table.studio.command(Command::Open(path));
     let (whole, here, cancelled) =
         ["one.glb", "two.glb", "cancelled.glb"].map(|name| table.folder.path().join(name)).into();
-    table.studio.command(Command::ExportGltf(here.clone()));
+    table.studio.command(Command::Export(here.clone()));
     table.studio.work_beside();
-    table.studio.command(Command::ExportGltf(whole.clone()));
+    table.studio.command(Command::Export(whole.clone()));
     // A second export must wait. Strokes that are drawn from now on are not in it.
-    table.studio.command(Command::ExportGltf(cancelled.clone()));
+    table.studio.command(Command::Export(cancelled.clone()));
     let is_refused = |said: &String| said.contains("wait until this is done");
     assert!(!table.studio.is_working() || table.studio.messages().iter().any(is_refused));
     table.drag(Button::Primary, &across(0.0));
@@ -255,7 +255,7 @@ fn a_model_is_written_beside_the_window_whole_or_not_at_all() {
     // The name of the model is the only difference.
     let bytes = |path: &PathBuf| fs::metadata(path).expect("a model").len();
     assert_eq!(bytes(&whole).abs_diff(bytes(&here)), 0);
-    table.studio.command(Command::ExportGltf(cancelled.clone()));
+    table.studio.command(Command::Export(cancelled.clone()));
     table.studio.command(Command::CancelWork);
     wait(&mut table);
     assert!(
@@ -283,7 +283,7 @@ fn a_window_that_is_closed_waits_for_its_model_and_gives_back_what_it_reads() {
     let mut studio = Studio::new(subject, autosaves, IndexKind::Osp);
     studio.work_beside();
     let model = folder.path().join("a.glb");
-    studio.command(Command::ExportGltf(model.clone()));
+    studio.command(Command::Export(model.clone()));
     studio.close().expect("nothing was unwritten");
     assert!(fs::metadata(&model).expect("a model").len() > 1_000_000);
 }

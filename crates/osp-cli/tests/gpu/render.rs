@@ -5,7 +5,9 @@
 mod authors;
 mod commands;
 mod decoded_film;
+mod decoded_mp4;
 mod film;
+mod film_mp4;
 mod hzb;
 mod identity;
 mod jump;

@@ -1,4 +1,8 @@
-use osp_session::{export::PolygonTimes, recording::Event, replay::SessionState};
+use osp_session::{
+    export::{KeptStrokes, PolygonTimes},
+    recording::Event,
+    replay::SessionState,
+};
 
 /// The events of a session, divided into frames.
 #[derive(Debug)]
@@ -28,5 +32,18 @@ impl Recorded {
             times.note(self.of(frame), &state.scene);
         }
         times
+    }
+
+    /// Returns the strokes after `end` frames, or `None` once `goes_on`, which gets the number of events, returns `false`.
+    pub(super) fn strokes(&self, end: u64, goes_on: &dyn Fn(u64) -> bool) -> Option<KeptStrokes> {
+        let (mut kept, mut events) = (KeptStrokes::default(), 0);
+        for frame in 0..end {
+            self.of(frame).iter().for_each(|event| kept.note(event));
+            events += self.of(frame).len() as u64;
+            if !goes_on(events) {
+                return None;
+            }
+        }
+        Some(kept)
     }
 }

@@ -238,6 +238,9 @@ fn edits_of_a_copy_lead_back_to_it_after_the_window_has_closed() {
     fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("written");
     let model = model.to_str().expect("a path");
     let mut window = desk.open(&["sketch", model, "--window", "1280x800"]);
+    window.until_last("it is seen first", |frame| frame["tool"] == "look");
+    window.key("1");
+    window.until_last("a tool", |frame| frame["tool"] == "ribbon");
     draw(&mut window, 300);
     let (events, stderr) = (window.number("events"), window.stderr_file());
     window.key("ctrl+q");

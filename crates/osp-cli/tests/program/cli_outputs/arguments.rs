@@ -79,6 +79,8 @@ fn numbers_out_of_range_are_refused_by_every_command() {
             ),
             (&["film", "a.ron", "o.gif"], "--seconds", &["0", "-1", "601", "NaN"]),
             (&["film", "a.ron", "o.gif"], "--fps", &["0", "51", "-1", "NaN"]),
+            (&["film", "a.ron", "o.mp4"], "--fps", &["0", "61", "-1", "NaN"]),
+            (&["film", "a.ron", "o.mp4"], "--size", &["0x1", "14x100", "3841x100", "2161x2161", "x"]),
             (&["render", "a.ron", "--to", "d"], "--every", &["0", "-1", "NaN", "18446744073709551616"]),
             (&["replay", "a.ron"], "--draw", &["0x1", "99999x99999", "x"]),
             (&["verify", "a.ron"], "--size", &["0x1", "99999x99999", "x"]),
@@ -241,7 +243,10 @@ fn names_that_do_not_fit_are_refused_before_the_session_is_read() {
     ];
     if cfg!(feature = "render") {
         cases.extend([(&["render", "a.ron", "x.jpg"][..], ".png"), (&["render", "a.ron", "x"], ".png")]);
-        cases.extend([(&["film", "a.ron", "x.mp4"][..], ".gif"), (&["film", "a.ron", "x"], ".gif")]);
+        cases.extend([
+            (&["film", "a.ron", "x.avi"][..], ".gif or .mp4"),
+            (&["film", "a.ron", "x"], ".gif or .mp4"),
+        ]);
     }
     if cfg!(feature = "window") {
         cases.extend([

@@ -1,0 +1,129 @@
+//! Writes models and sketches in the background.
+
+use std::{
+    io::{self, Write},
+    path::Path,
+};
+
+use crate::{
+    studio::Studio,
+    working::{Done, Exported, Kind, Progress, Way, Whole, check_export, is_sketch},
+};
+use osp_session::{
+    atomic_file::AtomicFile,
+    export::{ExportError, ExportOptions, write_glb_watched, write_tilt},
+    output_file::is_same_file,
+};
+
+impl Studio {
+    /// Exports the model as the name asks: a sketch to a name that ends in `.tilt`, else binary glTF.
+    pub(crate) fn export(&mut self, path: &Path) {
+        if self.is_busy() {
+            return;
+        }
+        if let Err(why_not) = self.may_export(path) {
+            self.tell_of_file(Err(why_not));
+            return;
+        }
+        if is_sketch(path) {
+            self.export_tilt(path)
+        } else {
+            self.export_gltf(path)
+        }
+        if self.is_working() {
+            // A dialog that opens later must not receive the outcome of this export.
+            self.tell_of_file(Ok(String::new()));
+        }
+    }
+
+    /// Checks that an export may write this file. The session that the window shows is not replaced: a recording of it has
+    /// more than the export.
+    pub(super) fn may_export(&self, path: &Path) -> Result<(), String> {
+        if is_same_file(path, self.session.path()) {
+            return Err(format!("{}: is the session that the window shows", path.display()));
+        }
+        check_export(path).map_err(|error| error.to_string())
+    }
+
+    fn export_gltf(&mut self, path: &Path) {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let times = self.session.find_times();
+        let eye_in_world = Some(self.navigator.eye());
+        let scene = self.scene().clone();
+        let kind = Kind::Writing { count: scene.counts().visible, of: "polygons" };
+        self.write_beside(path, kind, move |file, progress| {
+            let times = Some(times(&|| progress.note(0)));
+            let options = ExportOptions { times, eye_in_world, ..ExportOptions::default() };
+            let counts = write_glb_watched(&scene, &name, &options, file, &|done| progress.note(done))?;
+            Ok((counts.polygons, Exported::Model(counts)))
+        });
+    }
+
+    fn export_tilt(&mut self, path: &Path) {
+        self.finish_gestures();
+        self.apply_events();
+        let (count, strokes) = self.session.find_strokes();
+        let header = self.session.header().clone();
+        let kind = Kind::Writing { count, of: "events" };
+        self.write_beside(path, kind, move |file, progress| {
+            let found = strokes(&|events| progress.note(events)).map_err(io::Error::other)?;
+            let strokes = found.ok_or(ExportError::Cancelled)?;
+            // The picture of a sketch that was read shows it without the edits.
+            let counts = write_tilt(&strokes, &header, None, file)?;
+            Ok((count, Exported::Sketch(counts)))
+        });
+    }
+
+    /// Starts to write a file. `write` returns the progress at its end with the result.
+    fn write_beside(
+        &mut self,
+        path: &Path,
+        kind: Kind,
+        write: impl FnOnce(&mut AtomicFile, &Progress) -> Result<(u64, Exported), ExportError> + Send + 'static,
+    ) {
+        let what = format!("writing {}", path.display());
+        let path = path.to_owned();
+        let work = move |progress: &Progress| {
+            let export = || {
+                let mut file = AtomicFile::create(&path)?;
+                let (done, exported) = write(&mut file, progress)?;
+                if !progress.note(done) {
+                    return Err(ExportError::Cancelled);
+                }
+                file.flush()?;
+                file.commit()?;
+                Ok(exported)
+            };
+            let outcome = export();
+            Done::Exported { path, outcome }
+        };
+        self.start(what, kind, Box::new(Whole::new(work)));
+    }
+
+    pub(super) fn take_exported(&mut self, path: &Path, outcome: Result<Exported, ExportError>) {
+        let path = path.display();
+        let (said, not_finite) = match outcome {
+            Ok(Exported::Model(counts)) => {
+                (Ok(format!("{} polygons exported to {path}", counts.polygons)), counts.not_finite)
+            }
+            Ok(Exported::Sketch(counts)) => {
+                let mut said =
+                    format!("{} strokes, {} points exported to {path}", counts.strokes, counts.points);
+                if !counts.notes.is_empty() {
+                    said += &format!("; not all is kept: {}", counts.notes.join("; "));
+                }
+                (Ok(said), 0)
+            }
+            Err(error) => (Err(format!("{path}: {error}")), 0),
+        };
+        if self.work.way != Way::AtOnce {
+            let (Ok(said) | Err(said)) = said;
+            self.say(said);
+        } else {
+            self.tell_of_file(said);
+        }
+        if not_finite > 0 {
+            self.say(format!("{not_finite} polygons at infinity were left out"));
+        }
+    }
+}

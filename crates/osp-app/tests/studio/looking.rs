@@ -1,0 +1,130 @@
+//! The sketch of another program is seen first. Tools, grid and strokes come with the wish to draw.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use egui::Key;
+use egui_kittest::kittest::Queryable;
+use osp::glam::{Vec2, Vec3};
+use osp_app::{Access, Button, Command, Opening, Session, ToolChoice};
+use osp_session::recording::Tool;
+
+use crate::{
+    drawing::{Table, across},
+    panel::{self, Person, drag, window},
+};
+
+const RIBBON: ToolChoice = ToolChoice::Draw(Tool::Ribbon);
+
+/// A wall of another program, with this field in the header.
+fn painting(folder: &Path, camera: &str) -> PathBuf {
+    let path = folder.join("painting.ron");
+    let wall = "Polygon(vertices:[(-9,-9,-3),(9,-9,-3),(9,9,-3),(-9,9,-3)],color:(1,0,0,1))\n";
+    fs::write(&path, format!("Header(format:1,name:\"p\",source:\"their program\"{camera})\n{wall}"))
+        .expect("written");
+    path
+}
+
+#[test]
+fn what_was_painted_elsewhere_is_looked_at_until_somebody_draws() {
+    for camera in ["", ",camera:(p:(0,0,1),q:(0,0,0,1),fov_degrees:40)"] {
+        let mut table = Table::new();
+        assert!(
+            table.studio.tool() == RIBBON && table.studio.layers().grid,
+            "an empty session is to be drawn"
+        );
+        let path = painting(table.folder.path(), camera);
+        table.studio.command(Command::Open(path.clone()));
+        table.frame();
+        assert!(table.studio.tool() == ToolChoice::Look && !table.studio.layers().grid, "{camera}");
+        let (events, before) = (table.studio.session().event_count(), table.studio.views()[0].view);
+        table.drag(Button::Primary, &across(0.0));
+        let turned = table.studio.views()[0].view;
+        assert_eq!(table.studio.session().event_count(), events, "nothing is drawn");
+        assert!(turned.eye_in_world.distance(before.eye_in_world) > 0.1, "the left button orbits");
+        table.studio.command(Command::Tool(RIBBON));
+        assert!(table.studio.layers().grid, "who draws sees the floor");
+        table.drag(Button::Primary, &across(0.0));
+        assert!(table.studio.session().event_count() > events);
+        assert_eq!(table.studio.views()[0].view, turned);
+        // The grid is as somebody left it.
+        let layers = osp_app::LayerChoice { grid: false, ..table.studio.layers() };
+        table.studio.command(Command::Layers(layers));
+        table.studio.command(Command::Tool(ToolChoice::Look));
+        table.studio.command(Command::Tool(ToolChoice::Erase));
+        assert!(!table.studio.layers().grid);
+        // A new session, and a copy that somebody asks for, are to be drawn.
+        table.studio.command(Command::Open(path.clone()));
+        table.studio.command(Command::Answer(osp_app::Answer::Cancel));
+        assert_eq!(table.studio.tool(), ToolChoice::Look);
+        table.studio.command(Command::New);
+        assert!(table.studio.tool() == RIBBON && table.studio.layers().grid);
+        table.studio.command(Command::OpenAs(path, Opening::with(Access::Copy)));
+        assert_eq!(table.studio.tool(), RIBBON);
+    }
+}
+
+#[test]
+fn the_tools_come_with_a_button_and_go_with_another() {
+    let mut harness = window(|autosaves| {
+        let folder = tempfile::tempdir().expect("a folder");
+        Session::open(&painting(folder.path(), ""), autosaves).expect("a session").0
+    });
+    let is_shown = |harness: &egui_kittest::Harness<'_, panel::Window>, label: &str| {
+        harness.query_by_label(label).is_some()
+    };
+    assert!(!is_shown(&harness, "Ribbon (1)") && !is_shown(&harness, "Look"));
+    let whole = harness.state().model;
+    let events = harness.state().studio.session().event_count();
+    drag(&mut harness, &panel::across());
+    assert_eq!(harness.state().studio.session().event_count(), events);
+    harness.click_on("Draw");
+    assert!(is_shown(&harness, "Ribbon (1)") && !is_shown(&harness, "Draw"));
+    assert!(harness.state().model.width() + 100.0 < whole.width(), "the panel takes its place");
+    drag(&mut harness, &panel::across());
+    assert!(harness.state().studio.session().event_count() > events);
+    harness.click_on("Look");
+    assert!(!is_shown(&harness, "Ribbon (1)"));
+    assert_eq!(harness.state().model, whole);
+    harness.press(Key::V);
+    assert!(is_shown(&harness, "Ribbon (1)"), "a key of a tool brings them, too");
+    harness.press(Key::Num0);
+    assert_eq!(harness.state().studio.tool(), ToolChoice::Look);
+    // What cannot be drawn on has no such button.
+    let replay = panel::replay();
+    assert!(!is_shown(&replay, "Look") && !is_shown(&replay, "Draw"));
+}
+
+#[test]
+fn a_sketch_is_seen_with_the_field_of_view_of_its_artist() {
+    let mut table = Table::new();
+    let half_height = |table: &mut Table| {
+        table.frame();
+        table.studio.views()[0].view.projection.top
+    };
+    for (camera, fov_degrees) in [
+        (",camera:(p:(0,0,1),q:(0,0,0,1),fov_degrees:30)", 30.0),
+        ("", 55.0),
+        // Nobody finds the way in a narrower one.
+        (",camera:(p:(0,0,1),q:(0,0,0,1),fov_degrees:0.5)", 10.0),
+    ] {
+        let path = painting(table.folder.path(), camera);
+        table.studio.command(Command::Open(path));
+        let found = half_height(&mut table);
+        let expected = (fov_degrees * 0.5_f32).to_radians().tan();
+        assert!((found - expected).abs() < 1.0e-4, "{fov_degrees}: {found} {expected}");
+        // The whole model is in view with it, too.
+        table.studio.command(Command::ShowAll);
+        assert_eq!(half_height(&mut table), found);
+        let clip = table.studio.views()[0].view.clip_from_world();
+        for corner in [Vec2::new(-9.0, -9.0), Vec2::new(9.0, -9.0), Vec2::new(-9.0, 9.0), Vec2::new(9.0, 9.0)]
+        {
+            let p = clip * Vec3::new(corner.x, corner.y, -3.0).extend(1.0);
+            assert!(p.w > 0.0 && p.x.abs() <= p.w && p.y.abs() <= p.w, "{fov_degrees}: {p}");
+        }
+    }
+    table.studio.command(Command::New);
+    assert!((half_height(&mut table) - 27.5_f32.to_radians().tan()).abs() < 1.0e-4);
+}

@@ -1,0 +1,188 @@
+//! The formats of films.
+
+use std::{io, num::NonZeroU32, path::Path};
+
+use anyhow::{bail, ensure};
+
+use super::{
+    gif_file::GifFile,
+    mp4_file::{self, Mp4File},
+    outputs::ending,
+    parsers::Size,
+};
+use osp_render::Image;
+use osp_session::{
+    atomic_file::{AtomicFile, Destination},
+    output_file::OutputKind,
+};
+
+/// Time for which the film shows the end of a session, seconds.
+const END_S: u16 = 1;
+/// Most pictures a second in a GIF. Browsers show a faster one slowly.
+const MOST_A_SECOND_IN_GIF: u16 = 50;
+
+/// A format of films.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FilmFormat {
+    Gif,
+    Mp4,
+}
+
+impl FilmFormat {
+    /// Returns the format that the name of a file asks for. A pipe, which need not have a name, gets a GIF.
+    pub(super) fn of(path: &Path) -> anyhow::Result<Self> {
+        let is_file = matches!(Destination::of(path), Ok(Destination::File(_)));
+        match ending(path).as_str() {
+            "mp4" if !is_file => bail!("{}: a film in .mp4 is written to a file only", path.display()),
+            "mp4" => Ok(Self::Mp4),
+            "gif" => Ok(Self::Gif),
+            _ if !is_file => Ok(Self::Gif),
+            _ => bail!("{}: expected a name that ends in .gif or .mp4", path.display()),
+        }
+    }
+
+    pub(super) fn kind(self) -> OutputKind {
+        match self {
+            Self::Gif => OutputKind::Gif,
+            Self::Mp4 => OutputKind::Mp4,
+        }
+    }
+
+    /// Returns the size of the pictures in pixels: the one that was asked for, except that an MP4 has even sides.
+    pub(super) fn size(self, asked: Option<Size>) -> anyhow::Result<(u32, u32)> {
+        let asked = asked.map(|size| (size.width, size.height));
+        if self == Self::Gif {
+            return Ok(asked.unwrap_or((640, 360)));
+        }
+        let (width, height) = asked.unwrap_or((1280, 720));
+        let even = (width.next_multiple_of(2), height.next_multiple_of(2));
+        let (long, short) = (even.0.max(even.1), even.0.min(even.1));
+        let (most_long, most_short) = mp4_file::MOST_SIDES;
+        ensure!(
+            long <= most_long && short <= most_short && short >= mp4_file::LEAST_SIDE,
+            "--size {width}x{height}: a film in .mp4 takes {least}x{least} to {most_long}x{most_short} pixels, or upright",
+            least = mp4_file::LEAST_SIDE
+        );
+        Ok(even)
+    }
+
+    /// Returns the number of pictures a second.
+    pub(super) fn pictures_a_second(self, asked: Option<u16>) -> anyhow::Result<u16> {
+        let rate = asked.unwrap_or(match self {
+            Self::Gif => 20,
+            Self::Mp4 => 30,
+        });
+        ensure!(
+            self == Self::Mp4 || rate <= MOST_A_SECOND_IN_GIF,
+            "--fps {rate}: a GIF shows at most {MOST_A_SECOND_IN_GIF} pictures a second; .mp4 takes more"
+        );
+        Ok(rate)
+    }
+}
+
+/// The times of a film's frames.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Times {
+    pub(super) frames: u64,
+    pub(super) fps: u16,
+    /// Whether the last frame stays for [`END_S`] more.
+    pub(super) end_stays: bool,
+}
+
+impl Times {
+    /// Returns the time for which the film shows a frame, in hundredths of a second. Rounding does not change the frame
+    /// rate.
+    fn delay(self, frame: u64) -> u16 {
+        let at = |frame: u64| frame * 100 / u64::from(self.fps);
+        (at(frame + 1) - at(frame)) as u16 + if self.is_end(frame) { END_S * 100 } else { 0 }
+    }
+
+    /// Returns the number of pictures for which the film shows a frame.
+    fn pictures(self, frame: u64) -> u32 {
+        1 + if self.is_end(frame) { u32::from(END_S * self.fps) } else { 0 }
+    }
+
+    fn is_end(self, frame: u64) -> bool {
+        self.end_stays && frame + 1 == self.frames
+    }
+}
+
+/// A film that is being written.
+pub(super) enum FilmFile {
+    Gif(Box<GifFile>, Times),
+    Mp4(Box<Mp4File>, Times),
+}
+
+impl FilmFile {
+    /// Starts a film of this size in pixels.
+    pub(super) fn begin(
+        format: FilmFormat,
+        file: AtomicFile,
+        size: (u32, u32),
+        times: Times,
+    ) -> io::Result<Self> {
+        Ok(match format {
+            FilmFormat::Gif => Self::Gif(Box::new(GifFile::begin(file, size)?), times),
+            FilmFormat::Mp4 => {
+                let rate = NonZeroU32::try_from(u32::from(times.fps)).map_err(io::Error::other)?;
+                let pictures = times.frames + u64::from(END_S * times.fps);
+                Self::Mp4(Box::new(Mp4File::begin(file, size, rate, pictures)?), times)
+            }
+        })
+    }
+
+    /// Appends a frame; `frame` is its number.
+    pub(super) fn add(&mut self, image: &Image, frame: u64) -> io::Result<()> {
+        match self {
+            Self::Gif(film, times) => {
+                let rgb: Vec<u8> =
+                    image.rgba().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+                film.add(&rgb, times.delay(frame))
+            }
+            Self::Mp4(film, times) => film.add(image.rgba(), times.pictures(frame)),
+        }
+    }
+
+    /// Finishes the film.
+    pub(super) fn finish(self) -> io::Result<AtomicFile> {
+        match self {
+            Self::Gif(film, _) => film.finish(),
+            Self::Mp4(film, _) => film.finish(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rate_is_kept_where_it_does_not_divide_a_second() {
+        for fps in [1, 7, 20, 24, 30, 50] {
+            let times = Times { frames: u64::from(fps) * 3, fps, end_stays: true };
+            let delays: Vec<u16> = (0..times.frames).map(|frame| times.delay(frame)).collect();
+            assert_eq!(delays.iter().sum::<u16>(), 400, "{fps}");
+            assert!(delays.iter().all(|delay| *delay >= 2), "{fps}: {delays:?}");
+            let pictures: u32 = (0..times.frames).map(|frame| times.pictures(frame)).sum();
+            assert_eq!(pictures, 4 * u32::from(fps), "{fps}");
+        }
+    }
+
+    #[test]
+    fn sides_of_an_mp4_are_even_and_within_its_limits() {
+        let size =
+            |width, height| FilmFormat::Mp4.size(Some(Size { width, height })).map_err(|e| e.to_string());
+        for (asked, found) in [
+            ((97, 55), (98, 56)),
+            ((16, 15), (16, 16)),
+            ((3840, 2160), (3840, 2160)),
+            ((2159, 3839), (2160, 3840)),
+        ] {
+            assert_eq!(size(asked.0, asked.1), Ok(found));
+        }
+        for (width, height) in [(14, 100), (3841, 100), (2161, 3840), (2400, 2400)] {
+            let said = size(width, height).expect_err("outside");
+            assert!(said.starts_with(&format!("--size {width}x{height}: ")), "{said}");
+        }
+    }
+}
