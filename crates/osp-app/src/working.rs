@@ -312,8 +312,8 @@ pub(crate) fn is_sketch(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("tilt"))
 }
 
-/// Checks that a model or a sketch may be written to this path. After the user has confirmed it, a model may replace
-/// another one, even of another program, but no other file, and a sketch may replace what has its name.
+/// Checks that a model or a sketch may be written to this path. The user has confirmed that the path may be replaced. A
+/// model replaces only another model, which another program may have written. A sketch replaces any file with its name.
 pub(crate) fn check_export(path: &Path) -> Result<(), OutputError> {
     if is_sketch(path) {
         return match check_output(path, OutputKind::Tilt, false) {

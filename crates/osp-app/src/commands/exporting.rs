@@ -16,7 +16,7 @@ use osp_session::{
 };
 
 impl Studio {
-    /// Exports the model as the name asks: a sketch to a name that ends in `.tilt`, else binary glTF.
+    /// Exports the model: as a sketch if the name ends in `.tilt`, else as binary glTF.
     pub(crate) fn export(&mut self, path: &Path) {
         if self.is_busy() {
             return;

@@ -55,7 +55,7 @@ pub(crate) enum Done {
     },
 }
 
-/// What an export has written.
+/// The counts of a finished export.
 #[derive(Debug)]
 pub(crate) enum Exported {
     Model(GltfCounts),
