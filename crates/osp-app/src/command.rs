@@ -2,7 +2,8 @@ use std::path::PathBuf;
 
 use super::{
     altering::Altering, culling::Stages, drawing_aids::Aids, groups::Placing, layers::LayerChoice,
-    paint_layers::LayerEdit, pen::Snap, question::Answer, session::Opening, tool::ToolChoice,
+    occlusion_steps::StepsEdit, paint_layers::LayerEdit, pen::Snap, question::Answer, session::Opening,
+    tool::ToolChoice,
 };
 use osp_lab::Method;
 use osp_rivals::IndexKind;
@@ -87,6 +88,8 @@ pub enum Command {
     Moment(Option<f32>),
     /// Choose which debug structures are drawn over the model.
     Layers(LayerChoice),
+    /// Change the steps of occlusion culling that are shown.
+    Steps(StepsEdit),
     /// Set how the rig's screens show the pictures for two eyes.
     Stereo(Stereo),
     /// Exchange the pictures of the two eyes, or not.

@@ -19,6 +19,7 @@ use super::{
     keys::{HINTS, SHORTCUTS},
     menu,
     numbers::{self, Measured},
+    occlusion_steps,
     paint_layers::LayerList,
     questions,
     recent::RecentList,
@@ -170,6 +171,11 @@ impl Interface {
                     .show(ui, |ui| room::show(ui, studio, &mut self.calibrating, &mut wishes));
             });
         }
+        if let Some(steps) = studio.steps() {
+            Panel::bottom("occlusion steps").resizable(false).show(ui, |ui| {
+                ScrollArea::horizontal().show(ui, |ui| occlusion_steps::show(ui, steps, &mut wishes));
+            });
+        }
         let is_aside = self.dialog.is_some() || studio.question().is_some();
         if let Some(calibrating) = self.calibrating.as_mut().filter(|_| !is_aside) {
             let goes_on = calibrating.show(ui.ctx(), studio, &mut wishes);
@@ -207,6 +213,7 @@ impl Interface {
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "model"));
         canvas::take_pointer(ui, &response, ui.ctx().pixels_per_point(), studio);
         self.hint(ui, area, studio);
+        occlusion_steps::show_names(ui, area, studio);
         #[cfg(feature = "live")]
         others::show(ui, area, studio);
         if wishes.help {

@@ -14,6 +14,7 @@ mod interface;
 mod keys;
 mod menu;
 mod numbers;
+mod occlusion_steps;
 #[cfg(feature = "live")]
 mod others;
 mod paint_layers;

@@ -6,6 +6,7 @@ use super::{
 };
 use crate::{
     command::Command,
+    occlusion_steps::StepsEdit,
     stats::{FrameStage, History},
     studio::Studio,
 };
@@ -233,6 +234,10 @@ fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         ui.add(Slider::new(&mut layers.node_depth, 0..=16).text("deepest level"));
     }
     ui.checkbox(&mut layers.shadows, "occluders and shadow volumes");
+    let mut steps = studio.steps().is_some();
+    if ui.checkbox(&mut steps, "occlusion, step by step (F4)").changed() {
+        wishes.commands.push(Command::Steps(StepsEdit::Show(steps)));
+    }
     ui.checkbox(&mut layers.straddlers, "polygons on the root's split planes");
     ui.checkbox(&mut layers.cut, "polygons that the view's sides cut");
     if let Some((inside, cut)) = studio.inside_and_cut() {

@@ -15,6 +15,7 @@ mod keeping;
 mod kept_views;
 mod limits;
 mod menus;
+mod occlusion_steps;
 mod paint_layers;
 mod panel;
 mod rigs;
