@@ -6,7 +6,7 @@ use super::{
     tool::ToolChoice,
 };
 use osp_lab::Method;
-use osp_rivals::IndexKind;
+use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{
     brush::Brush,
     recording::GroupId,
@@ -78,6 +78,8 @@ pub enum Command {
     Freeze(bool),
     /// Insert the model into another index.
     Index(IndexKind),
+    /// Insert the model again, into an index with these settings.
+    IndexSettings(IndexSettings),
     /// Choose the method of occlusion culling.
     Occlusion(Method),
     /// Set the largest number of occluders of a view; `None` is the method's default.

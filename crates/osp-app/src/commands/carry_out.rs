@@ -174,6 +174,11 @@ impl Studio {
                 self.switch_index(kind, self.culling.occlusion());
                 self.tell_of_reindexing();
             }
+            Command::IndexSettings(settings) => {
+                self.culling.set_index_settings(settings);
+                self.switch_index(self.culling.kind(), self.culling.occlusion());
+                self.tell_of_reindexing();
+            }
             Command::Occlusion(choice) => self.switch_index(self.culling.kind(), choice),
             Command::Occluders(most) => self.culling.set_occluders(most),
             Command::Stages(stages) => self.culling.set_stages(stages),

@@ -16,6 +16,7 @@ use super::{
     canvas,
     dialog::{Answer, PathDialog},
     groups::GroupList,
+    index_settings::IndexSettingsPanel,
     keys::{HINTS, SHORTCUTS},
     menu,
     numbers::{self, Measured},
@@ -71,6 +72,7 @@ pub struct Interface {
     groups: GroupList,
     layers: LayerList,
     selected: SelectionPanel,
+    index_settings: IndexSettingsPanel,
     calibrating: Option<Calibrating>,
 }
 
@@ -205,7 +207,9 @@ impl Interface {
                     clock_step_ns: self.clock_step_ns,
                     adapter: &self.adapter,
                 };
-                ScrollArea::vertical().show(ui, |ui| numbers::show(ui, studio, &measured, &mut wishes));
+                let settings = &mut self.index_settings;
+                ScrollArea::vertical()
+                    .show(ui, |ui| numbers::show(ui, studio, &measured, settings, &mut wishes));
             });
         }
         let area = ui.available_rect_before_wrap();

@@ -10,6 +10,7 @@ mod canvas;
 mod dialog;
 mod entry;
 mod groups;
+mod index_settings;
 mod interface;
 mod keys;
 mod menu;

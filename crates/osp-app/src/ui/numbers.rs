@@ -1,6 +1,7 @@
 use egui::{CollapsingHeader, ComboBox, Grid, RichText, Slider, Ui};
 
 use super::{
+    index_settings::IndexSettingsPanel,
     plot::{frame_plot, stage_color},
     wishes::Wishes,
 };
@@ -70,10 +71,18 @@ pub(super) fn count(n: u64) -> String {
 }
 
 /// Shows times, counts and switches.
-pub(super) fn show(ui: &mut Ui, studio: &Studio, measured: &Measured<'_>, wishes: &mut Wishes) {
+pub(super) fn show(
+    ui: &mut Ui,
+    studio: &Studio,
+    measured: &Measured<'_>,
+    settings: &mut IndexSettingsPanel,
+    wishes: &mut Wishes,
+) {
     ui.add_space(4.0);
     ui.heading("Culling");
-    switches(ui, studio, measured.clock_step_ns, wishes);
+    index(ui, studio, measured.clock_step_ns, wishes);
+    settings.show(ui, studio, wishes);
+    switches(ui, studio, wishes);
     ui.separator();
     times(ui, measured);
     ui.separator();
@@ -179,7 +188,7 @@ fn counts(ui: &mut Ui, studio: &Studio, passes: Option<PassTimes>) {
     table(ui, "of some methods", &rows.map(|(name, value)| (name, value.unwrap_or("–".to_owned()))));
 }
 
-fn switches(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishes) {
+fn index(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishes) {
     let culling = studio.culling();
     ComboBox::from_label("index (I)").selected_text(culling.kind().name()).show_ui(ui, |ui| {
         for &kind in IndexKind::ALL {
@@ -193,6 +202,10 @@ fn switches(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishe
         format!("{} polygons inserted in {}", count(done.polygons), once(took_ns, clock_step_ns, ms))
     });
     ui.label(RichText::new(line).weak().small());
+}
+
+fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let culling = studio.culling();
     let now = culling.occlusion();
     ComboBox::from_label("occlusion (O)").selected_text(now.name()).show_ui(ui, |ui| {
         for choice in sound_occlusion() {

@@ -11,6 +11,7 @@ mod exporting;
 mod fingers;
 mod groups;
 mod hands;
+mod index_settings;
 mod keeping;
 mod kept_views;
 mod limits;
