@@ -18,7 +18,6 @@ use osp_lab::{
     report::{ShadowLook, ShadowPicture, Side, thousands},
     shadows::{ShadowForm, ShadowSteps, occluder_name},
 };
-use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{
     output_file::OutputKind,
     replay::{CameraChoice, CameraPath, Moment},
@@ -57,8 +56,7 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
     );
     ensure!(args.every.is_none() || kind == OutputKind::Gif, "--every: expected a name that ends in .gif");
     let output = Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, kind)?;
-    let Played { header, summary, scene, moment, .. } =
-        Played::up_to(&args.session, IndexKind::BruteForce, &IndexSettings::default())?;
+    let Played { header, summary, scene, moment, .. } = Played::model(&args.session, |_, _| {})?;
     let view = match args.view {
         // Without a head: nothing comes before the fixed camera.
         Some(_) => CameraPath::new(CameraChoice::Auto, args.view, &summary.bounds).view(&Moment::default()),
