@@ -9,7 +9,7 @@ use osp::{
 };
 use osp_lab::{
     oracle::{OracleConfig, Sight},
-    shadows::{ShadowForm, ShadowHolds, ShadowStep, ShadowSteps, ShadowView, occluder_name},
+    shadows::{ShadowForm, ShadowHolds, ShadowStep, ShadowSteps, ShadowStructure, ShadowView, occluder_name},
 };
 use osp_render::{Depth, LineBatch, LineColor};
 use osp_session::{recording::Motion, scene::Scene};
@@ -83,6 +83,8 @@ pub struct OcclusionSteps {
     seen: Option<View>,
     /// Whether `look` does not belong to the view, the model or the settings any more.
     is_stale: bool,
+    /// Whether the last frame changed what the panel shows.
+    is_new: bool,
 }
 
 /// The steps of a view.
@@ -101,7 +103,15 @@ struct Look {
 
 impl Default for OcclusionSteps {
     fn default() -> Self {
-        Self { form: ShadowForm::Sound, occluders: FEW, planes: 0, look: None, seen: None, is_stale: true }
+        Self {
+            form: ShadowForm::Sound,
+            occluders: FEW,
+            planes: 0,
+            look: None,
+            seen: None,
+            is_stale: true,
+            is_new: false,
+        }
     }
 }
 
@@ -132,6 +142,11 @@ impl OcclusionSteps {
     /// Whether the steps belong to an earlier view or model. They are found again as soon as both rest.
     pub fn is_stale(&self) -> bool {
         self.is_stale
+    }
+
+    /// The tree of the step.
+    pub fn tree(&self) -> Option<&ShadowStructure> {
+        self.look.as_ref().map(|look| look.step.structure())
     }
 
     /// One line on what the step does.
@@ -171,6 +186,11 @@ impl OcclusionSteps {
         named.collect()
     }
 
+    /// Whether a further frame is needed to show the steps.
+    pub(crate) fn waits(&self) -> bool {
+        self.is_stale || self.is_new
+    }
+
     /// Marks the steps as those of an earlier model.
     pub(crate) fn forget(&mut self) {
         self.is_stale = true;
@@ -196,12 +216,13 @@ impl OcclusionSteps {
 
     /// Finds the steps of a view, if it and the model rest. `is_resting` is whether the model is as in the last frame.
     pub(crate) fn follow(&mut self, scene: &Scene, view: &View, score: Score, is_resting: bool) {
+        self.is_new = false;
         self.is_stale |= !is_resting || self.look.as_ref().is_none_or(|look| look.of != *view);
         let rests = is_resting && self.seen.replace(*view) == Some(*view);
         if !self.is_stale || !rests {
             return;
         }
-        self.is_stale = false;
+        (self.is_stale, self.is_new) = (false, true);
         let select = SelectConfig { occluders: self.occluders, score, ..SelectConfig::default() };
         self.look = ShadowView::new(scene, view, select).map(|found| {
             let steps = found.steps(self.form);
@@ -260,13 +281,13 @@ impl Look {
             return;
         }
         let far = |direction: &DVec3| (eye + direction.normalize_or_zero() * reach_m).as_vec3();
+        let mut latest = None;
         for node in self.step.structure().nodes() {
             match &node.holds {
                 ShadowHolds::Plane { number, cut: Some(cut), .. } => {
                     let corners = [here, far(&cut[0]), far(&cut[1])];
                     if number + 1 == self.step.structure().planes() {
-                        out.face(&corners, LATEST_FACE);
-                        out.outline(&corners, LATEST, Depth::Through);
+                        latest = Some(corners);
                     } else {
                         out.line(corners[1], corners[2], PLANE, Depth::Through);
                     }
@@ -292,6 +313,11 @@ impl Look {
             let corners: Vec<Vec3> = occluder.corners().iter().map(|v| (eye + *v).as_vec3()).collect();
             let is_taken = taken.binary_search(&number).is_ok();
             out.outline(&corners, if is_taken { TAKEN } else { NOT_TAKEN }, Depth::Through);
+        }
+        // Last, because a side of an occluder lies in the plane.
+        if let Some(corners) = latest {
+            out.face(&corners, LATEST_FACE);
+            out.outline(&corners, LATEST, Depth::Through);
         }
     }
 }

@@ -25,6 +25,7 @@ pub mod report;
 pub mod rows;
 pub mod scenes;
 pub mod shadows;
+mod tree_layout;
 pub mod verify;
 #[cfg(feature = "report")]
 mod verify_rows;
@@ -34,3 +35,4 @@ pub use contender::Contender;
 pub use machine::Machine;
 pub use method::Method;
 pub use reach::{Reach, lost_polygons};
+pub use tree_layout::TreeLayout;

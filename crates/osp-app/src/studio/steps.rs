@@ -73,8 +73,8 @@ impl Studio {
         }
     }
 
-    /// Whether the steps are found only in a later frame.
+    /// Whether a later frame finds the steps, or shows those that were found.
     pub(super) fn steps_wait(&self) -> bool {
-        self.steps.as_ref().is_some_and(OcclusionSteps::is_stale)
+        self.steps.as_ref().is_some_and(OcclusionSteps::waits)
     }
 }

@@ -175,7 +175,9 @@ impl Interface {
         }
         if let Some(steps) = studio.steps() {
             Panel::bottom("occlusion steps").resizable(false).show(ui, |ui| {
-                ScrollArea::horizontal().show(ui, |ui| occlusion_steps::show(ui, steps, &mut wishes));
+                let is_frozen = studio.is_frozen();
+                ScrollArea::horizontal()
+                    .show(ui, |ui| occlusion_steps::show(ui, steps, is_frozen, &mut wishes));
             });
         }
         let is_aside = self.dialog.is_some() || studio.question().is_some();

@@ -1,4 +1,4 @@
-use egui::{Align2, Color32, ComboBox, FontId, Rect, RichText, Slider, Ui, Vec2};
+use egui::{Align2, Color32, ComboBox, FontId, Rect, RichText, Sense, Slider, Stroke, Ui, Vec2};
 
 use super::{
     numbers::count,
@@ -9,10 +9,66 @@ use crate::{
     occlusion_steps::{OcclusionSteps, StepsEdit},
     studio::Studio,
 };
-use osp_lab::shadows::ShadowForm;
+use osp_lab::{
+    TreeLayout,
+    shadows::{ShadowForm, ShadowHolds, ShadowStructure},
+};
 
-/// Shows the buttons to go from step to step, what the step does, and the occluders.
-pub(super) fn show(ui: &mut Ui, steps: &OcclusionSteps, wishes: &mut Wishes) {
+/// Size of the picture of the tree, points.
+const TREE: (u32, u32) = (360, 84);
+
+/// Shows the buttons to go from step to step, what the step does, the occluders, and the tree.
+pub(super) fn show(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, wishes: &mut Wishes) {
+    ui.horizontal(|ui| {
+        ui.vertical(|ui| rows(ui, steps, is_frozen, wishes));
+        if let Some(tree) = steps.tree() {
+            draw_tree(ui, tree);
+        }
+    });
+}
+
+/// Draws the tree: planes are circles, the latest one bright; filled squares are cells in a shadow, empty ones lit cells.
+fn draw_tree(ui: &mut Ui, tree: &ShadowStructure) {
+    let (response, painter) = ui.allocate_painter(Vec2::new(TREE.0 as f32, TREE.1 as f32), Sense::hover());
+    response.widget_info(|| {
+        let text = format!("tree of {} planes, {} levels", tree.planes(), tree.levels());
+        egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, text)
+    });
+    let nodes = tree.nodes();
+    let layout =
+        TreeLayout::new(nodes.iter().map(|node| (node.parent.map(|of| of.0), node.depth)), TREE, 4.0);
+    let place = |node: usize| {
+        let (x, y) = layout.pixel(node);
+        response.rect.min + Vec2::new(x as f32, y as f32)
+    };
+    let line = Stroke::new(1.0, ui.visuals().weak_text_color());
+    for (i, node) in nodes.iter().enumerate() {
+        if let Some((above, _)) = node.parent {
+            painter.line_segment([place(above), place(i)], line);
+        }
+    }
+    let radius = (layout.step_x() * 0.4).clamp(1.5, 4.5);
+    for (i, node) in nodes.iter().enumerate() {
+        let square = Rect::from_center_size(place(i), Vec2::splat(radius * 1.6));
+        match &node.holds {
+            ShadowHolds::Plane { number, .. } if number + 1 == tree.planes() => {
+                painter.circle_filled(place(i), radius + 1.0, Color32::from_rgb(120, 235, 255));
+            }
+            ShadowHolds::Plane { .. } => {
+                painter.circle_filled(place(i), radius, Color32::from_rgb(230, 159, 0));
+            }
+            ShadowHolds::Leaf { occluders } if occluders.is_empty() => {
+                painter.rect_filled(square, 0.0, ui.visuals().panel_fill);
+                painter.rect_stroke(square, 0.0, line, egui::StrokeKind::Inside);
+            }
+            ShadowHolds::Leaf { .. } => {
+                painter.rect_filled(square, 0.0, Color32::from_rgb(80, 140, 255));
+            }
+        }
+    }
+}
+
+fn rows(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, wishes: &mut Wishes) {
     let mut wish = |edit| wishes.commands.push(Command::Steps(edit));
     ui.horizontal(|ui| {
         ui.strong("Occlusion, step by step");
@@ -62,9 +118,10 @@ pub(super) fn show(ui: &mut Ui, steps: &OcclusionSteps, wishes: &mut Wishes) {
                 ui.colored_label(ALARM, format!("the eye sees {} of them", count(visible)));
             }
         }
-        let hint = match steps.is_stale() {
-            true => "of an earlier view or model, until both rest",
-            false => "freeze the culling camera (C) to look at the planes from aside",
+        let hint = match (steps.is_stale(), is_frozen) {
+            (true, _) => "of an earlier view or model, until both rest",
+            (false, true) => "the culling camera is frozen (C): orbit to look at the planes from aside",
+            (false, false) => "freeze the culling camera (C) to look at the planes from aside",
         };
         ui.weak(hint);
     });

@@ -54,6 +54,7 @@ fn occlusion_is_shown_plane_by_plane() {
     assert!(says(&harness, "Plane 1 of 5: side "), "{:?}", step(&harness));
     assert!(says(&harness, " of the window, splits the window"), "{:?}", step(&harness));
     assert_eq!(faces(&harness), 1, "the plane");
+    assert!(says(&harness, "tree of 1 planes, 1 levels"));
     let mut hidden = vec![0, step(&harness).1];
     for plane in 2..=5 {
         harness.press(Key::N);
@@ -114,7 +115,14 @@ fn the_steps_are_offered_by_the_menu_and_the_culling_panel() {
 fn the_steps_follow_the_view_and_the_model_once_these_rest() {
     let mut harness = replay();
     harness.command(Command::Seek(301));
-    harness.press(Key::F4);
+    // The window asks for the frames that find the steps and show them.
+    harness.state_mut().studio.command(Command::Steps(StepsEdit::Show(true)));
+    let mut frames = 0;
+    while harness.state().studio.next_frame_in().is_some() && frames < 9 {
+        harness.step();
+        frames += 1;
+    }
+    assert!((2..9).contains(&frames) && says(&harness, "Plane 0 of "), "{frames}");
     let in_view = |harness: &Harness<'_, Window>| {
         let steps = harness.state().studio.steps().expect("the steps are shown");
         (steps.is_stale(), steps.counts().map(|counts| counts.in_view))
@@ -143,6 +151,7 @@ fn the_steps_follow_the_view_and_the_model_once_these_rest() {
     let line = step(&harness).0;
     harness.command(Command::ShowAll);
     assert_eq!((in_view(&harness).0, step(&harness).0), (false, line));
+    assert!(says(&harness, "orbit to look at the planes from aside"));
     harness.press(Key::C);
     assert_eq!(in_view(&harness), (false, visible(&harness)));
 }

@@ -38,8 +38,6 @@ mod structure;
 mod structure_picture;
 #[cfg(feature = "bench")]
 mod themes;
-#[cfg(feature = "bench")]
-mod tree_layout;
 mod views;
 
 #[cfg(feature = "bench")]

@@ -16,9 +16,9 @@ use super::{
     shadow_look::{ShadowLook, ShadowPanel},
     shapes::{Drawn, fill, middle, point, stroke, write_at},
     structure_picture::Side,
-    tree_layout::TreeLayout,
 };
 use crate::{
+    TreeLayout,
     oracle::Sight,
     shadows::{ShadowHolds, ShadowNode, occluder_name, occluder_names},
 };
