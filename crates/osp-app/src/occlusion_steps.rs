@@ -209,7 +209,8 @@ impl OcclusionSteps {
             }
         }
         self.planes = self.planes.min(self.planes_in_all());
-        if let Some(look) = self.look.as_mut().filter(|_| !self.is_stale) {
+        // Also in steps of an earlier view: they are shown until others are found.
+        if let Some(look) = &mut self.look {
             look.go_to(self.planes, scene);
         }
     }
@@ -251,13 +252,18 @@ impl Look {
             visible
         });
         let mut look = Self { of, view, steps, step, hidden: Vec::new(), hidden_before: 0, visible };
-        look.go_to(planes, scene);
+        look.find_hidden(scene);
         look
     }
 
     fn go_to(&mut self, planes: usize, scene: &Scene) {
         self.step = self.view.step(&self.steps, planes);
-        let before = planes.checked_sub(1).map(|before| self.view.step(&self.steps, before));
+        self.find_hidden(scene);
+    }
+
+    fn find_hidden(&mut self, scene: &Scene) {
+        let before = self.step.structure().planes().checked_sub(1);
+        let before = before.map(|planes| self.view.step(&self.steps, planes));
         let mut newly = Vec::new();
         self.hidden.clear();
         for id in self.view.in_view().iter().copied().filter(|&id| is_there(scene, id)) {

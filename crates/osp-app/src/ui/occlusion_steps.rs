@@ -120,8 +120,8 @@ fn rows(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, wishes: &mut Wishe
         }
         let hint = match (steps.is_stale(), is_frozen) {
             (true, _) => "of an earlier view or model, until both rest",
-            (false, true) => "the culling camera is frozen (C): orbit to look at the planes from aside",
-            (false, false) => "freeze the culling camera (C) to look at the planes from aside",
+            (false, true) => "the culling camera is frozen (C): orbit to look at the planes from the side",
+            (false, false) => "freeze the culling camera (C) to look at the planes from the side",
         };
         ui.weak(hint);
     });

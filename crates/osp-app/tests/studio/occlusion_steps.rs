@@ -151,7 +151,7 @@ fn the_steps_follow_the_view_and_the_model_once_these_rest() {
     let line = step(&harness).0;
     harness.command(Command::ShowAll);
     assert_eq!((in_view(&harness).0, step(&harness).0), (false, line));
-    assert!(says(&harness, "orbit to look at the planes from aside"));
+    assert!(says(&harness, "orbit to look at the planes from the side"));
     harness.press(Key::C);
     assert_eq!(in_view(&harness), (false, visible(&harness)));
 }
