@@ -63,11 +63,11 @@ pub struct StepOccluder {
 pub struct StepCounts {
     /// Polygons whose boxes are not outside of the view.
     pub in_view: u64,
-    /// Those of them that the step hides.
+    /// Polygons in view that the step hides.
     pub hidden: u64,
-    /// Those of the hidden ones that the step before does not hide.
+    /// Hidden polygons that the step before does not hide.
     pub newly_hidden: u64,
-    /// Those of the hidden ones that the eye sees; `None` if it is not known. The conservative form hides none.
+    /// Hidden polygons that the eye sees; `None` if they are not known. The conservative form hides none.
     pub visible: Option<u64>,
 }
 
@@ -154,7 +154,7 @@ impl OcclusionSteps {
         self.look.as_ref().map(|look| look.view.line(&look.step))
     }
 
-    /// What the step hides.
+    /// Numbers of polygons that the step hides.
     pub fn counts(&self) -> Option<StepCounts> {
         let look = self.look.as_ref()?;
         let sees = |visible: &Vec<PolygonId>| {

@@ -59,7 +59,7 @@ pub(super) struct Played {
     pub(super) header: Header,
     pub(super) summary: Summary,
     pub(super) scene: Scene,
-    /// The indexes, in the order in which they were asked for.
+    /// The indexes, in the order of their kinds.
     pub(super) pipelines: Vec<Pipeline>,
     /// Number of the frame, and the poses of head and hand in it.
     pub(super) moment: Moment,

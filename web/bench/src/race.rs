@@ -34,7 +34,7 @@ pub fn clock_step_ns() -> f64 {
     StageClock::default().step_ns() as f64
 }
 
-/// What is raced on.
+/// The session of a race.
 #[derive(Debug)]
 enum Source {
     /// The path of a file that was put here.
@@ -46,7 +46,9 @@ enum Source {
 impl Source {
     fn name(&self) -> String {
         match self {
-            Self::File(path) => Path::new(path).file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            Self::File(path) => {
+                Path::new(path).file_name().unwrap_or_default().to_string_lossy().into_owned()
+            }
             Self::Synthetic(polygons) => format!("synthetic {polygons}"),
         }
     }
@@ -155,7 +157,8 @@ impl Race {
         let race = self.run.race();
         let frame = race.racers().first().map_or(0, |racer| racer.times_ns().len());
         let racers: Vec<_> = race.racers().iter().map(figures).collect();
-        json!({ "run": self.number, "frame": frame, "polygons": race.present(), "racers": racers }).to_string()
+        json!({ "run": self.number, "frame": frame, "polygons": race.present(), "racers": racers })
+            .to_string()
     }
 
     /// The figures of the least times of all frames as JSON: for each structure those of [`Race::latest`], and all its

@@ -7,7 +7,7 @@ use osp_rivals::{CutNodes, IndexKind, IndexSetting, IndexSettings};
 /// The settings of the index, as they are chosen in the panel.
 #[derive(Debug, Default)]
 pub(super) struct IndexSettingsPanel {
-    /// What is chosen and not applied yet.
+    /// Settings that are not applied yet.
     chosen: Option<IndexSettings>,
 }
 
