@@ -3,14 +3,16 @@ import { EXAMPLES, droppedFiles, fetchFile, placeFiles, readFiles } from './file
 import { drawStrip } from './strip.js';
 
 const byId = (id) => document.getElementById(id);
-const [run, session, pace, add, status, wrong, verdict, files] =
-  ['run', 'session', 'pace', 'add', 'status', 'wrong', 'verdict', 'files'].map(byId);
+const [run, session, pace, runs, add, status, wrong, verdict, files] =
+  ['run', 'session', 'pace', 'runs', 'add', 'status', 'wrong', 'verdict', 'files'].map(byId);
 const [FEWEST, MOST] = [2, 4];
 /// As `osp race` has it, and for synthetic sessions as in the film of the README.
 const [SAMPLES, SYNTHETIC_SAMPLES] = [16, 64];
 const SYNTHETIC = [100_000, 400_000];
 /// Nobody reads a figure that changes in every frame.
 const FIGURES_EVERY_MS = 100;
+/// As `osp race --runs` takes.
+const MOST_RUNS = 100;
 const count = (number) => number.toLocaleString('en-US');
 
 let worker = null;
@@ -19,6 +21,8 @@ let [structures, mostNs, stepNs] = [[], 0, 0];
 let state = 'idle';
 let [frames, latest] = [0, null];
 let given = null;
+/// How often the session is raced.
+let many = 1;
 const panes = [];
 
 function complain(text) {
@@ -77,9 +81,24 @@ class Pane {
 
 const sessionName = () => (given && session.value === 'given' ? given.path.split('/').pop() : session.selectedOptions[0].text);
 
+/// Takes the number of runs from its field, and says what the times are then: of one race, or the least of several.
+function takeRuns() {
+  many = Math.min(Math.max(Math.floor(runs.valueAsNumber) || 1, 1), MOST_RUNS);
+  runs.value = many;
+  byId('times').textContent = many === 1
+    ? 'The times contain what other programs took of the core.'
+    : `Each run shows its own times. At the end a frame's time is the least of ${many} runs: in longer ones other programs took the core.`;
+}
+
+/// The run that the figures belong to, if there are several.
+function runShown() {
+  if (many === 1) return '';
+  return verdict.hidden ? `run ${latest.run} of ${many}, ` : `least of ${many} runs, `;
+}
+
 function showState() {
   run.textContent = { idle: 'Start', running: 'Pause', paused: 'Continue', ended: 'Start again' }[state];
-  const part = latest ? `frame ${count(latest.frame)} of ${count(frames)}` : state === 'running' ? 'reading…' : 'press Start';
+  const part = latest ? `${runShown()}frame ${count(latest.frame)} of ${count(frames)}` : state === 'running' ? 'reading…' : 'press Start';
   status.textContent = `${sessionName()}: ${part}${state === 'ended' || state === 'paused' ? `, ${state}` : ''}`;
 }
 
@@ -105,9 +124,14 @@ function receive(data) {
   if (data.frames !== undefined) frames = data.frames;
   for (const frame of data.latest ?? []) {
     // After a failure the latest frame comes again.
-    if (frame.frame <= (latest?.frame ?? 0)) continue;
+    if (latest && frame.run === latest.run && frame.frame <= latest.frame) continue;
+    if (frame.run !== latest?.run) for (const pane of panes) pane.times = [];
     latest = frame;
     frame.racers.forEach(({ ns }, at) => panes[at].times.push(ns));
+  }
+  if (data.least && latest) {
+    latest = { ...latest, racers: data.least.racers };
+    data.least.racers.forEach(({ times }, at) => (panes[at].times = times));
   }
   if (data.verdict) {
     verdict.textContent = data.verdict;
@@ -142,6 +166,7 @@ function reset() {
   state = 'idle';
   [frames, latest] = [0, null];
   verdict.hidden = wrong.hidden = true;
+  takeRuns();
   const names = panes.map(({ name }) => name);
   for (const pane of panes) {
     pane.clear();
@@ -178,7 +203,7 @@ async function begin() {
   await ready;
   // Another choice was made meanwhile.
   if (worker !== mine) return;
-  mine.postMessage({ begin: { ...read, structures: chosen }, isPaced: pace.value === 'paced', isRunning: state === 'running' });
+  mine.postMessage({ begin: { ...read, runs: many, structures: chosen }, isPaced: pace.value === 'paced', isRunning: state === 'running' });
 }
 
 /// Takes files, and the path of the session among them, for the next race.
@@ -201,6 +226,7 @@ run.addEventListener('click', () => {
   redraw();
 });
 session.addEventListener('change', reset);
+runs.addEventListener('change', reset);
 pace.addEventListener('change', () => worker?.postMessage({ isPaced: pace.value === 'paced' }));
 add.addEventListener('click', () => {
   const names = panes.map(({ name }) => name);

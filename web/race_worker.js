@@ -1,5 +1,5 @@
 // A worker of the race's page: plays a session through all structures on this one thread, frame by frame, and sends the figures of
-// each frame.
+// each frame. After several runs it sends the least time of each frame.
 import init, * as osp from './osp_web_bench.js';
 
 const FRAME_MS = 1000 / 90;
@@ -21,7 +21,7 @@ function run() {
   const since = performance.now();
   try {
     do {
-      if (!race.step()) end = { verdict: race.verdict() };
+      if (!race.step()) end = { verdict: race.verdict(), least: JSON.parse(race.least()) };
       else latest.push(JSON.parse(race.latest()));
     } while (!end && !isPaced && performance.now() < since + SLICE_MS);
   } catch (error) {
@@ -36,13 +36,13 @@ function run() {
   timer = setTimeout(run, isPaced ? due - performance.now() : 0);
 }
 
-function begin({ files, path, polygons, samples, structures }) {
+function begin({ files, path, polygons, samples, runs, structures }) {
   for (const { path, bytes } of files ?? []) osp.put(path, bytes);
   // Browsers compile a program while it runs: the first frames of all would show that.
-  const warming = osp.Race.on_synthetic(...WARMING, structures);
+  const warming = osp.Race.on_synthetic(...WARMING, 1, structures);
   while (warming.step());
   warming.free();
-  race = files ? osp.Race.on_file(path, samples, structures) : osp.Race.on_synthetic(polygons, samples, structures);
+  race = files ? osp.Race.on_file(path, samples, runs, structures) : osp.Race.on_synthetic(polygons, samples, runs, structures);
   postMessage({ frames: race.frames() });
 }
 

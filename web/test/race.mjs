@@ -1,4 +1,4 @@
-// Races structures on the page in a headless Chromium: a shipped recording to its end, pause, four structures, files that are
+// Races structures on the page in a headless Chromium: a shipped recording to its end, pause, four structures, several runs, files that are
 // dropped, a synthetic session, the session of the window, and a phone. In every race all structures have the same polygons in view.
 //
 //   web/build && npm ci --prefix web/test && node web/test/race.mjs [PICTURES]
@@ -60,9 +60,21 @@ function differing() {
     postMessage() {
       const racer = (name, inView) => ({ name, ns: 2e7, figure: '20.00', inView, missed: 1, longest: '20.00' });
       this.send({ frames: 9 });
-      this.send({ latest: [{ frame: 1, polygons: 8, racers: [racer('osp', 8), racer('octree-rebuild', 7)] }], failure: 'different polygons' });
+      this.send({ latest: [{ run: 1, frame: 1, polygons: 8, racers: [racer('osp', 8), racer('octree-rebuild', 7)] }], failure: 'different polygons' });
     }
     terminate() {}
+  };
+}
+
+/// Keeps what the worker sends.
+function listening() {
+  globalThis.sent = [];
+  const Usual = globalThis.Worker;
+  globalThis.Worker = class extends Usual {
+    constructor(...given) {
+      super(...given);
+      this.addEventListener('message', ({ data }) => globalThis.sent.push(data));
+    }
   };
 }
 
@@ -136,6 +148,44 @@ try {
   await picture(page, 'race-four');
   for (let i = 0; i < 2; i += 1) await page.click('.pane:last-child .remove');
   check((await page.$$('.pane')).length === 2 && !(await page.$eval('.remove', (button) => button.checkVisibility())), 'two structures are the fewest');
+
+  // Three runs: each frame has its least time of them, which is all that the worker sent.
+  const several = await openRace(browser, address, undefined, listening);
+  await several.select('#pace', 'fast');
+  await several.select('#session', 'room');
+  await several.$eval('#runs', (field) => {
+    field.value = '3';
+    field.dispatchEvent(new Event('change'));
+  });
+  check((await textOf(several, 'times')).includes('the least of 3 runs'), await textOf(several, 'times'));
+  await several.click('#run');
+  await waitFor(several, /: run [23] of 3, frame [\d,]+ of/);
+  await picture(several, 'race-runs');
+  const { panes: leastPanes, verdict: leastVerdict } = await checkEnd(several, 'three runs', framesOf('room'));
+  check((await textOf(several, 'status')).startsWith('room: least of 3 runs, frame'), await textOf(several, 'status'));
+  const { least, lists } = await several.evaluate(() => ({
+    least: globalThis.sent.find((data) => data.least).least.racers,
+    lists: globalThis.sent.flatMap(({ latest }) => latest ?? []).map(({ run, frame, racers }) => ({ run, frame, times: racers.map(({ ns }) => ns) })),
+  }));
+  check(lists.length === 3 * framesOf('room') && String([...new Set(lists.map(({ run }) => run))]) === '1,2,3', `three runs of all frames: ${lists.length}`);
+  for (const [at, racer] of least.entries()) {
+    const expected = new Array(framesOf('room')).fill(Infinity);
+    for (const { frame, times } of lists) expected[frame - 1] = Math.min(expected[frame - 1], times[at]);
+    check(String(racer.times) === String(expected), `${racer.name}: each of ${expected.length} frames has its least time`);
+    check(racer.missed === expected.filter((ns) => ns > 1e9 / 90).length, `${racer.name}: ${racer.missed} of them missed 90 Hz`);
+    check(leastPanes[at].longest === racer.longest && Number(racer.longest) >= Math.max(...expected) / 1e6 - 0.01, `${racer.name}: the longest of them is shown: ${racer.longest} ms`);
+  }
+  check(leastVerdict.startsWith('On room'), leastVerdict);
+  for (const [typed, taken] of [['0', '1'], ['250', '100'], ['', '1']]) {
+    const shown = await several.$eval('#runs', (field, typed) => {
+      field.value = typed;
+      field.dispatchEvent(new Event('change'));
+      return field.value;
+    }, typed);
+    check(shown === taken, `"${typed}" runs are ${shown}`);
+  }
+  await several.close();
+  await page.bringToFront();
 
   // Files that are dropped: one that races, one that is none.
   await dropFiles(page, [join(root, 'recordings/class.ron')]);

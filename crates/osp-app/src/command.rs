@@ -2,10 +2,11 @@ use std::path::PathBuf;
 
 use super::{
     altering::Altering, culling::Stages, drawing_aids::Aids, groups::Placing, layers::LayerChoice,
-    paint_layers::LayerEdit, pen::Snap, question::Answer, session::Opening, tool::ToolChoice,
+    occlusion_steps::StepsEdit, paint_layers::LayerEdit, pen::Snap, question::Answer, session::Opening,
+    tool::ToolChoice,
 };
 use osp_lab::Method;
-use osp_rivals::IndexKind;
+use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{
     brush::Brush,
     recording::GroupId,
@@ -77,6 +78,8 @@ pub enum Command {
     Freeze(bool),
     /// Insert the model into another index.
     Index(IndexKind),
+    /// Insert the model again, into an index with these settings.
+    IndexSettings(IndexSettings),
     /// Choose the method of occlusion culling.
     Occlusion(Method),
     /// Set the largest number of occluders of a view; `None` is the method's default.
@@ -87,6 +90,8 @@ pub enum Command {
     Moment(Option<f32>),
     /// Choose which debug structures are drawn over the model.
     Layers(LayerChoice),
+    /// Change the steps of occlusion culling that are shown.
+    Steps(StepsEdit),
     /// Set how the rig's screens show the pictures for two eyes.
     Stereo(Stereo),
     /// Exchange the pictures of the two eyes, or not.

@@ -168,6 +168,11 @@ impl Culling {
         self.plan.settings = settings;
     }
 
+    /// The settings of the index.
+    pub fn index_settings(&self) -> &IndexSettings {
+        &self.plan.settings
+    }
+
     /// Sets the measure by which `auto` finds the cheapest method, from the next [`Culling::reindex`] on.
     pub fn set_auto_basis(&mut self, basis: AutoBasis) {
         self.plan.auto_basis = basis;

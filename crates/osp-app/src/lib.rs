@@ -33,6 +33,7 @@ mod journal;
 mod jump_tests;
 mod layers;
 mod navigator;
+mod occlusion_steps;
 #[cfg(target_arch = "wasm32")]
 pub mod page;
 mod paint_layers;
@@ -71,6 +72,7 @@ pub use groups::Placing;
 pub use journal::{Autosave, Autosaves, Journal, OpenElsewhere, SaveError, Trouble, Unwritten};
 pub use layers::LayerChoice;
 pub use navigator::Navigator;
+pub use occlusion_steps::{OcclusionSteps, StepCounts, StepOccluder, StepsEdit};
 pub use paint_layers::{LayerEdit, LayerRow};
 pub use pen::{Brush, Pen, Snap};
 pub use question::{Answer, Question, Then};
@@ -83,7 +85,7 @@ pub use settings::{Settings, Theme};
 pub use stats::{FrameStage, FrameTimes, History};
 #[cfg(feature = "live")]
 pub use studio::OtherInView;
-pub use studio::{FrameReport, Studio};
+pub use studio::{FrameReport, OccluderLabel, Studio};
 pub use tool::{Span, ToolChoice};
 #[cfg(all(feature = "live", not(target_arch = "wasm32")))]
 pub use wall_node::{ShowError, show_node};

@@ -1,6 +1,6 @@
 //! `osp draw-index`: a picture of an index's structure.
 
-use anyhow::{anyhow, bail, ensure};
+use anyhow::{anyhow, ensure};
 
 use super::{
     draw_index_args::{Colors, DrawIndexArgs, From, Shown},
@@ -85,28 +85,25 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
     let settings = args.settings.settings(&args.index)?;
     let name = file_name(&args.session.file);
     let is_tree = args.shown == Shown::Tree;
-    let mut panels = Vec::new();
-    let mut first: Option<Played> = None;
-    for &index in &args.index {
-        let played = Played::up_to(&args.session, index, &settings)?;
-        let drawn = played.pipeline.index();
-        let structure =
-            if is_tree || args.planes { Structure::with_empty_nodes(drawn) } else { Structure::of(drawn) };
-        let splits = match index {
-            _ if !args.planes => Vec::new(),
-            IndexKind::Bsp => splits(&played.scene, args.levels)?,
-            _ => structure.upper(args.levels.unwrap_or(u32::MAX)).splits(MOST_PLANES),
-        };
-        let title = format!("{name}, frame {}, {}", played.moment.frame, index.name());
-        panels.push(StructurePanel { title, structure, levels: args.levels, splits });
-        first.get_or_insert(played);
-    }
-    let Some(Played { scene, pipeline, .. }) = first else { bail!("--index: expected an index") };
+    let Played { scene, pipelines, moment, .. } = Played::in_indexes(&args.session, &args.index, &settings)?;
     let polygons = scene.counts().visible;
     ensure!(
         !args.names || polygons <= MOST_NAMED,
         "--names: expected at most {MOST_NAMED} polygons; found {polygons}"
     );
+    let mut panels = Vec::new();
+    for (&index, pipeline) in args.index.iter().zip(&pipelines) {
+        let drawn = pipeline.index();
+        let structure =
+            if is_tree || args.planes { Structure::with_empty_nodes(drawn) } else { Structure::of(drawn) };
+        let splits = match index {
+            _ if !args.planes => Vec::new(),
+            IndexKind::Bsp => splits(&scene, args.levels)?,
+            _ => structure.upper(args.levels.unwrap_or(u32::MAX)).splits(MOST_PLANES),
+        };
+        let title = format!("{name}, frame {}, {}", moment.frame, index.name());
+        panels.push(StructurePanel { title, structure, levels: args.levels, splits });
+    }
     if is_dot {
         let StructurePanel { title, structure, levels, .. } = &panels[0];
         let structure = structure.upper(levels.unwrap_or(u32::MAX));
@@ -121,7 +118,8 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
             Colors::Level => CellColors::Level,
             Colors::Leaf => CellColors::Leaf,
         };
-        let ray = ray.map(|ray| (ray, first_hit(pipeline.index(), &scene, &ray)));
+        let hit = |ray: &Ray| first_hit(pipelines.first()?.index(), &scene, ray);
+        let ray = ray.map(|ray| (ray, hit(&ray)));
         let picture =
             StructurePicture { panels: &panels, view, scene: &scene, colors, ray, named: args.names };
         picture.write(output.path()).map_err(|e| anyhow!("{}: {e}", output.path().display()))?;

@@ -14,14 +14,12 @@ use super::{
     played::Played,
 };
 use osp_lab::report::{InsertionFilm, thousands};
-use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{output_file::OutputKind, replay::root_cube};
 
 pub(super) fn run(args: &DrawInsertionArgs) -> anyhow::Result<Outcome> {
     let file: &PathBuf = &args.session.file;
     let output = Outputs::new(args.force).reads([file]).add("OUT.gif", &args.out, OutputKind::Gif)?;
-    let Played { header, summary, scene, .. } =
-        Played::up_to(&args.session, IndexKind::BruteForce, &IndexSettings::default())?;
+    let Played { header, summary, scene, .. } = Played::model(&args.session, |_, _| {})?;
     let film = InsertionFilm {
         title: format!("{}: its first polygons", file_name(file)),
         scene: &scene,

@@ -12,15 +12,12 @@ use super::{
     played::Played,
     progress,
 };
-use osp::{
-    occlusion::{SelectConfig, kernels::ShadowTree},
-    view::View,
-};
+use osp::{occlusion::SelectConfig, view::View};
 use osp_lab::{
     oracle::OracleConfig,
-    report::{ShadowForm, ShadowLook, ShadowPicture, Side, occluder_name, thousands},
+    report::{ShadowLook, ShadowPicture, Side, thousands},
+    shadows::{ShadowForm, ShadowSteps, occluder_name},
 };
-use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{
     output_file::OutputKind,
     replay::{CameraChoice, CameraPath, Moment},
@@ -59,8 +56,7 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
     );
     ensure!(args.every.is_none() || kind == OutputKind::Gif, "--every: expected a name that ends in .gif");
     let output = Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, kind)?;
-    let Played { header, summary, scene, moment, .. } =
-        Played::up_to(&args.session, IndexKind::BruteForce, &IndexSettings::default())?;
+    let Played { header, summary, scene, moment, .. } = Played::model(&args.session, |_, _| {})?;
     let view = match args.view {
         // Without a head: nothing comes before the fixed camera.
         Some(_) => CameraPath::new(CameraChoice::Auto, args.view, &summary.bounds).view(&Moment::default()),
@@ -70,12 +66,12 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
     let title = format!("{}, frame {}", file_name(&args.session.file), moment.frame);
     let look = ShadowLook::new(&scene, &view, select, TRUTH)
         .ok_or_else(|| anyhow!("{title}: the camera has no view"))?;
-    let trees: Vec<(ShadowForm, ShadowTree)> = forms.iter().map(|&form| (form, look.tree(form))).collect();
+    let trees: Vec<ShadowSteps> = forms.iter().map(|&form| look.steps(form)).collect();
     let side = side_of(args.from, &view);
     let picture = |planes| ShadowPicture {
         title: title.clone(),
         look: &look,
-        panels: trees.iter().map(|(form, tree)| look.panel(*form, tree, planes)).collect(),
+        panels: trees.iter().map(|steps| look.panel(steps, planes)).collect(),
         side,
     };
     let whole = picture(usize::MAX);
@@ -84,8 +80,8 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
         OutputKind::Gif => film(&output, most_planes(&trees), args.every.unwrap_or(1) as usize, &picture)?,
         OutputKind::Dot => {
             let panel = &whole.panels[0];
-            let name = format!("{title}, {}", panel.form.name());
-            output.write(panel.structure.to_dot(&name).as_bytes())?;
+            let name = format!("{title}, {}", panel.step.form().name());
+            output.write(panel.step.structure().to_dot(&name).as_bytes())?;
         }
         _ => {
             output.check()?;
@@ -105,9 +101,9 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
         say(&format!(
             "{}, {}: {} planes, {} levels, hides {} of {} hidden polygons and {} visible ones -> {}",
             one_line(&title),
-            panel.form.name(),
-            thousands(panel.planes_in_all as u64),
-            panel.structure.levels(),
+            panel.step.form().name(),
+            thousands(panel.step.planes_in_all() as u64),
+            panel.step.structure().levels(),
             thousands(counts.hidden_culled as u64),
             thousands(look.hidden() as u64),
             thousands(counts.visible_culled as u64),
@@ -117,8 +113,8 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn most_planes(trees: &[(ShadowForm, ShadowTree)]) -> usize {
-    trees.iter().map(|(_, tree)| tree.node_count()).max().unwrap_or(0)
+fn most_planes(trees: &[ShadowSteps]) -> usize {
+    trees.iter().map(ShadowSteps::planes).max().unwrap_or(0)
 }
 
 /// The side from which the shadows are seen. From above, an eye that looks down would hide its shadows below itself.

@@ -15,7 +15,6 @@ use super::{
     played::{FrameArgs, Played},
 };
 use osp_lab::report::thousands;
-use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{
     export::{ExportOptions, Objects, PolygonTimes, write_glb},
     output_file::OutputKind,
@@ -93,8 +92,7 @@ impl Model {
 pub(super) fn write_model(session: &FrameArgs, objects: Objects, output: &Output) -> anyhow::Result<Model> {
     let mut times = PolygonTimes::default();
     let note = |events: &[Event], scene: &Scene| times.note(events, scene);
-    let Played { header, scene, .. } =
-        Played::up_to_with(session, IndexKind::BruteForce, &IndexSettings::default(), note)?;
+    let Played { header, scene, .. } = Played::model(session, note)?;
     let options = ExportOptions {
         objects,
         layer_names: header.layers.iter().map(|layer| layer.name.clone()).collect(),

@@ -1,17 +1,19 @@
 //! Options of the commands that build an index: the settings of its structure.
 
+use std::ops::RangeInclusive;
+
 use anyhow::bail;
 use clap::Args;
 
 use super::numbers;
-use osp_rivals::{IndexKind, IndexSetting, IndexSettings, MAX_MAX_DEPTH};
+use osp_rivals::{IndexKind, IndexSetting, IndexSettings};
 
 /// Settings of the structures.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct IndexSettingsArgs {
     /// For osp-paper and octree-paper: number of levels below the root, 0 to 21 [default: 15 for osp-paper, whose levels are
     /// binary; 10 for octree-paper]. Each further level doubles the memory of osp-paper, which is 12 MB at 15 levels.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_MAX_DEPTH)))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(integers(IndexSettings::DEPTHS)))]
     depth: Option<u32>,
     /// For osp-paper: edge of its cube, as a multiple of the session's cube, 0.01 to 100 [default: 1]. Polygons that are
     /// not wholly in the cube are tested one by one.
@@ -19,24 +21,24 @@ pub(super) struct IndexSettingsArgs {
     cube: Option<f32>,
     /// For bvh-sah, hlbvh and bvh-two-level: number of buckets of an axis for the surface area heuristic, 2 to 32
     /// [default: 12].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=32))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(integers(IndexSettings::BUCKETS)))]
     buckets: Option<u8>,
     /// For the octrees that are rebuilt (octree-rebuild, octree-paper), the hierarchies (bvh-midpoint, bvh-median, bvh-sah,
     /// bvh-sah-sweep, lbvh, hlbvh, bvh-two-level), kd-tree and quadtree: largest number of polygons of a leaf, 1 to 4096
     /// [default: 64; 16 for octree-paper].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(integers(IndexSettings::LEAF_CAPACITIES)))]
     leaf: Option<u16>,
     /// For lbvh and hlbvh: number of bits of an axis in the Morton codes, 1 to 21 [default: 21].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=21))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(integers(IndexSettings::MORTON_BITS)))]
     morton_bits: Option<u32>,
 }
 
 impl IndexSettingsArgs {
     /// The settings. An option that concerns none of `indexes` is an error.
     pub(super) fn settings(&self, indexes: &[IndexKind]) -> anyhow::Result<IndexSettings> {
-        for (option, setting, value) in self.all() {
+        for (setting, value) in self.all() {
             if value.is_some() {
-                check_concerns(option, setting, indexes)?;
+                check_concerns(setting, indexes)?;
             }
         }
         let usual = IndexSettings::default();
@@ -52,29 +54,24 @@ impl IndexSettingsArgs {
 
     /// The options that were given, as on the command line, each after a space.
     pub(super) fn in_one_line(&self) -> String {
-        let given =
-            self.all().into_iter().filter_map(|(option, _, value)| Some(format!(" {option} {}", value?)));
-        given.collect()
+        let given = self.all().into_iter();
+        given.filter_map(|(setting, value)| Some(format!(" --{} {}", setting.name(), value?))).collect()
     }
 
-    fn all(&self) -> [(&'static str, IndexSetting, Option<String>); 5] {
+    fn all(&self) -> [(IndexSetting, Option<String>); 5] {
         let text = |value: Option<u32>| value.map(|value| value.to_string());
         [
-            ("--depth", IndexSetting::MaxDepth, text(self.depth)),
-            ("--cube", IndexSetting::Cube, self.cube.map(|cube| cube.to_string())),
-            ("--buckets", IndexSetting::Buckets, text(self.buckets.map(u32::from))),
-            ("--leaf", IndexSetting::LeafCapacity, text(self.leaf.map(u32::from))),
-            ("--morton-bits", IndexSetting::MortonBits, text(self.morton_bits)),
+            (IndexSetting::MaxDepth, text(self.depth)),
+            (IndexSetting::Cube, self.cube.map(|cube| cube.to_string())),
+            (IndexSetting::Buckets, text(self.buckets.map(u32::from))),
+            (IndexSetting::LeafCapacity, text(self.leaf.map(u32::from))),
+            (IndexSetting::MortonBits, text(self.morton_bits)),
         ]
     }
 }
 
 /// Returns an error if a setting concerns none of these indexes. It names the option and the indexes that have the setting.
-pub(super) fn check_concerns(
-    option: &str,
-    setting: IndexSetting,
-    indexes: &[IndexKind],
-) -> anyhow::Result<()> {
+pub(super) fn check_concerns(setting: IndexSetting, indexes: &[IndexKind]) -> anyhow::Result<()> {
     if indexes.iter().any(|kind| kind.has(setting)) {
         return Ok(());
     }
@@ -83,5 +80,12 @@ pub(super) fn check_concerns(
     };
     let having = names(&mut IndexKind::ALL.iter().copied().filter(|kind| kind.has(setting)));
     let given = names(&mut indexes.iter().copied());
-    bail!("{option} is a setting of {having}: expected --index with one of them; found {given}")
+    let option = setting.name();
+    bail!("--{option} is a setting of {having}: expected --index with one of them; found {given}")
+}
+
+/// A range as clap takes it.
+fn integers<N: Copy + TryInto<i64>>(range: RangeInclusive<N>) -> RangeInclusive<i64> {
+    let of = |n: &N| (*n).try_into().unwrap_or(i64::MAX);
+    of(range.start())..=of(range.end())
 }

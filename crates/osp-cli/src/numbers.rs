@@ -2,6 +2,8 @@
 
 use std::{fmt::Display, ops::RangeInclusive, str::FromStr};
 
+use osp_rivals::IndexSettings;
+
 /// Largest number of occluders of a view. Each takes memory, and far fewer are useful.
 const MOST_OCCLUDERS: usize = 65_536;
 /// Longest permitted time: thirty years.
@@ -23,7 +25,7 @@ pub(super) fn occluders(text: &str) -> Result<usize, String> {
 
 /// A multiple of a size.
 pub(super) fn multiple(text: &str) -> Result<f32, String> {
-    within(text, &(0.01..=100.0), "a multiple")
+    within(text, &IndexSettings::CUBES, "a multiple")
 }
 
 /// A cost in nanoseconds.

@@ -74,7 +74,7 @@ struct Report<'a> {
 }
 
 pub(super) fn run(args: &PickArgs) -> anyhow::Result<Outcome> {
-    let played = Played::in_index(&args.frame)?;
+    let (played, pipeline) = Played::in_index(&args.frame)?;
     let camera = CameraPath::new(args.camera, played.header.camera, &played.summary.bounds);
     let view = camera.view(&played.moment);
     // In the picture y points down, in the view up.
@@ -87,7 +87,7 @@ pub(super) fn run(args: &PickArgs) -> anyhow::Result<Outcome> {
         played.scene.polygon_from(id, view.eye_in_world, up).meet(&ray)
     };
     let start = Instant::now();
-    let found = played.pipeline.index().ray_nearest(&ray, view.projection.far_m, &mut meet);
+    let found = pipeline.index().ray_nearest(&ray, view.projection.far_m, &mut meet);
     let us = start.elapsed().as_nanos() as f64 / 1000.0;
     let picked = found.map(|(id, distance_m)| Picked {
         polygon: id.0,

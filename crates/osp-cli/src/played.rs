@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::Args;
 
 use super::{
@@ -51,34 +51,43 @@ pub(super) struct IndexedFrameArgs {
     settings: IndexSettingsArgs,
 }
 
-/// The model and an index after a frame.
+/// The model and indexes of it after a frame.
 pub(super) struct Played {
     pub(super) header: Header,
     pub(super) summary: Summary,
     pub(super) scene: Scene,
-    pub(super) pipeline: Pipeline,
+    /// The indexes, in the order of their kinds.
+    pub(super) pipelines: Vec<Pipeline>,
     /// Number of the frame, and the poses of head and hand in it.
     pub(super) moment: Moment,
 }
 
 impl Played {
-    pub(super) fn in_index(args: &IndexedFrameArgs) -> anyhow::Result<Self> {
+    /// Plays up to the frame. Returns the index apart.
+    pub(super) fn in_index(args: &IndexedFrameArgs) -> anyhow::Result<(Self, Pipeline)> {
         let settings = args.settings.settings(&[args.index])?;
-        Self::up_to(&args.session, args.index, &settings)
+        let mut played = Self::in_indexes(&args.session, &[args.index], &settings)?;
+        let pipeline = played.pipelines.pop().context("--index: expected an index")?;
+        Ok((played, pipeline))
     }
 
-    pub(super) fn up_to(
+    /// Reads and plays the session once for all indexes.
+    pub(super) fn in_indexes(
         args: &FrameArgs,
-        index: IndexKind,
+        indexes: &[IndexKind],
         settings: &IndexSettings,
     ) -> anyhow::Result<Self> {
-        Self::up_to_with(args, index, settings, |_, _| {})
+        Self::play(args, indexes, settings, |_, _| {})
     }
 
-    /// Plays up to the frame like [`Played::up_to`]. `each` gets the events of every frame, and the model after them.
-    pub(super) fn up_to_with(
+    /// Plays up to the frame, without an index. `each` gets the events of every frame, and the model after them.
+    pub(super) fn model(args: &FrameArgs, each: impl FnMut(&[Event], &Scene)) -> anyhow::Result<Self> {
+        Self::play(args, &[], &IndexSettings::default(), each)
+    }
+
+    fn play(
         args: &FrameArgs,
-        index: IndexKind,
+        indexes: &[IndexKind],
         settings: &IndexSettings,
         mut each: impl FnMut(&[Event], &Scene),
     ) -> anyhow::Result<Self> {
@@ -88,7 +97,8 @@ impl Played {
         let last = frame.number(file, &summary, pace)?;
         let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
         let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
-        let mut pipeline = Pipeline::new(index.create_with(&config, settings), capacity);
+        let of = |index: &IndexKind| Pipeline::new(index.create_with(&config, settings), capacity);
+        let mut pipelines: Vec<Pipeline> = indexes.iter().map(of).collect();
         let mut player = Player::new(OpenSession::open(file, reading)?, pace);
         let progress = progress::bar(last + 1, "frames", &file.to_string_lossy());
         for _ in 0..=last {
@@ -96,12 +106,42 @@ impl Played {
             if !player.step()? {
                 bail!("{}: it became shorter while it was read", file.display());
             }
-            pipeline.skip(player.scene(), player.changes());
+            for pipeline in &mut pipelines {
+                pipeline.skip(player.scene(), player.changes());
+            }
             each(player.events(), player.scene());
         }
         progress.finish_and_clear();
-        pipeline.commit();
+        pipelines.iter_mut().for_each(Pipeline::commit);
         let moment = player.moment();
-        Ok(Self { header, summary, scene: player.into_scene(), pipeline, moment })
+        Ok(Self { header, summary, scene: player.into_scene(), pipelines, moment })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+    use osp_testkit::at;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        session: FrameArgs,
+    }
+
+    #[test]
+    fn a_session_is_played_once_for_all_indexes() {
+        let file = at("recordings/room.ron");
+        let file = file.to_str().expect("a name in UTF-8");
+        let line = Line::parse_from(["osp", file, "--frame", "40"]);
+        let kinds = [IndexKind::Osp, IndexKind::KdTree, IndexKind::BruteForce];
+        let (mut frames, settings) = (0, IndexSettings::default());
+        let played = Played::play(&line.session, &kinds, &settings, |_, _| frames += 1).expect("a frame");
+        assert_eq!((frames, played.moment.frame), (41, 40));
+        let polygons = usize::try_from(played.scene.counts().visible).expect("few polygons");
+        assert!(polygons > 0);
+        let found: Vec<_> = played.pipelines.iter().map(|of| (of.index().name(), of.index().len())).collect();
+        assert_eq!(found, kinds.map(|kind| (kind.name(), polygons)));
     }
 }

@@ -14,11 +14,12 @@ use super::{
     played::{IndexedFrameArgs, Played},
 };
 use osp::{
-    index::WorkCounts,
+    index::{SpatialIndex, WorkCounts},
     math::{Aabb, Ray, Sphere},
     polygon::PolygonId,
 };
 use osp_lab::report::{columns_table, thousands};
+use osp_session::scene::Scene;
 
 /// Find the polygons and strokes in a box, in a sphere, nearest to a point, or along a ray, through the index.
 #[derive(Args, Debug)]
@@ -190,9 +191,9 @@ struct Report<'a> {
 pub(super) fn run(args: &QueryArgs) -> anyhow::Result<Outcome> {
     let part = args.part.part()?;
     ensure!(args.hits.is_none() || args.part.ray.is_some(), "--hits: expected with --ray alone");
-    let played = Played::in_index(&args.frame)?;
+    let (played, pipeline) = Played::in_index(&args.frame)?;
     let start = Instant::now();
-    let mut answer = ask(&played, &part, args.hits.unwrap_or(Hits::All));
+    let mut answer = ask(pipeline.index(), &played.scene, &part, args.hits.unwrap_or(Hits::All));
     let us = start.elapsed().as_nanos() as f64 / 1000.0;
     let order = |found: &(PolygonId, Option<f32>)| (found.1.unwrap_or(0.0), found.0);
     answer.found.sort_unstable_by(|a, b| {
@@ -212,7 +213,7 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<Outcome> {
         recording: args.frame.session.file.display().to_string(),
         frame: played.moment.frame,
         index: args.frame.index.name(),
-        polygons: played.pipeline.index().len(),
+        polygons: pipeline.index().len(),
         query: match part {
             Part::Box(_) => "box",
             Part::Sphere(_) => "sphere",
@@ -237,8 +238,7 @@ struct Answer {
     work: Option<WorkCounts>,
 }
 
-fn ask(played: &Played, part: &Part, hits: Hits) -> Answer {
-    let (index, scene) = (played.pipeline.index(), &played.scene);
+fn ask(index: &dyn SpatialIndex, scene: &Scene, part: &Part, hits: Hits) -> Answer {
     let mut answer = Answer::default();
     let Answer { found, asked, work } = &mut answer;
     match *part {

@@ -219,7 +219,7 @@ impl PlayArgs {
     pub(super) fn settings(&self, indexes: &[IndexKind]) -> anyhow::Result<IndexSettings> {
         let settings = self.settings.settings(indexes)?;
         let Some(cut_nodes) = self.cut_nodes else { return Ok(settings) };
-        check_concerns("--cut-nodes", IndexSetting::CutNodes, indexes)?;
+        check_concerns(IndexSetting::CutNodes, indexes)?;
         if cut_nodes == CutNodes::Drawn && indexes.iter().any(|other| *other != indexes[0]) {
             bail!("--cut-nodes drawn: expected one index, because it draws other polygons than are in view");
         }

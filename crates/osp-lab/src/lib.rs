@@ -2,6 +2,7 @@
 //!
 //! [`oracle`] finds the visible polygons. [`verify`] compares occlusion culling with the oracle on the models of
 //! [`scenes`]. [`literal`] has the paper's rules that cull visible polygons. [`pvs`] samples potentially visible sets.
+//! [`shadows`] has a view's tree of shadow volumes, plane by plane.
 //! [`mod@bench`] compares structures (feature `bench`). [`report`] makes tables, pages and charts. This crate may
 //! depend on all others except `osp-net`, `osp-app` and `osp-cli`.
 
@@ -23,6 +24,8 @@ pub mod report;
 #[cfg(feature = "report")]
 pub mod rows;
 pub mod scenes;
+pub mod shadows;
+mod tree_layout;
 pub mod verify;
 #[cfg(feature = "report")]
 mod verify_rows;
@@ -32,3 +35,4 @@ pub use contender::Contender;
 pub use machine::Machine;
 pub use method::Method;
 pub use reach::{Reach, lost_polygons};
+pub use tree_layout::TreeLayout;

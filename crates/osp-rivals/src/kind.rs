@@ -1,6 +1,7 @@
 use super::{
     BruteSimd, Bsp, BspConfig, BvhTwoLevel, DynamicBvh, IndexSetting, IndexSettings, LooseOctree,
-    LooseOctreeConfig, OctreePaper, OspPaper, TimeOrder, bvh, kd_tree, octree_rebuild, quadtree,
+    LooseOctreeConfig, OctreePaper, OspPaper, TimeOrder, bvh, kd_tree, octree_rebuild,
+    osp_paper::DEFAULT_MAX_DEPTH, quadtree,
 };
 use osp::index::{BruteForce, IndexConfig, Osp, SpatialIndex};
 
@@ -128,6 +129,31 @@ impl IndexKind {
             ),
             IndexSetting::MortonBits => matches!(self, Self::Lbvh | Self::Hlbvh),
         }
+    }
+
+    /// The number of levels below the root with these settings; `None` for an index without this setting.
+    pub fn max_depth(self, settings: &IndexSettings) -> Option<u32> {
+        match self {
+            Self::OspPaper => Some(settings.max_depth.unwrap_or(DEFAULT_MAX_DEPTH)),
+            Self::OctreePaper => Some(settings.octree_paper().max_depth),
+            _ => None,
+        }
+    }
+
+    /// The largest number of polygons of a leaf with these settings; `None` for an index without this setting.
+    pub fn leaf_capacity(self, settings: &IndexSettings) -> Option<usize> {
+        Some(match self {
+            Self::OctreeRebuild => settings.octree().leaf_capacity,
+            Self::OctreePaper => settings.octree_paper().leaf_capacity,
+            Self::BvhMidpoint => settings.midpoint().leaf_capacity,
+            Self::BvhMedian => settings.median().leaf_capacity,
+            Self::BvhSah | Self::Hlbvh | Self::BvhTwoLevel => settings.sah().leaf_capacity,
+            Self::BvhSahSweep => settings.sweep_sah().leaf_capacity,
+            Self::Lbvh => settings.lbvh().leaf_capacity,
+            Self::KdTree => settings.kd_tree().leaf_capacity,
+            Self::Quadtree => settings.quadtree().leaf_capacity,
+            _ => return None,
+        })
     }
 
     /// An empty index of this kind with the default settings.

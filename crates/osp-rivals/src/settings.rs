@@ -1,7 +1,11 @@
+use std::ops::RangeInclusive;
+
 use super::{
     HlbvhConfig, KdTreeConfig, LbvhConfig, MedianConfig, MidpointConfig, OctreeConfig, OctreePaperConfig,
-    OspGrid, QuadtreeConfig, SahConfig, SweepSahConfig, TwoLevelConfig, as_printed::CutNodes,
-    bvh::MOST_MORTON_BITS, osp_paper::DEFAULT_MAX_DEPTH,
+    OspGrid, QuadtreeConfig, SahConfig, SweepSahConfig, TwoLevelConfig,
+    as_printed::CutNodes,
+    bvh::MOST_MORTON_BITS,
+    osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH},
 };
 use osp::index::IndexConfig;
 
@@ -60,6 +64,32 @@ impl IndexSetting {
     /// All settings.
     pub const ALL: [Self; 6] =
         [Self::MaxDepth, Self::Cube, Self::CutNodes, Self::Buckets, Self::LeafCapacity, Self::MortonBits];
+
+    /// The name of its option on the command line, without the dashes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::MaxDepth => "depth",
+            Self::Cube => "cube",
+            Self::CutNodes => "cut-nodes",
+            Self::Buckets => "buckets",
+            Self::LeafCapacity => "leaf",
+            Self::MortonBits => "morton-bits",
+        }
+    }
+}
+
+/// The values that the program takes for a setting.
+impl IndexSettings {
+    /// Values of [`IndexSettings::max_depth`].
+    pub const DEPTHS: RangeInclusive<u32> = 0..=MAX_MAX_DEPTH;
+    /// Values of [`IndexSettings::cube`].
+    pub const CUBES: RangeInclusive<f32> = 0.01..=100.0;
+    /// Values of [`IndexSettings::buckets`].
+    pub const BUCKETS: RangeInclusive<usize> = 2..=32;
+    /// Values of [`IndexSettings::leaf_capacity`].
+    pub const LEAF_CAPACITIES: RangeInclusive<usize> = 1..=4096;
+    /// Values of [`IndexSettings::morton_bits`].
+    pub const MORTON_BITS: RangeInclusive<u32> = 1..=MOST_MORTON_BITS;
 }
 
 /// The configuration of each structure.

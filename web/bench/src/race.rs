@@ -5,7 +5,7 @@ use std::path::Path;
 use osp::frame::StageClock;
 use osp_lab::{
     Machine,
-    bench::{Contender, RaceInput, RaceReport, RaceRun, Racer},
+    bench::{self, Contender, RaceInput, RaceReport, RaceRun, Racer},
 };
 use osp_session::{
     recording::{Pace, Session, SynthKind, synthesize},
@@ -34,59 +34,92 @@ pub fn clock_step_ns() -> f64 {
     StageClock::default().step_ns() as f64
 }
 
-/// A race that is on.
+/// The session of a race.
+#[derive(Debug)]
+enum Source {
+    /// The path of a file that was put here.
+    File(String),
+    /// Polygons of a synthetic session.
+    Synthetic(u32),
+}
+
+impl Source {
+    fn name(&self) -> String {
+        match self {
+            Self::File(path) => {
+                Path::new(path).file_name().unwrap_or_default().to_string_lossy().into_owned()
+            }
+            Self::Synthetic(polygons) => format!("synthetic {polygons}"),
+        }
+    }
+
+    fn open(&self) -> Result<Session, JsError> {
+        match self {
+            Self::File(path) => files::open(path),
+            Self::Synthetic(polygons) => Ok(synthesize(SynthKind::Scribble, *polygons, 1)),
+        }
+    }
+}
+
+/// A race that is on, or several of them one after the other.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct Race {
+    source: Source,
+    input: RaceInput,
+    runs: u32,
     run: RaceRun<Session>,
+    /// Number of the run, from 1.
+    number: u32,
+    /// The least time of each frame in the runs that have ended.
+    least: Option<bench::Race>,
 }
 
 #[wasm_bindgen]
 impl Race {
     /// A race of these structures on a session that was [put](crate::put) here, with so many samples of the hand in a
-    /// frame. The session is read once for its summary.
+    /// frame, that is run so many times. The session is read once for its summary, and once for each run.
     ///
     /// # Errors
     /// The session cannot be read, or there is no structure with a name.
-    pub fn on_file(path: &str, samples: u32, structures: Vec<String>) -> Result<Self, JsError> {
-        let name = Path::new(path).file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Self::new(name, samples, &structures, || files::open(path))
+    pub fn on_file(path: String, samples: u32, runs: u32, structures: Vec<String>) -> Result<Self, JsError> {
+        Self::new(Source::File(path), samples, runs, &structures)
     }
 
     /// A race on the session of `osp race --synth POLYGONS`.
     ///
     /// # Errors
     /// There is no structure with a name.
-    pub fn on_synthetic(polygons: u32, samples: u32, structures: Vec<String>) -> Result<Self, JsError> {
-        let open = || Ok(synthesize(SynthKind::Scribble, polygons, 1));
-        Self::new(format!("synthetic {polygons}"), samples, &structures, open)
+    pub fn on_synthetic(
+        polygons: u32,
+        samples: u32,
+        runs: u32,
+        structures: Vec<String>,
+    ) -> Result<Self, JsError> {
+        Self::new(Source::Synthetic(polygons), samples, runs, &structures)
     }
 
-    fn new(
-        recording: String,
-        samples: u32,
-        structures: &[String],
-        open: impl Fn() -> Result<Session, JsError>,
-    ) -> Result<Self, JsError> {
+    fn new(source: Source, samples: u32, runs: u32, structures: &[String]) -> Result<Self, JsError> {
         let kind = |name: &String| {
             Contender::from_name(name).ok_or_else(|| JsError::new(&format!("{name}: expected a structure")))
         };
         let kinds = structures.iter().map(kind).collect::<Result<_, _>>()?;
         let pace = Pace::Samples(samples.max(1));
-        let session = open()?;
+        let session = source.open()?;
         let header = session.header.clone();
         let (summary, _, read) = summarize(session, pace);
         read?;
         let camera = CameraPath::new(CameraChoice::Auto, header.camera, &summary.bounds);
         let input = RaceInput {
-            recording,
+            recording: source.name(),
             summary,
             pace,
             camera: (camera, CameraChoice::Auto.name()),
             root: root_cube(&header, &summary.bounds),
             kinds,
         };
-        Ok(Self { run: RaceRun::new(&input, open()?) })
+        let run = RaceRun::new(&input, source.open()?);
+        Ok(Self { source, input, runs: runs.max(1), run, number: 1, least: None })
     }
 
     /// Frames of the whole session.
@@ -94,38 +127,68 @@ impl Race {
         self.run.race().frames() as f64
     }
 
-    /// Plays a frame. `false`: the race has ended.
+    /// Plays a frame. `false`: the last run has ended.
     ///
     /// # Errors
     /// The session is damaged here, or two structures do not see the same polygons.
     pub fn step(&mut self) -> Result<bool, JsError> {
-        Ok(self.run.step()?)
+        while !self.run.step()? {
+            if self.number > self.runs {
+                return Ok(false);
+            }
+            let race = self.run.race().clone();
+            self.least = Some(match self.least.take() {
+                Some(least) => least.least(&race),
+                None => race,
+            });
+            self.number += 1;
+            if self.number > self.runs {
+                return Ok(false);
+            }
+            self.run = RaceRun::new(&self.input, self.source.open()?);
+        }
+        Ok(true)
     }
 
-    /// The figures of the latest frame as JSON: its number from 1, the polygons in the model, and for each structure the
+    /// The figures of the latest frame as JSON: the number of its run and its own, from 1, the polygons in the model, and for each structure the
     /// time of the frame (`ns`, and `figure` in milliseconds), the polygons in view, the frames that missed 90 Hz, and
     /// the longest frame, milliseconds.
     pub fn latest(&self) -> String {
         let race = self.run.race();
-        let of = |racer: &Racer| {
-            let ns = racer.times_ns().last().copied().unwrap_or(0);
-            json!({
-                "name": racer.name(),
-                "ns": ns,
-                "figure": Racer::figure_ms(ns),
-                "inView": racer.in_view(),
-                "missed": racer.missed(),
-                "longest": Racer::figure_ms(racer.longest_ns()),
-            })
-        };
         let frame = race.racers().first().map_or(0, |racer| racer.times_ns().len());
-        let racers: Vec<_> = race.racers().iter().map(of).collect();
-        json!({ "frame": frame, "polygons": race.present(), "racers": racers }).to_string()
+        let racers: Vec<_> = race.racers().iter().map(figures).collect();
+        json!({ "run": self.number, "frame": frame, "polygons": race.present(), "racers": racers })
+            .to_string()
     }
 
-    /// The outcome in one sentence, as `osp race` prints it.
+    /// The figures of the least times of all frames as JSON: for each structure those of [`Race::latest`], and all its
+    /// `times` in nanoseconds. Without a run that has ended there are no structures.
+    pub fn least(&self) -> String {
+        let of = |racer: &Racer| {
+            let mut figures = figures(racer);
+            figures["times"] = json!(racer.times_ns());
+            figures
+        };
+        let racers: Vec<_> = self.least.iter().flat_map(bench::Race::racers).map(of).collect();
+        json!({ "racers": racers }).to_string()
+    }
+
+    /// The outcome in one sentence, as `osp race --runs` prints it.
     pub fn verdict(&self) -> String {
         let machine = Machine::here(option_env!("OSP_COMMIT"));
-        RaceReport::new(self.run.race(), machine, "the page's race".to_owned()).verdict
+        let race = self.least.as_ref().unwrap_or(self.run.race());
+        RaceReport::new(race, machine, "the page's race".to_owned()).verdict
     }
+}
+
+fn figures(racer: &Racer) -> serde_json::Value {
+    let ns = racer.times_ns().last().copied().unwrap_or(0);
+    json!({
+        "name": racer.name(),
+        "ns": ns,
+        "figure": Racer::figure_ms(ns),
+        "inView": racer.in_view(),
+        "missed": racer.missed(),
+        "longest": Racer::figure_ms(racer.longest_ns()),
+    })
 }

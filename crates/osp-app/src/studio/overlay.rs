@@ -47,6 +47,9 @@ impl Studio {
             let shadows = self.culling.shadows();
             layers::draw_shadows(culled_from.eye_in_world, shadows, length_m, &mut self.shown.lines);
         }
+        if let Some(steps) = &self.steps {
+            steps.draw(scene, &self.session.bounds(), &mut self.shown.lines);
+        }
         if self.layers.straddlers {
             let ids = layers::straddlers(scene, &self.culling.root());
             layers::draw_outlines(

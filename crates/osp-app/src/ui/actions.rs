@@ -2,7 +2,9 @@ use super::{
     numbers,
     wishes::{Ask, Wishes},
 };
-use crate::{command::Command, drawing_aids::Aids, layers::LayerChoice, studio::Studio};
+use crate::{
+    command::Command, drawing_aids::Aids, layers::LayerChoice, occlusion_steps::StepsEdit, studio::Studio,
+};
 use osp_rivals::IndexKind;
 
 /// Action of a key, a menu entry or a button.
@@ -36,6 +38,8 @@ pub enum Action {
     TogglePanel,
     /// Show the depth pyramid instead of the picture, or the picture.
     TogglePyramid,
+    /// Show occlusion culling step by step, or end that.
+    ToggleSteps,
     /// Switch between straight lines and freehand.
     ToggleStraight,
     /// Switch the mirror on or off.
@@ -99,6 +103,9 @@ impl Action {
             Self::TogglePyramid => {
                 let layers = studio.layers();
                 wishes.commands.push(Command::Layers(LayerChoice { pyramid: !layers.pyramid, ..layers }));
+            }
+            Self::ToggleSteps => {
+                wishes.commands.push(Command::Steps(StepsEdit::Show(studio.steps().is_none())));
             }
             Self::ToggleStraight => {
                 let aids = studio.aids();

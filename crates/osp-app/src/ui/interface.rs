@@ -16,9 +16,11 @@ use super::{
     canvas,
     dialog::{Answer, PathDialog},
     groups::GroupList,
+    index_settings::IndexSettingsPanel,
     keys::{HINTS, SHORTCUTS},
     menu,
     numbers::{self, Measured},
+    occlusion_steps,
     paint_layers::LayerList,
     questions,
     recent::RecentList,
@@ -71,6 +73,7 @@ pub struct Interface {
     groups: GroupList,
     layers: LayerList,
     selected: SelectionPanel,
+    index_settings: IndexSettingsPanel,
     calibrating: Option<Calibrating>,
 }
 
@@ -173,6 +176,13 @@ impl Interface {
                     .show(ui, |ui| room::show(ui, studio, &mut self.calibrating, &mut wishes));
             });
         }
+        if let Some(steps) = studio.steps() {
+            Panel::bottom("occlusion steps").resizable(false).show(ui, |ui| {
+                let is_frozen = studio.is_frozen();
+                ScrollArea::horizontal()
+                    .show(ui, |ui| occlusion_steps::show(ui, steps, is_frozen, &mut wishes));
+            });
+        }
         let is_aside = self.dialog.is_some() || studio.question().is_some();
         if let Some(calibrating) = self.calibrating.as_mut().filter(|_| !is_aside) {
             let goes_on = calibrating.show(ui.ctx(), studio, &mut wishes);
@@ -202,7 +212,9 @@ impl Interface {
                     clock_step_ns: self.clock_step_ns,
                     adapter: &self.adapter,
                 };
-                ScrollArea::vertical().show(ui, |ui| numbers::show(ui, studio, &measured, &mut wishes));
+                let settings = &mut self.index_settings;
+                ScrollArea::vertical()
+                    .show(ui, |ui| numbers::show(ui, studio, &measured, settings, &mut wishes));
             });
         }
         let area = ui.available_rect_before_wrap();
@@ -210,6 +222,7 @@ impl Interface {
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "model"));
         canvas::take_pointer(ui, &response, ui.ctx().pixels_per_point(), studio);
         self.hint(ui, area, studio);
+        occlusion_steps::show_names(ui, area, studio);
         #[cfg(feature = "live")]
         others::show(ui, area, studio);
         if wishes.help {

@@ -4,6 +4,7 @@ use super::actions::Action;
 use crate::{
     altering::Altering,
     command::Command,
+    occlusion_steps::StepsEdit,
     paint_layers::LayerEdit,
     tool::{Span, ToolChoice},
 };
@@ -115,6 +116,9 @@ pub static SHORTCUTS: &[Shortcut] = &[
     key(Key::F1, "this list", Action::ToggleHelp),
     key(Key::F2, "show or hide the culling panel", Action::TogglePanel),
     key(Key::F3, "show the depth pyramid of hzb, or the picture", Action::TogglePyramid),
+    key(Key::F4, "occlusion, step by step", Action::ToggleSteps),
+    key(Key::N, "occlusion: next step", Action::Do(Command::Steps(StepsEdit::By(1)))),
+    key(Key::P, "occlusion: previous step", Action::Do(Command::Steps(StepsEdit::By(-1)))),
     key(Key::F5, "go to view 1", Action::Do(Command::GoToView(0))),
     key(Key::F6, "go to view 2", Action::Do(Command::GoToView(1))),
     key(Key::F7, "go to view 3", Action::Do(Command::GoToView(2))),

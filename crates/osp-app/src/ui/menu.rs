@@ -133,6 +133,9 @@ fn view(ui: &mut Ui, studio: &Studio, settings: &mut Settings, wishes: &mut Wish
     entry(ui, "Full screen", Action::ToggleFullscreen, studio, wishes);
     let panel = if wishes.panel { "Hide culling panel" } else { "Show culling panel" };
     entry(ui, panel, Action::TogglePanel, studio, wishes);
+    let steps =
+        if studio.steps().is_some() { "End occlusion, step by step" } else { "Occlusion, step by step" };
+    entry(ui, steps, Action::ToggleSteps, studio, wishes);
     ui.separator();
     ui.menu_button("Colours", |ui| {
         for theme in Theme::ALL {

@@ -10,10 +10,12 @@ mod canvas;
 mod dialog;
 mod entry;
 mod groups;
+mod index_settings;
 mod interface;
 mod keys;
 mod menu;
 mod numbers;
+mod occlusion_steps;
 #[cfg(feature = "live")]
 mod others;
 mod paint_layers;

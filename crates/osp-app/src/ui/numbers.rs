@@ -1,11 +1,13 @@
 use egui::{CollapsingHeader, ComboBox, Grid, RichText, Slider, Ui};
 
 use super::{
+    index_settings::IndexSettingsPanel,
     plot::{frame_plot, stage_color},
     wishes::Wishes,
 };
 use crate::{
     command::Command,
+    occlusion_steps::StepsEdit,
     stats::{FrameStage, History},
     studio::Studio,
 };
@@ -69,10 +71,18 @@ pub(super) fn count(n: u64) -> String {
 }
 
 /// Shows times, counts and switches.
-pub(super) fn show(ui: &mut Ui, studio: &Studio, measured: &Measured<'_>, wishes: &mut Wishes) {
+pub(super) fn show(
+    ui: &mut Ui,
+    studio: &Studio,
+    measured: &Measured<'_>,
+    settings: &mut IndexSettingsPanel,
+    wishes: &mut Wishes,
+) {
     ui.add_space(4.0);
     ui.heading("Culling");
-    switches(ui, studio, measured.clock_step_ns, wishes);
+    index(ui, studio, measured.clock_step_ns, wishes);
+    settings.show(ui, studio, wishes);
+    switches(ui, studio, wishes);
     ui.separator();
     times(ui, measured);
     ui.separator();
@@ -178,7 +188,7 @@ fn counts(ui: &mut Ui, studio: &Studio, passes: Option<PassTimes>) {
     table(ui, "of some methods", &rows.map(|(name, value)| (name, value.unwrap_or("–".to_owned()))));
 }
 
-fn switches(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishes) {
+fn index(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishes) {
     let culling = studio.culling();
     ComboBox::from_label("index (I)").selected_text(culling.kind().name()).show_ui(ui, |ui| {
         for &kind in IndexKind::ALL {
@@ -192,6 +202,10 @@ fn switches(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishe
         format!("{} polygons inserted in {}", count(done.polygons), once(took_ns, clock_step_ns, ms))
     });
     ui.label(RichText::new(line).weak().small());
+}
+
+fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let culling = studio.culling();
     let now = culling.occlusion();
     ComboBox::from_label("occlusion (O)").selected_text(now.name()).show_ui(ui, |ui| {
         for choice in sound_occlusion() {
@@ -233,6 +247,10 @@ fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         ui.add(Slider::new(&mut layers.node_depth, 0..=16).text("deepest level"));
     }
     ui.checkbox(&mut layers.shadows, "occluders and shadow volumes");
+    let mut steps = studio.steps().is_some();
+    if ui.checkbox(&mut steps, "occlusion, step by step (F4)").changed() {
+        wishes.commands.push(Command::Steps(StepsEdit::Show(steps)));
+    }
     ui.checkbox(&mut layers.straddlers, "polygons on the root's split planes");
     ui.checkbox(&mut layers.cut, "polygons that the view's sides cut");
     if let Some((inside, cut)) = studio.inside_and_cut() {

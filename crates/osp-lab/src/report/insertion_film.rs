@@ -13,8 +13,8 @@ use super::{
     printable::one_line,
     shapes::{Drawn, fill, middle, point, stroke, write_at},
     structure::{Structure, plane_corners},
-    tree_layout::TreeLayout,
 };
+use crate::TreeLayout;
 use osp::{
     index::{IndexConfig, IndexError, SpatialIndex},
     math::Aabb,

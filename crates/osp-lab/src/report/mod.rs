@@ -25,11 +25,11 @@ mod printable;
 mod rig_plan;
 mod run;
 #[cfg(feature = "bench")]
+mod shadow_dot;
+#[cfg(feature = "bench")]
 mod shadow_look;
 #[cfg(feature = "bench")]
 mod shadow_picture;
-#[cfg(feature = "bench")]
-mod shadow_structure;
 #[cfg(feature = "bench")]
 mod shapes;
 #[cfg(feature = "bench")]
@@ -38,8 +38,6 @@ mod structure;
 mod structure_picture;
 #[cfg(feature = "bench")]
 mod themes;
-#[cfg(feature = "bench")]
-mod tree_layout;
 mod views;
 
 #[cfg(feature = "bench")]
@@ -66,11 +64,9 @@ pub use rig_plan::RigPlan;
 pub(crate) use run::first_disagreement;
 pub use run::{OcclusionReport, ReplayReport, RunReport};
 #[cfg(feature = "bench")]
-pub use shadow_look::{ShadowCounts, ShadowForm, ShadowLook, ShadowPanel};
+pub use shadow_look::{ShadowCounts, ShadowLook, ShadowPanel};
 #[cfg(feature = "bench")]
 pub use shadow_picture::ShadowPicture;
-#[cfg(feature = "bench")]
-pub use shadow_structure::{ShadowHolds, ShadowNode, ShadowStructure, occluder_name};
 #[cfg(feature = "bench")]
 pub use structure::{NodeFields, SplitOutline, Structure, StructureNode};
 #[cfg(feature = "bench")]

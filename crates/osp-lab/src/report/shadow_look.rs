@@ -1,66 +1,22 @@
 //! One view of a model, and what a tree of shadow volumes finds hidden in it.
 
-use super::shadow_structure::ShadowStructure;
 use crate::{
-    oracle::{Oracle, OracleConfig, Sight},
-    verify::subjects,
+    oracle::{OracleConfig, Sight},
+    shadows::{ShadowForm, ShadowStep, ShadowSteps, ShadowView},
 };
 use osp::{
-    math::Containment,
-    occlusion::{
-        OccluderPool, OcclusionCuller, PoolConfig, SelectConfig, Selector, ShadowVolume, Verdict,
-        kernels::{ShadowTree, node_budget},
-        msvbsp::{Msvbsp, MsvbspConfig},
-    },
-    polygon::{Change, PolygonId},
-    view::{View, ViewWindow},
+    occlusion::{SelectConfig, ShadowVolume},
+    polygon::PolygonId,
+    view::View,
 };
-use osp_rivals::occlusion::{MsvbspPaper, PaperCaps};
 use osp_session::scene::Scene;
-
-/// The two forms of the modified shadow-volume BSP tree.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ShadowForm {
-    /// The conservative one.
-    Sound,
-    /// The one that the paper prints, with caps.
-    Paper,
-}
-
-impl ShadowForm {
-    /// Its name among the methods of occlusion culling.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sound => "msvbsp",
-            Self::Paper => "msvbsp-paper",
-        }
-    }
-
-    /// Its tree of these occluders, best first.
-    pub fn tree(self, window: &ViewWindow, occluders: &[ShadowVolume]) -> ShadowTree {
-        let node_budget = node_budget(occluders.len());
-        match self {
-            Self::Sound => {
-                let mut culler = Msvbsp::new(MsvbspConfig { node_budget, ..MsvbspConfig::default() });
-                culler.build(window, occluders);
-                culler.tree().clone()
-            }
-            Self::Paper => {
-                let mut culler = MsvbspPaper::new(PaperCaps::Supporting, node_budget);
-                culler.build(window, occluders);
-                culler.tree().clone()
-            }
-        }
-    }
-}
 
 /// A view of a model: its occluders, and the polygons in it with the truth about them.
 #[derive(Debug)]
 pub struct ShadowLook<'a> {
     /// The polygons.
     pub(super) scene: &'a Scene,
-    pub(super) window: ViewWindow,
-    pub(super) occluders: Vec<ShadowVolume>,
+    pub(super) view: ShadowView,
     pub(super) in_view: Vec<(PolygonId, Sight)>,
 }
 
@@ -68,36 +24,23 @@ impl<'a> ShadowLook<'a> {
     /// Selects the occluders of a view and finds what is visible in it. `None` for a degenerate projection. O(polygons +
     /// pixels of the oracle).
     pub fn new(scene: &'a Scene, view: &View, select: SelectConfig, truth: OracleConfig) -> Option<Self> {
-        let window = view.window()?;
-        let mut pool = OccluderPool::new(PoolConfig::default());
-        pool.follow(scene, &scene.visible_ids().map(Change::Insert).collect::<Vec<_>>());
-        let mut selector = Selector::new(select);
-        selector.select(&pool, scene, &window);
-        let frustum = view.frustum();
-        let is_in_view = |id: &PolygonId| frustum.classify(&scene.bounds(*id)) != Containment::Outside;
-        let ids: Vec<PolygonId> = scene.visible_ids().filter(is_in_view).collect();
-        let oracle = Oracle::new(&window, subjects(scene, &window, &ids), truth);
-        Some(Self {
-            scene,
-            window,
-            occluders: selector.chosen().to_vec(),
-            in_view: oracle.answers().collect(),
-        })
+        let view = ShadowView::new(scene, view, select)?;
+        Some(Self { scene, in_view: view.sights(scene, truth), view })
     }
 
     /// The occluders, best first, with the eye as the origin.
     pub fn occluders(&self) -> &[ShadowVolume] {
-        &self.occluders
+        self.view.occluders()
     }
 
     /// Share of the window that an occluder fills: its score.
     pub fn share(&self, occluder: &ShadowVolume) -> f64 {
-        occluder.solid_angle_in(&self.window) / self.window.solid_angle_sr()
+        self.view.share(occluder)
     }
 
     /// The tree of these occluders.
-    pub fn tree(&self, form: ShadowForm) -> ShadowTree {
-        form.tree(&self.window, &self.occluders)
+    pub fn steps(&self, form: ShadowForm) -> ShadowSteps {
+        self.view.steps(form)
     }
 
     /// The polygons that are truly hidden.
@@ -105,16 +48,11 @@ impl<'a> ShadowLook<'a> {
         self.in_view.iter().filter(|(_, sight)| *sight == Sight::Hidden).count()
     }
 
-    /// A form's tree, cut to its first `planes` planes, and the polygons that it hides.
-    pub fn panel(&self, form: ShadowForm, tree: &ShadowTree, planes: usize) -> ShadowPanel {
-        let first = tree.first(planes);
-        let is_culled = |id| first.test_box(&self.scene.bounds(id)).verdict == Verdict::Hidden;
-        ShadowPanel {
-            form,
-            planes_in_all: tree.node_count(),
-            structure: ShadowStructure::of(&first, &self.window, &self.occluders),
-            culled: self.in_view.iter().map(|&(id, _)| is_culled(id)).collect(),
-        }
+    /// A tree, cut to its first `planes` planes, and the polygons that it hides.
+    pub fn panel(&self, steps: &ShadowSteps, planes: usize) -> ShadowPanel {
+        let step = self.view.step(steps, planes);
+        let culled = self.in_view.iter().map(|&(id, _)| step.hides(&self.scene.bounds(id))).collect();
+        ShadowPanel { step, culled }
     }
 
     /// Counts of a panel.
@@ -128,15 +66,11 @@ impl<'a> ShadowLook<'a> {
     }
 }
 
-/// A form's tree, or its first planes, and what they find hidden.
+/// A step of a tree, and what it finds hidden.
 #[derive(Clone, Debug)]
 pub struct ShadowPanel {
-    /// The form.
-    pub form: ShadowForm,
-    /// The tree.
-    pub structure: ShadowStructure,
-    /// Planes of the whole tree.
-    pub planes_in_all: usize,
+    /// The step.
+    pub step: ShadowStep,
     /// For each polygon in view: whether its box is hidden in the tree.
     pub(super) culled: Vec<bool>,
 }

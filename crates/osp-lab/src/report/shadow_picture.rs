@@ -14,12 +14,14 @@ use super::{
     picture::{Picture, encode, pixels},
     printable::one_line,
     shadow_look::{ShadowLook, ShadowPanel},
-    shadow_structure::{ShadowHolds, ShadowNode, names, occluder_name},
     shapes::{Drawn, fill, middle, point, stroke, write_at},
     structure_picture::Side,
-    tree_layout::TreeLayout,
 };
-use crate::oracle::Sight;
+use crate::{
+    TreeLayout,
+    oracle::Sight,
+    shadows::{ShadowHolds, ShadowNode, occluder_name, occluder_names},
+};
 use osp::{
     math::{Aabb, clip_convex},
     occlusion::raster::Raster,
@@ -89,13 +91,13 @@ impl ShadowPicture<'_> {
         B::ErrorType: 'static,
     {
         let counts = self.look.counts(panel);
-        let (planes, all) = (panel.structure.planes(), panel.planes_in_all);
+        let (planes, all) = (panel.step.structure().planes(), panel.step.planes_in_all());
         let title = format!(
             "{}: {} of {} planes, {} levels; hides {} of {} hidden polygons and {} visible ones",
-            panel.form.name(),
+            panel.step.form().name(),
             thousands(planes as u64),
             thousands(all as u64),
-            panel.structure.levels(),
+            panel.step.structure().levels(),
             thousands(counts.hidden_culled as u64),
             thousands(self.look.hidden() as u64),
             thousands(counts.visible_culled as u64),
@@ -113,7 +115,7 @@ impl ShadowPicture<'_> {
         let in_view = self.look.in_view.iter().zip(&panel.culled);
         let mut order: Vec<(PolygonId, RGBColor, bool)> =
             in_view.map(|(&(id, sight), &culled)| (id, color_of(sight, culled), culled)).collect();
-        let eye = self.look.window.eye_in_world().as_vec3();
+        let eye = self.look.view.window().eye_in_world().as_vec3();
         let away = |id: PolygonId| self.look.scene.bounds(id).center().distance_squared(eye);
         let rank = |color: RGBColor| [BLUE, WRONG].iter().position(|of| *of == color);
         order.sort_by(|a, b| rank(a.1).cmp(&rank(b.1)).then(away(b.0).total_cmp(&away(a.0))));
@@ -134,13 +136,13 @@ impl ShadowPicture<'_> {
             fill(area, &outline, color.to_rgba())?;
             stroke(area, &outline, WHITE.mix(0.8), 1)?;
         }
-        let nodes = panel.structure.nodes();
+        let nodes = panel.step.structure().nodes();
         for node in nodes {
             if matches!(&node.holds, ShadowHolds::Leaf { occluders } if !occluders.is_empty()) {
                 fill(area, &window.directions(&node.cell), SHADOW.mix(0.3))?;
             }
         }
-        for occluder in &self.look.occluders {
+        for occluder in self.look.occluders() {
             stroke(area, &window.clipped(occluder.corners()), ORANGE.to_rgba(), 3)?;
         }
         for &(id, color, _) in &order[found..] {
@@ -152,12 +154,13 @@ impl ShadowPicture<'_> {
             ShadowHolds::Plane { number, cut: Some(cut), .. } => Some((*number, *cut)),
             _ => None,
         });
-        let latest = panel.structure.planes().checked_sub(1);
+        let latest = panel.step.structure().planes().checked_sub(1);
         for (number, cut) in planes.clone() {
-            let is_latest = latest == Some(number) && panel.structure.planes() < panel.planes_in_all;
+            let is_latest =
+                latest == Some(number) && panel.step.structure().planes() < panel.step.planes_in_all();
             stroke(area, &window.directions(&cut), INK.to_rgba(), if is_latest { 4 } else { 1 })?;
         }
-        if panel.structure.planes() <= MOST_NUMBERS {
+        if panel.step.structure().planes() <= MOST_NUMBERS {
             for (number, cut) in planes {
                 for at in window.directions(&[cut[0] + cut[1]]) {
                     let (least, most) = (DVec2::splat(11.0), DVec2::new(f64::from(w), f64::from(h)) - 11.0);
@@ -165,8 +168,8 @@ impl ShadowPicture<'_> {
                 }
             }
         }
-        if self.look.occluders.len() <= MOST_NAMES {
-            for (i, occluder) in self.look.occluders.iter().enumerate() {
+        if self.look.occluders().len() <= MOST_NAMES {
+            for (i, occluder) in self.look.occluders().iter().enumerate() {
                 let outline = window.clipped(occluder.corners());
                 let Some(middle) = middle(&outline) else { continue };
                 let text = format!("{} {:.1} %", occluder_name(i), 100.0 * self.look.share(occluder));
@@ -187,7 +190,7 @@ impl ShadowPicture<'_> {
         B::ErrorType: 'static,
     {
         let look = self.look;
-        let eye = look.window.eye_in_world().as_vec3();
+        let eye = look.view.window().eye_in_world().as_vec3();
         let bounds =
             look.scene.visible_ids().fold(Aabb::new(eye, eye), |all, id| all.union(&look.scene.bounds(id)));
         let plan = Plan::new(self.side, &bounds, area.dim_in_pixel());
@@ -197,12 +200,12 @@ impl ShadowPicture<'_> {
             fill(area, &outline(id), VISIBLE.mix(0.35))?;
         }
         // Many shadows together leave the polygons to be seen.
-        let opacity = (1.6 / look.occluders.len().max(1) as f64).min(0.13);
+        let opacity = (1.6 / look.occluders().len().max(1) as f64).min(0.13);
         // As far as the picture reaches, and beyond.
         let reach_m = f64::from(bounds.extent().length());
         let far =
             |direction: DVec3| plan.pixel(eye + (direction.normalize_or_zero() * reach_m * 2.0).as_vec3());
-        for occluder in &look.occluders {
+        for occluder in look.occluders() {
             let corners = occluder.corners();
             let at = |v: &DVec3| plan.pixel(eye + v.as_vec3());
             let shadow = corners.iter().map(at).chain(corners.iter().map(|v| far(*v)));
@@ -214,18 +217,18 @@ impl ShadowPicture<'_> {
             fill(area, &outline, color.mix(0.8))?;
             stroke(area, &outline, color.mix(0.8), if culled { 2 } else { 1 })?;
         }
-        for (i, occluder) in look.occluders.iter().enumerate() {
+        for (i, occluder) in look.occluders().iter().enumerate() {
             let outline: Vec<DVec2> =
                 occluder.corners().iter().map(|v| plan.pixel(eye + v.as_vec3())).collect();
             stroke(area, &outline, ORANGE.to_rgba(), 3)?;
-            if look.occluders.len() <= MOST_NAMES
+            if look.occluders().len() <= MOST_NAMES
                 && let Some(middle) = middle(&outline)
             {
                 write_at(area, &occluder_name(i), middle, 17, &RGBColor(150, 80, 0))?;
             }
         }
         let at = plan.pixel(eye);
-        for corner in look.window.corners() {
+        for corner in look.view.window().corners() {
             stroke(area, &plan.clipped_line(at, far(*corner)), INK.mix(0.4), 1)?;
         }
         let at = point(&at);
@@ -261,7 +264,7 @@ fn draw_tree<B: DrawingBackend>(panel: &ShadowPanel, area: &DrawingArea<B, Shift
 where
     B::ErrorType: 'static,
 {
-    let nodes = panel.structure.nodes();
+    let nodes = panel.step.structure().nodes();
     let layout = TreeLayout::new(
         nodes.iter().map(|node| (node.parent.map(|of| of.0), node.depth)),
         area.dim_in_pixel(),
@@ -272,7 +275,7 @@ where
             area.draw(&PathElement::new([layout.pixel(parent), layout.pixel(i)], NOT_FOUND.stroke_width(1)))?;
         }
     }
-    let has_numbers = panel.structure.planes() <= MOST_NUMBERS && layout.step_x() >= LEAST_STEP;
+    let has_numbers = panel.step.structure().planes() <= MOST_NUMBERS && layout.step_x() >= LEAST_STEP;
     let radius = (layout.step_x() * 0.45).clamp(2.0, if has_numbers { 11.0 } else { 6.0 }) as i32;
     for (i, node) in nodes.iter().enumerate() {
         draw_node(area, node, layout.pixel(i), radius, has_numbers)?;
@@ -311,7 +314,7 @@ where
                 area.draw(&Rectangle::new(square, SHADOW.filled()))?;
                 if has_numbers {
                     let below = place + DVec2::new(0.0, f64::from(half) + 9.0);
-                    write_at(area, &names(occluders), below, 13, &SHADOW)?;
+                    write_at(area, &occluder_names(occluders), below, 13, &SHADOW)?;
                 }
             }
         }
@@ -355,7 +358,7 @@ struct WindowPixels<'a> {
 impl<'a> WindowPixels<'a> {
     fn new(look: &'a ShadowLook<'a>, width: u32, height: u32) -> Self {
         let height = f64::from(height);
-        Self { look, raster: Raster::new(&look.window, f64::from(width), height), height }
+        Self { look, raster: Raster::new(look.view.window(), f64::from(width), height), height }
     }
 
     fn directions(&self, directions: &[DVec3]) -> Vec<DVec2> {
@@ -368,7 +371,7 @@ impl<'a> WindowPixels<'a> {
 
     /// The part of an outline in the window and beyond the near plane.
     fn clipped(&self, outline: &[DVec3]) -> Vec<DVec2> {
-        let window = &self.look.window;
+        let window = self.look.view.window();
         let corners = window.corners();
         let sides = (0..4).map(|i| (corners[i].cross(corners[(i + 1) % 4]), 0.0));
         let mut kept = outline.to_vec();
@@ -385,7 +388,7 @@ impl<'a> WindowPixels<'a> {
 
     fn polygon(&self, scene: &Scene, id: PolygonId) -> Vec<DVec2> {
         let outline: Vec<DVec3> =
-            scene.polygon(id).vertices().iter().map(|&p| self.look.window.from_eye(p)).collect();
+            scene.polygon(id).vertices().iter().map(|&p| self.look.view.window().from_eye(p)).collect();
         self.clipped(&outline)
     }
 }

@@ -13,8 +13,8 @@ use super::{
     picture::{Picture, encode},
     printable::one_line,
     structure::{MOST_TREE_NODES, SplitOutline, Structure, StructureNode},
-    tree_layout::TreeLayout,
 };
+use crate::TreeLayout;
 use osp::math::{Aabb, Ray};
 use osp_session::{atomic_file::write_atomically, scene::Scene};
 
@@ -292,7 +292,7 @@ impl StructurePicture<'_> {
             // Only a tree whose nodes exist beforehand has empty ones.
             let style = if node.polygons == 0 { style.stroke_width(1) } else { style.filled() };
             area.draw(&Circle::new((x, y), radius, style))?;
-            if layout.places <= MOST_LABELS {
+            if layout.places() <= MOST_LABELS {
                 let mut lines = vec![thousands(node.polygons as u64)];
                 if node.left_out > 0 {
                     let _ = write!(lines[0], " (+{})", thousands(node.left_out as u64));

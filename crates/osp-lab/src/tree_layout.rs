@@ -2,11 +2,10 @@
 
 /// The tree's ends stand side by side, its other nodes in the middle above those below them.
 #[derive(Clone, Debug)]
-pub(super) struct TreeLayout {
+pub struct TreeLayout {
     /// By node: the least and the greatest place of the nodes below it, and its level.
     spans: Vec<(f32, f32, u32)>,
-    /// Number of ends.
-    pub(super) places: usize,
+    places: usize,
     margin: f32,
     step: (f32, f32),
 }
@@ -14,7 +13,7 @@ pub(super) struct TreeLayout {
 impl TreeLayout {
     /// The layout of nodes in a picture of this size with this margin, pixels. Each node has the number of the node above,
     /// which comes before it, and its level from 0.
-    pub(super) fn new(
+    pub fn new(
         nodes: impl Iterator<Item = (Option<usize>, u32)>,
         (width, height): (u32, u32),
         margin: f32,
@@ -43,13 +42,18 @@ impl TreeLayout {
         Self { spans, places, margin, step }
     }
 
+    /// Number of ends.
+    pub fn places(&self) -> usize {
+        self.places
+    }
+
     /// Pixels between two ends.
-    pub(super) fn step_x(&self) -> f32 {
+    pub fn step_x(&self) -> f32 {
         self.step.0
     }
 
     /// The pixel of a node.
-    pub(super) fn pixel(&self, node: usize) -> (i32, i32) {
+    pub fn pixel(&self, node: usize) -> (i32, i32) {
         let (low, high, level) = self.spans[node];
         let x = self.margin + f32::midpoint(low, high) * self.step.0;
         let y = self.margin + (level as f32 + 0.5) * self.step.1;
@@ -65,7 +69,7 @@ mod tests {
     fn a_node_stands_in_the_middle_above_those_below_it() {
         let nodes = [(None, 0), (Some(0), 1), (Some(1), 2), (Some(1), 2), (Some(0), 1)];
         let layout = TreeLayout::new(nodes.into_iter(), (320, 320), 10.0);
-        assert_eq!((layout.places, layout.step_x()), (3, 100.0));
+        assert_eq!((layout.places(), layout.step_x()), (3, 100.0));
         let at: Vec<_> = (0..nodes.len()).map(|node| layout.pixel(node)).collect();
         assert_eq!(at, [(185, 60), (110, 160), (60, 260), (160, 260), (260, 160)]);
     }

@@ -1,10 +1,7 @@
 //! The nodes of a tree of shadow volumes, with the cells that they divide the window into.
 
-use std::fmt::Write;
-
 use glam::DVec3;
 
-use super::structure::dot_head;
 use osp::{
     occlusion::{
         ShadowVolume,
@@ -100,29 +97,6 @@ impl ShadowStructure {
     pub fn levels(&self) -> u32 {
         self.nodes.iter().map(|node| node.depth).max().unwrap_or(0)
     }
-
-    /// The tree in the language of Graphviz' `dot`.
-    pub fn to_dot(&self, name: &str) -> String {
-        let mut dot = dot_head("shadows", name);
-        // Writing to a string does not fail.
-        for (i, node) in self.nodes.iter().enumerate() {
-            let label = match &node.holds {
-                ShadowHolds::Plane { number, occluder, .. } => match occluder {
-                    Some(of) => format!("plane {} of occluder {}", number + 1, occluder_name(*of)),
-                    None => format!("plane {}", number + 1),
-                },
-                ShadowHolds::Leaf { occluders } if occluders.is_empty() => "unoccluded".to_owned(),
-                ShadowHolds::Leaf { occluders } => format!("in the shadow of {}", names(occluders)),
-            };
-            let _ = writeln!(dot, "  n{i} [label=\"{label}\"];");
-            if let Some((parent, side)) = node.parent {
-                let side = if side == Side::Front { "in front" } else { "behind" };
-                let _ = writeln!(dot, "  n{parent} -> n{i} [label=\"{side}\"];");
-            }
-        }
-        dot.push_str("}\n");
-        dot
-    }
 }
 
 /// The name of an occluder: A to Z, then A1 to Z1, and so on.
@@ -132,7 +106,7 @@ pub fn occluder_name(number: usize) -> String {
 }
 
 /// The names of these occluders, by rank.
-pub(super) fn names(occluders: &[usize]) -> String {
+pub fn occluder_names(occluders: &[usize]) -> String {
     let mut sorted = occluders.to_vec();
     sorted.sort_unstable();
     sorted.iter().map(|&of| occluder_name(of)).collect::<Vec<_>>().join(" ")
@@ -179,54 +153,11 @@ fn cut(cell: &[DVec3], normal: DVec3) -> Option<[DVec3; 2]> {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
-    use super::{super::shadow_look::ShadowForm, *};
-    use osp::view::{Projection, View};
-
-    /// A square in the middle of the window, two metres away.
-    fn structure(form: ShadowForm, planes: usize) -> ShadowStructure {
-        let projection = Projection::symmetric(90.0, 1.0, 0.1, 10.0);
-        let window = View::look_at(Vec3::ZERO, Vec3::NEG_Z, projection).window().expect("a window");
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        let corners = corners.map(|(x, y)| Vec3::new(x, y, -2.0));
-        let occluders = [ShadowVolume::of_polygon(&corners, &window).expect("an occluder")];
-        let tree = form.tree(&window, &occluders).first(planes);
-        ShadowStructure::of(&tree, &window, &occluders)
-    }
-
-    #[test]
-    fn four_planes_of_a_square_leave_one_cell_in_its_shadow() {
-        for form in [ShadowForm::Sound, ShadowForm::Paper] {
-            let whole = structure(form, 9);
-            assert_eq!((whole.planes(), whole.levels(), whole.nodes().len()), (4, 4, 9));
-            let is_dark = |node: &&ShadowNode| matches!(&node.holds, ShadowHolds::Leaf { occluders } if occluders == &[0]);
-            let dark: Vec<_> = whole.nodes().iter().filter(is_dark).collect();
-            assert_eq!(dark.len(), 1);
-            assert_eq!((dark[0].cell.len(), dark[0].depth), (4, 4));
-            let all_cut = |node: &ShadowNode| match node.holds {
-                ShadowHolds::Plane { occluder, cut, .. } => occluder == Some(0) && cut.is_some(),
-                ShadowHolds::Leaf { .. } => true,
-            };
-            assert!(whole.nodes().iter().all(all_cut));
-            let part = structure(form, 3);
-            assert_eq!((part.planes(), part.nodes().iter().filter(is_dark).count()), (3, 0));
-        }
-    }
-
-    #[test]
-    fn dot_names_planes_and_shadows() {
-        let dot = structure(ShadowForm::Sound, 9).to_dot("a \"name\"");
-        assert!(dot.contains(r#"label="a \"name\"";"#), "{dot}");
-        assert_eq!(dot.matches(" of occluder A\"").count(), 4);
-        assert_eq!(dot.matches("\"unoccluded\"").count(), 4);
-        assert_eq!(dot.matches("\"in the shadow of A\"").count(), 1);
-        assert_eq!(dot.matches(" -> ").count(), 8);
-    }
+    use super::*;
 
     #[test]
     fn occluders_are_named_by_letters() {
         assert_eq!([0, 25, 26, 53].map(occluder_name), ["A", "Z", "A1", "B2"]);
-        assert_eq!(names(&[2, 0]), "A C");
+        assert_eq!(occluder_names(&[2, 0]), "A C");
     }
 }

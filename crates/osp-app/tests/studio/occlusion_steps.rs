@@ -1,0 +1,167 @@
+//! Occlusion culling step by step, in the window.
+
+use crate::panel::{Person, Window, replay, window};
+use egui::{Key, accesskit::Role};
+use egui_kittest::{
+    Harness,
+    kittest::{NodeT, Queryable},
+};
+use osp_app::{Command, Session, StepsEdit};
+use osp_lab::shadows::ShadowForm;
+use osp_session::{recording::Pace, replay::CameraChoice};
+
+/// A square and a triangle before 66 tiles; the paper's rules lose a plane of the triangle.
+fn vanish() -> Harness<'static, Window> {
+    let path = std::path::Path::new(osp_testkit::ROOT).join("docs/figures/vanish.ron");
+    let mut harness =
+        window(|_| Session::to_play(&path, Pace::Recorded, CameraChoice::Auto).expect("a session"));
+    harness.command(Command::ShowFinished);
+    harness
+}
+
+fn says(harness: &Harness<'_, Window>, text: &str) -> bool {
+    harness.query_all_by_label_contains(text).next().is_some()
+}
+
+/// The line on the step, and the number of polygons that it hides.
+fn step(harness: &Harness<'_, Window>) -> (String, u64) {
+    let steps = harness.state().studio.steps().expect("the steps are shown");
+    (steps.line().expect("a step"), steps.counts().expect("counts").hidden)
+}
+
+#[test]
+fn occlusion_is_shown_plane_by_plane() {
+    let mut harness = vanish();
+    let bare = harness.state().studio.lines().clone();
+    harness.press(Key::F4);
+    harness.command(Command::Steps(StepsEdit::Occluders(2)));
+    assert!(says(&harness, "Occlusion, step by step"));
+    assert!(
+        says(&harness, "Plane 0 of 5: the window is one cell, and nothing is hidden"),
+        "{:?}",
+        step(&harness)
+    );
+    let is_enabled = |harness: &Harness<'_, Window>, name: &str| {
+        !harness.get_by_role_and_label(Role::Button, name).accesskit_node().is_disabled()
+    };
+    assert!(!is_enabled(&harness, "Back") && is_enabled(&harness, "Next"));
+    // Two outlines, of no shadow and no plane.
+    let faces = |harness: &Harness<'_, Window>| {
+        harness.state().studio.lines().triangle_count() - bare.triangle_count()
+    };
+    assert_eq!(faces(&harness), 0);
+    harness.click_button("Next");
+    assert!(says(&harness, "Plane 1 of 5: side "), "{:?}", step(&harness));
+    assert!(says(&harness, " of the window, splits the window"), "{:?}", step(&harness));
+    assert_eq!(faces(&harness), 1, "the plane");
+    assert!(says(&harness, "tree of 1 planes, 1 levels"));
+    let mut hidden = vec![0, step(&harness).1];
+    for plane in 2..=5 {
+        harness.press(Key::N);
+        let (line, hides) = step(&harness);
+        assert!(line.starts_with(&format!("Plane {plane} of 5: side ")) && says(&harness, &line), "{line}");
+        hidden.push(hides);
+    }
+    assert!(hidden.is_sorted() && hidden[5] == 6, "{hidden:?}");
+    let first = hidden.iter().position(|&hides| hides > 0).expect("something is hidden");
+    harness.press(Key::N);
+    assert!(
+        says(&harness, "Plane 5 of 5") && says(&harness, "hides 6 of 30 polygons in view"),
+        "{:?}",
+        step(&harness)
+    );
+    assert!(!is_enabled(&harness, "Next"));
+    assert!(faces(&harness) > 1, "the plane and the cells in shadow");
+    harness.command(Command::Steps(StepsEdit::To(first)));
+    assert!(says(&harness, &format!("{} of them by this plane", hidden[first])));
+    harness.press(Key::P);
+    assert_eq!(step(&harness).1, 0);
+    assert!(says(&harness, "hides 0 of 30 polygons in view, 0 of them by this plane"));
+
+    // The printed form hides visible polygons, too.
+    harness.get_by_role_and_label(Role::ComboBox, "form").click();
+    harness.run_steps(3);
+    harness.click_button("msvbsp-paper");
+    harness.command(Command::Steps(StepsEdit::To(99)));
+    assert!(says(&harness, "Plane 10 of 10: side "), "{:?}", step(&harness));
+    assert_eq!(step(&harness).1, 12);
+    assert!(
+        says(&harness, "hides 12 of 30 polygons in view, 6 of them by this plane")
+            && says(&harness, "the eye sees 6 of them")
+    );
+    assert_eq!(harness.state().studio.steps().map(|steps| steps.form()), Some(ShadowForm::Paper));
+    harness.press(Key::F4);
+    assert!(!says(&harness, "Occlusion, step by step") && harness.state().studio.steps().is_none());
+    assert_eq!(faces(&harness), 0);
+}
+
+#[test]
+fn the_steps_are_offered_by_the_menu_and_the_culling_panel() {
+    let mut harness = vanish();
+    harness.click_button("View");
+    let entry = harness.query_all_by_label_contains("Occlusion, step by step").next();
+    entry.expect("an entry").click();
+    harness.run_steps(4);
+    assert!(harness.state().studio.steps().is_some());
+    harness.click_button("Close");
+    assert!(harness.state().studio.steps().is_none());
+    harness.press(Key::F2);
+    harness.get_by_label("occlusion, step by step (F4)").click_accesskit();
+    harness.run_steps(4);
+    assert!(harness.state().studio.steps().is_some());
+}
+
+#[test]
+fn the_steps_follow_the_view_and_the_model_once_these_rest() {
+    let mut harness = replay();
+    harness.command(Command::Seek(301));
+    // The window asks for the frames that find the steps and show them.
+    harness.state_mut().studio.command(Command::Steps(StepsEdit::Show(true)));
+    let mut frames = 0;
+    while harness.state().studio.next_frame_in().is_some() && frames < 9 {
+        harness.step();
+        frames += 1;
+    }
+    assert!((2..9).contains(&frames) && says(&harness, "Plane 0 of "), "{frames}");
+    let in_view = |harness: &Harness<'_, Window>| {
+        let steps = harness.state().studio.steps().expect("the steps are shown");
+        (steps.is_stale(), steps.counts().map(|counts| counts.in_view))
+    };
+    let visible = |harness: &Harness<'_, Window>| {
+        harness.state().studio.culling().in_view(0).map(|set| set.len() as u64)
+    };
+    assert_eq!(in_view(&harness), (false, visible(&harness)));
+    assert!(visible(&harness) > Some(0));
+    // The last polygons are gone: none of them may be drawn.
+    harness.state_mut().studio.command(Command::Seek(20));
+    harness.step();
+    assert!(in_view(&harness).0);
+    harness.run_steps(3);
+    assert_eq!(in_view(&harness), (false, visible(&harness)));
+    harness.command(Command::Play(true));
+    let waits = (0..60).any(|_| {
+        harness.step();
+        says(&harness, "of an earlier view or model, until both rest")
+    });
+    assert!(waits, "the model grows");
+    harness.command(Command::Play(false));
+    assert_eq!(in_view(&harness), (false, visible(&harness)));
+    // With a frozen culling camera the view may move.
+    harness.press(Key::C);
+    let line = step(&harness).0;
+    harness.command(Command::ShowAll);
+    assert_eq!((in_view(&harness).0, step(&harness).0), (false, line));
+    assert!(says(&harness, "orbit to look at the planes from the side"));
+    harness.press(Key::C);
+    assert_eq!(in_view(&harness), (false, visible(&harness)));
+}
+
+#[test]
+fn a_view_without_polygons_has_no_occluders_and_one_step() {
+    let mut harness = crate::panel::sketch();
+    assert!(!harness.state().studio.can(&Command::Steps(StepsEdit::By(1))));
+    harness.press(Key::F4);
+    assert!(says(&harness, "Plane 0 of 0") && says(&harness, "none"));
+    harness.press(Key::N);
+    assert_eq!(harness.state().studio.steps().map(|steps| steps.planes()), Some(0));
+}

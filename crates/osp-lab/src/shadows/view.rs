@@ -1,0 +1,115 @@
+use super::{
+    steps::{ShadowForm, ShadowStep, ShadowSteps},
+    structure::{ShadowHolds, occluder_name},
+};
+use crate::{
+    oracle::{Oracle, OracleConfig, Sight},
+    verify::subjects,
+};
+use osp::{
+    math::Containment,
+    occlusion::{OccluderPool, PoolConfig, SelectConfig, Selector, ShadowVolume, kernels::Side},
+    polygon::{Change, PolygonId},
+    view::{View, ViewWindow},
+};
+use osp_session::scene::Scene;
+
+/// A view of a model: its occluders, and the polygons in it.
+#[derive(Clone, Debug)]
+pub struct ShadowView {
+    window: ViewWindow,
+    occluders: Vec<ShadowVolume>,
+    in_view: Vec<PolygonId>,
+}
+
+impl ShadowView {
+    /// Selects the occluders of a view. `None` for a degenerate projection. O(polygons).
+    pub fn new(scene: &Scene, view: &View, select: SelectConfig) -> Option<Self> {
+        let window = view.window()?;
+        let mut pool = OccluderPool::new(PoolConfig::default());
+        pool.follow(scene, &scene.visible_ids().map(Change::Insert).collect::<Vec<_>>());
+        let mut selector = Selector::new(select);
+        selector.select(&pool, scene, &window);
+        let frustum = view.frustum();
+        let is_in_view = |id: &PolygonId| frustum.classify(&scene.bounds(*id)) != Containment::Outside;
+        Some(Self {
+            window,
+            occluders: selector.chosen().to_vec(),
+            in_view: scene.visible_ids().filter(is_in_view).collect(),
+        })
+    }
+
+    /// The cone of directions that the eye sees.
+    pub fn window(&self) -> &ViewWindow {
+        &self.window
+    }
+
+    /// The occluders, best first, with the eye as the origin.
+    pub fn occluders(&self) -> &[ShadowVolume] {
+        &self.occluders
+    }
+
+    /// The polygons whose boxes are not outside of the view.
+    pub fn in_view(&self) -> &[PolygonId] {
+        &self.in_view
+    }
+
+    /// The truth about the polygons in view, in their order. O(polygons in view + pixels).
+    pub fn sights(&self, scene: &Scene, truth: OracleConfig) -> Vec<(PolygonId, Sight)> {
+        let oracle = Oracle::new(&self.window, subjects(scene, &self.window, &self.in_view), truth);
+        oracle.answers().collect()
+    }
+
+    /// Share of the window that an occluder fills: its score.
+    pub fn share(&self, occluder: &ShadowVolume) -> f64 {
+        occluder.solid_angle_in(&self.window) / self.window.solid_angle_sr()
+    }
+
+    /// The whole tree of the occluders.
+    pub fn steps(&self, form: ShadowForm) -> ShadowSteps {
+        ShadowSteps::new(form, &self.window, &self.occluders)
+    }
+
+    /// A tree of the occluders, cut to its first `planes` planes. O(planes * occluders).
+    pub fn step(&self, steps: &ShadowSteps, planes: usize) -> ShadowStep {
+        steps.step(planes, &self.window, &self.occluders)
+    }
+
+    /// One line on what a step of the occluders' tree does.
+    pub fn line(&self, step: &ShadowStep) -> String {
+        let all = step.planes_in_all();
+        let Some(latest) = step.latest() else {
+            return format!("Plane 0 of {all}: the window is one cell, and nothing is hidden");
+        };
+        let nodes = step.structure().nodes();
+        let number = step.structure().planes();
+        let found = nodes.iter().find_map(|node| match &node.holds {
+            ShadowHolds::Plane { number: of, occluder, cut } if *of + 1 == number => {
+                Some((node.parent, *occluder, cut.is_some()))
+            }
+            _ => None,
+        });
+        let Some((parent, occluder, cuts)) = found else {
+            return format!("Plane {number} of {all}: no way from the top leads to it");
+        };
+        let whose = occluder.and_then(|of| {
+            let volume = self.occluders.get(of)?;
+            let side = volume.sides().iter().position(|side| *side == latest.normal)?;
+            let (name, share, sides) = (occluder_name(of), 100.0 * self.share(volume), volume.sides().len());
+            Some(format!("side {} of {sides} of occluder {name}, {share:.1} % of the window,", side + 1))
+        });
+        let whose = whose.unwrap_or("a side of no occluder".to_owned());
+        let cell = parent.map(|(above, side)| match (&nodes[above].holds, side) {
+            (ShadowHolds::Plane { number, .. }, Side::Front) => {
+                format!("the cell before plane {}", number + 1)
+            }
+            (ShadowHolds::Plane { number, .. }, Side::Back) => {
+                format!("the cell behind plane {}", number + 1)
+            }
+            (ShadowHolds::Leaf { .. }, _) => "a cell".to_owned(),
+        });
+        let cell = cell.unwrap_or("the window".to_owned());
+        let what = if cuts { format!("splits {cell}") } else { format!("leaves {cell} whole") };
+        format!("Plane {number} of {all}: {whose} {what}")
+    }
+}
