@@ -48,17 +48,17 @@ pub enum Refusal {
 /// its neighbourhood. A camera takes O(objects in view); with occluders also O(candidates), which are at most some
 /// thousand.
 pub struct Culler<K: Key> {
-    keys: K::Places,
-    waiting: Waiting,
-    filed: Filed,
-    layers: Layers,
+    pub(super) keys: K::Places,
+    pub(super) waiting: Waiting,
+    pub(super) filed: Filed,
+    pub(super) layers: Layers,
     /// Created with the first occluder.
-    hiding: Option<Box<Hiding>>,
+    pub(super) hiding: Option<Box<Hiding>>,
     /// Refused changes before the last call of `cull`; `refused_since` has those after it.
-    refused: Vec<(K, Refusal)>,
-    refused_since: Vec<(K, Refusal)>,
+    pub(super) refused: Vec<(K, Refusal)>,
+    pub(super) refused_since: Vec<(K, Refusal)>,
     frusta: Vec<Frustum>,
-    views: Views,
+    pub(super) views: Views,
 }
 
 impl<K: Key> Default for Culler<K> {
@@ -290,7 +290,7 @@ impl<K: Key> Culler<K> {
     }
 
     /// The key of an object that is in the culler now.
-    fn key(&self, number: PolygonId) -> Option<K> {
+    pub(super) fn key(&self, number: PolygonId) -> Option<K> {
         let slot = self.keys.slot_of(number)?;
         if self.waiting.has_box(slot) { self.keys.key(number) } else { None }
     }
@@ -304,12 +304,12 @@ impl<K: Key> Culler<K> {
     }
 
     /// The last accepted box of the object in a slot.
-    fn bounds_of(&self, slot: Slot) -> Option<Aabb> {
+    pub(super) fn bounds_of(&self, slot: Slot) -> Option<Aabb> {
         let waits = self.waiting.waits(slot);
         waits.or_else(|| self.filed.get(self.keys.number(slot)?)).filter(|bounds| !bounds.is_empty())
     }
 
-    fn refuse(&mut self, key: K, why: Refusal) {
+    pub(super) fn refuse(&mut self, key: K, why: Refusal) {
         if self.refused_since.len() < MOST_REFUSED {
             self.refused_since.push((key, why));
         }

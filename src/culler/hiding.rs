@@ -115,6 +115,18 @@ impl Hiding {
         }
     }
 
+    /// Whether no object has an occluder.
+    pub(super) fn is_empty(&self) -> bool {
+        self.of_object.is_empty()
+    }
+
+    /// The objects that have an occluder, with its polygons.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (Slot, impl Iterator<Item = ConvexPolygon>)> {
+        self.of_object.iter().map(|(&object, own)| {
+            (object, own.numbers.iter().filter_map(|&number| self.surfaces.polygon(number)))
+        })
+    }
+
     /// Makes new occluders candidates. Called before the views of a frame.
     pub(super) fn follow(&mut self) {
         self.pool.follow(&self.surfaces, &self.changes);

@@ -74,6 +74,9 @@ pub trait Places<K>: Default {
 
     /// The slot of the object with this number.
     fn slot_of(&self, number: PolygonId) -> Option<Slot>;
+
+    /// The key that has a slot; `None` if no key has it.
+    fn key_in(&self, slot: Slot) -> Option<K>;
 }
 
 /// The map of [`Dense`] keys: each number is its own slot.
@@ -132,6 +135,10 @@ impl Places<Dense> for Numbers {
     #[inline]
     fn slot_of(&self, number: PolygonId) -> Option<Slot> {
         Some(number)
+    }
+
+    fn key_in(&self, slot: Slot) -> Option<Dense> {
+        Some(Dense(slot.0))
     }
 }
 
@@ -244,6 +251,10 @@ impl<K: Copy + Eq + Hash> Places<K> for Map<K> {
 
     fn slot_of(&self, number: PolygonId) -> Option<Slot> {
         self.keys.get(number.index()).copied().flatten().map(|(_, slot)| slot)
+    }
+
+    fn key_in(&self, slot: Slot) -> Option<K> {
+        self.objects.get(slot.index())?.0
     }
 }
 

@@ -30,6 +30,11 @@ impl Layers {
         self.unseen = self.unseen + usize::from(layers == 0) - usize::from(before == 0);
     }
 
+    /// The objects that are on other layers than the first, with their layers.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (Slot, &u32)> {
+        self.masks.iter()
+    }
+
     /// Puts a removed object back on the first layer.
     pub(super) fn forget(&mut self, slot: Slot) {
         if self.elsewhere > 0 {

@@ -4,6 +4,7 @@
 //! with [`occlusion`](crate::occlusion). Use those types directly for polygons in your own form, for groups that move as a
 //! whole, or for another index. Depends on all other modules except [`frame`](crate::frame).
 
+mod append;
 mod camera;
 #[expect(clippy::module_inception, reason = "a culler is a culler")]
 mod culler;

@@ -1,0 +1,74 @@
+use super::{
+    culler::Culler,
+    keys::{Key, Places},
+    occluder::Occluder,
+};
+use crate::{index::SpatialIndex, math::Frustum};
+
+impl<K: Key> Culler<K> {
+    /// Takes over all objects of another culler, with their occluders and layers. If both have a key, the object of `other`
+    /// replaces that of `self`, with its occluder and layers.
+    ///
+    /// A level can so be loaded in the background: another thread fills and commits `other`, which checks and sorts its
+    /// objects. A culler without objects takes over `other` as it is, O(1). Any other culler inserts the objects of `other`
+    /// with the next commit, in their order of space, O(objects of `other`).
+    ///
+    /// ```
+    /// use osp::Culler;
+    ///
+    /// let loading = std::thread::spawn(|| {
+    ///     let mut level = Culler::<u64>::new();
+    ///     (0..1000).for_each(|i| level.set(i, [[i as f32, 0.0, 0.0], [i as f32 + 1.0, 1.0, 1.0]]));
+    ///     level.commit();
+    ///     level
+    /// });
+    /// let mut culler = Culler::<u64>::new();
+    /// culler.set(5000, [[0.0_f32, 0.0, -9.0], [1.0, 1.0, -8.0]]);
+    /// culler.append(loading.join().unwrap());
+    /// assert_eq!(culler.len(), 1001);
+    /// ```
+    pub fn append(&mut self, mut other: Self) {
+        other.commit();
+        if self.has_nothing() {
+            std::mem::swap(self, &mut other);
+            self.views.begin(0);
+        } else {
+            self.insert_all(&other);
+        }
+        for (key, why) in other.refused.drain(..).chain(other.refused_since.drain(..)) {
+            self.refuse(key, why);
+        }
+    }
+
+    /// Whether there is no object, no occluder, no layer and no waiting change.
+    fn has_nothing(&self) -> bool {
+        let has_occluders = self.hiding.as_ref().is_some_and(|hiding| !hiding.is_empty());
+        self.is_empty() && self.waiting.is_empty() && !has_occluders && self.layers.iter().next().is_none()
+    }
+
+    fn insert_all(&mut self, other: &Self) {
+        let mut numbers = Vec::new();
+        other.filed.index().frustum_cull(&Frustum::everything(), &mut numbers);
+        for number in numbers {
+            if let (Some(key), Some(bounds)) = (other.key(number), other.filed.get(number)) {
+                self.remove(key);
+                self.set(key, [bounds.min, bounds.max]);
+            }
+        }
+        for (slot, polygons) in other.hiding.iter().flat_map(|hiding| hiding.iter()) {
+            let Some(key) = other.keys.key_in(slot) else { continue };
+            if other.bounds_of(slot).is_none() {
+                // An occluder without a box.
+                self.remove(key);
+            }
+            if let Ok(occluder) = Occluder::of_polygons(polygons) {
+                self.set_occluder(key, occluder);
+            }
+        }
+        for (slot, &layers) in other.layers.iter() {
+            if let Some(key) = other.keys.key_in(slot) {
+                self.set_layers(key, layers);
+            }
+        }
+    }
+}
