@@ -123,10 +123,10 @@ pub trait SpatialIndex: Any + Send + Sync {
         work
     }
 
-    /// Clears polygons from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`] for this frustum, if `thinner`
-    /// finds them hidden. If its tests have the same results, [`SpatialIndex::traverse`] omits the same polygons. The
-    /// method builds no list of polygons and reads no polygon that is not hidden. It returns `false`, and changes nothing,
-    /// if the index cannot do this.
+    /// Clears polygons from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`] for this frustum, if
+    /// `thinner` finds them hidden. A [`SpatialIndex::traverse`] with the same test results omits the same polygons.
+    /// The method builds no list of polygons and reads no polygon that is not hidden. It returns `false`, and changes
+    /// nothing, if the index cannot do this.
     #[doc(hidden)]
     fn thin_out(&self, _frustum: &Frustum, _visible: &mut VisibleBlocks, _thinner: &mut dyn Thinner) -> bool {
         false

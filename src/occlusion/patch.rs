@@ -20,8 +20,9 @@ const MAX_INNER: usize = MAX_PATCH;
 /// polygon's area. If it is larger, patches are smaller and flatter.
 const WORTH_JOINING: f32 = 0.7;
 
-/// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join before it pays. The patch must hide at least
-/// this fraction of its own area. It is less than 1, because a row of a grid adds nothing until it is full.
+/// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join even if [`WORTH_JOINING`] excludes it. The
+/// patch must hide at least this fraction of its own area. It is less than 1, because a row of a grid adds nothing
+/// until it is full.
 const WORTH_WAITING: f32 = 0.5;
 
 /// Two patches are merged if together they hide at least this fraction of the sum of what each hides.
@@ -113,7 +114,8 @@ impl Patch {
         self.border.points().iter().chain(self.inner.points()).copied()
     }
 
-    /// The patch with one more polygon; `None` unless the polygon shares an edge with the border and joining is worth it.
+    /// The patch with one more polygon. `None` if the polygon shares no edge with the border, the patch is full, or its
+    /// hidden area grows too little ([`WORTH_JOINING`]).
     pub(super) fn joined(&self, id: PolygonId, polygon: &ConvexPolygon) -> Option<Self> {
         if usize::from(self.len) == MAX_PATCH {
             return None;

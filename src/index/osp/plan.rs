@@ -24,8 +24,8 @@ use crate::{
 };
 
 thread_local! {
-    /// Masks of a query for a list that removes the polygons outside, with unspecified contents. Kept for their memory: a bit
-    /// for each id up to the highest.
+    /// Working memory of a query that lists ids by exclusion: a bit for each id up to the highest. Its contents are
+    /// unspecified before a query.
     static MASKS: Cell<Vec<u16>> = const { Cell::new(Vec::new()) };
 }
 

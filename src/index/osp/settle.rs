@@ -13,8 +13,8 @@ use crate::{
 const GROUPS_A_COMMIT: usize = 2;
 const GROUPS_SHARE: usize = 512;
 
-/// The number of groups that replaces [`GROUPS_A_COMMIT`] while polygons of a former plain list wait for the tree: with new
-/// polygons since the last commit, and without.
+/// Replaces [`GROUPS_A_COMMIT`] while polygons of a former plain list wait for the tree, in commits after which new
+/// polygons came. [`GROUPS_ALONE`] replaces it in other commits.
 const GROUPS_WITH_MORE: usize = 1;
 const GROUPS_ALONE: usize = 3;
 

@@ -1,8 +1,8 @@
 //! A picture of connected surfaces, in which only wholly covered pixels count.
 //!
-//! A building or a sketch is made of small polygons that share edges. One by one, they cover few pixels wholly; together they do.
-//! So a pixel counts as covered if its sample is covered and no border or silhouette of the surface passes through the pixel:
-//! only these edges take coverage away.
+//! A building or a sketch is made of small polygons that share edges. A single polygon covers few pixels wholly, but
+//! the connected surface covers many. So a pixel counts as covered if its sample is covered and no border or silhouette
+//! of the surface passes through the pixel. Edges between two polygons of the surface do not matter.
 //!
 //! # How
 //! * [`surfaces`] stores the polygons that share corners and edges, bit for bit, and follows changes.
@@ -10,16 +10,16 @@
 //!   Two facets of one edge are neighbours if they pass it in opposite ways: then they lie on both sides of it. An edge without
 //!   a neighbour is open: a border, a silhouette, or the near plane.
 //! * [`pairs`] joins neighbouring triangles to convex quads, so that there are half as many facets.
-//! * [`picture`] shows the part of the window that contains all occluders, if that is small: a far model gets more pixels. An
-//!   object that is not wholly in this part counts as visible.
+//! * [`picture`] selects the shown part of the window. If all occluders lie in a small part, only this part is shown,
+//!   so a far model gets more pixels. An object that is not wholly in this part counts as visible.
 //! * [`fill`] finds for each tile of 8 x 8 pixels that a facet reaches: the samples that it covers, and the pixels within
 //!   `MARGIN` of an open edge.
 //! * [`tiles`] joins the facets of a tile that are neighbours to surfaces. A surface covers the pixels of its samples without
 //!   those near its open edges, from the farthest depth of its facets in the tile on.
 //! * [`buffer`] calls a box hidden if all pixels that its corners span are covered before its nearest depth. It calls a
-//!   polygon hidden if all pixels that it touches are covered before its nearest depth in their tile. Most are visible: a box
-//!   whose middle pixel is not covered is not hidden, nor is a polygon with such a corner. These short cuts never call
-//!   anything hidden.
+//!   polygon hidden if all pixels that it touches are covered before its nearest depth in their tile. Most objects are
+//!   visible, so two short cuts come first. A box is not hidden if its middle pixel is not covered. A polygon is not
+//!   hidden if the pixel of a corner is not covered.
 //!
 //! # Why a covered pixel is covered
 //! Let `S` be the facets of one surface in a tile, `p` a pixel of it (closed), and `s` its sample.
