@@ -28,7 +28,8 @@ const LOADED_AT_ONCE: usize = 64 * ANNOUNCED;
 const MOST_TOGETHER: usize = 256;
 const LEAST_TOGETHER: usize = 4;
 
-/// An index with everything that it needs from frame to frame. No frame allocates once the draw lists have grown.
+/// An index, and all state that culling keeps from frame to frame. No frame allocates once the draw lists have
+/// grown.
 pub struct Pipeline {
     index: Box<dyn SpatialIndex>,
     /// The polygons in spaces that move as a whole. They are not in the index.
@@ -45,11 +46,11 @@ pub struct Pipeline {
     /// Whether occlusion culling ran in the last frame.
     occluded: bool,
     clock: StageClock,
-    /// Updates that go to the index together; kept for their memory. `not_taken` has the refused ones.
+    /// Working memory: updates that go to the index together. `not_taken` has the refused ones.
     together: Vec<(PolygonId, Aabb)>,
     not_taken: Vec<IndexError>,
     refused: u64,
-    /// During a load in steps: all polygons, and the number of those that are loaded.
+    /// While a model is loaded in steps: all polygons, and the number of loaded ones.
     loading: Option<(Vec<Change>, usize)>,
     frame: u64,
 }
@@ -471,13 +472,13 @@ impl Pipeline {
     }
 }
 
-/// All present polygons, as insertions.
+/// Returns an insertion for each present polygon.
 fn present(geometry: &dyn Geometry) -> Vec<Change> {
     let ids = (0..geometry.id_end() as u32).map(PolygonId);
     ids.filter(|&id| geometry.is_present(id)).map(Change::Insert).collect()
 }
 
-/// Number of updates at the beginning of the changes, up to the number that an index gets together.
+/// Number of consecutive updates at the beginning of `changes`, at most [`MOST_TOGETHER`].
 fn leading_updates(changes: &[Change]) -> usize {
     changes.iter().take(MOST_TOGETHER).take_while(|change| matches!(change, Change::Update(_))).count()
 }

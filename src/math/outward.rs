@@ -45,9 +45,9 @@ pub(crate) struct Corners {
 }
 
 impl Corners {
-    /// The plane `side.xyz . p + side.w = 0`, moved outwards until no box test excludes a box that shares a point with the
-    /// corners' hull. The corners must lie on its inner side, except for rounding. Returns [`EVERYTHING`] if `side` is no
-    /// plane or not finite.
+    /// The plane `side.xyz . p + side.w = 0`, moved outwards until no box test excludes a box that shares a point with
+    /// the corners' hull. The corners must lie on its inner side, except for rounding. Returns [`EVERYTHING`] if the
+    /// normal is zero or a number is not finite.
     pub(crate) fn plane(&self, side: DVec4) -> Plane {
         let Some(unit) = side.truncate().try_normalize() else { return EVERYTHING };
         let growth = (0..4).map(|i| (unit * self.ray(i)).abs().element_sum()).fold(0.0, f64::max);

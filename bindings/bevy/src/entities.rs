@@ -25,13 +25,13 @@ use osp::{
 /// The place of an entity's number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// Not tracked.
+    /// The entity is not tracked.
     Absent,
-    /// In `always`: no box gives its place.
+    /// The entity is in `always`, because no box gives its place.
     Always,
-    /// In `loose`: it has changed lately.
+    /// The entity is in `loose`, because it has changed lately.
     Loose,
-    /// In the index.
+    /// The entity is in the index.
     Indexed,
 }
 
@@ -62,7 +62,7 @@ pub(crate) enum Bounds {
     Gone,
     /// The place is unknown, or must not be used for culling.
     Unknown,
-    /// This box in world space.
+    /// The entity has this box in world space.
     Box(WorldBox),
 }
 

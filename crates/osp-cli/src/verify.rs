@@ -198,7 +198,7 @@ impl VerifyArgs {
         named.unwrap_or(NodeTest::Corners)
     }
 
-    /// Adds the wrong methods in the form that the paper has them.
+    /// Adds the methods that cull visible polygons, exactly as the paper prints them.
     fn add_literal(&self, verifier: &mut Verifier) {
         let apart = self.tests_corners_apart();
         for method in self.methods().into_iter().filter(|method| method.capless || apart) {

@@ -18,7 +18,7 @@ impl Contender {
     pub const PEERS: [&'static str; 6] =
         ["parry3d", "parry3d-rebuilt", "obvhs", "obvhs-rebuilt", "rstar", "bvh-crate"];
 
-    /// All contenders, those of this project first.
+    /// All structures that can be measured, those of this project first.
     pub fn all() -> Vec<Self> {
         let own = IndexKind::ALL.iter().copied().map(Self::Own);
         #[cfg(feature = "peers")]

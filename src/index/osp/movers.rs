@@ -51,7 +51,8 @@ struct Slots {
 }
 
 impl Slots {
-    /// Number of ids of a chunk. If it is smaller, some systems write the zeros at once.
+    /// Number of ids of a chunk. Large chunks of zeros come from the system without a write. If this is
+    /// smaller, some systems write the zeros at once.
     const CHUNK: usize = 1 << 16;
 
     fn with_room_for(ids: usize) -> Self {

@@ -57,7 +57,7 @@ impl Line {
     }
 }
 
-/// Some lines.
+/// A list of lines, at most one for each side of a facet.
 struct Lines {
     lines: [Line; FACET_SIDES],
     len: usize,

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::table::{NONE, Table, hash_of};
 use crate::polygon::{ConvexPolygon, Geometry, PolygonId};
 
-/// Most corners of a polygon.
+/// Largest number of corners of a polygon.
 pub(super) const SIDES: usize = 4;
 
 /// Largest number of polygons that are linked at one edge. Further polygons are not linked there, as if the

@@ -56,7 +56,7 @@ pub(super) struct Tiles {
     nearest: Vec<f32>,
     /// For each tile, two layers nearer than `all`, the nearest first.
     layers: Vec<[Layer; 2]>,
-    /// By tile: its last entry.
+    /// For each tile, its last entry.
     last: Vec<u32>,
     entries: Vec<Entry>,
     /// Marks tiles that have too many entries, so that their lists are incomplete.
@@ -71,7 +71,7 @@ pub(super) struct Tiles {
     surfaces: Vec<(Layer, u32)>,
     /// For each tile, the facet that set `all`, if this facet alone fills the tile.
     whole: Vec<u32>,
-    /// By facet: whether it hides anything.
+    /// For each facet, whether it hides anything.
     useful: Vec<bool>,
 }
 
@@ -348,9 +348,9 @@ impl Tiles {
     /// Whether the pixel of a polygon's corner may be covered before the corner. `at` is the corner's position in
     /// steps, `nearness` its reciprocal depth.
     ///
-    /// The polygon touches this pixel. If the whole test passes, a bound that hides the pixel is nowhere in the tile
-    /// farther than the polygon. So it is no farther than the corner. A corner that was rounded into the tile may lie
-    /// outside of that bound. The polygon then counts as visible.
+    /// The polygon touches this pixel, so it is visible if no bound of the pixel lies before the corner. A bound that
+    /// hides the polygon lies before it in the whole tile, and so before the corner. A corner that was rounded into
+    /// the tile is an exception. The polygon then counts as visible, which is safe.
     #[inline(always)]
     pub(super) fn may_hide_corner(&self, at: [i32; 2], nearness: f64) -> bool {
         let [x, y] = at.map(|v| v >> STEP_BITS);

@@ -1,4 +1,4 @@
-//! One view of a model, and what a tree of shadow volumes finds hidden in it.
+//! A view of a model, with its occluders, and the polygons that a tree of shadow volumes hides in this view.
 
 use super::shadow_structure::ShadowStructure;
 use crate::{
@@ -23,12 +23,12 @@ use osp_session::scene::Scene;
 pub enum ShadowForm {
     /// The conservative one.
     Sound,
-    /// The one that the paper prints, with caps.
+    /// The form that the paper prints, with caps.
     Paper,
 }
 
 impl ShadowForm {
-    /// Its name among the methods of occlusion culling.
+    /// The form's name among the methods of occlusion culling.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sound => "msvbsp",
@@ -36,7 +36,7 @@ impl ShadowForm {
         }
     }
 
-    /// Its tree of these occluders, best first.
+    /// Builds the form's tree from these occluders, which are sorted, the best first.
     pub fn tree(self, window: &ViewWindow, occluders: &[ShadowVolume]) -> ShadowTree {
         let node_budget = node_budget(occluders.len());
         match self {
@@ -54,7 +54,7 @@ impl ShadowForm {
     }
 }
 
-/// A view of a model: its occluders, and the polygons in it with the truth about them.
+/// A view of a model: its occluders, and the polygons in view with their true visibility.
 #[derive(Debug)]
 pub struct ShadowLook<'a> {
     /// The polygons.
@@ -65,8 +65,8 @@ pub struct ShadowLook<'a> {
 }
 
 impl<'a> ShadowLook<'a> {
-    /// Selects the occluders of a view and finds what is visible in it. `None` for a degenerate projection. O(polygons +
-    /// pixels of the oracle).
+    /// Selects the occluders of a view, and determines the visible polygons by the oracle. `None` for a degenerate
+    /// projection. O(polygons + pixels of the oracle).
     pub fn new(scene: &'a Scene, view: &View, select: SelectConfig, truth: OracleConfig) -> Option<Self> {
         let window = view.window()?;
         let mut pool = OccluderPool::new(PoolConfig::default());
@@ -90,7 +90,7 @@ impl<'a> ShadowLook<'a> {
         &self.occluders
     }
 
-    /// Share of the window that an occluder fills: its score.
+    /// Fraction of the window that an occluder fills.
     pub fn share(&self, occluder: &ShadowVolume) -> f64 {
         occluder.solid_angle_in(&self.window) / self.window.solid_angle_sr()
     }
@@ -105,7 +105,7 @@ impl<'a> ShadowLook<'a> {
         self.in_view.iter().filter(|(_, sight)| *sight == Sight::Hidden).count()
     }
 
-    /// A form's tree, cut to its first `planes` planes, and the polygons that it hides.
+    /// Reduces a form's tree to its first `planes` planes, and tests the polygons in view against it.
     pub fn panel(&self, form: ShadowForm, tree: &ShadowTree, planes: usize) -> ShadowPanel {
         let first = tree.first(planes);
         let is_culled = |id| first.test_box(&self.scene.bounds(id)).verdict == Verdict::Hidden;
@@ -128,7 +128,7 @@ impl<'a> ShadowLook<'a> {
     }
 }
 
-/// A form's tree, or its first planes, and what they find hidden.
+/// The first planes of a form's tree, or all of them, and the polygons that they hide.
 #[derive(Clone, Debug)]
 pub struct ShadowPanel {
     /// The form.
@@ -137,7 +137,7 @@ pub struct ShadowPanel {
     pub structure: ShadowStructure,
     /// Planes of the whole tree.
     pub planes_in_all: usize,
-    /// For each polygon in view: whether its box is hidden in the tree.
+    /// For each polygon in view, whether the tree hides its box.
     pub(super) culled: Vec<bool>,
 }
 

@@ -15,7 +15,7 @@ use osp_rivals::OspPaper;
 /// Largest number of nodes in a picture of a tree.
 pub(super) const MOST_TREE_NODES: usize = 500;
 
-/// Polygons of a node that are named at most.
+/// Largest number of polygons of a node whose numbers are written.
 const MOST_NAMES: usize = 6;
 
 /// A plane that splits a node, cut off where the node ends.

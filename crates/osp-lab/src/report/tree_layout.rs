@@ -1,9 +1,10 @@
-//! Places of the nodes of a tree in a picture.
+//! Positions of the nodes of a tree in a picture.
 
-/// The tree's ends stand side by side, its other nodes in the middle above those below them.
+/// A layout of a tree. Leaves stand side by side, and each other node stands above the middle of its
+/// descendants.
 #[derive(Clone, Debug)]
 pub(super) struct TreeLayout {
-    /// By node: the least and the greatest place of the nodes below it, and its level.
+    /// For each node, the least and the greatest horizontal position of its subtree, and its level.
     spans: Vec<(f32, f32, u32)>,
     /// Number of ends.
     pub(super) places: usize,
@@ -12,8 +13,8 @@ pub(super) struct TreeLayout {
 }
 
 impl TreeLayout {
-    /// The layout of nodes in a picture of this size with this margin, pixels. Each node has the number of the node above,
-    /// which comes before it, and its level from 0.
+    /// Makes the layout of nodes in a picture of this size with this margin, pixels. Each node has the index of its
+    /// parent, which comes before it, and its level from 0.
     pub(super) fn new(
         nodes: impl Iterator<Item = (Option<usize>, u32)>,
         (width, height): (u32, u32),

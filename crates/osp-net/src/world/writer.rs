@@ -19,8 +19,8 @@ use osp_session::scene::Scene;
 /// pack takes more memory, and a killed pack loses more work.
 const OBJECT_BLOCKS: u64 = 64;
 
-/// A block with at least this number of polygons ends with its session (or copy). The next session may lie elsewhere, so
-/// that the block's box would span both.
+/// If a session (or copy) ends in a block with at least this number of polygons, the block ends there. The next session
+/// may lie elsewhere, and the block's box would span both.
 const FULL_ENOUGH: usize = BLOCK_POLYGONS / 4;
 
 /// Treatment of an existing world.

@@ -200,8 +200,9 @@ impl BoxTree {
 
     /// Finds the node whose pairing with the new box adds the least surface to the tree.
     ///
-    /// The descent from a node costs the growth of the node's box, whatever is found below ("inherited" cost). A subtree is
-    /// skipped if even the best possible leaf below, equal to the new box, would not beat the best node so far.
+    /// Each node on the way down adds the growth of its box to the cost, whichever sibling is found below it
+    /// ("inherited" cost). A subtree is skipped if even the best possible leaf below, equal to the new box, would not
+    /// beat the best node so far.
     fn find_best_sibling(&self, bounds: &Aabb) -> u32 {
         let own_area = area(bounds);
         let mut at = self.root;
@@ -306,8 +307,8 @@ impl BoxTree {
         tall
     }
 
-    /// Makes the exchange of a child with a child of the other child that shrinks a box most, if one does. The box of `at`
-    /// itself stays the same.
+    /// Exchanges a child with a child of the other child, if that makes a box smaller. Selects the exchange that
+    /// shrinks a box most. The box of `at` itself stays the same.
     fn rotate(&mut self, at: u32) {
         let children = self.children(at);
         let mut best: Option<(f64, u32, u32)> = None;

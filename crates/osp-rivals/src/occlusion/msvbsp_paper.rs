@@ -19,8 +19,8 @@ use osp::{
     view::ViewWindow,
 };
 
-/// The end of an edge counts as behind a splitting plane if it is behind it by more than this sine. If it is larger,
-/// neighbours that share a corner are sorted more cleanly, and more planes are lost.
+/// The end of an edge counts as behind a splitting plane if the sine of its angle to the plane exceeds this value.
+/// If it is larger, neighbours that share a corner are sorted more cleanly, and more planes are lost.
 const BEHIND_SINE: f64 = 1.0e-9;
 
 /// Whether volumes between the eye and an occluder count as hidden.

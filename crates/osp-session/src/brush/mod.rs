@@ -60,7 +60,7 @@ pub enum TubeShape {
     Comet,
     /// Half a sine wave, bent outwards.
     Petal,
-    /// Rises and falls over five control points at each end.
+    /// The radius rises over the first five control points, and falls over the last five.
     DoubleTaper,
 }
 

@@ -5,8 +5,8 @@ use crate::{
     scene::Stroke,
 };
 
-/// A material of the exported file: the common properties of strokes of one brush. For a brush that emits light it
-/// includes the colour, since glTF does not multiply emission by the colours of vertices.
+/// A material of the exported file: the common properties of strokes of one brush. The material of a brush that
+/// emits light includes the colour, because glTF does not multiply emission by the colours of vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Material {
     brush: Option<&'static Brush>,

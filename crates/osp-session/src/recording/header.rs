@@ -82,7 +82,7 @@ impl Header {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layer {
-    /// Its name.
+    /// The layer's name.
     #[serde(default)]
     pub name: String,
     /// Whether the layer's strokes are hidden.
