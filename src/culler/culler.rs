@@ -52,7 +52,7 @@ pub struct Culler<K: Key> {
     waiting: Waiting,
     filed: Filed,
     layers: Layers,
-    /// Created with the first occluder.
+    /// The occluders; created with the first one.
     hiding: Option<Box<Hiding>>,
     /// Refused changes before the last call of `cull`; `refused_since` has those after it.
     refused: Vec<(K, Refusal)>,

@@ -47,7 +47,7 @@ pub struct PassConfig {
 }
 
 impl Default for PassConfig {
-    /// [`Occlusion::Auto`].
+    /// The settings of [`Occlusion::Auto`].
     fn default() -> Self {
         Self::new(Occlusion::Auto)
     }

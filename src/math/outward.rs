@@ -7,7 +7,7 @@
 //! `q`
 //! * a product and two sums are rounded for each axis: by at most `3 u |n_i q_i|`, and by less than the smallest normal
 //!   number if something underflows;
-//! * the last sum costs nothing, because only its sign is used, which rounding never changes.
+//! * the last sum adds no error, because only its sign is used, which rounding never changes.
 //!
 //! So `s >= 0` if `n.p + d >= 3 u (|n_x p_x| + |n_y p_y| + |n_z p_z|)`, except for terms in `u^2`. The left side is linear
 //! in `p` and the right side convex. So this holds in all of a frustum if it holds at the frustum's eight corners. The

@@ -50,8 +50,8 @@ const LARGEST_TANGENT: f64 = 1.0e4;
 /// * A quotient such as `up . p / z` of at most `t` then has an error of at most `(8 + 8 t + t) u s / z`. A point with
 ///   a larger quotient is outside the window, and the error does not move it into the window.
 /// * The three directions are orthonormal only up to `4 u`. This changes a quotient by at most `4 u (1 + t) (1 + t + s
-///   / z)`, because no part of the volume has a tangent above `s / z`. Where the volume reaches the tangent `t`, `1 +
-///   t` is at most `2 s / z`. So the change is at most `12 u (1 + t) s / z`.
+///   / z)`, because no part of the volume has a tangent above `s / z`. If the volume reaches the tangent `t`, `1 + t`
+///   is at most `2 s / z`. So the change is at most `12 u (1 + t) s / z`.
 /// * The conversion of quotients to pixels rounds three times more, which adds `6 u t`.
 ///
 /// The sum of these errors is less than `32 (1 + t) u s / z` times the number of pixels of one unit. `s / z` is at most
@@ -100,7 +100,7 @@ pub struct DepthBuffer {
 /// Position of a volume in the picture, and its distances.
 #[derive(Clone, Copy, Debug)]
 struct Extent {
-    /// Corners of its rectangle, pixels.
+    /// The lower left corner of the volume's rectangle, pixels.
     low: DVec2,
     high: DVec2,
     /// Smallest distance along the direction of view, metres.

@@ -25,7 +25,8 @@ const WORTH_JOINING: f32 = 0.7;
 /// until it is full.
 const WORTH_WAITING: f32 = 0.5;
 
-/// Two patches are merged if together they hide at least this fraction of the sum of what each hides.
+/// Two patches are merged if the area that they hide together is at least this fraction of the sum of their
+/// hidden areas.
 const WORTH_MERGING: f32 = 0.9;
 
 /// See [`WORTH_WAITING`].

@@ -90,7 +90,7 @@ struct Shown {
     /// The direction of view, a unit vector. `right` is a unit vector, too.
     forward: DVec3,
     right: DVec3,
-    /// Distances along `forward`.
+    /// Distance of the near plane along `forward`.
     near: f64,
     far: f64,
     /// Directions from the eye to the corners of the screen, at distance 1, in order.

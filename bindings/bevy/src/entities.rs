@@ -22,12 +22,12 @@ use osp::{
     polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
-/// The place of an entity's number.
+/// The list that has an entity's number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     /// The entity is not tracked.
     Absent,
-    /// The entity is in `always`, because no box gives its place.
+    /// The entity is in `always`, because no box bounds it.
     Always,
     /// The entity is in `loose`, because it has changed lately.
     Loose,

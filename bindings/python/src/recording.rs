@@ -45,7 +45,7 @@ struct StrokeRow {
     points: u32,
 }
 
-/// The places of something over time.
+/// Positions and rotations, with their times: of control points, or of heads.
 #[derive(Default)]
 struct Poses {
     times_secs: Vec<f64>,

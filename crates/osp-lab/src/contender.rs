@@ -6,7 +6,7 @@ use osp_rivals::PeerKind;
 /// A structure to measure: one of this project, or (with the feature `peers`) one of another crate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contender {
-    /// One of this project.
+    /// A structure of this project.
     Own(IndexKind),
     /// A structure of another crate.
     #[cfg(feature = "peers")]

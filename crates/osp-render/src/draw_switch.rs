@@ -2,7 +2,8 @@ use osp::occlusion::TryBudget;
 
 /// Number of frames before the first try, which skips the slow start.
 const FIRST_TRY: u32 = 16;
-/// Each way of drawing is measured by the fastest of this number of frames, because disturbances only make frames longer.
+/// Each way of drawing, with culling and without, is measured by the fastest of this number of frames. Disturbances
+/// only make frames longer.
 const MEASURED: usize = 4;
 /// Number of frames of a try. The first frame has no previous frame and does not count.
 const TRY_FRAMES: u32 = MEASURED as u32 + 1;

@@ -80,7 +80,7 @@ impl Osp {
     }
 
     /// # Safety
-    /// As of [`Osp::known_page`].
+    /// The same as for [`Osp::known_page`].
     #[inline(always)]
     pub(super) unsafe fn known_page_boxes(&self, number: u32) -> &PageBoxes {
         // SAFETY: as for buckets.

@@ -1,4 +1,4 @@
-//! Testing boxes against the picture.
+//! Tests boxes and polygons against the picture.
 
 use glam::DVec3;
 
@@ -22,13 +22,13 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Boxes that are tested at once.
+/// Number of boxes that are tested at once.
 const LANES: usize = 16;
 
 /// Largest error of a box's pixel coordinates from rounding, pixels, for boxes that [`nearest_sine`] admits.
 const PIXEL_SLACK: f64 = 1.0e-6;
 
-/// Rounding of a box's depth.
+/// Bound of the relative error of a box's depth from rounding.
 const DEPTH_SLACK: f64 = 1.0e-6;
 
 /// Largest tangent of the angle between the direction of view and the window's border for which pixels are
@@ -141,7 +141,7 @@ impl CoverageBuffer {
         })
     }
 
-    /// Tests some boxes.
+    /// Tests the first `count` boxes. Calls `each` with the position and the result of each box.
     #[inline(always)]
     fn test_seen(
         &self,
@@ -215,7 +215,7 @@ struct SeenBoxes {
     /// Distance of the nearest corner along the direction of view.
     near: [f64; LANES],
     far: [f64; LANES],
-    /// The sum of the largest coordinates.
+    /// Size of each box: the sum of the largest absolute coordinates, relative to the eye, metres.
     size: [f64; LANES],
 }
 

@@ -23,13 +23,13 @@ const SMALL_PX: i32 = 4;
 /// Code of the edge along which a polygon is cut into two parts.
 pub(super) const SHARED: EdgeCode = NONE - 1;
 
-/// Pixels of a tile's side.
+/// Width of a tile, pixels.
 const SQUARE: f64 = SIDE as f64;
 
 /// A convex outline in the picture, counterclockwise (`y` up).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Facet {
-    /// In steps.
+    /// The corners, in steps.
     pub(super) at: [[i32; 2]; FACET_SIDES],
     pub(super) len: u8,
     /// Whether the facet's orientation in the picture is the reverse of the polygon's.

@@ -16,7 +16,7 @@ use crate::{polygon::PolygonId, view::ViewWindow};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
     corner: u32,
-    /// Right, up and forward.
+    /// Coordinates to the right, up and forward, relative to the eye, metres.
     pub(super) eye: DVec3,
     at: [i32; 2],
     /// Reciprocal depth; 0 if the corner lies before the near plane, or its position in the picture is too

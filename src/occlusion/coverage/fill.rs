@@ -78,7 +78,7 @@ impl Lines {
     }
 }
 
-/// Rows of a tile.
+/// A number for each row of a tile.
 type Rows = [i32; SIDE];
 
 /// A facet, prepared for filling strips of tiles.

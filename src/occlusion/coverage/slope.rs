@@ -1,6 +1,6 @@
 //! Linear bounds of the depths in a tile.
 
-/// Pixels of a tile's side.
+/// Width of a tile, pixels.
 pub(super) const SIDE: usize = 8;
 
 /// A bound of the reciprocal depths in a tile: a linear function, and a constant.
@@ -40,7 +40,7 @@ impl Slope {
         self.end >= other.end || other.excess(self) <= 0.0
     }
 
-    /// A lower bound of both.
+    /// A lower bound that is valid for both bounds.
     #[inline(always)]
     pub(super) fn behind_both(&self, other: &Self) -> Self {
         let lower = self.excess(other).max(0.0) * (1.0 + 4.0 * f32::EPSILON);

@@ -51,7 +51,7 @@ pub(in crate::occlusion) struct Surfaces {
     uses: Vec<u32>,
     free: Vec<u32>,
     corner_table: Table,
-    /// One edge of each ring.
+    /// A hash table of edges, with one edge of each ring.
     edge_table: Table,
 }
 

@@ -1,9 +1,9 @@
 //! A hash table of numbers. The caller stores the keys.
 
-/// No number.
+/// The value that stands for no number.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Fewest places.
+/// Least number of places of a table.
 const LEAST: usize = 16;
 
 /// A set of numbers. Each number is found by the hash of its key, and the caller compares the keys. Open
@@ -38,7 +38,7 @@ impl Table {
         self.place(hash, is_it).map(|at| self.places[at])
     }
 
-    /// Position of that number.
+    /// Position in the table of the number with this hash that `is_it` accepts.
     #[inline]
     fn place(&self, hash: u64, is_it: impl Fn(u32) -> bool) -> Option<usize> {
         if self.places.is_empty() {

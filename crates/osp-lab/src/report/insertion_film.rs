@@ -42,7 +42,7 @@ const OF_AXIS: [RGBColor; 3] = [ORANGE, GREEN, PURPLE];
 /// The first polygons of a model, and the trees that they are inserted into one after the other.
 #[derive(Clone, Debug)]
 pub struct InsertionFilm<'a> {
-    /// Above the film.
+    /// The title above the film.
     pub title: String,
     /// The model.
     pub scene: &'a Scene,
@@ -50,7 +50,7 @@ pub struct InsertionFilm<'a> {
     pub polygons: Vec<PolygonId>,
     /// The cube of the paper's tree, metres.
     pub root: Aabb,
-    /// Levels of planes of that tree.
+    /// Number of levels of planes of that tree.
     pub levels: u32,
 }
 

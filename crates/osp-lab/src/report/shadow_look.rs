@@ -21,7 +21,7 @@ use osp_session::scene::Scene;
 /// The two forms of the modified shadow-volume BSP tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShadowForm {
-    /// The conservative one.
+    /// The conservative form.
     Sound,
     /// The form that the paper prints, with caps.
     Paper,
@@ -100,7 +100,7 @@ impl<'a> ShadowLook<'a> {
         form.tree(&self.window, &self.occluders)
     }
 
-    /// The polygons that are truly hidden.
+    /// Number of polygons that are truly hidden.
     pub fn hidden(&self) -> usize {
         self.in_view.iter().filter(|(_, sight)| *sight == Sight::Hidden).count()
     }
@@ -117,7 +117,7 @@ impl<'a> ShadowLook<'a> {
         }
     }
 
-    /// Counts of a panel.
+    /// Counts the hidden and the visible polygons that a panel culls.
     pub fn counts(&self, panel: &ShadowPanel) -> ShadowCounts {
         let mut counts = ShadowCounts::default();
         for (&(_, sight), _) in self.in_view.iter().zip(&panel.culled).filter(|(_, culled)| **culled) {
@@ -135,7 +135,7 @@ pub struct ShadowPanel {
     pub form: ShadowForm,
     /// The tree.
     pub structure: ShadowStructure,
-    /// Planes of the whole tree.
+    /// Number of planes of the whole tree.
     pub planes_in_all: usize,
     /// For each polygon in view, whether the tree hides its box.
     pub(super) culled: Vec<bool>,
@@ -144,8 +144,8 @@ pub struct ShadowPanel {
 /// Counts of the polygons that a tree culls.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ShadowCounts {
-    /// Truly hidden ones.
+    /// Number of culled polygons that are truly hidden.
     pub hidden_culled: usize,
-    /// Visible ones, by mistake.
+    /// Number of culled polygons that are visible, by mistake.
     pub visible_culled: usize,
 }

@@ -29,8 +29,8 @@ use osp_session::{atomic_file::write_atomically, scene::Scene};
 
 /// Width of a form's column, pixels.
 const WIDTH: u32 = 960;
-/// Heights, pixels: of the title with the window; of the shadows and the tree; of the legend below all
-/// columns.
+/// Heights, pixels, of three parts: the title with the window, the shadows and the tree, and the legend below
+/// all columns.
 const HEIGHTS: [u32; 3] = [572, 430, 128];
 /// Width of the picture of the shadows, pixels.
 const PLAN_WIDTH: u32 = 430;
@@ -50,11 +50,11 @@ const SHADOW: RGBColor = RGBColor(40, 60, 110);
 /// A picture of a view's occluders and of the tree of each form, with a column for each form.
 #[derive(Clone, Debug)]
 pub struct ShadowPicture<'a> {
-    /// Above the picture.
+    /// The title above the picture.
     pub title: String,
     /// The view.
     pub look: &'a ShadowLook<'a>,
-    /// The forms, left to right.
+    /// The forms, from left to right.
     pub panels: Vec<ShadowPanel>,
     /// The side from which the shadows are seen.
     pub side: Side,
@@ -183,7 +183,7 @@ impl ShadowPicture<'_> {
         Ok(())
     }
 
-    /// The shadows in parallel projection.
+    /// Draws the shadows in parallel projection.
     fn draw_plan<B: DrawingBackend>(&self, panel: &ShadowPanel, area: &DrawingArea<B, Shift>) -> Drawn
     where
         B::ErrorType: 'static,

@@ -21,7 +21,7 @@ const IN_PLANE_SINE: f64 = 1.0e-9;
 pub struct ShadowNode {
     /// Index of the parent node, and the side of the parent's plane on which this node lies.
     pub parent: Option<(usize, Side)>,
-    /// 0 at the top.
+    /// Depth of the node; 0 at the top.
     pub depth: u32,
     /// Directions from the eye to the corners of the node's cell, in order; none if the cell is empty.
     pub cell: Vec<DVec3>,
@@ -97,7 +97,7 @@ impl ShadowStructure {
         self.planes
     }
 
-    /// Levels of planes.
+    /// Number of levels of planes.
     pub fn levels(&self) -> u32 {
         self.nodes.iter().map(|node| node.depth).max().unwrap_or(0)
     }

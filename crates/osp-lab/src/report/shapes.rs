@@ -11,7 +11,7 @@ use plotters::{
 
 pub(super) type Drawn = Result<(), Box<dyn Error>>;
 
-/// The nearest pixel.
+/// Rounds a position to the nearest pixel.
 pub(super) fn point(p: &DVec2) -> (i32, i32) {
     (p.x.round() as i32, p.y.round() as i32)
 }

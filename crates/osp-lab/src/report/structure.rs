@@ -47,9 +47,9 @@ pub struct StructureNode {
 /// The plane and the flags of a node of the paper's tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeFields {
-    /// The axis that its plane cuts.
+    /// The axis that the node's plane cuts.
     pub axis: usize,
-    /// The place of the plane on that axis, metres.
+    /// The position of the plane on that axis, metres.
     pub plane_m: f32,
     /// The paper's `IsLeaf`.
     pub is_leaf: bool,

@@ -44,12 +44,12 @@ impl TreeLayout {
         Self { spans, places, margin, step }
     }
 
-    /// Pixels between two ends.
+    /// Distance between two neighbouring leaves, pixels.
     pub(super) fn step_x(&self) -> f32 {
         self.step.0
     }
 
-    /// The pixel of a node.
+    /// Position of a node, pixels.
     pub(super) fn pixel(&self, node: usize) -> (i32, i32) {
         let (low, high, level) = self.spans[node];
         let x = self.margin + f32::midpoint(low, high) * self.step.0;

@@ -46,7 +46,7 @@ pub(super) fn bytes_of(polygons: usize) -> std::ops::RangeInclusive<usize> {
 /// Polygons with consecutive numbers and one colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
-    /// The first number.
+    /// The number of the first polygon.
     pub first: PolygonId,
     /// Number of polygons.
     pub polygons: u32,

@@ -42,8 +42,8 @@ pub struct Packed {
 }
 
 /// Packs finished sessions into a world. The world can be opened only after [`WorldWriter::finish`]. A pack removes the
-/// blocks of a pack into the same place that was stopped. In a folder, a second pack is refused while one runs. A pack
-/// takes memory for one object, and for an entry for each block.
+/// blocks that an interrupted pack has left at the same place. In a folder, a second pack is refused while one runs. A
+/// pack takes memory for one object, and for an entry for each block.
 #[derive(Debug)]
 pub struct WorldWriter {
     place: Place,

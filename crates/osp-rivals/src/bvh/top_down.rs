@@ -91,11 +91,11 @@ impl<F: FnMut(&mut [Item]) -> Split> Ranges for InPlace<'_, F> {
     }
 }
 
-/// A thing with a box.
+/// An item of a builder, which has a box.
 pub(crate) trait Boxed {
     fn bounds(&self) -> &Aabb;
 
-    /// Number of polygons of the thing.
+    /// Number of polygons of the item.
     fn weight(&self) -> u32 {
         1
     }

@@ -3,7 +3,7 @@ use std::cmp::Ordering;
 use crate::flat_tree::{area, joined_area};
 use osp::{index::Upkeep, math::Aabb, polygon::PolygonId};
 
-/// No node.
+/// The number that stands for no node.
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// Largest difference of two siblings' heights. If it is smaller, trees are lower, but a lone polygon beside a crowd is
@@ -32,7 +32,7 @@ pub(super) struct Links {
     second: u32,
 }
 
-/// Decoded [`Links`].
+/// The contents of a node, decoded from [`Links`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Below {
     Leaf(PolygonId),
@@ -340,7 +340,7 @@ impl BoxTree {
     }
 }
 
-/// A way down the tree.
+/// A child at which the descent may continue, and bounds of its cost.
 #[derive(Clone, Copy, Debug)]
 struct Way {
     child: u32,

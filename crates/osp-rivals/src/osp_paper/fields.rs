@@ -14,13 +14,13 @@ pub struct OspPaperNode<'a> {
     pub plane_m: f32,
     /// `IsLeaf`: whether the node is at the maximum depth.
     pub is_leaf: bool,
-    /// `IsPolygon`: it holds polygons.
+    /// `IsPolygon`: whether the node has polygons of its own.
     pub is_polygon: bool,
-    /// `IsSubnode`: there are polygons below.
+    /// `IsSubnode`: whether nodes below have polygons.
     pub is_subnode: bool,
     /// `TriName`: the polygons that lie in this node and in no child.
     pub polygons: &'a [PolygonId],
-    /// Polygons here and below.
+    /// Number of polygons in the node and below.
     pub polygons_in_all: usize,
 }
 

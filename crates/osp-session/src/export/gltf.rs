@@ -62,11 +62,11 @@ pub struct ExportOptions {
 /// Counts of exported parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GltfCounts {
-    /// Objects.
+    /// Number of objects.
     pub objects: u64,
-    /// Polygons.
+    /// Number of polygons.
     pub polygons: u64,
-    /// Triangles.
+    /// Number of triangles.
     pub triangles: u64,
     /// Number of polygons left out because a corner is not a finite number. The format cannot represent such
     /// a number.

@@ -16,7 +16,7 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 /// A node of the exported file with its mesh.
 pub(super) struct Object {
     pub(super) name: String,
-    /// By material.
+    /// The parts of the object, by material.
     pub(super) parts: BTreeMap<usize, Part>,
 }
 

@@ -16,9 +16,9 @@ pub(super) struct KeptPoint {
     pub(super) t: f64,
     /// Position, metres.
     pub(super) p: Vec3,
-    /// World from tracker.
+    /// Rotation from the tracker to world space.
     pub(super) q: Quat,
-    /// 0 to 1.
+    /// Pressure, 0 to 1.
     pub(super) pressure: f32,
 }
 
@@ -85,7 +85,7 @@ impl KeptStrokes {
         &self.scene
     }
 
-    /// Recorded poses of heads.
+    /// Number of recorded head poses.
     pub(super) fn heads(&self) -> u64 {
         self.heads
     }

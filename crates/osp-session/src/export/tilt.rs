@@ -31,9 +31,9 @@ const ZIP_ROOM_BYTES: u64 = 1 << 25;
 /// Counts of a written sketch.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TiltCounts {
-    /// Strokes.
+    /// Number of strokes.
     pub strokes: u64,
-    /// Control points.
+    /// Number of control points.
     pub points: u64,
     /// One line for each kind of data that the file lacks or holds in another form.
     pub notes: Vec<String>,

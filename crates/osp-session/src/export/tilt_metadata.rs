@@ -57,7 +57,7 @@ impl Brushes {
 
 /// The layers of a session at its end.
 pub(super) struct Layers {
-    /// Places by the session's numbers.
+    /// For each layer of the session, its index in the file.
     places: BTreeMap<u32, u32>,
     states: Vec<LayerNow>,
     /// Whether there is a single layer without a name or a change. The file then needs no table of layers.
@@ -103,7 +103,7 @@ impl Layers {
         }
     }
 
-    /// Place of one of the layers.
+    /// Index of a layer in the file.
     pub(super) fn place(&self, number: u32) -> u32 {
         self.places.get(&number).copied().unwrap_or(0)
     }

@@ -35,7 +35,7 @@ const INVERSE_REACH: u32 = 8;
 pub(super) struct TiltStroke<'s> {
     stroke: &'s KeptStroke,
     motion: Motion,
-    /// GUID of its brush.
+    /// GUID of the stroke's brush.
     pub(super) guid: &'s str,
     /// Name of the brush that replaces a missing one.
     pub(super) stand_in: Option<&'static str>,
@@ -47,10 +47,10 @@ pub(super) struct TiltStroke<'s> {
 
 /// Position of a stroke among the strokes of a file.
 pub(super) struct Place {
-    /// Place in the table of brushes.
+    /// Index in the table of brushes.
     pub(super) brush: u32,
     pub(super) layer: u32,
-    /// 0 for none.
+    /// Number of the group; 0 for none.
     pub(super) group: u32,
 }
 
@@ -92,7 +92,7 @@ impl<'s> TiltStroke<'s> {
         self.stroke.points.iter().filter(is_out).count() as u64
     }
 
-    /// Appends it as `data.sketch` holds it.
+    /// Appends the stroke in the form of `data.sketch`.
     pub(super) fn write(&self, place: &Place, out: &mut Vec<u8>) {
         let paint = self.paint();
         let seed = paint.map_or(0, |paint| paint.seed);
@@ -172,7 +172,7 @@ impl<'s> TiltStroke<'s> {
     }
 }
 
-/// A time of so many seconds.
+/// Converts seconds to whole milliseconds.
 fn milliseconds(secs: f64) -> f64 {
     (secs * 1000.0).round()
 }

@@ -12,7 +12,7 @@ use osp::polygon::PolygonId;
 pub struct PolygonTimes {
     /// Time stamp of the session's first event.
     first_secs: Option<f64>,
-    /// Seconds since the session began.
+    /// For each polygon, the seconds since the session began.
     secs: Vec<f32>,
     /// Working memory of a call: strokes and times of its samples.
     samples: Vec<(u64, f32)>,

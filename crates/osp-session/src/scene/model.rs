@@ -139,7 +139,7 @@ pub struct Scene {
     pub(super) batches: u64,
     /// Length of the caller's list before the current batch.
     pub(super) batch_start: usize,
-    /// Filled and emptied within one call.
+    /// Working memory of one call: the new polygons.
     pub(super) fresh: Pieces,
     pub(super) repainted: Vec<(u32, Surface)>,
 }
