@@ -307,7 +307,8 @@ impl Pipeline {
         }
     }
 
-    /// Applies updates. Updates of polygons in the index run together, with the same result as one after the other.
+    /// Applies updates. Updates of polygons in the index are passed to the index together. The result is the same
+    /// as that of single updates.
     fn follow_all(&mut self, geometry: &dyn Geometry, updates: &[Change]) {
         self.together.clear();
         for &update in updates {

@@ -13,8 +13,8 @@ use crate::{
 const GROUPS_A_COMMIT: usize = 2;
 const GROUPS_SHARE: usize = 512;
 
-/// Replaces [`GROUPS_A_COMMIT`] while polygons of a former plain list wait for the tree, in commits after which new
-/// polygons came. [`GROUPS_ALONE`] replaces it in other commits.
+/// Replaces [`GROUPS_A_COMMIT`] while polygons of a former plain list wait for the tree, if polygons were inserted
+/// since the last commit. If none were inserted, [`GROUPS_ALONE`] replaces it.
 const GROUPS_WITH_MORE: usize = 1;
 const GROUPS_ALONE: usize = 3;
 

@@ -26,7 +26,7 @@ impl Slope {
         self.from + self.across[0] * x + self.across[1] * y
     }
 
-    /// Upper bound of the amount by which this bound exceeds `other` in the tile.
+    /// Largest amount by which this bound exceeds `other` in the tile; negative if it is always less.
     #[inline(always)]
     fn excess(&self, other: &Self) -> f32 {
         let [x, y] = [0, 1].map(|axis| (self.across[axis] - other.across[axis]).max(0.0));
