@@ -18,7 +18,7 @@ static NOTHING: VisibleBlocks = VisibleBlocks::new();
 /// The results of all cameras, in their order: `frame[0]` belongs to the first camera.
 ///
 /// # Panics
-/// Indexing beyond the last camera panics, as in a slice; [`Frame::get`] does not.
+/// Indexing beyond the last camera panics, as in a slice. [`Frame::get`] returns `None` instead.
 #[derive(Clone, Debug)]
 pub struct Frame<'a, K: Key> {
     first: [Seen<'a, K>; FEW],

@@ -241,8 +241,8 @@ impl Pipeline {
         }
     }
 
-    /// Does the work of [`Pipeline::load`] in steps, for callers with little time in each frame: inserts the next polygons of
-    /// those that were present at the first step. Returns whether polygons are left.
+    /// Does the work of [`Pipeline::load`] in steps, for callers with little time in each frame: inserts the next of
+    /// the polygons that were present at the first step. Returns whether polygons are left.
     pub fn load_some(&mut self, geometry: &dyn Geometry) -> bool {
         let (all, at) = self.loading.take().unwrap_or_else(|| (present(geometry), 0));
         let end = all.len().min(at + LOADED_AT_ONCE);

@@ -51,7 +51,7 @@ pub struct Nearest<'a> {
 
 impl<'a> Nearest<'a> {
     /// Begins a search up to the distance `t_max` along the ray. `hit` returns the distance at which the ray meets a
-    /// polygon, if it does.
+    /// polygon, or `None` for a miss.
     pub fn new(t_max: f32, hit: &'a mut dyn FnMut(PolygonId) -> Option<f32>) -> Self {
         Self { hit, t_max, found: None }
     }

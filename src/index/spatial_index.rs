@@ -84,8 +84,8 @@ pub trait SpatialIndex: Any + Send + Sync {
         refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
     }
 
-    /// Ends a batch of changes. The index does its work before the next query, such as a rebuild or a bounded share of
-    /// upkeep. Called once a frame; cheap when nothing has changed.
+    /// Ends a batch of changes. The index does the work that the next query requires, such as a rebuild or a bounded
+    /// share of upkeep. Called once a frame; cheap when nothing has changed.
     fn commit(&mut self);
 
     /// Appends the polygons that the frustum may see to `draw_list`, in any order. An index may write up to 272 places
@@ -141,9 +141,10 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// The nearest polygon that a ray meets at `t <= t_max`, and its `t`. Among several polygons at the same `t` the
     /// lowest id wins.
     ///
-    /// `hit` is the exact test: it returns the `t` at which the ray meets the polygon itself, if it does. It is called
-    /// for every polygon whose box the ray enters no later than the nearest hit so far, and perhaps for others.
-    /// Rounding may make its `t` smaller than the `t` of entry into the box, by at most one part in ten thousand.
+    /// `hit` is the exact test: it returns the `t` at which the ray meets the polygon itself, or `None` for a miss. It
+    /// is called for every polygon whose box the ray enters no later than the nearest hit so far, and perhaps for
+    /// others. Rounding may make its `t` smaller than the `t` of entry into the box, by at most one part in ten
+    /// thousand.
     fn ray_nearest(
         &self,
         ray: &Ray,

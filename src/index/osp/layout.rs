@@ -202,7 +202,8 @@ impl Bucket {
         (self.page_count as usize).wrapping_sub(1) % 16
     }
 
-    /// Widens the box of the page at position `at` so that it contains `bounds`. Returns `false` if it did before.
+    /// Widens the box of the page at position `at` so that it contains `bounds`. Returns `false` if the box
+    /// contained `bounds` before.
     #[inline]
     pub(super) fn widen(&mut self, at: usize, bounds: &Aabb) -> bool {
         if !self.boxes.widen(at, bounds) {

@@ -215,7 +215,8 @@ impl WithKernel for Weigh<'_> {
     }
 }
 
-/// Whether all polygons in the tree lie inside every plane. Stops at the first box that does not.
+/// Whether all polygons in the tree lie inside every plane. Stops at the first box that is not inside every
+/// plane.
 #[inline(always)]
 pub(super) fn holds_all<K: Kernel>(
     osp: &Osp,

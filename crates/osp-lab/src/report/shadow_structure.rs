@@ -156,7 +156,7 @@ fn owner(
     owners.clone().find(covers).or_else(|| owners.next())
 }
 
-/// The part of a cell in front of a plane; empty without such a part.
+/// The part of a cell in front of a plane; empty if the whole cell lies behind it.
 fn part(cell: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     if cell.len() < 3 {
         return Vec::new();

@@ -29,7 +29,7 @@ pub enum News {
     Refused {
         /// The reason.
         why: String,
-        /// Number of these events: the oldest of those that are not in the session.
+        /// Number of these events. They are the oldest of the own events that are not in the session.
         own: usize,
     },
     /// This member has joined as this author, for the first time or again.
