@@ -256,8 +256,8 @@ impl Culler {
     }
 
     /// The first object that a ray hits, and the place: `(key, t)`, or None. `hit(key)` returns the `t` at which the
-    /// ray hits an object itself, or None. It is called for objects whose boxes the ray enters, the nearest first,
-    /// while one may be nearer than the nearest hit. Without `hit`, the boxes count as the objects.
+    /// ray hits an object itself, or None. It is called for objects in the order in which the ray enters their
+    /// boxes, until no further box can contain a nearer hit. Without `hit`, the boxes count as the objects.
     #[pyo3(signature = (origin, direction, hit=None, t_max=f64::INFINITY))]
     fn pick(
         &self,

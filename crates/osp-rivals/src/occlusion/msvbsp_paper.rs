@@ -58,7 +58,7 @@ pub struct MsvbspPaper {
     list_budget: usize,
     tree: ShadowTree,
     planes: Vec<Plane>,
-    /// For each occluder, its group, named after the best member.
+    /// For each occluder, the number of its group, which is that of the group's best member.
     group: Vec<u32>,
     caps_of_group: Vec<Caps>,
     lists: Vec<u32>,
