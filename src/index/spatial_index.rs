@@ -77,9 +77,9 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// [`IndexError::Unknown`], [`IndexError::InvalidBounds`].
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError>;
 
-    /// Gives polygons new boxes, with the result of one [`SpatialIndex::update`] after the other: the last update of an
-    /// id counts. Appends the errors of refused updates to `refused`, in the order of the updates. The default
-    /// implementation calls `update` for each; an index may be faster for consecutive ids.
+    /// Gives polygons new boxes. The result is that of one call of [`SpatialIndex::update`] after the other, so the
+    /// last update of an id counts. Appends the errors of refused updates to `refused`, in the order of the updates.
+    /// The default implementation calls `update` for each; an index may be faster for consecutive ids.
     fn update_all(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
     }

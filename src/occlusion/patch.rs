@@ -184,8 +184,9 @@ impl Patch {
         })
     }
 
-    /// An edge that the border and a polygon share: the number of its first corner on each. Also whether the polygon has to
-    /// be reversed, because neighbours that turn the same way pass their edge in opposite directions.
+    /// Finds an edge that the border and a polygon share. Returns the number of the edge's first corner on the border
+    /// and on the polygon, and whether the polygon has to be reversed. Neighbours that turn the same way pass their
+    /// edge in opposite directions.
     fn shared_edge(&self, corners: &[Vec3]) -> Option<(usize, usize, bool)> {
         let n = corners.len();
         let border = self.border.points();

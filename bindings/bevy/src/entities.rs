@@ -43,7 +43,7 @@ struct Record {
     state: State,
     /// Whether the entity's number is in the queue.
     is_queued: bool,
-    /// Whether the entity is in the index. If it is loose, it is at an old place there.
+    /// Whether the entity is in the index. A loose entity may be in the index with an old box.
     is_filed: bool,
 }
 

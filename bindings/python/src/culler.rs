@@ -284,8 +284,8 @@ impl Culler {
         Ok(nearest)
     }
 
-    /// The first boxes that many rays enter: `origins` and `directions` of the shape (n, 3). Returns the keys (0 for a
-    /// ray that enters nothing) and the `t` (float32; then infinite).
+    /// The first boxes that many rays enter: `origins` and `directions` of the shape (n, 3). Returns the keys and the
+    /// `t` (float32). A ray that enters nothing has key 0 and an infinite `t`.
     #[pyo3(signature = (origins, directions, t_max=f64::INFINITY))]
     fn rays<'py>(
         &self,
