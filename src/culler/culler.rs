@@ -54,7 +54,7 @@ pub struct Culler<K: Key> {
     layers: Layers,
     /// The occluders; created with the first one.
     hiding: Option<Box<Hiding>>,
-    /// Refused changes before the last call of `cull`; `refused_since` has those after it.
+    /// Refused changes before the last call of `cull`; `refused_since` has the later ones.
     refused: Vec<(K, Refusal)>,
     refused_since: Vec<(K, Refusal)>,
     frusta: Vec<Frustum>,

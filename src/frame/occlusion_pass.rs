@@ -139,8 +139,8 @@ impl OcclusionPass {
         Self::with_culler(config.choice.culler(), config, capacity)
     }
 
-    /// A pass with the caller's own cullers, which `make` creates. [`Occlusion::Auto`] selects among none, such a culler
-    /// and [`Occlusion::PreviousFrame`]. Every other choice always uses such a culler.
+    /// A pass with the caller's own cullers, which `make` creates. [`Occlusion::Auto`] selects in each frame no culler,
+    /// such a culler or [`Occlusion::PreviousFrame`]. Every other choice always uses such a culler.
     pub fn with_culler(make: MakeCuller, config: PassConfig, capacity: usize) -> Self {
         let select =
             SelectConfig { score: config.score, occluders: config.occluders(), ..SelectConfig::default() };

@@ -248,8 +248,8 @@ pub(super) fn holds_all<K: Kernel>(
 }
 
 impl Weigh<'_> {
-    /// Whether more of the tree seems to be inside than outside, by its upper levels. The weight of a cell is the number of
-    /// nodes and leaves in it. A cell that a plane cuts counts by the centre of its box.
+    /// Estimates from the upper levels whether more of the tree is inside than outside. The weight of a cell is the
+    /// number of nodes and leaves in it. A cell that a plane cuts counts by the centre of its box.
     #[inline(always)]
     fn is_mostly_seen<K: Kernel>(&self, kernel: K, work: &mut WorkCounts) -> bool {
         let top = &self.osp.nodes[self.top];
