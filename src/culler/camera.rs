@@ -63,10 +63,11 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// The camera of a matrix from world space to clip space, columns one after the other, with x and y from -w to w. The
-    /// projection may be perspective or parallel, on-axis or off-axis, mirrored, with y up or down. It may have an oblique
-    /// near plane, and no far plane. An `f64` matrix counts as exact, however far from the origin the eye is. For a
-    /// perspective, `depth` may have the wrong direction.
+    /// Makes a camera of a matrix from world space to clip space. `clip_from_world` has the four columns one after the
+    /// other. In clip space, x and y go from -w to w. The projection may be perspective or parallel, on-axis or
+    /// off-axis, mirrored, with y up or down. It may have an oblique near plane, and no far plane. An `f64` matrix
+    /// counts as exact, however far from the origin the eye is. For a perspective projection, `depth` may have the
+    /// wrong direction.
     ///
     /// # Errors
     /// [`CameraError`]: a number is not finite, or the matrix has no inverse.

@@ -52,9 +52,9 @@ pub struct Culler<K: Key> {
     pub(super) waiting: Waiting,
     pub(super) filed: Filed,
     pub(super) layers: Layers,
-    /// Created with the first occluder.
+    /// The occluders; created with the first one.
     pub(super) hiding: Option<Box<Hiding>>,
-    /// Refused changes before the last call of `cull`; `refused_since` has those after it.
+    /// Refused changes before the last call of `cull`; `refused_since` has the later ones.
     pub(super) refused: Vec<(K, Refusal)>,
     pub(super) refused_since: Vec<(K, Refusal)>,
     frusta: Vec<Frustum>,

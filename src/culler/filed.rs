@@ -158,7 +158,7 @@ impl Filed {
     }
 }
 
-/// For the index, an object consists of its box.
+/// Supplies the boxes of the objects to the index.
 impl Geometry for Filed {
     fn id_end(&self) -> usize {
         PolygonId::LIMIT as usize

@@ -18,7 +18,7 @@ static NOTHING: VisibleBlocks = VisibleBlocks::new();
 /// The results of all cameras, in their order: `frame[0]` belongs to the first camera.
 ///
 /// # Panics
-/// Indexing beyond the last camera panics, as in a slice; [`Frame::get`] does not.
+/// Indexing beyond the last camera panics, as in a slice. [`Frame::get`] returns `None` instead.
 #[derive(Clone, Debug)]
 pub struct Frame<'a, K: Key> {
     first: [Seen<'a, K>; FEW],
@@ -36,8 +36,8 @@ pub struct Seen<'a, K: Key> {
 }
 
 impl<'a, K: Key> Frame<'a, K> {
-    /// `views` has for each camera its objects in view, the objects that are left if occluders hide some, and the culler
-    /// for further tests.
+    /// `views` has three entries for each camera: the objects in view, the objects left after occlusion culling if it
+    /// hides some, and the culler for further tests.
     pub(super) fn new(
         keys: &'a K::Places,
         views: impl IntoIterator<Item = (&'a VisibleBlocks, &'a VisibleBlocks, Option<&'a dyn OcclusionCuller>)>,

@@ -27,7 +27,7 @@ pub(super) struct Hiding {
     views: Vec<ViewOcclusion>,
 }
 
-/// The occluder of an object.
+/// An object's occluder and box.
 #[derive(Debug, Default)]
 struct Own {
     /// The numbers of the occluder's polygons.

@@ -8,8 +8,8 @@ use std::{
 
 use crate::polygon::{PolygonId, bits};
 
-/// The position of an object in the culler's own lists. It has the type of a number of the index, because both use the same
-/// kinds of lists.
+/// The index of an object in the culler's own lists. It has the type of a polygon's number, because the lists are those
+/// of the index.
 pub(super) type Slot = PolygonId;
 
 /// The engine's name of an object: anything `Copy + Eq + Hash`, which costs a map lookup in each call, or [`Dense`]

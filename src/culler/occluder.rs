@@ -99,7 +99,9 @@ impl Occluder {
         Self::of_polygons(sides.map(|side| ConvexPolygon::quad(side.map(|corner: usize| corners[corner]))))
     }
 
-    pub(super) fn of_polygons(polygons: impl IntoIterator<Item = ConvexPolygon>) -> Result<Self, OccluderError> {
+    pub(super) fn of_polygons(
+        polygons: impl IntoIterator<Item = ConvexPolygon>,
+    ) -> Result<Self, OccluderError> {
         let has_area = |polygon: &ConvexPolygon| polygon.area_m2() > 0.0;
         let polygons: Vec<_> = polygons.into_iter().filter(has_area).collect();
         if polygons.is_empty() { Err(OccluderError::NoArea) } else { Ok(Self(Shape::Polygons(polygons))) }

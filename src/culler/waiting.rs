@@ -79,7 +79,8 @@ impl Waiting {
         self.states.get(slot).has_box
     }
 
-    /// The waiting box of an object, or [`Aabb::EMPTY`] if it is to be removed.
+    /// The new box of an object whose change has not been committed; [`Aabb::EMPTY`] if the object is to be
+    /// removed.
     pub(super) fn waits(&self, slot: Slot) -> Option<Aabb> {
         let change = self.changes.get(self.states.get(slot).change as usize);
         change.filter(|waiting| waiting.0 == slot).map(|(_, bounds)| *bounds)

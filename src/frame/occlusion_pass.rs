@@ -31,9 +31,9 @@ pub struct PassConfig {
     /// Largest number of occluders of a view. `None` means 64, or 16 for [`Occlusion::Auto`] if drawing a polygon costs
     /// less than 640 ns.
     pub occluders: Option<usize>,
-    /// Time to draw one polygon, nanoseconds. A test counts as 100 ns, and pays if it may save four times this time. So
-    /// from 400 ns on, polygons are tested one by one. At 10 ns, only nodes of the index with at least 40 polygons are
-    /// tested.
+    /// Time to draw one polygon, nanoseconds. A test takes about 100 ns. It is made only if it may save at least four
+    /// times this time. From 400 ns on, each polygon is tested by itself. At 10 ns, only nodes of the index with at
+    /// least 40 polygons are tested.
     pub polygon_ns: f64,
     /// The measure that [`Occlusion::Auto`] compares.
     #[doc(hidden)]
@@ -47,15 +47,15 @@ pub struct PassConfig {
 }
 
 impl Default for PassConfig {
-    /// [`Occlusion::Auto`].
+    /// The settings of [`Occlusion::Auto`].
     fn default() -> Self {
         Self::new(Occlusion::Auto)
     }
 }
 
 impl PassConfig {
-    /// Settings for an engine whose "polygons" are meshes: drawing one costs 10 µs, so each is tested. The number of
-    /// occluders is the method's own.
+    /// Settings for an engine that draws a mesh for each "polygon". Drawing a mesh takes 10 µs, so each one is
+    /// tested. The largest number of occluders is the default of the method.
     pub fn new(choice: Occlusion) -> Self {
         Self {
             choice,
@@ -102,8 +102,8 @@ const MESH_NS: f64 = 10_000.0;
 /// methods.
 const MANY_OCCLUDERS_NS: f64 = 640.0;
 
-/// Number of frames without the previous-frame method after which its visible polygons are dropped, so that all polygons in
-/// view take their place.
+/// If the previous-frame method was not used for this number of frames, its visible polygons are dropped. All polygons
+/// in view then replace them.
 const LONGEST_MEMORY: u32 = 8;
 
 /// Occlusion culling as the pass of a [`super::Pipeline`], with its state from frame to frame.
@@ -118,7 +118,8 @@ pub struct OcclusionPass {
     switch: Option<AutoSwitch>,
     /// Pauses after frames without hidden polygons; used only without a switch.
     rest: Rest,
-    /// Whether many polygons came while no occluders were selected, so that the best occluders may not be candidates yet.
+    /// Whether many polygons were inserted while no occluders were selected. The best occluders may then not be
+    /// candidates yet.
     came_unseen: bool,
     /// The switch's method [`Occlusion::PreviousFrame`], if it can ever pay.
     last: Option<PreviousFramePass>,
@@ -138,8 +139,8 @@ impl OcclusionPass {
         Self::with_culler(config.choice.culler(), config, capacity)
     }
 
-    /// A pass with the caller's own cullers, which `make` creates. [`Occlusion::Auto`] selects among none, such a culler
-    /// and [`Occlusion::PreviousFrame`]. Every other choice always uses such a culler.
+    /// A pass with the caller's own cullers, which `make` creates. [`Occlusion::Auto`] selects in each frame no culler,
+    /// such a culler or [`Occlusion::PreviousFrame`]. Every other choice always uses such a culler.
     pub fn with_culler(make: MakeCuller, config: PassConfig, capacity: usize) -> Self {
         let select =
             SelectConfig { score: config.score, occluders: config.occluders(), ..SelectConfig::default() };
@@ -167,7 +168,7 @@ impl OcclusionPass {
         }
     }
 
-    /// Its settings.
+    /// The settings of the pass.
     pub fn config(&self) -> &PassConfig {
         &self.config
     }
@@ -188,7 +189,7 @@ impl OcclusionPass {
         self.by_last
     }
 
-    /// Passes every change to the previous-frame method, also in frames that do not use it.
+    /// Passes every change to the previous-frame method, even if the frame does not use this method.
     fn follow_last(&mut self, changes: &[Change]) {
         if let Some(last) = &mut self.last {
             last.follow(changes);

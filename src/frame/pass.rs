@@ -7,7 +7,7 @@ use crate::{
     view::View,
 };
 
-/// A method that culls after the frustum. It is the one place in a [`super::Pipeline`] for occlusion culling of any kind.
+/// A method that culls after the frustum. A [`super::Pipeline`] runs occlusion culling of any kind only as such a pass.
 /// The pipeline calls `load`, or `load_part` for each part, at most once, and then `frame` or `skip` for each frame.
 pub trait Pass: Any + Debug + Send + Sync {
     /// Receives a whole model before the first frame.

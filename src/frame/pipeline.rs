@@ -28,7 +28,8 @@ const LOADED_AT_ONCE: usize = 64 * ANNOUNCED;
 const MOST_TOGETHER: usize = 256;
 const LEAST_TOGETHER: usize = 4;
 
-/// An index with everything that it needs from frame to frame. No frame allocates once the draw lists have grown.
+/// An index, and all state that culling keeps from frame to frame. No frame allocates once the draw lists have
+/// grown.
 pub struct Pipeline {
     index: Box<dyn SpatialIndex>,
     /// The polygons in spaces that move as a whole. They are not in the index.
@@ -45,11 +46,11 @@ pub struct Pipeline {
     /// Whether occlusion culling ran in the last frame.
     occluded: bool,
     clock: StageClock,
-    /// Updates that go to the index together; kept for their memory. `not_taken` has the refused ones.
+    /// Working memory: updates that go to the index together. `not_taken` has the refused ones.
     together: Vec<(PolygonId, Aabb)>,
     not_taken: Vec<IndexError>,
     refused: u64,
-    /// During a load in steps: all polygons, and the number of those that are loaded.
+    /// While a model is loaded in steps: all polygons, and the number of loaded ones.
     loading: Option<(Vec<Change>, usize)>,
     frame: u64,
 }
@@ -240,8 +241,8 @@ impl Pipeline {
         }
     }
 
-    /// Does the work of [`Pipeline::load`] in steps, for callers with little time in each frame: inserts the next polygons of
-    /// those that were present at the first step. Returns whether polygons are left.
+    /// Does the work of [`Pipeline::load`] in steps, for callers with little time in each frame: inserts the next of
+    /// the polygons that were present at the first step. Returns whether polygons are left.
     pub fn load_some(&mut self, geometry: &dyn Geometry) -> bool {
         let (all, at) = self.loading.take().unwrap_or_else(|| (present(geometry), 0));
         let end = all.len().min(at + LOADED_AT_ONCE);
@@ -306,7 +307,8 @@ impl Pipeline {
         }
     }
 
-    /// Applies updates. Updates of polygons in the index run together, with the same result as one after the other.
+    /// Applies updates. Updates of polygons in the index are passed to the index together. The result is the same
+    /// as that of single updates.
     fn follow_all(&mut self, geometry: &dyn Geometry, updates: &[Change]) {
         self.together.clear();
         for &update in updates {
@@ -471,13 +473,13 @@ impl Pipeline {
     }
 }
 
-/// All present polygons, as insertions.
+/// Returns an insertion for each present polygon.
 fn present(geometry: &dyn Geometry) -> Vec<Change> {
     let ids = (0..geometry.id_end() as u32).map(PolygonId);
     ids.filter(|&id| geometry.is_present(id)).map(Change::Insert).collect()
 }
 
-/// Number of updates at the beginning of the changes, up to the number that an index gets together.
+/// Number of consecutive updates at the beginning of `changes`, at most [`MOST_TOGETHER`].
 fn leading_updates(changes: &[Change]) -> usize {
     changes.iter().take(MOST_TOGETHER).take_while(|change| matches!(change, Change::Update(_))).count()
 }

@@ -19,14 +19,15 @@ pub(super) struct Rest {
     left: u32,
     /// Number of frames skipped after the last test.
     length: u32,
-    /// Number of polygons in view, number of views, and the first view, at the last test.
+    /// At the last test: the number of polygons in view, the number of views, and the first view.
     seen: u64,
     views: usize,
     view: Option<View>,
 }
 
 impl Rest {
-    /// Whether to skip a frame. `comes_large` returns whether a possible large occluder was inserted.
+    /// Whether the frame skips occlusion culling. `comes_large` returns whether a polygon was inserted that
+    /// may be a large occluder.
     pub(super) fn leaves_out(
         &mut self,
         seen: u64,

@@ -10,9 +10,9 @@ pub struct IndexConfig {
     /// around the origin.
     pub root: Aabb,
     /// Number of polygons to reserve memory for, at most [`IndexConfig::MOST_RESERVED`]. With at most this number of
-    /// polygons no frame of `Osp` allocates. The ids must be below four million, and lie in at most `capacity / 8` blocks
-    /// of sixteen. Up to a million polygons may come, go and move in any way. A larger model needs most polygons side by
-    /// side, as in strokes. For scattered polygons `Osp` frees the memory reserved for strokes.
+    /// polygons no frame of `Osp` allocates. The ids must be below four million, and lie in at most `capacity / 8`
+    /// blocks of sixteen. Up to a million polygons may come, go and move in any way. In a larger model, most polygons
+    /// must lie side by side, as in strokes. For scattered polygons `Osp` frees the memory reserved for strokes.
     pub capacity: usize,
 }
 

@@ -4,7 +4,7 @@ use crate::{
     polygon::{ById, PolygonId},
 };
 
-/// The boxes of an index, by id. Its methods make the checks of arguments that all indexes make.
+/// The boxes of an index, by id. The methods check their arguments as every index does.
 #[derive(Clone, Debug)]
 pub struct FiledBoxes {
     boxes: ById<Aabb>,

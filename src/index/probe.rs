@@ -15,8 +15,8 @@ use crate::{
 /// round differently. If it is larger, a ray tests a few more polygons.
 pub(crate) const RAY_SLACK: f32 = 1.0e-4;
 
-/// A frustum that sees exactly the boxes which share a point with `bounds`. The signed distance to each of its planes is
-/// one product with 1, two products with 0 and one difference. `f32` never gets the sign of this sum wrong.
+/// A frustum that sees exactly the boxes which share a point with `bounds`. The signed distance to each of its planes
+/// is one product with 1, two products with 0 and one difference. The sign of this sum is always right in `f32`.
 pub(crate) fn frustum_of_box(bounds: &Aabb) -> Frustum {
     let plane = |normal: Vec3, d: f32| Plane { normal, d };
     Frustum::new([
@@ -51,7 +51,7 @@ pub struct Nearest<'a> {
 
 impl<'a> Nearest<'a> {
     /// Begins a search up to the distance `t_max` along the ray. `hit` returns the distance at which the ray meets a
-    /// polygon, if it does.
+    /// polygon, or `None` for a miss.
     pub fn new(t_max: f32, hit: &'a mut dyn FnMut(PolygonId) -> Option<f32>) -> Self {
         Self { hit, t_max, found: None }
     }

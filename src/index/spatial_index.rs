@@ -77,15 +77,15 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// [`IndexError::Unknown`], [`IndexError::InvalidBounds`].
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError>;
 
-    /// Gives polygons new boxes, with the result of one [`SpatialIndex::update`] after the other: the last update of an
-    /// id counts. Appends the errors of refused updates to `refused`, in the order of the updates. The default
-    /// implementation calls `update` for each; an index may be faster for consecutive ids.
+    /// Gives polygons new boxes. The result is that of one call of [`SpatialIndex::update`] after the other, so the
+    /// last update of an id counts. Appends the errors of refused updates to `refused`, in the order of the updates.
+    /// The default implementation calls `update` for each; an index may be faster for consecutive ids.
     fn update_all(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
     }
 
-    /// Ends a batch of changes. The index does its work before the next query, such as a rebuild or a bounded share of
-    /// upkeep. Called once a frame; cheap when nothing has changed.
+    /// Ends a batch of changes. The index does the work that the next query requires, such as a rebuild or a bounded
+    /// share of upkeep. Called once a frame; cheap when nothing has changed.
     fn commit(&mut self);
 
     /// Appends the polygons that the frustum may see to `draw_list`, in any order. An index may write up to 272 places
@@ -123,10 +123,10 @@ pub trait SpatialIndex: Any + Send + Sync {
         work
     }
 
-    /// Clears polygons from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`] for this frustum, if `thinner`
-    /// finds them hidden. If its tests have the same results, [`SpatialIndex::traverse`] omits the same polygons. The
-    /// method builds no list of polygons and reads no polygon that is not hidden. It returns `false`, and changes nothing,
-    /// if the index cannot do this.
+    /// Clears polygons from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`] for this frustum, if
+    /// `thinner` finds them hidden. A [`SpatialIndex::traverse`] with the same test results omits the same polygons.
+    /// The method builds no list of polygons and reads no polygon that is not hidden. It returns `false`, and changes
+    /// nothing, if the index cannot do this.
     #[doc(hidden)]
     fn thin_out(&self, _frustum: &Frustum, _visible: &mut VisibleBlocks, _thinner: &mut dyn Thinner) -> bool {
         false
@@ -141,9 +141,10 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// The nearest polygon that a ray meets at `t <= t_max`, and its `t`. Among several polygons at the same `t` the
     /// lowest id wins.
     ///
-    /// `hit` is the exact test: it returns the `t` at which the ray meets the polygon itself, if it does. It is called
-    /// for every polygon whose box the ray enters no later than the nearest hit so far, and perhaps for others.
-    /// Rounding may make its `t` smaller than the `t` of entry into the box, by at most one part in ten thousand.
+    /// `hit` is the exact test: it returns the `t` at which the ray meets the polygon itself, or `None` for a miss. It
+    /// is called for every polygon whose box the ray enters no later than the nearest hit so far, and perhaps for
+    /// others. Rounding may make its `t` smaller than the `t` of entry into the box, by at most one part in ten
+    /// thousand.
     fn ray_nearest(
         &self,
         ray: &Ray,

@@ -26,7 +26,7 @@ impl<P: Copy + Add<Output = P> + Sub<Output = P> + Mul<f64, Output = P>> Edges<P
         Self { from: last, distance }
     }
 
-    /// The point at which the edge to the next corner crosses the plane, if it does, and the side of the next corner.
+    /// The point at which the edge to the next corner crosses the plane, or `None`, and the side of the next corner.
     #[inline]
     pub(crate) fn next(&mut self, to: P, distance: f64) -> (Option<P>, Part) {
         let (from, a, b) = (self.from, self.distance, distance);

@@ -120,7 +120,7 @@ impl Obb {
         self.intersects(&Self::from_aabb(other))
     }
 
-    /// Largest distance of the box's points from its centre along a direction, times the direction's length.
+    /// Largest extent of the box from its centre along a direction, times the direction's length.
     fn reach(&self, direction: DVec3) -> f64 {
         let [a, b, c] = self.axes().map(|axis| axis.as_dvec3().dot(direction).abs());
         let half = self.half.as_dvec3();

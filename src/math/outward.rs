@@ -7,7 +7,7 @@
 //! `q`
 //! * a product and two sums are rounded for each axis: by at most `3 u |n_i q_i|`, and by less than the smallest normal
 //!   number if something underflows;
-//! * the last sum costs nothing, because only its sign is used, which rounding never changes.
+//! * the last sum adds no error, because only its sign is used, which rounding never changes.
 //!
 //! So `s >= 0` if `n.p + d >= 3 u (|n_x p_x| + |n_y p_y| + |n_z p_z|)`, except for terms in `u^2`. The left side is linear
 //! in `p` and the right side convex. So this holds in all of a frustum if it holds at the frustum's eight corners. The
@@ -45,9 +45,9 @@ pub(crate) struct Corners {
 }
 
 impl Corners {
-    /// The plane `side.xyz . p + side.w = 0`, moved outwards until no box test excludes a box that shares a point with the
-    /// corners' hull. The corners must lie on its inner side, except for rounding. Returns [`EVERYTHING`] if `side` is no
-    /// plane or not finite.
+    /// The plane `side.xyz . p + side.w = 0`, moved outwards until no box test excludes a box that shares a point with
+    /// the corners' hull. The corners must lie on its inner side, except for rounding. Returns [`EVERYTHING`] if the
+    /// normal is zero or a number is not finite.
     pub(crate) fn plane(&self, side: DVec4) -> Plane {
         let Some(unit) = side.truncate().try_normalize() else { return EVERYTHING };
         let growth = (0..4).map(|i| (unit * self.ray(i)).abs().element_sum()).fold(0.0, f64::max);

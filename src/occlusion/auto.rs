@@ -63,8 +63,8 @@ impl Method {
         }
     }
 
-    /// Approximate least time of this method in a frame, nanoseconds. `Msvbsp` selects occluders and builds a tree.
-    /// `PreviousFrame` takes the same time, and tests one of every four polygons in view.
+    /// Approximate least time of this method in a frame, nanoseconds. It is constant for `Msvbsp`, which selects
+    /// occluders and builds a tree. `PreviousFrame` also tests one of every four polygons in view.
     fn least_ns(self, in_view: u64) -> f64 {
         match self {
             Self::Msvbsp => 30_000.0,
@@ -72,8 +72,8 @@ impl Method {
         }
     }
 
-    /// Whether the first frame of a try predicts little about the next frames. Without a previous frame, `PreviousFrame`
-    /// fills the largest polygons in view.
+    /// Whether the first frame of a try is not measured, because it costs more than later frames. Without a previous
+    /// frame, `PreviousFrame` fills the largest polygons in view.
     fn has_to_start(self) -> bool {
         self == Self::PreviousFrame
     }

@@ -71,8 +71,8 @@ pub trait OcclusionCuller: Send + Sync {
         self.test_box(bounds)
     }
 
-    /// Tests a box by its eight corners. The box is hidden only if all corners lie in one cell of the method's shadow. A
-    /// cell is convex, so it then contains the whole box. Hides at most what [`OcclusionCuller::test_box`] hides, and the
+    /// Tests a box by its eight corners. The box is hidden only if all corners lie in one cell of the method's shadow.
+    /// A cell is convex, so it then contains the whole box. Hides no more than [`OcclusionCuller::test_box`], and the
     /// same if the method has no cells.
     fn test_corners(&self, bounds: &Aabb) -> Tested {
         self.test_box(bounds)

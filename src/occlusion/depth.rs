@@ -36,25 +36,28 @@ const PIXEL_SLACK: f64 = 1.0e-6;
 /// [`DEPTH_SLACK`].
 const LARGEST_TANGENT: f64 = 1.0e4;
 
-/// A volume is projected only if all of it lies before the eye's plane by this part of its size. The size is the sum of
-/// its centre's coordinates, as seen from the eye, and of its half sides. Nearer volumes cannot be decided.
+/// Least distance of a volume before the eye's plane, as a fraction of the volume's size. The eye's plane passes
+/// through the eye, parallel to the picture. The size is the sum of the centre's coordinates, relative to the eye, and
+/// of the half sides. Nearer volumes are not projected, so they count as partly hidden.
 ///
 /// # Why pixels are then exact to [`PIXEL_SLACK`]
 /// Let `u = 2^-53`, and let `s` be the size of a volume. Let `p` be its corner at distance `z` before the eye's plane,
 /// and `t` the largest tangent in the window.
-/// * A coordinate of `p` is a sum of at most four rounded terms, none larger than `s`: wrong by `4 u s`.
-/// * So `z = forward . p`, `right . p` and `up . p` are wrong by less than `8 u s`: by `4 u s` from `p`, by `3 u s` from the
-///   three products and their sum.
-/// * A quotient such as `up . p / z` is then wrong by `(8 + 8 t + t) u s / z`, if it is at most `t`. If it is more, the
-///   point is not in the window, and the error does not bring it there.
-/// * The three directions are of unit length and square to each other only up to `4 u`. That moves a quotient by
-///   `4 u (1 + t) (1 + t + s / z)`, since nothing of the volume lies more than `s / z` to the side: `12 u (1 + t) s / z` at
-///   most, for `1 + t` is at most `2 s / z` where the volume reaches the tangent `t`.
-/// * Turning quotients into pixels rounds three times more, `6 u t`.
+/// * Each coordinate of `p` is a sum of at most four rounded terms, none larger than `s`. So its error is at most `4 u
+///   s`.
+/// * So the errors of `z = forward . p`, `right . p` and `up . p` are below `8 u s`: `4 u s` from `p`, and `3 u s` from
+///   the three products and their sum.
+/// * A quotient such as `up . p / z` of at most `t` then has an error of at most `(8 + 8 t + t) u s / z`. A point with
+///   a larger quotient is outside the window, and the error does not move it into the window.
+/// * The three directions are orthonormal only up to `4 u`. This changes a quotient by at most `4 u (1 + t) (1 + t + s
+///   / z)`, because no part of the volume has a tangent above `s / z`. If the volume reaches the tangent `t`, `1 + t`
+///   is at most `2 s / z`. So the change is at most `12 u (1 + t) s / z`.
+/// * The conversion of quotients to pixels rounds three times more, which adds `6 u t`.
 ///
-/// Together less than `32 (1 + t) u s / z` times the pixels of one unit. `s / z` is at most one over this sine, so that
-/// is [`PIXEL_SLACK`] or less. Without the bound (the queries' own slack leaves `s / z` up to 1e9) a box has been called
-/// hidden whose lower edge showed by 1e-5 pixels: the test `a_box_that_reaches_the_eyes_plane_is_not_hidden_by_rounding`.
+/// The sum of these errors is less than `32 (1 + t) u s / z` times the number of pixels of one unit. `s / z` is at most
+/// the reciprocal of the returned value, so the sum is at most [`PIXEL_SLACK`]. Without this bound, the slack of the
+/// queries permits `s / z` up to 1e9. A box was then reported as hidden although its lower edge was visible by 1e-5
+/// pixels. This is the test `a_box_that_reaches_the_eyes_plane_is_not_hidden_by_rounding`.
 fn nearest_sine(raster: &Raster) -> f64 {
     const U: f64 = 0.5 * f64::EPSILON;
     let tangent = raster.largest_tangent();
@@ -97,10 +100,10 @@ pub struct DepthBuffer {
 /// Position of a volume in the picture, and its distances.
 #[derive(Clone, Copy, Debug)]
 struct Extent {
-    /// Corners of its rectangle, pixels.
+    /// The lower left corner of the volume's rectangle, pixels.
     low: DVec2,
     high: DVec2,
-    /// Distances along the direction of view, metres.
+    /// Smallest distance along the direction of view, metres.
     near: f64,
     far: f64,
 }

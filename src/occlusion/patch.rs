@@ -20,11 +20,13 @@ const MAX_INNER: usize = MAX_PATCH;
 /// polygon's area. If it is larger, patches are smaller and flatter.
 const WORTH_JOINING: f32 = 0.7;
 
-/// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join before it pays. The patch must hide at least
-/// this fraction of its own area. It is less than 1, because a row of a grid adds nothing until it is full.
+/// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join even if [`WORTH_JOINING`] excludes it. The
+/// patch must hide at least this fraction of its own area. It is less than 1, because a row of a grid adds nothing
+/// until it is full.
 const WORTH_WAITING: f32 = 0.5;
 
-/// Two patches are merged if together they hide at least this fraction of the sum of what each hides.
+/// Two patches are merged if the area that they hide together is at least this fraction of the sum of their
+/// hidden areas.
 const WORTH_MERGING: f32 = 0.9;
 
 /// See [`WORTH_WAITING`].
@@ -113,7 +115,8 @@ impl Patch {
         self.border.points().iter().chain(self.inner.points()).copied()
     }
 
-    /// The patch with one more polygon; `None` unless the polygon shares an edge with the border and joining is worth it.
+    /// The patch with one more polygon. `None` if the polygon shares no edge with the border, the patch is full, or its
+    /// hidden area grows too little ([`WORTH_JOINING`]).
     pub(super) fn joined(&self, id: PolygonId, polygon: &ConvexPolygon) -> Option<Self> {
         if usize::from(self.len) == MAX_PATCH {
             return None;
@@ -181,8 +184,9 @@ impl Patch {
         })
     }
 
-    /// An edge that the border and a polygon share: the number of its first corner on each. Also whether the polygon has to
-    /// be reversed, because neighbours that turn the same way pass their edge in opposite directions.
+    /// Finds an edge that the border and a polygon share. Returns the number of the edge's first corner on the border
+    /// and on the polygon, and whether the polygon has to be reversed. Neighbours that turn the same way pass their
+    /// edge in opposite directions.
     fn shared_edge(&self, corners: &[Vec3]) -> Option<(usize, usize, bool)> {
         let n = corners.len();
         let border = self.border.points();

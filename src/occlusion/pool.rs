@@ -74,14 +74,14 @@ impl Sketch {
     }
 }
 
-/// The candidates for occluders; when the pool is trimmed, the largest stay. Polygons are added as they come, and removed
-/// as they go.
+/// The candidates for occluders. New polygons are offered to the pool one by one, and erased polygons are removed. If
+/// the candidates exceed the capacity, the smallest ones are removed.
 ///
 /// After section 3.2.1 of "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree".
 ///
 /// # Differences from the paper
-/// A candidate may be a patch of neighbouring polygons that hide more together than the largest of them alone. The paper
-/// leaves open that drawn ribbons are too small to hide anything.
+/// A candidate may be a patch of neighbouring polygons that hide more together than the largest of them alone. Without
+/// patches, the small polygons of drawn ribbons would hide nothing. The paper does not solve this problem.
 ///
 /// Only opaque polygons are candidates. If one of its polygons is removed, the whole candidate is removed, and its other
 /// polygons are offered again.

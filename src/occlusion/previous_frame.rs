@@ -49,8 +49,8 @@ const MOST_RESERVED: usize = 1 << 17;
 /// Largest number of changed polygons that are read in a frame.
 const MOST_READS: u32 = 1 << 14;
 
-/// A polygon that was visible in the last frame most often is so in this one: it is tested in one of this many frames. A
-/// polygon that was no occluder because there are too many is compared with the others as often.
+/// A polygon that was visible in the last frame is mostly visible in this frame, too. So it is tested in only one of
+/// this many frames. Polygons beyond the largest number of occluders are compared with the others as rarely.
 const TURNS: usize = 4;
 
 /// In a jump, the eye moves by more than this share of the mean distance of the view's occluders, or turns by more than
@@ -130,12 +130,12 @@ impl Seen {
 #[derive(Clone, Debug)]
 pub struct PreviousFrameOccluders {
     surfaces: Surfaces,
-    /// The polygons that `surfaces` contains in their current form.
+    /// The polygons whose current form `surfaces` contains.
     read: VisibleBlocks,
     buffer: CoverageBuffer,
     cull: CullConfig,
     views: Vec<Seen>,
-    /// The filled polygons, and their sizes; kept for their memory.
+    /// Working memory: the filled polygons, and their sizes.
     filled: Vec<PolygonId>,
     scored: Vec<(f32, PolygonId)>,
     /// Whether the last build had an occluder.

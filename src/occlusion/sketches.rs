@@ -80,7 +80,7 @@ impl Sketches {
     }
 }
 
-/// A window, reduced to what the rough selection needs, in single precision.
+/// The data of a window that the rough selection needs, in single precision.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RoughWindow {
     pub(super) eye: Vec3,

@@ -210,8 +210,8 @@ impl ShadowTree {
         i
     }
 
-    /// Whether [`ShadowTree::add_cap`] would allocate. Room for one cap a node and one for the top suffices, except for
-    /// trees whose cells get caps without being divided.
+    /// Whether the next [`ShadowTree::add_cap`] would allocate memory. One cap for each node and one for the top
+    /// suffice, unless a build adds caps to cells that it does not divide.
     pub fn is_full_of_caps(&self) -> bool {
         self.caps.len() == self.caps.capacity()
     }

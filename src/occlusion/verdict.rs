@@ -9,14 +9,14 @@ pub enum Verdict {
     Hidden,
     /// The occluders hide no part of the volume, so its contents need no test.
     Unoccluded,
-    /// Neither is certain.
+    /// It is not certain that the volume is hidden, nor that it is unoccluded.
     PartlyHidden,
 }
 
 /// A verdict, and the work of the test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tested {
-    /// The answer.
+    /// The result of the test.
     pub verdict: Verdict,
     /// Number of planes that the volume was tested against; for a depth buffer, of tiles that were read.
     pub steps: u32,

@@ -8,7 +8,7 @@ pub const fn words_for(bits: usize) -> usize {
     bits.div_ceil(WORD)
 }
 
-/// Whether a bit is set. Bits beyond the last word are not.
+/// Whether bit `i` is set. Bits beyond the last word count as not set.
 #[inline]
 pub fn contains(words: &[u64], i: usize) -> bool {
     words.get(i / WORD).is_some_and(|word| word >> (i % WORD) & 1 == 1)

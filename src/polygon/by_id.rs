@@ -1,7 +1,7 @@
 use super::PolygonId;
 
-/// Number of entries of a page of [`ById`]. If it is larger, a stray number takes more memory. If it is smaller, the list
-/// of pages is longer.
+/// Number of entries of a page of [`ById`]. If it is larger, a single large number takes more memory. If it is smaller,
+/// the list of pages is longer.
 const PAGE: usize = 1024;
 
 /// One small value for every polygon number, in pages. A page exists while one of its values is not vacant. Setting a value

@@ -7,10 +7,11 @@
 pub struct PolygonId(pub u32);
 
 impl PolygonId {
-    /// Every index refuses numbers from this limit on, and every set leaves them out. A stray number takes at most some
-    /// megabytes: a set has a bit for each number up to the highest, and an index a list of pages. If the limit is larger,
-    /// both may take more memory. Two days of drawing tubes at 90 samples a second make 2^27 polygons. Two rivals that are
-    /// plain arrays, `brute-simd` and `time-order`, take 24 bytes for each number up to the highest.
+    /// Every index refuses numbers from this limit on, and every set leaves them out. A single large number takes at
+    /// most some megabytes: a set has a bit for each number up to the highest, and an index a list of pages. If the
+    /// limit is larger, both may take more memory. Two days of drawing tubes at 90 samples a second make 2^27 polygons.
+    /// Two rivals that are plain arrays, `brute-simd` and `time-order`, take 24 bytes for each number up to the
+    /// highest.
     pub const LIMIT: u32 = 1 << 27;
 
     /// The number as an index of an array.

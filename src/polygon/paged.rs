@@ -151,7 +151,7 @@ impl<T, const PAGE: usize> Paged<T, PAGE> {
         }
     }
 
-    /// Whether every entry of a range was pushed and released.
+    /// Whether all entries of a range exist or existed, and all were released.
     pub fn all_released(&self, range: std::ops::Range<usize>) -> bool {
         let mut at = range.start;
         while at < range.end.min(self.len) {

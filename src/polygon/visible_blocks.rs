@@ -3,13 +3,14 @@ use super::{PolygonId, bits, marks};
 /// Number of polygons of a block: sixteen consecutive numbers, from a multiple of sixteen on.
 pub const BLOCK: usize = 16;
 
-/// The number of blocks with room grows in multiples of this, as in the indexes.
+/// The set allocates masks for a multiple of this number of blocks, as the indexes do.
 const PAGE: usize = 256;
 
 /// Number of blocks in 64 polygons; divides [`PAGE`].
 const WORD: usize = 4;
 
-/// Largest number of entries reserved for `listed` at first. If it is larger, a stray large number takes more memory.
+/// Largest number of entries reserved for `listed` at first. If it is larger, a single large number takes more
+/// memory.
 const MOST_LISTED: usize = 1 << 22;
 
 /// Number of entries that an index may write behind a list.
@@ -167,8 +168,8 @@ impl VisibleBlocks {
         }
     }
 
-    /// Fills the set by an index that lists numbers. `list` appends the numbers to a list, which is kept from frame to
-    /// frame, and `set_all` adds them to the set by [`VisibleBlocks::set_all`].
+    /// Fills the set from an index that returns a list of numbers. `list` appends the numbers to a list whose memory
+    /// is kept from frame to frame. `set_all` adds the listed numbers to the set by [`VisibleBlocks::set_all`].
     pub(crate) fn fill_by_list<R>(
         &mut self,
         list: impl FnOnce(&mut Vec<PolygonId>) -> R,
@@ -196,8 +197,8 @@ impl VisibleBlocks {
         result
     }
 
-    /// Adds polygons. Each occurs once and is not in the set before. The function is inlined, so that it is compiled for
-    /// the caller's instruction set.
+    /// Adds polygons. No polygon may occur twice or be in the set already. The function is inlined, so that it is
+    /// compiled for the caller's instruction set.
     #[inline(always)]
     pub(crate) fn set_all(&mut self, ids: &[PolygonId]) {
         let (low, high) = marks::low_and_high(ids);

@@ -87,10 +87,10 @@ struct Shown {
     eye: DVec3,
     /// Largest distance by which rounding may have moved the eye.
     eye_rounding: f64,
-    /// The direction of view. It has unit length, and so has `right`.
+    /// The direction of view, a unit vector. `right` is a unit vector, too.
     forward: DVec3,
     right: DVec3,
-    /// Distances along `forward`.
+    /// Distance of the near plane along `forward`.
     near: f64,
     far: f64,
     /// Directions from the eye to the corners of the screen, at distance 1, in order.

@@ -64,7 +64,7 @@ pub(crate) const CAMERA_PLANES: [usize; 5] = [0, 1, 2, 3, ViewFrustum::NEAR_PLAN
 #[cfg(feature = "light")]
 pub(crate) const CASCADE_PLANES: [usize; 5] = [0, 1, 2, 3, ViewFrustum::FAR_PLANE_IDX];
 
-/// Returns the frustum for the index: these planes of Bevy's.
+/// Returns the frustum for the index, with the planes `used` of Bevy's frustum.
 pub(crate) fn osp_frustum(frustum: &Frustum, used: &[usize; 5]) -> OspFrustum {
     let mut planes = *OspFrustum::everything().planes();
     for (plane, number) in planes.iter_mut().zip(used) {

@@ -23,7 +23,7 @@ use crate::{bounds::world_box, entities::Bounds};
 /// Number of rows of a table whose ticks are compared at once, without a branch.
 const ROWS: usize = 64;
 
-/// The components of an entity that are tracked. All of them are kept in tables.
+/// The components of an entity that are tracked. Bevy stores all of these components in tables.
 type Followed = (
     Entity,
     Ref<'static, GlobalTransform>,

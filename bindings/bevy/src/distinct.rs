@@ -15,7 +15,7 @@ const LEAST_PART: usize = 1024;
 /// Waiting for the memory of one after the other would take several times as long.
 const AT_ONCE: usize = 16;
 
-/// Entities that are all different.
+/// A list of entities in which each occurs once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Distinct<'a>(&'a [Entity]);
 

@@ -22,16 +22,16 @@ use osp::{
     polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
-/// The place of an entity's number.
+/// The list that has an entity's number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// Not tracked.
+    /// The entity is not tracked.
     Absent,
-    /// In `always`: no box gives its place.
+    /// The entity is in `always`, because no box bounds it.
     Always,
-    /// In `loose`: it has changed lately.
+    /// The entity is in `loose`, because it has changed lately.
     Loose,
-    /// In the index.
+    /// The entity is in the index.
     Indexed,
 }
 
@@ -43,7 +43,7 @@ struct Record {
     state: State,
     /// Whether the entity's number is in the queue.
     is_queued: bool,
-    /// Whether the entity is in the index. If it is loose, it is at an old place there.
+    /// Whether the entity is in the index. A loose entity may be in the index with an old box.
     is_filed: bool,
 }
 
@@ -62,7 +62,7 @@ pub(crate) enum Bounds {
     Gone,
     /// The place is unknown, or must not be used for culling.
     Unknown,
-    /// This box in world space.
+    /// The entity has this box in world space.
     Box(WorldBox),
 }
 

@@ -42,7 +42,7 @@ impl OspHidden<'_, '_> {
 /// The occluders that a camera saw when [`OspHidden::from_camera`] was called.
 #[derive(Debug)]
 pub struct CameraOccluders {
-    /// `None`: no occluder in view.
+    /// The shadows of the occluders; `None` if no occluder is in view.
     shadows: Option<Shadows>,
 }
 

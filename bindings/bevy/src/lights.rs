@@ -36,7 +36,7 @@ pub(crate) struct Caster {
 
 type IsCaster = (Without<NotShadowCaster>, Without<DirectionalLight>, Without<NoCpuCulling>, With<Mesh3d>);
 
-/// Entities that the index does not have, or only by a sphere, which lights do not regard.
+/// Entities that are not in the index, or only by a sphere, which Bevy's light systems do not use.
 type IsUnbounded = Or<(Without<Aabb>, Without<GlobalTransform>, Without<ViewVisibility>)>;
 
 /// The components of a light that the check needs.

@@ -133,7 +133,7 @@ impl Shadows {
         self.culler.as_ref().is_some_and(|culler| culler.test_sphere(sphere).verdict == Verdict::Hidden)
     }
 
-    /// [`Shadows::hides`], counted.
+    /// Does the test of [`Shadows::hides`], and counts a hidden entity.
     #[inline]
     pub(crate) fn hide(&self, bounds: &WorldBox) -> bool {
         let is_hidden = self.hides(bounds);

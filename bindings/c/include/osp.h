@@ -439,10 +439,10 @@ OspStatus osp_culler_in_sphere(const OspCuller *culler,
                                size_t *count);
 
 /**
- * Finds the objects whose boxes a ray enters at t <= t_max, the nearest first. origin and direction are x y z. t is in
- * lengths of the direction; t_max may be infinite. hits gets as many of them as there is room for. *count gets the
- * number of all. Room for one is enough for the nearest box. To pick an object by its mesh, test one after the other
- * until t is beyond the nearest hit.
+ * Finds the objects whose boxes a ray enters at t <= t_max, the nearest first. origin and direction are x y z. t
+ * counts in lengths of the direction; t_max may be infinite. hits gets the first results, at most room of them. *count
+ * gets the number of all results. room may be 1 if only the nearest box is needed. To pick an object by its mesh, test
+ * the objects in this order until t is beyond the nearest hit.
  */
 OspStatus osp_culler_on_ray(const OspCuller *culler,
                             const float *origin,
@@ -453,8 +453,9 @@ OspStatus osp_culler_on_ray(const OspCuller *culler,
                             size_t *count);
 
 /**
- * Finds the objects whose boxes are nearest to a point, x y z. hits gets as many as there is room for, if there are
- * enough objects, the nearest first. Their t is the distance in metres, 0 from inside. *count gets the number of hits.
+ * Finds the objects whose boxes are nearest to a point, x y z. hits gets these objects, at most room of them, the
+ * nearest first. The t of a hit is the distance of the box, metres; 0 if the point is inside. *count gets the number
+ * of hits.
  */
 OspStatus osp_culler_nearest(const OspCuller *culler, const float *point, OspHit *hits, size_t room, size_t *count);
 

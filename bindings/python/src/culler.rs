@@ -256,8 +256,8 @@ impl Culler {
     }
 
     /// The first object that a ray hits, and the place: `(key, t)`, or None. `hit(key)` returns the `t` at which the
-    /// ray hits an object itself, or None. It is called for objects whose boxes the ray enters, the nearest first,
-    /// while one may be nearer than the nearest hit. Without `hit`, the boxes count as the objects.
+    /// ray hits an object itself, or None. It is called for objects in the order in which the ray enters their
+    /// boxes, until no further box can contain a nearer hit. Without `hit`, the boxes count as the objects.
     #[pyo3(signature = (origin, direction, hit=None, t_max=f64::INFINITY))]
     fn pick(
         &self,
@@ -284,8 +284,8 @@ impl Culler {
         Ok(nearest)
     }
 
-    /// The first boxes that many rays enter: `origins` and `directions` of the shape (n, 3). Returns the keys (0 for a
-    /// ray that enters nothing) and the `t` (float32; then infinite).
+    /// The first boxes that many rays enter: `origins` and `directions` of the shape (n, 3). Returns the keys and the
+    /// `t` (float32). A ray that enters nothing has key 0 and an infinite `t`.
     #[pyo3(signature = (origins, directions, t_max=f64::INFINITY))]
     fn rays<'py>(
         &self,

@@ -45,7 +45,7 @@ struct StrokeRow {
     points: u32,
 }
 
-/// The places of something over time.
+/// Poses of control points or of heads: times, positions, rotations.
 #[derive(Default)]
 struct Poses {
     times_secs: Vec<f64>,

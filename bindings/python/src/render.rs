@@ -47,7 +47,7 @@ enum Eye {
 struct Settings {
     path: PathBuf,
     size: (u32, u32),
-    /// None: the last frame.
+    /// The number of the frame; `None` for the last frame.
     frame: Option<i64>,
     eye: Eye,
     occlusion: Method,

@@ -20,7 +20,7 @@ pub(super) struct AuthorRow {
     strokes: u64,
     edits: u64,
     joined_secs: f64,
-    /// `None` if the author is still there when the recording ends.
+    /// `None` if the author is still present when the recording ends.
     left_secs: Option<f64>,
     present_secs: f64,
 }

@@ -105,7 +105,7 @@ fn around(center: Vec3, half: Vec3) -> Aabb {
     Aabb { min: center - half, max: center + half }
 }
 
-/// The model at the end of the session, and a box around where the head was.
+/// Returns the model at the end of the session, and a box around all positions of the head.
 fn model(args: &BakeArgs) -> anyhow::Result<(Scene, Aabb)> {
     let mut session = OpenSession::open(&args.file, &args.reading)?.counted();
     let (mut scene, mut changes, mut heads) = (Scene::new(), Vec::new(), Aabb::EMPTY);

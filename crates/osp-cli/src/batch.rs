@@ -181,8 +181,8 @@ impl Batch {
     }
 }
 
-/// The sessions, each once: a file may be named together with its folder. Each has a name, also the folder of a .tilt
-/// that was called `.`
+/// Removes duplicates: a file may be named together with its folder. Every path gets a name, even the folder of a
+/// .tilt that was given as `.`.
 fn each_once(sessions: Vec<PathBuf>) -> anyhow::Result<Vec<PathBuf>> {
     let mut once = Vec::new();
     let mut known = HashSet::new();
@@ -198,7 +198,7 @@ fn each_once(sessions: Vec<PathBuf>) -> anyhow::Result<Vec<PathBuf>> {
     Ok(once)
 }
 
-/// As many threads as there are cores.
+/// Number of threads: one for each core.
 pub(super) fn every_core() -> usize {
     thread::available_parallelism().map_or(1, NonZero::get)
 }
@@ -248,8 +248,9 @@ fn place_of(folders: &[&Path], session: &Path, out: Option<&Path>) -> PathBuf {
     out.join(below.unwrap_or_else(|| Path::new(session.file_name().unwrap_or(session.as_os_str()))))
 }
 
-/// The targets of sessions at these places. Sessions that differ in their endings only keep them; so does one whose name
-/// is then another's. Case makes no difference, as on some file systems.
+/// The targets of sessions at these places. Sessions whose names differ only in their endings keep the endings. So does
+/// a session whose target would have the name of another one. Upper and lower case count as equal, as on some file
+/// systems.
 fn targets(places: &[PathBuf], ending: &str) -> Vec<PathBuf> {
     let key = |target: &Path| target.to_string_lossy().to_lowercase();
     let mut targets: Vec<PathBuf> = places.iter().map(|place| named(place, ending)).collect();
@@ -284,8 +285,8 @@ fn with(path: &Path, ending: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Whether a target is one that osp makes, and at least as new as all files of its session. It appears whole, or not at
-/// all.
+/// Whether osp has made the target, and the target is at least as new as all files of its session. An existing target
+/// is complete, because osp writes targets completely or not at all.
 fn is_finished(job: &Job, kind: OutputKind) -> bool {
     let is_new = changed(&job.target).zip(newest(&job.source)).is_some_and(|(target, read)| target >= read);
     is_new && is_made(&job.target, kind)
@@ -295,7 +296,7 @@ fn changed(path: &Path) -> Option<SystemTime> {
     fs::metadata(path).and_then(|data| data.modified()).ok()
 }
 
-/// When a session changed last, in any of its files.
+/// Time of the last change of a session, over all of its files.
 fn newest(session: &Path) -> Option<SystemTime> {
     let mut newest = changed(session)?;
     let inside = fs::read_dir(session).into_iter().flatten().flatten().map(|entry| entry.path());

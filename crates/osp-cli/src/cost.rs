@@ -174,7 +174,7 @@ fn part(of: u64, whole: u64) -> f64 {
     if whole == 0 { 0.0 } else { of as f64 / whole as f64 }
 }
 
-/// Whether things behind the stroke show through it.
+/// Whether the stroke is blended, so that polygons behind it are visible.
 fn is_blended(stroke: &Stroke) -> bool {
     match stroke.brush().map(|brush| brush.draw) {
         Some(draw) => matches!(draw, Draw::Additive | Draw::Blended),

@@ -8,9 +8,9 @@ use super::played::FrameArgs;
 
 /// Film how polygons fall through the paper's tree, beside the paper's octree, which is filled again for each of them.
 ///
-/// On the left the planes of the tree halve a cube in turn. A polygon falls past them until one cuts it, or into a leaf. On the
-/// right the octree files all polygons again. A node of it with more than one polygon is divided. Below are the tree with all its
-/// nodes, and the planes that both test for each polygon.
+/// On the left the planes of the tree halve a cube in turn. A polygon falls past them until one cuts it, or into a
+/// leaf. On the right, all polygons are inserted into the octree again. It divides each node with more than one
+/// polygon. Below are all nodes of the OSP tree, and the number of planes that each tree tests for each polygon.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp draw-insertion docs/figures/fall.ron fall.gif
@@ -21,7 +21,7 @@ pub(super) struct DrawInsertionArgs {
     /// The film to write.
     #[arg(value_name = "OUT.gif")]
     pub(super) out: PathBuf,
-    /// Number of polygons: the first of those that the model has in this frame.
+    /// Number of polygons: the first ones of the model in this frame.
     #[arg(long, default_value_t = 8, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
     pub(super) polygons: u32,
     /// Levels of planes of the paper's tree.

@@ -27,7 +27,7 @@ use osp_session::{
 const GROWING: u16 = 1500;
 const END: u16 = 300;
 const LONGEST: u16 = 80;
-/// Pixels by which the truth is found; smaller polygons are found by rays.
+/// Resolution of the oracle that determines the visible polygons. It finds smaller polygons by rays.
 const TRUTH: OracleConfig = OracleConfig { width: 1280, height: 720 };
 
 pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
@@ -117,7 +117,8 @@ fn most_planes(trees: &[ShadowSteps]) -> usize {
     trees.iter().map(ShadowSteps::planes).max().unwrap_or(0)
 }
 
-/// The side from which the shadows are seen. From above, an eye that looks down would hide its shadows below itself.
+/// Selects the side from which the picture shows the shadows. If the eye looks down, its shadows lie below it, so a
+/// view from above would not show them.
 fn side_of(asked: Option<From>, view: &View) -> Side {
     match asked {
         Some(from) => from.side(),

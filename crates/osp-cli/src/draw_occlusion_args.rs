@@ -13,9 +13,9 @@ use osp_session::{recording::Camera, replay::CameraChoice};
 
 /// Draw the occlusion culling of a frame: the occluders with their shadows, and the MSVBSP tree plane by plane.
 ///
-/// The picture shows what the eye sees through the window, where each plane of the tree is a line. Below are the shadows in
-/// parallel projection and the tree. The tree tests the bounding box of each polygon in view. The truth is that of `osp verify`.
-/// The command also prints the occluders, best first.
+/// The picture shows the eye's view through the window, in which each plane of the tree is a line. Below are the
+/// shadows in parallel projection and the tree. The tree tests the bounding box of each polygon in view. The visible
+/// polygons are determined as in `osp verify`. The command also prints the occluders, best first.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp draw-occlusion recordings/room.ron room.png

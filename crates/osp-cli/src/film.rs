@@ -103,7 +103,7 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
 /// The path of the eye once around the model, always at the same distance.
 struct Turn {
     center: Vec3,
-    /// From the model to the eye, at the start of the turn.
+    /// Vector from the model to the eye at the start of the turn.
     away: Vec3,
     projection: Projection,
     distance_m: f32,

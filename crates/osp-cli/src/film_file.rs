@@ -18,7 +18,7 @@ use osp_session::{
 
 /// Time for which the film shows the end of a session, seconds.
 const END_S: u16 = 1;
-/// Most pictures a second in a GIF. Browsers show a faster one slowly.
+/// Largest number of pictures a second in a GIF. Browsers show a faster GIF slowly.
 const MOST_A_SECOND_IN_GIF: u16 = 50;
 
 /// A format of films.
@@ -29,7 +29,7 @@ pub(super) enum FilmFormat {
 }
 
 impl FilmFormat {
-    /// Returns the format for the ending of a file's name. A pipe, which need not have a name, gets a GIF.
+    /// Returns the format by the ending of the file's name. A pipe, which need not have a name, gets a GIF.
     pub(super) fn of(path: &Path) -> anyhow::Result<Self> {
         let is_file = matches!(Destination::of(path), Ok(Destination::File(_)));
         match ending(path).as_str() {
@@ -48,7 +48,7 @@ impl FilmFormat {
         }
     }
 
-    /// Returns the size of the pictures in pixels. Without an option it is the format's own. An MP4 has even sides.
+    /// Returns the size of the pictures, pixels: the requested one or the format's default, with even sides in an MP4.
     pub(super) fn size(self, asked: Option<Size>) -> anyhow::Result<(u32, u32)> {
         let asked = asked.map(|size| (size.width, size.height));
         if self == Self::Gif {

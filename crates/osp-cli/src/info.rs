@@ -65,7 +65,7 @@ struct JsonInfo<'a> {
     source: &'a str,
     /// All strokes that were drawn, including erased ones.
     strokes: u64,
-    /// Strokes that are neither erased nor undone; `brushes` adds up to it.
+    /// Strokes that are neither erased nor undone. The strokes of all `brushes` add up to this number.
     strokes_at_end: u64,
     points: u64,
     polygons: u64,

@@ -29,9 +29,11 @@ use osp_session::{atomic_file::AtomicFile, output_file::FILM_MARK};
 pub(super) const MOST_SIDES: (u32, u32) = (3840, 2160);
 /// Shortest side of a picture, pixels: a block of H.264.
 pub(super) const LEAST_SIDE: u32 = 16;
-/// Quantizer of all pictures, of 0 to 51. Six more halve the file, and thin strokes begin to smear.
+/// Quantizer of all pictures, 0 to 51. A quantizer larger by six halves the file, but thin strokes begin to
+/// smear.
 const QUANTIZER: u8 = 22;
-/// Bits a second for the level that the file declares; the quantizer alone decides the size.
+/// Bit rate, bits a second, from which the encoder derives the level that the file declares. The true rate
+/// depends on the quantizer alone.
 const DECLARED_BITS: u32 = 20_000_000;
 /// Time between pictures that a player can jump to, seconds.
 const KEY_PERIOD_S: u32 = 2;

@@ -23,33 +23,33 @@ pub(super) fn occluders(text: &str) -> Result<usize, String> {
     within(text, &(0..=MOST_OCCLUDERS), "occluders")
 }
 
-/// A multiple of a size.
+/// Parses a multiple of a size.
 pub(super) fn multiple(text: &str) -> Result<f32, String> {
     within(text, &IndexSettings::CUBES, "a multiple")
 }
 
-/// A cost in nanoseconds.
+/// Parses a cost in nanoseconds.
 pub(super) fn nanoseconds(text: &str) -> Result<f64, String> {
     within(text, &(0.001..=1.0e9), "nanoseconds")
 }
 
-/// A time limit in seconds.
+/// Parses a time limit in seconds.
 pub(super) fn seconds(text: &str) -> Result<f64, String> {
     let found = text.trim().parse().ok().filter(|&seconds: &f64| seconds > 0.0 && seconds <= MOST_SECONDS);
     found.ok_or_else(|| format!("expected seconds above 0, up to {MOST_SECONDS}; found `{text}`"))
 }
 
-/// Length of a film in seconds.
+/// Parses the length of a film in seconds.
 pub(super) fn film_s(text: &str) -> Result<f64, String> {
     within(text, &(0.1..=600.0), "seconds")
 }
 
-/// A moment in seconds.
+/// Parses a moment in seconds.
 pub(super) fn moment_s(text: &str) -> Result<f32, String> {
     within(text, &(0.0..=1.0e4), "seconds")
 }
 
-/// A factor of speed.
+/// Parses a factor of speed.
 pub(super) fn factor(text: &str) -> Result<f64, String> {
     within(text, &(0.001..=1000.0), "a factor")
 }
@@ -77,7 +77,7 @@ pub(super) fn bytes(text: &str) -> Result<u64, String> {
     found.ok_or_else(|| format!("expected bytes above 0, such as 500M or 4G; found `{text}`"))
 }
 
-/// A length in metres.
+/// Parses a length in metres.
 pub(super) fn metres(text: &str) -> Result<f32, String> {
     within(text, &(1.0e-4..=1.0e9), "metres")
 }

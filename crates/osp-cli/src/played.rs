@@ -33,7 +33,7 @@ pub(super) struct FrameArgs {
 }
 
 impl FrameArgs {
-    /// Returns the end of a session.
+    /// Returns the arguments for the last frame of a session.
     pub(super) fn end_of(file: PathBuf, reading: ReadArgs) -> Self {
         Self { file, frame: FrameChoice::Last, pace: Pace::Samples(16), reading }
     }

@@ -234,7 +234,7 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<Outcome> {
 struct Answer {
     found: Vec<(PolygonId, Option<f32>)>,
     asked: u64,
-    /// `None` for a ray.
+    /// Work of the query; `None` for a ray.
     work: Option<WorkCounts>,
 }
 

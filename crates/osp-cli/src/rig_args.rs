@@ -28,9 +28,9 @@ pub(super) struct RigArgs {
 pub(super) struct RigPathArgs {
     #[command(flatten)]
     pub(super) screens: RigArgs,
-    /// Motion of the rig's room. `follows`: the room moves with the eye and turns with it about the vertical, so the
-    /// eye is always at the rig's place for the head. `stands`: the room stays at the first frame's eye, and the eye
-    /// moves in it.
+    /// Motion of the rig's room. `follows`: the room moves with the eye and turns with it about the vertical. So the
+    /// eye is always at the position that the rig defines for the head. `stands`: the room stays at the first
+    /// frame's eye, and the eye moves in it.
     #[arg(long, value_name = "HOW", default_value = "follows", requires = "rig", value_parser = room_parser())]
     pub(super) room: RoomMotion,
 }

@@ -41,7 +41,8 @@ const MOST_HEAD_LINES: usize = 64;
 const HEAD_TIME: Duration = Duration::from_secs(10);
 /// Longest time in which a browser reads nothing of an answer.
 const STALL_TIME: Duration = Duration::from_secs(10);
-/// Time after which a connection begins no further answer. The answer under way then has the same time again.
+/// Time after which a connection accepts no further request. An answer that has begun then gets the same time
+/// again to end.
 const CONNECTION_TIME: Duration = Duration::from_secs(300);
 /// Time for unfinished answers when a signal arrives.
 const FAREWELL: Duration = Duration::from_secs(2);

@@ -98,7 +98,7 @@ impl Place {
 #[derive(Clone)]
 pub(super) enum Found {
     Agreement,
-    /// Two indexes saw different polygons.
+    /// Two indexes found different polygons.
     Disagreement,
     Error(String),
 }

@@ -8,7 +8,7 @@ use super::{output::complain, tracker_args::TrackerArgs};
 use osp_app::tracker::{Listening, TrackerAddress, TrackerKey, TrackerOptions};
 use osp_session::small_file::{open_regular, read_text};
 
-/// The variable that gives a key if the command line does not.
+/// The environment variable that provides a key if the command line has none.
 const KEY_VARIABLE: &str = "OSP_TRACKER_KEY";
 
 /// Largest size of a key file in bytes: the key and some line ends.

@@ -120,8 +120,9 @@ pub(super) struct VerifyArgs {
     #[arg(long, default_value_t = AtRest::default().frames, value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=10_000))]
     frames: u32,
-    /// Number of frames of each view before those that are measured. In the first of them, methods that depend on the
-    /// previous frame have only the view before. `auto` first tries another method after 16 frames.
+    /// Number of frames of each view before those that are measured. In the first of these frames, methods that
+    /// depend on the previous frame use the data of the view before. `auto` first tries another method after 16
+    /// frames.
     #[arg(long, default_value_t = AtRest::default().settle, value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=10_000))]
     settle: u32,
@@ -198,7 +199,7 @@ impl VerifyArgs {
         named.unwrap_or(NodeTest::Corners)
     }
 
-    /// Adds the wrong methods in the form that the paper has them.
+    /// Adds the methods that cull visible polygons, exactly as the paper prints them.
     fn add_literal(&self, verifier: &mut Verifier) {
         let apart = self.tests_corners_apart();
         for method in self.methods().into_iter().filter(|method| method.capless || apart) {

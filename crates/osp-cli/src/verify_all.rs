@@ -23,7 +23,7 @@ const START_BYTES: u64 = 4096;
 /// One of several parts of the sessions, `K/N`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Part {
-    /// From 0.
+    /// Number of the part, from 0.
     number: usize,
     parts: usize,
 }

@@ -45,7 +45,7 @@ fn median(values: impl Iterator<Item = u64>) -> u64 {
 }
 
 impl Trial {
-    /// Returns those of the polygons that the last frame drew.
+    /// Returns the polygons among `ids` that the last frame drew.
     fn drawn(&self, scene: &Scene, ids: &[PolygonId]) -> anyhow::Result<Vec<PolygonId>> {
         let mut drawn = Vec::new();
         match self.drawer.drawn()? {

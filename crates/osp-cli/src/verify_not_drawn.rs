@@ -12,7 +12,7 @@ use osp_lab::{
 };
 use osp_session::scene::Scene;
 
-/// No trial can be made.
+/// A type without values, because this build cannot draw.
 pub(super) enum DrawnTrials {}
 
 impl DrawnTrials {

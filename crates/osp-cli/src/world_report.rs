@@ -41,7 +41,7 @@ pub(super) struct WorldReport {
     counts: WalkCounts,
 }
 
-/// Number of some frames, the sum of a figure and its maximum in one frame.
+/// A figure over some frames: the number of frames, the sum, and the largest value.
 #[derive(Clone, Copy, Debug, Default)]
 struct Part {
     frames: u64,

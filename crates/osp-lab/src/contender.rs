@@ -6,7 +6,7 @@ use osp_rivals::PeerKind;
 /// A structure to measure: one of this project, or (with the feature `peers`) one of another crate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contender {
-    /// One of this project.
+    /// A structure of this project.
     Own(IndexKind),
     /// A structure of another crate.
     #[cfg(feature = "peers")]
@@ -18,7 +18,7 @@ impl Contender {
     pub const PEERS: [&'static str; 6] =
         ["parry3d", "parry3d-rebuilt", "obvhs", "obvhs-rebuilt", "rstar", "bvh-crate"];
 
-    /// All contenders, those of this project first.
+    /// All structures that can be measured, those of this project first.
     pub fn all() -> Vec<Self> {
         let own = IndexKind::ALL.iter().copied().map(Self::Own);
         #[cfg(feature = "peers")]

@@ -6,16 +6,16 @@ use osp::{
 use osp_render::GpuOcclusion;
 use osp_rivals::RivalOcclusion;
 
-/// Every occlusion culling method of a frame: methods of the culler, of the rivals and of the renderer.
+/// A method of occlusion culling. It belongs to the culler, to a rival or to the renderer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Method {
     /// A method of the culler.
     Own(Occlusion),
-    /// A rival, for comparison with the culler's methods.
+    /// A method that serves only for comparison with the culler's methods.
     Rival(RivalOcclusion),
-    /// Hi-Z culling on the GPU while drawing, by a depth pyramid; the CPU culls only by the frustum.
+    /// Culling by a depth pyramid (Hi-Z) on the GPU while drawing. The CPU culls only by the frustum.
     Hzb,
-    /// Hardware occlusion queries while drawing; the CPU culls only by the frustum.
+    /// Culling by hardware occlusion queries while drawing. The CPU culls only by the frustum.
     Queries,
 }
 

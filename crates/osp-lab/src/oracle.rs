@@ -127,13 +127,13 @@ pub struct Oracle {
     width: usize,
     height: usize,
     facets: Vec<Facet>,
-    /// Ranges of `facets` by subject.
+    /// For each subject, the range of its triangles in `facets`.
     facets_of: Vec<std::ops::Range<u32>>,
     ids: Vec<PolygonId>,
     /// By pixel: the nearest opaque facet, and the reciprocal of its distance along the view.
     owner: Vec<u32>,
     depth: Vec<f64>,
-    /// Ranges of `binned`, the opaque facets, by bin.
+    /// For each bin, the range of its opaque facets in `binned`.
     bins: Vec<std::ops::Range<u32>>,
     binned: Vec<u32>,
     sight: Vec<Sight>,

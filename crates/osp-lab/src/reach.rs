@@ -40,8 +40,8 @@ impl Reach {
         }
     }
 
-    /// Whether a polygon has a point in the view, not only on its border. More than three corners are a fan around the
-    /// first corner.
+    /// Whether a polygon has a point inside the view. A point on the border of the view does not count. More than
+    /// three corners are a fan around the first corner.
     pub fn holds_part_of(&self, polygon: &ConvexPolygon) -> bool {
         let corners = polygon.vertices();
         corners[1..].windows(2).any(|pair| {

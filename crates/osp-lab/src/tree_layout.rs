@@ -1,9 +1,10 @@
-//! Places of the nodes of a tree in a picture.
+//! Positions of the nodes of a tree in a picture.
 
-/// The tree's ends stand side by side, its other nodes in the middle above those below them.
+/// A layout of a tree. Leaves stand side by side, and each other node stands above the middle of its
+/// descendants.
 #[derive(Clone, Debug)]
 pub struct TreeLayout {
-    /// By node: the least and the greatest place of the nodes below it, and its level.
+    /// For each node, the least and the greatest horizontal position of its subtree, and its level.
     spans: Vec<(f32, f32, u32)>,
     places: usize,
     margin: f32,
@@ -11,8 +12,8 @@ pub struct TreeLayout {
 }
 
 impl TreeLayout {
-    /// The layout of nodes in a picture of this size with this margin, pixels. Each node has the number of the node above,
-    /// which comes before it, and its level from 0.
+    /// Makes the layout of nodes in a picture of this size with this margin, pixels. Each node has the index of its
+    /// parent, which comes before it, and its level from 0.
     pub fn new(
         nodes: impl Iterator<Item = (Option<usize>, u32)>,
         (width, height): (u32, u32),
@@ -42,17 +43,17 @@ impl TreeLayout {
         Self { spans, places, margin, step }
     }
 
-    /// Number of ends.
+    /// Number of leaves.
     pub fn places(&self) -> usize {
         self.places
     }
 
-    /// Pixels between two ends.
+    /// Distance between two neighbouring leaves, pixels.
     pub fn step_x(&self) -> f32 {
         self.step.0
     }
 
-    /// The pixel of a node.
+    /// Position of a node, pixels.
     pub fn pixel(&self, node: usize) -> (i32, i32) {
         let (low, high, level) = self.spans[node];
         let x = self.margin + f32::midpoint(low, high) * self.step.0;

@@ -537,7 +537,7 @@ pub fn missing(visible: &[PolygonId], drawn: &[PolygonId]) -> u64 {
     visible.iter().filter(|id| drawn.binary_search(id).is_err()).count() as u64
 }
 
-/// The polygons as an oracle takes them.
+/// Converts the polygons to the form that an oracle requires.
 pub(crate) fn subjects<'a>(
     scene: &'a Scene,
     window: &ViewWindow,

@@ -10,8 +10,8 @@ const LIGHT: [f64; 3] = [0.62, 0.63, 0.65];
 /// because unlit sides of paint are darker than its colour.
 const LEAST_CONTRAST: f64 = 2.0;
 
-/// The background that a model stands out from, linear red, green, blue. It is the dark one, unless more of the paint
-/// stands out from the light one. O(strokes).
+/// Selects the background for a model: the dark one, or the light one if more polygons contrast with the light one.
+/// Returns linear red, green, blue. O(strokes).
 pub fn background_for(scene: &Scene) -> [f64; 3] {
     let (mut lost_in_dark, mut lost_in_light) = (0u64, 0u64);
     let [dark, light] = [DARK, LIGHT].map(luminance);

@@ -55,7 +55,7 @@ pub(super) fn fragment<'a>(
     wgpu::FragmentState { module, entry_point: Some(entry), compilation_options: Default::default(), targets }
 }
 
-/// The state of the depth test; `writes`: whether depth is written.
+/// The state of the depth test. `writes` is whether the test writes depth.
 pub(super) fn depth(compare: wgpu::CompareFunction, writes: bool) -> wgpu::DepthStencilState {
     wgpu::DepthStencilState {
         format: DEPTH_FORMAT,

@@ -2,23 +2,25 @@ use osp::occlusion::TryBudget;
 
 /// Number of frames before the first try, which skips the slow start.
 const FIRST_TRY: u32 = 16;
-/// Each way of drawing is measured by the fastest of this number of frames, because disturbances only make frames longer.
+/// Each way of drawing, with culling and without, is measured by the fastest of this number of frames. Disturbances
+/// only make frames longer.
 const MEASURED: usize = 4;
 /// Number of frames of a try. The first frame has no previous frame and does not count.
 const TRY_FRAMES: u32 = MEASURED as u32 + 1;
-/// A try ends after this number of frames, even if the times of some have not come back.
+/// A try ends after this number of frames, even if the GPU has not returned the times of some frames.
 const LONGEST_TRY: u32 = 24;
 /// Least and largest number of frames from one try to the next.
 const PAUSE: [u32; 2] = [64, 8192];
 /// The fraction of the drawing time that tries may take.
 const TRY_SHARE: f64 = 0.01;
-/// The other way replaces the kept way if its frames take less than this fraction of the time.
+/// Drawing changes to the other way (culling, or no culling) if its frames take less than this fraction of
+/// the time.
 const FASTER: f64 = 0.98;
 /// With fewer polygons in view, drawing takes less time than any test.
 const LEAST_POLYGONS: usize = 2000;
 
-/// Decides for every frame whether the GPU culls hidden polygons. At intervals it draws a few frames the other way, and
-/// keeps the faster way. Both ways give the same picture.
+/// Decides for every frame whether the GPU culls hidden polygons. At intervals it tries the other way (culling, or no
+/// culling) for a few frames, and keeps the faster one. The picture is the same.
 #[derive(Clone, Debug)]
 pub(super) struct DrawSwitch {
     /// Whether frames are culled, except during a try.
@@ -34,9 +36,9 @@ pub(super) struct DrawSwitch {
 /// The frames of a try so far.
 #[derive(Clone, Copy, Debug)]
 struct Tried {
-    /// Number of frames since the try began, whether their times have come back or not.
+    /// Number of frames since the try began, with or without a returned time.
     begun: u32,
-    /// Number of frames whose times have come back.
+    /// Number of frames of the try whose times the GPU has returned.
     frames: u32,
     all_ns: f64,
     /// Time of the fastest frame except the first, nanoseconds.
@@ -90,7 +92,7 @@ impl DrawSwitch {
         }
     }
 
-    /// Whether a try begins. Counts a frame without a try.
+    /// Whether a try begins in this frame. Otherwise counts the frame.
     fn is_try_due(&mut self) -> bool {
         let usual_ns = self.usual();
         if usual_ns.is_infinite() {

@@ -59,7 +59,7 @@ impl Finish {
         }
     }
 
-    /// Encodes the passes that make the target's picture; `spreads`: whether bright light spreads (bloom).
+    /// Encodes the passes that make the target's picture. `spreads` is whether bright light spreads (bloom).
     pub(super) fn encode(
         &self,
         gpu: &Gpu,

@@ -175,9 +175,9 @@ impl Gpu {
     }
 }
 
-/// Flags of an instance for [`Gpu`]. wgpu does not check the arguments of indirect draw calls. The check is unnecessary,
-/// because only shaders of this crate write these arguments, within bounds that the CPU has set. On Windows the check
-/// stays, because Direct3D 12 gets the first vertex of such a call from it.
+/// Flags of an instance for [`Gpu`]. wgpu does not check the arguments of indirect draw calls. The check is
+/// unnecessary, because only shaders of this crate write these arguments, within bounds that the CPU has set. On
+/// Windows wgpu checks the arguments, because with Direct3D 12 this check also passes the first vertex to the shader.
 pub fn instance_flags() -> wgpu::InstanceFlags {
     let checked = wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL;
     let flags = wgpu::InstanceFlags::default();

@@ -17,8 +17,8 @@ const WORD: usize = CLUSTER;
 /// Number of words that are examined together.
 const CHUNK_WORDS: usize = 8;
 
-/// Least number of drawn polygons of a chunk in a span. It is high, because undrawn polygons still cost a vertex
-/// invocation.
+/// A chunk becomes part of a span if at least this number of its polygons is drawn. The number is high, because
+/// each undrawn polygon of a span still costs a vertex invocation.
 const LEAST_OF_CHUNK: u32 = (CHUNK_WORDS * WORD * 3 / 4) as u32;
 
 /// Least number of polygons of a span, a run that sends a bit for each polygon instead of its number. If it is smaller,

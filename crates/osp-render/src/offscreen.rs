@@ -275,8 +275,8 @@ impl Offscreen {
         self.renderer.set_solid(is_solid);
     }
 
-    /// Draws a painter's list in the first view and waits until it is done. Each part is drawn over the parts before it,
-    /// without a depth test, solid in the plain colour of its polygon.
+    /// Draws a painter's list in the first view and waits until it is done. Each part is drawn over the parts before
+    /// it, without a depth test, opaque, in the plain colour of its polygon.
     ///
     /// # Errors
     /// The device is lost or the driver reported an error.

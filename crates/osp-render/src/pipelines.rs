@@ -16,7 +16,7 @@ pub(super) struct Pipelines {
     depth: wgpu::RenderPipeline,
     /// Counts opaque polygons in the alpha of each sample; created on first use.
     count: OnceLock<wgpu::RenderPipeline>,
-    /// Shader of `count`.
+    /// The shader of the pipeline `count`.
     opaque_shader: OwnShader,
     /// Sky and paint; `None` for plain colours.
     sky: Option<Sky>,

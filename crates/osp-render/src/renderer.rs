@@ -78,7 +78,7 @@ pub struct Renderer {
     is_patient: bool,
     /// Whether every polygon is drawn solid in its plain colour.
     is_solid: bool,
-    /// Created when a painter first draws.
+    /// Draws the parts of a painter; created on first use.
     parts: Option<PartPass>,
     /// Created when GPU culling is first selected for a view.
     hzb: Option<Hzb>,

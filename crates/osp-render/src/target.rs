@@ -190,7 +190,7 @@ impl Target {
     }
 }
 
-/// The depth before a pass with colours, and whether the pass stores its depth.
+/// Contents of the depth texture before a pass with colours, and whether the pass stores them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DepthBefore {
     /// Depth is cleared, and not stored.

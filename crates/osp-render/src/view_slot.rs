@@ -13,7 +13,7 @@ pub struct ViewSlot {
     uniforms: wgpu::Buffer,
     /// The listed polygon numbers, then a bit for each polygon, for the runs that are not listed.
     ids: wgpu::Buffer,
-    /// Number of listed numbers with room, which is the position at which the bits begin.
+    /// Number of polygon numbers for which the buffer has room. The bits begin at this position.
     all_from: u32,
     /// Number of words of 32 bits with room for bits.
     bit_words: u32,

@@ -176,7 +176,7 @@ impl SpatialIndex for BruteSimd {
     }
 }
 
-/// One block against all planes.
+/// A test of one block against all planes.
 struct One<'a> {
     planes: &'a PlaneSet,
     boxes: &'a Boxes<16>,

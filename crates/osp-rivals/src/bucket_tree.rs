@@ -25,13 +25,13 @@ use osp::{
 /// Number of blocks of sixteen polygons in a bucket: a bucket is a full leaf.
 const BLOCKS: usize = 4;
 
-/// No node.
+/// The number that stands for no node.
 const NONE: u32 = u32::MAX;
 
 /// The top node.
 const ROOT: u32 = 0;
 
-/// A way to partition space.
+/// A scheme that partitions space, such as that of a k-d tree.
 pub(super) trait Partition: 'static + Send + Sync + std::fmt::Debug {
     /// The name of the index on the command line and in tables.
     const NAME: &'static str;

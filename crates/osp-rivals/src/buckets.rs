@@ -14,13 +14,13 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// No bucket.
+/// The number that stands for no bucket.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// The position of a polygon: its bucket times the number of polygons of a bucket, plus its lane.
 pub(super) type Spot = u32;
 
-/// No spot.
+/// The value that stands for no spot.
 pub(super) const NOWHERE: Spot = u32::MAX;
 
 #[derive(Clone, Copy, Debug)]

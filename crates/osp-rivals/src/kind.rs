@@ -105,7 +105,7 @@ impl IndexKind {
         Self::ALL.iter().copied().find(|kind| kind.name() == name)
     }
 
-    /// Whether a setting concerns the indexes of this kind.
+    /// Whether the indexes of this kind use a setting.
     pub fn has(self, setting: IndexSetting) -> bool {
         match setting {
             IndexSetting::MaxDepth | IndexSetting::CutNodes => {

@@ -81,7 +81,7 @@ impl Destination {
     }
 }
 
-/// Whether the link leads to a file that still exists under the name it was opened by.
+/// Whether the path that a symbolic link contains still leads to the file that the link itself opens.
 fn is_link_to_file(path: &Path) -> bool {
     #[cfg(unix)]
     if let (Ok(target), Ok(open)) = (fs::read_link(path), fs::metadata(path)) {

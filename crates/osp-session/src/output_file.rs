@@ -208,7 +208,7 @@ pub fn is_made(path: &Path, kind: OutputKind) -> bool {
     })
 }
 
-/// Why an output is not begun.
+/// The reason why an output cannot be written.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "their messages tell")]
 pub enum OutputError {

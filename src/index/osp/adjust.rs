@@ -33,7 +33,8 @@ impl Moved {
 }
 
 impl Osp {
-    /// Does the work of [`SpatialIndex::update_all`](crate::index::SpatialIndex::update_all), block by block.
+    /// Implements [`SpatialIndex::update_all`](crate::index::SpatialIndex::update_all). Splits the updates by
+    /// block and updates each block at once.
     pub(super) fn update_blocks(&mut self, mut updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         let is_worth_it = updates.len() >= LEAST && !self.is_linear;
         // Number of blocks whose memory has been prefetched.
@@ -106,7 +107,7 @@ impl Osp {
         self.upkeep.filed += 1;
     }
 
-    /// Sets a new box of one polygon in a run.
+    /// Replaces the box of one polygon in a run.
     pub(super) fn move_one(&mut self, id: PolygonId, bounds: Wide) {
         let mut moved = Moved::NONE;
         moved.set(id.index() % 16, bounds);

@@ -82,7 +82,7 @@ impl Osp {
         }
     }
 
-    /// Prefetches the place of the next run of a bucket.
+    /// Prefetches the cache lines that the next run appended to a bucket will be written to.
     pub(super) fn ask_for_end_of(&self, bucket: u32) {
         let bucket = &self.buckets[bucket];
         let at = bucket.page_count as usize - usize::from(bucket.page_count > 0);

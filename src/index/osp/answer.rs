@@ -1,4 +1,4 @@
-//! The output of a query: a list of ids, or a set of blocks.
+//! The output of a query: a list of ids, or a mask of visible polygons for each block of sixteen ids.
 
 use std::ops::Range;
 
@@ -169,7 +169,7 @@ impl Answer for Ids<'_> {
     }
 }
 
-/// Output as blocks. All polygons of a run belong to one block.
+/// Output as masks of blocks. A run sets bits in one mask only, because all its polygons belong to one block.
 pub(super) struct Blocks<'a>(MaskWriter<'a>);
 
 impl<'a> Blocks<'a> {
@@ -243,7 +243,8 @@ impl Answer for Blocks<'_> {
     }
 }
 
-/// Output by exclusion: all polygons in the tree are set first, and the reported polygons are cleared.
+/// Output by exclusion. All polygons in the tree are set first. The query then reports the polygons outside
+/// the frustum, and their bits are cleared.
 pub(super) struct Outside<'a> {
     /// Masks of the blocks from `first` on.
     masks: &'a mut [u16],
@@ -302,15 +303,16 @@ impl Answer for Outside<'_> {
     }
 }
 
-/// Output as blocks for scattered polygons. Runs of one polygon are listed first, because one pass over this list sets or
-/// clears bits several times as fast as the walk.
+/// Output as masks of blocks, for scattered polygons. The query appends runs of one polygon to a list of ids. One pass
+/// over this list then sets or clears all their bits. This is several times as fast as setting them during the query.
 pub(super) struct Listing<'a, A> {
     runs: A,
     singles: IdWriter<'a>,
 }
 
 impl<'a, A> Listing<'a, A> {
-    /// Runs of several polygons go to `runs`, runs of one polygon to the empty list `singles`.
+    /// An output that writes runs of several polygons to `runs`, and appends runs of one polygon to the list
+    /// `singles`. The list must be empty.
     pub(super) fn new(runs: A, singles: &'a mut Vec<PolygonId>) -> Self {
         Self { runs, singles: IdWriter::new(singles) }
     }

@@ -172,8 +172,8 @@ impl Osp {
         }
     }
 
-    /// Does the first part of [`Osp::descend`] in the preallocated levels: inside the root cube, the key determines their
-    /// entries.
+    /// Does the first part of [`Osp::descend`] by table look-up. Inside the root cube, the key determines the entry of
+    /// each preallocated level.
     #[inline]
     pub(super) fn direct_way(&self, key: &Key, level: u32) -> (u32, u32) {
         let mut at = self.top;

@@ -8,7 +8,7 @@ use crate::{index::simd::Wide, math::Aabb};
 pub(super) struct Grid {
     origin: [f64; 3],
     finest_per_m: f64,
-    /// The same in single precision, for boxes in the root cube.
+    /// `origin` and `finest_per_m` in single precision, for boxes in the root cube.
     near_origin: Vec4,
     near_finest_per_m: f32,
 }

@@ -1,14 +1,14 @@
-//! Counts of the recent moves of a block's polygons.
+//! Detects blocks whose polygons move in frame after frame.
 
-/// Number of consecutive commits with moves in a block after which its moving polygons go to the flat rows. If it is
-/// larger, moving polygons stay longer in the tree, where each move costs more. If it is smaller, the last pieces of a
-/// stroke being smoothed go to the rows and return.
+/// A block is hot if its polygons have moved in this number of consecutive commits. Its moving polygons then go to the
+/// flat rows. If the number is larger, moving polygons stay longer in the tree, where each move costs more. If it is
+/// smaller, the last pieces of a stroke being smoothed go to the rows and return.
 const HOT: u8 = 4;
 
-/// Largest number of commits between two moves of a block that count as consecutive.
+/// Two moves of a block count as consecutive if their commits are at most this many commits apart.
 const APART: u8 = 2;
 
-/// Counts of the recent moves of a block's polygons.
+/// The commit of a block's last move, and the number of its consecutive commits with moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Heat {
     /// Low byte of the number of the commit with the last move. A wrapped number may make a block look hot; this only costs

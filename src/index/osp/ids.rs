@@ -322,7 +322,7 @@ impl IdMap {
         }
     }
 
-    /// Number of entries that [`IdMap::shelves`] passes over, with the entries of the directory.
+    /// Number of entries that [`IdMap::shelves`] reads, including those of the directory.
     pub(super) fn entries(&self) -> usize {
         self.directory.len() + self.shelves.live() as usize * BLOCKS
     }

@@ -116,13 +116,13 @@ pub(super) struct Bucket {
     pub(super) next: u32,
     /// The previous bucket of the chain; [`NONE`] for the first bucket.
     pub(super) prev: u32,
-    /// A copy of `pages`: the number of the last page.
+    /// Number of the last page, a copy of its entry in `pages`.
     pub(super) last: u32,
     /// Level of a leaf's cell; 0 for straddlers.
     pub(super) shift: u32,
     /// First bucket of a chain only: number of runs that were short enough for a smaller cell when they were inserted.
     pub(super) movable: u32,
-    /// A copy of each page's number of runs.
+    /// Number of runs of each page, a copy of the pages' counts.
     pub(super) counts: [u8; 16],
     /// Mask of the pages whose runs all have one polygon.
     pub(super) single: u16,
@@ -202,7 +202,8 @@ impl Bucket {
         (self.page_count as usize).wrapping_sub(1) % 16
     }
 
-    /// Widens the box of the page at position `at` so that it contains `bounds`. Returns `false` if it did before.
+    /// Widens the box of the page at position `at` so that it contains `bounds`. Returns `false` if the box
+    /// contained `bounds` before.
     #[inline]
     pub(super) fn widen(&mut self, at: usize, bounds: &Aabb) -> bool {
         if !self.boxes.widen(at, bounds) {

@@ -163,7 +163,8 @@ struct CutRun<'a> {
 /// see.
 struct Seen {
     by: [u32; 2],
-    /// The boxes that an eye may see and one of its planes cuts. `cut_by` has them by plane, for the tested planes only.
+    /// The boxes that an eye may see and that one of its planes cuts. `cut_by` has them by plane, for the tested planes
+    /// only.
     cut: u32,
     cut_by: [u32; 6],
 }
@@ -216,7 +217,8 @@ struct Walk<'a, K> {
 }
 
 impl<'a, K: Kernel> Walk<'a, K> {
-    /// Processes the lowest level of the tree first if enough entries of it wait, as in `query.rs`.
+    /// Walks the tree. Each step processes the lowest level of the tree on which enough entries wait, as in
+    /// `query.rs`.
     #[inline(always)]
     fn all(&mut self) {
         self.open_block();

@@ -38,7 +38,8 @@ pub(super) struct Movers {
     /// Largest number of shared groups, of groups of one block, and of ids so far. The system commits memory only when the
     /// memory is written to.
     most: [usize; 3],
-    /// Number of shared groups, and of groups of one block, that this round has not examined yet, the first groups.
+    /// Number of shared groups, and of groups of one block, that this round has not examined yet. These are the
+    /// first groups of each kind.
     unlooked: [usize; 2],
 }
 
@@ -50,7 +51,8 @@ struct Slots {
 }
 
 impl Slots {
-    /// Number of ids of a chunk. If it is smaller, some systems write the zeros at once.
+    /// Number of ids of a chunk. Large chunks of zeros come from the system without a write. If this is
+    /// smaller, some systems write the zeros at once.
     const CHUNK: usize = 1 << 16;
 
     fn with_room_for(ids: usize) -> Self {
@@ -519,7 +521,7 @@ impl Movers {
         groups.map(|((&block, &lanes), boxes)| (block, lanes, boxes))
     }
 
-    /// Number of groups of one block each.
+    /// Number of groups that belong to one block each.
     pub(super) fn own_count(&self) -> usize {
         self.blocks.len()
     }

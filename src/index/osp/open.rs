@@ -193,7 +193,7 @@ struct OpenRun {
 impl OpenRun {
     const NONE: Self = Self { mask: 0, bounds: Wide::EMPTY, length_m: 0.0 };
 
-    /// Adds the polygon if it is close enough; returns whether it is.
+    /// Adds the polygon if it is close enough. Returns whether it was added.
     #[inline]
     fn join(&mut self, lane: usize, bounds: Wide) -> bool {
         let union = self.bounds.union(bounds);

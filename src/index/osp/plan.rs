@@ -24,8 +24,8 @@ use crate::{
 };
 
 thread_local! {
-    /// Masks of a query for a list that removes the polygons outside, with unspecified contents. Kept for their memory: a bit
-    /// for each id up to the highest.
+    /// Working memory of a query that lists ids by exclusion: a bit for each id up to the highest. Its contents are
+    /// unspecified before a query.
     static MASKS: Cell<Vec<u16>> = const { Cell::new(Vec::new()) };
 }
 
@@ -215,7 +215,8 @@ impl WithKernel for Weigh<'_> {
     }
 }
 
-/// Whether all polygons in the tree lie inside every plane. Stops at the first box that does not.
+/// Whether all polygons in the tree lie inside every plane. Stops at the first box that is not inside every
+/// plane.
 #[inline(always)]
 pub(super) fn holds_all<K: Kernel>(
     osp: &Osp,
@@ -247,8 +248,8 @@ pub(super) fn holds_all<K: Kernel>(
 }
 
 impl Weigh<'_> {
-    /// Whether more of the tree seems to be inside than outside, by its upper levels. The weight of a cell is the number of
-    /// nodes and leaves in it. A cell that a plane cuts counts by the centre of its box.
+    /// Estimates from the upper levels whether more of the tree is inside than outside. The weight of a cell is the
+    /// number of nodes and leaves in it. A cell that a plane cuts counts by the centre of its box.
     #[inline(always)]
     fn is_mostly_seen<K: Kernel>(&self, kernel: K, work: &mut WorkCounts) -> bool {
         let top = &self.osp.nodes[self.top];

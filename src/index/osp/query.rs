@@ -64,7 +64,7 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
 /// Unchecked access by number.
 impl Osp {
     /// # Safety
-    /// The bucket belongs to a chain that hangs in the tree.
+    /// `number` is the number of a bucket in the tree.
     #[inline(always)]
     pub(super) unsafe fn known_bucket(&self, number: u32) -> &Bucket {
         // SAFETY: every number that hangs in the tree is of a bucket in use; `validate` checks it.
@@ -72,7 +72,7 @@ impl Osp {
     }
 
     /// # Safety
-    /// The page is one of the first `page_count` of a bucket that hangs in the tree.
+    /// `number` is the number of one of the first `page_count` pages of a bucket in the tree.
     #[inline(always)]
     pub(super) unsafe fn known_page(&self, number: u32) -> &Page {
         // SAFETY: as for buckets.
@@ -80,7 +80,7 @@ impl Osp {
     }
 
     /// # Safety
-    /// As of [`Osp::known_page`].
+    /// The same as for [`Osp::known_page`].
     #[inline(always)]
     pub(super) unsafe fn known_page_boxes(&self, number: u32) -> &PageBoxes {
         // SAFETY: as for buckets.
@@ -88,7 +88,7 @@ impl Osp {
     }
 
     /// # Safety
-    /// The node is the top node, or hangs in the tree.
+    /// `number` is the number of a node in the tree.
     #[inline(always)]
     pub(super) unsafe fn known_node(&self, number: u32) -> &Node {
         // SAFETY: as for buckets.
@@ -237,8 +237,8 @@ struct Walk<'a, K, A> {
 }
 
 impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
-    /// Processes the lowest level of the tree first if enough entries of it wait. Each kind of entry has one place in this
-    /// loop, so that the compiler inlines all of it.
+    /// Walks the tree from the node `top`. Each step processes the lowest level of the tree on which enough entries
+    /// wait. Each kind of entry has one place in this loop, so that the compiler inlines all of it.
     #[inline(always)]
     fn all(&mut self, top: u32) {
         if !A::IS_OUTSIDE {

@@ -13,8 +13,8 @@ use crate::{
 const GROUPS_A_COMMIT: usize = 2;
 const GROUPS_SHARE: usize = 512;
 
-/// The number of groups that replaces [`GROUPS_A_COMMIT`] while polygons of a former plain list wait for the tree: with new
-/// polygons since the last commit, and without.
+/// Replaces [`GROUPS_A_COMMIT`] while polygons of a former plain list wait for the tree, if polygons were inserted
+/// since the last commit. If none were inserted, [`GROUPS_ALONE`] replaces it.
 const GROUPS_WITH_MORE: usize = 1;
 const GROUPS_ALONE: usize = 3;
 

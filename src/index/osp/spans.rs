@@ -17,7 +17,8 @@ pub(super) struct Spans {
     pub(super) ids: Vec<PolygonId>,
     /// Largest number of ids so far. The system commits memory only when the memory is written to.
     pub(super) most: usize,
-    /// The spans of a node are valid if the node's edition is this number. If it is 0, no span is valid.
+    /// The spans of a node are valid if the node's edition equals this number. If this number is 0, no span
+    /// is valid.
     pub(super) edition: u32,
     /// Upper bound of the number of polygons in void spans.
     pub(super) void: usize,
@@ -28,7 +29,7 @@ pub(super) struct Spans {
     pub(super) depth: usize,
 }
 
-/// A node some of whose slots are written.
+/// A node whose slots are being written one after the other.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Open {
     pub(super) node: u32,
@@ -76,7 +77,7 @@ impl Spans {
         node.edition == self.edition && self.edition != 0
     }
 
-    /// Records a change: counts quiet commits from 0 again, and gives up unfinished writing.
+    /// Records a change: restarts the count of quiet commits, and abandons unfinished writing.
     #[inline]
     pub(super) fn give_up(&mut self) {
         self.quiet = 0;

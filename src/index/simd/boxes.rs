@@ -39,7 +39,8 @@ impl<const N: usize> Boxes<N> {
         self.set(lane, &bounds.to_box());
     }
 
-    /// Widens the box of a lane so that it contains `bounds`. Returns false if it did before.
+    /// Widens the box of a lane so that it contains `bounds`. Returns false if the box contained `bounds`
+    /// before.
     #[inline]
     pub fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
         let old = self.get(lane);
@@ -103,7 +104,8 @@ impl Halves {
         self.0[lane / 8].set_wide(lane % 8, bounds);
     }
 
-    /// Widens the box of a lane so that it contains `bounds`. Returns false if it did before.
+    /// Widens the box of a lane so that it contains `bounds`. Returns false if the box contained `bounds`
+    /// before.
     #[inline]
     pub(crate) fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
         self.0[lane / 8].widen(lane % 8, bounds)

@@ -20,7 +20,7 @@ pub(super) trait Four: Copy {
 
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
 
-    /// The eight outcomes of two masks as bits.
+    /// Converts two masks of four lanes to eight bits.
     fn bits(low: Self::Mask, high: Self::Mask) -> u32;
 
     /// The implementation of [`Kernel::pack`].

@@ -1,4 +1,4 @@
-//! Testing boxes against the picture.
+//! Tests boxes and polygons against the picture.
 
 use glam::DVec3;
 
@@ -22,19 +22,21 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Boxes that are tested at once.
+/// Number of boxes that are tested at once.
 const LANES: usize = 16;
 
-/// Rounding of a box's pixels, within the bound of [`nearest_sine`].
+/// Largest error of a box's pixel coordinates from rounding, pixels, for boxes that [`nearest_sine`] admits.
 const PIXEL_SLACK: f64 = 1.0e-6;
 
-/// Rounding of a box's depth.
+/// Bound of the relative error of a box's depth from rounding.
 const DEPTH_SLACK: f64 = 1.0e-6;
 
-/// Largest tangent to the side for which pixels decide.
+/// Largest tangent of the angle between the direction of view and the window's border for which pixels are
+/// exact enough.
 const LARGEST_TANGENT: f64 = 1.0e4;
 
-/// See [`super::super::depth`]: the same bound, with twice as many roundings.
+/// Distance before the eye's plane from which on a box can be decided, as a part of the box's size. The bound
+/// is derived as in [`super::super::depth`], with twice as many roundings.
 fn nearest_sine(raster: &Raster) -> f64 {
     const U: f64 = 0.5 * f64::EPSILON;
     let tangent = raster.largest_tangent();
@@ -124,12 +126,13 @@ impl CoverageBuffer {
         self.fill(&picture.raster)
     }
 
-    /// Mean distance of the corners of the polygons of the last build from the eye, as a sum of coordinates.
+    /// Mean distance of the last build's corners from the eye, metres. A distance is the sum of the absolute
+    /// coordinates along the axes of the view.
     pub(in crate::occlusion) fn mean_distance_m(&self) -> f64 {
         self.mean_distance_m
     }
 
-    /// The polygons of the last build with a part in the picture, each with whether it hides anything.
+    /// The polygons of the last build, each with a flag that is true if the polygon hides anything.
     pub(in crate::occlusion) fn filled(&self) -> impl Iterator<Item = (PolygonId, bool)> + '_ {
         self.facets.taken().iter().enumerate().map(|(i, facet)| {
             let half = facet.half as usize;
@@ -138,7 +141,7 @@ impl CoverageBuffer {
         })
     }
 
-    /// Tests some boxes.
+    /// Tests the first `count` boxes. Calls `each` with the position and the result of each box.
     #[inline(always)]
     fn test_seen(
         &self,
@@ -190,7 +193,8 @@ impl CoverageBuffer {
         }
     }
 
-    /// Whether a polygon is hidden, by all pixels that it touches: at least where its box is.
+    /// Whether all pixels that a polygon touches are covered before its nearest depth. The test finds every
+    /// polygon hidden whose box it finds hidden.
     pub fn hides_polygon(&self, polygon: &ConvexPolygon) -> bool {
         let Some(picture) = self.facets.picture() else { return false };
         self.backend.run(TestPolygon { tiles: &self.tiles, picture, polygon })
@@ -202,16 +206,16 @@ impl CoverageBuffer {
     }
 }
 
-/// Positions of some boxes as seen from the eye, by lane.
+/// Positions of some boxes relative to the eye, by lane.
 struct SeenBoxes {
     /// Half of each side.
     half: [[f64; LANES]; 3],
-    /// The middle, in the axes of the view.
+    /// Centre of each box, along the axes of the view.
     middle: [[f64; LANES]; 3],
-    /// Distances along the view.
+    /// Distance of the nearest corner along the direction of view.
     near: [f64; LANES],
     far: [f64; LANES],
-    /// The sum of the largest coordinates.
+    /// Size of each box: the sum of the largest absolute coordinates, relative to the eye, metres.
     size: [f64; LANES],
 }
 
@@ -309,8 +313,8 @@ impl SeenBoxes {
         seen
     }
 
-    /// A pixel of a picture of this size that a box before the eye touches: the pixel of its middle, or the nearest
-    /// one in the picture.
+    /// A pixel inside the picture that a box before the eye touches: the pixel of the box's centre, or the pixel
+    /// nearest to it. The picture has `size` pixels.
     #[inline(always)]
     fn pixel(&self, lane: usize, raster: &Raster, size: [i32; 2]) -> [usize; 2] {
         let [x, y, z] = [0, 1, 2].map(|axis| self.middle[axis][lane]);
@@ -320,7 +324,8 @@ impl SeenBoxes {
         [within(at.x, size[0]), within(at.y, size[1])]
     }
 
-    /// Range of pixels of the corners of a box before the eye: the low ends, and the high ones.
+    /// Range of the pixel coordinates of a box's corners: the lowest coordinates, and the highest ones. The
+    /// box lies before the eye.
     #[inline(always)]
     fn outline(&self, lane: usize, raster: &Raster) -> [[f64; 2]; 2] {
         const CORNERS: usize = 8;

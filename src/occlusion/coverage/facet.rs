@@ -1,4 +1,4 @@
-//! A polygon, or a part of it, in the picture: its convex outline and the bounds of its depth.
+//! A facet: a polygon in the picture, or a part of it, as a convex outline with bounds of its depth.
 
 use glam::DVec3;
 
@@ -10,40 +10,43 @@ use super::{
     table::NONE,
 };
 
-/// Most sides of a facet: four of a quad, and one at the near plane.
+/// Largest number of sides of a facet: four of a quad, and one at the near plane.
 pub(super) const FACET_SIDES: usize = SIDES + 1;
 
-/// Rounding of depths in `f32`, with a margin.
+/// Bound of the relative error of depths in `f32` from rounding, with a margin.
 const DEPTH_SLACK: f64 = 1.0e-6;
 
-/// A facet smaller than this in both directions has the depth of its farthest corner, pixels.
+/// A facet that is smaller than this in both directions, pixels, has the depth of its farthest corner
+/// everywhere.
 const SMALL_PX: i32 = 4;
 
-/// The code of a line between two parts of one polygon.
+/// Code of the edge along which a polygon is cut into two parts.
 pub(super) const SHARED: EdgeCode = NONE - 1;
 
-/// Pixels of a tile's side.
+/// Width of a tile, pixels.
 const SQUARE: f64 = SIDE as f64;
 
 /// A convex outline in the picture, counterclockwise (`y` up).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Facet {
-    /// In steps.
+    /// The corners, in steps.
     pub(super) at: [[i32; 2]; FACET_SIDES],
     pub(super) len: u8,
-    /// Whether its orientation in the picture is the reverse of the polygon's.
+    /// Whether the facet's orientation in the picture is the reverse of the polygon's.
     pub(super) is_turned: bool,
     pub(super) polygon: u32,
-    /// The facet of the polygon's other part, if it is cut into two.
+    /// The facet of the polygon's other part, if the polygon is cut into two.
     pub(super) half: u32,
-    /// By edge, that from corner `i` to `i + 1`: the polygon's edge, [`SHARED`], or [`NONE`] at the near plane.
+    /// For each edge, from corner `i` to `i + 1`: the code of the polygon's edge, [`SHARED`], or [`NONE`] at
+    /// the near plane.
     pub(super) edges: [EdgeCode; FACET_SIDES],
-    /// By edge: the facet on its other side, if any.
+    /// For each edge, the facet on the other side of the edge; [`NONE`] without one.
     pub(super) mates: [u32; FACET_SIDES],
-    /// Its plane's reciprocal depth `[0] + [1] x + [2] y`, pushed back to its farthest corner.
+    /// Reciprocal depth at pixel (x, y): `[0] + [1] x + [2] y`. This is the facet's plane, moved away from
+    /// the eye to the farthest corner. A tested polygon's plane is moved to the nearest corner.
     pub(super) plane: [f64; 3],
-    /// The reciprocal depth of its farthest corner, or less; for a tested polygon, that of its nearest corner, or
-    /// more.
+    /// A lower bound of the reciprocal depth of the facet's farthest corner. For a tested polygon, an upper bound
+    /// of that of its nearest corner.
     pub(super) end: f64,
     pub(super) has_plane: bool,
 }
@@ -54,7 +57,7 @@ pub(super) struct Outline {
     at: [[i32; 2]; FACET_SIDES],
     pub(super) edges: [EdgeCode; FACET_SIDES],
     len: usize,
-    /// Whether there were more corners than a convex polygon can have.
+    /// Whether more corners were added than a convex polygon can have.
     is_full: bool,
     farthest: Option<f64>,
 }
@@ -73,8 +76,8 @@ impl Outline {
 }
 
 impl Outline {
-    /// Whether no corner lies outside an edge. For more than four corners turns do not suffice: two corners at the same
-    /// place have none.
+    /// Whether no corner lies outside the line of an edge. With more than four corners, the turns at the corners do not
+    /// suffice, because corners at the same place have no turn.
     fn is_convex(&self, is_turned: bool) -> bool {
         let at = |i: usize| self.at[i % self.len].map(i64::from);
         (0..self.len).all(|i| {
@@ -112,7 +115,7 @@ impl Facet {
         has_plane: false,
     };
 
-    /// Stores an outline counterclockwise, whichever way it runs. Does nothing if it is not convex in the picture.
+    /// Stores an outline in counterclockwise order. Does nothing if the outline is not convex in the picture.
     #[inline(always)]
     pub(super) fn set_outline(&mut self, outline: &Outline) {
         let len = outline.len;
@@ -147,8 +150,8 @@ impl Facet {
         }
     }
 
-    /// A tested polygon, by its corners from the eye in the axes of the view, and their pictures. `None` if it has no
-    /// convex outline in the picture.
+    /// The facet of a tested polygon. `eyes` are the polygon's corners relative to the eye, in the axes of the view.
+    /// `seen` are their pixels and reciprocal depths. `None` if the polygon has no convex outline in the picture.
     #[inline(always)]
     pub(super) fn of_tested(eyes: &[DVec3], seen: &[([i32; 2], f64)], picture: &Picture) -> Option<Self> {
         let mut outline = Outline::default();
@@ -167,7 +170,8 @@ impl Facet {
         Some(facet)
     }
 
-    /// Its plane, from its corners before they were cut.
+    /// Sets the facet's plane from the corners of the polygon before it was cut. Does nothing if the facet is
+    /// small or nearly edge-on.
     #[inline(always)]
     pub(super) fn set_plane(&mut self, eyes: &[DVec3], raster: &Raster, pushed: Pushed) {
         let ends = |axis: usize| {
@@ -202,7 +206,7 @@ impl Facet {
         }
     }
 
-    /// Bounds of its depth in each tile.
+    /// Bounds of the facet's depth, prepared for evaluation in each tile.
     #[inline(always)]
     pub(super) fn depths(&self) -> Depths<'_> {
         let [_, by_x, by_y] = self.plane;
@@ -216,7 +220,7 @@ impl Facet {
         }
     }
 
-    /// An upper bound of the reciprocal depth of a tested polygon.
+    /// An upper bound of the reciprocal depth of a tested polygon, in the tile that begins at pixel (x, y).
     #[inline(always)]
     pub(super) fn before(&self, x: f64, y: f64) -> Slope {
         let [base, by_x, by_y] = self.plane;
@@ -234,7 +238,8 @@ impl Facet {
         }
     }
 
-    /// Terms may cancel, so the slack follows the largest one.
+    /// Rounding error of the plane's reciprocal depth in a tile. The terms may cancel, so the error is a part
+    /// of the largest terms.
     #[inline(always)]
     pub(super) fn slack(&self, x: f64, y: f64) -> f64 {
         let [base, by_x, by_y] = self.plane;
@@ -242,10 +247,11 @@ impl Facet {
     }
 }
 
-/// Bounds of a facet's depth, with the values that are the same in all tiles.
+/// Bounds of a facet's depth, with the terms that are equal for all tiles.
 pub(super) struct Depths<'a> {
     facet: &'a Facet,
-    /// From a tile's corner to its lowest value, across and up; and from that to the middle.
+    /// Difference between the plane's least value in a tile and its value at the tile's first corner, for x
+    /// and y. `middle` is the difference between the least value and the value in the middle.
     low: [f64; 2],
     middle: f64,
     across: [f32; 2],
@@ -253,7 +259,7 @@ pub(super) struct Depths<'a> {
 }
 
 impl Depths<'_> {
-    /// A lower bound of the facet's reciprocal depth within the square of pixels that begins here.
+    /// A lower bound of the facet's reciprocal depth, in the tile that begins at pixel (x, y).
     #[inline(always)]
     pub(super) fn behind(&self, x: f64, y: f64) -> Slope {
         let Facet { plane: [base, by_x, by_y], end, has_plane, .. } = *self.facet;
@@ -270,14 +276,16 @@ impl Depths<'_> {
     }
 }
 
-/// The reciprocal depth of the plane with this unit normal and distance, by pixels.
+/// The reciprocal depth of a plane as a linear function of pixels. The plane has this unit normal and this
+/// distance from the eye.
 #[inline(always)]
 pub(super) fn plane_in_pixels(normal: DVec3, distance: f64, raster: &Raster) -> [f64; 3] {
     let [by_x, by_y, base] = raster.axes_in_pixels(normal);
     [base, by_x, by_y].map(|v| v / distance)
 }
 
-/// Twice the area to the left of the way over three points, in steps.
+/// Twice the signed area of the triangle `a b c`, in square steps. It is positive if the triangle is
+/// counterclockwise.
 #[inline(always)]
 pub(super) fn turn(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
     (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])

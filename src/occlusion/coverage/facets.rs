@@ -1,5 +1,5 @@
-//! Occluders in the form of a frame's picture: cut at the near plane, in pixels, counterclockwise, each with its
-//! neighbours.
+//! Converts occluders to facets: projects their corners, cuts them at the near plane, turns them
+//! counterclockwise and links neighbours.
 
 use glam::{DVec2, DVec3};
 
@@ -12,35 +12,37 @@ use super::{
 };
 use crate::{polygon::PolygonId, view::ViewWindow};
 
-/// A corner from the eye, in the axes of the view, and its picture.
+/// A corner relative to the eye, in the axes of the view, and its position in the picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
     corner: u32,
-    /// Right, up and forward.
+    /// Coordinates to the right, up and forward, relative to the eye, metres.
     pub(super) eye: DVec3,
     at: [i32; 2],
-    /// Reciprocal depth; 0 if it lies before the near plane, or has no picture.
+    /// Reciprocal depth; 0 if the corner lies before the near plane, or its position in the picture is too
+    /// imprecise.
     pub(super) nearness: f64,
 }
 
-/// The facets of a frame; reused for their memory.
+/// The facets of a frame. Their memory is used again in the next frame.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Facets {
     pub(super) seen: Vec<Seen>,
-    /// By corner of the surfaces: its place in `seen`; valid only if `seen` has the corner there.
+    /// For each corner of the surfaces, its index in `seen`. It is valid only if that entry has the corner's
+    /// number.
     pub(super) seen_of: Vec<u32>,
-    /// By polygon: its facet; valid only if the facet has the polygon.
+    /// For each polygon, the index of its facet. It is valid only if that facet has the polygon's number.
     facet_of: Vec<u32>,
-    /// One for each polygon, then the other parts of those that are cut into two.
+    /// A facet for each polygon, then the second facets of polygons that the near plane cuts into two.
     pub(super) facets: Vec<Facet>,
     pub(super) taken: usize,
-    /// Facets with area, before triangles were joined.
+    /// Number of facets with area before triangles were joined to quads.
     drawn: usize,
     picture: Option<Picture>,
 }
 
 impl Facets {
-    /// Makes room for surfaces of this many polygons, and for `taken` polygons in a frame.
+    /// Makes room for surfaces of `polygons` polygons, of which a frame fills `taken`.
     pub(super) fn reserve(&mut self, polygons: usize, taken: usize) {
         let corners = SIDES * taken;
         self.seen.reserve(corners);
@@ -60,7 +62,7 @@ impl Facets {
         &self.facets
     }
 
-    /// Polygons, or parts of polygons, with area in the picture.
+    /// Number of polygons, or parts of polygons, with area in the picture.
     pub(super) fn drawn(&self) -> usize {
         self.drawn
     }
@@ -75,8 +77,8 @@ impl Facets {
         &self.facets[..self.taken]
     }
 
-    /// Takes polygons of the surfaces, from the eye of a picture. Returns the mean distance of their corners, as a sum of
-    /// coordinates.
+    /// Replaces the facets by those of `polygons`, and converts their corners to the axes of the view. Returns the mean
+    /// distance of the corners from the eye, metres. A distance is the sum of the absolute coordinates.
     pub(super) fn take(
         &mut self,
         surfaces: &Surfaces,
@@ -108,7 +110,7 @@ impl Facets {
         sum / self.seen.len().max(1) as f64
     }
 
-    /// The lowest and highest tangents of all corners; `None` if one is nearer than `near_m`.
+    /// The lowest and highest tangents of all corners; `None` if a corner is nearer than `near_m`.
     pub(super) fn tangents(&self, near_m: f64) -> Option<[DVec2; 2]> {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for Seen { eye, .. } in &self.seen {
@@ -121,7 +123,7 @@ impl Facets {
         Some([low, high])
     }
 
-    /// Projects the taken polygons to a picture and finds their neighbours.
+    /// Projects all facets to a picture and links neighbours.
     pub(super) fn project(&mut self, surfaces: &Surfaces, picture: Picture) {
         self.picture = Some(picture);
         for seen in &mut self.seen {
@@ -138,7 +140,8 @@ impl Facets {
         self.join_triangles(surfaces, &picture.raster);
     }
 
-    /// Sets a facet up; leaves it without corners if it has no area in the picture.
+    /// Sets the outline and plane of a facet. Leaves the facet without corners if the polygon has no area in
+    /// the picture.
     #[inline(always)]
     fn set_up(&mut self, facet: usize, corners: &[u32], first_edge: EdgeCode, picture: &Picture) {
         let mut places = [0; SIDES];
@@ -192,7 +195,7 @@ impl Facets {
         }
     }
 
-    /// Sets up the part of a triangle beyond the near plane.
+    /// Sets up a facet from the part of a triangle beyond the near plane.
     fn set_up_cut(
         &mut self,
         facet: usize,
@@ -216,7 +219,8 @@ impl Facets {
         }
     }
 
-    /// Makes two parts of a polygon neighbours, if they lie on both sides of the line between them.
+    /// Links the two parts of a polygon as neighbours if they lie on different sides of the edge between
+    /// them.
     fn join_parts(&mut self, first: usize, second: usize) {
         let (a, b) = (&self.facets[first], &self.facets[second]);
         if let (Some(i), Some(k)) = (a.shared(), b.shared())
@@ -227,7 +231,8 @@ impl Facets {
         }
     }
 
-    /// The part of a triangle beyond the near plane. `false` if its precision is insufficient.
+    /// Adds the part of a triangle beyond the near plane to `outline`. Returns `false` if a corner is too
+    /// imprecise.
     fn cut(&self, places: [u32; 3], edges: [EdgeCode; 3], picture: &Picture, outline: &mut Outline) -> bool {
         for (i, edge) in edges.into_iter().enumerate() {
             let (from, to) = (places[i], places[(i + 1) % 3]);
@@ -257,7 +262,7 @@ impl Facets {
         true
     }
 
-    /// Finds on the other side of each edge a facet that has none there yet.
+    /// Links each edge of a facet to a neighbour: a facet at the same edge that has no neighbour there yet.
     #[inline(always)]
     fn find_mates(&mut self, i: usize, surfaces: &Surfaces) {
         for side in 0..usize::from(self.facets[i].len) {
@@ -277,8 +282,8 @@ impl Facets {
         }
     }
 
-    /// The facet that an edge of another polygon bounds, and the number of its side there. The side must begin at `start` and
-    /// have no neighbour yet.
+    /// Finds the facet that has the edge `edge` of another polygon, and the number of this side. The side must begin at
+    /// corner `start` and have no neighbour yet.
     #[inline(always)]
     fn free_side(&self, edge: EdgeCode, but: u32, start: u32, surfaces: &Surfaces) -> Option<(u32, usize)> {
         let polygon = edge / SIDES as u32;
@@ -296,7 +301,7 @@ impl Facets {
         })
     }
 
-    /// Takes outlines seen from the eye, without neighbours.
+    /// Replaces the facets by the outlines of shadows, without neighbours.
     pub(super) fn take_shadows(&mut self, shadows: &[ShadowVolume], window: &ViewWindow, raster: &Raster) {
         self.facets.clear();
         self.taken = 0;

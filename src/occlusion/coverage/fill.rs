@@ -1,4 +1,5 @@
-//! Filling facets into tiles: the pixels whose samples they cover, and the pixels that their edges pass.
+//! Fills facets into tiles: finds the pixels whose samples a facet covers, and the pixels that its edges
+//! touch.
 
 use super::{
     facet::{Depths, FACET_SIDES, Facet},
@@ -9,12 +10,12 @@ use super::{
 };
 use crate::index::simd::{Kernel, WithKernel};
 
-/// Position of the sample in a pixel, both ways: off the steps of corners, so that no upright or level edge passes
-/// through.
+/// Position of the sample in a pixel, across and up. It lies between the steps to which corners are rounded, so no
+/// horizontal or vertical edge passes through it.
 const SAMPLE: f64 = 0.5 + 0.5 / STEPS;
 
-/// Least distance of a sample from an edge, on its inner side, pixels along the row. It is above all rounding: in the
-/// picture, the terms of an edge's place in a row are below 2^25 pixels, so it is wrong by less than 1e-8.
+/// A sample counts as covered if it lies at least this far inside each edge, pixels along the row. This exceeds all
+/// rounding. The terms of an edge's position in a row are below 2^25 pixels, so its error is below 1e-8.
 const INSIDE: f64 = 1.0e-6;
 
 /// Fills all facets into tiles.
@@ -38,12 +39,12 @@ impl WithKernel for Fill<'_> {
     }
 }
 
-/// An edge as a line across rows.
+/// An edge as a line: its x for each y, pixels.
 #[derive(Clone, Copy)]
 struct Line {
     x: f64,
     y: f64,
-    /// Pixels to the right from row to row; 0 if the line is level.
+    /// Increase of x from row to row, pixels; 0 for a horizontal line.
     slope: f64,
 }
 
@@ -56,7 +57,7 @@ impl Line {
     }
 }
 
-/// Some lines.
+/// A list of lines, at most one for each side of a facet.
 struct Lines {
     lines: [Line; FACET_SIDES],
     len: usize,
@@ -77,16 +78,16 @@ impl Lines {
     }
 }
 
-/// Rows of a tile.
+/// A number for each row of a tile.
 type Rows = [i32; SIDE];
 
-/// A facet, set up to be filled in strips of tiles.
+/// A facet, prepared for filling strips of tiles.
 pub(super) struct Strips<'a> {
     facet: &'a Facet,
-    /// Lines that bound it on the left, and on the right.
+    /// Lines that bound the facet on the left, and on the right.
     left: Lines,
     right: Lines,
-    /// Edges without a neighbour, and their ends: from left to right, from low to high.
+    /// Edges without a neighbour. `ends` are the ranges of their x and y.
     open: Lines,
     ends: [[[f64; 2]; 2]; FACET_SIDES],
     low: [f64; 2],
@@ -142,7 +143,7 @@ impl<'a> Strips<'a> {
         }
     }
 
-    /// The strips of tiles that it reaches.
+    /// Range of the strips of tiles that the facet reaches.
     #[inline(always)]
     fn strips(&self, tiles: &Tiles) -> [i32; 2] {
         let height = (tiles.rows * SIDE) as f64;
@@ -154,7 +155,7 @@ impl<'a> Strips<'a> {
         [strip_of(low), strip_of(high) + 1]
     }
 
-    /// Fills its part in a strip of tiles.
+    /// Fills the facet's part in a strip of tiles.
     #[inline(always)]
     fn fill_strip(&self, strip: i32, number: u32, depths: &Depths<'_>, tiles: &mut Tiles, spans: &mut Spans) {
         const SIZE: f64 = SIDE as f64;
@@ -190,7 +191,7 @@ impl<'a> Strips<'a> {
         }
     }
 
-    /// The columns of tiles that it fills from end to end in a strip.
+    /// Range of the tiles of a strip that the facet fills wholly.
     #[inline(always)]
     fn whole(&self, low: f64, width: f64) -> [usize; 2] {
         const SIZE: f64 = SIDE as f64;
@@ -209,7 +210,7 @@ impl<'a> Strips<'a> {
         [first, (larger(to, 0.0) * (1.0 / SIZE)) as usize]
     }
 
-    /// The columns of tiles that it reaches in a strip.
+    /// Range of the tiles of a strip that the facet reaches. `None` if there are none.
     #[inline(always)]
     fn reach(&self, low: f64, high: f64, width: f64) -> Option<[usize; 2]> {
         let (y0, y1) = (larger(low - MARGIN, self.low[1]), smaller(high + MARGIN, self.high[1]));
@@ -228,7 +229,8 @@ impl<'a> Strips<'a> {
         Some([tile_of(from), tile_of(to) + 1])
     }
 
-    /// Finds of the rows of a strip the pixels whose samples are covered, and those that each edge without a neighbour passes.
+    /// For each row of a strip, finds the pixels whose samples are covered, and the pixels that each edge without a
+    /// neighbour touches.
     #[inline(always)]
     fn set_spans(&self, low: f64, width: f64, spans: &mut Spans) {
         let (mut from, mut to) = ([0.0_f64; SIDE], [width; SIDE]);
@@ -274,7 +276,7 @@ impl<'a> Strips<'a> {
         }
     }
 
-    /// All pixels in the rows of a strip that it may touch.
+    /// For each row of a strip, the range of all pixels that the facet may touch.
     #[inline(always)]
     fn touched(&self, low: f64, width: f64) -> (Rows, Rows) {
         let (mut from, mut to) = ([0.0_f64; SIDE], [width; SIDE]);
@@ -302,7 +304,7 @@ impl<'a> Strips<'a> {
         rows
     }
 
-    /// Whether all pixels that it touches are covered before it.
+    /// Whether all pixels that the facet touches are covered before the facet's nearest depth in their tile.
     #[inline(always)]
     pub(super) fn is_hidden(&self, tiles: &Tiles, picture: &Picture) -> bool {
         if !picture.shows(self.low.map(|v| v - MARGIN), self.high.map(|v| v + MARGIN)) {
@@ -334,7 +336,8 @@ impl<'a> Strips<'a> {
     }
 }
 
-/// First pixel and end of the covered pixels in each row of a strip, and the same for each edge without a neighbour.
+/// For each row of a strip, the range of covered pixels, and the range of pixels that each edge without a neighbour
+/// touches.
 struct Spans {
     from: Rows,
     to: Rows,
@@ -359,7 +362,7 @@ fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// The largest whole number that is no larger than a number from 0 to 2^20, give or take 1e-9.
+/// Rounds a number from 0 to 2^20 down, with an error of 1e-9.
 #[inline(always)]
 fn whole_part(v: f64) -> i32 {
     // Next to one and a half times 2^52, numbers are whole: the last bits are the number.
@@ -367,7 +370,8 @@ fn whole_part(v: f64) -> i32 {
     (v - (0.5 - 1.0e-9) + LAST_BITS).to_bits() as i32
 }
 
-/// The pixels of a tile within intervals of rows, row by row from bit 0. No interval ends before it begins.
+/// The pixels of a tile within one interval in each row, from bit 0, row by row. Each interval ends at its
+/// beginning or later.
 #[inline(always)]
 fn pixels(from: &Rows, to: &Rows, x: i32) -> u64 {
     const ROW: u32 = (1 << SIDE) - 1;

@@ -1,4 +1,4 @@
-//! Joining neighbouring triangles to quads: half as many facets, for the same surface.
+//! Joins neighbouring triangles to quads, so that the same surface has half as many facets.
 //!
 //! A quad has the outline of its two triangles, so the same degree at each point. The proof in [`super`] holds for it, also if
 //! the triangles are not in one plane.
@@ -11,10 +11,12 @@ use super::{
     table::NONE,
 };
 
-/// Triangles are joined only if this share of their reciprocal depth remains: two in one plane lose nothing.
+/// Triangles are joined only if the quad's bound keeps at least this share of their reciprocal depth. Two
+/// triangles in one plane lose nothing.
 const LEAST_LEFT: f64 = 0.995;
 
-/// A triangle beside another one: a side, and the same side of the other.
+/// A side that two triangles share: its number in the first triangle, the second triangle, and its number
+/// there.
 #[derive(Clone, Copy)]
 struct Pair {
     side: usize,
@@ -37,7 +39,7 @@ impl Facets {
         }
     }
 
-    /// The neighbour at a side, if both have a convex outline together.
+    /// The neighbour at a side, if the two triangles together have a convex outline.
     fn pair(&self, i: usize, side: usize) -> Option<Pair> {
         let own = &self.facets[i];
         let mate = own.mates[side];
@@ -52,7 +54,7 @@ impl Facets {
         (is_once && is_convex).then_some(Pair { side, mate: mate as usize, mate_side })
     }
 
-    /// Joins a pair to a quad in the place of the first triangle, unless its depth becomes too imprecise.
+    /// Replaces the first triangle of a pair by a quad, unless the quad's depth would be too imprecise.
     fn join(&mut self, i: usize, pair: Pair, surfaces: &Surfaces, raster: &Raster) {
         let Pair { side, mate, mate_side } = pair;
         let (own, other) = (self.facets[i], self.facets[mate]);
@@ -93,7 +95,7 @@ impl Facets {
         }
     }
 
-    /// The corner at which a side of a triangle begins.
+    /// The corner at which a side of a triangle begins, counterclockwise in the picture.
     fn start_of(&self, facet: &Facet, side: usize, surfaces: &Surfaces) -> &Seen {
         let corner = surfaces.directed(facet.edges[side % 3])[usize::from(facet.is_turned)];
         &self.seen[self.seen_of[corner as usize] as usize]
@@ -101,7 +103,7 @@ impl Facets {
 }
 
 impl Facet {
-    /// Whether it is a polygon of three sides that nothing has cut.
+    /// Whether the facet is a whole triangle that the near plane has not cut.
     fn is_triangle(&self) -> bool {
         self.len == 3 && self.half == NONE && self.edges[..3].iter().all(|&edge| edge < SHARED)
     }
@@ -111,7 +113,8 @@ impl Facet {
         (a[0] - b[0]).pow(2) + (a[1] - b[1]).pow(2)
     }
 
-    /// The share of its plane's reciprocal depth that is not before a corner; 1 if all of it is not.
+    /// The ratio of a corner's reciprocal depth to that of the facet's plane at the corner's pixel, at most
+    /// 1.
     fn share_before(&self, seen: &Seen, raster: &Raster) -> f64 {
         let at = raster.flat_in_pixels(seen.eye.x / seen.eye.z, seen.eye.y / seen.eye.z);
         let [base, by_x, by_y] = self.plane;

@@ -1,41 +1,45 @@
-//! The picture that corners are projected to, and its precision.
+//! The picture to which corners are projected, and the precision of their positions.
 
 use glam::{DVec2, DVec3};
 
 use super::super::raster::Raster;
 use crate::view::ViewWindow;
 
-/// Steps of a pixel to which corners are rounded.
+/// Corners are rounded to this fraction of a pixel.
 pub(super) const STEPS: f64 = 64.0;
 
-/// Largest error of a corner's picture, across and up, pixels: half a step, and [`KNOWN`].
+/// Largest error of a corner's position in the picture, across and up, pixels: half a step, and [`KNOWN`].
 pub(super) const MARGIN: f64 = 1.0 / 64.0;
 
-/// Largest error of a corner's picture before it is rounded to steps, pixels.
+/// Largest error of a corner's position before it is rounded to steps, pixels.
 const KNOWN: f64 = 0.004;
 
-/// Largest coordinate of a corner's picture, pixels: steps fit into `i32`, products of their differences into `i64`.
+/// Largest coordinate of a corner in the picture, pixels. So steps fit into `i32`, and products of their differences
+/// into `i64`.
 const FARTHEST_PX: f64 = (1 << 23) as f64;
 
-/// A picture shows a part of the window only if the part is smaller than this share of it.
+/// The picture shows only a part of the window if the part's area is less than this fraction of the window's
+/// area.
 const LARGEST_PART: f64 = 0.8;
 
-/// A part is at least this share of the window each way, because the corners of a smaller part would be too imprecise.
+/// Least width and height of the shown part, as a fraction of the window's. The corners of a smaller part would be too
+/// imprecise.
 const SMALLEST_PART: f64 = 1.0 / 16.0;
 
-/// Border around the occluders, as a share of the part of the window that they fill.
+/// Width of the border around the occluders, as a fraction of their extent.
 const BORDER: f64 = 0.01;
 
-/// The picture that corners are projected to.
+/// The transform to the picture, and the limits of its precision.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Picture {
     pub(super) raster: Raster,
     /// Nearest depth that is drawn; positive.
     pub(super) near: f64,
-    /// Largest size of a corner, by its depth, for which its picture is [`KNOWN`].
+    /// A corner is projected only if its size, the sum of its coordinates across and up, is at most this
+    /// multiple of its depth. Farther to the side, the error exceeds [`KNOWN`].
     pub(super) most_tangent: f64,
-    /// The lowest and highest pixels, to the right and up, within which the picture decides. Infinite where its border is
-    /// that of the window, because nothing beyond is seen.
+    /// The lowest and highest pixel coordinates of objects that the picture may report as hidden. Infinite where the
+    /// picture ends at the window's border, because nothing beyond is visible.
     known: [DVec2; 2],
 }
 
@@ -54,8 +58,8 @@ impl Picture {
         Self { raster: *raster, near, most_tangent, known: [DVec2::NEG_INFINITY, DVec2::INFINITY] }
     }
 
-    /// The picture of the part of the window that contains these lowest and highest tangents, with this many pixels
-    /// across and up. If the part is large, the result is the picture itself, which must show the whole window.
+    /// The picture of the part of the window between the tangents `low` and `high`, with `pixels` pixels across and
+    /// up. Returns this picture, which must show the whole window, if the part is large.
     pub(super) fn zoomed(
         self,
         window: &ViewWindow,
@@ -79,14 +83,15 @@ impl Picture {
         Self { known: [known_low, known_high], ..Self::new(window, &raster, usual_m) }
     }
 
-    /// Whether a range of pixels, from the lowest to the highest, lies where the picture decides.
+    /// Whether objects in this range of pixel coordinates may be reported as hidden.
     #[inline(always)]
     pub(super) fn shows(&self, low: [f64; 2], high: [f64; 2]) -> bool {
         let [known_low, known_high] = self.known;
         DVec2::from(low).cmpge(known_low).all() && DVec2::from(high).cmple(known_high).all()
     }
 
-    /// The picture of a point, and its reciprocal depth.
+    /// Projects a point: its position in steps, and its reciprocal depth. The depth is 0 if the point is too
+    /// near or too far to the side.
     #[inline(always)]
     pub(super) fn project(&self, eye: DVec3) -> ([i32; 2], f64) {
         let nearness = 1.0 / eye.z;

@@ -1,16 +1,17 @@
-//! Bounds of the depths in a tile.
+//! Linear bounds of the depths in a tile.
 
-/// Pixels of a tile's side.
+/// Width of a tile, pixels.
 pub(super) const SIDE: usize = 8;
 
-/// A bound of the reciprocal depths in a tile: linear, and the end of its values there.
+/// A bound of the reciprocal depths in a tile: a linear function, and a constant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Slope {
-    /// At the corner from which both coordinates grow.
+    /// The bound at the tile's corner with the least x and y.
     pub(super) from: f32,
-    /// Increase on the way to the other end, across and up.
+    /// Increase of the bound from one side of the tile to the other, across and up.
     pub(super) across: [f32; 2],
-    /// For a lower bound the least value, or less; for an upper bound the largest, or more.
+    /// A constant bound: at most the least value of a lower bound, at least the largest value of an upper
+    /// bound.
     pub(super) end: f32,
 }
 
@@ -19,26 +20,27 @@ impl Slope {
         Self { from: end, across: [0.0; 2], end }
     }
 
-    /// Its value at these parts of the way across and up.
+    /// The bound at a point of the tile; `x` and `y` go from 0 to 1.
     #[inline(always)]
     pub(super) fn at(&self, x: f32, y: f32) -> f32 {
         self.from + self.across[0] * x + self.across[1] * y
     }
 
-    /// Largest amount by which this one exceeds the other, if it does.
+    /// Largest amount by which this bound exceeds `other` in the tile; negative if it is always less.
     #[inline(always)]
     fn excess(&self, other: &Self) -> f32 {
         let [x, y] = [0, 1].map(|axis| (self.across[axis] - other.across[axis]).max(0.0));
         (self.from - other.from) + x + y
     }
 
-    /// Whether the object with this lower bound lies before the object with the other, an upper bound.
+    /// Whether an object with this lower bound lies before an object with the upper bound `other`, in the
+    /// whole tile.
     #[inline(always)]
     pub(super) fn is_before(&self, other: &Self) -> bool {
         self.end >= other.end || other.excess(self) <= 0.0
     }
 
-    /// A lower bound of both.
+    /// A lower bound that is valid for both bounds.
     #[inline(always)]
     pub(super) fn behind_both(&self, other: &Self) -> Self {
         let lower = self.excess(other).max(0.0) * (1.0 + 4.0 * f32::EPSILON);

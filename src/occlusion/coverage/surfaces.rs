@@ -1,14 +1,15 @@
-//! Occluders that share corners and edges; follows changes.
+//! Stores occluders by the corners and edges that they share, and follows changes of the model.
 
 use glam::Vec3;
 
 use super::table::{NONE, Table, hash_of};
 use crate::polygon::{ConvexPolygon, Geometry, PolygonId};
 
-/// Most corners of a polygon.
+/// Largest number of corners of a polygon.
 pub(super) const SIDES: usize = 4;
 
-/// Most polygons that are linked at one edge; further ones stay unlinked there, as if the edge were a border.
+/// Largest number of polygons that are linked at one edge. Further polygons are not linked there, as if the
+/// edge were a border.
 const MOST_AT_AN_EDGE: usize = 16;
 
 /// An edge of a polygon: the polygon's number times four, plus the number of the corner at which the edge begins.
@@ -17,14 +18,15 @@ pub(super) type EdgeCode = u32;
 /// A polygon that may occlude.
 #[derive(Clone, Copy, Debug)]
 struct Face {
-    /// Numbers of its corners. The last one of a triangle is [`NONE`]; if the polygon is no occluder, all are.
+    /// Numbers of the polygon's corners. The last corner of a triangle is [`NONE`]. If the polygon is no
+    /// occluder, all corners are [`NONE`].
     corners: [u32; SIDES],
-    /// For each edge the same edge of another polygon: all polygons at one edge make a ring.
+    /// For each edge, the same edge of another polygon. All polygons at one edge form a ring.
     next: [EdgeCode; SIDES],
 }
 
 impl Face {
-    /// The numbers of its corners; none if it is no occluder.
+    /// The numbers of the polygon's corners; none if the polygon is no occluder.
     #[inline]
     fn corners(&self) -> &[u32] {
         let corners = &self.corners;
@@ -39,8 +41,8 @@ fn corner_hash(p: Vec3) -> u64 {
 
 const NO_FACE: Face = Face { corners: [NONE; SIDES], next: [NONE; SIDES] };
 
-/// The occluders of a model as surfaces: polygons whose corners have the same coordinates bit for bit share these corners, and
-/// the edges between them. 32 bytes a polygon, and about 40 for a corner.
+/// The occluders of a model as surfaces: polygons whose corners have the same coordinates bit for bit share these
+/// corners, and the edges between them. A polygon takes 32 bytes, a corner about 40.
 #[derive(Clone, Debug, Default)]
 pub(in crate::occlusion) struct Surfaces {
     faces: Vec<Face>,
@@ -49,7 +51,7 @@ pub(in crate::occlusion) struct Surfaces {
     uses: Vec<u32>,
     free: Vec<u32>,
     corner_table: Table,
-    /// One edge of each ring.
+    /// A hash table of edges, with one edge of each ring.
     edge_table: Table,
 }
 
@@ -66,7 +68,7 @@ impl Surfaces {
         }
     }
 
-    /// Reads a polygon again. A polygon in a space that moves as a whole is no occluder.
+    /// Reads a changed polygon. A polygon in a space that moves as a whole is no occluder.
     pub(in crate::occlusion) fn set(&mut self, geometry: &dyn Geometry, id: PolygonId) {
         let is_fixed = id.0 < PolygonId::LIMIT && geometry.is_present(id) && geometry.space(id).is_none();
         let polygon = if is_fixed { geometry.occluder(id) } else { None };
@@ -126,7 +128,7 @@ impl Surfaces {
         [from.min(to), from.max(to)]
     }
 
-    /// Both ends of an edge, in the order of its polygon.
+    /// Both ends of an edge, in the direction in which its polygon passes them.
     pub(super) fn directed(&self, edge: EdgeCode) -> [u32; 2] {
         let (corners, at) = (self.faces[edge as usize / SIDES].corners(), edge as usize % SIDES);
         [corners[at], corners[if at + 1 == corners.len() { 0 } else { at + 1 }]]
@@ -216,7 +218,7 @@ impl Surfaces {
         !self.corners_of(id).is_empty()
     }
 
-    /// Approximate solid angle of a polygon, steradians; infinite from nearby.
+    /// Approximate solid angle of a polygon, steradians; infinite if the eye is very near.
     pub(in crate::occlusion) fn solid_angle(&self, id: PolygonId, eye: Vec3) -> f32 {
         let corners = self.corners_of(id);
         let [Some(&a), Some(&b), Some(&c)] = [0, 1, 2].map(|i| corners.get(i)) else { return 0.0 };

@@ -1,13 +1,13 @@
-//! A hash table of numbers whose keys lie elsewhere.
+//! A hash table of numbers. The caller stores the keys.
 
-/// No number.
+/// The value that stands for no number.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Fewest places.
+/// Least number of places of a table.
 const LEAST: usize = 16;
 
-/// A set of numbers, each found by the hash of its key; the caller compares the keys. Open addressing with linear
-/// probing, at most two thirds full: 6 bytes a number or more.
+/// A set of numbers. Each number is found by the hash of its key, and the caller compares the keys. Open
+/// addressing with linear probing, at most two thirds full, takes at least 6 bytes a number.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Table {
     places: Vec<u32>,
@@ -38,7 +38,7 @@ impl Table {
         self.place(hash, is_it).map(|at| self.places[at])
     }
 
-    /// Position of that number.
+    /// Position in the table of the number with this hash that `is_it` accepts.
     #[inline]
     fn place(&self, hash: u64, is_it: impl Fn(u32) -> bool) -> Option<usize> {
         if self.places.is_empty() {
@@ -54,7 +54,7 @@ impl Table {
         }
     }
 
-    /// Adds a number that is not in it.
+    /// Adds a number that the table does not contain.
     pub(super) fn insert(&mut self, number: u32, hash_of: impl Fn(u32) -> u64) {
         if (self.len + 1) * 3 > self.places.len() * 2 {
             let room = (self.places.len() * 2).max(LEAST);

@@ -1,4 +1,5 @@
-//! The picture as tiles of 8 x 8 pixels, each with a depth that hides all of it, and two nearer layers that hide some pixels.
+//! The picture as tiles of 8 x 8 pixels. Each tile has a depth beyond which all of it is covered, and two nearer layers
+//! that cover some pixels.
 
 use super::{
     facet::Facet,
@@ -8,18 +9,19 @@ use super::{
 };
 use crate::occlusion::Asked;
 
-/// Most entries of a frame, 48 bytes each, and the number with room from the start.
+/// Largest number of entries of a frame, 48 bytes each. [`RESERVED_ENTRIES`] is the number for which memory
+/// is reserved.
 const MOST_ENTRIES: usize = 1 << 18;
 const RESERVED_ENTRIES: usize = 1 << 17;
 
-/// Facets in a tile with room from the start.
+/// Number of facets in one tile for which memory is reserved.
 const RESERVED_LOCALS: usize = 1 << 10;
 
-/// Bits of a corner's coordinate below the pixel, and within a tile.
+/// Number of bits of a corner's coordinate that are below the pixel.
 const STEP_BITS: u32 = (STEPS as u32).trailing_zeros();
 const TILE_STEPS: i32 = SIDE as i32 * STEPS as i32 - 1;
 
-/// Some pixels of a tile, and a lower bound of the reciprocal depth before which all of them are covered.
+/// Covered pixels of a tile, and a lower bound of the reciprocal depth at which all of them are covered.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Layer {
     pub(super) pixels: u64,
@@ -30,7 +32,7 @@ pub(super) struct Layer {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     pub(super) facet: u32,
-    /// The entry before it in the same tile.
+    /// The previous entry of the same tile.
     pub(super) before: u32,
     /// Pixels whose samples the facet covers.
     pub(super) covered: u64,
@@ -45,29 +47,31 @@ pub(super) struct Entry {
 pub(super) struct Tiles {
     pub(super) columns: usize,
     pub(super) rows: usize,
-    /// By tile, row by row from below: the reciprocal depth before which all of it is covered; 0 if it is not.
+    /// For each tile, from the lowest row up: the reciprocal depth at which all its pixels are covered; 0 if
+    /// some are not.
     all: Vec<f32>,
-    /// The same as a linear bound, which is more precise.
+    /// For each tile, the same depth as a linear bound, which is more precise.
     slopes: Vec<Slope>,
-    /// By tile: the nearest depth at which any pixel is covered.
+    /// For each tile, the nearest depth at which any pixel is covered.
     nearest: Vec<f32>,
-    /// By tile: nearer layers, the nearest first.
+    /// For each tile, two layers nearer than `all`, the nearest first.
     layers: Vec<[Layer; 2]>,
-    /// By tile: its last entry.
+    /// For each tile, its last entry.
     last: Vec<u32>,
     entries: Vec<Entry>,
-    /// Tiles with too many entries: their lists are incomplete.
+    /// Marks tiles that have too many entries, so that their lists are incomplete.
     broken: Vec<bool>,
     is_broken: bool,
-    /// The facets in the tile that is being joined; each one refers to a facet of its surface, or to itself.
+    /// The facets in the tile that is being processed. The parent of a facet is another facet of its surface,
+    /// or the facet itself.
     locals: Vec<Entry>,
     parents: Vec<u32>,
-    /// By facet: its place in `locals`, if the entry there has its number.
+    /// For each facet, its index in `locals`. It is valid only if that entry has the facet's number.
     local_of: Vec<u32>,
     surfaces: Vec<(Layer, u32)>,
-    /// By tile: the facet of `all`, if it fills the tile alone.
+    /// For each tile, the facet that set `all`, if this facet alone fills the tile.
     whole: Vec<u32>,
-    /// By facet: whether it hides anything.
+    /// For each facet, whether it hides anything.
     useful: Vec<bool>,
 }
 
@@ -121,7 +125,7 @@ impl Tiles {
         self.entries.len()
     }
 
-    /// Notes that a facet covers all of a tile.
+    /// Records that a facet covers all of a tile.
     #[inline(always)]
     pub(super) fn fill_whole(&mut self, tile: usize, facet: u32, depth: &Slope) {
         if depth.end > self.all[tile] {
@@ -145,7 +149,7 @@ impl Tiles {
         self.entries.push(Entry { before, ..entry });
     }
 
-    /// Joins the entries of each tile to surfaces.
+    /// Joins the entries of each tile to surfaces, and adds the surfaces to the tile's layers.
     #[inline(always)]
     pub(super) fn join(&mut self, facets: &[Facet]) {
         self.local_of.resize(self.local_of.len().max(facets.len()), 0);
@@ -181,7 +185,7 @@ impl Tiles {
         }
     }
 
-    /// Adds an entry that is a surface by itself.
+    /// Adds the only entry of a tile as a surface.
     #[inline(always)]
     fn add_alone(&mut self, tile: usize, entry: &Entry) {
         let layer = Layer { pixels: entry.covered & !entry.open, depth: entry.depth };
@@ -190,7 +194,8 @@ impl Tiles {
         }
     }
 
-    /// Joins the only two entries of a tile, the last one first: as [`Tiles::join_locals`] and [`Tiles::add_surfaces`] do.
+    /// Joins the only two entries of a tile, the last one first. The result is that of [`Tiles::join_locals`] and
+    /// [`Tiles::add_surfaces`].
     #[inline(always)]
     fn join_two(&mut self, tile: usize, facets: &[Facet], [a, b]: [Entry; 2]) {
         // Neighbours refer to each other.
@@ -293,7 +298,8 @@ impl Tiles {
         }
     }
 
-    /// Adds a surface of a tile that is no nearer than those before it. Returns whether it hides anything more.
+    /// Adds a surface to a tile. The surface must not be nearer than the surfaces added before. Returns whether
+    /// it hides anything more.
     #[inline(always)]
     fn add_surface(&mut self, tile: usize, surface: &Layer) -> bool {
         let [first, second] = &mut self.layers[tile];
@@ -323,14 +329,15 @@ impl Tiles {
         true
     }
 
-    /// Whether all of a tile is covered before a reciprocal depth.
+    /// Whether a single bound covers the whole tile before the upper bound `near` of an object's reciprocal
+    /// depth.
     #[inline(always)]
     pub(super) fn hides_all(&self, tile: usize, near: &Slope) -> bool {
         self.all[tile] > 0.0 && (self.all[tile] >= near.end || self.slopes[tile].is_before(near))
     }
 
-    /// Whether these pixels of a tile are covered before a reciprocal depth; for tiles that are not covered as a
-    /// whole.
+    /// Whether the layers cover these pixels of a tile before the upper bound `near`. Call it only if
+    /// [`Tiles::hides_all`] fails.
     #[inline(always)]
     pub(super) fn hides(&self, tile: usize, pixels: u64, near: &Slope) -> bool {
         let covered = |layer: &Layer| if layer.depth.is_before(near) { layer.pixels } else { 0 };
@@ -338,12 +345,12 @@ impl Tiles {
         pixels & !(covered(first) | covered(second)) == 0
     }
 
-    /// Whether the pixel of a corner may be covered before it. The corner is given in steps, with its reciprocal
-    /// depth.
+    /// Whether the pixel of a polygon's corner may be covered before the corner. `at` is the corner's position in
+    /// steps, `nearness` its reciprocal depth.
     ///
-    /// The polygon touches this pixel. If the whole test passes, a bound that hides the pixel is nowhere in the tile
-    /// farther than the polygon. So it is no farther than the corner. Only a corner that was rounded into the tile may
-    /// lie beside that: then the polygon counts as visible.
+    /// The polygon touches this pixel, so it is visible if no bound of the pixel lies before the corner. A bound that
+    /// hides the polygon lies before it in the whole tile, and so before the corner. A corner that was rounded into
+    /// the tile is an exception. The polygon then counts as visible, which is safe.
     #[inline(always)]
     pub(super) fn may_hide_corner(&self, at: [i32; 2], nearness: f64) -> bool {
         let [x, y] = at.map(|v| v >> STEP_BITS);
@@ -360,16 +367,16 @@ impl Tiles {
             || self.layers[tile].iter().any(|layer| layer.pixels >> bit & 1 == 1 && is_before(&layer.depth))
     }
 
-    /// Whether a pixel of the picture is covered before a reciprocal depth, which is positive.
+    /// Whether a pixel of the picture is covered before the reciprocal depth `near`, which is positive.
     #[inline(always)]
     pub(super) fn hides_pixel(&self, [x, y]: [usize; 2], near: f32) -> bool {
         let tile = y / SIDE * self.columns + x / SIDE;
         self.all[tile] >= near || self.hides(tile, 1 << (y % SIDE * SIDE + x % SIDE), &Slope::level(near))
     }
 
-    /// Whether the pixels of these columns and rows are all covered before a reciprocal depth. If `asked` includes it,
-    /// also whether any may hide something at the other depth. Also returns the number of tiles read. Both ranges lie
-    /// in the picture and are not empty.
+    /// Tests the pixels in these columns and rows; both ranges lie in the picture and are not empty. Returns whether
+    /// all are covered before the reciprocal depth `near`, whether any may hide something at `far`, and the number of
+    /// tiles read. The second result is computed only if `asked` includes it.
     #[inline(always)]
     pub(super) fn test(
         &self,
@@ -409,7 +416,8 @@ impl Tiles {
     }
 }
 
-/// The pixels of a tile, given by its first pixel, that lie in these columns and rows.
+/// The pixels of a tile that lie in these columns and rows, as a mask. The tile begins at pixel (`left`,
+/// `low`).
 #[inline(always)]
 fn pixels_within(x: [i32; 2], y: [i32; 2], left: i32, low: i32) -> u64 {
     let within = |v: i32, at: i32| (v - at).clamp(0, SIDE as i32) as u32;

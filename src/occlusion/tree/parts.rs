@@ -1,4 +1,4 @@
-//! The parts of a tree, for whoever draws it.
+//! Access to the parts of a tree, for drawings of the tree.
 
 use glam::DVec3;
 

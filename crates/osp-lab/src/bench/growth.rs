@@ -49,7 +49,7 @@ pub struct GrowthConfig {
     pub budget_secs: f64,
 }
 
-/// The note that a structure was left out at a size.
+/// The note for the report that a structure was not measured at a size.
 pub(super) fn skipped(index: &str, polygons: u32, expected_secs: f64) -> String {
     let (polygons, secs) = (thousands(u64::from(polygons)), short(expected_secs));
     format!("{index} was left out at {polygons} polygons: filling it and three frames take about {secs} s.")

@@ -93,9 +93,9 @@ fn all_round() -> [Quat; 6] {
     ]
 }
 
-/// Sample point number `sample` of a cell, with coordinates from 0 to 1. First comes the middle, then the corners,
-/// which see the most that the middle does not see. Then comes the sequence R3 of M. Roberts, "The Unreasonable
-/// Effectiveness of Quasirandom Sequences", 2018.
+/// Sample point number `sample` of a cell, with coordinates from 0 to 1. The first point is the middle. The
+/// corners follow, because they see most of the polygons that the middle does not see. The further points are the
+/// sequence R3 of M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
 fn place_in_cell(sample: u32) -> Vec3 {
     match sample {
         0 => Vec3::splat(0.5),

@@ -113,7 +113,7 @@ mod tests {
     use osp::frame::{FrameRecord, Stage};
     use osp_session::replay::LaneFrame;
 
-    /// A run with frames (number, microseconds).
+    /// A run with these frames (number, microseconds).
     fn run(name: &str, session_frames: u64, frames: &[(u64, u64)]) -> RunReport {
         let mut run = RunReport::new(name, session_frames);
         for &(frame, us) in frames {

@@ -1,4 +1,5 @@
-//! A film of polygons that fall through the paper's tree, beside the paper's octree, which is filled again for each of them.
+//! A film that compares insertion into the paper's two trees. Polygons descend through the OSP tree one by one. The
+//! octree is filled again for each polygon.
 
 use std::{error::Error, io};
 
@@ -23,15 +24,16 @@ use osp::{
 use osp_rivals::{OctreePaper, OctreePaperConfig, OspGrid, OspPaper, OspPaperNode};
 use osp_session::scene::Scene;
 
-/// Width and height of the film, and the height of its upper half, pixels.
+/// Width and height of the film, pixels. `UPPER` is the height of its upper half.
 const SIZE: (u32, u32) = (960, 640);
 const UPPER: u32 = 410;
 /// Room around the cube, pixels.
 const MARGIN: f64 = 34.0;
-/// Time of a step, and of the last step of a polygon, hundredths of a second.
+/// Time for which a picture is shown, hundredths of a second. `REST` is the time of the last picture of a
+/// polygon.
 const STEP: u16 = 45;
 const REST: u16 = 130;
-/// Direction from the cube to whoever looks at it.
+/// Direction from the cube to the viewer.
 const FROM: Vec3 = Vec3::new(0.5, 0.42, 1.0);
 const PALE: RGBColor = RGBColor(200, 200, 200);
 /// Colours of planes across x, y and z.
@@ -40,7 +42,7 @@ const OF_AXIS: [RGBColor; 3] = [ORANGE, GREEN, PURPLE];
 /// The first polygons of a model, and the trees that they are inserted into one after the other.
 #[derive(Clone, Debug)]
 pub struct InsertionFilm<'a> {
-    /// Above the film.
+    /// The title above the film.
     pub title: String,
     /// The model.
     pub scene: &'a Scene,
@@ -48,22 +50,22 @@ pub struct InsertionFilm<'a> {
     pub polygons: Vec<PolygonId>,
     /// The cube of the paper's tree, metres.
     pub root: Aabb,
-    /// Levels of planes of that tree.
+    /// Number of levels of planes of that tree.
     pub levels: u32,
 }
 
-/// Work of inserting a polygon: the number of planes tested, and of polygons inserted again.
+/// Work of inserting one polygon into both trees.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct InsertionWork {
-    /// By the paper's tree: planes.
+    /// Number of planes that the paper's OSP tree tests.
     pub osp_planes: u64,
-    /// By the octree: planes.
+    /// Number of planes that the octree tests.
     pub octree_planes: u64,
-    /// By the octree: polygons, the new one included.
+    /// Number of polygons that the octree inserts again, including the new one.
     pub octree_filed: u64,
 }
 
-/// Both trees.
+/// The two trees of the film.
 struct Trees {
     paper: OspPaper,
     octree: OctreePaper,
@@ -90,7 +92,8 @@ impl Trees {
         })
     }
 
-    /// The numbers of the nodes that a polygon came through, from the root; none outside the cube.
+    /// The numbers of the nodes on a polygon's way down, from the root; none if the polygon lies outside the
+    /// cube.
     fn path(&self, id: PolygonId) -> Vec<usize> {
         let Some(place) = self.paper.place_of(id) else { return Vec::new() };
         (0..=place.depth)
@@ -105,7 +108,7 @@ impl InsertionFilm<'_> {
         SIZE
     }
 
-    /// The work of each insertion.
+    /// Returns the work of each insertion, in order.
     ///
     /// # Errors
     /// The trees refuse a polygon that is not finite.
@@ -114,8 +117,8 @@ impl InsertionFilm<'_> {
         self.polygons.iter().map(|&id| trees.insert(self.scene, id)).collect()
     }
 
-    /// Passes each picture to `take`, as red, green and blue by rows from the top, with the hundredths of a second that it
-    /// is shown.
+    /// Calls `take` for each picture. It gets the red, green and blue bytes, row by row from the top, and the time to
+    /// show the picture, hundredths of a second.
     ///
     /// # Errors
     /// A polygon is refused, a picture is not drawn, or `take` fails.
@@ -138,7 +141,7 @@ impl InsertionFilm<'_> {
     }
 }
 
-/// A picture of the film: the `nth` polygon at a node of its path.
+/// A picture of the film: polygon number `nth` at node number `step` of its path.
 struct Step<'a> {
     film: &'a InsertionFilm<'a>,
     trees: &'a Trees,
@@ -154,7 +157,7 @@ impl Step<'_> {
         self.trees.paper.node(*self.path.get(self.step)?)
     }
 
-    /// The result of the test at the node, in words.
+    /// Describes the result of the test at the node in words.
     fn event(&self) -> String {
         let Some(node) = self.node() else {
             return "it lies outside the cube: a list beside the tree".to_owned();
@@ -257,7 +260,7 @@ impl Step<'_> {
         Ok(())
     }
 
-    /// All nodes of the paper's tree, and the way of the polygon.
+    /// Draws all nodes of the paper's tree, and the path of the polygon.
     fn draw_tree<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Drawn
     where
         B::ErrorType: 'static,
@@ -302,7 +305,7 @@ impl Step<'_> {
         Ok(())
     }
 
-    /// Planes tested for each polygon so far.
+    /// Draws a bar for each polygon so far: the number of planes tested.
     fn draw_bars<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Drawn
     where
         B::ErrorType: 'static,

@@ -46,7 +46,7 @@ pub struct OcclusionReport {
     pub method: &'static str,
     /// The node test and the occluder score of the method.
     pub tests: (NodeTest, Score),
-    /// The assumed cost of drawing a polygon, nanoseconds.
+    /// Time that drawing a polygon is assumed to take, nanoseconds.
     pub polygon_ns: f64,
     /// Number of visible polygons that were culled, over the verified frames; `None` if no frame was verified.
     pub false_culls: Option<u64>,
@@ -79,7 +79,8 @@ pub(super) struct Measured {
     visible: u64,
     /// Insertion time per polygon, nanoseconds, if the frame only inserted.
     insert_ns: Option<f64>,
-    /// Boxed, so that a frame without occlusion culling takes little memory; a session may have millions of frames.
+    /// In a box, so that a frame without occlusion culling takes little memory. A session may have millions of
+    /// frames.
     occlusion: Option<Box<OcclusionRecord>>,
 }
 
@@ -90,7 +91,8 @@ impl Measured {
 }
 
 impl RunReport {
-    /// A report without frames.
+    /// Makes a report without frames. `index` is the name of the index, `session_frames` the number of frames
+    /// of the session.
     pub fn new(index: impl Into<String>, session_frames: u64) -> Self {
         Self {
             index: index.into(),

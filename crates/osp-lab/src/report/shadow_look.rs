@@ -1,4 +1,4 @@
-//! One view of a model, and what a tree of shadow volumes finds hidden in it.
+//! A view of a model, with its occluders, and the polygons that a tree of shadow volumes hides in this view.
 
 use crate::{
     oracle::{OracleConfig, Sight},
@@ -11,7 +11,7 @@ use osp::{
 };
 use osp_session::scene::Scene;
 
-/// A view of a model: its occluders, and the polygons in it with the truth about them.
+/// A view of a model: its occluders, and the polygons in view with their true visibility.
 #[derive(Debug)]
 pub struct ShadowLook<'a> {
     /// The polygons.
@@ -21,8 +21,8 @@ pub struct ShadowLook<'a> {
 }
 
 impl<'a> ShadowLook<'a> {
-    /// Selects the occluders of a view and finds what is visible in it. `None` for a degenerate projection. O(polygons +
-    /// pixels of the oracle).
+    /// Selects the occluders of a view, and determines the visible polygons by the oracle. `None` for a degenerate
+    /// projection. O(polygons + pixels of the oracle).
     pub fn new(scene: &'a Scene, view: &View, select: SelectConfig, truth: OracleConfig) -> Option<Self> {
         let view = ShadowView::new(scene, view, select)?;
         Some(Self { scene, in_view: view.sights(scene, truth), view })
@@ -33,29 +33,29 @@ impl<'a> ShadowLook<'a> {
         self.view.occluders()
     }
 
-    /// Share of the window that an occluder fills: its score.
+    /// Fraction of the window that an occluder fills.
     pub fn share(&self, occluder: &ShadowVolume) -> f64 {
         self.view.share(occluder)
     }
 
-    /// The tree of these occluders.
+    /// The steps of the tree of these occluders.
     pub fn steps(&self, form: ShadowForm) -> ShadowSteps {
         self.view.steps(form)
     }
 
-    /// The polygons that are truly hidden.
+    /// Number of polygons that are truly hidden.
     pub fn hidden(&self) -> usize {
         self.in_view.iter().filter(|(_, sight)| *sight == Sight::Hidden).count()
     }
 
-    /// A tree, cut to its first `planes` planes, and the polygons that it hides.
+    /// Reduces a tree to its first `planes` planes, and tests the polygons in view against it.
     pub fn panel(&self, steps: &ShadowSteps, planes: usize) -> ShadowPanel {
         let step = self.view.step(steps, planes);
         let culled = self.in_view.iter().map(|&(id, _)| step.hides(&self.scene.bounds(id))).collect();
         ShadowPanel { step, culled }
     }
 
-    /// Counts of a panel.
+    /// Counts the hidden and the visible polygons that a panel culls.
     pub fn counts(&self, panel: &ShadowPanel) -> ShadowCounts {
         let mut counts = ShadowCounts::default();
         for (&(_, sight), _) in self.in_view.iter().zip(&panel.culled).filter(|(_, culled)| **culled) {
@@ -66,20 +66,20 @@ impl<'a> ShadowLook<'a> {
     }
 }
 
-/// A step of a tree, and what it finds hidden.
+/// A step of a tree, and the polygons that it hides.
 #[derive(Clone, Debug)]
 pub struct ShadowPanel {
     /// The step.
     pub step: ShadowStep,
-    /// For each polygon in view: whether its box is hidden in the tree.
+    /// For each polygon in view, whether the tree hides its box.
     pub(super) culled: Vec<bool>,
 }
 
 /// Counts of the polygons that a tree culls.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ShadowCounts {
-    /// Truly hidden ones.
+    /// Number of culled polygons that are truly hidden.
     pub hidden_culled: usize,
-    /// Visible ones, by mistake.
+    /// Number of culled polygons that are visible, by mistake.
     pub visible_culled: usize,
 }

@@ -31,16 +31,17 @@ use osp_session::{atomic_file::write_atomically, scene::Scene};
 
 /// Width of a form's column, pixels.
 const WIDTH: u32 = 960;
-/// Heights of its title and window, of the shadows and the tree, and of the legend below all columns, pixels.
+/// Heights, pixels, of three parts: the title with the window, the shadows and the tree, and the legend below
+/// all columns.
 const HEIGHTS: [u32; 3] = [572, 430, 128];
 /// Width of the picture of the shadows, pixels.
 const PLAN_WIDTH: u32 = 430;
 const MARGIN: f32 = 24.0;
-/// Planes up to which a picture writes their numbers.
+/// Largest number of planes for which a picture writes their numbers.
 const MOST_NUMBERS: usize = 60;
-/// Pixels between two ends of a tree from which its nodes have numbers.
+/// Least distance between two leaves of a tree for which its nodes have numbers, pixels.
 const LEAST_STEP: f32 = 15.0;
-/// Occluders up to which a picture writes their names and shares.
+/// Largest number of occluders for which a picture writes their names and shares.
 const MOST_NAMES: usize = 24;
 
 const VISIBLE: RGBColor = RGBColor(205, 205, 205);
@@ -48,14 +49,14 @@ const NOT_FOUND: RGBColor = RGBColor(120, 120, 120);
 const WRONG: RGBColor = RGBColor(225, 0, 20);
 const SHADOW: RGBColor = RGBColor(40, 60, 110);
 
-/// A picture of a view's occluders, and of the tree of each form. Its columns stand side by side.
+/// A picture of a view's occluders and of the tree of each form, with a column for each form.
 #[derive(Clone, Debug)]
 pub struct ShadowPicture<'a> {
-    /// Above the picture.
+    /// The title above the picture.
     pub title: String,
     /// The view.
     pub look: &'a ShadowLook<'a>,
-    /// The forms, left to right.
+    /// The forms, from left to right.
     pub panels: Vec<ShadowPanel>,
     /// The side from which the shadows are seen.
     pub side: Side,
@@ -67,17 +68,17 @@ impl ShadowPicture<'_> {
         (WIDTH * self.panels.len().max(1) as u32, HEIGHTS.iter().sum())
     }
 
-    /// Draws it to an `.svg` or `.png` file; the file is whole or not there.
+    /// Draws the picture to an `.svg` or `.png` file, which is written completely or not at all.
     ///
     /// # Errors
-    /// The name ends otherwise, or the file cannot be written.
+    /// The name has another ending, or the file cannot be written.
     pub fn write(&self, path: &Path) -> Drawn {
         register_font();
         let bytes = encode(self, ChartFormat::of(path)?, self.size())?;
         Ok(write_atomically(path, |out| out.write_all(&bytes))?)
     }
 
-    /// Its pixels: red, green and blue, by rows from the top.
+    /// The pixels of the picture: red, green and blue, row by row from the top.
     ///
     /// # Errors
     /// The picture cannot be drawn.
@@ -110,7 +111,8 @@ impl ShadowPicture<'_> {
         draw_tree(panel, &tree)
     }
 
-    /// The polygons in view with their colours and whether they are culled: the culled ones last, the others by distance.
+    /// The polygons in view with their colours, in drawing order, and whether the tree culls them. Culled polygons come
+    /// last; the others are sorted by distance, the farthest first.
     fn in_order(&self, panel: &ShadowPanel) -> Vec<(PolygonId, RGBColor, bool)> {
         let in_view = self.look.in_view.iter().zip(&panel.culled);
         let mut order: Vec<(PolygonId, RGBColor, bool)> =
@@ -122,7 +124,7 @@ impl ShadowPicture<'_> {
         order
     }
 
-    /// The view of the eye. A plane through the eye is a line in it.
+    /// Draws the eye's view through the window. A plane through the eye is a line in this view.
     fn draw_window<B: DrawingBackend>(&self, panel: &ShadowPanel, area: &DrawingArea<B, Shift>) -> Drawn
     where
         B::ErrorType: 'static,
@@ -184,7 +186,7 @@ impl ShadowPicture<'_> {
         Ok(())
     }
 
-    /// The shadows in parallel projection.
+    /// Draws the shadows in parallel projection.
     fn draw_plan<B: DrawingBackend>(&self, panel: &ShadowPanel, area: &DrawingArea<B, Shift>) -> Drawn
     where
         B::ErrorType: 'static,
@@ -348,7 +350,7 @@ fn color_of(sight: Sight, culled: bool) -> RGBColor {
     }
 }
 
-/// From the space of the eye to the pixels of a picture of the window.
+/// The transform from the space of the eye to pixels of a picture of the window.
 struct WindowPixels<'a> {
     look: &'a ShadowLook<'a>,
     raster: Raster,
@@ -473,7 +475,7 @@ fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     around
 }
 
-/// A plane's number, legible on a line.
+/// Writes a plane's number so that it is legible on a line.
 fn number_at<B: DrawingBackend>(area: &DrawingArea<B, Shift>, at: DVec2, number: usize) -> Drawn
 where
     B::ErrorType: 'static,

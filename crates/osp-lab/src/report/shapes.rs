@@ -11,7 +11,7 @@ use plotters::{
 
 pub(super) type Drawn = Result<(), Box<dyn Error>>;
 
-/// The nearest pixel.
+/// Rounds a position to the nearest pixel.
 pub(super) fn point(p: &DVec2) -> (i32, i32) {
     (p.x.round() as i32, p.y.round() as i32)
 }
@@ -36,7 +36,7 @@ where
     Ok(())
 }
 
-/// Draws around an outline, or along a line of two points.
+/// Draws a closed line around an outline, or a line between two points.
 pub(super) fn stroke<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
     outline: &[DVec2],
@@ -54,7 +54,7 @@ where
     Ok(())
 }
 
-/// Writes in the middle of a place.
+/// Writes a text centred at `at`, pixels.
 pub(super) fn write_at<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
     text: &str,

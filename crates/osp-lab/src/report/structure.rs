@@ -15,7 +15,7 @@ use osp_rivals::OspPaper;
 /// Largest number of nodes in a picture of a tree.
 pub(super) const MOST_TREE_NODES: usize = 500;
 
-/// Polygons of a node that are named at most.
+/// Largest number of polygons of a node whose numbers are written.
 const MOST_NAMES: usize = 6;
 
 /// A plane that splits a node, cut off where the node ends.
@@ -47,9 +47,9 @@ pub struct StructureNode {
 /// The plane and the flags of a node of the paper's tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeFields {
-    /// The axis that its plane cuts.
+    /// The axis that the node's plane cuts.
     pub axis: usize,
-    /// The place of the plane on that axis, metres.
+    /// The position of the plane on that axis, metres.
     pub plane_m: f32,
     /// The paper's `IsLeaf`.
     pub is_leaf: bool,

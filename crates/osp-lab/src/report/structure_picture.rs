@@ -108,7 +108,7 @@ pub struct StructurePicture<'a> {
     pub colors: CellColors,
     /// A ray, and the distance of its first hit. The nodes that the ray enters are highlighted.
     pub ray: Option<(Ray, Option<f32>)>,
-    /// Whether it has the numbers of the polygons.
+    /// Whether the picture shows the numbers of the polygons.
     pub named: bool,
 }
 

@@ -1,4 +1,4 @@
-//! The nodes of a tree of shadow volumes, with the cells that they divide the window into.
+//! The nodes of a tree of shadow volumes, each with its cell of the window.
 
 use glam::DVec3;
 
@@ -10,19 +10,19 @@ use osp::{
     view::ViewWindow,
 };
 
-/// Sine up to which a corner of a cell lies in a plane.
+/// A corner of a cell counts as in a plane if the sine of its angle to the plane is at most this.
 const IN_PLANE_SINE: f64 = 1.0e-9;
 
 /// A plane or a leaf of a tree of shadow volumes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShadowNode {
-    /// Number of the node above, and the side of its plane.
+    /// Index of the parent node, and the side of the parent's plane on which this node lies.
     pub parent: Option<(usize, Side)>,
-    /// 0 at the top.
+    /// Depth of the node; 0 at the top.
     pub depth: u32,
-    /// Directions around its part of the window, from the eye; empty where a plane leaves nothing.
+    /// Directions from the eye to the corners of the node's cell, in order; none if the cell is empty.
     pub cell: Vec<DVec3>,
-    /// A plane, or the shadows of a leaf.
+    /// The node's plane, or the shadows of a leaf.
     pub holds: ShadowHolds,
 }
 
@@ -31,21 +31,22 @@ pub struct ShadowNode {
 pub enum ShadowHolds {
     /// A plane through the eye.
     Plane {
-        /// Its place in the order in which planes were added, from 0.
+        /// Index of the plane in the order in which the planes were added, from 0.
         number: usize,
-        /// Number of the occluder whose side it is.
+        /// Index of the occluder that has this shadow plane.
         occluder: Option<usize>,
-        /// The two directions between which it cuts the cell; `None` where the cell lies on one side of it.
+        /// The two directions between which the plane cuts the cell; `None` if the cell lies on one side of
+        /// the plane.
         cut: Option<[DVec3; 2]>,
     },
-    /// A leaf in the shadow of these occluders; of none if it is unoccluded.
+    /// A leaf in the shadow of these occluders. An unoccluded leaf has none.
     Leaf {
-        /// Their numbers.
+        /// Indices of the occluders.
         occluders: Vec<usize>,
     },
 }
 
-/// The nodes of a tree, each before those below it, and what is in front of a plane before what is behind it.
+/// The nodes of a tree in depth-first order, the child in front of a plane first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShadowStructure {
     nodes: Vec<ShadowNode>,
@@ -53,7 +54,7 @@ pub struct ShadowStructure {
 }
 
 impl ShadowStructure {
-    /// The nodes of a tree of these occluders for a window.
+    /// Lists the nodes of a tree. `tree` must have been built from these occluders for this window.
     pub fn of(tree: &ShadowTree, window: &ViewWindow, occluders: &[ShadowVolume]) -> Self {
         let mut nodes = Vec::new();
         let mut waiting = vec![(tree.top(), None, 0, window.corners().to_vec())];
@@ -93,7 +94,7 @@ impl ShadowStructure {
         self.planes
     }
 
-    /// Levels of planes.
+    /// Number of levels of planes.
     pub fn levels(&self) -> u32 {
         self.nodes.iter().map(|node| node.depth).max().unwrap_or(0)
     }
@@ -105,15 +106,15 @@ pub fn occluder_name(number: usize) -> String {
     if number < 26 { letter.to_string() } else { format!("{letter}{}", number / 26) }
 }
 
-/// The names of these occluders, by rank.
+/// The names of some occluders, the best occluder first.
 pub fn occluder_names(occluders: &[usize]) -> String {
     let mut sorted = occluders.to_vec();
     sorted.sort_unstable();
     sorted.iter().map(|&of| occluder_name(of)).collect::<Vec<_>>().join(" ")
 }
 
-/// The occluder of a cap, among the occluders that are not found yet. If several lie in one plane, it is the one that covers
-/// the cell.
+/// Finds the occluder that a cap belongs to, except the occluders in `found`. If several occluders have the same cap,
+/// the one whose shadow covers the cell is returned.
 fn owner(
     (normal, distance_m): (DVec3, f64),
     cell: &[DVec3],
@@ -129,7 +130,7 @@ fn owner(
     owners.clone().find(covers).or_else(|| owners.next())
 }
 
-/// The part of a cell in front of a plane.
+/// The part of a cell in front of a plane; empty if the whole cell lies behind it.
 fn part(cell: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     if cell.len() < 3 {
         return Vec::new();
@@ -140,7 +141,7 @@ fn part(cell: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     if points.len() < 3 { Vec::new() } else { points }
 }
 
-/// The two directions between which a plane cuts a cell.
+/// The two directions between which a plane cuts a cell; `None` if the cell lies on one side of the plane.
 fn cut(cell: &[DVec3], normal: DVec3) -> Option<[DVec3; 2]> {
     let (low, high) = reach(normal, cell);
     if cell.len() < 3 || low > -IN_PLANE_SINE || high < IN_PLANE_SINE {

@@ -8,7 +8,7 @@ use tokio::{runtime, sync::oneshot};
 /// Work on a thread of its own. The thread ends with the work, or when this is dropped.
 #[derive(Debug)]
 pub(crate) struct Background {
-    /// Dropping the sender ends the work.
+    /// A sender whose drop ends the work.
     close: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }

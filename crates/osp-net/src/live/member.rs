@@ -29,7 +29,7 @@ pub enum News {
     Refused {
         /// The reason.
         why: String,
-        /// Number of these events: the oldest of those that are not in the session.
+        /// Number of these events. They are the oldest of the own events that are not in the session.
         own: usize,
     },
     /// This member has joined as this author, for the first time or again.
@@ -337,7 +337,7 @@ impl Member {
         answered.handed
     }
 
-    /// Whether a message of the log is the own message that was to come back next.
+    /// Whether a message of the log is the oldest own message that has not come back yet.
     fn is_own(&self, sender: Sender, bytes: &[u8]) -> bool {
         self.outbox.as_ref().is_some_and(|outbox| outbox.sender() == sender && outbox.is_next(bytes))
     }

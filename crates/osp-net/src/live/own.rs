@@ -107,8 +107,8 @@ impl Own {
         }
     }
 
-    /// Records that the author was declared gone, so that its strokes have ended for all members. Strokes that continue
-    /// become strokes of the next author.
+    /// Records that the author was declared gone, which ends its strokes for all members. If this member continues a
+    /// stroke, it becomes a stroke of the next author.
     pub(super) fn interrupt(&mut self) {
         self.interrupted.append(&mut self.open);
         self.old_faces.append(&mut self.faces);

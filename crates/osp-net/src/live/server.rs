@@ -63,7 +63,7 @@ impl Complaints {
         self.forbidden.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 
-    /// The server's reason for refusing to publish or subscribe to a subject, if it does.
+    /// The server's reason if it has refused to publish or subscribe to a subject.
     pub(crate) fn forbids(&self, subject: &str) -> Option<String> {
         let forbidden = self.forbidden.lock().unwrap_or_else(PoisonError::into_inner);
         let quoted = format!("\"{subject}\"");

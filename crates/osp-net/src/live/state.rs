@@ -88,7 +88,7 @@ pub(super) struct Shared {
     pub(super) started: Instant,
     pub(super) status: Mutex<Status>,
     pub(super) latency_us: Mutex<Histogram<u64>>,
-    /// Number of events in news that the program has not read yet.
+    /// Number of events that the thread has sent to the program and that the program has not read yet.
     pub(super) untaken: AtomicUsize,
 }
 

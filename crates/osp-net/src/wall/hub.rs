@@ -36,7 +36,7 @@ const MOST_TIME_S: f64 = 1000.0;
 
 /// Position of [`STATUS`] among the subjects that a hub subscribes to.
 const ON_STATUS: usize = 1;
-/// Position of [`HUB`] among them.
+/// Position of [`HUB`] among the subjects that a hub subscribes to.
 const ON_HUB: usize = 2;
 
 /// Options of a hub.

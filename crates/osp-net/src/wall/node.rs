@@ -240,7 +240,7 @@ impl Node {
         Ok(())
     }
 
-    /// Informs the hub that the frame is drawn, so that the hub may let it be shown.
+    /// Informs the hub that the frame is drawn. The hub then determines when it is shown.
     pub fn ready(&mut self) {
         let Some((hub, frame)) = self.drawn else { return };
         let answer = self.follower.answer(0..self.views.len());

@@ -116,7 +116,7 @@ pub struct WallReport {
     pub frame: Times,
     /// Time between two commands to show a frame.
     pub period: Times,
-    /// Time between the first and the last node's message that it shows a frame, by the hub's clock. It includes the
+    /// Time from the first to the last message of a node that it shows a frame, by the hub's clock. It includes the
     /// transfer of these messages.
     pub skew: Times,
     /// A node for each screen of the rig.

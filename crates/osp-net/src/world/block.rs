@@ -1,12 +1,12 @@
 //! A block: some thousand polygons that lie together, as bytes and in memory. All numbers are little-endian:
 //!
-//! | byte | what |
+//! | byte | contents |
 //! |---|---|
 //! | 0 | `OSPB` |
 //! | 4 | polygons, pieces, boxes: 32 bits each |
 //! | 16 | the pieces: first number, polygons (32 bits each), red, green, blue, opacity (32-bit floats) |
 //! | then | the polygons: four corners, 32-bit floats; a triangle has its last corner twice |
-//! | then | the boxes of polygons that need more room than their corners, because they turn or move about: place in the block (32 bits), least and greatest corner |
+//! | then | the boxes of polygons that are larger than their corners require, because the polygons are animated: place in the block (32 bits), least and greatest corner |
 
 use std::sync::{
     Arc,
@@ -46,7 +46,7 @@ pub(super) fn bytes_of(polygons: usize) -> std::ops::RangeInclusive<usize> {
 /// Polygons with consecutive numbers and one colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
-    /// The first number.
+    /// The number of the first polygon.
     pub first: PolygonId,
     /// Number of polygons.
     pub polygons: u32,

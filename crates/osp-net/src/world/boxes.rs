@@ -12,7 +12,7 @@ use osp::{
 pub(super) struct PolygonBoxes {
     backend: Backend,
     sixteens: Vec<Boxes<BLOCK>>,
-    /// The boxes around each sixteen, sixteen to a group.
+    /// The boxes around each sixteen polygons, in groups of sixteen boxes.
     around: Vec<Boxes<BLOCK>>,
     len: usize,
 }

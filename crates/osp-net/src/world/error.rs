@@ -14,7 +14,7 @@ pub enum WorldError {
     /// An object (a file in a folder) cannot be read or written.
     #[error("{object}: {problem}")]
     Object {
-        /// Its place.
+        /// The place of the object.
         object: String,
         /// Message of the system or the server.
         problem: String,
@@ -22,7 +22,7 @@ pub enum WorldError {
     /// An object has unexpected contents.
     #[error("{object}: byte {byte}: expected {expected}; found {found}")]
     Damaged {
-        /// Its place.
+        /// The place of the object.
         object: String,
         /// Offset in the object, from 0 on.
         byte: u64,

@@ -1,6 +1,6 @@
 //! The manifest of a world: contents and position of each block. All numbers are little-endian:
 //!
-//! | byte | what |
+//! | byte | contents |
 //! |---|---|
 //! | 0 | `osp world 1` and a line end |
 //! | 12 | blocks, polygons: 64 bits each |

@@ -19,8 +19,8 @@ use osp_session::scene::Scene;
 /// pack takes more memory, and a killed pack loses more work.
 const OBJECT_BLOCKS: u64 = 64;
 
-/// A block with at least this number of polygons ends with its session (or copy). The next session may lie elsewhere, so
-/// that the block's box would span both.
+/// If a session (or copy) ends in a block with at least this number of polygons, the block ends there. The next session
+/// may lie elsewhere, and the block's box would span both.
 const FULL_ENOUGH: usize = BLOCK_POLYGONS / 4;
 
 /// Treatment of an existing world.
@@ -42,8 +42,8 @@ pub struct Packed {
 }
 
 /// Packs finished sessions into a world. The world can be opened only after [`WorldWriter::finish`]. A pack removes the
-/// blocks of a pack into the same place that was stopped. In a folder, a second pack is refused while one runs. A pack
-/// takes memory for one object, and for an entry for each block.
+/// blocks that an interrupted pack has left at the same place. In a folder, a second pack is refused while one runs. A
+/// pack takes memory for one object, and for an entry for each block.
 #[derive(Debug)]
 pub struct WorldWriter {
     place: Place,

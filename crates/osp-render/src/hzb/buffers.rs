@@ -7,7 +7,8 @@ pub(super) fn create(gpu: &Gpu, label: &'static str, bytes: u64, usage: wgpu::Bu
     descriptors::buffer(gpu.device(), label, bytes, usage)
 }
 
-/// Replaces a buffer with less than `bytes` bytes by a larger buffer of zeros. Returns whether it did.
+/// Replaces a buffer with less than `bytes` bytes by a larger buffer of zeros. Returns whether the buffer was
+/// replaced.
 pub(super) fn grow(gpu: &Gpu, buffer: &mut wgpu::Buffer, bytes: u64) -> bool {
     if bytes <= buffer.size() {
         return false;

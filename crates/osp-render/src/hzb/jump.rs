@@ -9,7 +9,8 @@ const SAMPLES: usize = 15;
 /// the polygons.
 const FAR_PART: f32 = 0.5;
 
-/// The record of a view's last frame, which decides whether recalling its visible polygons pays.
+/// The record of a view's last frame. It decides whether drawing the polygons that were visible in that frame
+/// is worth its time.
 #[derive(Debug, Default)]
 pub(super) struct LastLook {
     eye_in_world: Vec3,
@@ -20,9 +21,10 @@ pub(super) struct LastLook {
 }
 
 impl LastLook {
-    /// Records the next frame, and returns whether its view has jumped. A view jumps if most polygons in view were not in
-    /// view in the last frame. It also jumps if the eye has moved so far that the old occluders may hide nothing any more.
-    /// While the eye moves so fast, every other frame jumps; the frames in between recall the polygons just found visible.
+    /// Records the next frame, and returns whether its view has jumped. A view jumps if most polygons in view were not
+    /// in view in the last frame. It also jumps if the eye has moved so far that the old occluders may hide nothing any
+    /// more. While the eye moves so fast, every second frame jumps. The frames in between recall the polygons that were
+    /// visible in the frame before.
     pub(super) fn jumps_to(
         &mut self,
         eye_in_world: Vec3,

@@ -6,7 +6,7 @@ pub(super) const MAX_LEVELS: usize = 16;
 /// to the buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Levels {
-    /// First texel, width, height, 0.
+    /// For each level: first texel, width, height, 0.
     levels: [[u32; 4]; MAX_LEVELS],
     count: usize,
     texels: u32,

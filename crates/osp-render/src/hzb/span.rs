@@ -22,13 +22,14 @@ pub(super) const COUNTERS: u32 = 3;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Span {
-    /// First handle, or position in the list, or level of the pyramid.
+    /// Number of the first item: a handle, a position in the list, or a level of the pyramid.
     pub(super) first: u32,
     pub(super) end: u32,
-    /// Position of the page in `sums`, or of a chunk's list in `candidates`.
+    /// Index in `sums` for a page, or in `candidates` for the list of a chunk.
     pub(super) first_sum: u32,
     pub(super) base: u32,
-    /// Position of the page's count and draw calls in the words of `args`, or of a chunk's count in `candidates`.
+    /// Index in the words of `args` of the page's count, which its draw calls follow. For a chunk, index of its
+    /// count in `candidates`.
     pub(super) args: u32,
     pub(super) first_polygon: u32,
     /// Number of draw calls of the page for depth; the page has as many for colours.

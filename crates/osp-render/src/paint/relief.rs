@@ -52,12 +52,13 @@ fn ridges(u: f32, v: f32) -> f32 {
     (1.0 - (octaves(u, v, (7, 7), 3, 46) - 0.5).abs() * 14.0).max(0.0)
 }
 
-/// A smooth deviation of about 0 that changes at random, faster across a stroke than along it.
+/// A smooth height of about 0 that varies at random, faster across a stroke than along it.
 fn furrows(u: f32, v: f32, cells: (i32, i32), seed: u32) -> f32 {
     2.0 * (octaves(u, v, cells, 2, seed) - 0.5)
 }
 
-/// Each of four rows is cushioned across its width, with a few long hairs towards the end.
+/// Relief of ink: each of the picture's four rows is cushioned across its width, with a few long hairs
+/// towards the end.
 fn ink(u: f32, v: f32) -> [f32; 2] {
     let rows = v.clamp(0.0, 0.9999) * 4.0;
     let across = [
@@ -80,7 +81,8 @@ fn ink(u: f32, v: f32) -> [f32; 2] {
     [on_line(&along, u), on_line(&across, rows.fract()) + hairs]
 }
 
-/// Flat, with thin broken scratches, mostly at the rims of each of four rows and towards the end.
+/// Relief of oil paint: flat, with thin broken scratches, mostly at the rims of each of the picture's four
+/// rows and towards the end.
 fn oil_paint(u: f32, v: f32) -> [f32; 2] {
     let row = (v.clamp(0.0, 0.9999) * 4.0).fract();
     let rim = step(0.12, 0.04, row) * -0.12 + step(0.88, 0.96, row) * 0.1;

@@ -17,7 +17,7 @@ const SIDE: u32 = 2048;
 /// other. It counts in texels, because an artist scales a large model down to work on it. The thickness of paint grows with
 /// the size of the model, as texels do.
 const NEAREST: f32 = 20.0;
-/// A patient map waits one more frame for every group of this many polygons.
+/// With patience, the map is drawn one frame later for every group of this many polygons.
 const PATIENCE: usize = 1 << 13;
 
 /// The depth map of all shadow casters as seen from the first light. It is drawn again when the scene or the light has
@@ -35,7 +35,7 @@ pub(super) struct Shadow {
     group: wgpu::BindGroup,
     slot: ViewSlot,
     casters: VisibleBlocks,
-    /// Direction of the light for which the map was drawn, if this light casts shadows.
+    /// Direction of the light for which the map was drawn. `None` if this light casts no shadows.
     way: Option<Vec3>,
     is_stale: bool,
     is_patient: bool,

@@ -47,7 +47,7 @@ impl Surroundings {
         }
     }
 
-    /// Direction of the first light, if it shines.
+    /// Direction of the first light; `None` if the light is off.
     pub(super) fn shining(&self) -> Option<Vec3> {
         let ([x, y, z, _], [r, g, b, _]) = (self.ways[0], self.lights[0]);
         (r.max(g).max(b) > 0.0).then_some(Vec3::new(x, y, z))

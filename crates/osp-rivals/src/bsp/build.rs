@@ -21,7 +21,7 @@ use osp::{
 /// Depth down to which the culling tree follows the planes; deeper nodes halve the polygons by number.
 pub(super) const MAX_DEPTH: usize = COUNTED_DEPTH;
 
-/// Largest number of pieces with which a plane is rated.
+/// Largest number of pieces on which a candidate plane is tested to rate it.
 const TRIED_ON: usize = 48;
 
 /// If a plane leaves at least this share of the pieces on one side, a plane across an axis is tried, too. If it is smaller,
@@ -61,7 +61,7 @@ struct Part {
     item: u32,
     first: u32,
     corners: u32,
-    /// Whether the piece's polygon is culled in the node that the piece ends in.
+    /// Whether the piece's polygon is culled in the node at which the piece ends.
     is_home: bool,
 }
 
@@ -102,8 +102,8 @@ pub(super) struct BspBuilder {
     front: Vec<u32>,
     back: Vec<u32>,
     cut: [Vec<Vec3>; 2],
-    /// The boxes of the culling tree, in the order of their nodes. `at_home` has for each node its first box, and the
-    /// number of its boxes, without and with the nodes below.
+    /// The boxes of the culling tree, in the order of their nodes. For each node, `at_home` has its first box, the
+    /// number of its own boxes, and the number of boxes with all nodes below.
     homes: Vec<Item>,
     at_home: Vec<Homes>,
     cull_pending: Vec<CullPending>,

@@ -133,7 +133,7 @@ pub(super) enum SahSplit {
 }
 
 impl SahSplit {
-    /// The split. If the heuristic rates all splits the same, space is halved in the middle.
+    /// Returns the split. If the heuristic rates all splits the same, the split halves space in the middle.
     pub(super) fn or_middle(self, items: &mut [impl Boxed], leaf_capacity: usize) -> Split {
         match self {
             Self::Leaf => Split::Leaf,

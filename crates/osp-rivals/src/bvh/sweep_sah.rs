@@ -86,7 +86,8 @@ impl Sweep<'_> {
         best
     }
 
-    /// Moves the first `first` items of an axis's order to the front of the other orders, too. Otherwise the orders stay.
+    /// Moves the first `first` items in the order of `axis` to the front of the other two orders. All orders stay
+    /// sorted within both parts.
     fn reorder(&mut self, axis: usize, range: Range<usize>, first: usize) {
         for (i, &item) in self.orders[axis][range.clone()].iter().enumerate() {
             self.scratch.is_first[item as usize] = i < first;

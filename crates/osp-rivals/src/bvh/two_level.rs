@@ -101,7 +101,7 @@ impl BvhTwoLevel {
         self.place.set(id, Place::Nowhere);
     }
 
-    /// Whether a rebuild pays for `changed` changed polygons.
+    /// Whether `changed` changed polygons are enough for a rebuild.
     fn pays(&self, changed: usize) -> bool {
         changed > self.config.min_changed && changed as f32 > self.config.max_share * self.filed.len() as f32
     }

@@ -3,7 +3,7 @@ use std::cmp::Ordering;
 use crate::flat_tree::{area, joined_area};
 use osp::{index::Upkeep, math::Aabb, polygon::PolygonId};
 
-/// No node.
+/// The number that stands for no node.
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// Largest difference of two siblings' heights. If it is smaller, trees are lower, but a lone polygon beside a crowd is
@@ -32,7 +32,7 @@ pub(super) struct Links {
     second: u32,
 }
 
-/// Decoded [`Links`].
+/// The contents of a node, decoded from [`Links`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Below {
     Leaf(PolygonId),
@@ -200,8 +200,9 @@ impl BoxTree {
 
     /// Finds the node whose pairing with the new box adds the least surface to the tree.
     ///
-    /// The descent from a node costs the growth of the node's box, whatever is found below ("inherited" cost). A subtree is
-    /// skipped if even the best possible leaf below, equal to the new box, would not beat the best node so far.
+    /// Each node on the way down adds the growth of its box to the cost, whichever sibling is found below it
+    /// ("inherited" cost). A subtree is skipped if even the best possible leaf below, equal to the new box, would not
+    /// beat the best node so far.
     fn find_best_sibling(&self, bounds: &Aabb) -> u32 {
         let own_area = area(bounds);
         let mut at = self.root;
@@ -306,8 +307,8 @@ impl BoxTree {
         tall
     }
 
-    /// Makes the exchange of a child with a child of the other child that shrinks a box most, if one does. The box of `at`
-    /// itself stays the same.
+    /// Exchanges a child with a child of the other child, if that makes a box smaller. Selects the exchange that
+    /// shrinks a box most. The box of `at` itself stays the same.
     fn rotate(&mut self, at: u32) {
         let children = self.children(at);
         let mut best: Option<(f64, u32, u32)> = None;
@@ -339,7 +340,7 @@ impl BoxTree {
     }
 }
 
-/// A way down the tree.
+/// A child at which the descent may continue, and bounds of its cost.
 #[derive(Clone, Copy, Debug)]
 struct Way {
     child: u32,

@@ -19,8 +19,8 @@ use osp::{
     view::ViewWindow,
 };
 
-/// The end of an edge counts as behind a splitting plane if it is behind it by more than this sine. If it is larger,
-/// neighbours that share a corner are sorted more cleanly, and more planes are lost.
+/// The end of an edge counts as behind a splitting plane if the sine of its angle to the plane exceeds this value.
+/// If it is larger, neighbours that share a corner are sorted more cleanly, and more planes are lost.
 const BEHIND_SINE: f64 = 1.0e-9;
 
 /// Whether volumes between the eye and an occluder count as hidden.
@@ -58,7 +58,7 @@ pub struct MsvbspPaper {
     list_budget: usize,
     tree: ShadowTree,
     planes: Vec<Plane>,
-    /// For each occluder, its group, named after the best member.
+    /// For each occluder, the number of its group, which is that of the group's best member.
     group: Vec<u32>,
     caps_of_group: Vec<Caps>,
     lists: Vec<u32>,

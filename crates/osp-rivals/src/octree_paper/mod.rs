@@ -27,7 +27,7 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// No node.
+/// The number that stands for no node.
 const NONE: u32 = u32::MAX;
 
 /// Configuration of the paper's octree.

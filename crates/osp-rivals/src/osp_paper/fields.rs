@@ -1,26 +1,26 @@
 use super::tree::OspPaper;
 use osp::{math::Aabb, polygon::PolygonId};
 
-/// Fields of a node of [`OspPaper`] as the paper's Fig. 3 names them, for whoever draws the tree.
+/// The fields of a node of [`OspPaper`], named as in the paper's Fig. 3, for drawings of the tree.
 #[derive(Clone, Copy, Debug)]
 pub struct OspPaperNode<'a> {
     /// `OSPBox`, metres.
     pub bounds: Aabb,
     /// `Depth`: 0 at the root.
     pub depth: u32,
-    /// `state`: the axis that its plane cuts; 0 is x, 1 is y, 2 is z.
+    /// `state`: the axis that the node's plane cuts; 0 is x, 1 is y, 2 is z.
     pub axis: usize,
-    /// `Spliter`: the place of its plane on that axis, metres.
+    /// `Spliter`: the position of the node's plane on that axis, metres.
     pub plane_m: f32,
-    /// `IsLeaf`: it is at the maximum depth.
+    /// `IsLeaf`: whether the node is at the maximum depth.
     pub is_leaf: bool,
-    /// `IsPolygon`: it holds polygons.
+    /// `IsPolygon`: whether the node has polygons of its own.
     pub is_polygon: bool,
-    /// `IsSubnode`: there are polygons below.
+    /// `IsSubnode`: whether nodes below have polygons.
     pub is_subnode: bool,
-    /// `TriName`: the polygons that no child holds.
+    /// `TriName`: the polygons that lie in this node and in no child.
     pub polygons: &'a [PolygonId],
-    /// Polygons here and below.
+    /// Number of polygons in the node and below.
     pub polygons_in_all: usize,
 }
 

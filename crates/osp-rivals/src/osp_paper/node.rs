@@ -25,9 +25,9 @@ pub(super) struct OspNode {
     pub(super) is_leaf: bool,
     /// `IsPolygon`: the node's own list is not empty.
     pub(super) is_polygon: bool,
-    /// `IsSubnode`: nodes below have polygons.
+    /// `IsSubnode`: whether nodes below have polygons.
     pub(super) is_subnode: bool,
-    /// `state`: the orientation of its plane.
+    /// `state`: the orientation of the node's plane.
     pub(super) state: State,
     /// `Depth`: 0 at the root.
     pub(super) depth: u32,

@@ -39,9 +39,9 @@ pub enum Uv {
 /// The outline of a welded ribbon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum Outline {
-    /// The width of the samples.
+    /// The outline has the width of the samples.
     Plain,
-    /// Pointed at both ends.
+    /// The outline is pointed at both ends.
     DoubleTaper,
     /// A lightning bolt: three noisy copies of the ribbon that meet at both ends.
     Bolt,
@@ -50,17 +50,17 @@ pub enum Outline {
 /// Change of a tube's radius along a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum TubeShape {
-    /// The radius of the samples.
+    /// The tube has the radius of the samples.
     Plain,
     /// The radius falls to zero at the end.
     Taper,
-    /// Half a sine wave.
+    /// The radius is half a sine wave.
     Sine,
-    /// A head and a tail.
+    /// The radius has the shape of a comet: a head and a tail.
     Comet,
-    /// Half a sine wave, bent outwards.
+    /// The radius is half a sine wave, and the sides bend outwards.
     Petal,
-    /// Rises and falls over five control points at each end.
+    /// The radius rises over the first five control points, and falls over the last five.
     DoubleTaper,
 }
 

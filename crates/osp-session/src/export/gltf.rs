@@ -21,13 +21,13 @@ const GLB_MAGIC: u32 = 0x4654_6c67;
 const JSON_CHUNK: u32 = 0x4e4f_534a;
 const BIN_CHUNK: u32 = 0x004e_4942;
 
-/// Why a model was not exported.
+/// The reason why a model was not exported.
 #[derive(Debug, Error)]
 pub enum ExportError {
     /// The file cannot be written.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// The format counts bytes in 32 bits.
+    /// The file would exceed the byte counts of the format, which have 32 bits.
     #[error("the model is too large for one file of this format: {0} bytes of at most 4294967295")]
     TooLarge(u64),
     /// The user has cancelled the export.
@@ -52,29 +52,31 @@ pub struct ExportOptions {
     pub objects: Objects,
     /// Names of the layers, by their numbers.
     pub layer_names: Vec<String>,
-    /// When the polygons came to be, if that is to be in the file.
+    /// The times at which the polygons were drawn, if the file is to contain them.
     pub times: Option<PolygonTimes>,
-    /// Polygons that face the eye are turned to this eye (world space, metres) for good, since a mesh cannot turn.
+    /// The eye, world space, metres, to which the polygons that face the eye are turned. A mesh cannot turn, so
+    /// their orientation in the file is fixed.
     pub eye_in_world: Option<Vec3>,
 }
 
 /// Counts of exported parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GltfCounts {
-    /// Objects.
+    /// Number of objects.
     pub objects: u64,
-    /// Polygons.
+    /// Number of polygons.
     pub polygons: u64,
-    /// Triangles.
+    /// Number of triangles.
     pub triangles: u64,
-    /// Polygons left out: a corner is not a finite number, which the format does not have.
+    /// Number of polygons left out because a corner is not a finite number. The format cannot represent such
+    /// a number.
     pub not_finite: u64,
-    /// Polygons that face the eye in the session, and one way only in the file.
+    /// Number of polygons that face the eye in the session. Their orientation in the file is fixed.
     pub turned: u64,
 }
 
 /// Writes the visible polygons of a scene as one binary glTF file: a mesh for each layer or stroke, a material for each
-/// brush, with the strokes' colours at the vertices. World space, metres, as glTF has it.
+/// brush, with the strokes' colours at the vertices. Positions are in world space, metres.
 ///
 /// Two attributes are osp's own, floats at each vertex: `_TIMESTAMP`, seconds from the session's beginning until the polygon
 /// was drawn (with [`ExportOptions::times`]), and `_STROKE`, the number of the stroke, -1 for polygons without one.
@@ -93,10 +95,11 @@ pub fn write_glb(
     write_glb_watched(scene, name, options, out, &|_| true)
 }
 
-/// [`write_glb`]; `go_on` is called from time to time, with the number of polygons so far.
+/// Does the same as [`write_glb`]. From time to time it calls `go_on` with the number of polygons written so
+/// far.
 ///
 /// # Errors
-/// As there, and `go_on` returned `false`.
+/// The errors of [`write_glb`], or `go_on` returned `false`.
 pub fn write_glb_watched(
     scene: &Scene,
     name: &str,
@@ -104,7 +107,7 @@ pub fn write_glb_watched(
     mut out: impl Write,
     go_on: &dyn Fn(u64) -> bool,
 ) -> Result<GltfCounts, ExportError> {
-    /// Polygons after which it is called: a few milliseconds.
+    /// Number of polygons between two calls of `go_on`: a few milliseconds.
     const ASKED_AFTER: usize = 4096;
     let mut counts = GltfCounts::default();
     let mut objects = BTreeMap::<u64, Object>::new();

@@ -16,12 +16,12 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 /// A node of the exported file with its mesh.
 pub(super) struct Object {
     pub(super) name: String,
-    /// By material.
+    /// The parts of the object, by material.
     pub(super) parts: BTreeMap<usize, Part>,
 }
 
-/// The JSON of a file whose binary chunk holds the parts of all objects one after the other, vertices before indices. It begins
-/// with the asset, which names the program of the file.
+/// Builds the JSON of a file. The file's binary chunk holds the parts of all objects one after the other, vertices
+/// before indices. The JSON begins with the asset, which names the program.
 pub(super) fn document(
     name: &str,
     objects: &[Object],

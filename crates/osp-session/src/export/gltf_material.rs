@@ -5,14 +5,14 @@ use crate::{
     scene::Stroke,
 };
 
-/// A material of the exported file: the common properties of strokes of one brush. For a brush that emits light it
-/// includes the colour, since glTF does not multiply emission by the colours of vertices.
+/// A material of the exported file: the common properties of strokes of one brush. The material of a brush that
+/// emits light includes the colour, because glTF does not multiply emission by the colours of vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Material {
     brush: Option<&'static Brush>,
-    /// The background shines through.
+    /// Whether the background shines through.
     is_blended: bool,
-    /// Linear.
+    /// Emitted colour, linear red, green, blue.
     emitted: Option<[f32; 3]>,
 }
 
@@ -82,7 +82,7 @@ impl Material {
     }
 }
 
-/// Vertex colours are linear in glTF.
+/// Converts a colour to linear values, which glTF requires for vertices.
 pub(super) fn linear_color((r, g, b, a): (f32, f32, f32, f32)) -> [f32; 4] {
     let linear = |c: f32| {
         let c = c.clamp(0.0, 1.0);

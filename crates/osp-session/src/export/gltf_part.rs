@@ -3,8 +3,8 @@ use glam::{Vec2, Vec3};
 use crate::brush::Surface;
 use osp::polygon::ConvexPolygon;
 
-/// Bytes of a vertex: position and normal as floats, colour as four 16-bit numbers, texture coordinates, time and stroke
-/// as floats.
+/// Number of bytes of a vertex: position and normal as floats, colour as four 16-bit numbers, texture coordinates, time
+/// and stroke as floats.
 pub(super) const VERTEX_BYTES: usize = 12 + 12 + 8 + 8 + 4 + 4;
 
 /// Vertices and triangles of one material in one object.
@@ -25,7 +25,8 @@ impl Part {
         self.vertices.len() + self.indices.len() * 4
     }
 
-    /// `tail` is the same at all corners: the time, seconds, and the number of the stroke.
+    /// Adds a polygon. `tail` has the values that are the same at all corners: the time, seconds, and the
+    /// number of the stroke.
     pub(super) fn add(
         &mut self,
         polygon: &ConvexPolygon,
@@ -58,8 +59,8 @@ impl Part {
     }
 }
 
-/// Unit normal of a polygon, from its area vector. The area vector of a huge polygon overflows; any unit vector will
-/// do.
+/// Unit normal of a polygon with this area vector. If the area vector of a huge polygon has overflowed, the result
+/// is any unit vector.
 fn unit_normal(area_vector: Vec3) -> Vec3 {
     area_vector.try_normalize().filter(|normal| normal.is_finite()).unwrap_or(Vec3::Y)
 }

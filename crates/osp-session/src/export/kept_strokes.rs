@@ -16,9 +16,9 @@ pub(super) struct KeptPoint {
     pub(super) t: f64,
     /// Position, metres.
     pub(super) p: Vec3,
-    /// World from tracker.
+    /// Rotation from the tracker to world space.
     pub(super) q: Quat,
-    /// 0 to 1.
+    /// Pressure, 0 to 1.
     pub(super) pressure: f32,
 }
 
@@ -35,11 +35,12 @@ pub(super) struct KeptStroke {
     pub(super) points: Vec<KeptPoint>,
 }
 
-/// Collects the strokes of a session from its events: about 40 bytes a control point, also of strokes that are erased
-/// later. No polygon of a stroke is made.
+/// Collects the strokes of a session from its events, including strokes that are erased later. Takes about 40 bytes
+/// for each control point. It makes no polygons.
 #[derive(Debug, Default)]
 pub struct KeptStrokes {
-    /// Decides what is erased, undone, moved, grouped and layered. It gets no control points.
+    /// A scene without control points. It determines which strokes are erased, undone, moved, grouped and on
+    /// which layer.
     scene: Scene,
     strokes: Vec<KeptStroke>,
     places: HashMap<StrokeId, usize>,
@@ -47,7 +48,7 @@ pub struct KeptStrokes {
 }
 
 impl KeptStrokes {
-    /// Takes the next event of the session.
+    /// Processes the next event of the session.
     pub fn note(&mut self, event: &Event) {
         match event {
             Event::Point { t, stroke, p, q, pressure } => {
@@ -84,13 +85,13 @@ impl KeptStrokes {
         &self.scene
     }
 
-    /// Recorded poses of heads.
+    /// Number of recorded head poses.
     pub(super) fn heads(&self) -> u64 {
         self.heads
     }
 
-    /// The strokes that are neither erased nor undone, in the order of their beginnings, hidden ones too. Each comes with
-    /// the motion from its points to the world.
+    /// The strokes that are neither erased nor undone, in the order of their beginnings, including hidden ones. Each
+    /// comes with the transform from its points to world space.
     pub(super) fn iter(&self) -> impl Iterator<Item = (&KeptStroke, Motion)> {
         self.strokes.iter().filter_map(|stroke| {
             let is_there = self.scene.stroke(stroke.id).is_some_and(|state| !state.is_taken_away());
@@ -98,7 +99,8 @@ impl KeptStrokes {
         })
     }
 
-    /// Polygons that came finished, without control points, and are neither erased nor undone.
+    /// Number of polygons that events contain directly, without control points, and that are neither erased
+    /// nor undone.
     pub(super) fn finished_polygons(&self) -> u64 {
         let there = self.scene.strokes().iter().filter(|stroke| !stroke.is_taken_away());
         there.map(|stroke| u64::from(stroke.polygon_count())).sum()

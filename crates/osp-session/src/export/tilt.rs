@@ -20,20 +20,20 @@ use crate::recording::{
     import::tilt_layout::{MAGIC, SKETCH_MAGIC},
 };
 
-/// Bytes of the head before the zip.
+/// Number of bytes of the header before the zip.
 const HEAD_BYTES: u16 = 16;
-/// Version of the head, and version of `data.sketch`. Tilt Brush writes the same ones.
+/// Version of the header, and version of `data.sketch`, as Tilt Brush writes them.
 const HEAD_VERSION: u16 = 1;
 const SKETCH_VERSION: u32 = 5;
-/// Room that the zip's own heads and directory, and the metadata, may need.
+/// Upper bound of the size of the zip's headers and directory and of the metadata, bytes.
 const ZIP_ROOM_BYTES: u64 = 1 << 25;
 
 /// Counts of a written sketch.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TiltCounts {
-    /// Strokes.
+    /// Number of strokes.
     pub strokes: u64,
-    /// Control points.
+    /// Number of control points.
     pub points: u64,
     /// One line for each kind of data that the file lacks or holds in another form.
     pub notes: Vec<String>,
@@ -45,8 +45,8 @@ pub struct TiltCounts {
 /// read from a `.tilt` gets all its metadata back. An unchanged stroke is written bit for bit as it was. The
 /// `thumbnail` is a PNG, if there is one.
 ///
-/// Numbers are rounded where the session is from elsewhere: positions to the nearest decimetre number of 24 bits,
-/// times to milliseconds. The whole file is in memory: 36 bytes a control point.
+/// Numbers of a session from another source are rounded: positions in decimetres to 24 bits, times to milliseconds.
+/// The whole file is held in memory, 36 bytes for each control point.
 ///
 /// # Errors
 /// The output fails, or the sketch does not fit the format.

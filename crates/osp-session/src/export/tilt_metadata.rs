@@ -1,4 +1,4 @@
-//! `metadata.json` of a `.tilt`: as it was read, or made from the session's header.
+//! Writes `metadata.json` of a `.tilt`: the text that was read, or a new one from the session's header.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -15,12 +15,12 @@ use crate::{
     scene::Scene,
 };
 
-/// Vertical field of view of a thumbnail, degrees: the format has no number for it.
+/// Vertical field of view of a thumbnail, degrees. The format does not store it.
 const THUMBNAIL_FOV_DEGREES: f32 = 80.0;
-/// Largest number of a layer up to which layers without strokes stay, so that the numbers stay.
+/// Layers without strokes are written up to this number, so that all layers keep their numbers.
 const MOST_LAYERS: u32 = 1000;
 
-/// The table of brushes: the GUIDs that were read, and those that came.
+/// The table of brushes: the GUIDs that were read, and those that were added.
 pub(super) struct Brushes {
     guids: Vec<String>,
     places: HashMap<String, u32>,
@@ -57,15 +57,15 @@ impl Brushes {
 
 /// The layers of a session at its end.
 pub(super) struct Layers {
-    /// Places by the session's numbers.
+    /// For each layer of the session, its index in the file.
     places: BTreeMap<u32, u32>,
     states: Vec<LayerNow>,
-    /// A single layer that nobody named or changed needs no table.
+    /// Whether there is a single layer without a name or a change. The file then needs no table of layers.
     is_plain: bool,
 }
 
-/// Name, whether it differs from the one that was read, whether the layer is hidden, and whether somebody locked or
-/// unlocked it.
+/// The final state of a layer: its name, whether the name differs from the one that was read, whether the layer is
+/// hidden, and whether an event locked or unlocked it.
 struct LayerNow {
     name: String,
     is_renamed: bool,
@@ -103,12 +103,12 @@ impl Layers {
         }
     }
 
-    /// Place of one of the layers.
+    /// Index of a layer in the file.
     pub(super) fn place(&self, number: u32) -> u32 {
         self.places.get(&number).copied().unwrap_or(0)
     }
 
-    /// Puts the layers into a table; entries that are there keep what else they have.
+    /// Writes the layers into a table. Existing entries keep their other fields.
     fn fill(&self, fields: &mut Fields) {
         if self.is_plain {
             return;
@@ -133,7 +133,8 @@ impl Layers {
     }
 }
 
-/// Fields of a JSON object. Their values keep the text that was read: no number is rounded, nothing is too deep.
+/// Fields of a JSON object. A value is the text that was read, so no number is rounded and no nesting is too
+/// deep.
 type Fields = BTreeMap<String, Box<RawValue>>;
 
 fn raw(value: &impl Serialize) -> Box<RawValue> {
@@ -144,7 +145,7 @@ fn parsed<T: DeserializeOwned>(value: &RawValue) -> Option<T> {
     serde_json::from_str(value.get()).ok()
 }
 
-/// The text of the metadata, and what of the header is not in it, a line each.
+/// Returns the text of the metadata, and a line for each part of the header that the metadata lack.
 pub(super) fn metadata(
     header: &Header,
     scene: &Scene,
@@ -174,7 +175,7 @@ fn fields_read(header: &Header) -> Option<Fields> {
     serde_json::from_str(header.sketch_metadata.as_deref()?).ok()
 }
 
-/// Metadata of a session that comes from elsewhere: room, scene and canvas are one space.
+/// Makes the metadata of a session that does not come from a sketch. Room, scene and canvas are one space.
 fn fields_made(header: &Header, scene: &Scene) -> (Fields, Vec<String>) {
     let mut fields = Fields::new();
     let mut notes = Vec::new();
@@ -214,7 +215,7 @@ fn fields_made(header: &Header, scene: &Scene) -> (Fields, Vec<String>) {
     (fields, notes)
 }
 
-/// A pose of ours as the format has it: position in units, rotation, scale, in Unity's axes.
+/// Converts a pose to the format: position in units, rotation, scale, in Unity's axes.
 fn transform(p: Vec3, q: Quat) -> Value {
     let p = axes::position_from_unity(p / METERS_PER_UNIT);
     json!([p.to_array(), axes::rotation_from_unity(q).to_array(), 1.0])

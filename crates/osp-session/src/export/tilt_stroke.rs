@@ -1,4 +1,4 @@
-//! A stroke in the terms of a `.tilt`: decimetres, Unity's axes, a brush of Tilt Brush.
+//! Converts a stroke to the form of a `.tilt`: decimetres, Unity's axes, a brush of Tilt Brush.
 
 use glam::{Mat3, Quat, Vec3};
 
@@ -16,8 +16,8 @@ use crate::{
 };
 use osp::math::{COORDINATE_LIMIT_M, TOLERANCE_M, unit};
 
-/// The brush that comes nearest to a stroke without one: a ribbon, whose width may follow the pressure; a tube; the hull of
-/// a wall's corners.
+/// The brush that is most similar to a stroke without a brush: a ribbon, whose width may depend on the pressure; a
+/// tube; the hull of a wall's corners.
 fn stand_in(stroke: &KeptStroke) -> Option<&'static Brush> {
     brush::find(match stroke.tool {
         Tool::Ribbon if stroke.thinnest < 1.0 => "Marker",
@@ -27,35 +27,36 @@ fn stand_in(stroke: &KeptStroke) -> Option<&'static Brush> {
     })
 }
 
-/// Units in the last place around the nearest number in which a factor's inverse is looked for: two products round by
-/// one each, and a unit before them is up to two after them.
+/// The inverse of a factor is searched within this number of units in the last place around the nearest number. Two
+/// products round by one unit each, and a unit before them is up to two after them.
 const INVERSE_REACH: u32 = 8;
 
 /// A stroke that is ready to be written.
 pub(super) struct TiltStroke<'s> {
     stroke: &'s KeptStroke,
     motion: Motion,
-    /// GUID of its brush.
+    /// GUID of the stroke's brush.
     pub(super) guid: &'s str,
-    /// Name of the brush that stands for a missing one.
+    /// Name of the brush that replaces a missing one.
     pub(super) stand_in: Option<&'static str>,
-    /// Brush of a stroke without one: it decides how pressures become widths.
+    /// For a stroke without a brush, the brush that replaces it. It determines how pressures become widths.
     plain: Option<&'static Brush>,
     size_units: f32,
     scale: f32,
 }
 
-/// A stroke's place among those of a file.
+/// Position of a stroke among the strokes of a file.
 pub(super) struct Place {
-    /// Place in the table of brushes.
+    /// Index in the table of brushes.
     pub(super) brush: u32,
     pub(super) layer: u32,
-    /// 0 for none.
+    /// Number of the group; 0 for none.
     pub(super) group: u32,
 }
 
 impl<'s> TiltStroke<'s> {
-    /// `None` if the format has no number for its width or a point: it was shrunk to a point, or is too far away.
+    /// Converts a stroke. `None` if the format cannot represent the width or a point, because the stroke was
+    /// scaled to a point or is too far away.
     pub(super) fn new(stroke: &'s KeptStroke, motion: Motion) -> Option<Self> {
         let paint = stroke.paint.as_deref();
         let named = paint.map_or("", |paint| &paint.brush);
@@ -85,13 +86,13 @@ impl<'s> TiltStroke<'s> {
         self.stroke.points.len()
     }
 
-    /// Control points whose times the format has no number for.
+    /// Number of control points whose times the format cannot represent.
     pub(super) fn points_out_of_time(&self) -> u64 {
         let is_out = |point: &&KeptPoint| !(0.0..=f64::from(u32::MAX)).contains(&milliseconds(point.t));
         self.stroke.points.iter().filter(is_out).count() as u64
     }
 
-    /// Appends it as `data.sketch` holds it.
+    /// Appends the stroke in the form of `data.sketch`.
     pub(super) fn write(&self, place: &Place, out: &mut Vec<u8>) {
         let paint = self.paint();
         let seed = paint.map_or(0, |paint| paint.seed);
@@ -122,7 +123,8 @@ impl<'s> TiltStroke<'s> {
         out.extend(words.iter().flat_map(|word| word.to_le_bytes()));
     }
 
-    /// A point in the world. A stroke that was not moved keeps every bit.
+    /// Transforms a point to world space. The points of a stroke that was not moved stay the same, bit for
+    /// bit.
     fn moved(&self, point: &KeptPoint) -> KeptPoint {
         if self.motion == Motion::STAY {
             return *point;
@@ -130,8 +132,8 @@ impl<'s> TiltStroke<'s> {
         KeptPoint { p: self.motion.point(point.p), q: self.motion.orientation(point.q), ..*point }
     }
 
-    /// The points of a stroke without a brush, for the brush that stands in: the tracker looks along the ribbon's normal,
-    /// and pressures give the same widths, as far as the brush has them.
+    /// Converts the points of a stroke without a brush for the brush that replaces it. The tracker's forward axis is
+    /// the ribbon's normal. Pressures give the same widths, within the range of the brush.
     fn plain_points(&self, brush: &Brush) -> Vec<KeptPoint> {
         let points = &self.stroke.points;
         let least = brush.pressure_size_min;
@@ -170,7 +172,7 @@ impl<'s> TiltStroke<'s> {
     }
 }
 
-/// A time of so many seconds.
+/// Converts seconds to whole milliseconds.
 fn milliseconds(secs: f64) -> f64 {
     (secs * 1000.0).round()
 }
@@ -183,7 +185,7 @@ fn is_guid(name: &str) -> bool {
     name.len() == 36 && name.bytes().enumerate().all(is_part)
 }
 
-/// The number of units that a reader scales to these metres, bit for bit if there is one, else the nearest.
+/// The number of units that a reader scales to exactly these metres. If there is none, the nearest number.
 fn unscaled(meters: f32, scale: f32) -> f32 {
     let nearest = (f64::from(meters) / f64::from(METERS_PER_UNIT) / f64::from(scale)) as f32;
     let reads = |units: &f32| (units * scale * METERS_PER_UNIT).to_bits() == meters.to_bits();

@@ -12,9 +12,9 @@ use osp::polygon::PolygonId;
 pub struct PolygonTimes {
     /// Time stamp of the session's first event.
     first_secs: Option<f64>,
-    /// Seconds since the session began.
+    /// For each polygon, the seconds since the session began.
     secs: Vec<f32>,
-    /// Strokes and times of the samples that are being noted.
+    /// Working memory of a call: strokes and times of its samples.
     samples: Vec<(u64, f32)>,
     /// Strokes and numbers of the new polygons.
     added: Vec<(u64, PolygonId)>,
@@ -26,7 +26,7 @@ fn key(stroke: Option<StrokeId>) -> u64 {
 }
 
 impl PolygonTimes {
-    /// Notes the polygons that these events, applied to the scene, have added, hidden ones too.
+    /// Records the times of the polygons that these events have added to the scene, including hidden ones.
     pub fn note(&mut self, events: &[Event], scene: &Scene) {
         let Some(first) = events.first() else { return };
         let first_secs = *self.first_secs.get_or_insert(first.time_secs());

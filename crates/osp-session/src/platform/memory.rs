@@ -210,12 +210,12 @@ impl Metadata {
         Permissions
     }
 
-    /// Not the time of day: a counter that is larger for a later change.
+    /// A counter that is larger for a later change, in place of the time of day.
     pub fn modified(&self) -> io::Result<SystemTime> {
         Ok(SystemTime::UNIX_EPOCH + Duration::from_secs(self.modified))
     }
 
-    /// Like [`Self::modified`], not the time of day.
+    /// Like [`Self::modified`], a counter in place of the time of day.
     pub fn created(&self) -> io::Result<SystemTime> {
         Ok(SystemTime::UNIX_EPOCH + Duration::from_secs(self.created))
     }

@@ -36,17 +36,17 @@ pub mod fs {
         return Ok(without_dots(path).starts_with(without_dots(folder)));
     }
 
-    /// Like [`Path::is_file`].
+    /// Does the same as [`Path::is_file`].
     pub fn is_file(path: &Path) -> bool {
         metadata(path).is_ok_and(|data| data.is_file())
     }
 
-    /// Like [`Path::is_dir`].
+    /// Does the same as [`Path::is_dir`].
     pub fn is_folder(path: &Path) -> bool {
         metadata(path).is_ok_and(|data| data.is_dir())
     }
 
-    /// Like [`Path::exists`].
+    /// Does the same as [`Path::exists`].
     pub fn is_there(path: &Path) -> bool {
         metadata(path).is_ok()
     }

@@ -60,7 +60,7 @@ enum State {
     /// Before a frame, or after the last frame.
     Between,
     Inside,
-    /// After an error.
+    /// The state after an error.
     Done,
 }
 

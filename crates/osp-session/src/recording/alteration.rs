@@ -10,7 +10,7 @@ use osp::math::{rotate, unit};
 pub struct Motion {
     /// Whether x is flipped.
     pub is_mirrored: bool,
-    /// The transform after the flip.
+    /// The transform that follows the flip.
     pub to: Transform,
 }
 

@@ -143,19 +143,19 @@ pub enum Event {
     Head {
         /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author, 0, which is not written.
+        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// Head position.
         p: Vec3,
-        /// World from head (looks along its -z).
+        /// Rotation from the head, which looks along its -z, to world space.
         q: Quat,
     },
     /// A stroke starts.
     Begin {
         /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author, 0, which is not written.
+        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// Number of the stroke; a number is used once in a session.
@@ -184,7 +184,7 @@ pub enum Event {
         stroke: StrokeId,
         /// Position.
         p: Vec3,
-        /// World from tracker, the orientation.
+        /// Orientation: the rotation from the tracker to world space.
         #[serde(default = "identity", skip_serializing_if = "is_identity")]
         q: Quat,
         /// Pressure, 0 to 1.
@@ -202,7 +202,7 @@ pub enum Event {
     Erase {
         /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author, 0, which is not written.
+        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The stroke.
@@ -215,7 +215,7 @@ pub enum Event {
     Undo {
         /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author, 0, which is not written.
+        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
     },
@@ -223,7 +223,7 @@ pub enum Event {
     Redo {
         /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author, 0, which is not written.
+        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
     },
@@ -233,7 +233,7 @@ pub enum Event {
     Move {
         /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author, 0, which is not written.
+        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The strokes.
@@ -246,7 +246,7 @@ pub enum Event {
     Group {
         /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author, 0, which is not written.
+        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The group.
@@ -264,12 +264,12 @@ pub enum Event {
     Place {
         /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author, 0, which is not written.
+        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The group.
         group: GroupId,
-        /// World or parent group from the group's own space.
+        /// Transform from the group's own space to its parent group's space, or to world space.
         to: Transform,
     },
     /// The author's next edits form one step for undo and redo. The step ends after `edits` edits, at the next step, or
@@ -277,7 +277,7 @@ pub enum Event {
     Step {
         /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author, 0, which is not written.
+        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// Number of edits; 0 ends the previous step.
@@ -288,7 +288,7 @@ pub enum Event {
     Layer {
         /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author, 0, which is not written.
+        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// Index of the layer in [`Header::layers`](super::Header::layers). An index after the last layer creates a
@@ -312,7 +312,7 @@ pub enum Event {
     Assign {
         /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author, 0, which is not written.
+        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The layer.
@@ -324,14 +324,14 @@ pub enum Event {
     View {
         /// Time, seconds.
         t: f64,
-        /// The author (since format 4). In a recording with one author, 0, which is not written.
+        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// Number of the view; it replaces an earlier view of this number.
         slot: u32,
         /// Position of the eye, world space.
         p: Vec3,
-        /// World from camera (looks along its -z).
+        /// Rotation from the camera, which looks along its -z, to world space.
         q: Quat,
         /// Distance from the eye to the point that the view looks at, metres.
         distance: f32,
@@ -342,7 +342,7 @@ pub enum Event {
         /// Time, seconds.
         #[serde(default)]
         t: f64,
-        /// The author (since format 4). In a recording with one author, 0, which is not written.
+        /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The stroke of the polygon; if absent, the polygon is a stroke of its own.

@@ -82,7 +82,7 @@ impl Header {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layer {
-    /// Its name.
+    /// The layer's name.
     #[serde(default)]
     pub name: String,
     /// Whether the layer's strokes are hidden.
@@ -106,7 +106,7 @@ pub struct Root {
 pub struct Camera {
     /// Position of the eye, world space.
     pub p: Vec3,
-    /// World from camera (looks along its -z).
+    /// Rotation from the camera, which looks along its -z, to world space.
     pub q: Quat,
     /// Vertical field of view, degrees.
     pub fov_degrees: f32,

@@ -60,7 +60,7 @@ impl Default for Limits {
 /// A reader's position in its file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Place {
-    /// Unknown, or the whole file.
+    /// The whole file, or an unknown position.
     #[default]
     File,
     /// Number of the current line, from 1.

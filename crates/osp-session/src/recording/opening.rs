@@ -56,7 +56,8 @@ impl MemoryFiles {
     }
 }
 
-/// Opens a session whose file is in memory. `name` decides the format if the bytes do not. Errors name the file `name`.
+/// Opens a session whose file is in memory. If the bytes do not determine the format, `name` does. Errors name the file
+/// `name`.
 ///
 /// # Errors
 /// The format is unknown, or the beginning is damaged.

@@ -61,7 +61,7 @@ impl Number<'_> {
         Some(if self.text.starts_with('-') { -value } else { value })
     }
 
-    /// Like [`Number::to_f64`].
+    /// Does the same as [`Number::to_f64`] for `f32`.
     fn to_f32(&self) -> Option<f32> {
         let value = self.to_f64()?;
         // Near the middle between two f32, the rounding to f64 has lost which of the two is nearer.

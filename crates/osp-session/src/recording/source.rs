@@ -10,7 +10,7 @@ pub trait EventSource: Send {
 
     /// The line of the last event, without its ending, if the file is a recording in text lines. The line can be copied
     /// unchanged to a recording of the same format. Formats before [`AUTHORS_FORMAT`](super::AUTHORS_FORMAT) can be
-    /// mixed: a line of one of them is valid in any other.
+    /// mixed: a line of any such format is valid in all others.
     fn line(&self) -> Option<&str> {
         None
     }

@@ -57,7 +57,7 @@ impl CameraChoice {
 pub struct Moment {
     /// Number of the frame.
     pub frame: u64,
-    /// Latest head pose: position, world from head.
+    /// Latest head pose: position, and rotation to world space.
     pub head: Option<(Vec3, Quat)>,
     /// Latest sample of the hand.
     pub hand: Option<Vec3>,

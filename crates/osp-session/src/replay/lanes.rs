@@ -110,7 +110,8 @@ pub struct LaneFrame {
     pub in_view: u64,
     /// Fingerprint of the drawn polygons.
     pub drawn: u64,
-    /// Whether the lane had skipped frames before: this frame's times include those frames, its visible set does not.
+    /// Whether the lane had skipped frames before. The times of this frame then include the skipped frames, and its
+    /// visible set does not.
     pub catches_up: bool,
 }
 

@@ -40,7 +40,7 @@ impl Eye {
         }
     }
 
-    /// Its name.
+    /// The eye's name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Left => "left eye",

@@ -215,7 +215,7 @@ impl Groups {
         true
     }
 
-    /// Sets a group's parent, if possible; returns whether it was.
+    /// Sets a group's parent, if possible. Returns whether the parent was set.
     pub(super) fn try_hang(&mut self, group: usize, parent: Option<usize>) -> bool {
         let can = self.groups[group].parent == parent || self.can_hang(Some(group), parent);
         if can {

@@ -80,7 +80,7 @@ impl SceneWork {
 pub struct KnownView {
     /// Position of the eye, world space.
     pub eye: Vec3,
-    /// World from camera (looks along its -z).
+    /// Rotation from the camera, which looks along its -z, to world space.
     pub world_from_view: Quat,
     /// Distance from the eye to the point that the view looks at, metres.
     pub distance_m: f32,
@@ -139,7 +139,7 @@ pub struct Scene {
     pub(super) batches: u64,
     /// Length of the caller's list before the current batch.
     pub(super) batch_start: usize,
-    /// Filled and emptied within one call.
+    /// Working memory of one call: the new polygons.
     pub(super) fresh: Pieces,
     pub(super) repainted: Vec<(u32, Surface)>,
 }

@@ -53,7 +53,7 @@ pub struct Stroke {
     pub(super) is_untold: bool,
     /// Whether the stroke was transformed while it was invisible, without a reported change.
     pub(super) was_displaced_unseen: bool,
-    /// Present until the stroke ends.
+    /// The builder of the stroke, until the stroke ends.
     pub(super) builder: Option<Box<StrokeBuilder>>,
 }
 

@@ -113,8 +113,8 @@ impl Knots {
         Knot { sample, smoothed, size_m: self.width_m * self.brush.size(smoothed) }
     }
 
-    /// The smoothed pressure at the first sample of a stroke. It is 0 for brushes of the old kind. For others it is the
-    /// newest pressure until a second sample is kept.
+    /// The smoothed pressure at the first sample of a stroke. For brushes with the short pressure window it is 0. For
+    /// others it is the newest pressure, until a second sample is kept.
     fn first_pressure(&self, next: &Sample) -> f32 {
         if !self.is_smooth {
             return self.last.map_or(next.pressure, |last| last.sample.pressure);

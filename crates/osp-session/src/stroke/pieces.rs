@@ -84,7 +84,7 @@ impl Pieces {
         &self.fresh
     }
 
-    /// Appends a polygon, unless it is degenerate or out of range, which is counted.
+    /// Appends a polygon. A polygon that is degenerate or out of range is counted instead.
     pub fn push(&mut self, polygon: ConvexPolygon, surface: Surface, drops: &mut Drops) {
         let before = self.fresh.len();
         self.push_all(drops, |out, drops| push_checked(polygon, out, drops));

@@ -15,7 +15,7 @@ fn longest_edge_squared(polygon: &ConvexPolygon) -> f32 {
     (0..v.len()).map(|i| v[i].distance_squared(v[(i + 1) % v.len()])).fold(0.0, f32::max)
 }
 
-/// Appends the polygon, unless it is degenerate or out of range, which is counted.
+/// Appends the polygon. A polygon that is degenerate or out of range is counted instead.
 pub(crate) fn push_checked(polygon: ConvexPolygon, out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
     if polygon.vertices().iter().any(|p| !(p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M)) {
         drops.out_of_range += 1;

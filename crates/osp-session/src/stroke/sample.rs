@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 pub struct Sample {
     /// Position, world space, metres.
     pub position: Vec3,
-    /// World from tracker, unit quaternion.
+    /// Rotation from the tracker to world space, unit quaternion.
     pub orientation: Quat,
     /// Pressure, 0 to 1.
     pub pressure: f32,

@@ -19,7 +19,7 @@ const BOX_HEIGHT: f32 = 0.375;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Section {
-    /// A line.
+    /// A straight line across the ribbon.
     Flat,
     /// A line whose width shrinks to zero at both ends of a segment.
     Tapered,

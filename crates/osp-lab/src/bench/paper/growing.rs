@@ -23,7 +23,8 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Number of consecutive frames that are measured together. The frame before them catches up and does not count.
+/// Number of consecutive frames that are measured together. The frame before them applies the skipped changes
+/// and is not counted.
 const STRETCH: u64 = 10;
 
 /// The name of the frames without insertion.
@@ -54,7 +55,7 @@ impl GrowingFrame {
     }
 }
 
-/// A tree whose insertion tests are counted, or another tree.
+/// A tree whose tests during insertion are counted, or any other tree.
 enum Tree {
     Osp(OspPaper),
     Octree(OctreePaper),
@@ -201,7 +202,7 @@ where
 }
 
 /// Whether a frame is measured, and if so, whether it counts. The measured frames are evenly spaced runs of consecutive
-/// frames from the first frame to the last. The first frame of each run only catches up.
+/// frames from the first frame to the last. The first frame of each run only applies the changes of skipped frames.
 fn measured(frame: u64, frames: u64, most: u64) -> Option<bool> {
     if frames <= most.max(2 * (STRETCH + 1)) {
         return Some(true);

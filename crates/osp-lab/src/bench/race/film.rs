@@ -58,8 +58,8 @@ pub enum FilmError {
 }
 
 /// A film of a finished race, with a pane for each structure. A pane has the growing model, the frame time in large
-/// digits, and a strip chart. Frames that missed 90 Hz stay red on the chart. A frame of the film represents several
-/// consecutive frames of the session, a slice.
+/// digits, and a strip chart. Frames that took longer than at 90 Hz stay red on the chart. A frame of the film
+/// represents several consecutive frames of the session, a slice.
 #[derive(Clone, Debug)]
 pub struct RaceFilm<'a> {
     race: &'a Race,

@@ -39,8 +39,8 @@ impl Racer {
         }
     }
 
-    /// The smaller time of each frame, of this race and of another one. `polygons` are the numbers of polygons after
-    /// each frame.
+    /// Returns for each frame the smaller of the times in this race and in another one. `polygons` are the numbers
+    /// of polygons after each frame.
     pub(super) fn least(&self, other: &Self, polygons: &[u64]) -> Self {
         let mut least = Self { in_view: self.in_view, bytes: self.bytes, ..Self::new(self.name) };
         for ((&ns, &other_ns), &polygons) in self.times_ns.iter().zip(&other.times_ns).zip(polygons) {
@@ -49,12 +49,12 @@ impl Racer {
         least
     }
 
-    /// Takes the number of polygons in view of the frame.
+    /// Stores the number of polygons in view of the last frame.
     pub(super) fn sees(&mut self, in_view: u64) {
         self.in_view = in_view;
     }
 
-    /// Takes the memory of the structure after the last frame.
+    /// Stores the memory of the structure after the last frame, bytes.
     pub(super) fn ends(&mut self, bytes: usize) {
         self.bytes = bytes;
     }
@@ -74,7 +74,7 @@ impl Racer {
         self.missed
     }
 
-    /// Number of polygons in the model at the first such frame.
+    /// Number of polygons in the model at the first frame that took longer than [`Racer::MOST_NS`].
     pub fn first_missed(&self) -> Option<u64> {
         self.first_missed
     }
@@ -89,7 +89,7 @@ impl Racer {
         self.in_view
     }
 
-    /// A time in milliseconds, in as many letters for most times.
+    /// A time as milliseconds, rounded so that most times have the same number of characters.
     pub fn figure_ms(ns: u64) -> String {
         match ns as f64 / 1.0e6 {
             ms if ms < 10.0 => format!("{ms:.3}"),

@@ -94,8 +94,8 @@ impl Race {
         self.present.last().copied().unwrap_or(0)
     }
 
-    /// The shorter time of each frame, of this race and of another one with the same input. The work is the same, so in
-    /// the longer frame other programs used the core.
+    /// Returns for each frame the smaller of the times in this race and in another race with the same input. Both do
+    /// the same work. So the longer time includes work of other programs on the same core.
     #[must_use]
     pub fn least(self, other: &Self) -> Self {
         let pairs = self.racers.iter().zip(&other.racers);
@@ -109,8 +109,8 @@ impl Race {
     }
 }
 
-/// A race that is on. A frame is insertion, commit and culling for the session's own view; nothing is drawn. One thread does
-/// everything, and another structure begins each frame.
+/// A race that is being played. A frame is insertion, commit and culling for the session's own view; nothing is drawn.
+/// One thread runs all structures. Each frame begins with another structure.
 #[derive(Debug)]
 pub struct RaceRun<I> {
     race: Race,
@@ -134,11 +134,11 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
         Self { race, replay: Replay::new(Player::new(events, input.pace), input.camera.0, lanes) }
     }
 
-    /// Plays the next frame through all structures. `false`: the race has ended.
+    /// Plays the next frame through all structures. Returns `false` if the race has ended.
     ///
     /// # Errors
-    /// The recording is damaged here, or two structures do not see the same polygons; [`RaceRun::race`] contains the frame
-    /// in which they differ.
+    /// The recording is damaged here, or two structures find different polygons in view. [`RaceRun::race`] contains the
+    /// frame in which they differ.
     pub fn step(&mut self) -> Result<bool, RaceError> {
         let race = &mut self.race;
         let Some(outcomes) = self.replay.step()? else {

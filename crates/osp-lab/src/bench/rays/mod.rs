@@ -2,8 +2,9 @@
 //! any hit, the polygons in a box, and the polygons nearest to a point. Further measurements are two traversal orders
 //! of a ray, and the degradation of a tree whose boxes are refitted as polygons move.
 //!
-//! Times are those of a structure's own query, in turns with the reference's. Nodes and boxes of a ray are counted by
-//! one traversal that is the same for all ([`outline`]). So the counts compare the trees and not the code.
+//! The times are those of a structure's own query and of the reference's, measured in turns. Nodes and boxes of a ray
+//! are counted by one traversal that is the same for all ([`outline`]). So the counts compare the trees and not the
+//! code.
 
 mod model;
 mod moves;

@@ -41,7 +41,7 @@ struct OutlineNode {
     polygons: Range<u32>,
 }
 
-/// See [the module](self). The first node is not one of the structure: it surrounds all others.
+/// See [the module](self). The first node does not belong to the structure; it contains all others.
 #[derive(Clone, Debug)]
 pub(super) struct Outline {
     nodes: Vec<OutlineNode>,

@@ -25,7 +25,7 @@ pub(super) struct HistoryStroke {
     pub(super) deletion_time: Option<Seconds>,
 }
 
-/// `raw_data`.
+/// The contents of a `raw_data` file.
 #[derive(Default)]
 pub(super) struct RawData {
     pub(super) states: Vec<State>,

@@ -76,7 +76,8 @@ impl Fault {
 }
 
 impl Obj {
-    /// A line of the file. A `\` at its end appends the next line.
+    /// Reads the next line of the file. A `\` at its end appends the line after it. `None` at the end of the
+    /// file.
     fn next_line(&mut self) -> Result<Option<String>, RecordingError> {
         let Some(mut line) = self.lines.next_line()? else { return Ok(None) };
         // A comment is never continued, even if it ends in `\`.

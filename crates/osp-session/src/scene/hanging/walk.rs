@@ -13,7 +13,8 @@ use super::{
 };
 
 impl Hangings {
-    /// Walks along the timeline. Returns `false` if rebuilding all parents costs less than the rest of the walk.
+    /// Processes the queued groupings in order of time. Returns `false` if rebuilding all parents costs less
+    /// than the rest of the walk.
     pub(super) fn walk_through(&mut self, groups: &Groups, scratch: &mut Scratch) -> bool {
         let edits = self.outdated.iter().map(|(&time, &(group, _))| (time, group));
         let edits = edits.chain(self.fresh.iter().map(|(&time, &group)| (time, group)));
