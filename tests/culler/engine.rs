@@ -1,5 +1,6 @@
 //! The culler as an engine takes it: own numbers, own geometry, no feature needed.
 
+mod append;
 mod cameras;
 mod culler;
 mod hiding;
