@@ -114,8 +114,15 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     if let Some(output) = html {
         output.write(bench::page(&report).as_bytes())?;
     }
-    let length = if args.all { Length::All } else { Length::Short };
-    say(&if args.json { report.to_json() } else { report.to_text(length) })?;
+    let text = match (&args.html, args.all) {
+        _ if args.json => report.to_json(),
+        (_, true) => report.to_text(Length::All),
+        (None, false) => report.to_text(Length::Short),
+        (Some(page), false) => {
+            format!("{}\nTables and charts: {}", report.to_text(Length::Verdict), page.display())
+        }
+    };
+    say(&text)?;
     Ok(if report.rows.faults.is_empty() { Outcome::Done } else { Outcome::CheckFailed })
 }
 

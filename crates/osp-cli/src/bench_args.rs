@@ -102,7 +102,7 @@ pub(super) struct BenchArgs {
     /// Print one JSON object instead of the tables.
     #[arg(long)]
     pub(super) json: bool,
-    /// Write one HTML page with tables and charts.
+    /// Write one HTML page with tables and charts. The terminal then shows the verdict alone, unless --all is given.
     #[arg(long, value_name = "FILE")]
     pub(super) html: Option<PathBuf>,
     /// Let an output replace a file of another kind, even a session, but never a file that is read.

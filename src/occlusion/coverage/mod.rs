@@ -25,28 +25,28 @@
 //! # Why a covered pixel is covered
 //! Let `S` be the facets of one surface in a tile, `p` a pixel of it (closed), and `s` its sample.
 //! 1. *Degree.* Each facet is turned counterclockwise and convex (`set_outline`, in whole numbers). A pair of triangles
-//!   has the outline of both, without the edge that they share. So at a point off its edges its winding number is 0 or
-//!   1, and 1 inside. The sum over `S`, the degree, counts the facets above a point. It is the winding number of the
-//!   sum of all outlines. In this sum, an edge that two neighbours share cancels, because they pass it in opposite
-//!   directions. Only open edges remain, and edges whose neighbour is not in `S`.
+//!    has the outline of both, without the edge that they share. So at a point off its edges its winding number is 0 or
+//!    1, and 1 inside. The sum over `S`, the degree, counts the facets above a point. It is the winding number of the
+//!    sum of all outlines. In this sum, an edge that two neighbours share cancels, because they pass it in opposite
+//!    directions. Only open edges remain, and edges whose neighbour is not in `S`.
 //! 2. *Only open edges come near.* If an edge comes within `MARGIN` of the tile, the neighbouring facet does, too. So
-//!   this facet has an entry there (`reach`), unless it fills the whole tile (`whole`, by twice the margin). In that
-//!   case its edge is not near the tile. Facets whose entries found no room break the tile, which then hides nothing.
+//!    this facet has an entry there (`reach`), unless it fills the whole tile (`whole`, by twice the margin). In that
+//!    case its edge is not near the tile. Facets whose entries found no room break the tile, which then hides nothing.
 //! 3. *Rounding.* Each corner differs from its exact position by at most `MARGIN`, across and up: half a step, and
-//!   `KNOWN` for the projection. Move all corners from their rounded to their exact positions along straight lines.
-//!   Each edge stays within `MARGIN` of its rounded position, so no open edge meets `p` during the motion. The degree
-//!   at a point of `p` changes only where an edge that does not cancel passes it. So the degree does not change, and is
-//!   equal at all points of `p`.
+//!    `KNOWN` for the projection. Move all corners from their rounded to their exact positions along straight lines.
+//!    Each edge stays within `MARGIN` of its rounded position, so no open edge meets `p` during the motion. The degree
+//!    at a point of `p` changes only where an edge that does not cancel passes it. So the degree does not change, and is
+//!    equal at all points of `p`.
 //! 4. At `s` the degree is at least 1, because a sample counts only strictly inside a facet, by `INSIDE`, and no
-//!   winding number is negative. So at the end, each point of `p` lies in the picture of at least one real polygon of
-//!   `S`, beyond the near plane. A renderer may draw a bent polygon by either diagonal: both have the same outline, so
-//!   the same degree. But the border of a bent polygon at the near plane depends on the diagonal. So a quad that is cut
-//!   there is filled as the two triangles that [`ConvexPolygon`](crate::polygon::ConvexPolygon) has, which are
-//!   neighbours along the diagonal.
+//!    winding number is negative. So at the end, each point of `p` lies in the picture of at least one real polygon of
+//!    `S`, beyond the near plane. A renderer may draw a bent polygon by either diagonal: both have the same outline, so
+//!    the same degree. But the border of a bent polygon at the near plane depends on the diagonal. So a quad that is cut
+//!    there is filled as the two triangles that [`ConvexPolygon`](crate::polygon::ConvexPolygon) has, which are
+//!    neighbours along the diagonal.
 //! 5. *Depth.* This polygon has a facet in `S`. The facet's bound holds for all depths of the polygon in the tile. It
-//!   is the polygon's plane, moved back to the farthest corner, or the depth of this corner. The plane of a pair is
-//!   that of one triangle, pushed back to the farthest corner of the other. The surface takes the farthest bound of all
-//!   its facets.
+//!    is the polygon's plane, moved back to the farthest corner, or the depth of this corner. The plane of a pair is
+//!    that of one triangle, pushed back to the farthest corner of the other. The surface takes the farthest bound of all
+//!    its facets.
 //!
 //! Any part of the surfaces may be left out: an edge whose neighbour is left out is open. So budgets, facets without
 //! area or convex outline, and corners too far to the side only reduce the number of hidden objects. A layer of several

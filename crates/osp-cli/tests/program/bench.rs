@@ -174,6 +174,18 @@ fn the_text_is_short_and_all_of_it_is_there_when_it_is_asked_for() {
 }
 
 #[test]
+fn with_a_page_the_terminal_has_the_verdict_alone() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let page = folder.path().join("bench.html").to_str().expect("utf-8").to_owned();
+    let session = session(folder.path());
+    let args = ["bench", &session, "--quick", "--no-growth", "--no-rays", "--pace", "samples:32"];
+    let text = OSP.done([&args[..], &["--index", "bvh-sah", "--html", &page]].concat());
+    assert!(text.lines().count() <= 20, "{text}");
+    assert!(text.contains("times as long") && text.contains(&page), "{text}");
+    assert!(!text.contains("Sessions: "), "{text}");
+}
+
+#[test]
 fn wrong_use_is_refused_before_anything_is_measured() {
     for args in [
         &["bench", "--no-growth"][..],

@@ -20,6 +20,8 @@ pub struct BenchReport {
 /// The extent of a printed report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Length {
+    /// The verdict alone, for a report whose tables are on a page.
+    Verdict,
     /// The verdict, and one summary table per part.
     Short,
     /// Additionally every table.
@@ -48,6 +50,9 @@ impl BenchReport {
     pub fn to_text(&self, length: Length) -> String {
         let mut parts = vec![self.machine.text()];
         parts.extend(self.verdict());
+        if length == Length::Verdict {
+            return parts.join("\n");
+        }
         let summary = self.rows.summary(&self.reference, |part| !is_paper(part));
         if !summary.is_empty() {
             parts.push(format!(

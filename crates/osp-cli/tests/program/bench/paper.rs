@@ -117,7 +117,7 @@ fn the_page_and_the_text_have_the_chapters() {
         "--pace",
         "samples:8",
     ];
-    let more = ["--depth", "3,9", "--html", html.to_str().expect("utf-8")];
+    let more = ["--depth", "3,9", "--all", "--html", html.to_str().expect("utf-8")];
     let report = OSP.done([&args[..], &more].concat());
     for words in
         ["Sessions: ", "Fig. 20", "planes", "(not conservative)", "octree-paper", "Nothing was drawn"]
