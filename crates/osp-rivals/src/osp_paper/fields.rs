@@ -6,7 +6,7 @@ use osp::{math::Aabb, polygon::PolygonId};
 pub struct OspPaperNode<'a> {
     /// `OSPBox`, metres.
     pub bounds: Aabb,
-    /// `Depth`: 0 at the root.
+    /// `Depth`, in binary levels: 0 at the root.
     pub depth: u32,
     /// `state`: the axis that the node's plane cuts; 0 is x, 1 is y, 2 is z.
     pub axis: usize,

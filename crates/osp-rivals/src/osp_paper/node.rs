@@ -29,7 +29,7 @@ pub(super) struct OspNode {
     pub(super) is_subnode: bool,
     /// `state`: the orientation of the node's plane.
     pub(super) state: State,
-    /// `Depth`: 0 at the root.
+    /// `Depth`, in binary levels: 0 at the root.
     pub(super) depth: u32,
     /// `Centerpoint`.
     pub(super) center: Vec3,

@@ -1,6 +1,6 @@
 //! glTF 2.0, `.glb` and `.gltf` ("glTF 2.0 Specification", Khronos Group, 2021): each triangle becomes a
 //! [`Polygon`](Event::Polygon) at time 0. Each node with a mesh in its subtree becomes a group with the node's name and
-//! transform.
+//! transform. There are no instances: a mesh that two nodes share becomes two copies of its polygons.
 //!
 //! Two consecutive coplanar triangles that share an edge become one quad, which looks the same. Axes and units need no
 //! conversion (+y up, metres, a camera looks along its -z). A [`Transform`](crate::recording::Transform) has one scale.
