@@ -26,7 +26,7 @@
 //!   planes are perpendicular to the axes, so all vertices are in front if the least coordinate is. The box therefore gives
 //!   the same result as the vertices, bit for bit.
 //! * **`Depth` counts binary levels.** The paper gives the three steps of one cycle (YZ, XZ, XY) the same depth. Here each
-//!   step is a level, so the paper's maximum depth `d` is `3 d` levels, and a depth that is no multiple of 3 ends in the
+//!   step is a level, so the paper's maximum depth `d` is `3 d` levels. A depth that is no multiple of 3 ends in the
 //!   middle of a cycle.
 //! * **`IsFrustumCull` is left out.** The paper marks culled nodes in the tree. Here a query does not change the tree; its
 //!   result goes to the draw list or to the visitor.
