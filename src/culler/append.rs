@@ -29,13 +29,17 @@ impl<K: Key> Culler<K> {
     /// ```
     pub fn append(&mut self, mut other: Self) {
         other.commit();
+        let refused: Vec<_> = other.refused.drain(..).chain(other.refused_since.drain(..)).collect();
         if self.has_nothing() {
+            // The refusals of `self` stay its own.
+            std::mem::swap(&mut self.refused, &mut other.refused);
+            std::mem::swap(&mut self.refused_since, &mut other.refused_since);
             std::mem::swap(self, &mut other);
             self.views.begin(0);
         } else {
             self.insert_all(&other);
         }
-        for (key, why) in other.refused.drain(..).chain(other.refused_since.drain(..)) {
+        for (key, why) in refused {
             self.refuse(key, why);
         }
     }

@@ -90,10 +90,8 @@ pub(crate) fn check_visibility(
         let window = place.and_then(|(projection, transform)| window(camera, projection, transform));
         let has_shadows = window.is_some_and(|window| shadows.build(&window, layers, &occluders));
         let test = ViewTest {
-            view,
+            conditions: Conditions { view, layers, ranges },
             frustum: (!no_cpu_culling).then_some(frustum),
-            layers,
-            ranges,
             shadows: has_shadows.then_some(&*shadows),
         };
         let candidates =
@@ -124,13 +122,36 @@ fn touch(item: &CheckedItem<'_, '_>) -> u32 {
         ^ item.class.map_or(0, |class| class.len() as u32)
 }
 
+/// The conditions of a view, or of a light for a view, that do not depend on an entity's box.
+pub(crate) struct Conditions<'a> {
+    pub(crate) view: Entity,
+    pub(crate) layers: &'a RenderLayers,
+    pub(crate) ranges: Option<&'a VisibleEntityRanges>,
+}
+
+impl Conditions<'_> {
+    /// Whether an entity fulfils the conditions of Bevy's systems: inherited visibility, layers, and the range of distances.
+    #[inline]
+    pub(crate) fn admit(
+        &self,
+        entity: Entity,
+        inherited: &InheritedVisibility,
+        layers: Option<&RenderLayers>,
+        has_range: bool,
+    ) -> bool {
+        let is_out_of_range =
+            |ranges: &VisibleEntityRanges| !ranges.entity_is_in_range_of_view(entity, self.view);
+        inherited.get()
+            && self.layers.intersects(layers.unwrap_or_default())
+            && !(has_range && self.ranges.is_some_and(is_out_of_range))
+    }
+}
+
 /// The data of one view that entities are tested against.
 struct ViewTest<'a> {
-    view: Entity,
+    conditions: Conditions<'a>,
     /// `None` if the view sees everything.
     frustum: Option<&'a Frustum>,
-    layers: &'a RenderLayers,
-    ranges: Option<&'a VisibleEntityRanges>,
     /// The shadows of the view's occluders.
     shadows: Option<&'a Shadows>,
 }
@@ -152,12 +173,7 @@ impl ViewTest<'_> {
     /// Whether the view sees an entity, by the conditions of Bevy's system, with its own tests of volumes.
     #[inline]
     fn sees(&self, item: &CheckedItem<'_, '_>) -> bool {
-        if !item.inherited_visibility.get() || !self.layers.intersects(item.layers.unwrap_or_default()) {
-            return false;
-        }
-        let is_out_of_range =
-            |ranges: &VisibleEntityRanges| !ranges.entity_is_in_range_of_view(item.entity, self.view);
-        if item.has_range && self.ranges.is_some_and(is_out_of_range) {
+        if !self.conditions.admit(item.entity, item.inherited_visibility, item.layers, item.has_range) {
             return false;
         }
         let Some(frustum) = self.frustum.filter(|_| !item.no_frustum_culling) else { return true };

@@ -20,7 +20,7 @@ use bevy_mesh::Mesh3d;
 use bevy_transform::components::GlobalTransform;
 use bevy_utils::Parallel;
 
-use crate::{bounds::CASCADE_PLANES, culling::OspCulling, settings::OspCullingSettings};
+use crate::{bounds::CASCADE_PLANES, check::Conditions, culling::OspCulling, settings::OspCullingSettings};
 
 /// The components of an entity that the check needs, the same as in Bevy's system.
 #[derive(QueryData)]
@@ -83,7 +83,7 @@ pub(crate) fn check_cascades(
             let lists = visible.entities.entry(*view).or_default();
             lists.resize(frusta.len(), VisibleMeshEntities::default());
             lists.iter_mut().for_each(|list| list.entities.clear());
-            let test = Test { view: *view, layers: layers.unwrap_or_default(), ranges };
+            let conditions = Conditions { view: *view, layers: layers.unwrap_or_default(), ranges };
             let mut by_pass = Vec::new();
             for (number, frustum) in frusta.iter().enumerate() {
                 let Some(candidates) = culling.candidates(&settings, frustum, &CASCADE_PLANES) else {
@@ -91,7 +91,7 @@ pub(crate) fn check_cascades(
                     continue;
                 };
                 candidates.for_each(&mut casters, of_cascade, touch, |caster, list| {
-                    if has_box(&caster) && test.casts(&caster) && test.reaches(&caster, frustum) {
+                    if has_box(&caster) && casts(&conditions, &caster) && reaches(&caster, frustum) {
                         list.push(caster.entity);
                     }
                 });
@@ -99,11 +99,11 @@ pub(crate) fn check_cascades(
                 let list = &mut lists[number].entities;
                 of_cascade.iter_mut().for_each(|found| list.append(found));
                 let others =
-                    unbounded.iter().filter(|caster| test.casts(caster) && test.reaches(caster, frustum));
+                    unbounded.iter().filter(|caster| casts(&conditions, caster) && reaches(caster, frustum));
                 list.extend(others.map(|caster| caster.entity));
             }
             if !by_pass.is_empty() {
-                pass(&test, frusta, &by_pass, &casters, of_pass, lists);
+                pass(&conditions, frusta, &by_pass, &casters, of_pass, lists);
                 culling.counts_mut().cascades_by_pass += by_pass.len();
             }
             for list in lists {
@@ -114,7 +114,8 @@ pub(crate) fn check_cascades(
         }
     }
     if !seen.is_empty() {
-        // Deferred, as in Bevy, so that the system runs beside that of point lights.
+        // A command sets the visibility later, as in Bevy: so the system of point lights, which sets it, too, can run at the
+        // same time.
         commands.queue(move |world: &mut World| {
             let mut query = world.query::<&mut ViewVisibility>();
             let mut seen = query.iter_many_mut(world, &seen);
@@ -127,7 +128,7 @@ pub(crate) fn check_cascades(
 
 /// Tests all entities against the cascades with these numbers.
 fn pass(
-    test: &Test<'_>,
+    conditions: &Conditions<'_>,
     frusta: &[Frustum],
     numbers: &[usize],
     casters: &Query<'_, '_, Caster, IsCaster>,
@@ -141,11 +142,11 @@ fn pass(
         queue
     };
     casters.par_iter().for_each_init(queue, |queue, caster| {
-        if !test.casts(&caster) {
+        if !casts(conditions, &caster) {
             return;
         }
         for (number, list) in numbers.iter().zip(queue.iter_mut()) {
-            if test.reaches(&caster, &frusta[*number]) {
+            if reaches(&caster, &frusta[*number]) {
                 list.push(caster.entity);
             }
         }
@@ -168,27 +169,14 @@ fn has_box(caster: &CasterItem<'_, '_>) -> bool {
     caster.aabb.is_some() && caster.transform.is_some()
 }
 
-/// The data of one light and view that entities are tested against.
-struct Test<'a> {
-    view: Entity,
-    layers: &'a RenderLayers,
-    ranges: Option<&'a VisibleEntityRanges>,
+/// Whether an entity casts shadows for the view of these conditions, wherever it is.
+fn casts(conditions: &Conditions<'_>, caster: &CasterItem<'_, '_>) -> bool {
+    conditions.admit(caster.entity, caster.inherited_visibility, caster.layers, caster.has_range)
 }
 
-impl Test<'_> {
-    /// Whether an entity casts shadows for the view, wherever it is.
-    fn casts(&self, caster: &CasterItem<'_, '_>) -> bool {
-        let is_out_of_range =
-            |ranges: &VisibleEntityRanges| !ranges.entity_is_in_range_of_view(caster.entity, self.view);
-        caster.inherited_visibility.get()
-            && self.layers.intersects(caster.layers.unwrap_or_default())
-            && !(caster.has_range && self.ranges.is_some_and(is_out_of_range))
-    }
-
-    /// Whether the box of an entity reaches into a cascade. The near plane culls nothing, because a thing in front of it
-    /// casts shadows, too.
-    fn reaches(&self, caster: &CasterItem<'_, '_>, frustum: &Frustum) -> bool {
-        let (Some(aabb), Some(transform)) = (caster.aabb, caster.transform) else { return true };
-        caster.no_frustum_culling || frustum.intersects_obb(aabb, &transform.affine(), false, true)
-    }
+/// Whether the box of an entity reaches into a cascade. The near plane culls nothing, because a thing in front of it
+/// casts shadows, too.
+fn reaches(caster: &CasterItem<'_, '_>, frustum: &Frustum) -> bool {
+    let (Some(aabb), Some(transform)) = (caster.aabb, caster.transform) else { return true };
+    caster.no_frustum_culling || frustum.intersects_obb(aabb, &transform.affine(), false, true)
 }

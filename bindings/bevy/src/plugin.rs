@@ -1,7 +1,7 @@
 use bevy_app::{App, Plugin, PostUpdate};
 use bevy_camera::visibility::{VisibilityPlugin, VisibilitySystems, check_visibility_cpu_culling};
 use bevy_ecs::{
-    schedule::{IntoScheduleConfigs, ScheduleCleanupPolicy},
+    schedule::{IntoScheduleConfigs, IntoSystemSet, ScheduleCleanupPolicy},
     system::{CombinatorSystem, Combine, IntoSystem, RunSystemError, System, SystemIn},
 };
 #[cfg(feature = "light")]
@@ -61,40 +61,21 @@ fn replace(app: &mut App) {
     if app.world().resource::<OspCulling>().is_in_place() {
         return;
     }
-    let removed = app.remove_systems_in_set(
-        PostUpdate,
-        check_visibility_cpu_culling,
-        ScheduleCleanupPolicy::RemoveSystemsOnly,
-    );
-    if removed.is_ok_and(|systems| systems > 0) {
-        // A combined system is in the sets of both, so the order relative to Bevy's function stays.
-        let system = CombinatorSystem::<SecondOnly, _, _>::new(
-            IntoSystem::into_system(check_visibility_cpu_culling),
-            IntoSystem::into_system(check_visibility),
-            DebugName::borrowed("bevy_osp::check_visibility"),
-        );
+    let name = "bevy_osp::check_visibility";
+    if let Some(system) = in_place_of(app, check_visibility_cpu_culling, check_visibility, name) {
         app.add_systems(PostUpdate, system.in_set(VisibilitySystems::CheckVisibility));
         app.world_mut().resource_mut::<OspCulling>().set_in_place();
     }
 }
 
-/// Puts the system for cascades in place of Bevy's, if the app has Bevy's lights.
+/// Puts the system for cascades in place of Bevy's, if the app has Bevy's lights, unless that has been done.
 #[cfg(feature = "light")]
 fn replace_lights(app: &mut App) {
     if app.world().resource::<OspCulling>().are_lights_in_place || !app.is_plugin_added::<LightPlugin>() {
         return;
     }
-    let removed = app.remove_systems_in_set(
-        PostUpdate,
-        check_dir_light_mesh_visibility,
-        ScheduleCleanupPolicy::RemoveSystemsOnly,
-    );
-    if removed.is_ok_and(|systems| systems > 0) {
-        let system = CombinatorSystem::<SecondOnly, _, _>::new(
-            IntoSystem::into_system(check_dir_light_mesh_visibility),
-            IntoSystem::into_system(check_cascades),
-            DebugName::borrowed("bevy_osp::check_cascades"),
-        );
+    let name = "bevy_osp::check_cascades";
+    if let Some(system) = in_place_of(app, check_dir_light_mesh_visibility, check_cascades, name) {
         // The places that `LightPlugin` gives to Bevy's system.
         let system = system
             .in_set(SimulationLightSystems::CheckLightVisibility)
@@ -106,6 +87,28 @@ fn replace_lights(app: &mut App) {
         app.add_systems(PostUpdate, system);
         app.world_mut().resource_mut::<OspCulling>().are_lights_in_place = true;
     }
+}
+
+/// Removes Bevy's system; returns the plugin's, or `None` if the app does not have Bevy's.
+fn in_place_of<A, B, InA, InB, SetA>(
+    app: &mut App,
+    bevys: A,
+    ours: B,
+    name: &'static str,
+) -> Option<CombinatorSystem<SecondOnly, A::System, B::System>>
+where
+    A: IntoSystem<(), (), InA> + IntoSystemSet<SetA> + Copy,
+    B: IntoSystem<(), (), InB>,
+{
+    let removed = app.remove_systems_in_set(PostUpdate, bevys, ScheduleCleanupPolicy::RemoveSystemsOnly);
+    // A combined system is in the sets of both, so the order relative to Bevy's function stays.
+    removed.is_ok_and(|systems| systems > 0).then(|| {
+        CombinatorSystem::new(
+            IntoSystem::into_system(bevys),
+            IntoSystem::into_system(ours),
+            DebugName::borrowed(name),
+        )
+    })
 }
 
 /// Runs only the second of two systems.

@@ -38,7 +38,7 @@ impl Default for Navigator {
 }
 
 impl Navigator {
-    /// Sets the vertical field of view; `None` is that of a session without a camera.
+    /// Sets the vertical field of view, degrees. `None` sets the default.
     pub(super) fn set_fov(&mut self, fov_degrees: Option<f32>) {
         self.fov_degrees = fov_degrees.unwrap_or(FOV_DEGREES).clamp(FOVS_DEGREES.0, FOVS_DEGREES.1);
     }

@@ -83,7 +83,7 @@ pub struct OcclusionSteps {
     seen: Option<View>,
     /// Whether `look` does not belong to the view, the model or the settings any more.
     is_stale: bool,
-    /// Whether the last frame changed what the panel shows.
+    /// Whether the last frame has found steps that the panel does not show yet.
     is_new: bool,
 }
 
@@ -149,7 +149,7 @@ impl OcclusionSteps {
         self.look.as_ref().map(|look| look.step.structure())
     }
 
-    /// One line on what the step does.
+    /// Describes the step in one line.
     pub fn line(&self) -> Option<String> {
         self.look.as_ref().map(|look| look.view.line(&look.step))
     }

@@ -116,14 +116,9 @@ impl Mp4File {
             return Err(io::Error::other("the encoder left out a picture"));
         }
         let is_first = self.position == self.muxer.initial_boxes_bytes().len() as u64;
-        let sample_entry = match is_first {
-            true => {
-                let config = H264SampleEntryConfig { length_size: LengthSize::FourBytes };
-                let entry = build_avc1_box_from_annexb(&stream, &config).map_err(io::Error::other)?;
-                Some(SampleEntry::Avc1(entry))
-            }
-            false => None,
-        };
+        let config = H264SampleEntryConfig { length_size: LengthSize::FourBytes };
+        let entry = is_first.then(|| build_avc1_box_from_annexb(&stream, &config)).transpose();
+        let sample_entry = entry.map_err(io::Error::other)?.map(SampleEntry::Avc1);
         self.file.write_all(&bytes)?;
         self.muxer
             .append_sample(&Sample {

@@ -51,8 +51,7 @@ struct Slots {
 }
 
 impl Slots {
-    /// Number of ids of a chunk. Large chunks of zeros come from the system without a write. If this is
-    /// smaller, some systems write the zeros at once.
+    /// Number of ids of a chunk. Some systems write the zeros of smaller chunks at once, not on first use.
     const CHUNK: usize = 1 << 16;
 
     fn with_room_for(ids: usize) -> Self {

@@ -72,12 +72,16 @@ where
             }
             other
         });
+        culler.set(key(8000), [[f32::NAN; 3], [1.0; 3]]);
         culler.append(other.join().expect("a filled culler"));
         assert_eq!(culler.len(), expected.len());
         let [all, drawn] = seen(&mut expected);
         assert!(drawn.len() < all.len(), "walls hide something");
         assert_eq!(seen(&mut culler), [all, drawn], "{is_first_full} {commits}");
-        assert!(culler.refused().any(|(of, why)| of == key(7000) && matches!(why, Refusal::Bounds(_))));
+        for number in [7000, 8000] {
+            let is_of = |(of, why)| of == key(number) && matches!(why, Refusal::Bounds(_));
+            assert!(culler.refused().any(is_of), "{number}");
+        }
         for i in [0, 399, 400, 599, 999, 5000, 6000, 7000] {
             assert_eq!(culler.bounds(key(i)), expected.bounds(key(i)), "{i}");
         }

@@ -17,7 +17,7 @@ use osp_lab::{
 /// Size of the picture of the tree, points.
 const TREE: (u32, u32) = (360, 84);
 
-/// Shows the buttons to go from step to step, what the step does, the occluders, and the tree.
+/// Shows buttons for the steps, the description of the step, the occluders and the tree.
 pub(super) fn show(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, wishes: &mut Wishes) {
     ui.horizontal(|ui| {
         ui.vertical(|ui| rows(ui, steps, is_frozen, wishes));

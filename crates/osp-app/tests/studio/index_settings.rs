@@ -80,7 +80,7 @@ fn settings_take_effect_when_they_are_applied() {
     assert_eq!(settings(&harness), IndexSettings { cut_nodes: CutNodes::Drawn, ..smaller });
     assert!(drawn(&harness) >= all);
 
-    // The settings stay with another index, which ignores what it does not have.
+    // The settings are kept if the index changes. An index ignores the settings of other indexes.
     harness.command(Command::Index(IndexKind::KdTree));
     assert_eq!(
         harness.get_by_role_and_label(Role::Slider, "leaf").accesskit_node().numeric_value(),
