@@ -16,7 +16,7 @@ const MOST_RUNS = 100;
 const count = (number) => number.toLocaleString('en-US');
 
 let worker = null;
-let [structures, mostNs, stepNs] = [[], 0, 0];
+let [structures, mostNs, stepNs, pictureWidth] = [[], 0, 0, 1];
 /// `idle`, `running`, `paused`, or `ended`.
 let state = 'idle';
 let [frames, latest] = [0, null];
@@ -35,6 +35,9 @@ addEventListener('unhandledrejection', ({ reason }) => complain(String(reason?.m
 
 class Pane {
   times = [];
+  /// The frame at which the structure is ready for the next one. A frame of 12 ms takes two.
+  readyAt = 0;
+  isFrozen = false;
 
   constructor(name) {
     this.element = byId('pane').content.firstElementChild.cloneNode(true);
@@ -55,6 +58,25 @@ class Pane {
     return this.choice.value;
   }
 
+  /// Adds the time of a frame. While a frame is late, the picture stands still.
+  add(frame, ns) {
+    this.times.push(ns);
+    this.isFrozen = frame < this.readyAt || ns > mostNs;
+    if (frame >= this.readyAt) this.readyAt = frame + Math.ceil(ns / mostNs);
+  }
+
+  begin() {
+    this.times = [];
+    this.readyAt = 0;
+    this.isFrozen = false;
+  }
+
+  showPicture(picture) {
+    const canvas = this.find('.model');
+    [canvas.width, canvas.height] = [picture.width, picture.height];
+    canvas.getContext('2d').putImageData(picture, 0, 0);
+  }
+
   showFigures({ figure, ns, inView, missed, longest }, polygons) {
     const put = (of, text) => (this.find(of).textContent = text);
     put('.time', ns < stepNs ? `< ${Number((stepNs / 1e6).toPrecision(2))}` : figure);
@@ -67,7 +89,9 @@ class Pane {
   }
 
   clear() {
-    this.times = [];
+    this.begin();
+    const canvas = this.find('.model');
+    canvas.getContext('2d').clearRect(0, 0, canvas.width, canvas.height);
     for (const of of ['.time', '.longest']) this.find(of).textContent = '–';
     for (const of of ['.polygons', '.in-view']) this.find(of).textContent = '0';
     this.find('.mark').textContent = '';
@@ -75,7 +99,8 @@ class Pane {
   }
 
   draw() {
-    drawStrip(this.find('canvas'), { times: this.times, frames, mostNs, stepNs });
+    this.element.classList.toggle('frozen', this.isFrozen && state === 'running');
+    drawStrip(this.find('.strip'), { times: this.times, frames, mostNs, stepNs });
   }
 }
 
@@ -120,21 +145,26 @@ function redraw() {
 }
 
 function receive(data) {
-  if (data.structures) ({ structures, mostNs, stepNs } = data);
+  if (data.structures) ({ structures, mostNs, stepNs, pictureWidth } = data);
   if (data.frames !== undefined) frames = data.frames;
   for (const frame of data.latest ?? []) {
     // After a failure the latest frame comes again.
     if (latest && frame.run === latest.run && frame.frame <= latest.frame) continue;
-    if (frame.run !== latest?.run) for (const pane of panes) pane.times = [];
+    if (frame.run !== latest?.run) for (const pane of panes) pane.begin();
     latest = frame;
-    frame.racers.forEach(({ ns }, at) => panes[at].times.push(ns));
+    frame.racers.forEach(({ ns }, at) => panes[at].add(frame.frame, ns));
+  }
+  if (data.picture) {
+    const picture = new ImageData(new Uint8ClampedArray(data.picture.buffer), pictureWidth);
+    // The last picture is the finished model, for all.
+    for (const pane of panes) if (!pane.isFrozen || data.verdict) pane.showPicture(picture);
   }
   if (data.least && latest) {
     latest = { ...latest, racers: data.least.racers };
     data.least.racers.forEach(({ times }, at) => (panes[at].times = times));
   }
   if (data.verdict) {
-    verdict.textContent = data.verdict;
+    verdict.textContent = `${data.verdict} All saw the same polygons in every frame: fingerprint ${data.fingerprint}.`;
     verdict.hidden = false;
   }
   if (data.failure) complain(`The race has ended: ${data.failure}`);

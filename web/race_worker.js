@@ -1,10 +1,12 @@
 // A worker of the race's page: plays a session through all structures on this one thread, frame by frame, and sends the figures of
-// each frame. After several runs it sends the least time of each frame.
+// each frame, and now and then a picture of the model. After several runs it sends the least time of each frame.
 import init, * as osp from './osp_web_bench.js';
 
 const FRAME_MS = 1000 / 90;
 /// Without pauses: time between two messages.
 const SLICE_MS = 16;
+/// Time between two pictures of the model.
+const PICTURE_MS = 30;
 /// Polygons and samples in a frame of the race that is not counted.
 const WARMING = [2000, 16];
 
@@ -14,6 +16,15 @@ let isPaced = true;
 /// When the next frame begins.
 let due = 0;
 let timer = null;
+let pictured = -Infinity;
+
+/// The model, if the last picture is old enough. Drawing it belongs to no structure's time.
+function picture(isLast) {
+  const now = performance.now();
+  if (!isLast && now < pictured + PICTURE_MS) return undefined;
+  pictured = now;
+  return race.picture();
+}
 
 function run() {
   const latest = [];
@@ -21,7 +32,7 @@ function run() {
   const since = performance.now();
   try {
     do {
-      if (!race.step()) end = { verdict: race.verdict(), least: JSON.parse(race.least()) };
+      if (!race.step()) end = { verdict: race.verdict(), fingerprint: race.fingerprint(), least: JSON.parse(race.least()) };
       else latest.push(JSON.parse(race.latest()));
     } while (!end && !isPaced && performance.now() < since + SLICE_MS);
   } catch (error) {
@@ -29,7 +40,9 @@ function run() {
     if (!(error instanceof WebAssembly.RuntimeError)) latest.push(JSON.parse(race.latest()));
     end = { failure: String(error.message ?? error) };
   }
-  postMessage({ latest, ...end });
+  // A program that has stopped draws nothing either.
+  const shown = end?.failure ? undefined : picture(Boolean(end));
+  postMessage({ latest, picture: shown, ...end }, shown ? [shown.buffer] : []);
   if (end) return;
   // The clock waits for frames that take longer.
   due = Math.max(due + FRAME_MS, performance.now());
@@ -61,7 +74,7 @@ addEventListener('message', ({ data }) => {
 
 try {
   await init({ module_or_path: 'osp_web_bench_bg.wasm' });
-  postMessage({ structures: osp.structures(), mostNs: osp.most_ns(), stepNs: osp.clock_step_ns() });
+  postMessage({ structures: osp.structures(), mostNs: osp.most_ns(), stepNs: osp.clock_step_ns(), pictureWidth: osp.picture_width() });
 } catch (error) {
   postMessage({ failure: String(error.message ?? error) });
 }

@@ -185,7 +185,7 @@ pub trait SpatialIndex: Any + Send + Sync {
     ///
     /// `distance_m` returns the exact distance, at least the distance of the polygon's box. If it returns NaN, the
     /// polygon is left out. It is called once for every polygon whose box is nearer than the last polygon of the
-    /// result, and for others.
+    /// result, and perhaps for others.
     fn nearest(
         &self,
         point: Vec3,

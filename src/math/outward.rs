@@ -37,7 +37,8 @@ pub(super) const EVERYTHING: Plane = Plane { normal: glam::Vec3::ZERO, d: 0.0 };
 /// The exact frustum, which all planes must contain: the hull of eight corners.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corners {
-    /// Homogeneous coordinates: divided by `w` a point, or a direction where `w` is 0. `far` has the same order.
+    /// Homogeneous coordinates: divided by `w` a point, or a direction where `w` is 0. `far[i]` is the far end of the edge
+    /// that begins at `near[i]`.
     pub(crate) near: [DVec4; 4],
     pub(crate) far: [DVec4; 4],
     /// A function `xyz . p + w` that grows with the distance from the eye, or is constant.
@@ -45,8 +46,8 @@ pub(crate) struct Corners {
 }
 
 impl Corners {
-    /// The plane `side.xyz . p + side.w = 0`, moved outwards until no box test excludes a box that shares a point with
-    /// the corners' hull. The corners must lie on its inner side, except for rounding. Returns [`EVERYTHING`] if the
+    /// The plane `side.xyz . p + side.w = 0`, moved outwards so far that every box that touches the corners' hull passes
+    /// a box test. The corners must lie on its inner side, except for rounding. Returns [`EVERYTHING`] if the
     /// normal is zero or a number is not finite.
     pub(crate) fn plane(&self, side: DVec4) -> Plane {
         let Some(unit) = side.truncate().try_normalize() else { return EVERYTHING };

@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::Aabb;
 
-/// A ray from `origin` along `direction`. Its parameter `t` counts in lengths of `direction`.
+/// A ray from `origin` along `direction`. Its parameter `t` is a multiple of `direction`'s length.
 ///
 /// A ray without direction enters only boxes that contain its origin, at 0, and meets no triangle. If a component is NaN,
 /// the box test ignores its axis, and the ray meets no triangle.

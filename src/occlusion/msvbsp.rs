@@ -14,7 +14,7 @@
 //! as `osp_rivals::occlusion::MsvbspPaper` shows, and are replaced:
 //! * Rule 2 sorts planes into cells by the uncut edges of their occluder. So an occluder loses a plane in a cell that the
 //!   plane's edge never reaches. Here every occluder is clipped to the cell, but only to find *whether* it reaches the
-//!   cell. The planes of an occluder always count together. They are the planes of the whole occluder, never of the clipped
+//!   cell. All planes of an occluder are inserted, or none. They are the planes of the whole occluder, never of the clipped
 //!   piece.
 //! * Rules 5 and 6 delete planes that two occluders share, in a pass beforehand. Here a plane is left out exactly if
 //!   the cell already lies before it, which includes shared planes on both sides.
@@ -24,7 +24,7 @@
 //!
 //! # Why it is conservative
 //! 1. The cell of a leaf lies in the cone of every occluder in the leaf's list. Each side plane on the way down either cuts
-//!    the cell to the part before it, or is omitted because the cell lies before it. Cells only shrink. Clipped pieces do
+//!    the cell to the part in front of it, or is omitted because the cell lies in front of it. Cells only shrink. Clipped pieces do
 //!    not appear in this argument. Errors in them make the shadow smaller, never wrong.
 //! 2. A point x of a volume, inside the window, lies in one leaf's cell. The query reaches this leaf, because it skips a
 //!    child only if the whole volume lies on the other side.

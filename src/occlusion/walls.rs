@@ -241,7 +241,7 @@ impl Region {
         Self { members: vec![seed], border, inner: Vec::new(), area_vector: mesh.areas[seed as usize] }
     }
 
-    /// The region around a polygon that hides most; `None` if it is not worth a wall.
+    /// The region around the polygon `seed` with the largest occlusion; `None` if it is not worth a wall.
     fn grown(mesh: &Mesh, seed: u32, taken: &[bool], patch_m2: &[f32]) -> Option<Self> {
         let mut region = Self::of(mesh, seed);
         let home = mesh.middle(seed);

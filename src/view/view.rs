@@ -93,8 +93,8 @@ impl View {
     /// The six planes, world space, normals inwards and of unit length: left, right, lower, upper, near, far.
     ///
     /// They lie outside the drawn frustum by the largest rounding error of a box test, a part in 10^7 of the coordinates.
-    /// The margin is necessary because drawing is relative to the eye, so that a renderer far from the origin shows
-    /// differences smaller than this error.
+    /// Renderers work relative to the eye, so far from the origin they are more exact than a box test. Without the margin a
+    /// test could cull slivers that they show.
     pub fn frustum(&self) -> Frustum {
         let Projection { left, right, bottom, top, near_m, far_m } = self.projection;
         let [left, right, bottom, top, near_m, far_m] =

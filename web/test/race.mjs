@@ -1,5 +1,6 @@
 // Races structures on the page in a headless Chromium: a shipped recording to its end, pause, four structures, several runs, files that are
 // dropped, a synthetic session, the session of the window, and a phone. In every race all structures have the same polygons in view.
+// Then the pages of the documentation: their links, pictures and width.
 //
 //   web/build && npm ci --prefix web/test && node web/test/race.mjs [PICTURES]
 import { readFileSync, writeFileSync } from 'node:fs';
@@ -13,14 +14,19 @@ const numberOf = (text) => Number(text.replaceAll(',', ''));
 /// The figures of all panes, and how many pixels of their strips have the colours of times, of late frames and of the 90 Hz line.
 const panesOf = (page) => page.$$eval('.pane', (panes) => panes.map((pane) => {
   const text = (of) => pane.querySelector(of).textContent;
-  const canvas = pane.querySelector('canvas');
+  const canvas = pane.querySelector('.strip');
   const { data } = canvas.getContext('2d', { willReadFrequently: true }).getImageData(0, 0, canvas.width, canvas.height);
   const pixels = ([red, green, blue]) => {
     let count = 0;
     for (let i = 0; i < data.length; i += 4) count += data[i] === red && data[i + 1] === green && data[i + 2] === blue;
     return count;
   };
+  const model = pane.querySelector('.model');
+  const rgb = model.getContext('2d', { willReadFrequently: true }).getImageData(0, 0, model.width, model.height).data;
+  const colours = new Set();
+  for (let i = 0; i < rgb.length; i += 4) colours.add((rgb[i] << 16) | (rgb[i + 1] << 8) | rgb[i + 2]);
   return {
+    picture: rgb.join(), colours: colours.size, isFrozen: pane.classList.contains('frozen'),
     name: pane.querySelector('.structure').value, time: text('.time'), polygons: text('.polygons'), inView: text('.in-view'),
     longest: text('.longest'), mark: text('.mark'), isLate: pane.classList.contains('late'),
     times: pixels([0x8e, 0xcb, 0xff]), late: pixels([0xff, 0x5c, 0x5c]), line: pixels([0xff, 0xd1, 0x66]),
@@ -66,6 +72,62 @@ function differing() {
   };
 }
 
+/// Stands in for the worker: each frame has a picture of one colour. The second structure takes three frames' time for the first frame.
+function freezing() {
+  globalThis.Worker = class extends EventTarget {
+    constructor() {
+      super();
+      setTimeout(() => this.send({ structures: ['osp', 'octree-rebuild'], mostNs: 1e9 / 90, stepNs: 5000, pictureWidth: 4 }));
+      globalThis.play = (frame) => this.send({ frames: 9, latest: [this.frame(frame)], picture: new Uint8Array(48).map((_, at) => (at % 4 === 3 ? 255 : frame)) });
+    }
+    send(data) {
+      this.dispatchEvent(new MessageEvent('message', { data }));
+    }
+    frame(frame) {
+      const racer = (name, ns) => ({ name, ns, figure: '1', inView: 1, missed: 0, longest: '1' });
+      return { run: 1, frame, polygons: 1, racers: [racer('osp', 1e6), racer('octree-rebuild', frame === 1 ? 3e7 : 1e6)] };
+    }
+    postMessage() {}
+    terminate() {}
+  };
+}
+
+/// The pages of the documentation: each link leads to a page and a heading, pictures load, nothing is wider than a phone.
+async function checkDocs(browser, address) {
+  const page = await newTab(browser);
+  await page.setViewport({ width: 390, height: 844, deviceScaleFactor: 2, isMobile: true, hasTouch: true });
+  const [todo, seen] = [[`${address}docs/osp-tree.html`], new Map()];
+  const wanted = [];
+  while (todo.length > 0) {
+    const url = todo.pop();
+    if (seen.has(url)) continue;
+    const response = await page.goto(url);
+    check(response.ok(), `${url}: ${response.status()}`);
+    const found = await page.evaluate(async () => {
+      const images = [...document.images];
+      await Promise.all(images.map((image) => image.decode().catch(() => {})));
+      return {
+        ids: [...document.querySelectorAll('[id]')].map(({ id }) => id),
+        broken: images.filter(({ naturalWidth }) => naturalWidth === 0).map(({ src }) => src),
+        overflow: document.documentElement.scrollWidth - document.documentElement.clientWidth,
+        links: [...document.querySelectorAll('main a')].map(({ href }) => href),
+        title: document.title,
+      };
+    });
+    check(found.broken.length === 0 && found.overflow <= 0 && found.title.length > 8, `${found.title}: ${found.broken} ${found.overflow}`);
+    seen.set(url, found.ids);
+    for (const link of found.links.filter((link) => link.startsWith(address))) {
+      const [target, id] = link.split('#');
+      todo.push(target);
+      if (id) wanted.push([url, target, id]);
+    }
+    if (url.endsWith('osp-tree.html')) await picture(page, 'docs-osp-tree');
+  }
+  for (const [url, target, id] of wanted) check(seen.get(target).includes(id), `${url} leads to ${target}#${id}`);
+  check(seen.size >= 10, `${seen.size} pages of documentation`);
+  await page.close();
+}
+
 /// Keeps what the worker sends.
 function listening() {
   globalThis.sent = [];
@@ -89,6 +151,9 @@ async function checkEnd(page, what, frames) {
     `${what}: each structure has figures: ${panes.map(({ name, time, longest }) => `${name} ${time} ms, at most ${longest}`).join('; ')}`);
   const [views, polygons] = ['inView', 'polygons'].map((of) => new Set(panes.map((pane) => pane[of])));
   check(views.size === 1 && polygons.size === 1 && numberOf([...polygons][0]) > 0, `${what}: all have ${[...polygons]} polygons, ${[...views]} in view`);
+  check(new Set(panes.map(({ picture }) => picture)).size === 1 && panes[0].colours > 20 && !panes.some(({ isFrozen }) => isFrozen),
+    `${what}: all show the same model: ${panes[0].colours} colours`);
+  check(/fingerprint [0-9a-f]{16}\.$/.test(verdict), `${what}: ${verdict}`);
   check(panes.every(({ times, late, line }) => times + late > 100 && line > 100), `${what}: strips are drawn: ${panes.map(({ times }) => times)} pixels`);
   for (const { name, mark, isLate, late } of panes) {
     const missed = numberOf(/missed 90 Hz in ([\d,]+)/.exec(mark)?.[1] ?? '0');
@@ -106,6 +171,7 @@ const browser = await launch(profile);
 try {
   const page = await openRace(browser, address);
   const pins = readFileSync(join(root, 'recordings/fingerprints.pins'), 'utf8');
+  const fingerprintOf = (name) => new RegExp(`"${name}.ron", pace: "samples:16", camera: "auto", .*?fingerprint: "([0-9a-f]+)"`).exec(pins)[1];
   const framesOf = (name) => Number(new RegExp(`"${name}.ron", pace: "samples:16", camera: "auto", frames: (\\d+)`).exec(pins)[1]);
   const names = (await panesOf(page)).map(({ name }) => name);
   check(String(names) === 'osp,octree-rebuild', `two structures at first: ${names}`);
@@ -128,6 +194,7 @@ try {
   check(still[0].inView === still[1].inView && still[0].polygons === still[1].polygons, `paused with ${still[0].inView} of ${still[0].polygons} polygons in view`);
   await page.click('#run');
   const portrait = await checkEnd(page, 'portrait', framesOf('portrait'));
+  check(portrait.verdict.endsWith(`fingerprint ${fingerprintOf('portrait')}.`), 'the fingerprint is that of osp replay');
   const seconds = (Date.now() - since) / 1000;
   check(seconds > framesOf('portrait') / 90, `its clock has 90 frames a second: ${seconds.toFixed(1)} s`);
   console.log(portrait.verdict);
@@ -216,6 +283,20 @@ try {
     `a late frame is marked: ${different[0].mark}`);
   await picture(other, 'race-different');
   await other.close();
+
+  const late = await openRace(browser, address, undefined, freezing);
+  await late.click('#run');
+  for (const [frame, shown, isFrozen] of [[1, '0', true], [2, '0', true], [3, '0', true], [4, '4', false], [5, '5', false]]) {
+    await late.evaluate((frame) => globalThis.play(frame), frame);
+    // The outlines are drawn with the next picture of the browser.
+    await sleep(150);
+    const [osp, octree] = await panesOf(late);
+    check(osp.picture.split(',')[0] === String(frame) && octree.picture.split(',')[0] === shown && octree.isFrozen === isFrozen && !osp.isFrozen,
+      `frame ${frame}: the late structure's picture is ${octree.picture.split(',')[0]}, frozen: ${octree.isFrozen}`);
+  }
+  await late.close();
+
+  await checkDocs(browser, address);
 
   // The session that is open in the window.
   const window = await openPage(browser, address);

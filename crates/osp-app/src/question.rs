@@ -104,7 +104,7 @@ impl Question {
                 format!("{name} is open for drawing: {}.", held.holder())
             }
             Self::Edits(edits) => format!(
-                "{} has earlier edits, of {}, in {}. They stay there in any case.",
+                "You edited {} before, on {}: the edits are in {} and stay there.",
                 edits.of(),
                 edits.time(),
                 edits.path().display()
@@ -117,7 +117,7 @@ impl Question {
             Self::Discard { events, is_all } => {
                 let since = if *is_all { "began" } else { "was opened, or saved under a name" };
                 format!(
-                    "{events} events since this session {since} leave it and its file. They cannot be brought back."
+                    "{events} events since this session {since} will be deleted, also in its file. They cannot be brought back."
                 )
             }
         }

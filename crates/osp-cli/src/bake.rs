@@ -31,8 +31,8 @@ use osp_session::{output_file::OutputKind, recording::Event, scene::Scene};
 
 /// Compute potentially visible sets (PVS) of a finished model, for `osp verify --pvs`.
 ///
-/// The command divides space into cubic cells: the space that the head went through, or, without a head path, the model
-/// and half as much around it. From some points of each cell it draws six pictures, and finds the polygons visible in
+/// The command divides the space that the head went through into cubic cells. Without a head path this is the model's box,
+/// enlarged by half of its size. From some points of each cell it draws six pictures, and finds the polygons visible in
 /// them. The sets are sampled, not exact: they miss polygons that are visible only from places between the points. `osp
 /// verify FILE --whole --pvs OUT` counts the missed polygons.
 #[derive(Args, Debug)]
@@ -48,7 +48,7 @@ pub(super) struct BakeArgs {
     /// Cells along the longest side of the space.
     #[arg(long, default_value_t = 8, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
     cells: u32,
-    /// Sample points of each cell; nine are its middle and its corners.
+    /// Sample points of each cell; 9: its centre and corners.
     #[arg(long, default_value_t = BakeConfig::default().samples, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     samples: u32,
     /// Pixels of each picture, across and down.

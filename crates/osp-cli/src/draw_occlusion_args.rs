@@ -24,7 +24,7 @@ use osp_session::{recording::Camera, replay::CameraChoice};
   osp draw-occlusion recordings/room.ron tree.dot   (for Graphviz)
 
 A .gif shows the tree as it grows: each picture has --every N planes more than the one before, and
-what these planes prove. A plane that divides nothing of its cell is a node of the tree, but no line.")]
+marks the polygons that these planes hide. A plane that misses its cell is in the tree, but has no line.")]
 pub(super) struct DrawOcclusionArgs {
     #[command(flatten)]
     pub(super) session: FrameArgs,

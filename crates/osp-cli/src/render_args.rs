@@ -52,8 +52,8 @@ what the right eye sees on the screen `left`. --size gives the height; the width
 The camera's eye is the head before the screens.
 
 With --occlusion hzb each picture is drawn twice, as two frames of a camera at rest; the figures
-are those of the second. --check compares both with the picture without culling: the first draws
-with what was visible in the picture before, which has another view and an earlier model.
+are those of the second. --check compares both with the picture without culling. The first frame
+begins with the polygons that were visible in the previous picture, of another view and model.
 --painter draws every polygon solid in its plain colour, whatever brush has painted it, and so
 does the picture that it is compared with. A pixel counts as explained by an edge if its colour lies
 between those of the nine pixels around it in the other picture.
@@ -107,7 +107,7 @@ pub(super) struct RenderArgs {
     pub(super) json: bool,
     /// Position of the eye. `own` is the session's own camera (for a sketch, the camera of its thumbnail), else
     /// `whole`. `whole` shows the whole model except distant strays, from the side of the session's own camera, else
-    /// from the artist's first side. `recorded` is the recorded head path, else the session's own camera, else `orbit`.
+    /// from where the artist first stood. `recorded` is the recorded head path, else the session's own camera, else `orbit`.
     /// `orbit` circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "own", value_parser = camera_parser())]
     pub(super) camera: RenderCamera,

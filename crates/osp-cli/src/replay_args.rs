@@ -48,7 +48,7 @@ The table has a line for each index (times of this machine, one thread):
   ratio    time of a frame against the fastest index, over the frames that both were measured in
 Columns that do not fit the terminal (or COLUMNS) are left out, from the right. The line below the
 table says which index is the fastest.
-With --occlusion it has a line for each index and method, and more columns:
+With --occlusion the table has a line for each index and method, and more columns:
   occluded   polygons in the frustum that the method culled because others hide them, mean
   occlusion  time to choose occluders, build the culler and test: median of the frames that used it
   used       share of the frames that used the method
@@ -58,7 +58,7 @@ recorded head, where the session has one) is the tracked head; its room goes alo
 (--room). visible, culled, occluded and all times are those of all views together. A second table has
 for each screen and eye the polygons in view and drawn (means of the frames with this view), and:
   all views     time of a frame with all its views, mean without the slowest hundredth
-  views x one   time of a frame with one of its views, each in turn, times their number, likewise
+  views x one   time of a frame with a single view, mean, times the number of views
   all against one   the first divided by the second
 With --draw:
   draw     time from submission to completion on the graphics adapter: median and 99th percentile
@@ -70,10 +70,10 @@ Indexes:
   brute-force      tests every polygon: the reference
   brute-simd       one pass over all boxes with SIMD
   time-order       a hierarchy of boxes over the order of arrival
-  osp-paper        the preallocated octree of the paper, figure by figure
+  osp-paper        the paper's preallocated binary tree, as printed
   osp              our own form of it
   octree-rebuild   an adaptive octree, rebuilt in every frame that brings a polygon
-  octree-paper     the paper's octree: the same, filed by asking each of eight children
+  octree-paper     the paper's octree: rebuilt, tests each of the eight children
   bvh-midpoint, bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh
                    bounding volume hierarchies, rebuilt in every frame that brings a polygon
   bvh-two-level, dynamic-bvh
@@ -88,7 +88,8 @@ Methods of --occlusion:
   svbsp            the shadow-volume BSP tree of Chin and Feiner
   msvbsp           the paper's modified tree, made conservative
   depth            a masked depth buffer in software, of pixels that are covered wholly
-  depth-last       the same buffer, filled with the polygons that were visible in the last frame
+  depth-last       a depth buffer of the polygons that were visible in the last frame, joined at
+                   shared edges
   auto             in each frame the cheapest of none, msvbsp, depth-last, and hzb with --draw
   hzb, queries     on the graphics adapter, while drawing: a hierarchical depth buffer, or hardware
                    occlusion queries
@@ -103,7 +104,7 @@ pub(super) struct ReplayArgs {
     /// Write a CSV file with one line for each index and frame.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
-    /// Draw a chart of the frame times over the session, .png or .svg. With several sessions, each name gets a number.
+    /// Draw a chart of the frame times over the session, .png or .svg. With several sessions, each has its own file: NAME-1.png.
     /// Needs the feature `bench`.
     #[arg(long, value_name = "FILE")]
     pub(super) chart: Option<PathBuf>,
@@ -151,7 +152,7 @@ pub(super) struct PlayArgs {
     #[command(flatten)]
     pub(super) settings: IndexSettingsArgs,
     /// For osp-paper and octree-paper: polygons of nodes that the frustum cuts are `tested` one by one, or all `drawn` as in
-    /// the paper [default: tested]. With `drawn`, more is drawn than is in view: expected one index, no --check and no --pin.
+    /// the paper [default: tested]. `drawn` draws more than is in view, so it allows one index, and neither --check nor --pin.
     #[arg(long, value_name = "NAME", value_parser = named(&CutNodes::ALL, CutNodes::name))]
     pub(super) cut_nodes: Option<CutNodes>,
     /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).

@@ -30,7 +30,7 @@ pub(super) struct RigCommand {
     what: What,
 }
 
-const FORMAT: &str = "A rig is a file of RON. What may be left out is said with [what it is then]:
+const FORMAT: &str = "A rig is a file of RON. Brackets have the defaults of optional fields:
   (
     name: \"two walls\",
     // Where the head is until a tracker moves it, metres, y up.
@@ -60,8 +60,8 @@ panels covers it. Its `viewport` is the part of the monitor that shows the scree
 and height, each from 0 to 1 [all]. `eyes: Left` or `eyes: Right` shows the picture of one eye alone,
 for a projector each (`stereo: Windows`). The first window controls the others and goes to a monitor
 that is left free.
-Not supported, as wgpu, which osp draws with, has neither: displays with two buffers for the eyes
-(quad-buffer), and locking several displays to one frame. Warp meshes are left to drivers and projectors.
+wgpu, with which osp draws, supports neither quad-buffered stereo nor the locking of several displays
+to one frame (genlock). Warp meshes are left to drivers and projectors.
 Shipped rigs: desktop, dual-wall, cave4.
 
 Examples:

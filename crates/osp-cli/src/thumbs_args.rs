@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{parsers::Size, reading::ReadArgs};
 
-/// Draw a picture of each session in folders: a PNG from its artist's view, with the drawing of `osp render`.
+/// Draw a picture of each session in folders: a PNG from its artist's view, drawn as by `osp render`.
 ///
 /// The command skips a picture that is newer than its session, so the same command continues after an interruption. If
 /// there were errors, they are listed at the end, and the exit code is 2. One graphics adapter draws all pictures; a

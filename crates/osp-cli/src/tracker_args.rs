@@ -7,7 +7,7 @@ use clap::Args;
 #[cfg(feature = "window")]
 pub(super) use osp_app::tracker::{TrackerAddress, TrackerKey};
 
-/// Without the window nothing listens. Every value is accepted until the option is refused.
+/// Without the window the value is not parsed; the command reports the missing feature.
 #[cfg(not(feature = "window"))]
 pub(super) type TrackerAddress = String;
 #[cfg(not(feature = "window"))]

@@ -63,12 +63,12 @@ use osp_session::{
 The table has a line for each method and number of occluders (times of this machine, one thread):
   used     occluders used in a view
   wrong    visible polygons that were culled, sum over all frames
-  misreported   polygons that were left twice, or that are not in the view
+  misreported   polygons that are listed twice, or that are not in the view
   hidden   share of the really hidden polygons that were culled
   nodes tested, polygons tested   boxes tested in a view
   planes   splitting planes of the tree, or tiles of the depth buffer that are covered
-  select, build, query   time to choose the occluders, to build the culler, and to take
-           what is hidden out of what the frustum may see, as a frame does: microseconds a view
+  select, build, query   time to choose the occluders, to build the culler, and to
+           remove hidden polygons from the frustum's result: microseconds a view
 --json prints the same as rows: part, recording, index (the method), figure, unit, value.
 
 The figures of all methods are of the same frames. At each view the camera rests for --settle

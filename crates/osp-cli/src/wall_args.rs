@@ -15,7 +15,7 @@ use osp_session::replay::RoomMotion;
 /// A hub chooses the moment of the session, and a node on each machine shows it on one screen of the rig. The hub waits
 /// until every active node has drawn a frame, then makes all of them show it. The hub also has the model, and names a
 /// node that shows something else. A node that misses three frames in a row becomes inactive: the hub no longer waits
-/// for it, until it has answered 20 frames in time.
+/// for it, until it has drawn 20 frames in time.
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -27,13 +27,12 @@ use osp_session::replay::RoomMotion;
   osp wall --node left nats://127.0.0.1/house --rig cave4 --headless
   osp wall status nats://127.0.0.1/house
 
-The session is one that several people may draw in (osp sketch --join, osp join). A recording is put into one
-by osp join ADDRESS --play FILE.
+Several people may draw in the session (osp sketch --join, osp join). osp join ADDRESS --play FILE
+plays a recording in it.
 The rig is the same on all machines, but for its outputs: each machine has monitors of its own.
 The screens show what the head of the session's artist sees (the first author who has recorded one), or with
 --tracker what the head in the hub's room sees.
-The displays are not locked to each other: that all show their picture at the same refresh is for the
-graphics driver (genlock)."
+osp does not lock the displays to each other: the graphics driver can (genlock)."
 )]
 pub(super) struct WallArgs {
     #[command(subcommand)]
@@ -63,7 +62,7 @@ pub(super) struct WallArgs {
     pub(super) patience: f64,
     #[command(flatten)]
     pub(super) tracker: TrackerArgs,
-    /// Be a node that draws nothing: it culls its screen's views and answers.
+    /// Be a node that draws nothing: it only culls its screen's views.
     #[arg(long, conflicts_with = "hub")]
     pub(super) headless: bool,
     /// End after this many seconds.

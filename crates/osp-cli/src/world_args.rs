@@ -49,7 +49,7 @@ pub(super) struct WorldArgs {
     /// With --world: fly along the recorded head path of this session, cut into frames by --pace.
     #[arg(long, value_name = "FILE", requires = "world")]
     pub(super) path: Option<PathBuf>,
-    /// With --world: number of frames [default: 900, with --path all].
+    /// With --world: number of frames [default: 900; with --path: all frames].
     #[arg(long, value_name = "N", requires = "world", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     pub(super) frames: Option<u64>,
     /// With --world: seed of the synthetic flight, which is used if there is no --path and no other --camera.
@@ -65,7 +65,7 @@ pub(super) struct WorldArgs {
     /// With --world: also load the blocks that will be in view up to this many frames later; 0 loads nothing ahead.
     #[arg(long, value_name = "FRAMES", default_value_t = 30, requires = "world", value_parser = clap::value_parser!(u16).range(..=900))]
     pub(super) prefetch: u16,
-    /// With --world: frames a second; 0 starts each frame when the one before has ended, also the case with --wait.
+    /// With --world: frames a second; 0, or --wait: without pauses.
     #[arg(long, value_name = "N", default_value_t = 90, requires = "world", conflicts_with = "wait", value_parser = clap::value_parser!(u16).range(..=1000))]
     pub(super) rate: u16,
     /// With --world: number of threads that load blocks.

@@ -14,8 +14,8 @@ use crate::index::simd::{Kernel, WithKernel};
 /// horizontal or vertical edge passes through it.
 const SAMPLE: f64 = 0.5 + 0.5 / STEPS;
 
-/// A sample counts as covered if it lies at least this far inside each edge, pixels along the row. This exceeds all
-/// rounding. The terms of an edge's position in a row are below 2^25 pixels, so its error is below 1e-8.
+/// A sample counts as covered if it lies at least this far inside each edge, pixels along the row. This is larger than
+/// the rounding error: an edge's position in a row is a sum of terms below 2^25 pixels, so its error is below 1e-8.
 const INSIDE: f64 = 1.0e-6;
 
 /// Fills all facets into tiles.

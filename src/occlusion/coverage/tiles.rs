@@ -348,8 +348,8 @@ impl Tiles {
     /// Whether the pixel of a polygon's corner may be covered before the corner. `at` is the corner's position in
     /// steps, `nearness` its reciprocal depth.
     ///
-    /// The polygon touches this pixel, so it is visible if no bound of the pixel lies before the corner. A bound that
-    /// hides the polygon lies before it in the whole tile, and so before the corner. A corner that was rounded into
+    /// A bound is the farthest depth of a covering surface in a tile. The polygon touches this pixel, so it is visible if
+    /// no bound of the pixel is nearer than the corner. A bound that hides the polygon is nearer in the whole tile. A corner that was rounded into
     /// the tile is an exception. The polygon then counts as visible, which is safe.
     #[inline(always)]
     pub(super) fn may_hide_corner(&self, at: [i32; 2], nearness: f64) -> bool {

@@ -9,7 +9,7 @@ mod files;
 mod race;
 
 pub use files::put;
-pub use race::{Race, clock_step_ns, most_ns, structures};
+pub use race::{Race, clock_step_ns, most_ns, picture_width, structures};
 
 use std::path::Path;
 

@@ -2,14 +2,19 @@
 
 use std::path::Path;
 
-use osp::frame::StageClock;
+use glam::Vec3;
+use osp::{
+    frame::StageClock,
+    math::{rotate, unit},
+    view::View,
+};
 use osp_lab::{
     Machine,
     bench::{self, Contender, RaceInput, RaceReport, RaceRun, Racer},
 };
 use osp_session::{
     recording::{Pace, Session, SynthKind, synthesize},
-    replay::{CameraChoice, CameraPath, root_cube, summarize},
+    replay::{ArtistSide, CameraChoice, CameraPath, main_bounds, root_cube, summarize, whole_view},
 };
 use serde_json::json;
 use wasm_bindgen::prelude::*;
@@ -32,6 +37,16 @@ pub fn most_ns() -> f64 {
 #[wasm_bindgen]
 pub fn clock_step_ns() -> f64 {
     StageClock::default().step_ns() as f64
+}
+
+/// Size of the picture of the model, pixels, and the colour around the model (sRGB).
+const PICTURE: (u32, u32) = (336, 180);
+const GROUND: [u8; 3] = [27, 27, 27];
+
+/// Width of the picture of the model, pixels.
+#[wasm_bindgen]
+pub fn picture_width() -> u32 {
+    PICTURE.0
 }
 
 /// The session of a race.
@@ -67,6 +82,8 @@ impl Source {
 pub struct Race {
     source: Source,
     input: RaceInput,
+    /// The view of the pictures.
+    view: View,
     runs: u32,
     run: RaceRun<Session>,
     /// Number of the run, from 1.
@@ -107,8 +124,14 @@ impl Race {
         let pace = Pace::Samples(samples.max(1));
         let session = source.open()?;
         let header = session.header.clone();
-        let (summary, _, read) = summarize(session, pace);
+        let mut artist = ArtistSide::default();
+        let events = session.inspect(|event| event.iter().for_each(|event| artist.note(event)));
+        let (summary, model, read) = summarize(events, pace);
         read?;
+        let backwards = header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z)).or(artist.backwards());
+        let aspect = PICTURE.0 as f32 / PICTURE.1 as f32;
+        let view = whole_view(&main_bounds(&model, &summary.bounds), backwards, aspect);
+        drop(model);
         let camera = CameraPath::new(CameraChoice::Auto, header.camera, &summary.bounds);
         let input = RaceInput {
             recording: source.name(),
@@ -118,8 +141,19 @@ impl Race {
             root: root_cube(&header, &summary.bounds),
             kinds,
         };
-        let run = RaceRun::new(&input, source.open()?);
-        Ok(Self { source, input, runs: runs.max(1), run, number: 1, least: None })
+        let run = pictured(&input, view, source.open()?);
+        Ok(Self { source, input, view, runs: runs.max(1), run, number: 1, least: None })
+    }
+
+    /// The model after the latest frame: red, green, blue and opacity bytes, rows of [`picture_width`] pixels from the
+    /// top.
+    pub fn picture(&mut self) -> Vec<u8> {
+        self.run.picture().chunks_exact(3).flat_map(|pixel| [pixel[0], pixel[1], pixel[2], u8::MAX]).collect()
+    }
+
+    /// Fingerprint of the polygons in view in the frames of this run, as `osp replay` prints it.
+    pub fn fingerprint(&self) -> String {
+        format!("{:016x}", self.run.race().fingerprint())
     }
 
     /// Frames of the whole session.
@@ -145,7 +179,7 @@ impl Race {
             if self.number > self.runs {
                 return Ok(false);
             }
-            self.run = RaceRun::new(&self.input, self.source.open()?);
+            self.run = pictured(&self.input, self.view, self.source.open()?);
         }
         Ok(true)
     }
@@ -179,6 +213,10 @@ impl Race {
         let race = self.least.as_ref().unwrap_or(self.run.race());
         RaceReport::new(race, machine, "the page's race".to_owned()).verdict
     }
+}
+
+fn pictured(input: &RaceInput, view: View, session: Session) -> RaceRun<Session> {
+    RaceRun::new(input, session).with_picture(view, PICTURE, GROUND)
 }
 
 fn figures(racer: &Racer) -> serde_json::Value {

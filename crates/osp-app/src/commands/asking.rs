@@ -78,7 +78,7 @@ impl Studio {
         let journal = self.session.journal();
         if !self.session.is_replay() && journal.is_at(path) && how.access == Access::Write {
             if journal.trouble().is_none() {
-                self.tell_of_file(Ok(format!("{}: is open already", path.display())));
+                self.tell_of_file(Ok(format!("{} is open already", path.display())));
                 return;
             }
             // Another program has replaced the file. Our session must release its lock before the new file can be opened.

@@ -264,7 +264,7 @@ impl Studio {
         match outcome {
             Ok(()) if missing > 0 => {
                 self.say(format!(
-                    "{missing} of your events have not come back from the others yet; all else is in {path}"
+                    "the server has not confirmed {missing} of your events yet; all others are in {path}"
                 ));
             }
             Ok(()) => self.say(format!("saved: all of it is in {path}")),

@@ -19,7 +19,7 @@ impl Studio {
             return;
         }
         if cfg!(target_arch = "wasm32") {
-            self.say("a page cannot write frames".to_owned());
+            self.say("the browser cannot write frames".to_owned());
             return;
         }
         match FrameWriter::beside(self.session.path()) {

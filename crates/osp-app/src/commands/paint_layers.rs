@@ -163,7 +163,7 @@ impl Studio {
         let LayerRow { name, is_hidden, is_locked, owner, .. } = self.session_layer(self.input.brush.layer);
         if self.is_layer_of_others(self.input.brush.layer) {
             let owner = owner.map_or_else(String::new, |(author, name)| name_or_number(author, &name));
-            return Some(format!("{name} is {owner}'s alone"));
+            return Some(format!("only {owner} may edit {name}"));
         }
         let why = if is_locked { "locked" } else { "hidden" };
         (is_hidden || is_locked).then(|| format!("{name} is {why}"))
@@ -173,7 +173,7 @@ impl Studio {
     pub(crate) fn may_draw_on_layer(&mut self) -> bool {
         let Some(why) = self.why_layer_is_closed() else { return true };
         if !self.session.is_replay() {
-            self.say_once(&format!("{why}: choose another layer to draw on, or open this one"));
+            self.say_once(&format!("{why}: choose another layer to draw on, or show and unlock this one"));
         }
         false
     }

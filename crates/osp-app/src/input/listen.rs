@@ -89,7 +89,7 @@ impl Studio {
             if begins && !may_touch {
                 let name = self.session_layer(layer).name;
                 self.say_once(&format!(
-                    "{name} is another author's alone: a tracker draws on the first layer"
+                    "only another author may edit {name}: a tracker draws on the first layer"
                 ));
             } else if begins && let Some(why) = self.why_layer_is_closed() {
                 self.say_once(&format!("{why}: a tracker draws on it all the same"));

@@ -25,22 +25,22 @@ const MOST_ATTEMPTS: u32 = 100;
 /// The program that has a session open, as stored in the lock file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename = "Open")]
-struct Word {
+struct LockOwner {
     process: u32,
     host: String,
     since: String,
 }
 
-impl Word {
+impl LockOwner {
     fn ours() -> Self {
         Self { process: process_id(), host: host(), since: Moment::now().for_people() }
     }
 
     fn parse(text: &str) -> Option<Self> {
-        let word: Self = ron::from_str(text.trim()).ok()?;
+        let owner: Self = ron::from_str(text.trim()).ok()?;
         // Control characters are rejected, because the text is shown in a terminal and in a window.
         let is_printable = |text: &str| text.len() <= 255 && !text.chars().any(char::is_control);
-        (is_printable(&word.host) && is_printable(&word.since)).then_some(word)
+        (is_printable(&owner.host) && is_printable(&owner.since)).then_some(owner)
     }
 
     /// Whether the process has certainly ended.
@@ -66,13 +66,13 @@ fn host() -> String {
 #[error("{}: is open in another window: {}", session.display(), self.holder())]
 pub struct OpenElsewhere {
     session: PathBuf,
-    word: Option<Word>,
+    owner: Option<LockOwner>,
 }
 
 impl OpenElsewhere {
     /// The session's file is locked, although its lock file is free.
     pub(super) fn by_somebody(session: &Path) -> Self {
-        Self { session: session.to_owned(), word: None }
+        Self { session: session.to_owned(), owner: None }
     }
 
     /// The session.
@@ -82,8 +82,10 @@ impl OpenElsewhere {
 
     /// The holder of the lock: process, machine, time of opening.
     pub fn holder(&self) -> impl fmt::Display + '_ {
-        fmt::from_fn(|f| match &self.word {
-            Some(Word { process, host, since }) => write!(f, "process {process} on {host}, since {since}"),
+        fmt::from_fn(|f| match &self.owner {
+            Some(LockOwner { process, host, since }) => {
+                write!(f, "process {process} on {host}, since {since}")
+            }
             None => f.write_str("under another name, or by an unknown program"),
         })
     }
@@ -105,11 +107,11 @@ pub(crate) enum NotTaken {
 ///
 /// The mark's name is derived from the session's canonical path, so symbolic links to one session share a mark. Hard
 /// links do not; therefore an existing session is locked, too (see [`SessionFile`](super::session_file::SessionFile)).
-/// The mark contains the program that has the session. A regular closing of the session removes the mark; after a crash
+/// The mark contains the number of the process that has the session. A regular closing of the session removes the mark; after a crash
 /// it stays, but unlocked.
 ///
-/// If the file system has no locks (some network shares), the mark's text counts. Then two programs that start within
-/// the same instant may both take the session.
+/// If the file system has no locks (some network shares), the process in the mark's text counts as the owner. Then two
+/// programs that start within the same instant may both take the session.
 #[derive(Debug)]
 pub(crate) struct SessionLock {
     /// `None` if no file can be created in the folder.
@@ -129,7 +131,7 @@ struct Mark {
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Content {
     /// The text of the last holder of the lock, if it is complete.
-    Ours(Option<Word>),
+    Ours(Option<LockOwner>),
     /// Data of another program, which must not be overwritten.
     Foreign,
 }
@@ -146,14 +148,14 @@ impl Content {
         let is_short = bytes.len() as u64 <= MOST_MARK_BYTES;
         let is_ours = is_short && (is_blank || bytes.starts_with(WORD_START));
         match is_ours {
-            true => Self::Ours(str::from_utf8(&bytes).ok().and_then(Word::parse)),
+            true => Self::Ours(str::from_utf8(&bytes).ok().and_then(LockOwner::parse)),
             false => Self::Foreign,
         }
     }
 
-    fn word(self) -> Option<Word> {
+    fn owner(self) -> Option<LockOwner> {
         match self {
-            Self::Ours(word) => word,
+            Self::Ours(owner) => owner,
             Self::Foreign => None,
         }
     }
@@ -199,16 +201,16 @@ impl SessionLock {
             let has_lock = match try_lock_patiently(&file) {
                 Ok(()) => true,
                 Err(TryLockError::WouldBlock) => {
-                    let word = Content::of(&mut file).word();
-                    return Err(NotTaken::Held(OpenElsewhere { session: session.to_owned(), word }));
+                    let owner = Content::of(&mut file).owner();
+                    return Err(NotTaken::Held(OpenElsewhere { session: session.to_owned(), owner }));
                 }
                 Err(TryLockError::Error(_)) => false,
             };
             let content = Content::of(&mut file);
             let is_foreign = content == Content::Foreign;
-            if !has_lock && let Some(word) = content.word().filter(|word| !word.is_gone()) {
-                let word = Some(word);
-                return Err(NotTaken::Held(OpenElsewhere { session: session.to_owned(), word }));
+            if !has_lock && let Some(owner) = content.owner().filter(|owner| !owner.is_gone()) {
+                let owner = Some(owner);
+                return Err(NotTaken::Held(OpenElsewhere { session: session.to_owned(), owner }));
             }
             // The former holder may have removed the mark between the opening and the locking. The locked file then has
             // no name, and the next program would create a new mark.
@@ -249,7 +251,7 @@ fn is_at(file: &File, path: &Path) -> bool {
 }
 
 fn write_word(file: &mut File) -> io::Result<()> {
-    let text = ron::to_string(&Word::ours()).map_err(io::Error::other)?;
+    let text = ron::to_string(&LockOwner::ours()).map_err(io::Error::other)?;
     file.set_len(0)?;
     file.rewind()?;
     // The type's name identifies the mark; `ron` omits it, so it is written here.
@@ -403,7 +405,7 @@ mod tests {
         }
         let escapes = "Open(process:1,host:\"a\\u{1b}[31m\",since:\"b\")";
         assert!(escapes.as_bytes().starts_with(WORD_START));
-        assert_eq!(Word::parse(escapes), None, "nothing of it controls a terminal");
+        assert_eq!(LockOwner::parse(escapes), None, "nothing of it controls a terminal");
         fs::remove_file(&mark).expect("a mark");
         fs::create_dir(&mark).expect("a folder");
         assert!(matches!(SessionLock::take(&session), Err(NotTaken::Failed(_))));
@@ -411,10 +413,12 @@ mod tests {
 
     #[test]
     fn where_there_are_no_locks_a_process_that_is_gone_holds_nothing() {
-        assert!(!Word::ours().is_gone());
+        assert!(!LockOwner::ours().is_gone());
         if cfg!(target_os = "linux") {
-            assert!(Word { process: u32::MAX, ..Word::ours() }.is_gone());
+            assert!(LockOwner { process: u32::MAX, ..LockOwner::ours() }.is_gone());
         }
-        assert!(!Word { process: u32::MAX, host: "elsewhere".to_owned(), ..Word::ours() }.is_gone());
+        assert!(
+            !LockOwner { process: u32::MAX, host: "elsewhere".to_owned(), ..LockOwner::ours() }.is_gone()
+        );
     }
 }

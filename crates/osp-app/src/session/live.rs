@@ -308,7 +308,7 @@ impl Live {
         self.refused += count;
         let path = self.own.path().display();
         (count > 0).then(|| {
-            format!("{count} of your strokes are not in the model, because their layer is now another author's alone: they are in {path}")
+            format!("{count} of your strokes are not in the model, because only another author may edit their layer now: they are in {path}")
         })
     }
 

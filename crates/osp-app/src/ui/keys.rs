@@ -57,7 +57,7 @@ pub static SHORTCUTS: &[Shortcut] = &[
     ),
     command_key(
         Key::L,
-        "bring the selection to the layer",
+        "move the selection to the current layer",
         Action::Do(Command::Layer(LayerEdit::TakeSelection)),
     ),
     command_key(Key::F5, "keep view 1", Action::Do(Command::KeepView(0))),
@@ -101,7 +101,7 @@ pub static SHORTCUTS: &[Shortcut] = &[
     key(Key::PageDown, "shrink the selection", Action::Do(SMALLER)),
     key(Key::U, "straight lines, or free hand", Action::ToggleStraight),
     key(Key::Y, "mirror while drawing", Action::ToggleMirror),
-    key(Key::J, "width of the brush on the screen or in the model", Action::ToggleScreenWidth),
+    key(Key::J, "brush width in pixels or in metres", Action::ToggleScreenWidth),
     key(Key::Delete, "erase the selection", Action::Do(Command::EraseSelected)),
     key(Key::Escape, "close what is on top, or select nothing", Action::Escape),
     key(Key::F, "show the whole model", Action::Do(Command::ShowAll)),
@@ -123,7 +123,7 @@ pub static SHORTCUTS: &[Shortcut] = &[
     key(Key::F6, "go to view 2", Action::Do(Command::GoToView(1))),
     key(Key::F7, "go to view 3", Action::Do(Command::GoToView(2))),
     key(Key::F8, "go to view 4", Action::Do(Command::GoToView(3))),
-    key(Key::F9, "write each frame as a picture, or end that", Action::Do(Command::Frames)),
+    key(Key::F9, "start or stop writing each frame as a picture", Action::Do(Command::Frames)),
     key(Key::F11, "full screen, or a window again", Action::ToggleFullscreen),
 ];
 

@@ -98,7 +98,7 @@ fn edit(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     ui.menu_button("Layer", |ui| {
         let edit = |edit| Action::Do(Command::Layer(edit));
         entry(ui, "New layer", edit(LayerEdit::New), studio, wishes);
-        entry(ui, "Bring the selection here", edit(LayerEdit::TakeSelection), studio, wishes);
+        entry(ui, "Move the selection here", edit(LayerEdit::TakeSelection), studio, wishes);
         entry(ui, "Hide or show", edit(LayerEdit::ToggleHidden), studio, wishes);
         entry(ui, "Lock or unlock", edit(LayerEdit::ToggleLocked), studio, wishes);
     });

@@ -185,7 +185,7 @@ fn counts(ui: &mut Ui, studio: &Studio, passes: Option<PassTimes>) {
         ("GPU: Hi-Z test", pass(|times| times.test_ns)),
         ("GPU: colour pass", pass(|times| times.color_ns)),
     ];
-    table(ui, "of some methods", &rows.map(|(name, value)| (name, value.unwrap_or("–".to_owned()))));
+    table(ui, "only some methods", &rows.map(|(name, value)| (name, value.unwrap_or("–".to_owned()))));
 }
 
 fn index(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishes) {
@@ -252,7 +252,7 @@ fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         wishes.commands.push(Command::Steps(StepsEdit::Show(steps)));
     }
     ui.checkbox(&mut layers.straddlers, "polygons on the root's split planes");
-    ui.checkbox(&mut layers.cut, "polygons that the view's sides cut");
+    ui.checkbox(&mut layers.cut, "polygons that the frustum cuts");
     if let Some((inside, cut)) = studio.inside_and_cut() {
         ui.weak(format!("{} inside, {} cut", count(inside), count(cut)));
     }

@@ -119,7 +119,7 @@ fn rows(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, wishes: &mut Wishe
             }
         }
         let hint = match (steps.is_stale(), is_frozen) {
-            (true, _) => "of an earlier view or model, until both rest",
+            (true, _) => "out of date: updates when view and model stand still",
             (false, true) => "the culling camera is frozen (C): orbit to look at the planes from the side",
             (false, false) => "freeze the culling camera (C) to look at the planes from the side",
         };

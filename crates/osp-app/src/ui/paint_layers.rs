@@ -41,7 +41,7 @@ impl LayerList {
                     let buttons = [
                         ("New layer", LayerEdit::New, "draw on a new layer (Ctrl+Shift+N)"),
                         (
-                            "Take",
+                            "Move selection here",
                             LayerEdit::TakeSelection,
                             "move the selection to the current layer (Ctrl+L)",
                         ),
@@ -79,7 +79,7 @@ impl LayerList {
 fn close(ui: &mut Ui, studio: &Studio, row: &LayerRow, wishes: &mut Wishes) {
     if studio.can_close_layer(row.layer) {
         let mut is_closed = row.is_closed;
-        let choice = ui.checkbox(&mut is_closed, "mine alone");
+        let choice = ui.checkbox(&mut is_closed, "only I may edit");
         if choice
             .on_hover_text("nobody else may draw on this layer or change it while you are here")
             .changed()
@@ -93,7 +93,7 @@ fn close(ui: &mut Ui, studio: &Studio, row: &LayerRow, wishes: &mut Wishes) {
 fn owner_of(row: &LayerRow) -> Option<String> {
     let (author, name) = row.owner.as_ref()?;
     let name = name_or_number(*author, authors::shortened(name));
-    Some(if row.is_closed { format!("{name}'s alone") } else { name })
+    Some(if row.is_closed { format!("only {name}") } else { name })
 }
 
 fn row(ui: &mut Ui, studio: &Studio, row: &LayerRow, is_chosen: bool, wishes: &mut Wishes) {

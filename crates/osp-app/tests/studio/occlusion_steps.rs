@@ -143,7 +143,7 @@ fn the_steps_follow_the_view_and_the_model_once_these_rest() {
     harness.command(Command::Play(true));
     let waits = (0..60).any(|_| {
         harness.step();
-        says(&harness, "of an earlier view or model, until both rest")
+        says(&harness, "out of date: updates when view and model stand still")
     });
     assert!(waits, "the model grows");
     harness.command(Command::Play(false));

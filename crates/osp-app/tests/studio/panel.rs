@@ -369,7 +369,7 @@ fn what_the_sides_of_the_view_cut_is_counted() {
     let mut harness = with_panel(replay());
     harness.command(Command::Seek(301));
     assert_eq!(harness.state().studio.inside_and_cut(), None);
-    harness.get_by_label("polygons that the view's sides cut").click_accesskit();
+    harness.get_by_label("polygons that the frustum cuts").click_accesskit();
     harness.run_steps(3);
     let studio = &harness.state().studio;
     let (inside, cut) = studio.inside_and_cut().expect("it is shown");

@@ -1,4 +1,4 @@
-//! The last sign of each author, by this member's clock. A silent author counts as gone after some time.
+//! The time of each author's last presence message, by this member's clock. A silent author counts as gone after some time.
 
 use std::collections::BTreeMap;
 use std::time::Duration;

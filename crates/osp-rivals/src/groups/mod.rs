@@ -6,8 +6,8 @@
 //! number of their polygons does not matter. In an index of the trees, one entry changes.
 //!
 //! ```text
-//! trees: an osp tree, an entry for each node that hangs under none ─> its box in the world
-//! node:  world matrix and box of all below, kept; a flag says that they are not those of now ─> nodes below, a mesh
+//! trees: an osp tree, an entry for each root node ─> its box in the world
+//! node:  world matrix and box of all below, kept; a flag marks them as out of date ─> nodes below, a mesh
 //! mesh:  up to 512 polygons a list, more an osp tree, in its own space
 //! ```
 //!

@@ -238,7 +238,7 @@ impl GroupIndex {
         self.note_stale(node);
     }
 
-    /// Sets the flag up to the top, or up to a node whose flag is set.
+    /// Marks the node and its ancestors as out of date, up to one that is marked already.
     fn note_stale(&mut self, mut node: u32) {
         loop {
             let of = &mut self.nodes[node as usize];

@@ -5,7 +5,7 @@ const LEAST: usize = 32;
 /// Decides how many parts of a growing segment are rebuilt, if all parts depend on its length: usually its end, seldom
 /// all of it.
 ///
-/// A part is rebuilt before half of the parts between it and the end are newer. So the end always has its correct
+/// A part is rebuilt before half of the parts after it have been added since its last build. So the end always has its correct
 /// shape, and parts far behind it are slightly out of date until the stroke ends. A segment that grows to `n` parts,
 /// one by one, costs about `n (2 log n + 32)` builds of a part.
 #[derive(Clone, Debug, Default)]

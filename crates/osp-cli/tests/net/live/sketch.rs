@@ -201,7 +201,7 @@ fn who_makes_a_layer_can_keep_it_and_the_others_see_whose_it_is() {
     bob.studio.command(Command::SelectAll);
     assert!(bob.studio.selection().is_empty());
     bob.studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
-    assert!(bob.studio.messages().iter().any(|said| said.starts_with("layer 2 is Ann's alone")));
+    assert!(bob.studio.messages().iter().any(|said| said.starts_with("only Ann may edit layer 2")));
     assert_eq!((bob.on_their_way(), bob.live().is_waiting()), (0, false));
     layer(&mut bob, LayerEdit::Choose(0));
     bob.draw(-0.2);
@@ -224,7 +224,7 @@ fn who_makes_a_layer_can_keep_it_and_the_others_see_whose_it_is() {
     bob.draw(-0.6);
     until(&mut [&mut ann, &mut bob], "it came too late", |all| row(all[1]).is_closed && have_all(all));
     assert_eq!(bob.studio.scene().counts().strokes, 4);
-    let said = "1 of your strokes are not in the model, because their layer is now another author's alone";
+    let said = "1 of your strokes are not in the model, because only another author may edit their layer now";
     assert!(bob.studio.messages().iter().any(|message| message.starts_with(said)));
     let folder = bob.folder;
     bob.studio.close().expect("written");

@@ -252,6 +252,7 @@ mod tests {
             frames: 300,
             polygons: 300,
             present: (1..=300).collect(),
+            fingerprint: osp_session::replay::SessionFingerprint::new(),
             runs: 1,
             racers: racers.iter().map(racer).collect(),
         }

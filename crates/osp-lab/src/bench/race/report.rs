@@ -86,7 +86,13 @@ fn rows(race: &Race) -> Rows {
         ),
     };
     rows.note(PART, others);
-    rows.note(PART, "All structures saw the same polygons in every frame.");
+    rows.note(
+        PART,
+        format!(
+            "All structures saw the same polygons in every frame; fingerprint {:016x}.",
+            race.fingerprint()
+        ),
+    );
     let name = race.recording.as_str();
     rows.note(PART, format!("{name}: {}, camera {}.", race.pace, race.camera));
     rows.of(PART, name, "").value("polygons", "polygons", race.polygons as f64).value(
@@ -108,7 +114,7 @@ fn rows(race: &Race) -> Rows {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use osp_session::recording::Pace;
+    use osp_session::{recording::Pace, replay::SessionFingerprint};
 
     fn race(frames_us: [&[u64]; 2]) -> Race {
         let racer = |(name, us): (&'static str, &[u64])| {
@@ -125,6 +131,7 @@ mod tests {
             frames: frames_us[0].len() as u64,
             polygons: 3000,
             present: (1000..).step_by(1000).take(frames_us[0].len()).collect(),
+            fingerprint: SessionFingerprint::new(),
             runs: 1,
             racers: [("osp", frames_us[0]), ("octree-rebuild", frames_us[1])].map(racer).into(),
         }

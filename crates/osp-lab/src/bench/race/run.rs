@@ -1,15 +1,16 @@
 use thiserror::Error;
 
-use super::Racer;
+use super::{Racer, plot::ModelPlot};
 use crate::Contender;
 use osp::{
     frame::Pipeline,
     index::{IndexConfig, SpatialIndex},
     math::Aabb,
+    view::View,
 };
 use osp_session::{
     recording::{Event, Pace, RecordingError},
-    replay::{Budget, CameraPath, Lane, Player, Replay, Summary},
+    replay::{Budget, CameraPath, Lane, Player, Replay, SessionFingerprint, Summary},
 };
 
 /// A session for a race.
@@ -60,6 +61,8 @@ pub struct Race {
     pub(super) polygons: u64,
     /// Number of polygons in the model after each played frame.
     pub(super) present: Vec<u64>,
+    /// Fingerprints of the polygons in view, the same for all structures.
+    pub(super) fingerprint: SessionFingerprint,
     /// Number of races of which this race has the shortest frame times.
     pub(super) runs: u32,
     pub(super) racers: Vec<Racer>,
@@ -74,6 +77,7 @@ impl Race {
             frames: input.summary.frames,
             polygons: input.summary.counts.polygons,
             present: Vec::new(),
+            fingerprint: SessionFingerprint::new(),
             runs: 1,
             racers: names.map(Racer::new).collect(),
         }
@@ -92,6 +96,12 @@ impl Race {
     /// Number of polygons in the model after the last played frame.
     pub fn present(&self) -> u64 {
         self.present.last().copied().unwrap_or(0)
+    }
+
+    /// Fingerprint of the polygons in view in all played frames. It is the same for all structures, and equals the
+    /// fingerprint that `osp replay` prints for the same camera and pace.
+    pub fn fingerprint(&self) -> u64 {
+        self.fingerprint.value()
     }
 
     /// Returns for each frame the smaller of the times in this race and in another race with the same input. Both do
@@ -115,6 +125,7 @@ impl Race {
 pub struct RaceRun<I> {
     race: Race,
     replay: Replay<I>,
+    plot: Option<ModelPlot>,
 }
 
 impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
@@ -131,7 +142,21 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
         let budget = Budget { ns: u64::MAX, frames: input.summary.frames };
         let lane = |index| Lane::new(Pipeline::new(index, capacity(input)), budget);
         let lanes = indexes.into_iter().map(lane).collect();
-        Self { race, replay: Replay::new(Player::new(events, input.pace), input.camera.0, lanes) }
+        let replay = Replay::new(Player::new(events, input.pace), input.camera.0, lanes);
+        Self { race, replay, plot: None }
+    }
+
+    /// The race, which also draws the growing model, outside the measured times. `size` is the picture's width and
+    /// height in pixels, `ground` the background's colour (sRGB). The view must have the picture's aspect ratio.
+    #[must_use]
+    pub fn with_picture(self, view: View, size: (u32, u32), ground: [u8; 3]) -> Self {
+        Self { plot: Some(ModelPlot::new(view, size, ground)), ..self }
+    }
+
+    /// The model after the last frame: red, green and blue bytes, rows from the top. Empty without
+    /// [`RaceRun::with_picture`]. O(pixels), plus O(polygons) after a frame that removed or changed some.
+    pub fn picture(&mut self) -> Vec<u8> {
+        self.plot.as_mut().map_or_else(Vec::new, |plot| plot.picture(self.replay.scene()))
     }
 
     /// Plays the next frame through all structures. Returns `false` if the race has ended.
@@ -147,18 +172,24 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
             }
             return Ok(false);
         };
-        let (mut first, mut differs, mut polygons) = (None, None, 0);
+        let (mut first, mut differs, mut number, mut polygons) = (None, None, 0, 0);
         for (racer, outcome) in race.racers.iter_mut().zip(outcomes) {
             let Some(frame) = outcome else { continue };
             racer.add(frame.record.total_ns(), frame.record.polygons);
             racer.sees(frame.record.visible);
-            polygons = frame.record.polygons;
+            (number, polygons) = (frame.record.frame, frame.record.polygons);
             let &mut (first, in_view) = first.get_or_insert((racer.name(), frame.in_view));
             if frame.in_view != in_view {
                 differs.get_or_insert((first, racer.name(), frame.record.frame));
             }
         }
+        if let Some((_, in_view)) = first {
+            race.fingerprint.add(number, in_view);
+        }
         race.present.push(polygons);
+        if let Some(plot) = &mut self.plot {
+            plot.follow(self.replay.scene(), self.replay.changes());
+        }
         match differs {
             Some((first, second, frame)) => {
                 Err(RaceError::Differ { recording: race.recording.clone(), first, second, frame })
