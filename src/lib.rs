@@ -26,7 +26,7 @@
 //! let main = Camera::from_matrix(clip, Depth::OneToZero)?;
 //! let sun = Camera::from_matrix(ortho, Depth::ZeroToOne)?;
 //!
-//! // In each frame, after the changes. What occluders hide is left out where a camera asks for that.
+//! // In each frame, after the changes. `hide_by_occluders` leaves out objects behind occluders, for this camera.
 //! let frame = culler.cull(&[main.hide_by_occluders(), sun]);
 //! let draw: Vec<Entity> = frame[0].iter().collect();
 //! assert!(draw.contains(&table) && draw.contains(&wall) && !draw.contains(&cupboard));
@@ -35,7 +35,7 @@
 //!     eprintln!("{entity:?}: {why}"); // A box that was empty, infinite or NaN.
 //! }
 //!
-//! // What is under the cursor: an engine asks its meshes. Here a box stands for its mesh.
+//! // The object under the cursor: an engine intersects its meshes. Here a box stands for its mesh.
 //! let hit = culler.pick(main.ray(0.0, -0.2), |entity, ray| {
 //!     let [min, max] = culler.bounds(entity)?;
 //!     ray.enter_box(&Aabb::new(min.into(), max.into()), f32::INFINITY)
@@ -51,6 +51,14 @@
 //! objects of each camera. Queries take `&self`: several threads may run them at once.
 //!
 //! # From a change to the screen
+//!
+//! In a [`Culler`]:
+//!
+//! ```text
+//!  set, remove ──> commit: keys get ids ──> index (insert) ──> frustum of each Camera ──> occlusion ──> keys in view
+//! ```
+//!
+//! In a [`Pipeline`](frame::Pipeline), the layer below:
 //!
 //! ```text
 //! the caller's polygons (Geometry) ─┬──────────────────────────────┐
@@ -111,17 +119,17 @@
 //! let index = Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, 64.0), capacity: 1000 });
 //! // A mesh is taken to cost 10 microseconds to draw, so the pass tests every one.
 //! let occlusion = PassConfig::new(Occlusion::Msvbsp);
-//! let mut culler = Pipeline::new(Box::new(index), 1000).with_occlusion(occlusion);
-//! culler.load(&world);
+//! let mut pipeline = Pipeline::new(Box::new(index), 1000).with_occlusion(occlusion);
+//! pipeline.load(&world);
 //!
 //! // Or `View::from_matrix`, with the engine's own.
 //! let projection = Projection::symmetric(60.0, 16.0 / 9.0, 0.1, 100.0);
 //! let view = View::look_at(Vec3::new(0.0, 1.6, 0.0), Vec3::new(0.0, 1.6, -5.0), projection);
 //!
-//! // In each frame: update the world first, then pass the changes to the culler.
+//! // In each frame: update the world first, then pass the changes to the pipeline.
 //! world.meshes[6] = Aabb::cube(Vec3::new(0.0, 1.0, -2.0), 0.5);
-//! culler.frame(&world, &[Change::Update(PolygonId(7))], &view);
-//! for (block, mask) in culler.draw_list().blocks() {
+//! pipeline.frame(&world, &[Change::Update(PolygonId(7))], &view);
+//! for (block, mask) in pipeline.draw_list().blocks() {
 //!     // Draw numbers block * 16 + i for each bit i of the mask; `polygon::ids_of` lists them.
 //!     assert!(mask != 0 && block <= 100 / 16);
 //! }

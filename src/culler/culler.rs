@@ -38,8 +38,8 @@ pub enum Refusal {
 
 /// A culler of an engine's objects. Each object has a key that the engine chooses, and a box.
 ///
-/// The caller sets neither a capacity nor limits of the world, because both grow. Objects come, move and go at any time,
-/// and nothing is rebuilt. See the [crate](crate) for an example.
+/// The caller sets neither a capacity nor limits of the world, because both grow. Objects come, move and go at any time.
+/// The index is built again only if many more objects come at once than are present. See the [crate](crate) for an example.
 ///
 /// Changes take effect with the next [`Culler::cull`] or [`Culler::commit`]. After this call no query finds a removed
 /// object. Several threads may run queries at once. No call panics, and nothing visible is ever left out.
@@ -178,8 +178,8 @@ impl<K: Key> Culler<K> {
     }
 
     /// Finds the objects that may be on the screen of each camera. A camera with [occluders](Camera::hide_by_occluders)
-    /// omits the objects behind them. One walk culls for all cameras: two eyes, a camera and its lights, or the sides of a
-    /// cube.
+    /// omits the objects behind them. Two similar cameras, such as
+    /// the eyes of a headset, share one walk; others are culled one after the other.
     pub fn cull(&mut self, cameras: &[Camera]) -> Frame<'_, K> {
         self.commit();
         std::mem::swap(&mut self.refused, &mut self.refused_since);

@@ -167,7 +167,7 @@ impl<K: Key> fmt::Debug for Seen<'_, K> {
 pub(super) struct Views {
     pub(super) in_view: Vec<VisibleBlocks>,
     pub(super) drawn: Vec<VisibleBlocks>,
-    /// For each camera, whether occluders hide some of the objects in view.
+    /// For each camera, whether occluders were used, so that `drawn` is valid.
     pub(super) is_thinned: Vec<bool>,
     spare: VisibleBlocks,
 }

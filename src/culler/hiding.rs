@@ -138,8 +138,8 @@ impl Hiding {
         self.views.get(camera + 1).map(ViewOcclusion::culler)
     }
 
-    /// Sets `drawn` to the visible part of `in_view`; returns false, without effect, if nothing is hidden. If these layers
-    /// omit an occluder, nothing is hidden, because the objects behind it would be missing.
+    /// Sets `drawn` to the visible part of `in_view`; returns false, without effect, if no occluder is used. None is
+    /// used if these layers omit one, because the objects behind it would be missing.
     pub(super) fn cull(
         &mut self,
         filed: &Filed,

@@ -1,7 +1,10 @@
 //! The culler for engines, with the engine's own keys, boxes, occluders and cameras.
 //!
-//! [`Culler`] implements [`Geometry`](crate::polygon::Geometry) and does the work of a [`Pipeline`](crate::frame::Pipeline)
-//! with [`occlusion`](crate::occlusion). Use those types directly for polygons in your own form, for groups that move as a
+//! ```text
+//! set, remove ─> waiting.rs ─ commit ─> filed.rs: ids, index ─ cull ─> frustum ─> hiding.rs: occlusion ─> frame.rs: keys
+//! ```
+//!
+//! It uses no [`Pipeline`](crate::frame::Pipeline). Use that type for polygons in your own form, for groups that move as a
 //! whole, or for another index. Depends on all other modules except [`frame`](crate::frame).
 
 mod append;

@@ -62,7 +62,7 @@ impl<'a> Nearest<'a> {
     }
 
     /// Tests a polygon.
-    pub fn ask(&mut self, id: PolygonId) {
+    pub fn test(&mut self, id: PolygonId) {
         let Some(t) = (self.hit)(id).filter(|&t| t <= self.t_max) else { return };
         if self.found.is_none_or(|(other, best)| t < best || (t == best && id < other)) {
             self.found = Some((id, t));
@@ -95,7 +95,7 @@ impl Visitor for RayVisitor<'_> {
 
     fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
         for &id in ids {
-            self.nearest.ask(id);
+            self.nearest.test(id);
         }
     }
 }
@@ -237,7 +237,7 @@ impl<'a> NearestPolygons<'a> {
     }
 
     /// Tests a polygon.
-    pub fn ask(&mut self, id: PolygonId) {
+    pub fn test(&mut self, id: PolygonId) {
         let near = Near { distance_m: (self.distance_m)(id), id };
         if near.distance_m.is_nan() {
             return;
@@ -264,7 +264,7 @@ impl Visitor for NearestPolygons<'_> {
     }
 
     fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
-        ids.iter().for_each(|&id| self.ask(id));
+        ids.iter().for_each(|&id| self.test(id));
     }
 }
 

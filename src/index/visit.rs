@@ -37,7 +37,7 @@ pub trait Visitor {
 
     /// Whether the walk calls [`Visitor::leaves`] for neighbouring leaves instead of [`Visitor::node`] for each. A leaf
     /// of one polygon has that polygon's box, so the polygon then counts as taken ([`Visit::Take`]).
-    fn asks_together(&self) -> bool {
+    fn tests_together(&self) -> bool {
         false
     }
 
@@ -47,9 +47,9 @@ pub trait Visitor {
         answers.fill(Visit::Descend);
     }
 
-    /// Receives polygons that pass the frustum test. `asked` is the decision about their node: [`Visit::Descend`] or
+    /// Receives polygons that pass the frustum test. `decision` is the decision about their node: [`Visit::Descend`] or
     /// [`Visit::Take`].
-    fn polygons(&mut self, ids: &[PolygonId], asked: Visit);
+    fn polygons(&mut self, ids: &[PolygonId], decision: Visit);
 }
 
 /// The occlusion test that [`super::SpatialIndex::thin_out`] calls.
@@ -58,7 +58,7 @@ pub trait Thinner {
     fn least_polygons(&self) -> usize;
 
     /// Whether the polygons of leaves are tested one by one.
-    fn asks_polygons(&self) -> bool;
+    fn tests_polygons(&self) -> bool;
 
     /// Tests a node with this box and at most `polygons` polygons. [`Visit::Skip`]: the whole node is hidden.
     /// [`Visit::Take`]: no part of the node can be hidden.

@@ -1,4 +1,4 @@
-use super::{Asked, Cell, OcclusionCuller, Tested, TestedBoxes, Verdict, verdict::TOGETHER};
+use super::{Cell, Needed, OcclusionCuller, Tested, TestedBoxes, Verdict, verdict::TOGETHER};
 use crate::{
     index::{Node, Thinner, Visit, Visitor},
     math::{Aabb, Sphere},
@@ -184,7 +184,7 @@ impl<'a> Tests<'a> {
 
     /// The mask of the hidden polygons of a block; 0 if the settings do not test single polygons.
     fn hidden_in_block(&mut self, geometry: &dyn Geometry, block: usize, mask: u16) -> u16 {
-        if !self.asks_polygons() {
+        if !self.tests_polygons() {
             return 0;
         }
         let (mut ids, mut len) = ([PolygonId(0); BLOCK], 0);
@@ -213,7 +213,7 @@ impl Thinner for Tests<'_> {
         self.config.least_polygons
     }
 
-    fn asks_polygons(&self) -> bool {
+    fn tests_polygons(&self) -> bool {
         self.config.polygon_test != PolygonTest::Never
     }
 
@@ -257,7 +257,7 @@ impl Thinner for Tests<'_> {
         let around = bounds.iter().fold(Aabb::EMPTY, |around, bounds| around.union(bounds));
         let cell = self.nest.cell_around(&around);
         let TestedBoxes { hidden, unoccluded, steps, planes } =
-            self.culler.test_boxes(bounds, cell, Asked::Verdict);
+            self.culler.test_boxes(bounds, cell, Needed::Verdict);
         for (i, (answer, &polygons)) in answers.iter_mut().zip(polygons).enumerate() {
             let is = |mask: u16| mask >> i & 1 == 1;
             *answer = match (is(hidden), is(unoccluded)) {
@@ -281,7 +281,7 @@ impl Thinner for Tests<'_> {
     fn hidden_of(&mut self, boxes: &[Aabb]) -> u16 {
         let around = boxes.iter().fold(Aabb::EMPTY, |around, bounds| around.union(bounds));
         let TestedBoxes { hidden, steps, planes, .. } =
-            self.culler.test_boxes(boxes, self.nest.cell_around(&around), Asked::Hidden);
+            self.culler.test_boxes(boxes, self.nest.cell_around(&around), Needed::Hidden);
         self.counts.polygon_tests += boxes.len() as u64;
         self.counts.steps += u64::from(steps);
         self.counts.planes += u64::from(planes);
@@ -333,7 +333,7 @@ impl<L: Extend<PolygonId>> Visitor for OcclusionVisitor<'_, L> {
         }
     }
 
-    fn asks_together(&self) -> bool {
+    fn tests_together(&self) -> bool {
         self.tests.config.node_test == NodeTest::Box
     }
 
@@ -349,8 +349,8 @@ impl<L: Extend<PolygonId>> Visitor for OcclusionVisitor<'_, L> {
         }
     }
 
-    fn polygons(&mut self, ids: &[PolygonId], asked: Visit) {
-        if asked == Visit::Take || !self.tests.asks_polygons() {
+    fn polygons(&mut self, ids: &[PolygonId], decision: Visit) {
+        if decision == Visit::Take || !self.tests.tests_polygons() {
             self.draw_list.extend(ids.iter().copied());
             return;
         }

@@ -1,4 +1,4 @@
-use super::{Asked, Cell, ShadowVolume, Tested, TestedBoxes, verdict::one_by_one};
+use super::{Cell, Needed, ShadowVolume, Tested, TestedBoxes, verdict::one_by_one};
 use crate::{
     math::{Aabb, Sphere},
     view::ViewWindow,
@@ -61,7 +61,7 @@ pub trait OcclusionCuller: Send + Sync {
 
     /// Tests at most sixteen boxes. All of them lie in a box whose test ended with the cell `from`. The result has the same
     /// hidden boxes as [`OcclusionCuller::test_box`], and perhaps fewer unoccluded ones.
-    fn test_boxes(&self, boxes: &[Aabb], _from: Cell, _asked: Asked) -> TestedBoxes {
+    fn test_boxes(&self, boxes: &[Aabb], _from: Cell, _needed: Needed) -> TestedBoxes {
         one_by_one(boxes, |bounds| self.test_box(bounds))
     }
 

@@ -189,9 +189,9 @@ impl DepthBuffer {
                     let inside = (y[0]..y[1]).contains(&(block_row * BLOCK[1] + k as i32));
                     *row = if inside { row_mask(x[0] - left, x[1] - left) } else { 0 };
                 }
-                let asked = block_masks(rows);
+                let wanted = block_masks(rows);
                 let tile = &self.tiles[(block_row * across + tile_column) as usize];
-                let (lit, shadow) = tile.test(&asked, nearest, farthest);
+                let (lit, shadow) = tile.test(&wanted, nearest, farthest);
                 any_unoccluded |= lit;
                 any_shadow |= shadow;
                 if any_unoccluded && any_shadow {

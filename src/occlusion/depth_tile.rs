@@ -74,17 +74,17 @@ impl Tile {
         }
     }
 
-    /// Tests the pixels `asked` of a volume between two reciprocal depths. Returns whether some pixels are not hidden at
+    /// Tests the pixels `wanted` of a volume between two reciprocal depths. Returns whether some pixels are not hidden at
     /// `nearest`, and whether any block could hide a part of the volume up to `farthest`.
     #[inline]
-    pub(super) fn test(&self, asked: &[u32; LANES], nearest: f32, farthest: f32) -> (bool, bool) {
+    pub(super) fn test(&self, wanted: &[u32; LANES], nearest: f32, farthest: f32) -> (bool, bool) {
         let (mut lit, mut shadow) = (0u32, 0u32);
-        for (i, &asked) in asked.iter().enumerate() {
-            let open = if nearest < self.part[i] { asked & !self.mask[i] } else { asked };
+        for (i, &wanted) in wanted.iter().enumerate() {
+            let open = if nearest < self.part[i] { wanted & !self.mask[i] } else { wanted };
             let open = if nearest < self.all[i] { 0 } else { open };
             lit |= open;
             let shade = self.all[i].max(if self.mask[i] != 0 { self.part[i] } else { 0.0 });
-            shadow |= if farthest < shade { asked } else { 0 };
+            shadow |= if farthest < shade { wanted } else { 0 };
         }
         (lit != 0, shadow != 0)
     }

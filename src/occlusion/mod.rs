@@ -67,7 +67,7 @@ pub use self::{
     stage::OcclusionStage,
     tolerance::{EDGE_ON_SINE, END_ON_SINE, QUERY_SLACK},
     tree::Cell,
-    verdict::{Asked, Tested, TestedBoxes, Verdict},
+    verdict::{Needed, Tested, TestedBoxes, Verdict},
     view_occlusion::{OcclusionConfig, ViewCounts, ViewInput, ViewOcclusion, remove_hidden},
 };
 

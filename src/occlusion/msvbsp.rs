@@ -23,8 +23,8 @@
 //! * The paper has no caps, so it culls everything between the eye and an occluder.
 //!
 //! # Why it is conservative
-//! 1. The cell of a leaf lies in the cone of every occluder in the leaf's list. Each side plane on the way down either cuts
-//!    the cell to the part in front of it, or is omitted because the cell lies in front of it. Cells only shrink. Clipped pieces do
+//! 1. The cell of a leaf lies in the cone of every occluder in the leaf's list. A side plane on the way down cuts the cell to
+//!    the part in front of it. It is omitted if the cell lies in front of it already. Cells only shrink. Clipped pieces do
 //!    not appear in this argument. Errors in them make the shadow smaller, never wrong.
 //! 2. A point x of a volume, inside the window, lies in one leaf's cell. The query reaches this leaf, because it skips a
 //!    child only if the whole volume lies on the other side.
@@ -37,7 +37,7 @@
 use glam::DVec3;
 
 use super::{
-    Asked, BuildCounts, OcclusionCuller, ShadowVolume, Tested, TestedBoxes,
+    BuildCounts, Needed, OcclusionCuller, ShadowVolume, Tested, TestedBoxes,
     cone::{self, Span},
     tolerance::{IMPLIED_SINE, RELEVANT_AREA_SR, RELEVANT_SINE},
     tree::{CapRule, Caps, Cell, Child, Link, MAX_DEPTH, ShadowTree, Side},
@@ -282,8 +282,8 @@ impl OcclusionCuller for Msvbsp {
         self.tree.test_box_in(bounds, from)
     }
 
-    fn test_boxes(&self, boxes: &[Aabb], from: Cell, asked: Asked) -> TestedBoxes {
-        self.tree.test_boxes(boxes, from, asked)
+    fn test_boxes(&self, boxes: &[Aabb], from: Cell, needed: Needed) -> TestedBoxes {
+        self.tree.test_boxes(boxes, from, needed)
     }
 
     fn test_outline(&self, bounds: &Aabb) -> Tested {

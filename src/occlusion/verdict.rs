@@ -30,7 +30,7 @@ pub(super) const TOGETHER: usize = 16;
 pub struct TestedBoxes {
     /// Hidden boxes.
     pub hidden: u16,
-    /// Boxes without a hidden part; valid only for [`Asked::Verdict`].
+    /// Boxes without a hidden part; valid only for [`Needed::Verdict`].
     pub unoccluded: u16,
     /// Number of planes that each box was tested against, summed over the boxes.
     pub steps: u32,
@@ -40,7 +40,7 @@ pub struct TestedBoxes {
 
 /// The results that a test of boxes has to find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Asked {
+pub enum Needed {
     /// The hidden boxes only.
     Hidden,
     /// The hidden boxes, and the boxes without a hidden part.

@@ -5,7 +5,7 @@
 //! test of a box ends at the first leaf that does not hide it.
 
 use super::{
-    Asked, QUERY_SLACK, TestedBoxes,
+    Needed, QUERY_SLACK, TestedBoxes,
     tree::{CapRule, Caps, Cell, Child, ShadowTree},
     verdict::{TOGETHER, one_by_one},
 };
@@ -20,11 +20,11 @@ const DEEPEST: usize = 63;
 
 impl ShadowTree {
     /// Tests at most sixteen boxes. All of them lie in a box whose test ended with the cell `from`.
-    pub fn test_boxes(&self, boxes: &[Aabb], from: Cell, asked: Asked) -> TestedBoxes {
+    pub fn test_boxes(&self, boxes: &[Aabb], from: Cell, needed: Needed) -> TestedBoxes {
         if self.depth() as usize > DEEPEST {
             return one_by_one(boxes, |bounds| self.test_box_in(bounds, from).0);
         }
-        self.backend().run(TestBoxes { tree: self, boxes, from, asked })
+        self.backend().run(TestBoxes { tree: self, boxes, from, needed })
     }
 }
 
@@ -32,7 +32,7 @@ struct TestBoxes<'a> {
     tree: &'a ShadowTree,
     boxes: &'a [Aabb],
     from: Cell,
-    asked: Asked,
+    needed: Needed,
 }
 
 impl WithKernel for TestBoxes<'_> {
@@ -40,10 +40,10 @@ impl WithKernel for TestBoxes<'_> {
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> TestedBoxes {
-        let Self { tree, boxes, from, asked } = self;
+        let Self { tree, boxes, from, needed } = self;
         let all = (1 << boxes.len().min(TOGETHER)) - 1;
         let eye_boxes = EyeBoxes::new(boxes, tree.eye_in_world(), QUERY_SLACK);
-        let (mut lit, mut shadowed) = (0, if asked == Asked::Hidden { all } else { 0 });
+        let (mut lit, mut shadowed) = (0, if needed == Needed::Hidden { all } else { 0 });
         let (mut steps, mut planes) = (0, 0);
         // A loop replaces recursion, because a recursive function would not be compiled for the instruction set.
         let mut waiting = [(Child::OUT, 0_u32); DEEPEST + 1];
@@ -95,7 +95,7 @@ impl WithKernel for TestBoxes<'_> {
                 }
             }
         }
-        let unoccluded = if asked == Asked::Hidden { 0 } else { all & lit & !shadowed };
+        let unoccluded = if needed == Needed::Hidden { 0 } else { all & lit & !shadowed };
         TestedBoxes { hidden: (all & !lit) as u16, unoccluded: unoccluded as u16, steps, planes }
     }
 }

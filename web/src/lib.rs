@@ -41,7 +41,7 @@ pub fn start() -> Result<(), JsError> {
     let (session, opened) = Session::recover_or_new(&autosaves);
     let mut studio = Studio::new(session, autosaves, IndexKind::Osp);
     for remark in opened.remarks {
-        studio.say(remark);
+        studio.show_message(remark);
     }
     studio.command(Command::Occlusion(Occlusion::Auto.into()));
     let settings = Some(Settings::default_path());

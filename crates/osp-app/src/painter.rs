@@ -226,7 +226,7 @@ impl Painter {
         if self.cannot_cull != refused
             && let Some((_, reason)) = &self.cannot_cull
         {
-            studio.say(reason.clone());
+            studio.show_message(reason.clone());
         }
         self.panes.truncate(views.len().max(1));
         let send_ns = self.clock.since(start).ns;
@@ -253,12 +253,12 @@ impl Painter {
         if let Some(times) = times {
             self.draw_ns = times.total_ns;
         }
-        self.tell_counts(studio, times);
+        self.report_counts(studio, times);
         Ok(PaintTimes { send_ns, draw_ns: self.draw_ns, is_shown: is_shown || is_on_wall })
     }
 
     /// Reports the culling counts of the GPU to the studio.
-    fn tell_counts(&mut self, studio: &mut Studio, times: Option<PassTimes>) {
+    fn report_counts(&mut self, studio: &mut Studio, times: Option<PassTimes>) {
         if !self.panes.iter().all(|pane| pane.slot.culls()) {
             studio.note_drawn(None);
             return;

@@ -183,17 +183,17 @@ impl Studio {
         self.end_hands_strokes();
         let mut old = std::mem::replace(&mut self.session, session);
         match old.leave() {
-            Ok(said) => said.into_iter().for_each(|line| self.say(line)),
+            Ok(said) => said.into_iter().for_each(|line| self.show_message(line)),
             Err(unwritten) => {
-                self.say(unwritten.to_string());
+                self.show_message(unwritten.to_string());
                 self.work.unwritten.get_or_insert(unwritten);
             }
         }
         if let Some(place) = old.journal().place_of_edits() {
-            self.say(place);
+            self.show_message(place);
         }
         if let Err(unwritten) = old.close() {
-            self.say(unwritten.to_string());
+            self.show_message(unwritten.to_string());
             self.work.unwritten.get_or_insert(unwritten);
         }
         self.take_up_time();
@@ -228,11 +228,11 @@ impl Studio {
         let is_news = !news.is_empty();
         #[cfg(feature = "live")]
         let is_news = is_news || self.session.live_mut().is_some_and(Live::take_note);
-        news.into_iter().for_each(|line| self.say(line));
+        news.into_iter().for_each(|line| self.show_message(line));
         is_news
     }
 
-    pub(super) fn tell(&mut self, opened: Opened) {
+    pub(super) fn show_remarks(&mut self, opened: Opened) {
         self.messages.extend(opened.remarks);
     }
 
@@ -288,12 +288,12 @@ impl Studio {
             self.samples += events.iter().filter(|event| event.is_sample()).count() as u64;
             if let Some((most, what)) = excess {
                 let more = self.limits.polygons.saturating_mul(2);
-                self.say(format!(
+                self.show_message(format!(
                     "this session now has more than {most} {what}: open it with --max-polygons {more} or more"
                 ));
             }
         } else if !events.is_empty() {
-            self.tell_of_reading();
+            self.report_reading();
         }
         events.clear();
         self.events = events;
@@ -301,9 +301,9 @@ impl Studio {
     }
 
     /// Shows a message that the session is read-only, except in a replay.
-    fn tell_of_reading(&mut self) {
+    fn report_reading(&mut self) {
         if !self.session.is_replay() {
-            self.say_once(LOOKED_AT);
+            self.show_once(LOOKED_AT);
         }
     }
 
@@ -311,7 +311,7 @@ impl Studio {
         if self.can_draw() {
             return Some(self.session.new_stroke());
         }
-        self.tell_of_reading();
+        self.report_reading();
         None
     }
 
@@ -345,14 +345,14 @@ impl Studio {
     }
 
     /// Shows a message about screens that the head has moved behind.
-    fn tell_of_screens_behind(&mut self) {
+    fn report_screens_behind(&mut self) {
         let behind = self.room.screens_behind(&self.shown.views);
         if behind.clone().eq(self.shown.behind.iter().map(String::as_str)) {
             return;
         }
         let behind: Vec<String> = behind.map(str::to_owned).collect();
         if !behind.is_empty() {
-            self.say_once(&format!(
+            self.show_once(&format!(
                 "the head is behind or too near to {}: shown as from 5 cm in front",
                 behind.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
             ));
@@ -390,7 +390,7 @@ impl Studio {
         let bounds = self.session.bounds();
         let hands = self.hands_before_screens();
         self.room.views_into(&self.navigator, &hands, aspect, &bounds, &mut self.shown.views);
-        self.tell_of_screens_behind();
+        self.report_screens_behind();
         let eyes: Vec<View> = self.shown.views.iter().map(|view| view.view).collect();
         let cull_views = match &self.frozen {
             Some(frozen) if frozen.len() == eyes.len() => frozen,

@@ -148,7 +148,7 @@ impl Live {
                 Some(context.load_texture("brushes", image, egui::TextureOptions::LINEAR))
             }
             Err(error) => {
-                studio.say(format!("no pictures of brushes: {error}"));
+                studio.show_message(format!("no pictures of brushes: {error}"));
                 None
             }
         };
@@ -261,10 +261,10 @@ impl App {
                 let _ = proxy.send_event(Wake);
             })?;
             if let Some(address) = tracker.local_address() {
-                studio.say(format!("listening to a tracker at udp://{address}"));
+                studio.show_message(format!("listening to a tracker at udp://{address}"));
             }
             if let Some(warning) = address.warning(&self.options.tracker_options) {
-                studio.say(warning);
+                studio.show_message(warning);
             }
             studio.set_tracker(tracker);
         }
@@ -289,7 +289,7 @@ impl App {
             let warning = format!("{}: {error}: no trace from here on", path.display());
             // A closed standard error is ignored.
             let _ = writeln!(io::stderr().lock(), "warning: {warning}");
-            studio.say(warning);
+            studio.show_message(warning);
             self.trace = None;
         }
     }
@@ -347,9 +347,9 @@ impl App {
         let mut painter = painter?;
         if let Some(studio) = &mut self.studio {
             match open_walls(event_loop, studio, &window, &mut painter) {
-                Ok(remark) => remark.into_iter().for_each(|remark| studio.say(remark)),
+                Ok(remark) => remark.into_iter().for_each(|remark| studio.show_message(remark)),
                 // Drawing continues if a monitor was removed.
-                Err(error) if self.recoveries > 0 => studio.say(error.to_string()),
+                Err(error) if self.recoveries > 0 => studio.show_message(error.to_string()),
                 Err(error) => return Err(error),
             }
         }
@@ -445,19 +445,19 @@ impl App {
         if studio.writes_frames() && painted.is_shown {
             match live.painter.picture().and_then(|coming| coming.wait(live.painter.gpu())) {
                 Ok(picture) => studio.take_frame(picture),
-                Err(error) => studio.say_once(&error.to_string()),
+                Err(error) => studio.show_once(&error.to_string()),
             }
         }
         // A frame that was not presented may not have been drawn.
         if let Some(path) = painted.is_shown.then(|| studio.take_picture()).flatten() {
             match live.painter.picture() {
                 Ok(coming) => live.picture = Some((path, coming)),
-                Err(error) => tell_of_picture(studio, &path, Err(error)),
+                Err(error) => report_picture(studio, &path, Err(error)),
             }
         }
         if let Some((path, coming)) = &live.picture {
             if let Some(picture) = coming.take(live.painter.gpu()) {
-                tell_of_picture(studio, path, picture.and_then(|picture| picture.write_png(path)));
+                report_picture(studio, path, picture.and_then(|picture| picture.write_png(path)));
                 live.picture = None;
             }
             live.window.request_redraw();
@@ -518,16 +518,16 @@ impl App {
         }
         self.live = None;
         if let Some(studio) = &mut self.studio {
-            studio.say(format!("{error}; drawing continues"));
+            studio.show_message(format!("{error}; drawing continues"));
             studio.send_all_again();
         }
         self.open_window(event_loop)
     }
 }
 
-fn tell_of_picture(studio: &mut Studio, path: &Path, outcome: Result<(), RenderError>) {
+fn report_picture(studio: &mut Studio, path: &Path, outcome: Result<(), RenderError>) {
     let said = outcome.map(|()| format!("the picture is in {}", path.display()));
-    studio.tell_of_file(said.map_err(|error| match error {
+    studio.report_file(said.map_err(|error| match error {
         RenderError::Write { .. } => error.to_string(),
         _ => format!("{}: {error}", path.display()),
     }));

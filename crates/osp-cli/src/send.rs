@@ -15,7 +15,7 @@ use super::{
     session::OpenSession,
     tracker::key,
 };
-use osp_app::tracker::{Message, Teller, TrackerKey, osc_keyed, osc_packet, write_line};
+use osp_app::tracker::{EventEncoder, Message, TrackerKey, osc_keyed, osc_packet, write_line};
 use osp_lab::report::thousands;
 use osp_session::recording::{Pace, Pacer};
 
@@ -33,7 +33,7 @@ pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
     let session = OpenSession::open(&args.file, &args.reading)?;
     let mut pacer = Pacer::new(session, args.pace);
     let mut sender = Sender { socket, osc: args.osc, key, packet: String::new(), packets: 0, refused: 0 };
-    let mut teller = Teller::new();
+    let mut encoder = EventEncoder::new();
     let (mut events, mut messages) = (Vec::new(), Vec::new());
     let mut sent = 0u64;
     let start = Instant::now();
@@ -41,7 +41,7 @@ pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
     while pacer.next_frame(&mut events)? {
         frames += 1;
         messages.clear();
-        events.iter().for_each(|event| teller.tell(event, &mut messages));
+        events.iter().for_each(|event| encoder.encode(event, &mut messages));
         for message in &messages {
             sender.send(message)?;
         }
@@ -56,9 +56,9 @@ pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
         thousands(sender.packets),
         start.elapsed().as_secs_f64()
     ))?;
-    if teller.left_out() > 0 {
+    if encoder.left_out() > 0 {
         let what = "events were not sent, because a tracker cannot send them (moved strokes, groups, finished polygons)";
-        complain(&format!("warning: {} {what}", thousands(teller.left_out())));
+        complain(&format!("warning: {} {what}", thousands(encoder.left_out())));
     }
     if sender.refused > 0 {
         complain(&format!(

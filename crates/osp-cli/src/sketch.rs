@@ -169,7 +169,7 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     studio.command(Command::Occlusion(args.window.occlusion));
     for remark in opened.remarks {
         complain(&remark);
-        studio.say(remark);
+        studio.show_message(remark);
     }
     if let Some(held) = held {
         complain(&held.to_string());

@@ -214,7 +214,7 @@ impl<P: Partition> SpatialIndex for BucketTree<P> {
         hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
     ) -> Option<(PolygonId, f32)> {
         let mut nearest = Nearest::new(t_max, hit);
-        self.ask_along(ray, &mut nearest);
+        self.test_along(ray, &mut nearest);
         nearest.found()
     }
 

@@ -194,7 +194,7 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
         distance_m: &mut dyn FnMut(PolygonId) -> f32,
         out: &mut Vec<(PolygonId, f32)>,
     ) -> WorkCounts {
-        nearest_by(point, count, self.len(), distance_m, out, |nearest| self.tree.ask_nearest(nearest))
+        nearest_by(point, count, self.len(), distance_m, out, |nearest| self.tree.test_nearest(nearest))
     }
 
     fn upkeep(&self) -> Option<Upkeep> {

@@ -49,7 +49,7 @@ impl Osp {
                 let blocks = updates.chunk_by(|(a, _), (b, _)| a.0 / 16 == b.0 / 16).take(TOGETHER);
                 let firsts = blocks.filter_map(|updates| updates.first()).map(|(id, _)| id.0);
                 let in_tree = firsts.filter(|&id| self.movers.slot(PolygonId(id)).is_none());
-                self.ask_for_blocks(in_tree.inspect(|_| ahead += 1));
+                self.prefetch_blocks(in_tree.inspect(|_| ahead += 1));
             }
             let end = updates.iter().position(|(id, _)| id.0 / 16 != first / 16).unwrap_or(updates.len());
             let (of_block, rest) = updates.split_at(end);

@@ -1,6 +1,6 @@
 //! Prefetches the memory that changes will touch. Erased and inserted polygons lie anywhere in the tree, so each change
 //! would wait for a dozen cache lines, one after the other. If the lines of many changes are prefetched together, they
-//! arrive in parallel.
+//! arrive in parallel. Only a `Pipeline` calls this, because it gets all changes of a frame at once.
 
 use super::{index::Osp, pool::NONE};
 use crate::{
@@ -17,7 +17,7 @@ pub(super) const LEAST: usize = 4;
 impl Osp {
     /// Prefetches the memory of these changes if they lie far apart. The changes of a stroke being drawn touch few cache
     /// lines, which are in the cache already.
-    pub(super) fn ask_for(&self, geometry: &dyn Geometry, changes: &[Change]) {
+    pub(super) fn prefetch(&self, geometry: &dyn Geometry, changes: &[Change]) {
         // A batch of updates is left out, because `update_blocks` prefetches for itself.
         let are_together = || changes.iter().all(|change| matches!(change, Change::Update(_)));
         if changes.len() < LEAST || self.is_linear || are_together() {
@@ -54,7 +54,7 @@ impl Osp {
             }
             for (place, change) in places.iter().zip(changes).filter(|(place, _)| **place != NONE) {
                 match *change {
-                    Change::Insert(_) => self.ask_for_end_of(*place),
+                    Change::Insert(_) => self.prefetch_end_of(*place),
                     Change::Repaint(_) | Change::Place(_) => {}
                     Change::Remove(_) | Change::Update(_) => {
                         prefetch_lines::<3, _>(self.buckets.place(self.pages[*place / 16].bucket));
@@ -66,7 +66,7 @@ impl Osp {
 
     /// Prefetches the memory that updates of these blocks will touch. The first id of a block determines the page and
     /// bucket of most of its polygons.
-    pub(super) fn ask_for_blocks(&self, firsts: impl Iterator<Item = u32>) {
+    pub(super) fn prefetch_blocks(&self, firsts: impl Iterator<Item = u32>) {
         let mut places = [NONE; TOGETHER];
         for (place, id) in places.iter_mut().zip(firsts) {
             let is_filed = self.ids.filed(id / 16) >> (id % 16) & 1 == 1;
@@ -83,7 +83,7 @@ impl Osp {
     }
 
     /// Prefetches the cache lines that the next run appended to a bucket will be written to.
-    pub(super) fn ask_for_end_of(&self, bucket: u32) {
+    pub(super) fn prefetch_end_of(&self, bucket: u32) {
         let bucket = &self.buckets[bucket];
         let at = bucket.page_count as usize - usize::from(bucket.page_count > 0);
         self.pages.prefetch(bucket.last, bucket.counts[at]);

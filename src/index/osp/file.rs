@@ -34,7 +34,7 @@ impl Osp {
         }
         if runs.len() > 2 {
             for way in ways[..runs.len()].iter().filter(|way| way.bucket != NONE) {
-                self.ask_for_end_of(way.bucket);
+                self.prefetch_end_of(way.bucket);
             }
         }
         for (way, (run, bounds)) in ways.iter().zip(runs) {
@@ -321,10 +321,10 @@ impl Osp {
                     self.pages.prefetch_all(later);
                 }
                 if i == 0 {
-                    self.ask_for_places(number);
+                    self.prefetch_places(number);
                 }
                 if let Some(&next) = pages.get(i + 1) {
-                    self.ask_for_places(next);
+                    self.prefetch_places(next);
                 }
                 let runs = usize::from(self.pages[number].runs);
                 for lane in 0..runs {
@@ -340,7 +340,7 @@ impl Osp {
     }
 
     /// Prefetches the entries of a page's polygons in the id map.
-    fn ask_for_places(&self, number: u32) {
+    fn prefetch_places(&self, number: u32) {
         let page = &self.pages[number];
         for &first in &page.first[..usize::from(page.runs)] {
             self.ids.prefetch_detail(first / 16);

@@ -281,7 +281,7 @@ impl IdMap {
 
     /// Sets the ids of a block that are in use, at least one. Stores the exact boxes of the polygons `shared`, if there are
     /// any. Returns the number of these boxes, or [`NONE`].
-    pub(super) fn file_block(&mut self, open: &OpenBlock, shared: u16) -> u32 {
+    pub(super) fn note_block(&mut self, open: &OpenBlock, shared: u16) -> u32 {
         let (number, at) = Self::split(open.block());
         if number >= self.directory.len() {
             self.directory.resize(number + 1, NONE);

@@ -26,7 +26,8 @@ use crate::{
 };
 
 /// The fast form of the OSP (octal space partition) tree, and the index that most programs should use: an octree of loose
-/// cells for polygons that come and go at any time. It never rebuilds the tree. It tests eight or sixteen boxes at once
+/// cells for polygons that come and go at any time. It never rebuilds the tree; few polygons are a plain list without one.
+/// It tests eight or sixteen boxes at once
 /// (AVX-512, AVX2, SSE2, NEON, simd128).
 #[derive(Clone, Debug)]
 pub struct Osp {
@@ -51,7 +52,7 @@ pub struct Osp {
     pub(super) open: OpenBlock,
     /// The highest node; its cell contains all keys.
     pub(super) top: u32,
-    /// Whether all runs are straddlers of the top node. A list of few runs is faster than a tree.
+    /// Whether the tree is a single node: all runs are straddlers of the top node. For few runs this is faster.
     pub(super) is_flat: bool,
     /// A counter that changes when nodes or buckets are added or removed.
     pub(super) shape: u32,
@@ -65,7 +66,7 @@ pub struct Osp {
     pub(super) to_pack: VecDeque<u32>,
     /// Straddlers that wait to be moved to the children of their node.
     pub(super) to_divide: VecDeque<u32>,
-    /// Number of runs inserted since the last commit.
+    /// Number of runs inserted into the tree since the last commit; in the plain list the number of polygons.
     pub(super) came: u32,
     /// The ids of scattered polygons in the order of the tree.
     pub(super) spans: Spans,
@@ -214,7 +215,7 @@ impl Osp {
         if self.open.lanes() != 0 {
             let mut gathered = self.gathered.take().unwrap_or_default();
             self.open.gather(&mut gathered);
-            let store = self.ids.file_block(&self.open, gathered.shared);
+            let store = self.ids.note_block(&self.open, gathered.shared);
             self.file_gathered(gathered, store);
         }
         self.open.close();
@@ -225,7 +226,7 @@ impl Osp {
         self.changes += 1;
         let mut gathered = self.gathered.take().unwrap_or_default();
         block.gather(&mut gathered);
-        let store = self.ids.file_block(block, gathered.shared);
+        let store = self.ids.note_block(block, gathered.shared);
         self.file_gathered(gathered, store);
     }
 
@@ -279,7 +280,7 @@ impl SpatialIndex for Osp {
     }
 
     fn announce(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
-        self.ask_for(geometry, changes);
+        self.prefetch(geometry, changes);
     }
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
@@ -437,7 +438,7 @@ impl SpatialIndex for Osp {
         hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
     ) -> Option<(PolygonId, f32)> {
         let mut nearest = Nearest::new(t_max, hit);
-        self.ask_along(ray, &mut nearest);
+        self.test_along(ray, &mut nearest);
         nearest.found()
     }
 
@@ -448,7 +449,7 @@ impl SpatialIndex for Osp {
         distance_m: &mut dyn FnMut(PolygonId) -> f32,
         out: &mut Vec<(PolygonId, f32)>,
     ) -> WorkCounts {
-        nearest_by(point, count, self.len(), distance_m, out, |nearest| self.ask_around(nearest))
+        nearest_by(point, count, self.len(), distance_m, out, |nearest| self.test_around(nearest))
     }
 
     fn upkeep(&self) -> Option<Upkeep> {

@@ -33,6 +33,16 @@
 //! * The paper does not erase polygons. Here, erasing clears a bit. Later commits tighten boxes and join pages, leaves
 //!   and nodes; the work is proportional to the number of erased polygons.
 //!
+//! # Files
+//!
+//! * Insert: `index.rs` (entry), `open.rs` (the block being drawn), `ids.rs`, `file.rs` (to a leaf), `grid.rs`; `linear.rs`
+//!   and `form.rs` for few polygons; `announce.rs` prefetches.
+//! * Move: `adjust.rs`, `movers.rs`, `heat.rs`. Remove: `remove.rs`.
+//! * Commit: `settle.rs`, `divide.rs`, `order.rs`, `rest.rs`.
+//! * Query: `plan.rs` chooses the way, `query.rs` walks, `two_eyes.rs` walks for two, `answer.rs` writes the result;
+//!   `movers_query.rs`, `visit.rs`, `ray.rs`. Then `thin.rs` removes hidden polygons.
+//! * Storage: `layout.rs`, `pool.rs`, `pages.rs`, `spans.rs`, `pair_sets.rs`.
+//!
 //! # Layout
 //!
 //! ```text
@@ -55,7 +65,6 @@ mod ids;
 mod index;
 mod layout;
 mod linear;
-mod many_views;
 mod movers;
 mod movers_query;
 mod open;
@@ -72,6 +81,7 @@ mod settle;
 mod spans;
 mod thin;
 mod tuning;
+mod two_eyes;
 mod validate;
 mod visit;
 

@@ -41,7 +41,7 @@ trait Search {
     fn wants(&self, t: f32) -> bool;
 
     /// Tests a polygon.
-    fn ask(&mut self, id: PolygonId);
+    fn test(&mut self, id: PolygonId);
 }
 
 struct AlongRay<'a, 'h> {
@@ -61,8 +61,8 @@ impl Search for AlongRay<'_, '_> {
     }
 
     #[inline(always)]
-    fn ask(&mut self, id: PolygonId) {
-        self.nearest.ask(id);
+    fn test(&mut self, id: PolygonId) {
+        self.nearest.test(id);
     }
 }
 
@@ -78,19 +78,19 @@ impl Search for &mut NearestPolygons<'_> {
     }
 
     #[inline(always)]
-    fn ask(&mut self, id: PolygonId) {
-        NearestPolygons::ask(self, id);
+    fn test(&mut self, id: PolygonId) {
+        NearestPolygons::test(self, id);
     }
 }
 
 impl Osp {
     /// Passes the polygons along a ray to `nearest`, near nodes first.
-    pub(super) fn ask_along(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
+    pub(super) fn test_along(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
         self.backend.run(Nearby { osp: self, search: AlongRay { ray, nearest } });
     }
 
     /// Passes polygons to `nearest`, the nodes near its point first.
-    pub(super) fn ask_around(&self, nearest: &mut NearestPolygons<'_>) -> WorkCounts {
+    pub(super) fn test_around(&self, nearest: &mut NearestPolygons<'_>) -> WorkCounts {
         self.backend.run(Nearby { osp: self, search: nearest })
     }
 }
@@ -136,7 +136,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
     fn run(&mut self) {
         let osp = self.osp;
         for Group { boxes, lanes, ids } in osp.movers.groups() {
-            self.ask_lanes(ids, u32::from(lanes), boxes);
+            self.test_lanes(ids, u32::from(lanes), boxes);
         }
         if osp.is_linear {
             self.blocks();
@@ -144,7 +144,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
         let lanes = u32::from(osp.open.lanes());
         // Without polygons, the open block may have no number.
         if lanes != 0 {
-            self.ask_lanes(GroupIds::Block(osp.open.block()), lanes, osp.open.rows());
+            self.test_lanes(GroupIds::Block(osp.open.block()), lanes, osp.open.rows());
         }
         if !osp.is_linear && osp.len > 0 {
             // The top node has no box of its own; the boxes of its children are tested.
@@ -182,10 +182,10 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
                 self.pages_of(node.own);
             }
             Place::Leaf(head) => self.pages_of(head),
-            Place::Page(number) => self.ask_page(number),
+            Place::Page(number) => self.test_page(number),
             Place::Block(at) => {
                 let (number, lanes, boxes) = self.osp.linear.block(at as usize);
-                self.ask_lanes(GroupIds::Block(number), u32::from(lanes), boxes);
+                self.test_lanes(GroupIds::Block(number), u32::from(lanes), boxes);
             }
         }
     }
@@ -224,7 +224,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
 
     /// Searches the runs of a page, near ones first.
     #[inline(always)]
-    fn ask_page(&mut self, number: u32) {
+    fn test_page(&mut self, number: u32) {
         let osp = self.osp;
         let mut runs = [(0.0, 0); 16];
         let mut count = 0;
@@ -248,19 +248,19 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
             let (run, _) = osp.pages.run(number, lane);
             let (first, lanes) = (run.first & !15, u32::from(run.lanes()));
             if !run.is_exact() {
-                self.ask_lanes(GroupIds::Block(first / 16), lanes, osp.ids.boxes(run.store));
+                self.test_lanes(GroupIds::Block(first / 16), lanes, osp.ids.boxes(run.store));
             } else if lanes != 0 {
                 // The run's box, which was tested, is the polygon's box.
-                self.search.ask(PolygonId(first + lanes.trailing_zeros()));
+                self.search.test(PolygonId(first + lanes.trailing_zeros()));
             }
         }
     }
 
     #[inline(always)]
-    fn ask_lanes(&mut self, ids: GroupIds<'_>, lanes: u32, boxes: &Boxes<16>) {
+    fn test_lanes(&mut self, ids: GroupIds<'_>, lanes: u32, boxes: &Boxes<16>) {
         for (lane, t) in self.reach(boxes, lanes).lanes() {
             if self.search.wants(t) {
-                self.search.ask(ids.id(lane));
+                self.search.test(ids.id(lane));
             }
         }
     }

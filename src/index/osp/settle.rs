@@ -32,7 +32,7 @@ impl Osp {
         }
     }
 
-    /// Moves a bounded number of resting polygons to the tree. `came` is the number of polygons inserted since the last
+    /// Moves a bounded number of resting polygons to the tree. `came` is `Osp::came`: the number of runs or polygons inserted since the last
     /// commit.
     pub(super) fn settle(&mut self, came: u32) {
         self.clock = self.clock.wrapping_add(1);

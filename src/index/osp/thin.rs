@@ -1,4 +1,5 @@
-//! Removes hidden polygons from the result of a query. The walk descends only into nodes that lie in the frustum and are
+//! Removes hidden polygons from the result of a query. The calls: `occlusion::remove_hidden` ─> `Osp::thin_out` ─> `Thin`
+//! here ─> `Thinner` (`occlusion/cull.rs`), which tests boxes of nodes and polygons against the culler. The walk descends only into nodes that lie in the frustum and are
 //! partly hidden. It removes wholly hidden nodes from the result. Nodes that are not hidden stay in it, without a read.
 
 use std::ops::Range;
@@ -49,7 +50,7 @@ impl WithKernel for Thin<'_> {
         let (open, lanes) = (osp.open.block(), osp.open.lanes());
         self.block(open, lanes, || osp.open.rows().around(u32::from(lanes)), osp.open.rows());
         let polygons = osp.len - osp.open.lanes().count_ones() as usize;
-        match self.ask(&osp.node_box(osp.top), polygons) {
+        match self.test(&osp.node_box(osp.top), polygons) {
             Visit::Take => {}
             Visit::Skip => self.hide_node(osp.top),
             Visit::Descend => self.node(kernel, osp.top, polygons, PlaneSet::ALL),
@@ -58,7 +59,7 @@ impl WithKernel for Thin<'_> {
 }
 
 impl Thin<'_> {
-    fn ask(&mut self, bounds: &Aabb, polygons: usize) -> Visit {
+    fn test(&mut self, bounds: &Aabb, polygons: usize) -> Visit {
         // An empty place may still wait for upkeep.
         if polygons == 0 || polygons < self.least || bounds.is_empty() {
             return Visit::Take;
@@ -87,7 +88,7 @@ impl Thin<'_> {
                 around = around.union(&boxes.around(u32::from(lanes)));
                 polygons += lanes.count_ones() as usize;
             }
-            if self.ask(&around, polygons) == Visit::Skip {
+            if self.test(&around, polygons) == Visit::Skip {
                 for (block, lanes, _) in groups.map(|group| movers.own_group(group)) {
                     self.visible.remove_block(block as usize, lanes);
                 }
@@ -107,14 +108,14 @@ impl Thin<'_> {
                     visible.remove_block(number as usize, lanes);
                 }
             };
-            let ask = |thin: &mut Self, places: Range<usize>| {
+            let test = |thin: &mut Self, places: Range<usize>| {
                 let polygons =
                     places.clone().map(|at| linear.block(group * BLOCK + at).1.count_ones() as usize);
                 let lanes = ((1u32 << places.end) - 1) & !((1 << places.start) - 1);
                 let polygons = polygons.sum();
-                thin.ask(&each.around(lanes), polygons)
+                thin.test(&each.around(lanes), polygons)
             };
-            match ask(self, 0..blocks) {
+            match test(self, 0..blocks) {
                 Visit::Take => {}
                 Visit::Skip => hide(self.visible, 0..blocks),
                 Visit::Descend if together == 1 => {
@@ -126,7 +127,7 @@ impl Thin<'_> {
                 Visit::Descend => {
                     for start in (0..blocks).step_by(together) {
                         let places = start..(start + together).min(blocks);
-                        if ask(self, places.clone()) == Visit::Skip {
+                        if test(self, places.clone()) == Visit::Skip {
                             hide(self.visible, places);
                         }
                     }
@@ -139,7 +140,7 @@ impl Thin<'_> {
     fn block(&mut self, number: u32, lanes: u16, around: impl FnOnce() -> Aabb, boxes: &Boxes<16>) {
         let seen = if lanes == 0 { 0 } else { lanes & self.visible.mask(number as usize) };
         if seen != 0 {
-            let answer = self.ask(&around(), lanes.count_ones() as usize);
+            let answer = self.test(&around(), lanes.count_ones() as usize);
             self.answered(number, lanes, answer, |lane| boxes.get(lane));
         }
     }
@@ -153,10 +154,10 @@ impl Thin<'_> {
             around = around.union(&own[seen]);
             seen += 1;
         }
-        let hidden = match self.ask(&around, seen) {
+        let hidden = match self.test(&around, seen) {
             Visit::Take => 0,
             Visit::Skip => u16::MAX,
-            Visit::Descend if !self.thinner.asks_polygons() => 0,
+            Visit::Descend if !self.thinner.tests_polygons() => 0,
             Visit::Descend => self.thinner.hidden_of(&own[..seen]),
         };
         for (_, id) in of[..seen].iter().enumerate().filter(|(at, _)| hidden >> at & 1 == 1) {
@@ -169,7 +170,7 @@ impl Thin<'_> {
         match answer {
             Visit::Take => {}
             Visit::Skip => self.visible.remove_block(block as usize, lanes),
-            Visit::Descend if !self.thinner.asks_polygons() => {}
+            Visit::Descend if !self.thinner.tests_polygons() => {}
             Visit::Descend => {
                 let mut boxes = [Aabb::EMPTY; RUN];
                 let seen = lanes & self.visible.mask(block as usize);
@@ -199,12 +200,12 @@ impl Thin<'_> {
             let (bounds, below) = (node.boxes.get(slot), sides.planes_at(planes, slot));
             match node.children[slot].target() {
                 Target::Nothing => {}
-                Target::Leaf(head) => match self.ask(&bounds, osp.buckets[head].polygons as usize) {
+                Target::Leaf(head) => match self.test(&bounds, osp.buckets[head].polygons as usize) {
                     Visit::Take => {}
                     Visit::Skip => self.hide_chain(head),
                     Visit::Descend => self.chain(kernel, head, below),
                 },
-                Target::Node(child) => match self.ask(&bounds, polygons) {
+                Target::Node(child) => match self.test(&bounds, polygons) {
                     Visit::Take => {}
                     Visit::Skip => self.hide_node(child),
                     Visit::Descend => self.node(kernel, child, polygons, below),
@@ -233,7 +234,7 @@ impl Thin<'_> {
                 let page = &osp.pages[bucket.pages[i]];
                 let runs = &page.masks[..usize::from(page.runs)];
                 let polygons = runs.iter().map(|mask| mask.count_ones() as usize).sum();
-                match self.ask(&bucket.boxes.get(i), polygons) {
+                match self.test(&bucket.boxes.get(i), polygons) {
                     Visit::Take => {}
                     Visit::Skip => self.hide_page(bucket.pages[i]),
                     Visit::Descend => self.page(bucket.pages[i]),
@@ -251,13 +252,13 @@ impl Thin<'_> {
         let runs = usize::from(osp.pages[number].runs);
         for start in (0..runs).step_by(RUN) {
             let (mut boxes, mut polygons) = ([Aabb::EMPTY; RUN], [0_u8; RUN]);
-            let (mut asked, mut count) = ([0; RUN], 0);
+            let (mut tested, mut count) = ([0; RUN], 0);
             for i in start..runs.min(start + RUN) {
                 let (run, bounds) = osp.pages.run(number, i);
                 let in_run = run.lanes().count_ones();
                 let is_seen = run.lanes() & self.visible.mask((run.first / 16) as usize) != 0;
                 if is_seen && in_run as usize >= self.least && !bounds.is_empty() {
-                    (boxes[count], polygons[count], asked[count]) = (bounds, in_run as u8, i);
+                    (boxes[count], polygons[count], tested[count]) = (bounds, in_run as u8, i);
                     count += 1;
                 }
             }
@@ -266,7 +267,7 @@ impl Thin<'_> {
             }
             let mut answers = [Visit::Take; RUN];
             self.thinner.nodes(&boxes[..count], &polygons[..count], &mut answers[..count]);
-            for (&i, &answer) in asked[..count].iter().zip(&answers) {
+            for (&i, &answer) in tested[..count].iter().zip(&answers) {
                 let (run, bounds) = osp.pages.run(number, i);
                 let (block, lanes) = (run.first / 16, run.lanes());
                 if run.is_exact() {

@@ -58,7 +58,7 @@ impl Osp {
 impl Walk<'_> {
     /// Tests a place against the frustum and passes it to the visitor. Returns the planes left to test and the visitor's
     /// decision; `None` if the place is outside the frustum or skipped.
-    fn ask(&mut self, place: &Place, mask: PlaneMask, asked: Visit) -> Option<(PlaneMask, Visit)> {
+    fn decide(&mut self, place: &Place, mask: PlaneMask, decision: Visit) -> Option<(PlaneMask, Visit)> {
         if place.polygons == 0 || place.bounds.is_empty() {
             // An empty place may still wait for upkeep.
             return None;
@@ -70,7 +70,7 @@ impl Walk<'_> {
         if containment == Containment::Outside {
             return None;
         }
-        if asked == Visit::Take {
+        if decision == Visit::Take {
             return Some((mask, Visit::Take));
         }
         let Place { bounds, depth, polygons, is_leaf } = place;
@@ -85,13 +85,13 @@ impl Walk<'_> {
     fn block(&mut self, ids: GroupIds<'_>, lanes: u16, bounds: Aabb, boxes: &Boxes<16>) {
         let polygons = lanes.count_ones() as usize;
         let place = Place { bounds, depth: 0, polygons, is_leaf: true };
-        if let Some((mask, answer)) = self.ask(&place, PlaneMask::ALL, Visit::Descend) {
+        if let Some((mask, answer)) = self.decide(&place, PlaneMask::ALL, Visit::Descend) {
             self.polygons(ids, u32::from(lanes), mask, answer, |lane| boxes.get(lane));
         }
     }
 
-    fn node(&mut self, number: u32, place: &Place, mask: PlaneMask, asked: Visit) {
-        let Some((mask, answer)) = self.ask(place, mask, asked) else { return };
+    fn node(&mut self, number: u32, place: &Place, mask: PlaneMask, decision: Visit) {
+        let Some((mask, answer)) = self.decide(place, mask, decision) else { return };
         let node = &self.osp.nodes[number];
         let depth = place.depth + 1;
         for (slot, link) in node.children.iter().enumerate() {
@@ -101,7 +101,7 @@ impl Walk<'_> {
                 Target::Leaf(head) => {
                     let polygons = self.osp.buckets[head].polygons as usize;
                     let place = Place { bounds, depth, polygons, is_leaf: false };
-                    if let Some((mask, answer)) = self.ask(&place, mask, answer) {
+                    if let Some((mask, answer)) = self.decide(&place, mask, answer) {
                         self.chain(head, depth + 1, mask, answer);
                     }
                 }
@@ -114,7 +114,7 @@ impl Walk<'_> {
         self.chain(node.own, depth, mask, answer);
     }
 
-    fn chain(&mut self, head: u32, depth: u32, mask: PlaneMask, asked: Visit) {
+    fn chain(&mut self, head: u32, depth: u32, mask: PlaneMask, decision: Visit) {
         let mut at = head;
         while at != NONE {
             let bucket = &self.osp.buckets[at];
@@ -124,15 +124,15 @@ impl Walk<'_> {
                 let polygons =
                     page.masks[..usize::from(page.runs)].iter().map(|m| m.count_ones() as usize).sum();
                 let place = Place { bounds: bucket.boxes.get(i), depth, polygons, is_leaf: false };
-                self.page(number, &place, mask, asked);
+                self.page(number, &place, mask, decision);
             }
             at = bucket.next;
         }
     }
 
-    fn page(&mut self, number: u32, place: &Place, mask: PlaneMask, asked: Visit) {
-        let Some((mask, answer)) = self.ask(place, mask, asked) else { return };
-        if answer == Visit::Descend && self.visitor.asks_together() {
+    fn page(&mut self, number: u32, place: &Place, mask: PlaneMask, decision: Visit) {
+        let Some((mask, answer)) = self.decide(place, mask, decision) else { return };
+        if answer == Visit::Descend && self.visitor.tests_together() {
             self.runs_together(number, mask);
             return;
         }
@@ -142,7 +142,7 @@ impl Walk<'_> {
             let first = run.first & !15;
             let polygons = lanes.count_ones() as usize;
             let place = Place { bounds, depth: place.depth + 1, polygons, is_leaf: true };
-            let Some((mask, answer)) = self.ask(&place, mask, answer) else { continue };
+            let Some((mask, answer)) = self.decide(&place, mask, answer) else { continue };
             if run.is_exact() {
                 self.polygons(GroupIds::Block(first / 16), lanes, PlaneMask::NONE, answer, |_| bounds);
             } else {
@@ -201,7 +201,7 @@ impl Walk<'_> {
         of: GroupIds<'_>,
         lanes: u32,
         mask: PlaneMask,
-        asked: Visit,
+        decision: Visit,
         bounds: impl Fn(usize) -> Aabb,
     ) {
         let mut ids = [PolygonId(0); 16];
@@ -226,7 +226,7 @@ impl Walk<'_> {
         }
         self.work.reported += count as u64;
         if count > 0 {
-            self.visitor.polygons(&ids[..count], asked);
+            self.visitor.polygons(&ids[..count], decision);
         }
     }
 }

@@ -16,7 +16,8 @@ use crate::{
     index::simd::{Backend, Kernel, WithKernel},
     math::{Aabb, Sphere},
     occlusion::{
-        Asked, BuildCounts, Cell, OcclusionCuller, ShadowVolume, Tested, TestedBoxes, Verdict, raster::Raster,
+        BuildCounts, Cell, Needed, OcclusionCuller, ShadowVolume, Tested, TestedBoxes, Verdict,
+        raster::Raster,
     },
     polygon::{ConvexPolygon, PolygonId},
     view::ViewWindow,
@@ -148,7 +149,7 @@ impl CoverageBuffer {
         seen: &SeenBoxes,
         count: usize,
         picture: &Picture,
-        asked: Asked,
+        needed: Needed,
         mut each: impl FnMut(usize, Tested),
     ) {
         let raster = &picture.raster;
@@ -163,7 +164,7 @@ impl CoverageBuffer {
             }
             let near = (1.0 / seen.near[lane] * (1.0 + DEPTH_SLACK)) as f32;
             // Most tested polygons are visible, and so is the middle of their boxes, or a pixel next to it.
-            if asked == Asked::Hidden
+            if needed == Needed::Hidden
                 && !self.tiles.hides_pixel(seen.pixel(lane, raster, [width, height]), near)
             {
                 each(lane, verdict(Verdict::PartlyHidden, 1));
@@ -183,7 +184,7 @@ impl CoverageBuffer {
                 continue;
             }
             let far = (1.0 / seen.far[lane] * (1.0 - DEPTH_SLACK)) as f32;
-            let (is_hidden, may_hide, steps) = self.tiles.test(x, y, near, far, asked);
+            let (is_hidden, may_hide, steps) = self.tiles.test(x, y, near, far, needed);
             let found = match (is_hidden, may_hide) {
                 (true, _) => Verdict::Hidden,
                 (false, true) => Verdict::PartlyHidden,
@@ -200,9 +201,9 @@ impl CoverageBuffer {
         self.backend.run(TestPolygon { tiles: &self.tiles, picture, polygon })
     }
 
-    fn test_all(&self, boxes: &[Aabb], asked: Asked, each: impl FnMut(usize, Tested)) {
+    fn test_all(&self, boxes: &[Aabb], needed: Needed, each: impl FnMut(usize, Tested)) {
         let Some(picture) = self.facets.picture() else { return };
-        self.backend.run(TestBoxes { buffer: self, picture, boxes, asked, each });
+        self.backend.run(TestBoxes { buffer: self, picture, boxes, needed, each });
     }
 }
 
@@ -224,7 +225,7 @@ struct TestBoxes<'a, F> {
     buffer: &'a CoverageBuffer,
     picture: &'a Picture,
     boxes: &'a [Aabb],
-    asked: Asked,
+    needed: Needed,
     each: F,
 }
 
@@ -235,7 +236,7 @@ impl<F: FnMut(usize, Tested)> WithKernel for TestBoxes<'_, F> {
     fn run<K: Kernel>(self, _: K) {
         let seen = SeenBoxes::new(self.boxes, &self.picture.raster);
         let count = self.boxes.len().min(LANES);
-        self.buffer.test_seen(&seen, count, self.picture, self.asked, self.each);
+        self.buffer.test_seen(&seen, count, self.picture, self.needed, self.each);
     }
 }
 
@@ -376,13 +377,13 @@ impl OcclusionCuller for CoverageBuffer {
 
     fn test_box(&self, bounds: &Aabb) -> Tested {
         let mut tested = Tested { verdict: Verdict::Unoccluded, steps: 0 };
-        self.test_all(&[*bounds], Asked::Verdict, |_, found| tested = found);
+        self.test_all(&[*bounds], Needed::Verdict, |_, found| tested = found);
         tested
     }
 
-    fn test_boxes(&self, boxes: &[Aabb], _: Cell, asked: Asked) -> TestedBoxes {
+    fn test_boxes(&self, boxes: &[Aabb], _: Cell, needed: Needed) -> TestedBoxes {
         let mut all = TestedBoxes::default();
-        self.test_all(boxes, asked, |lane, Tested { verdict, steps }| {
+        self.test_all(boxes, needed, |lane, Tested { verdict, steps }| {
             all.hidden |= u16::from(verdict == Verdict::Hidden) << lane;
             all.unoccluded |= u16::from(verdict == Verdict::Unoccluded) << lane;
             all.steps += steps;

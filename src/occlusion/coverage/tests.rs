@@ -14,7 +14,7 @@ use super::{
 use crate::{
     index::Backend,
     math::Aabb,
-    occlusion::{Asked, Cell, OcclusionCuller, Verdict, raster::Raster},
+    occlusion::{Cell, Needed, OcclusionCuller, Verdict, raster::Raster},
     polygon::{ConvexPolygon, Geometry, PolygonId},
     view::{Projection, View, ViewWindow},
 };
@@ -155,8 +155,8 @@ fn a_short_cut_gives_the_answer_of_the_whole_test() {
             }
             for some in tested.chunks(16) {
                 let boxes: Vec<Aabb> = some.iter().map(ConvexPolygon::bounds).collect();
-                let [quick, whole] = [Asked::Hidden, Asked::Verdict]
-                    .map(|asked| buffer.test_boxes(&boxes, Cell::ALL, asked).hidden);
+                let [quick, whole] = [Needed::Hidden, Needed::Verdict]
+                    .map(|needed| buffer.test_boxes(&boxes, Cell::ALL, needed).hidden);
                 assert_eq!(quick, whole, "{boxes:?}");
                 for (lane, bounds) in boxes.iter().enumerate() {
                     let is_hidden = buffer.test_box(bounds).verdict == Verdict::Hidden;

@@ -7,7 +7,7 @@ use super::{
     slope::{SIDE, Slope},
     table::NONE,
 };
-use crate::occlusion::Asked;
+use crate::occlusion::Needed;
 
 /// Largest number of entries of a frame, 48 bytes each. [`RESERVED_ENTRIES`] is the number for which memory
 /// is reserved.
@@ -376,7 +376,7 @@ impl Tiles {
 
     /// Tests the pixels in these columns and rows; both ranges lie in the picture and are not empty. Returns whether
     /// all are covered before the reciprocal depth `near`, whether any may hide something at `far`, and the number of
-    /// tiles read. The second result is computed only if `asked` includes it.
+    /// tiles read. The second result is computed only if `needed` includes it.
     #[inline(always)]
     pub(super) fn test(
         &self,
@@ -384,10 +384,10 @@ impl Tiles {
         y: [i32; 2],
         near: f32,
         far: f32,
-        asked: Asked,
+        needed: Needed,
     ) -> (bool, bool, u32) {
         let side = SIDE as i32;
-        let (mut is_hidden, mut may_hide, mut steps) = (true, asked == Asked::Hidden, 0);
+        let (mut is_hidden, mut may_hide, mut steps) = (true, needed == Needed::Hidden, 0);
         let columns = (x[0] / side) as usize..((x[1] - 1) / side) as usize + 1;
         for row in y[0] / side..(y[1] - 1) / side + 1 {
             let first = row as usize * self.columns;

@@ -110,7 +110,7 @@ impl Writer {
     }
 
     /// One question of each other kind.
-    fn ask_around(&mut self, room_m: f32) {
+    fn test_around(&mut self, room_m: f32) {
         let room = Aabb::cube(Vec3::ZERO, room_m);
         let center = self.rng.point(&room);
         let size_m = self.rng.range(0.05, 0.4) * room_m;
@@ -362,7 +362,7 @@ fn growth(w: &mut Writer, name: &str, room_m: f32) {
                 w.view_around(room_m, projection);
             }
         }
-        w.ask_around(room_m);
+        w.test_around(room_m);
     }
 }
 
@@ -387,7 +387,7 @@ fn strokes(w: &mut Writer) {
     for i in [0, 3, 5] {
         w.view_around(4.0, projections[i]);
     }
-    w.ask_around(4.0);
+    w.test_around(4.0);
     for erased in [2, 3, 9] {
         for id in erased * 24..erased * 24 + 24 {
             w.remove(id);
@@ -399,7 +399,7 @@ fn strokes(w: &mut Writer) {
     stroke(w, 3);
     w.view_around(4.0, projections[2]);
     w.view_around(4.0, projections[4]);
-    w.ask_around(4.0);
+    w.test_around(4.0);
 }
 
 /// Boxes move and go in any order; then all are gone, and some come back.
@@ -421,7 +421,7 @@ fn moves(w: &mut Writer) {
             }
         }
         w.view_around(room_m, projections(f64::from(room_m))[round]);
-        w.ask_around(room_m);
+        w.test_around(room_m);
     }
     for id in 0..count {
         if w.boxes.contains_key(&id) {
@@ -433,7 +433,7 @@ fn moves(w: &mut Writer) {
         w.put_random(id, room_m);
     }
     w.view_around(room_m, projections(f64::from(room_m))[2]);
-    w.ask_around(room_m);
+    w.test_around(room_m);
 }
 
 /// The matrix of a view as a frustum is not all that an index is asked with: whether [`osp::view::View`] can hold it.

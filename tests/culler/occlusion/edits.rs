@@ -175,7 +175,7 @@ fn zigzag(stroke: u32, random: &mut Random) -> Vec<Event> {
 }
 
 /// Random edits, many in one frame, followed closely or roughly: after each frame, what is hidden is behind something
-/// that is there now. Asked around everything's present and former places.
+/// that is there now. Needed around everything's present and former places.
 #[test]
 fn random_edits_leave_no_shadow_behind() {
     let (mut asked, mut hidden) = (0, 0);

@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use osp::{
     math::Aabb,
     occlusion::{
-        Asked, Cell, Grouping, OccluderPool, Occlusion, OcclusionCuller, PoolConfig, Score, SelectConfig,
+        Cell, Grouping, Needed, OccluderPool, Occlusion, OcclusionCuller, PoolConfig, Score, SelectConfig,
         Selector, ShadowVolume, Soundness, Verdict,
     },
 };
@@ -114,7 +114,7 @@ fn a_group_hides_what_lies_behind_all_its_walls() {
         assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{bounds:?}");
     }
     let boxes = [behind_both, behind_one].concat();
-    let tested = culler.test_boxes(&boxes, Cell::ALL, Asked::Verdict);
+    let tested = culler.test_boxes(&boxes, Cell::ALL, Needed::Verdict);
     assert_eq!((tested.hidden, tested.unoccluded & 0b11), (0b11, 0));
 }
 

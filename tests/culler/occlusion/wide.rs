@@ -3,7 +3,7 @@
 use glam::Vec3;
 use osp::{
     math::Aabb,
-    occlusion::{Asked, Cell, Occlusion, Verdict},
+    occlusion::{Cell, Needed, Occlusion, Verdict},
 };
 use osp_lab::Method;
 
@@ -45,11 +45,11 @@ fn sixteen_boxes_at_once_get_the_answers_of_one_at_a_time() {
                     let expected: Vec<_> = boxes.iter().map(|bounds| culler.test_box(bounds)).collect();
                     let is_hidden = |i: usize| expected.get(i).is_some_and(|t| t.verdict == Verdict::Hidden);
                     let mask = (0..16).fold(0, |mask, i| mask | u16::from(is_hidden(i)) << i);
-                    let tested = culler.test_boxes(&boxes, Cell::ALL, Asked::Hidden);
+                    let tested = culler.test_boxes(&boxes, Cell::ALL, Needed::Hidden);
                     assert_eq!(tested.hidden, mask, "{} {name} {n}: {boxes:?}", kind.name());
-                    let from_cell = culler.test_boxes(&boxes, cell, Asked::Hidden);
+                    let from_cell = culler.test_boxes(&boxes, cell, Needed::Hidden);
                     assert_eq!(from_cell.hidden, mask, "{} {name} {n}, from a cell: {boxes:?}", kind.name());
-                    let verdicts = culler.test_boxes(&boxes, cell, Asked::Verdict);
+                    let verdicts = culler.test_boxes(&boxes, cell, Needed::Verdict);
                     assert_eq!(verdicts.hidden, mask, "{} {name} {n}, verdicts: {boxes:?}", kind.name());
                     for (i, alone) in expected.iter().enumerate() {
                         let is_unoccluded = verdicts.unoccluded >> i & 1 == 1;
@@ -94,7 +94,7 @@ fn boxes_that_are_not_finite_are_not_hidden_in_company_either() {
             Aabb { min: -far, max: far },
             Aabb { min: far, max: far },
         ];
-        assert_eq!(culler.test_boxes(&bad, Cell::ALL, Asked::Verdict).hidden, 0, "{}", kind.name());
-        assert_eq!(culler.test_boxes(&[], Cell::ALL, Asked::Hidden).hidden, 0, "{}", kind.name());
+        assert_eq!(culler.test_boxes(&bad, Cell::ALL, Needed::Verdict).hidden, 0, "{}", kind.name());
+        assert_eq!(culler.test_boxes(&[], Cell::ALL, Needed::Hidden).hidden, 0, "{}", kind.name());
     }
 }

@@ -39,7 +39,7 @@ impl Thinner for HalfHidden {
         1
     }
 
-    fn asks_polygons(&self) -> bool {
+    fn tests_polygons(&self) -> bool {
         true
     }
 

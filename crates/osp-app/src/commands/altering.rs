@@ -150,7 +150,7 @@ impl Studio {
                 Some(by_stroke)
             }
             Err(error) => {
-                self.say(format!("the strokes cannot be copied: {error}"));
+                self.show_message(format!("the strokes cannot be copied: {error}"));
                 None
             }
         }
@@ -169,13 +169,13 @@ impl Studio {
             return false;
         }
         if let Some(expected) = events.iter().find_map(|event| event.check().err()) {
-            self.say(format!("nothing was changed: a session can hold only {expected}"));
+            self.show_message(format!("nothing was changed: a session can hold only {expected}"));
             return false;
         }
         if self.session.excess(&self.limits).is_none()
             && let Some((most, what)) = self.session.excess_with(&events, &self.limits)
         {
-            self.say(format!("nothing was changed: a session may have {most} {what} in all"));
+            self.show_message(format!("nothing was changed: a session may have {most} {what} in all"));
             return false;
         }
         let t = events.first().map_or_else(|| self.now_secs(), Event::time_secs);
@@ -214,7 +214,7 @@ impl Studio {
     pub(crate) fn copy_selection(&mut self) -> bool {
         self.finish_gestures();
         let Some(clip) = self.clip_selection() else { return false };
-        self.say(format!("{} strokes copied", clip.strokes.len()));
+        self.show_message(format!("{} strokes copied", clip.strokes.len()));
         self.input.clip = clip;
         true
     }

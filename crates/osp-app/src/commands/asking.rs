@@ -78,7 +78,7 @@ impl Studio {
         let journal = self.session.journal();
         if !self.session.is_replay() && journal.is_at(path) && how.access == Access::Write {
             if journal.trouble().is_none() {
-                self.tell_of_file(Ok(format!("{} is open already", path.display())));
+                self.report_file(Ok(format!("{} is open already", path.display())));
                 return;
             }
             // Another program has replaced the file. Our session must release its lock before the new file can be opened.
@@ -88,7 +88,7 @@ impl Studio {
     }
 
     /// Shows the choices for a session that could not be opened, or reports the error.
-    pub(crate) fn tell_not_opened(&mut self, path: &Path, how: Opening, error: OpenError) {
+    pub(crate) fn report_not_opened(&mut self, path: &Path, how: Opening, error: OpenError) {
         match error {
             OpenError::Held(held) => {
                 // Another window still has the session open, and this window already shows it read-only.
@@ -100,7 +100,7 @@ impl Studio {
             error if error.is_damage() && !how.lenient => {
                 self.ask(Question::Damaged { path: path.to_owned(), damage: error.to_string() });
             }
-            error => self.tell_of_file(Err(error.to_string())),
+            error => self.report_file(Err(error.to_string())),
         }
     }
 
@@ -127,7 +127,7 @@ impl Studio {
     /// Saves a picture with the next frame. A question comes first if the file is another picture.
     pub(crate) fn ask_for_picture(&mut self, path: PathBuf) {
         match check_output(&path, OutputKind::Png, false) {
-            Err(error) => self.tell_of_file(Err(error.to_string())),
+            Err(error) => self.report_file(Err(error.to_string())),
             Ok(()) if fs::is_file(&path) => self.ask(Question::PictureOver(path)),
             Ok(()) => self.work.picture = Some(path),
         }
@@ -137,7 +137,7 @@ impl Studio {
     pub(crate) fn picture_over(&mut self, path: PathBuf) {
         match check_output(&path, OutputKind::Png, false) {
             Ok(()) => self.work.picture = Some(path),
-            Err(error) => self.tell_of_file(Err(error.to_string())),
+            Err(error) => self.report_file(Err(error.to_string())),
         }
     }
 
@@ -192,8 +192,8 @@ impl Studio {
         self.end_hands_strokes();
         let events = self.session.journal().new_events();
         match self.session.discard() {
-            Ok(()) => self.say(format!("{events} events discarded")),
-            Err(error) => self.say(error.to_string()),
+            Ok(()) => self.show_message(format!("{events} events discarded")),
+            Err(error) => self.show_message(error.to_string()),
         }
         self.take_up_time();
         self.meet_session(None);

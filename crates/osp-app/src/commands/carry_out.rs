@@ -150,7 +150,7 @@ impl Studio {
                 let (p, q) = (self.navigator.eye(), self.navigator.world_from_view());
                 let distance = self.navigator.distance_m();
                 self.events.push(Event::View { author: Author::SOLE, t, slot, p, q, distance });
-                self.say(format!("view {} is stored", slot + 1));
+                self.show_message(format!("view {} is stored", slot + 1));
             }
             Command::GoToView(slot) => {
                 if let Some(view) = self.session.scene().views().get(&slot).copied() {
@@ -170,12 +170,12 @@ impl Studio {
             }
             Command::Index(kind) => {
                 self.switch_index(kind, self.culling.occlusion());
-                self.tell_of_reindexing();
+                self.report_reindexing();
             }
             Command::IndexSettings(settings) => {
                 self.culling.set_index_settings(settings);
                 self.switch_index(self.culling.kind(), self.culling.occlusion());
-                self.tell_of_reindexing();
+                self.report_reindexing();
             }
             Command::Occlusion(choice) => self.switch_index(self.culling.kind(), choice),
             Command::Occluders(most) => self.culling.set_occluders(most),
@@ -201,7 +201,7 @@ impl Studio {
             Command::Picture(path) => self.ask_for_picture(path),
             Command::PictureOver(path) => self.picture_over(path),
             Command::Quit if cfg!(target_arch = "wasm32") => {
-                self.say("close the tab of the browser to close this page".to_owned())
+                self.show_message("close the tab of the browser to close this page".to_owned())
             }
             Command::Quit => self.ask_to_close(),
             Command::Answer(answer) => self.answer(answer),
@@ -236,9 +236,9 @@ impl Studio {
         self.culling.reindex(kind, occlusion, self.session.scene(), &bounds);
     }
 
-    fn tell_of_reindexing(&mut self) {
+    fn report_reindexing(&mut self) {
         if let Some(done) = self.culling.reindexed() {
-            self.say(format!(
+            self.show_message(format!(
                 "{}: {} polygons inserted in {:.1} ms",
                 done.kind.name(),
                 done.polygons,
@@ -255,7 +255,7 @@ impl Studio {
             return;
         }
         if self.session.event_count() == 0 {
-            self.say("nothing is drawn yet: the file is made with the first stroke".to_owned());
+            self.show_message("nothing is drawn yet: the file is made with the first stroke".to_owned());
             return;
         }
         let outcome = self.session.settle();
@@ -263,12 +263,12 @@ impl Studio {
         let path = self.session.path().display().to_string();
         match outcome {
             Ok(()) if missing > 0 => {
-                self.say(format!(
+                self.show_message(format!(
                     "the server has not confirmed {missing} of your events yet; all others are in {path}"
                 ));
             }
-            Ok(()) => self.say(format!("saved: all of it is in {path}")),
-            Err(unwritten) => self.say(unwritten.to_string()),
+            Ok(()) => self.show_message(format!("saved: all of it is in {path}")),
+            Err(unwritten) => self.show_message(unwritten.to_string()),
         }
     }
 
@@ -282,14 +282,14 @@ impl Studio {
             }),
         };
         let done = format!("saved as {}; drawing continues there", path.display());
-        self.tell_of_file(outcome.map(|()| done));
+        self.report_file(outcome.map(|()| done));
     }
 
     /// Reports the result of reading or writing a file, and stores it for the file dialog.
-    pub(crate) fn tell_of_file(&mut self, outcome: Result<String, String>) {
+    pub(crate) fn report_file(&mut self, outcome: Result<String, String>) {
         self.work.file_outcome = Some(outcome.as_ref().map(|_| ()).map_err(Clone::clone));
         match outcome {
-            Ok(said) | Err(said) if !said.is_empty() => self.say(said),
+            Ok(said) | Err(said) if !said.is_empty() => self.show_message(said),
             _ => {}
         }
     }

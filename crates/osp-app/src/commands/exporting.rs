@@ -22,7 +22,7 @@ impl Studio {
             return;
         }
         if let Err(why_not) = self.may_export(path) {
-            self.tell_of_file(Err(why_not));
+            self.report_file(Err(why_not));
             return;
         }
         if is_sketch(path) {
@@ -32,7 +32,7 @@ impl Studio {
         }
         if self.is_working() {
             // A dialog that opens later must not receive the outcome of this export.
-            self.tell_of_file(Ok(String::new()));
+            self.report_file(Ok(String::new()));
         }
     }
 
@@ -118,12 +118,12 @@ impl Studio {
         };
         if self.work.way != Way::AtOnce {
             let (Ok(said) | Err(said)) = said;
-            self.say(said);
+            self.show_message(said);
         } else {
-            self.tell_of_file(said);
+            self.report_file(said);
         }
         if not_finite > 0 {
-            self.say(format!("{not_finite} polygons at infinity were left out"));
+            self.show_message(format!("{not_finite} polygons at infinity were left out"));
         }
     }
 }

@@ -19,16 +19,16 @@ impl Studio {
             return;
         }
         if cfg!(target_arch = "wasm32") {
-            self.say("the browser cannot write frames".to_owned());
+            self.show_message("the browser cannot write frames".to_owned());
             return;
         }
         match FrameWriter::beside(self.session.path()) {
             Ok(frames) => {
                 let folder = frames.folder().display().to_string();
                 self.work.frames = Some(frames);
-                self.say(format!("each frame is written to {folder}; F9 ends it"));
+                self.show_message(format!("each frame is written to {folder}; F9 ends it"));
             }
-            Err(error) => self.say(error.to_string()),
+            Err(error) => self.show_message(error.to_string()),
         }
     }
 
@@ -45,10 +45,13 @@ impl Studio {
         let Some(mut frames) = self.work.frames.take() else { return };
         let (count, failed) = frames.finish();
         if let Some(error) = why.or(failed) {
-            self.say(format!("not all frames are written: {error}"));
+            self.show_message(format!("not all frames are written: {error}"));
             return;
         }
         let command = ffmpeg_command(frames.folder(), "", VIDEO_RATE);
-        self.say(format!("{count} frames are in {}; a video of them: {command}", frames.folder().display()));
+        self.show_message(format!(
+            "{count} frames are in {}; a video of them: {command}",
+            frames.folder().display()
+        ));
     }
 }

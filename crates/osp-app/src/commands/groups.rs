@@ -45,7 +45,7 @@ impl Studio {
             .collect();
         let Some(&parent) = parents.first() else { return };
         if parents.len() > 1 {
-            self.say(
+            self.show_message(
                 "the selection has parts of several groups: select whole groups, or strokes of one"
                     .to_owned(),
             );
@@ -86,7 +86,7 @@ impl Studio {
                 .is_some_and(|stroke| !stroke.is_taken_away() && self.is_layer_held(stroke.layer()))
         };
         if scene.strokes_below(group).iter().any(is_held) {
-            self.say_once(
+            self.show_once(
                 "this group holds strokes of a layer that is locked or that only another author may edit",
             );
             return;

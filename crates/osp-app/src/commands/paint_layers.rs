@@ -173,7 +173,7 @@ impl Studio {
     pub(crate) fn may_draw_on_layer(&mut self) -> bool {
         let Some(why) = self.why_layer_is_closed() else { return true };
         if !self.session.is_replay() {
-            self.say_once(&format!("{why}: choose another layer to draw on, or show and unlock this one"));
+            self.show_once(&format!("{why}: choose another layer to draw on, or show and unlock this one"));
         }
         false
     }

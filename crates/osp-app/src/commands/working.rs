@@ -58,7 +58,7 @@ impl Studio {
     pub(crate) fn is_busy(&mut self) -> bool {
         let Some(work) = &self.work.working else { return false };
         let busy = format!("{}: wait until this is done, or cancel it", work.what());
-        self.tell_of_file(Err(busy));
+        self.report_file(Err(busy));
         true
     }
 
@@ -80,13 +80,13 @@ impl Studio {
             Ok(Done::Opened { path, outcome: Ok(read), .. }) if is_cancelled => {
                 let closed = read.session.close();
                 debug_assert!(closed.is_ok(), "nothing was drawn in it");
-                self.tell_of_file(Err(OpenError::Cancelled(path).to_string()));
+                self.report_file(Err(OpenError::Cancelled(path).to_string()));
             }
             Ok(Done::Played { path, is_sole, .. }) if is_cancelled => {
                 self.end_unread(OpenError::Cancelled(path), is_sole);
             }
             Ok(done) => self.take_done(done),
-            Err(failed) => self.tell_of_file(Err(failed)),
+            Err(failed) => self.report_file(Err(failed)),
         }
         true
     }
@@ -121,7 +121,7 @@ impl Studio {
             }
             Way::Thread => match Working::on_thread(what, kind, task) {
                 Ok(working) => self.wait_for(working),
-                Err(error) => self.tell_of_file(Err(error)),
+                Err(error) => self.report_file(Err(error)),
             },
             Way::Turns(turn) => self.wait_for(Working::in_turns(what, kind, turn, task)),
         }
@@ -133,12 +133,12 @@ impl Studio {
         match done {
             Done::Opened { path, how, is_new, outcome } => self.take_opened(&path, how, is_new, outcome),
             Done::Played { outcome: Ok(session), start, .. } => {
-                session.remarks().iter().for_each(|remark| self.say(remark.clone()));
+                session.remarks().iter().for_each(|remark| self.show_message(remark.clone()));
                 self.replace(*session, None);
                 if start == ReplayStart::Finished {
                     self.show_finished();
                 }
-                self.tell_of_file(Ok(String::new()));
+                self.report_file(Ok(String::new()));
             }
             Done::Played { is_sole, outcome: Err(error), .. } => self.end_unread(error.into(), is_sole),
             Done::Exported { path, outcome } => self.take_exported(&path, outcome),
@@ -151,7 +151,7 @@ impl Studio {
         if is_sole || !matches!(error, OpenError::Cancelled(_)) {
             self.work.unread = Some(error);
         } else {
-            self.tell_of_file(Err(error.to_string()));
+            self.report_file(Err(error.to_string()));
         }
     }
 
@@ -208,16 +208,16 @@ impl Studio {
         match outcome {
             Ok(read) => {
                 let ReadSession { session, opened, indexed } = *read;
-                self.tell(opened);
+                self.show_remarks(opened);
                 self.replace(session, indexed);
                 let text = if is_new {
                     format!("{}: there was no such file: an empty session begins there", path.display())
                 } else {
                     String::new()
                 };
-                self.tell_of_file(Ok(text));
+                self.report_file(Ok(text));
             }
-            Err(error) => self.tell_not_opened(path, how, error),
+            Err(error) => self.report_not_opened(path, how, error),
         }
     }
 }

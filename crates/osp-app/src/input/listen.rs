@@ -30,7 +30,7 @@ impl Studio {
         let Some(tracker) = self.input.tracker.take() else { return };
         let t = self.now_secs();
         for brush in tracker.unknown_brushes() {
-            self.say(format!(
+            self.show_message(format!(
                 "tracker: the brush `{}` is unknown: its strokes are plain ribbons",
                 brush.escape_debug()
             ));
@@ -54,7 +54,7 @@ impl Studio {
             && edits < EDITS_A_FRAME
             && self.session.changes().len() < CHANGES_A_FRAME
         {
-            let Some(Came { at, from, message: sent }) = tracker.take_heard() else { return true };
+            let Some(Came { at, from, message: sent }) = tracker.take_received() else { return true };
             let mut in_room = self.room.message_to_room(sent);
             self.input.watch.note(at, &sent, &in_room);
             if let (Message::Hand { pressure, .. }, true) = (&mut in_room, self.input.is_calibrating) {
@@ -88,11 +88,11 @@ impl Studio {
             // A user with a headset does not see the window, so the strokes are kept in any case.
             if begins && !may_touch {
                 let name = self.session_layer(layer).name;
-                self.say_once(&format!(
+                self.show_once(&format!(
                     "only another author may edit {name}: a tracker draws on the first layer"
                 ));
             } else if begins && let Some(why) = self.why_layer_is_closed() {
-                self.say_once(&format!("{why}: a tracker draws on it all the same"));
+                self.show_once(&format!("{why}: a tracker draws on it all the same"));
             }
             // The mirror applies only to the window's author.
             if author.is_sole() {
@@ -132,7 +132,7 @@ impl Studio {
             let next = || session.new_stroke();
             let erased = self.input.hands.take(t, message, next, &mut self.events);
             if self.input.senders.is_some() && !is_of_several {
-                self.say_once("tracker: this session is of one author: all senders draw as one");
+                self.show_once("tracker: this session is of one author: all senders draw as one");
             }
             return Some((Author::SOLE, erased));
         };
@@ -142,7 +142,7 @@ impl Studio {
             self.input.hands.look(message);
         }
         if taken.is_none() {
-            self.say_once(
+            self.show_once(
                 "tracker: this session has had the maximum number of authors: new senders are ignored",
             );
         }

@@ -179,7 +179,7 @@ impl Studio {
     }
 
     /// Adds a message for the user.
-    pub fn say(&mut self, message: String) {
+    pub fn show_message(&mut self, message: String) {
         /// Largest number of messages that are kept.
         const KEPT: usize = 50;
         if self.messages.len() >= KEPT {
@@ -189,9 +189,9 @@ impl Studio {
     }
 
     /// Adds a message, unless it equals the last one.
-    pub(crate) fn say_once(&mut self, message: &str) {
+    pub(crate) fn show_once(&mut self, message: &str) {
         if self.messages.last().is_none_or(|last| last != message) {
-            self.say(message.to_owned());
+            self.show_message(message.to_owned());
         }
     }
 

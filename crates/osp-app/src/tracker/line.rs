@@ -10,7 +10,7 @@ use super::message::{BrushChoice, Message, TOOLS, normal_name, normal_of};
 /// # Errors
 /// The expected form.
 pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
-    parse_line_telling(line, &mut |_| {})
+    parse_line_noting(line, &mut |_| {})
 }
 
 /// The frame number of a packet: `frame N`, or DTrack's `fr N`, in the first line, or in the second line after a key.
@@ -25,7 +25,7 @@ pub(super) fn frame_number(packet: &str) -> Option<u32> {
 }
 
 /// Like [`parse_line`], and reports the name of an unknown brush.
-pub(super) fn parse_line_telling(
+pub(super) fn parse_line_noting(
     line: &str,
     unknown: &mut dyn FnMut(&str),
 ) -> Result<Option<Message>, &'static str> {

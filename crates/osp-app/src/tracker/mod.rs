@@ -32,26 +32,26 @@
 //! author ([`Senders`]), at most sixteen simultaneously.
 //!
 //! Messages do not depend on each other, so a lost packet costs only a sample. Malformed messages are counted and
-//! dropped. [`Hands`] converts messages to the events of a session; [`Teller`] does the opposite.
+//! dropped. [`Hands`] converts messages to the events of a session; [`EventEncoder`] does the opposite.
 
 mod door;
 mod dtrack;
+mod event_encoder;
 mod hands;
 mod line;
 mod message;
 mod osc;
 mod senders;
 mod source;
-mod teller;
 mod watch;
 
 pub use door::{Listening, TrackerKey, TrackerOptions};
 pub use dtrack::parse_dtrack;
+pub use event_encoder::EventEncoder;
 pub use hands::{Hands, HandsState};
 pub use line::{parse_line, write_line};
 pub use message::{BrushChoice, Message};
 pub use osc::{osc_keyed, osc_packet, parse_osc};
 pub use senders::Senders;
 pub use source::{Came, Counts, Tracker, TrackerAddress, TrackerError};
-pub use teller::Teller;
 pub use watch::{Heard, Watch};

@@ -19,11 +19,11 @@ const WORD: usize = 4;
 /// Parses a packet. Appends its messages to `out` and returns the number of malformed ones. An unknown brush is treated
 /// as a plain ribbon.
 pub fn parse_osc(bytes: &[u8], out: &mut Vec<Message>) -> u64 {
-    parse_osc_telling(bytes, out, &mut |_| {})
+    parse_osc_noting(bytes, out, &mut |_| {})
 }
 
 /// Like [`parse_osc`], and reports the names of unknown brushes.
-pub(super) fn parse_osc_telling(bytes: &[u8], out: &mut Vec<Message>, unknown: &mut dyn FnMut(&str)) -> u64 {
+pub(super) fn parse_osc_noting(bytes: &[u8], out: &mut Vec<Message>, unknown: &mut dyn FnMut(&str)) -> u64 {
     take_packet(bytes, 0, out, unknown)
 }
 

@@ -18,8 +18,8 @@ use super::{
     Listening, Message, TrackerOptions,
     door::{Admission, Door, is_osc},
     dtrack::{is_dtrack, parse_dtrack},
-    line::{frame_number, parse_line_telling},
-    osc::parse_osc_telling,
+    line::{frame_number, parse_line_noting},
+    osc::parse_osc_noting,
 };
 use osp_session::{
     platform::{fs::File, time::Instant},
@@ -228,11 +228,11 @@ impl Tracker {
 
     /// The next message, if one has arrived.
     pub fn take(&self) -> Option<Message> {
-        self.take_heard().map(|came| came.message)
+        self.take_received().map(|came| came.message)
     }
 
     /// The next message, if one has arrived, with its time and sender.
-    pub fn take_heard(&self) -> Option<Came> {
+    pub fn take_received(&self) -> Option<Came> {
         self.shared.is_woken.store(false, Ordering::SeqCst);
         self.messages.try_recv().ok()
     }
@@ -370,7 +370,7 @@ impl Output {
 
     fn read_packet(&self, packet: &[u8], z_up: bool, messages: &mut Vec<Message>) {
         if is_osc(packet) {
-            self.note_malformed(parse_osc_telling(packet, messages, &mut |name| {
+            self.note_malformed(parse_osc_noting(packet, messages, &mut |name| {
                 self.shared.note_unknown(name)
             }));
             return;
@@ -383,7 +383,7 @@ impl Output {
             return self.note_malformed(parse_dtrack(text, z_up, messages));
         }
         for line in text.lines() {
-            match parse_line_telling(line, &mut |name| self.shared.note_unknown(name)) {
+            match parse_line_noting(line, &mut |name| self.shared.note_unknown(name)) {
                 Ok(message) => messages.extend(message),
                 Err(_) => self.note_malformed(1),
             }
@@ -401,7 +401,7 @@ impl Output {
     }
 
     fn take_line(&self, line: &str) {
-        match parse_line_telling(line, &mut |name| self.shared.note_unknown(name)) {
+        match parse_line_noting(line, &mut |name| self.shared.note_unknown(name)) {
             Ok(Some(message)) => self.pass_on_patiently(message),
             Ok(None) => {}
             Err(_) => self.note_malformed(1),

@@ -217,8 +217,8 @@ fn a_tracker_paints_with_a_brush_by_its_name() {
     let Event::Begin { paint: Some(paint), .. } = &events[0] else { panic!("{events:?}") };
     assert_eq!((paint.brush.as_str(), paint.seed), ("Light", 5));
     // A brush that is sent again is the same.
-    let (mut teller, mut told) = (tracker::Teller::new(), Vec::new());
-    events.iter().for_each(|event| teller.tell(event, &mut told));
+    let (mut encoder, mut told) = (tracker::EventEncoder::new(), Vec::new());
+    events.iter().for_each(|event| encoder.encode(event, &mut told));
     assert_eq!(told[0], brush);
 }
 

@@ -2,7 +2,7 @@ use std::net::UdpSocket;
 
 use super::tracker::wait_until;
 use osp_app::tracker::{
-    Hands, Message, Teller, Tracker, TrackerAddress, TrackerOptions, osc_packet, parse_line, parse_osc,
+    EventEncoder, Hands, Message, Tracker, TrackerAddress, TrackerOptions, osc_packet, parse_line, parse_osc,
     write_line,
 };
 use osp_session::{
@@ -19,9 +19,9 @@ fn shipped(name: &str) -> Vec<Event> {
 }
 
 fn told(events: &[Event]) -> Vec<Message> {
-    let mut teller = Teller::new();
+    let mut encoder = EventEncoder::new();
     let mut messages = Vec::new();
-    events.iter().for_each(|event| teller.tell(event, &mut messages));
+    events.iter().for_each(|event| encoder.encode(event, &mut messages));
     messages
 }
 

@@ -23,7 +23,7 @@ fn opened(path: &Path, folder: &Path, how: Opening) -> Studio {
     let autosaves = Autosaves::new(Some(folder.join("autosaves")));
     let (document, opened) = Session::open_as(path, &autosaves, how).expect("a session");
     let mut studio = Studio::new(document, autosaves, IndexKind::Osp);
-    opened.remarks.into_iter().for_each(|remark| studio.say(remark));
+    opened.remarks.into_iter().for_each(|remark| studio.show_message(remark));
     studio
 }
 

@@ -273,12 +273,12 @@ impl Talk<'_> {
                 message = messages.next(), if can_read => {
                     let goes_on = self.take_messages(message, &mut messages)?;
                     // News is passed on before the state shows that the whole log is read.
-                    self.tell();
+                    self.pass_on();
                     if !goes_on {
                         return Ok(());
                     }
                 }
-                Some(heard) = server.presence.next() => self.member.hear(&heard.payload, self.now()),
+                Some(heard) = server.presence.next() => self.member.receive(&heard.payload, self.now()),
                 Some(info) = looked.recv() => {
                     let asked_at = looking.take().unwrap_or_default();
                     match info {
@@ -321,11 +321,11 @@ impl Talk<'_> {
                             let _ = answer.send(looked).await;
                         });
                     }
-                    self.say(server, now).await;
+                    self.publish_presence(server, now).await;
                     self.update(server, now);
                 }
             }
-            self.tell();
+            self.pass_on();
             let now = self.now();
             // If a message could not be sent in its turn, later ones would leave a gap.
             let is_new_connection = self.complaints.get().1 > server.connections;
@@ -402,7 +402,7 @@ impl Talk<'_> {
     }
 
     /// Publishes this member's presence, and messages about authors who are gone.
-    async fn say(&mut self, server: &Server, now: Duration) {
+    async fn publish_presence(&mut self, server: &Server, now: Duration) {
         if !server.is_connected() || self.is_reading() {
             return;
         }
@@ -410,7 +410,7 @@ impl Talk<'_> {
             let said = server.client.publish(self.address.presence(), text.into());
             let _ = tokio::time::timeout(PATIENCE, said).await;
         }
-        if let Some(message) = self.member.say_who_is_gone(now) {
+        if let Some(message) = self.member.message_of_absence(now) {
             self.publish(server, vec![message]).await;
         }
     }
@@ -474,7 +474,7 @@ impl Talk<'_> {
     }
 
     /// Passes the news on to the program.
-    fn tell(&mut self) {
+    fn pass_on(&mut self) {
         if self.member.news.is_empty() {
             return;
         }

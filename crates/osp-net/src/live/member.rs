@@ -209,9 +209,9 @@ impl Member {
     }
 
     /// Processes a presence message of another member.
-    pub(super) fn hear(&mut self, bytes: &[u8], now: Duration) {
+    pub(super) fn receive(&mut self, bytes: &[u8], now: Duration) {
         match packet::read_presence(bytes) {
-            Some(sender) => self.presence.hear(sender, now),
+            Some(sender) => self.presence.receive(sender, now),
             None => self.counts.garbage += 1,
         }
     }
@@ -222,7 +222,7 @@ impl Member {
     }
 
     /// A message about an author who was silent for a long time. Every member sends it; the first one counts.
-    pub(super) fn say_who_is_gone(&mut self, now: Duration) -> Option<Outgoing> {
+    pub(super) fn message_of_absence(&mut self, now: Duration) -> Option<Outgoing> {
         let outbox = self.outbox.as_ref().filter(|_| self.speaks())?;
         outbox.author()?;
         let author = self.presence.gone(now, Some(outbox.sender()))?;

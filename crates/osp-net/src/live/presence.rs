@@ -30,7 +30,7 @@ impl Presence {
     }
 
     /// Records a message of a sender. Senders that are not present are ignored.
-    pub(super) fn hear(&mut self, sender: Sender, now: Duration) {
+    pub(super) fn receive(&mut self, sender: Sender, now: Duration) {
         if let Some((_, heard)) = self.heard.get_mut(&sender) {
             *heard = now;
         }
@@ -38,7 +38,7 @@ impl Presence {
 
     /// Records a message of a sender that counts in the log.
     pub(super) fn taken(&mut self, sender: Sender, author: Author, events: &[Event], now: Duration) {
-        self.hear(sender, now);
+        self.receive(sender, now);
         for event in events {
             match event {
                 Event::Join { .. } => _ = self.heard.insert(sender, (author, now)),
@@ -84,9 +84,9 @@ mod tests {
         let mut presence = Presence::default();
         presence.taken(Sender(1), Author(1), &join(1), secs(0));
         presence.taken(Sender(2), Author(2), &join(2), secs(0));
-        presence.hear(Sender(9), secs(1));
+        presence.receive(Sender(9), secs(1));
         assert_eq!(presence.authors(), 2);
-        presence.hear(Sender(2), secs(8));
+        presence.receive(Sender(2), secs(8));
         assert_eq!(presence.gone(secs(10), None), None);
         assert_eq!(presence.gone(secs(11), Some(Sender(1))), None, "one is never gone oneself");
         assert_eq!(presence.gone(secs(11), None), Some(Author(1)));

@@ -48,7 +48,7 @@ impl Complaints {
         self.with(|(said, _)| *said = None);
     }
 
-    fn heard(&self, text: String) {
+    fn note_refusal(&self, text: String) {
         let mut forbidden = self.forbidden.lock().unwrap_or_else(PoisonError::into_inner);
         let is_of_rights = text.to_lowercase().contains("permissions violation for");
         if is_of_rights && forbidden.len() < MOST_REFUSALS && !forbidden.contains(&text) {
@@ -120,7 +120,7 @@ fn options_of(address: &Address, options: &LinkOptions, complaints: &Arc<Complai
         .event_callback(move |event| {
             match event {
                 Event::Connected => complaints.connected(),
-                Event::ServerError(ServerError::Other(text)) => complaints.heard(text),
+                Event::ServerError(ServerError::Other(text)) => complaints.note_refusal(text),
                 Event::ServerError(error) => complaints.set(error.to_string()),
                 Event::ClientError(error) => complaints.set(error.to_string()),
                 Event::Disconnected => complaints.set("the server has gone"),
@@ -206,7 +206,7 @@ pub(super) async fn stream(
             let why = full(&error);
             let no_answer = match error.kind() {
                 GetStreamErrorKind::JetStream(cause) => of_code(cause.error_code(), why),
-                GetStreamErrorKind::Request if is_unheard(&error) => NoAnswer::NoStreams(why),
+                GetStreamErrorKind::Request if has_no_responder(&error) => NoAnswer::NoStreams(why),
                 _ => NoAnswer::Later(why),
             };
             let may_make = !was_there && matches!(role, Role::Author(_));
@@ -244,7 +244,7 @@ pub(super) async fn stream(
 }
 
 /// Whether no service of the server answers requests about streams.
-fn is_unheard(error: &(dyn std::error::Error + 'static)) -> bool {
+fn has_no_responder(error: &(dyn std::error::Error + 'static)) -> bool {
     std::iter::successors(Some(error), |error| error.source()).any(|error| {
         let kind = error.downcast_ref::<jetstream::context::RequestError>().map(|error| error.kind());
         kind == Some(RequestErrorKind::NoResponders)

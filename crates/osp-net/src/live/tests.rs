@@ -80,7 +80,7 @@ impl Client {
             self.resent = now;
             out = self.member.again();
         }
-        out.extend(self.member.say_who_is_gone(now));
+        out.extend(self.member.message_of_absence(now));
         for message in out {
             if !lost() {
                 server.publish(&message, now);

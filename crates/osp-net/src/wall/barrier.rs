@@ -27,7 +27,7 @@ const MOST_REMEMBERED: usize = 4096;
 
 /// News about the nodes of a hub.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Said {
+pub enum HubEvent {
     /// From now on frames wait for the node of this screen.
     In {
         /// The screen.
@@ -64,7 +64,7 @@ pub enum Said {
     },
 }
 
-impl fmt::Display for Said {
+impl fmt::Display for HubEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::In { screen, host } => write!(f, "{screen}: {host} is in"),
@@ -141,7 +141,7 @@ pub(super) struct Barrier {
     /// Longest time that a frame waits for a node.
     most_patience: Duration,
     turns: VecDeque<Turn>,
-    said: Vec<Said>,
+    events: Vec<HubEvent>,
     frames: u64,
     last_swap: Option<Duration>,
     /// Times of the swaps of the last second.
@@ -170,7 +170,7 @@ impl Barrier {
             counts,
             most_patience,
             turns: VecDeque::new(),
-            said: Vec::new(),
+            events: Vec::new(),
             frames: 0,
             last_swap: None,
             swaps: VecDeque::new(),
@@ -180,8 +180,8 @@ impl Barrier {
         }
     }
 
-    pub(super) fn take_said(&mut self) -> Vec<Said> {
-        std::mem::take(&mut self.said)
+    pub(super) fn take_events(&mut self) -> Vec<HubEvent> {
+        std::mem::take(&mut self.events)
     }
 
     fn find(&mut self, node: u64) -> Option<usize> {
@@ -242,7 +242,7 @@ impl Barrier {
             (member.is_in, member.good, member.misses) = (false, 0, 0);
             self.counts[slot].dropped += 1;
             let (screen, host) = (self.screens[slot].clone(), member.host.clone());
-            self.said.push(Said::Out { screen, host, why });
+            self.events.push(HubEvent::Out { screen, host, why });
         }
     }
 
@@ -282,7 +282,7 @@ impl Barrier {
             if member.good >= ANSWERS {
                 (member.is_in, member.misses) = (true, 0);
                 let (screen, host) = (self.screens[slot].clone(), member.host.clone());
-                self.said.push(Said::In { screen, host });
+                self.events.push(HubEvent::In { screen, host });
             }
         }
         let what = match answer {
@@ -296,13 +296,13 @@ impl Barrier {
             (known, Some(what)) => {
                 member.difference = Some((what, now));
                 if known.is_none() {
-                    self.said.push(Said::Differs { screen, host, frame, what });
+                    self.events.push(HubEvent::Differs { screen, host, frame, what });
                 }
             }
             // A node that agrees only in every other frame is not reported.
             (Some((_, last)), None) if now.saturating_sub(last) >= WELL => {
                 member.difference = None;
-                self.said.push(Said::Agrees { screen, host });
+                self.events.push(HubEvent::Agrees { screen, host });
             }
             (_, None) => {}
         }
@@ -430,7 +430,7 @@ mod tests {
     }
 
     /// A frame that each of these nodes answers some milliseconds after its beginning.
-    fn frame(barrier: &mut Barrier, number: u64, answers: &[(u64, u64, Answer)]) -> Vec<Said> {
+    fn frame(barrier: &mut Barrier, number: u64, answers: &[(u64, u64, Answer)]) -> Vec<HubEvent> {
         let began = ms(number * 100);
         barrier.begin(number, vec![SAME; barrier.screens.len()], began);
         let mut answers = answers.to_vec();
@@ -448,7 +448,7 @@ mod tests {
             let now = if barrier.is_complete() { began + ms(1) } else { barrier.deadline() };
             barrier.swap(now);
         }
-        barrier.take_said()
+        barrier.take_events()
     }
 
     fn places(barrier: &Barrier) -> Vec<Place> {
@@ -461,10 +461,10 @@ mod tests {
         for n in 0..19 {
             assert_eq!(frame(&mut barrier, n, &[(1, 5, SAME), (2, 30, SAME)]), [], "{n}");
         }
-        let said = frame(&mut barrier, 19, &[(1, 5, SAME), (2, 40, SAME)]);
+        let events = frame(&mut barrier, 19, &[(1, 5, SAME), (2, 40, SAME)]);
         // Frames wait for the slow node, too: its usual time counts as in time.
-        let is_in = |screen: &str, host: &str| Said::In { screen: screen.into(), host: host.into() };
-        assert_eq!(said, [is_in("left", "pc1")]);
+        let is_in = |screen: &str, host: &str| HubEvent::In { screen: screen.into(), host: host.into() };
+        assert_eq!(events, [is_in("left", "pc1")]);
         assert_eq!(frame(&mut barrier, 20, &[(1, 5, SAME), (2, 30, SAME)]), [is_in("right", "pc2")]);
         assert_eq!(places(&barrier), [Place::In, Place::In]);
         // A frame waits for the slow node for about three times its usual time.
@@ -475,9 +475,9 @@ mod tests {
         barrier.swap(ms(2200));
         assert_eq!(frame(&mut barrier, 22, &[(1, 5, SAME)]), []);
         assert!(!barrier.is_complete());
-        let said = frame(&mut barrier, 23, &[(1, 5, SAME)]);
+        let events = frame(&mut barrier, 23, &[(1, 5, SAME)]);
         let why = "three frames without an answer in time";
-        assert_eq!(said, [Said::Out { screen: "right".into(), host: "pc2".into(), why }]);
+        assert_eq!(events, [HubEvent::Out { screen: "right".into(), host: "pc2".into(), why }]);
         assert_eq!(places(&barrier), [Place::In, Place::Out]);
         // From here on frames wait only for the other node.
         barrier.begin(25, vec![SAME; 2], ms(2500));
@@ -513,20 +513,21 @@ mod tests {
             frame(&mut barrier, n, &[(1, 5, SAME), (2, 5, SAME)]);
         }
         let other = Answer { seen: 3, ..SAME };
-        let differs = |frame, what| Said::Differs { screen: "right".into(), host: "pc2".into(), frame, what };
-        let said = frame(&mut barrier, 20, &[(1, 5, SAME), (2, 5, other)]);
-        assert_eq!(said, [differs(20, "it sees other polygons")]);
+        let differs =
+            |frame, what| HubEvent::Differs { screen: "right".into(), host: "pc2".into(), frame, what };
+        let events = frame(&mut barrier, 20, &[(1, 5, SAME), (2, 5, other)]);
+        assert_eq!(events, [differs(20, "it sees other polygons")]);
         assert_eq!(frame(&mut barrier, 21, &[(1, 5, SAME), (2, 5, other)]), []);
         assert_eq!(barrier.nodes(0)[1].difference.as_deref(), Some("it sees other polygons"));
         // The report comes after a second. A node that agrees only in every other frame is not reported each time.
         for n in 22..31 {
             assert_eq!(frame(&mut barrier, n, &[(1, 5, SAME), (2, 5, SAME)]), [], "{n}");
         }
-        let said = frame(&mut barrier, 31, &[(1, 5, SAME), (2, 5, SAME)]);
-        assert_eq!(said, [Said::Agrees { screen: "right".into(), host: "pc2".into() }]);
+        let events = frame(&mut barrier, 31, &[(1, 5, SAME), (2, 5, SAME)]);
+        assert_eq!(events, [HubEvent::Agrees { screen: "right".into(), host: "pc2".into() }]);
         let other = Answer { log: 9, seen: 9 };
-        let said = frame(&mut barrier, 32, &[(1, 5, SAME), (2, 5, other)]);
-        assert_eq!(said, [differs(32, "its events are others")]);
+        let events = frame(&mut barrier, 32, &[(1, 5, SAME), (2, 5, other)]);
+        assert_eq!(events, [differs(32, "its events are others")]);
         let differed =
             |barrier: &Barrier| barrier.nodes(0).iter().map(|node| node.differed).collect::<Vec<_>>();
         assert_eq!(differed(&barrier), [0, 3]);
@@ -559,7 +560,7 @@ mod tests {
         for (node, frame) in [(1, 0), (1, 0), (77, 0), (1, 5)] {
             barrier.ready(node, frame, other, ms(1));
         }
-        assert!(matches!(&barrier.take_said()[..], [Said::Differs { frame: 0, .. }]));
+        assert!(matches!(&barrier.take_events()[..], [HubEvent::Differs { frame: 0, .. }]));
         assert_eq!(barrier.nodes(0)[0].differed, 1);
     }
 
@@ -577,7 +578,7 @@ mod tests {
         }
         assert_eq!(places(&barrier), [Place::In]);
         barrier.leaves(2);
-        assert!(matches!(&barrier.take_said()[..], [Said::Out { why: "it has left", .. }]));
+        assert!(matches!(&barrier.take_events()[..], [HubEvent::Out { why: "it has left", .. }]));
         assert_eq!(places(&barrier), [Place::Absent]);
         assert_eq!(barrier.here(3, "left", "pc3", 0, ms(6001)), Ok(()));
     }

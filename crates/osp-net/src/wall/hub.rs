@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 use glam::{Quat, Vec3};
 
 use super::{
-    Said, WallError, WallReport,
+    HubEvent, WallError, WallReport,
     barrier::{Answer, Barrier},
     follower::Follower,
     message::{self, Frame, FromHub, FromNode, MAX_NAME_BYTES, Numbers},
-    wire::{HUB, Heard, NODE, STATUS, Wire},
+    wire::{HUB, NODE, Received, STATUS, Wire},
 };
 use crate::live::{Address, Connection, new_sender};
 use osp::{
@@ -123,8 +123,8 @@ impl Hub {
     ///
     /// # Errors
     /// The session or the connection has ended for good, or another hub shows the session.
-    pub fn frame(&mut self, head: impl FnOnce() -> Option<(Vec3, Quat)>) -> Result<Vec<Said>, WallError> {
-        self.hear_until(self.due, |_| false)?;
+    pub fn frame(&mut self, head: impl FnOnce() -> Option<(Vec3, Quat)>) -> Result<Vec<HubEvent>, WallError> {
+        self.receive_until(self.due, |_| false)?;
         if self.is_second {
             return Err(WallError::SecondHub { session: self.session.clone() });
         }
@@ -151,14 +151,14 @@ impl Hub {
         let (hub, number, events) = (self.number, self.frame, self.follower.applied());
         let began = self.now();
         let time_s = (began.as_secs_f64() % MOST_TIME_S) as f32;
-        self.wire.say(message::write(&FromHub::Frame(Frame { hub, number, events, time_s, views })));
+        self.wire.publish(message::write(&FromHub::Frame(Frame { hub, number, events, time_s, views })));
         let expected = self.cull();
         self.barrier.begin(number, expected, began);
-        self.hear_until(self.barrier.deadline(), Barrier::is_complete)?;
-        self.wire.say(message::write(&FromHub::Swap { hub, frame: number }));
+        self.receive_until(self.barrier.deadline(), Barrier::is_complete)?;
+        self.wire.publish(message::write(&FromHub::Swap { hub, frame: number }));
         self.barrier.swap(self.now());
         self.frame += 1;
-        Ok(self.barrier.take_said())
+        Ok(self.barrier.take_events())
     }
 
     /// The expected answer of each screen's node.
@@ -176,7 +176,11 @@ impl Hub {
             .collect()
     }
 
-    fn hear_until(&mut self, until: Duration, is_enough: impl Fn(&Barrier) -> bool) -> Result<(), WallError> {
+    fn receive_until(
+        &mut self,
+        until: Duration,
+        is_enough: impl Fn(&Barrier) -> bool,
+    ) -> Result<(), WallError> {
         let mut after_time = 0;
         loop {
             if is_enough(&self.barrier) {
@@ -184,7 +188,7 @@ impl Hub {
             }
             let left = until.saturating_sub(self.now());
             after_time += u32::from(left.is_zero());
-            match self.wire.hear(left)? {
+            match self.wire.receive(left)? {
                 Some(heard) if after_time <= MESSAGES_AFTER_TIME => self.take(heard),
                 Some(_) => return Ok(()),
                 None if left.is_zero() => return Ok(()),
@@ -193,7 +197,7 @@ impl Hub {
         }
     }
 
-    fn take(&mut self, heard: Heard) {
+    fn take(&mut self, heard: Received) {
         let now = self.now();
         if heard.on == ON_HUB {
             if let Ok(FromHub::Frame(Frame { hub, number, .. })) = message::read(&heard.bytes) {
@@ -205,7 +209,7 @@ impl Hub {
         if heard.on == ON_STATUS {
             // The hub answers only to an inbox, because another address would let a client write with the hub's rights.
             match heard.reply.filter(|reply| reply.starts_with("_INBOX.")) {
-                Some(reply) => self.tell(reply, now),
+                Some(reply) => self.reply(reply, now),
                 None => self.garbage += 1,
             }
             return;
@@ -229,7 +233,7 @@ impl Hub {
         }
     }
 
-    fn tell(&mut self, reply: String, now: Duration) {
+    fn reply(&mut self, reply: String, now: Duration) {
         let is_fresh = |(told, _): &(Duration, String)| now.saturating_sub(*told) < REPORT;
         if !self.told.as_ref().is_some_and(is_fresh) {
             self.told = Some((now, message::write(&self.report())));
@@ -246,7 +250,7 @@ impl Hub {
             false => Err("its rig has other screens or eyes than the hub's".to_owned()),
         };
         if let Err(why) = outcome {
-            self.wire.say(message::write(&FromHub::Refused {
+            self.wire.publish(message::write(&FromHub::Refused {
                 hub: self.number,
                 node,
                 why,

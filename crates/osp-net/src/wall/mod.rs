@@ -12,7 +12,7 @@
 //! ```
 //!
 //! The hub has the model, too, and culls the views of every screen as the screen's node does. A node answers with a hash of
-//! the applied events and a fingerprint of its visible polygons. The hub [reports](Said::Differs) a node whose hashes
+//! the applied events and a fingerprint of its visible polygons. The hub [reports](HubEvent::Differs) a node whose hashes
 //! differ from its own. If a node misses [three frames](MISSES), frames do not wait for it any more, so that the others
 //! continue. Frames wait for it again once it answers in time. `Barrier` makes these decisions; it has no clock and no
 //! network.
@@ -28,7 +28,7 @@ mod node;
 mod report;
 mod wire;
 
-pub use barrier::{MISSES, Said};
+pub use barrier::{HubEvent, MISSES};
 pub use hub::{Hub, HubOptions};
 pub use node::{Node, NodeOptions, Step};
 pub use report::{NodeCounts, NodeReport, Place, Times, WallReport, ask};

@@ -7,7 +7,7 @@ use super::{
     NodeCounts, WallError,
     follower::Follower,
     message::{self, Frame, FromHub, FromNode, Numbers},
-    wire::{HUB, Heard, NODE, Wire},
+    wire::{HUB, NODE, Received, Wire},
 };
 use crate::live::{Address, new_sender};
 use osp::{frame::Pipeline, polygon::Change, view::View};
@@ -144,13 +144,13 @@ impl Node {
     /// The hub refuses this node, or the session or the connection has ended for good.
     pub fn step(&mut self, wait: Duration) -> Result<Step, WallError> {
         self.follower.take()?;
-        self.say_here();
+        self.announce_presence();
         let wait = if self.wanted.is_some() { wait.min(LOOK) } else { wait };
-        let mut heard = self.wire.hear(wait)?;
+        let mut heard = self.wire.receive(wait)?;
         for _ in 0..MESSAGES_AT_ONCE {
             let Some(one) = heard else { break };
-            self.hear(one)?;
-            heard = self.wire.hear(Duration::ZERO)?;
+            self.receive(one)?;
+            heard = self.wire.receive(Duration::ZERO)?;
         }
         let is_swapped = match (self.swapped, self.drawn) {
             // A late node shows its picture, because the others are ahead of it already.
@@ -187,10 +187,10 @@ impl Node {
         Ok(Step::Draw)
     }
 
-    fn say_here(&mut self) {
+    fn announce_presence(&mut self) {
         if self.told.is_none_or(|told| told.elapsed() >= HERE) {
             self.told = Some(Instant::now());
-            self.wire.say(message::write(&FromNode::Here {
+            self.wire.publish(message::write(&FromNode::Here {
                 node: self.number,
                 screen: self.screen.clone(),
                 host: self.host.clone(),
@@ -200,7 +200,7 @@ impl Node {
         }
     }
 
-    fn hear(&mut self, heard: Heard) -> Result<(), WallError> {
+    fn receive(&mut self, heard: Received) -> Result<(), WallError> {
         match message::read(&heard.bytes) {
             Ok(FromHub::Frame(frame)) if frame.views.len() == self.all => {
                 let now = Instant::now();
@@ -248,7 +248,7 @@ impl Node {
         self.frames += 1;
         self.changes.clear();
         self.follower.let_go();
-        self.wire.say(message::write(&FromNode::Ready {
+        self.wire.publish(message::write(&FromNode::Ready {
             node: self.number,
             hub,
             frame,
@@ -261,7 +261,7 @@ impl Node {
     pub fn shown(&mut self) {
         let Some((hub, frame)) = self.drawn else { return };
         self.is_shown = true;
-        self.wire.say(message::write(&FromNode::Shown { node: self.number, hub, frame }));
+        self.wire.publish(message::write(&FromNode::Shown { node: self.number, hub, frame }));
     }
 
     /// Records that the frame cannot be shown, because the window is hidden or has just changed.
@@ -327,6 +327,6 @@ impl Node {
 
 impl Drop for Node {
     fn drop(&mut self) {
-        self.wire.say(message::write(&FromNode::Leaving { node: self.number }));
+        self.wire.publish(message::write(&FromNode::Leaving { node: self.number }));
     }
 }

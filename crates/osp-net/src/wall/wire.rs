@@ -27,7 +27,7 @@ const LOOK: Duration = Duration::from_millis(500);
 
 /// A received message.
 #[derive(Debug)]
-pub(super) struct Heard {
+pub(super) struct Received {
     /// Index of the message's subject among the subscribed ones.
     pub(super) on: usize,
     pub(super) bytes: Vec<u8>,
@@ -40,7 +40,7 @@ pub(super) struct Heard {
 pub(super) struct Wire {
     /// Messages to publish; `None` once the connection ends.
     said: Option<queue::UnboundedSender<(String, String)>>,
-    heard: mpsc::Receiver<Result<Heard, WallError>>,
+    heard: mpsc::Receiver<Result<Received, WallError>>,
     to: String,
     /// Dropping it closes the connection.
     _background: Background,
@@ -79,7 +79,7 @@ impl Wire {
     }
 
     /// Publishes a message to all subscribers.
-    pub(super) fn say(&self, text: String) {
+    pub(super) fn publish(&self, text: String) {
         self.answer(self.to.clone(), text);
     }
 
@@ -90,7 +90,7 @@ impl Wire {
     }
 
     /// The next message, if it arrives within `time`.
-    pub(super) fn hear(&self, time: Duration) -> Result<Option<Heard>, WallError> {
+    pub(super) fn receive(&self, time: Duration) -> Result<Option<Received>, WallError> {
         match self.heard.recv_timeout(time) {
             Ok(heard) => heard.map(Some),
             Err(mpsc::RecvTimeoutError::Timeout) => Ok(None),
@@ -122,7 +122,7 @@ async fn carry(
     options: &LinkOptions,
     subjects: &Subjects,
     mut to_say: queue::UnboundedReceiver<(String, String)>,
-    tell: &mpsc::SyncSender<Result<Heard, WallError>>,
+    tell: &mpsc::SyncSender<Result<Received, WallError>>,
     wake: &(dyn Fn() + Send),
 ) -> Result<(), LiveError> {
     let complaints = Arc::new(Complaints::default());
@@ -153,7 +153,7 @@ async fn carry(
                     let _ = tokio::time::timeout(FAREWELL, client.flush()).await;
                     return Ok(());
                 };
-                say(&client, subject, text).await;
+                publish(&client, subject, text).await;
             }
             _ = looks.tick() => {
                 let used = subjects.listens_to.iter().chain([&subjects.speaks_to]);
@@ -165,7 +165,7 @@ async fn carry(
                 let Some((on, Message { payload, reply, .. })) = heard else { return Ok(()) };
                 // One byte beyond the limit is enough to detect that the message is too long.
                 let bytes = payload[..payload.len().min(MAX_BYTES + 1)].to_vec();
-                let heard = Heard { on, bytes, reply: reply.map(|subject| subject.to_string()) };
+                let heard = Received { on, bytes, reply: reply.map(|subject| subject.to_string()) };
                 match tell.try_send(Ok(heard)) {
                     Ok(()) | Err(mpsc::TrySendError::Full(_)) => wake(),
                     Err(mpsc::TrySendError::Disconnected(_)) => return Ok(()),
@@ -175,7 +175,7 @@ async fn carry(
     }
 }
 
-async fn say(client: &Client, subject: String, text: String) {
+async fn publish(client: &Client, subject: String, text: String) {
     if client.connection_state() == State::Connected {
         // The client library itself reports a lost server.
         let _ = client.publish(subject, text.into()).await;

@@ -45,7 +45,7 @@ impl HzbView {
             self.recall(frame, &groups, encoder, timer);
             match &mut self.queries {
                 None => self.test(frame, &groups, encoder, timer),
-                Some(_) => self.ask(frame, encoder),
+                Some(_) => self.query(frame, encoder),
             }
             let ends = if self.queries.is_some() { Ends::Both } else { Ends::End };
             self.compact(frame, &groups, encoder, timer.stamps(1, ends));
@@ -177,7 +177,7 @@ impl HzbView {
     }
 
     /// Issues queries instead of the test.
-    fn ask(&mut self, frame: &Frame<'_>, encoder: &mut wgpu::CommandEncoder) {
+    fn query(&mut self, frame: &Frame<'_>, encoder: &mut wgpu::CommandEncoder) {
         let parts = HzbViewParts {
             span: span_of(&self.buffers.spans),
             handles: &self.buffers.handles,

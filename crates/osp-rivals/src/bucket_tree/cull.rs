@@ -99,7 +99,7 @@ impl<P: Partition> BucketTree<P> {
     }
 
     /// Passes the polygons along a ray to `nearest`, near children first.
-    pub(super) fn ask_along(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
+    pub(super) fn test_along(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
         let Some(t) = ray.enter_box(&self.node(ROOT).bounds, nearest.reach()) else { return };
         let mut stack = WalkStack::from((t, ROOT));
         while let Some((t, at)) = stack.pop() {
@@ -109,7 +109,7 @@ impl<P: Partition> BucketTree<P> {
             if self.node(at).is_leaf() {
                 for (_, item) in self.buckets.items(self.node(at).chain) {
                     if ray.enter_box(&item.bounds, nearest.reach()).is_some() {
-                        nearest.ask(item.id);
+                        nearest.test(item.id);
                     }
                 }
                 continue;

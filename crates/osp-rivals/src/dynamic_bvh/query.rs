@@ -144,7 +144,7 @@ impl BoxTree {
                 continue;
             }
             match self.below(at) {
-                Below::Leaf(id) => nearest.ask(id),
+                Below::Leaf(id) => nearest.test(id),
                 Below::Inner([a, b]) => {
                     let enter = |child| ray.enter_box(&self.node(child).bounds, nearest.reach());
                     match (enter(a), enter(b)) {

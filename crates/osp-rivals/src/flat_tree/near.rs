@@ -10,7 +10,7 @@ use osp::index::{
 impl FlatTree {
     /// Passes the polygons around a point to `nearest`, always the polygons of the nearest node first. No order of nodes
     /// tests fewer polygons (Gisli R. Hjaltason and Hanan Samet, "Distance Browsing in Spatial Databases", 1999).
-    pub(crate) fn ask_nearest(&self, nearest: &mut NearestPolygons<'_>) -> WorkCounts {
+    pub(crate) fn test_nearest(&self, nearest: &mut NearestPolygons<'_>) -> WorkCounts {
         let mut work = WorkCounts::default();
         let mut heap = BinaryHeap::new();
         let Some(top) = self.nodes.first() else { return work };
@@ -28,7 +28,7 @@ impl FlatTree {
                     let id = self.lanes.ids()[at];
                     work.boxes += 1;
                     if id != NO_POLYGON && nearest.distance_of(&self.lanes.get(at)).is_some() {
-                        nearest.ask(id);
+                        nearest.test(id);
                     }
                 }
                 continue;

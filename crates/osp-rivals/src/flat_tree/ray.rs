@@ -19,7 +19,7 @@ impl FlatTree {
                 continue;
             }
             if self.is_leaf(at) {
-                self.ask_leaf(first..first + self.nodes[at].polygons as usize, ray, nearest);
+                self.test_leaf(first..first + self.nodes[at].polygons as usize, ray, nearest);
                 continue;
             }
             let mut ways = [(0.0, 0, 0); ORDERED];
@@ -42,11 +42,11 @@ impl FlatTree {
         }
     }
 
-    fn ask_leaf(&self, range: std::ops::Range<usize>, ray: &Ray, nearest: &mut Nearest<'_>) {
+    fn test_leaf(&self, range: std::ops::Range<usize>, ray: &Ray, nearest: &mut Nearest<'_>) {
         for at in range {
             let id = self.lanes.ids()[at];
             if id != NO_POLYGON && ray.enter_box(&self.lanes.get(at), nearest.reach()).is_some() {
-                nearest.ask(id);
+                nearest.test(id);
             }
         }
     }

@@ -13,7 +13,7 @@ use glam::DVec3;
 use osp::{
     math::{Aabb, Sphere},
     occlusion::{
-        Asked, BuildCounts, Cell, OcclusionCuller, ShadowVolume, Soundness, Tested, TestedBoxes,
+        BuildCounts, Cell, Needed, OcclusionCuller, ShadowVolume, Soundness, Tested, TestedBoxes,
         kernels::{CapRule, Caps, Child, Link, MAX_DEPTH, ShadowTree, Side, Span},
     },
     view::ViewWindow,
@@ -262,8 +262,8 @@ impl OcclusionCuller for MsvbspPaper {
         self.tree.test_box_in(bounds, from)
     }
 
-    fn test_boxes(&self, boxes: &[Aabb], from: Cell, asked: Asked) -> TestedBoxes {
-        self.tree.test_boxes(boxes, from, asked)
+    fn test_boxes(&self, boxes: &[Aabb], from: Cell, needed: Needed) -> TestedBoxes {
+        self.tree.test_boxes(boxes, from, needed)
     }
 
     fn test_corners(&self, bounds: &Aabb) -> Tested {

@@ -14,7 +14,7 @@ use glam::DVec3;
 use osp::{
     math::{Aabb, Sphere},
     occlusion::{
-        Asked, BuildCounts, Cell, OcclusionCuller, ShadowVolume, Tested, TestedBoxes,
+        BuildCounts, Cell, Needed, OcclusionCuller, ShadowVolume, Tested, TestedBoxes,
         kernels::{
             CapRule, Caps, Child, IMPLIED_SINE, Link, MAX_DEPTH, RELEVANT_AREA_SR, RELEVANT_SINE, ShadowTree,
             Side, Span, clip, has_area, reach,
@@ -160,8 +160,8 @@ impl OcclusionCuller for Svbsp {
         self.tree.test_box_in(bounds, from)
     }
 
-    fn test_boxes(&self, boxes: &[Aabb], from: Cell, asked: Asked) -> TestedBoxes {
-        self.tree.test_boxes(boxes, from, asked)
+    fn test_boxes(&self, boxes: &[Aabb], from: Cell, needed: Needed) -> TestedBoxes {
+        self.tree.test_boxes(boxes, from, needed)
     }
 
     fn test_outline(&self, bounds: &Aabb) -> Tested {

@@ -153,7 +153,7 @@ fn answers(index: &dyn SpatialIndex, model: &RaysModel, questions: &Questions) -
 }
 
 /// Cost of queries: times of the structure and the reference, and exact tests, nodes and boxes per query.
-struct Asked {
+struct TaskTimes {
     times: Vec<(f64, f64)>,
     exact_tests: f64,
     work: [f64; 2],
@@ -193,7 +193,7 @@ impl Pair<'_> {
         let Questions { outside, inside, boxes, points } = questions;
         let name = self.model.recording.as_str();
         let [from_outside, from_inside, any, in_box, near, growing] = TASKS;
-        let mut of = |task: &str, asked: &Asked| {
+        let mut of = |task: &str, asked: &TaskTimes| {
             let mut figures = rows.of(task, name, kind.name());
             figures.against(&asked.times).value("exact_tests", "1/question", asked.exact_tests);
             if asked.work != [0.0; 2] {
@@ -249,7 +249,11 @@ impl Pair<'_> {
     }
 
     /// Measures the time of queries, and counts the nodes and boxes per query.
-    fn time<Q>(&self, questions: &[Q], ask: impl Fn(&dyn SpatialIndex, &Q, &mut u64) -> WorkCounts) -> Asked {
+    fn time<Q>(
+        &self,
+        questions: &[Q],
+        ask: impl Fn(&dyn SpatialIndex, &Q, &mut u64) -> WorkCounts,
+    ) -> TaskTimes {
         let (mut work, mut asked) = (WorkCounts::default(), 0);
         for question in questions {
             work += ask(self.index, question, &mut asked);
@@ -276,11 +280,11 @@ impl Pair<'_> {
             runs * share.len()
         });
         let work = [work.nodes as f64 / count, work.boxes as f64 / count];
-        Asked { times, exact_tests: asked as f64 / count, work }
+        TaskTimes { times, exact_tests: asked as f64 / count, work }
     }
 
     /// Measures frames that insert some of the last polygons and cast rays.
-    fn grow(&self, kind: Contender, rays: &[Ray]) -> Asked {
+    fn grow(&self, kind: Contender, rays: &[Ray]) -> TaskTimes {
         let all = self.model.boxes.len();
         let frames = FRAMES.min(all / BATCH);
         let first = all - frames * BATCH;
@@ -300,7 +304,7 @@ impl Pair<'_> {
             1
         });
         let exact_tests = asked as f64 / times.len().max(1) as f64 / BATCH as f64;
-        Asked { times, exact_tests, work: [0.0; 2] }
+        TaskTimes { times, exact_tests, work: [0.0; 2] }
     }
 }
 

@@ -216,7 +216,7 @@ impl Outline {
         steps.boxes += own.len() as u64;
         for (bounds, &id) in self.boxes[own.clone()].iter().zip(&self.ids[own]) {
             if ray.enter_box(bounds, nearest.reach()).is_some() {
-                nearest.ask(id);
+                nearest.test(id);
             }
         }
         for child in self.children(at) {

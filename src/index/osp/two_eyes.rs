@@ -322,8 +322,8 @@ impl<'a, K: Kernel> Walk<'a, K> {
             }
             outside[plane] = inside.map(|inside| !inside);
         }
-        let asked = [0u32.wrapping_sub(u32::from(eyes & 1)), 0u32.wrapping_sub(u32::from(eyes >> 1))];
-        let by = [used & asked[0] & !behind[0], used & asked[1] & !behind[1]];
+        let wanted = [0u32.wrapping_sub(u32::from(eyes & 1)), 0u32.wrapping_sub(u32::from(eyes >> 1))];
+        let by = [used & wanted[0] & !behind[0], used & wanted[1] & !behind[1]];
         let mut seen = Seen { by, cut: 0, cut_by: [0; 6] };
         let mut left = planes;
         while left != 0 {

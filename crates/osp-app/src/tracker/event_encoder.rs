@@ -12,7 +12,7 @@ use osp_session::{
 ///
 /// Events without a corresponding message (groups, moved strokes, finished polygons) are left out and counted.
 #[derive(Clone, Debug, Default)]
-pub struct Teller {
+pub struct EventEncoder {
     /// The stroke of each hand.
     hands: Vec<Option<Drawing>>,
     /// The first point of each stroke, at which a message can erase it.
@@ -28,8 +28,8 @@ struct Drawing {
     last: Option<(Vec3, Quat)>,
 }
 
-impl Teller {
-    /// A teller before the first event of a session.
+impl EventEncoder {
+    /// An encoder before the first event of a session.
     pub fn new() -> Self {
         Self::default()
     }
@@ -40,7 +40,7 @@ impl Teller {
     }
 
     /// Appends the messages of an event.
-    pub fn tell(&mut self, event: &Event, out: &mut Vec<Message>) {
+    pub fn encode(&mut self, event: &Event, out: &mut Vec<Message>) {
         match *event {
             Event::Head { p, q, .. } => out.push(Message::Head { p, q }),
             Event::Begin { stroke, tool, width, color, normal, thinnest, ref paint, .. } => {
