@@ -1,9 +1,10 @@
-//! The same five tasks of an engine with osp and with three other crates, in the shortest way that each of them has; and how many lines
-//! that takes: `cargo run --release --manifest-path benches/targets/Cargo.toml --bin tasks`.
+//! The same five tasks of an engine with osp and with three other crates, in the shortest way that each of them has: lines of code, and
+//! times. `cargo run --release --manifest-path benches/targets/Cargo.toml --bin tasks`.
 //!
-//! The engine has keys of 64 bits. The answers are compared, so that no way does less than another.
+//! The engine has keys of 64 bits. The results are compared, so that no way does less than another.
 
 mod planes;
+mod times;
 mod with_obvhs;
 mod with_osp;
 mod with_parry;
@@ -35,17 +36,23 @@ const TASKS: [(&str, &str); 5] = [
     ("pick", "the first on a ray"),
 ];
 
-/// An engine in some frames: everything that it was answered.
+/// 90 degrees, along -z, near 0.1, far 100.
+const CLIP: [f32; 16] =
+    [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.001001, -1.0, 0.0, 0.0, -0.1001001, 0.0];
+
+fn key(i: u64) -> u64 {
+    i.wrapping_mul(0x9E37_79B9_7F4A_7C15)
+}
+
+fn bounds(i: u64, z: f32) -> Bounds {
+    // No box lies at a plane of the frustum within rounding.
+    let corner =
+        [(i % 20) as f32 * 0.97 - 9.83, (i / 20 % 20) as f32 * 1.01 - 10.31, z - (i / 400) as f32 * 0.93];
+    [corner, corner.map(|v| v + 0.5)]
+}
+
+/// All results of an engine in some frames.
 fn play(world: &mut dyn Tasks) -> Vec<(Vec<u64>, Option<u64>)> {
-    let key = |i: u64| i.wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    let bounds = |i: u64, z: f32| {
-        // No box lies at a plane of the frustum within rounding.
-        let corner =
-            [(i % 20) as f32 * 0.97 - 9.83, (i / 20 % 20) as f32 * 1.01 - 10.31, z - (i / 400) as f32 * 0.93];
-        [corner, corner.map(|v| v + 0.5)]
-    };
-    // 90 degrees, along -z, near 0.1, far 100.
-    let clip = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.001001, -1.0, 0.0, 0.0, -0.1001001, 0.0];
     let objects: Vec<_> = (0..1000).map(|i| (key(i), bounds(i, -4.0))).collect();
     world.come(&objects);
     let mut answers = Vec::new();
@@ -54,7 +61,7 @@ fn play(world: &mut dyn Tasks) -> Vec<(Vec<u64>, Option<u64>)> {
         world.shift(key(500 + frame), bounds(frame + 333, -9.75));
         world.go(key(990 - frame));
         world.come(&[(key(2000 + frame), bounds(3 * frame, -2.25))]);
-        let mut seen = world.draw(&clip);
+        let mut seen = world.draw(&CLIP);
         seen.sort_unstable();
         let picked = world.pick([0.1, 0.05, 3.0], [0.05 * frame as f32 - 0.45, 0.01, -1.0]);
         answers.push((seen, picked.map(|(key, _)| key)));
@@ -110,4 +117,5 @@ fn main() {
         let lines: Vec<_> = lines.iter().map(ToString::to_string).collect();
         println!("| {row} | {} |", lines.join(" | "));
     }
+    times::print(&names);
 }
