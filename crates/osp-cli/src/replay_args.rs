@@ -86,6 +86,7 @@ Methods of --occlusion:
   none             frustum culling alone
   frusta           one shadow volume for each occluder
   svbsp            the shadow-volume BSP tree of Chin and Feiner
+  svbsp-paper      the same as the paper has it: plane after plane
   msvbsp           the paper's modified tree, made conservative
   depth            a masked depth buffer in software, of pixels that are covered wholly
   depth-last       the same buffer, filled with the polygons that were visible in the last frame

@@ -40,6 +40,7 @@ impl Method {
         Self::NONE,
         Self::Rival(RivalOcclusion::Frusta),
         Self::Rival(RivalOcclusion::Svbsp),
+        Self::Rival(RivalOcclusion::SvbspPaper),
         Self::Own(Occlusion::Msvbsp),
         Self::Rival(RivalOcclusion::MsvbspPaper),
         Self::Own(Occlusion::Depth),
