@@ -3,33 +3,64 @@
 
 use std::{collections::BinaryHeap, ops::Range};
 
-use super::model::Questions;
 use osp::{
     index::{
         Node, SpatialIndex, Visit, Visitor,
         kernels::{Nearest, Waiting, is_wanted},
     },
     math::{Aabb, Frustum, Ray},
-    polygon::{ConvexPolygon, PolygonId},
+    polygon::PolygonId,
 };
 
 /// Order in which the nodes that a ray enters are visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Order {
+pub enum Order {
     /// Depth first, the nearest child first.
     InOrder,
     /// Best first: always the nearest of all waiting nodes.
     BestFirst,
 }
 
+impl Order {
+    /// Both orders.
+    pub const ALL: [Self; 2] = [Self::InOrder, Self::BestFirst];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::InOrder => "in-order",
+            Self::BestFirst => "best-first",
+        }
+    }
+}
+
 /// Work of ray traversal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Steps {
-    pub(super) nodes: u64,
+pub struct Steps {
+    /// Number of nodes that were visited.
+    pub nodes: u64,
     /// Number of boxes of nodes and of polygons that were tested.
-    pub(super) boxes: u64,
+    pub boxes: u64,
     /// Number of polygons that were tested exactly.
-    pub(super) asked: u64,
+    pub asked: u64,
+}
+
+/// A ball that moves along a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct WideRay {
+    /// The way of the ball's centre.
+    pub ray: Ray,
+    /// Radius of the ball, metres, at least 0.
+    pub radius_m: f32,
+}
+
+impl WideRay {
+    /// The `t` before which the ball cannot meet what lies in a box, if this is not too late. A ball lies in the cube around
+    /// it, so the box is enlarged by its radius.
+    fn enter_box(&self, bounds: &Aabb, nearest: &Nearest<'_>) -> Option<f32> {
+        let enlarged = Aabb::new(bounds.min - self.radius_m, bounds.max + self.radius_m);
+        self.ray.enter_box(&enlarged, nearest.reach())
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -41,9 +72,9 @@ struct OutlineNode {
     polygons: Range<u32>,
 }
 
-/// See [the module](self). The first node does not belong to the structure; it contains all others.
+/// See [the module](self). Its first node does not belong to the structure; it contains all others.
 #[derive(Clone, Debug)]
-pub(super) struct Outline {
+pub struct Outline {
     nodes: Vec<OutlineNode>,
     ids: Vec<PolygonId>,
     /// The boxes of `ids`.
@@ -91,7 +122,7 @@ impl Visitor for Gatherer<'_> {
 
 impl Outline {
     /// The outline of a structure that contains polygons with these boxes, which are indexed by id.
-    pub(super) fn of(index: &dyn SpatialIndex, boxes: &[Aabb]) -> Self {
+    pub fn of(index: &dyn SpatialIndex, boxes: &[Aabb]) -> Self {
         let around = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
         let top = OutlineNode { bounds: around, end: 0, polygons: 0..0 };
         let mut gatherer = Gatherer {
@@ -125,7 +156,7 @@ impl Outline {
 
     /// Number of polygons.
     #[cfg(test)]
-    pub(super) fn len(&self) -> usize {
+    pub fn len(&self) -> usize {
         self.ids.len()
     }
 
@@ -141,7 +172,7 @@ impl Outline {
 
     /// Sets the polygons' boxes, indexed by id, and refits the boxes of the nodes from below. The structure of the tree
     /// does not change.
-    pub(super) fn refit(&mut self, boxes: &[Aabb]) {
+    pub fn refit(&mut self, boxes: &[Aabb]) {
         for (bounds, id) in self.boxes.iter_mut().zip(&self.ids) {
             *bounds = boxes[id.index()];
         }
@@ -154,10 +185,21 @@ impl Outline {
     }
 
     /// The nearest hit of a ray, by traversal in the given order.
-    pub(super) fn nearest(
+    pub fn nearest(
         &self,
         order: Order,
         ray: &Ray,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+        steps: &mut Steps,
+    ) -> Option<(PolygonId, f32)> {
+        self.nearest_around(order, &WideRay { ray: *ray, radius_m: 0.0 }, hit, steps)
+    }
+
+    /// The polygon that a ball meets first on its way along a ray. `hit` returns the `t` at which the ball meets a polygon.
+    pub fn nearest_around(
+        &self,
+        order: Order,
+        ray: &WideRay,
         hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
         steps: &mut Steps,
     ) -> Option<(PolygonId, f32)> {
@@ -176,7 +218,7 @@ impl Outline {
         found
     }
 
-    fn in_order(&self, ray: &Ray, nearest: &mut Nearest<'_>, steps: &mut Steps) {
+    fn in_order(&self, ray: &WideRay, nearest: &mut Nearest<'_>, steps: &mut Steps) {
         let mut stack = Vec::with_capacity(64);
         stack.push(Waiting { t: 0.0, place: 0 });
         while let Some(Waiting { t, place: node }) = stack.pop() {
@@ -188,7 +230,7 @@ impl Outline {
         }
     }
 
-    fn best_first(&self, ray: &Ray, nearest: &mut Nearest<'_>, steps: &mut Steps) {
+    fn best_first(&self, ray: &WideRay, nearest: &mut Nearest<'_>, steps: &mut Steps) {
         let mut heap = BinaryHeap::with_capacity(64);
         heap.push(Waiting { t: 0.0, place: 0 });
         while let Some(Waiting { t, place: node }) = heap.pop() {
@@ -204,7 +246,7 @@ impl Outline {
     fn look(
         &self,
         at: u32,
-        ray: &Ray,
+        ray: &WideRay,
         nearest: &mut Nearest<'_>,
         steps: &mut Steps,
         mut wait: impl FnMut(Waiting<u32>),
@@ -215,31 +257,15 @@ impl Outline {
         let own = own.start as usize..own.end as usize;
         steps.boxes += own.len() as u64;
         for (bounds, &id) in self.boxes[own.clone()].iter().zip(&self.ids[own]) {
-            if ray.enter_box(bounds, nearest.reach()).is_some() {
+            if ray.enter_box(bounds, nearest).is_some() {
                 nearest.ask(id);
             }
         }
         for child in self.children(at) {
             steps.boxes += 1;
-            if let Some(t) = ray.enter_box(&self.nodes[child as usize].bounds, nearest.reach()) {
+            if let Some(t) = ray.enter_box(&self.nodes[child as usize].bounds, nearest) {
                 wait(Waiting { t, place: child });
             }
         }
     }
-}
-
-/// Traverses the tree for all rays. Returns the sum of the hit distances, for comparison.
-pub(super) fn walk(
-    outline: &Outline,
-    order: Order,
-    polygons: &[ConvexPolygon],
-    questions: &Questions,
-    steps: &mut Steps,
-) -> f64 {
-    let mut sum = 0.0;
-    for ray in questions.outside.iter().chain(&questions.inside) {
-        let mut hit = |id: PolygonId| polygons[id.index()].meet(ray);
-        sum += outline.nearest(order, ray, &mut hit, steps).map_or(0.0, |(_, t)| f64::from(t));
-    }
-    sum
 }
