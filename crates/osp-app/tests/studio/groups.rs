@@ -141,7 +141,7 @@ fn the_panel_turns_a_group_about_the_axis_that_it_shows() {
         harness.get_by_role_and_label(Role::SpinButton, field).focus();
         harness.run_steps(2);
         harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
-        harness.get_by_role_and_label(Role::TextInput, field).type_text(text);
+        harness.get_by_role_and_label(Role::SpinButton, field).type_text(text);
         harness.run_steps(2);
         harness.press(Key::Enter);
     };
