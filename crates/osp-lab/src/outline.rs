@@ -156,7 +156,7 @@ impl Outline {
 
     /// Number of polygons.
     #[cfg(test)]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.ids.len()
     }
 
