@@ -29,10 +29,10 @@ impl NamedMethod {
         Self { name: occlusion.name(), occlusion, capless: false }
     }
 
-    /// The conservative methods of the CPU, but for the paper's SVBSP, which finds little.
+    /// The conservative methods of the CPU.
     pub(super) fn conservative() -> Vec<Self> {
         let methods = Method::conservative_cullers().into_iter().chain([Occlusion::PreviousFrame.into()]);
-        methods.filter(|method| *method != RivalOcclusion::SvbspPaper.into()).map(Self::new).collect()
+        methods.map(Self::new).collect()
     }
 
     /// Whether the method culls while drawing.

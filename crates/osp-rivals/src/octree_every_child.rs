@@ -261,3 +261,52 @@ impl SpatialIndex for OctreeEveryChild {
         self.tree.clear();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    struct Leaves(usize);
+
+    impl Visitor for Leaves {
+        fn node(&mut self, node: &Node<'_>) -> Visit {
+            self.0 += if node.is_leaf { node.polygons } else { 0 };
+            Visit::Descend
+        }
+
+        fn polygons(&mut self, _ids: &[PolygonId], _asked: Visit) {}
+    }
+
+    /// The number of polygons in all leaves together.
+    fn filed(boxes: impl Iterator<Item = Aabb>) -> usize {
+        let config = OctreeConfig { leaf_capacity: 2, ..OctreeConfig::default() };
+        let mut index = octree_every_child(&config, &IndexConfig::default());
+        boxes.enumerate().for_each(|(id, b)| index.insert(PolygonId(id as u32), &b).expect("a new box"));
+        index.commit();
+        let mut leaves = Leaves(0);
+        index.traverse(&Frustum::everything(), &mut leaves);
+        let mut found = Vec::new();
+        index.frustum_cull(&Frustum::everything(), &mut found);
+        found.sort_unstable();
+        assert!(found.into_iter().eq((0..index.len() as u32).map(PolygonId)), "each once");
+        leaves.0
+    }
+
+    #[test]
+    fn a_polygon_lies_in_every_leaf_that_it_touches_and_copies_are_bounded() {
+        let corner = |child: usize| Vec3::from_array([0, 1, 2].map(|axis| (child >> axis & 1) as f32 * 8.0));
+        let small = (0..24).map(|i| Aabb::cube(corner(i % 8) + 0.1 * (i / 8) as f32, 0.01));
+        assert_eq!(filed(small.clone()), 24);
+        // A wall through the middle touches all eight octants of the root, three polygons each.
+        let wall = Aabb::new(Vec3::new(0.0, 0.0, 4.0), Vec3::new(8.0, 8.0, 4.2));
+        let with_wall = filed(small.chain([wall]));
+        assert!(with_wall >= 24 + 8, "{with_wall}");
+        let same = filed((0..100).map(|_| wall));
+        assert_eq!(same, 100, "dividing them would only make copies");
+        // Cubes in a lattice, many on the borders of cells.
+        let lattice = (0..1728).map(|i| Vec3::new((i % 12) as f32, (i / 12 % 12) as f32, (i / 144) as f32));
+        let entries = filed(lattice.map(|middle| Aabb::cube(middle, 0.3)));
+        assert!(entries > 1728 && entries <= 1728 * MOST_COPIES, "{entries}");
+    }
+}
