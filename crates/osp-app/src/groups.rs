@@ -10,13 +10,15 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Change of a group's transform: translation in its parent's space, then rotation about +y and scale about the group's
-/// centre.
+/// Change of a group's transform: translation in its parent's space, then rotation and scale about the group's centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placing {
     /// Translation, metres.
     pub by: Vec3,
-    /// Rotation about +y of the parent's space, degrees, counter-clockwise seen from above.
+    /// Direction of the axis of rotation, in the parent's space, of any length. About an axis without a direction nothing
+    /// turns.
+    pub axis: Vec3,
+    /// Rotation, degrees, counter-clockwise seen from where the axis points to.
     pub turn_degrees: f32,
     /// Scale factor.
     pub scale: f32,
@@ -24,12 +26,14 @@ pub struct Placing {
 
 impl Placing {
     /// No change.
-    pub const STAY: Self = Self { by: Vec3::ZERO, turn_degrees: 0.0, scale: 1.0 };
+    pub const STAY: Self = Self { by: Vec3::ZERO, axis: Vec3::Y, turn_degrees: 0.0, scale: 1.0 };
 
     /// The transform after the change; `middle` is the group's centre in the parent's space.
     pub(super) fn after(&self, before: &Transform, middle: Vec3) -> Transform {
         let half = f64::from(self.turn_degrees).to_radians() * 0.5;
-        let turn = Quat::from_xyzw(0.0, libm::sin(half) as f32, 0.0, libm::cos(half) as f32);
+        let turn = self.axis.as_dvec3().try_normalize().map_or(Quat::IDENTITY, |axis| {
+            Quat::from_vec4((axis * libm::sin(half)).extend(libm::cos(half)).as_vec4())
+        });
         let p = middle + self.by + rotate(turn, before.p - middle) * self.scale;
         Transform { p, q: (turn * before.q).normalize(), s: before.s * self.scale }
     }

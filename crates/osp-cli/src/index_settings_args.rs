@@ -5,8 +5,8 @@ use std::ops::RangeInclusive;
 use anyhow::bail;
 use clap::Args;
 
-use super::numbers;
-use osp_rivals::{IndexKind, IndexSetting, IndexSettings};
+use super::{numbers, parsers::named};
+use osp_rivals::{CutNodes, IndexKind, IndexSetting, IndexSettings};
 
 /// Settings of the structures.
 #[derive(Args, Clone, Copy, Debug)]
@@ -23,14 +23,37 @@ pub(super) struct IndexSettingsArgs {
     /// [default: 12].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(integers(IndexSettings::BUCKETS)))]
     buckets: Option<u8>,
-    /// For the octrees that are rebuilt (octree-rebuild, octree-paper), the hierarchies (bvh-midpoint, bvh-median, bvh-sah,
-    /// bvh-sah-sweep, lbvh, hlbvh, bvh-two-level), kd-tree and quadtree: largest number of polygons of a leaf, 1 to 4096
-    /// [default: 64; 16 for octree-paper].
+    /// For the octrees that are rebuilt (octree-rebuild, octree-paper, octree-every-child), the hierarchies (bvh-midpoint,
+    /// bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh, bvh-two-level), kd-tree and quadtree: largest number of polygons of
+    /// a leaf, 1 to 4096 [default: 64; 16 for octree-paper].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(integers(IndexSettings::LEAF_CAPACITIES)))]
     leaf: Option<u16>,
     /// For lbvh and hlbvh: number of bits of an axis in the Morton codes, 1 to 21 [default: 21].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(integers(IndexSettings::MORTON_BITS)))]
     morton_bits: Option<u32>,
+}
+
+/// The treatment of nodes that the frustum cuts, for commands that show what is drawn.
+#[derive(Args, Clone, Copy, Debug)]
+pub(super) struct CutNodesArgs {
+    /// For osp-paper and octree-paper: polygons of nodes that the frustum cuts are `tested` one by one, or all `drawn` as in
+    /// the paper [default: tested]. `drawn` draws more than is in view, so a replay allows one index, and neither
+    /// --check nor --pin.
+    #[arg(long, value_name = "NAME", value_parser = named(&CutNodes::ALL, CutNodes::name))]
+    pub(super) cut_nodes: Option<CutNodes>,
+}
+
+impl CutNodesArgs {
+    /// Adds the option to the settings of these indexes. It is an error if it concerns none of them.
+    pub(super) fn add_to(
+        self,
+        settings: IndexSettings,
+        indexes: &[IndexKind],
+    ) -> anyhow::Result<IndexSettings> {
+        let Some(cut_nodes) = self.cut_nodes else { return Ok(settings) };
+        check_concerns(IndexSetting::CutNodes, indexes)?;
+        Ok(IndexSettings { cut_nodes, ..settings })
+    }
 }
 
 impl IndexSettingsArgs {
@@ -71,7 +94,7 @@ impl IndexSettingsArgs {
 }
 
 /// Returns an error if a setting concerns none of these indexes. It names the option and the indexes that have the setting.
-pub(super) fn check_concerns(setting: IndexSetting, indexes: &[IndexKind]) -> anyhow::Result<()> {
+fn check_concerns(setting: IndexSetting, indexes: &[IndexKind]) -> anyhow::Result<()> {
     if indexes.iter().any(|kind| kind.has(setting)) {
         return Ok(());
     }

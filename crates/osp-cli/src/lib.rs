@@ -26,6 +26,7 @@ mod played;
 mod polygon_tally;
 mod progress;
 mod query;
+mod ray_search;
 mod reading;
 mod session;
 mod version;

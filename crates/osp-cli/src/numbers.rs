@@ -28,6 +28,11 @@ pub(super) fn multiple(text: &str) -> Result<f32, String> {
     within(text, &IndexSettings::CUBES, "a multiple")
 }
 
+/// Parses a radius in metres.
+pub(super) fn radius_m(text: &str) -> Result<f32, String> {
+    within(text, &(0.0..=1.0e6), "metres")
+}
+
 /// Parses a cost in nanoseconds.
 pub(super) fn nanoseconds(text: &str) -> Result<f64, String> {
     within(text, &(0.001..=1.0e9), "nanoseconds")

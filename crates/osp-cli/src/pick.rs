@@ -11,6 +11,8 @@ use super::{
     output::say,
     parsers::camera_parser,
     played::{IndexedFrameArgs, Played},
+    query::Work,
+    ray_search::{self, RaySearchArgs},
 };
 use osp::{math::rotate, polygon::PolygonId};
 use osp_session::replay::{CameraChoice, CameraPath};
@@ -21,9 +23,11 @@ use osp_session::replay::{CameraChoice, CameraPath};
   osp pick recordings/room.ron
   osp pick sketch.tilt --at 0.25,0.5 --frame 120 --camera orbit
   osp pick sketch.tilt --index bvh-sah --json
+  osp pick recordings/room.ron --index bvh-sah --search best-first --radius 0.05
 
 Prints the polygon, its stroke, the hit point in world space, its depth (distance along the view
-direction), and how many polygons the ray was tested against.")]
+direction), and how many polygons the ray was tested against. With --radius the point is the middle
+of the ball.")]
 pub(super) struct PickArgs {
     /// The point of the picture: 0,0 is the upper left corner, 1,1 the lower right one.
     #[arg(long, default_value = "0.5,0.5", value_name = "X,Y")]
@@ -32,6 +36,8 @@ pub(super) struct PickArgs {
     /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     camera: CameraChoice,
+    #[command(flatten)]
+    search: RaySearchArgs,
     #[command(flatten)]
     frame: IndexedFrameArgs,
     /// Print one JSON object.
@@ -70,6 +76,8 @@ struct Report<'a> {
     index: &'a str,
     picked: Option<Picked>,
     polygons_asked: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    work: Option<Work>,
     us: f64,
 }
 
@@ -84,10 +92,18 @@ pub(super) fn run(args: &PickArgs) -> anyhow::Result<Outcome> {
     let mut asked = 0;
     let mut meet = |id: PolygonId| {
         asked += 1;
-        played.scene.polygon_from(id, view.eye_in_world, up).meet(&ray)
+        ray_search::meet(&played.scene.polygon_from(id, view.eye_in_world, up), &ray, args.search.radius_m())
     };
+    let (index, far_m) = (pipeline.index(), view.projection.far_m);
+    let search = args.search.of(index, &played.scene);
     let start = Instant::now();
-    let found = pipeline.index().ray_nearest(&ray, view.projection.far_m, &mut meet);
+    let (found, steps) = match &search {
+        None => (index.ray_nearest(&ray, far_m, &mut meet), None),
+        Some(search) => {
+            let (found, steps) = search.nearest(&ray, &mut meet);
+            (found.filter(|(_, distance_m)| *distance_m <= far_m), Some(steps))
+        }
+    };
     let us = start.elapsed().as_nanos() as f64 / 1000.0;
     let picked = found.map(|(id, distance_m)| Picked {
         polygon: id.0,
@@ -101,13 +117,15 @@ pub(super) fn run(args: &PickArgs) -> anyhow::Result<Outcome> {
         index: args.frame.index.name(),
         picked,
         polygons_asked: asked,
+        work: steps.map(Work::from),
         us,
     };
     if args.json {
         say(&serde_json::to_string(&report)?)?;
         return Ok(Outcome::Done);
     }
-    let work = format!("{} tested {asked} polygons in {us:.1} µs", report.index);
+    let looked = report.work.as_ref().map_or(String::new(), Work::text);
+    let work = format!("{}{looked} tested {asked} polygons in {us:.1} µs", report.index);
     match &report.picked {
         None => say(&format!("the ray hits nothing; {work}"))?,
         Some(Picked { polygon, stroke, point_m: [x, y, z], distance_m }) => {

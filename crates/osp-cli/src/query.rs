@@ -12,13 +12,17 @@ use super::{
     outcome::Outcome,
     output::say,
     played::{IndexedFrameArgs, Played},
+    ray_search::{self, RaySearch, RaySearchArgs},
 };
 use osp::{
     index::{SpatialIndex, WorkCounts},
     math::{Aabb, Ray, Sphere},
     polygon::PolygonId,
 };
-use osp_lab::report::{columns_table, thousands};
+use osp_lab::{
+    outline::Steps,
+    report::{columns_table, thousands},
+};
 use osp_session::scene::Scene;
 
 /// Find the polygons and strokes in a box, in a sphere, nearest to a point, or along a ray, through the index.
@@ -28,10 +32,11 @@ use osp_session::scene::Scene;
   osp query sketch.tilt --sphere 0,1.5,0 0.25 --frame 120
   osp query sketch.tilt --nearest 0,1.5,0 10 --index kd-tree --json
   osp query recordings/room.ron --ray 0,1.6,0 0,0,-1 --hits nearest
+  osp query recordings/room.ron --ray 0,1.6,0 0,0,-1 --search best-first --radius 0.1 --index kd-tree
 
 Prints the strokes found, each polygon with its distance from the sphere's centre, the point or the
 ray's start, how many polygons the exact test was asked about, and how many nodes and boxes the
-index looked at (not counted along rays). All numbers are world space, metres. What touches is in.
+index looked at (along rays only with --search or --radius). All numbers are world space, metres. What touches is in.
 The polygons themselves decide, not their boxes; those of particles, which turn to the eye, lie as
 they were stored, and along a ray as seen from its start.")]
 pub(super) struct QueryArgs {
@@ -40,6 +45,8 @@ pub(super) struct QueryArgs {
     /// Polygons to report along a ray [default: all].
     #[arg(long, value_enum)]
     hits: Option<Hits>,
+    #[command(flatten)]
+    search: RaySearchArgs,
     #[command(flatten)]
     frame: IndexedFrameArgs,
     /// Print one JSON object, with all polygons found.
@@ -168,10 +175,29 @@ struct Found {
     distance_m: Option<f32>,
 }
 
-#[derive(Serialize)]
-struct Work {
+#[derive(Clone, Copy, Serialize)]
+pub(super) struct Work {
     nodes: u64,
     boxes: u64,
+}
+
+impl Work {
+    /// Part of a line about the work.
+    pub(super) fn text(&self) -> String {
+        format!(" looked at {} nodes and {} boxes,", thousands(self.nodes), thousands(self.boxes))
+    }
+}
+
+impl From<WorkCounts> for Work {
+    fn from(WorkCounts { nodes, boxes, .. }: WorkCounts) -> Self {
+        Self { nodes, boxes }
+    }
+}
+
+impl From<Steps> for Work {
+    fn from(Steps { nodes, boxes, .. }: Steps) -> Self {
+        Self { nodes, boxes }
+    }
 }
 
 #[derive(Serialize)]
@@ -191,9 +217,19 @@ struct Report<'a> {
 pub(super) fn run(args: &QueryArgs) -> anyhow::Result<Outcome> {
     let part = args.part.part()?;
     ensure!(args.hits.is_none() || args.part.ray.is_some(), "--hits: expected with --ray alone");
+    ensure!(
+        !args.search.is_given() || args.part.ray.is_some(),
+        "--search, --radius: expected with --ray alone"
+    );
+    ensure!(
+        !args.search.is_given() || args.hits != Some(Hits::Any),
+        "--hits any: expected without --search and --radius, because any hit is the first of the index's own search"
+    );
     let (played, pipeline) = Played::in_index(&args.frame)?;
+    let search = args.search.of(pipeline.index(), &played.scene);
+    let along = Along { hits: args.hits.unwrap_or(Hits::All), radius_m: args.search.radius_m(), search };
     let start = Instant::now();
-    let mut answer = ask(pipeline.index(), &played.scene, &part, args.hits.unwrap_or(Hits::All));
+    let mut answer = ask(pipeline.index(), &played.scene, &part, &along);
     let us = start.elapsed().as_nanos() as f64 / 1000.0;
     let order = |found: &(PolygonId, Option<f32>)| (found.1.unwrap_or(0.0), found.0);
     answer.found.sort_unstable_by(|a, b| {
@@ -223,7 +259,7 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<Outcome> {
         found,
         strokes,
         polygons_asked: answer.asked,
-        work: answer.work.map(|WorkCounts { nodes, boxes, .. }| Work { nodes, boxes }),
+        work: answer.work,
         us,
     };
     say(&if args.json { serde_json::to_string(&report)? } else { text(&report) })?;
@@ -234,17 +270,24 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<Outcome> {
 struct Answer {
     found: Vec<(PolygonId, Option<f32>)>,
     asked: u64,
-    /// Work of the query; `None` for a ray.
-    work: Option<WorkCounts>,
+    /// Work of the query; `None` for the index's own search along a ray.
+    work: Option<Work>,
 }
 
-fn ask(index: &dyn SpatialIndex, scene: &Scene, part: &Part, hits: Hits) -> Answer {
+/// What to report along a ray, and how to search.
+struct Along {
+    hits: Hits,
+    radius_m: f32,
+    search: Option<RaySearch>,
+}
+
+fn ask(index: &dyn SpatialIndex, scene: &Scene, part: &Part, along: &Along) -> Answer {
     let mut answer = Answer::default();
     let Answer { found, asked, work } = &mut answer;
     match *part {
         Part::Box(bounds) => {
             let mut ids = Vec::new();
-            *work = Some(index.box_query(&bounds, &mut ids));
+            *work = Some(index.box_query(&bounds, &mut ids).into());
             *asked = ids.len() as u64;
             ids.retain(|&id| scene.polygon(id).touches(&bounds));
             found.extend(ids.into_iter().map(|id| (id, None)));
@@ -263,7 +306,7 @@ fn ask(index: &dyn SpatialIndex, scene: &Scene, part: &Part, hits: Hits) -> Answ
                 }
                 is_in
             };
-            *work = Some(index.sphere_query(&sphere, &mut within, &mut Vec::new()));
+            *work = Some(index.sphere_query(&sphere, &mut within, &mut Vec::new()).into());
         }
         Part::Nearest(point, count) => {
             let mut near = Vec::new();
@@ -271,24 +314,29 @@ fn ask(index: &dyn SpatialIndex, scene: &Scene, part: &Part, hits: Hits) -> Answ
                 *asked += 1;
                 scene.polygon(id).distance_m(point)
             };
-            *work = Some(index.nearest(point, count, &mut distance_m, &mut near));
+            *work = Some(index.nearest(point, count, &mut distance_m, &mut near).into());
             found.extend(near.into_iter().map(|(id, distance_m)| (id, Some(distance_m))));
         }
         Part::Ray(ray) => {
             let mut meet = |id| {
                 *asked += 1;
-                scene.polygon_from(id, ray.origin, Vec3::Y).meet(&ray)
+                ray_search::meet(&scene.polygon_from(id, ray.origin, Vec3::Y), &ray, along.radius_m)
             };
-            let hit = match hits {
-                Hits::Nearest => index.ray_nearest(&ray, f32::INFINITY, &mut meet),
+            let mut nearest = |hit: &mut dyn FnMut(PolygonId) -> Option<f32>| {
+                let Some(search) = &along.search else { return index.ray_nearest(&ray, f32::INFINITY, hit) };
+                let (found, steps) = search.nearest(&ray, hit);
+                *work = Some(steps.into());
+                found
+            };
+            let hit = match along.hits {
+                Hits::Nearest => nearest(&mut meet),
                 Hits::Any => index.ray_any(&ray, f32::INFINITY, &mut meet),
                 Hits::All => {
                     // Returning no hit makes the search continue to the end of the ray.
-                    let mut note = |id| {
+                    nearest(&mut |id| {
                         found.extend(meet(id).map(|t| (id, Some(t))));
                         None
-                    };
-                    index.ray_nearest(&ray, f32::INFINITY, &mut note)
+                    })
                 }
             };
             found.extend(hit.map(|(id, t)| (id, Some(t))));
@@ -310,9 +358,7 @@ fn text(report: &Report<'_>) -> String {
         1 => format!(" of stroke {}", strokes[0]),
         n => format!(" of {} strokes ({}{more})", thousands(n as u64), strokes.join(", ")),
     };
-    let looked = report.work.as_ref().map_or(String::new(), |work| {
-        format!(" looked at {} nodes and {} boxes,", thousands(work.nodes), thousands(work.boxes))
-    });
+    let looked = report.work.as_ref().map_or(String::new(), Work::text);
     let count = match report.found.len() {
         0 => "nothing".to_owned(),
         1 => "1 polygon".to_owned(),

@@ -40,7 +40,8 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     // Errors in the arguments are reported before the work, not after it.
     args.play.check(args.draw.is_some())?;
     ensure!(
-        args.play.cut_nodes != Some(CutNodes::Drawn) || (args.check.is_none() && args.pin.is_none()),
+        args.play.cut_nodes.cut_nodes != Some(CutNodes::Drawn)
+            || (args.check.is_none() && args.pin.is_none()),
         "--cut-nodes drawn: expected no --check and no --pin, which are about the polygons in view"
     );
     let rig = args.rig.path()?;

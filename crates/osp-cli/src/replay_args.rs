@@ -7,16 +7,16 @@ use clap::{Args, ValueEnum};
 
 use super::{
     built::{Feature, Lacking},
-    index_settings_args::{IndexSettingsArgs, check_concerns},
+    index_settings_args::{CutNodesArgs, IndexSettingsArgs},
     numbers,
     occlusion_test_args::TestArgs,
-    parsers::{Size, camera_parser, index_parser, named, occlusion_parser},
+    parsers::{Size, camera_parser, index_parser, occlusion_parser},
     reading::ReadArgs,
     rig_args::RigPathArgs,
     world_args::WorldArgs,
 };
 use osp_lab::Method;
-use osp_rivals::{CutNodes, IndexKind, IndexSetting, IndexSettings};
+use osp_rivals::{CutNodes, IndexKind, IndexSettings};
 use osp_session::{
     recording::{Limits, Pace},
     replay::CameraChoice,
@@ -74,6 +74,8 @@ Indexes:
   osp              our own form of it
   octree-rebuild   an adaptive octree, rebuilt in every frame that brings a polygon
   octree-paper     the paper's octree: rebuilt, tests each of the eight children
+  octree-every-child
+                   an octree that holds a polygon in every child that it touches, rebuilt as well
   bvh-midpoint, bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh
                    bounding volume hierarchies, rebuilt in every frame that brings a polygon
   bvh-two-level, dynamic-bvh
@@ -86,6 +88,7 @@ Methods of --occlusion:
   none             frustum culling alone
   frusta           one shadow volume for each occluder
   svbsp            the shadow-volume BSP tree of Chin and Feiner
+  svbsp-paper      the same as the paper has it: plane after plane
   msvbsp           the paper's modified tree, made conservative
   depth            a masked depth buffer in software, of pixels that are covered wholly
   depth-last       a depth buffer of the polygons that were visible in the last frame, joined at
@@ -151,10 +154,8 @@ pub(super) struct PlayArgs {
     pub(super) index: Vec<IndexKind>,
     #[command(flatten)]
     pub(super) settings: IndexSettingsArgs,
-    /// For osp-paper and octree-paper: polygons of nodes that the frustum cuts are `tested` one by one, or all `drawn` as in
-    /// the paper [default: tested]. `drawn` draws more than is in view, so it allows one index, and neither --check nor --pin.
-    #[arg(long, value_name = "NAME", value_parser = named(&CutNodes::ALL, CutNodes::name))]
-    pub(super) cut_nodes: Option<CutNodes>,
+    #[command(flatten)]
+    pub(super) cut_nodes: CutNodesArgs,
     /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
     #[arg(long, default_value = "samples:16")]
     pub(super) pace: Pace,
@@ -218,13 +219,11 @@ impl PlayArgs {
 
     /// The settings of these indexes. An option that concerns none of them is an error.
     pub(super) fn settings(&self, indexes: &[IndexKind]) -> anyhow::Result<IndexSettings> {
-        let settings = self.settings.settings(indexes)?;
-        let Some(cut_nodes) = self.cut_nodes else { return Ok(settings) };
-        check_concerns(IndexSetting::CutNodes, indexes)?;
-        if cut_nodes == CutNodes::Drawn && indexes.iter().any(|other| *other != indexes[0]) {
+        let settings = self.cut_nodes.add_to(self.settings.settings(indexes)?, indexes)?;
+        if settings.cut_nodes == CutNodes::Drawn && indexes.iter().any(|other| *other != indexes[0]) {
             bail!("--cut-nodes drawn: expected one index, because it draws other polygons than are in view");
         }
-        Ok(IndexSettings { cut_nodes, ..settings })
+        Ok(settings)
     }
 
     /// Returns all options in one line, including those that were not given. The same line means the same work.
@@ -243,7 +242,7 @@ impl PlayArgs {
             if self.groups == GroupFiling::Whole { "whole" } else { "polygons" },
         );
         line += &self.settings.in_one_line();
-        if let Some(cut_nodes) = self.cut_nodes {
+        if let Some(cut_nodes) = self.cut_nodes.cut_nodes {
             line += &format!(" --cut-nodes {}", cut_nodes.name());
         }
         if self.reading.lenient {

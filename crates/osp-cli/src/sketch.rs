@@ -141,7 +141,9 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
         "--tracker-authors: expected no --join: in a shared session a window is one author"
     );
     let room = args.window.room()?;
-    let settings = args.window.settings.settings(&[args.window.index])?;
+    let indexes = [args.window.index];
+    let settings = args.window.settings.settings(&indexes)?;
+    let settings = args.window.cut_nodes.add_to(settings, &indexes)?;
     let autosaves = Autosaves::new(args.autosave.clone());
     #[cfg(feature = "live")]
     let joined = match &args.join {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    index_settings_args::IndexSettingsArgs,
+    index_settings_args::{CutNodesArgs, IndexSettingsArgs},
     numbers,
     occlusion_test_args::TestArgs,
     parsers::{index_parser, occlusion_parser},
@@ -105,6 +105,8 @@ pub(super) struct WindowArgs {
     pub(super) index: IndexKind,
     #[command(flatten)]
     pub(super) settings: IndexSettingsArgs,
+    #[command(flatten)]
+    pub(super) cut_nodes: CutNodesArgs,
     /// The method of occlusion culling (`osp replay --help` describes them); the window can change it.
     #[arg(long, default_value = "auto", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,

@@ -2,7 +2,7 @@
 //!
 //! [`oracle`] finds the visible polygons. [`verify`] compares occlusion culling with the oracle on the models of
 //! [`scenes`]. [`literal`] has the paper's rules that cull visible polygons. [`pvs`] samples potentially visible sets.
-//! [`shadows`] has a view's tree of shadow volumes, plane by plane.
+//! [`shadows`] has a view's tree of shadow volumes, plane by plane. [`outline`] searches along a ray in any structure's tree.
 //! [`mod@bench`] compares structures (feature `bench`). [`report`] makes tables, pages and charts. This crate may
 //! depend on all others except `osp-net`, `osp-app` and `osp-cli`.
 
@@ -17,6 +17,7 @@ pub mod literal;
 mod machine;
 mod method;
 pub mod oracle;
+pub mod outline;
 pub mod pvs;
 mod reach;
 #[cfg(feature = "report")]

@@ -40,6 +40,7 @@ impl Method {
         Self::NONE,
         Self::Rival(RivalOcclusion::Frusta),
         Self::Rival(RivalOcclusion::Svbsp),
+        Self::Rival(RivalOcclusion::SvbspPaper),
         Self::Own(Occlusion::Msvbsp),
         Self::Rival(RivalOcclusion::MsvbspPaper),
         Self::Own(Occlusion::Depth),
@@ -67,9 +68,10 @@ impl Method {
         Self::all().find(|method| method.name() == name)
     }
 
-    /// The methods that are conservative and cull polygons.
+    /// The methods that are conservative and cull polygons, but for the paper's SVBSP, which finds little.
     pub fn conservative_cullers() -> Vec<Self> {
-        let cullers = Self::CULLERS.iter().copied().filter(|method| *method != Self::NONE);
+        let others = [Self::NONE, Self::Rival(RivalOcclusion::SvbspPaper)];
+        let cullers = Self::CULLERS.iter().copied().filter(|method| !others.contains(method));
         cullers.filter(|method| method.soundness() == Soundness::Conservative).collect()
     }
 

@@ -1,6 +1,6 @@
 use super::{
     BruteSimd, Bsp, BspConfig, BvhTwoLevel, DynamicBvh, IndexSetting, IndexSettings, LooseOctree,
-    LooseOctreeConfig, OctreePaper, OspPaper, TimeOrder, bvh, kd_tree, octree_rebuild,
+    LooseOctreeConfig, OctreePaper, OspPaper, TimeOrder, bvh, kd_tree, octree_every_child, octree_rebuild,
     osp_paper::DEFAULT_MAX_DEPTH, quadtree,
 };
 use osp::index::{BruteForce, IndexConfig, Osp, SpatialIndex};
@@ -22,6 +22,8 @@ pub enum IndexKind {
     OctreeRebuild,
     /// [`OctreePaper`].
     OctreePaper,
+    /// [`octree_every_child`].
+    OctreeEveryChild,
     /// [`bvh::bvh_midpoint`].
     BvhMidpoint,
     /// [`bvh::bvh_median`].
@@ -58,6 +60,7 @@ impl IndexKind {
         Self::Osp,
         Self::OctreeRebuild,
         Self::OctreePaper,
+        Self::OctreeEveryChild,
         Self::BvhMidpoint,
         Self::BvhMedian,
         Self::BvhSah,
@@ -85,6 +88,7 @@ impl IndexKind {
             Self::Osp => "osp",
             Self::OctreeRebuild => "octree-rebuild",
             Self::OctreePaper => "octree-paper",
+            Self::OctreeEveryChild => "octree-every-child",
             Self::BvhMidpoint => "bvh-midpoint",
             Self::BvhMedian => "bvh-median",
             Self::BvhSah => "bvh-sah",
@@ -117,6 +121,7 @@ impl IndexKind {
                 self,
                 Self::OctreeRebuild
                     | Self::OctreePaper
+                    | Self::OctreeEveryChild
                     | Self::BvhMidpoint
                     | Self::BvhMedian
                     | Self::BvhSah
@@ -143,7 +148,7 @@ impl IndexKind {
     /// The largest number of polygons of a leaf with these settings; `None` for an index without this setting.
     pub fn leaf_capacity(self, settings: &IndexSettings) -> Option<usize> {
         Some(match self {
-            Self::OctreeRebuild => settings.octree().leaf_capacity,
+            Self::OctreeRebuild | Self::OctreeEveryChild => settings.octree().leaf_capacity,
             Self::OctreePaper => settings.octree_paper().leaf_capacity,
             Self::BvhMidpoint => settings.midpoint().leaf_capacity,
             Self::BvhMedian => settings.median().leaf_capacity,
@@ -178,6 +183,7 @@ impl IndexKind {
                 let tree = OctreePaper::new(settings.octree_paper(), config);
                 Box::new(tree.with_cut_nodes(settings.cut_nodes))
             }
+            Self::OctreeEveryChild => octree_every_child(&settings.octree(), config),
             Self::BvhMidpoint => bvh::bvh_midpoint(&settings.midpoint(), config),
             Self::BvhMedian => bvh::bvh_median(&settings.median(), config),
             Self::BvhSah => bvh::bvh_sah(&settings.sah(), config),

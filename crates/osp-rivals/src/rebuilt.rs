@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+
 use glam::Vec3;
 
 use super::{
@@ -26,6 +28,9 @@ pub(super) trait TreeBuilder: 'static + Send + Sync + std::fmt::Debug {
     /// The action of a commit after which only boxes have changed.
     const ON_UPDATE: OnUpdate;
 
+    /// The number of leaves that hold a polygon.
+    const FILING: Filing = Filing::InOneLeaf;
+
     /// Fills `tree` with all `items` (at least one). The builder may reorder `items`.
     fn build(&mut self, items: &mut [Item], tree: &mut FlatTree);
 
@@ -40,6 +45,13 @@ pub(super) enum OnUpdate {
     Rebuild,
     /// Make the node boxes tight again, bottom up. Build again if the tree has become bad (see [`REFIT_LIMIT`]).
     Refit,
+}
+
+/// The number of leaves that hold a polygon. A query of a tree with several reports a polygon as often.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Filing {
+    InOneLeaf,
+    InSeveralLeaves,
 }
 
 /// The work that the next commit has to do.
@@ -206,8 +218,12 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
             return Ok(()); // The tree belongs to the last commit, so it need not match.
         }
         self.tree.validate(Tightness::Tight)?;
-        if self.tree.len() != self.filed.len() || self.tree.holes() > 0 {
-            return Err(format!("{} polygons in the tree, {} filed", self.tree.len(), self.filed.len()));
+        let held = match B::FILING {
+            Filing::InOneLeaf => self.tree.len(),
+            Filing::InSeveralLeaves => self.tree.ids().iter().collect::<BTreeSet<_>>().len(),
+        };
+        if held != self.filed.len() || self.tree.holes() > 0 {
+            return Err(format!("{held} polygons in the tree, {} filed", self.filed.len()));
         }
         for (at, &id) in self.tree.ids().iter().enumerate() {
             if self.tree.get_box(at) != self.filed.get(id) {

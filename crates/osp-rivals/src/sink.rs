@@ -45,13 +45,13 @@ impl Sink for Vec<PolygonId> {
 /// Passes all ids to a visitor, with the visitor's decision about the node.
 pub(super) struct VisitorSink<'a> {
     pub(super) visitor: &'a mut dyn Visitor,
-    pub(super) asked: Visit,
+    pub(super) decision: Visit,
 }
 
 impl Sink for VisitorSink<'_> {
     fn put(&mut self, ids: &[PolygonId]) {
         if !ids.is_empty() {
-            self.visitor.polygons(ids, self.asked);
+            self.visitor.polygons(ids, self.decision);
         }
     }
 }

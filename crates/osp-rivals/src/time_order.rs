@@ -95,7 +95,7 @@ impl TimeOrder {
         (self.len > 0).then(|| self.levels.len() - 1)
     }
 
-    fn visit(&self, walk: &mut Walk<'_>, level: usize, group: usize, mask: PlaneMask, asked: Visit) {
+    fn visit(&self, walk: &mut Walk<'_>, level: usize, group: usize, mask: PlaneMask, decision: Visit) {
         for lane in (0..16).filter(|lane| self.used(level, group) >> lane & 1 == 1) {
             let bounds = self.levels[level][group].get(lane);
             if bounds.is_empty() {
@@ -116,7 +116,7 @@ impl TimeOrder {
             let depth = (self.levels.len() - 1 - level) as u32;
             let polygons = 1usize << (4 * level);
             let node = Node { bounds: &bounds, depth, containment, polygons, is_leaf: level == 1 };
-            let answer = if asked == Visit::Take { Visit::Take } else { walk.visitor.node(&node) };
+            let answer = if decision == Visit::Take { Visit::Take } else { walk.visitor.node(&node) };
             if answer == Visit::Skip {
                 continue;
             }

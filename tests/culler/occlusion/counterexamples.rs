@@ -86,6 +86,31 @@ fn rule_2_sorting_uncut_edges_loses_planes() {
     assert_only_the_paper_is_wrong(&straight(), &[a, b], 100);
 }
 
+/// Section 3.2.3: single planes are sorted, so the planes of a square in a wall's shadow open a part of that shadow.
+/// Nothing visible is hidden by it. A tree of whole occluders keeps the shadow, and so does rule 4.
+#[test]
+fn an_occluder_in_a_shadow_opens_it_where_single_planes_are_sorted() {
+    let window = straight();
+    let wall = square(2.0, [-1.0, 1.0], [-1.0, 1.0]);
+    let inner = square(3.0, [-0.2, 0.2], [-0.2, 0.2]);
+    let verdict = |kind: Method, polygons: &[Polygon]| {
+        let mut culler = kind.create(16);
+        culler.build(&window, &shadows(&window, polygons));
+        let beside_inner = Aabb::cube(Vec3::new(0.7, 0.7, 1.0) * 6.0, 0.5);
+        culler.test_box(&beside_inner).verdict
+    };
+    let sorted = RivalOcclusion::SvbspPaper.into();
+    assert_eq!(verdict(sorted, std::slice::from_ref(&wall)), Verdict::Hidden);
+    let both = [wall, inner];
+    assert_eq!(verdict(sorted, &both), Verdict::Unoccluded);
+    for kind in
+        [RivalOcclusion::Svbsp.into(), Method::Own(Occlusion::Msvbsp), RivalOcclusion::MsvbspPaper.into()]
+    {
+        assert_eq!(verdict(kind, &both), Verdict::Hidden, "{}", kind.name());
+    }
+    assert_only_the_paper_is_wrong(&window, &both, 0);
+}
+
 /// Rule 6: the worse square loses its left side also below the better one, where nobody else has that plane.
 #[test]
 fn rule_6_deleting_the_worse_plane_opens_the_shadow() {
@@ -164,6 +189,7 @@ fn walls_that_meet_hide_together_what_none_hides_alone() {
     for (kind, verdict) in [
         (RivalOcclusion::Frusta.into(), Verdict::PartlyHidden),
         (RivalOcclusion::Svbsp.into(), Verdict::Hidden),
+        (RivalOcclusion::SvbspPaper.into(), Verdict::Hidden),
         (Method::Own(Occlusion::Msvbsp), Verdict::Hidden),
     ] {
         let mut culler = kind.create(16);

@@ -1,4 +1,5 @@
 use egui::{Button, DragValue, RichText, TextEdit, Ui};
+use glam::Vec3;
 
 use super::wishes::Wishes;
 use crate::{command::Command, groups::Placing, studio::Studio};
@@ -19,6 +20,8 @@ pub(super) struct GroupList {
     name: Option<(GroupId, String)>,
     /// The change of a group's transform that is being entered.
     placing: Option<(GroupId, Placing)>,
+    /// The axis of the next turn, if it is not the usual one.
+    axis: Option<Vec3>,
 }
 
 impl GroupList {
@@ -102,9 +105,19 @@ impl GroupList {
                     .labelled_by(label.id),
             );
         });
+        let axis = self.axis.get_or_insert(Placing::STAY.axis);
+        ui.horizontal(|ui| {
+            ui.label("turn about")
+                .on_hover_text("the axis of the turn: any direction in the space of the group above");
+            for (way, name) in [(&mut axis.x, "axis x"), (&mut axis.y, "axis y"), (&mut axis.z, "axis z")] {
+                let label = ui.label(name);
+                let value = DragValue::new(way).speed(0.01).range(-1.0..=1.0).max_decimals(2);
+                ui.add(value).labelled_by(label.id);
+            }
+        });
         placing.scale = percent / 100.0;
         if is_done && placing != Placing::STAY {
-            wishes.commands.push(Command::PlaceGroup(node.id, placing));
+            wishes.commands.push(Command::PlaceGroup(node.id, Placing { axis: *axis, ..placing }));
         } else if is_changing {
             self.placing = Some((node.id, placing));
         }

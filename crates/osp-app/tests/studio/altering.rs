@@ -197,7 +197,7 @@ fn strokes_of_a_placed_group_stay_in_it_and_where_they_are() {
     select(&mut table, &[0.5, 0.2]);
     table.studio.command(Command::GroupSelected);
     let by = Vec3::new(0.1, 0.02, 0.05);
-    let placing = Placing { by, turn_degrees: 20.0, scale: 0.8 };
+    let placing = Placing { by, turn_degrees: 20.0, scale: 0.8, ..Placing::STAY };
     table.studio.command(Command::PlaceGroup(GroupId(0), placing));
     let before = bounds_of(table.studio.scene(), &ids[..1]);
     let other = bounds_of(table.studio.scene(), &ids[1..2]);

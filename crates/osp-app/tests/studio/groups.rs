@@ -97,13 +97,61 @@ fn a_group_is_turned_and_scaled_about_its_middle() {
     assert!(turned.center().abs_diff_eq(before.center() + aside, 1.0e-3), "{turned:?} {before:?}");
     assert!((turned.extent().z - before.extent().x).abs() < 1.0e-3, "{turned:?} {before:?}");
     let by = Vec3::new(1.0, 0.0, 0.0);
-    let placing = Placing { by, turn_degrees: 180.0, scale: 2.0 };
+    let placing = Placing { by, turn_degrees: 180.0, scale: 2.0, ..Placing::STAY };
     table.studio.command(Command::PlaceGroup(GroupId(0), placing));
     let large = whole(&table);
     // One metre along the turned parent's x.
     let way = osp::math::rotate(Quat::from_rotation_y(std::f32::consts::FRAC_PI_2), by);
     assert!(large.center().abs_diff_eq(turned.center() + way, 1.0e-3), "{large:?} {turned:?}");
     assert!((large.extent() - turned.extent() * 2.0).abs().max_element() < 1.0e-2);
+}
+
+#[test]
+fn a_group_turns_about_any_axis() {
+    let (mut table, ids) = ribbons(&[0.3, -0.3]);
+    group(&mut table, &[0.3, -0.3]);
+    let whole = |table: &Table| bounds(table, ids[0]).union(&bounds(table, ids[1]));
+    let mut turn = |axis: Vec3, turn_degrees: f32| {
+        let before = whole(&table);
+        let placing = Placing { axis, turn_degrees, ..Placing::STAY };
+        table.studio.command(Command::PlaceGroup(GroupId(0), placing));
+        let after = whole(&table);
+        assert!(after.center().abs_diff_eq(before.center(), 1.0e-3), "{after:?} {before:?}");
+        (before.extent(), after.extent())
+    };
+    let (before, after) = turn(Vec3::Z, 90.0);
+    assert!(after.abs_diff_eq(Vec3::new(before.y, before.x, before.z), 1.0e-3), "{after} {before}");
+    // A third of a turn about the diagonal takes x to y, y to z and z to x.
+    let (before, after) = turn(Vec3::splat(0.2), 120.0);
+    assert!(after.abs_diff_eq(Vec3::new(before.z, before.x, before.y), 1.0e-3), "{after} {before}");
+    assert!((before.x - before.y).abs() > 0.1, "{before}");
+    let (before, after) = turn(Vec3::ZERO, 50.0);
+    assert!(after.abs_diff_eq(before, 1.0e-4), "no axis, no turn: {after} {before}");
+}
+
+#[test]
+fn the_panel_turns_a_group_about_the_axis_that_it_shows() {
+    let mut harness = sketch();
+    drag(&mut harness, &[(0.3, 0.4), (0.5, 0.45), (0.7, 0.4)]);
+    harness.press_with(Modifiers::COMMAND, Key::A);
+    harness.press_with(Modifiers::COMMAND, Key::G);
+    harness.press(Key::Escape);
+    harness.click_on("group 0");
+    let mut enter = |field: &str, text: &str| {
+        harness.get_by_role_and_label(Role::SpinButton, field).focus();
+        harness.run_steps(2);
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        harness.get_by_role_and_label(Role::SpinButton, field).type_text(text);
+        harness.run_steps(2);
+        harness.press(Key::Enter);
+    };
+    for (field, text) in [("axis y", "0"), ("axis z", "1"), ("turn", "90")] {
+        enter(field, text);
+    }
+    let scene = harness.state().studio.scene();
+    let transform = scene.group_transform(GroupId(0)).expect("a group");
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    assert!(transform.q.abs_diff_eq(Quat::from_xyzw(0.0, 0.0, half, half), 1.0e-3), "{transform:?}");
 }
 
 #[test]

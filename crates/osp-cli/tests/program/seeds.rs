@@ -1,19 +1,47 @@
-//! docs/seeds.md: every row of its tables has a command, and every command runs.
+//! docs/seeds.md: every row of its tables has a command, every command runs, and prints what its row says it does.
 
-use std::{collections::BTreeSet, fs};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+};
 
 use crate::OSP;
-use osp_testkit::{at, packages, stderr};
+use osp_testkit::{at, packages, stderr, stdout};
 
 /// What stands between backticks.
 fn code(cell: &str) -> impl Iterator<Item = &str> {
     cell.split('`').skip(1).step_by(2)
 }
 
-/// A row of a table: its first cell, the cell of the commands, and the whole line.
+/// What a cell says after `prints`, up to a semicolon or a bracket, between backticks: an ellipsis is any other text of the same line.
+fn printed(cell: &str) -> impl Iterator<Item = &str> {
+    cell.split("prints ").skip(1).flat_map(|rest| code(rest.split([';', '(']).next().unwrap_or(rest)))
+}
+
+/// What may stand beside a word.
+const BESIDE: [char; 6] = [',', ';', ':', '.', '(', ')'];
+
+/// Whether a line has all parts of a figure in this order, as whole words. Runs of spaces count as one.
+fn prints(output: &str, figure: &str) -> bool {
+    let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    output.lines().any(|line| {
+        let mut rest = &words(line)[..];
+        figure.split('…').map(words).all(|part| {
+            let at = rest.windows(part.len().max(1)).position(|window| {
+                // A comma or the like beside a word does not belong to the figure.
+                let is_same = |(word, of): (&String, &String)| word.trim_matches(BESIDE) == of || word == of;
+                window.iter().zip(&part).all(is_same)
+            });
+            at.inspect(|at| rest = &rest[at + part.len()..]).is_some()
+        })
+    })
+}
+
+/// A row of a table: its first cell, the cell of the commands, the figures that these print, and the whole line.
 struct Row {
     name: String,
     commands: Vec<String>,
+    figures: Vec<String>,
     line: String,
 }
 
@@ -33,7 +61,9 @@ fn rows(text: &str) -> Vec<Row> {
             Some(Some(column)) if !is_rule => {
                 let cell = cells.get(column).unwrap_or_else(|| panic!("a row without a command: {line}"));
                 let commands = code(cell).map(str::to_owned).collect();
-                rows.push(Row { name: cells[0].to_owned(), commands, line: line.to_owned() });
+                let figures = cells.get(column + 1).map_or("", |cell| cell);
+                let figures = printed(figures).map(str::to_owned).collect();
+                rows.push(Row { name: cells[0].to_owned(), commands, figures, line: line.to_owned() });
             }
             Some(_) => {}
         }
@@ -92,9 +122,10 @@ fn every_command_of_the_table_runs() {
             fs::copy(&path, copies.join(path.file_name().expect("a name"))).expect("a copy");
         }
     }
-    let of_osp = |command: &String| command.starts_with("osp ");
-    let commands: BTreeSet<String> =
-        table().into_iter().flat_map(|row| row.commands).filter(of_osp).collect();
+    let rows = table();
+    let of_osp = |command: &&String| command.starts_with("osp ");
+    let commands: BTreeSet<&String> = rows.iter().flat_map(|row| &row.commands).filter(of_osp).collect();
+    let mut outputs = BTreeMap::new();
     for command in commands {
         let args: Vec<&str> = command.split_whitespace().skip(1).collect();
         let output = OSP.run_in(folder.path(), &args);
@@ -102,6 +133,37 @@ fn every_command_of_the_table_runs() {
         // Commands of other builds say which.
         let is_not_built = said.contains("needs a build with the feature");
         assert!(output.status.success() || is_not_built, "{command}: {said}");
+        if !is_not_built {
+            outputs.insert(command, stdout(&output));
+        }
+    }
+    let with_figures: Vec<&Row> = rows.iter().filter(|row| !row.figures.is_empty()).collect();
+    assert!(with_figures.len() >= 20, "{} rows say what is printed", with_figures.len());
+    let mut missing = Vec::new();
+    for row in with_figures {
+        let of_row: Vec<_> = row.commands.iter().filter(of_osp).map(|command| outputs.get(command)).collect();
+        // A figure may be that of a command that this build lacks.
+        if of_row.contains(&None) {
+            continue;
+        }
+        let is_missing = |figure: &&String| !of_row.iter().flatten().any(|output| prints(output, figure));
+        missing.extend(row.figures.iter().filter(is_missing).map(|figure| format!("{}: {figure}", row.name)));
+    }
+    assert!(missing.is_empty(), "docs/seeds.md says what no command of the row prints: {missing:#?}");
+}
+
+#[test]
+fn a_figure_is_compared_with_what_is_printed() {
+    let cell = "`a` is 3; prints `1,664 polygons`, `x … 7 %`; longer: prints `9` (figure: `osp b`)";
+    assert_eq!(printed(cell).collect::<Vec<_>>(), ["1,664 polygons", "x … 7 %", "9"]);
+    let output = "room: (1,664  polygons), 12 in view\n x 64   0   7 % of all";
+    for figure in ["1,664 polygons", "polygons", "x … 7 %", "x 64 … all", "12 in view"] {
+        assert!(prints(output, figure), "{figure}");
+    }
+    for figure in
+        ["664 polygons", "1,664 poly", "7 % … x", "x 7 %", "polygons … 7 %", "2 in view", "of all more"]
+    {
+        assert!(!prints(output, figure), "{figure}");
     }
 }
 

@@ -57,6 +57,10 @@ pub struct NodeFields {
     pub is_polygon: bool,
     /// The paper's `IsSubnode`.
     pub is_subnode: bool,
+    /// The paper's `Centerpoint`, metres.
+    pub center: Vec3,
+    /// The paper's `Width`, metres.
+    pub width_m: f32,
 }
 
 impl NodeFields {
@@ -73,6 +77,16 @@ impl NodeFields {
         }
         label + &set
     }
+
+    /// The paper's `Centerpoint` and `Width`.
+    pub(super) fn place(&self) -> [String; 2] {
+        [format!("centre {}", coordinates(self.center)), format!("width {:.2} m", self.width_m)]
+    }
+}
+
+/// The coordinates of a point, metres.
+pub(super) fn coordinates(p: Vec3) -> String {
+    format!("{:.2} {:.2} {:.2}", p.x, p.y, p.z)
 }
 
 /// The nodes of an index in depth-first order, each before its descendants.
@@ -143,6 +157,8 @@ impl Structure {
                     is_leaf: node.is_leaf,
                     is_polygon: node.is_polygon,
                     is_subnode: node.is_subnode,
+                    center: node.center,
+                    width_m: node.width_m,
                 }),
             });
             all.members.extend(node.polygons.iter().map(|&id| (id, at)));
@@ -263,13 +279,12 @@ impl Structure {
                 let _ = write!(label, "\\n+{} nodes", thousands(node.left_out as u64));
             }
             if let Some(fields) = node.fields {
-                let _ = write!(label, "\\n{}", fields.label());
+                let _ = write!(label, "\\n{}\\n{}", fields.label(), fields.place().join(", "));
             }
             if let Some(name) = names.get(i).filter(|name| !name.is_empty()) {
                 let _ = write!(label, "\\nown: {name}");
             }
-            let corner = |p: Vec3| format!("{:.2} {:.2} {:.2}", p.x, p.y, p.z);
-            let (min, max) = (corner(node.bounds.min), corner(node.bounds.max));
+            let (min, max) = (coordinates(node.bounds.min), coordinates(node.bounds.max));
             let _ = writeln!(dot, "  n{i} [label=\"{label}\\n{min} to\\n{max} m\"];");
             if let Some(parent) = node.parent {
                 let _ = writeln!(dot, "  n{parent} -> n{i};");
@@ -382,6 +397,11 @@ mod tests {
         );
         let dot = upper.to_dot("tree", true);
         assert!(dot.contains("\\nx = ") && dot.contains("S\\n") && dot.contains("\\nown: "), "{dot}");
+        let root = upper.nodes()[0];
+        let [center, width] = root.fields.expect("a node of the tree").place();
+        assert_eq!(center, format!("centre {}", coordinates(root.bounds.center())));
+        assert_eq!(width, format!("width {:.2} m", root.bounds.extent().max_element()));
+        assert!(dot.contains(&format!("S\\n{center}, {width}\\n")), "{dot}");
     }
 
     #[test]

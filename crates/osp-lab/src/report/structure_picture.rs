@@ -12,7 +12,7 @@ use super::{
     numbers::thousands,
     picture::{Picture, encode},
     printable::one_line,
-    structure::{MOST_TREE_NODES, SplitOutline, Structure, StructureNode},
+    structure::{MOST_TREE_NODES, SplitOutline, Structure, StructureNode, coordinates},
 };
 use crate::TreeLayout;
 use osp::math::{Aabb, Ray};
@@ -26,6 +26,10 @@ const MARGIN: f32 = 40.0;
 const MOST_CELLS: usize = 20_000;
 /// Largest number of leaves up to which the nodes of a tree have labels.
 const MOST_LABELS: usize = 24;
+/// Distance of leaves from which on the nodes of a tree have their places as labels, pixels.
+const ROOM_FOR_PLACES: f32 = 150.0;
+/// Width of the label of a place, pixels.
+const PLACE_WIDTH: i32 = 128;
 /// Largest number of levels in a legend.
 const MOST_LEGEND: usize = 14;
 
@@ -293,14 +297,23 @@ impl StructurePicture<'_> {
             let style = if node.polygons == 0 { style.stroke_width(1) } else { style.filled() };
             area.draw(&Circle::new((x, y), radius, style))?;
             if layout.places() <= MOST_LABELS {
+                let (mut left, mut top) = (x + radius + 3, y - 6);
                 let mut lines = vec![thousands(node.polygons as u64)];
                 if node.left_out > 0 {
                     let _ = write!(lines[0], " (+{})", thousands(node.left_out as u64));
                 }
                 lines.extend(node.fields.map(|fields| fields.label()));
+                if let Some(fields) = node.fields.filter(|_| layout.step_x() >= ROOM_FOR_PLACES) {
+                    let Aabb { min, max } = node.bounds;
+                    lines.extend(fields.place());
+                    lines.extend([format!("box {}", coordinates(min)), format!("to {}", coordinates(max))]);
+                    // The label stays in the picture, and above its legend.
+                    left = left.min(area.dim_in_pixel().0 as i32 - PLACE_WIDTH);
+                    top -= 28;
+                }
                 lines.extend(names.get(i).filter(|name| !name.is_empty()).map(|name| format!("#{name}")));
                 for (line, text) in lines.into_iter().enumerate() {
-                    let at = (x + radius + 3, y - 6 + 14 * line as i32);
+                    let at = (left, top + 14 * line as i32);
                     area.draw(&Text::new(text, at, ("sans-serif", 13)))?;
                 }
             }

@@ -85,9 +85,10 @@ impl<P: Partition> BucketTree<P> {
             }
             let is_leaf = node.is_leaf();
             let polygons = node.polygons as usize;
-            let asked = visitor.node(&Node { bounds: &node.bounds, depth, containment, polygons, is_leaf });
-            let sink = &mut VisitorSink { visitor, asked };
-            match asked {
+            let decision =
+                visitor.node(&Node { bounds: &node.bounds, depth, containment, polygons, is_leaf });
+            let sink = &mut VisitorSink { visitor, decision };
+            match decision {
                 Visit::Skip => {}
                 Visit::Descend if !is_leaf => {
                     self.push_children(at, |child| stack.push((child, mask, depth + 1)));

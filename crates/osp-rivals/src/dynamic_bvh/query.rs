@@ -108,15 +108,15 @@ impl BoxTree {
                 continue;
             }
             let below = self.below(at);
-            let asked = visitor.node(&Node {
+            let decision = visitor.node(&Node {
                 bounds: &node.bounds,
                 depth,
                 containment,
                 polygons: node.polygons as usize,
                 is_leaf: matches!(below, Below::Leaf(_)),
             });
-            let sink = &mut VisitorSink { visitor, asked };
-            match (asked, below) {
+            let sink = &mut VisitorSink { visitor, decision };
+            match (decision, below) {
                 (Visit::Skip, _) => {}
                 (_, Below::Leaf(id)) => {
                     work.reported += 1;

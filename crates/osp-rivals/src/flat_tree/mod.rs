@@ -247,15 +247,15 @@ impl FlatTree {
             work.planes += u64::from(planes);
             if containment != Containment::Outside {
                 let is_leaf = next == at + 1;
-                let asked = visitor.node(&Node {
+                let decision = visitor.node(&Node {
                     bounds: &node.bounds,
                     depth: above.len() as u32,
                     containment,
                     polygons: node.polygons as usize,
                     is_leaf,
                 });
-                let sink = &mut VisitorSink { visitor, asked };
-                match asked {
+                let sink = &mut VisitorSink { visitor, decision };
+                match decision {
                     Visit::Skip => {}
                     Visit::Descend if !is_leaf => {
                         above.push(next, inner_mask);

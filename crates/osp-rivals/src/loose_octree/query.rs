@@ -125,10 +125,10 @@ impl LooseOctree {
             }
             let mut is_leaf = true;
             self.for_children(&cell, |_| is_leaf = false);
-            let asked =
+            let decision =
                 visitor.node(&Node { bounds: &bounds, depth: cell.level, containment, polygons, is_leaf });
-            let sink = &mut VisitorSink { visitor, asked };
-            match asked {
+            let sink = &mut VisitorSink { visitor, decision };
+            match decision {
                 Visit::Skip => {}
                 Visit::Take => work += self.cull(From::Cell(cell, mask), frustum, sink),
                 Visit::Descend => {
@@ -154,9 +154,10 @@ impl LooseOctree {
         }
         work.nodes += 1;
         let polygons = self.outside_root();
-        let asked = visitor.node(&Node { bounds: &bounds, depth: 0, containment, polygons, is_leaf: true });
-        if asked != Visit::Skip {
-            *work += self.cull(From::Outside, frustum, &mut VisitorSink { visitor, asked });
+        let decision =
+            visitor.node(&Node { bounds: &bounds, depth: 0, containment, polygons, is_leaf: true });
+        if decision != Visit::Skip {
+            *work += self.cull(From::Outside, frustum, &mut VisitorSink { visitor, decision });
         }
     }
 }

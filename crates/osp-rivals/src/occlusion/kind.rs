@@ -1,4 +1,4 @@
-use super::{DepthCenters, MsvbspPaper, PaperCaps, ShadowFrusta, Svbsp};
+use super::{DepthCenters, MsvbspPaper, PaperCaps, ShadowFrusta, Svbsp, SvbspForm};
 use osp::occlusion::{DepthConfig, MakeCuller, kernels::node_budget};
 
 /// The methods of occlusion culling that [`Occlusion`](osp::occlusion::Occlusion)'s methods are compared with.
@@ -8,6 +8,8 @@ pub enum RivalOcclusion {
     Frusta,
     /// A shadow-volume BSP tree of the occluders: [`Svbsp`].
     Svbsp,
+    /// A BSP tree of the occluders' shadow planes, as the paper describes it: [`Svbsp`] by [`SvbspForm::Planes`].
+    SvbspPaper,
     /// The modified tree as the paper prints it: [`MsvbspPaper`] with caps. Not conservative.
     MsvbspPaper,
     /// A software depth buffer sampled at pixel centres: [`DepthCenters`]. Not conservative.
@@ -20,6 +22,7 @@ impl RivalOcclusion {
         match self {
             Self::Frusta => "frusta",
             Self::Svbsp => "svbsp",
+            Self::SvbspPaper => "svbsp-paper",
             Self::MsvbspPaper => "msvbsp-paper",
             Self::DepthCenters => "depth-centers",
         }
@@ -29,7 +32,8 @@ impl RivalOcclusion {
     pub fn culler(self) -> MakeCuller {
         match self {
             Self::Frusta => |occluders| Box::new(ShadowFrusta::new(occluders)),
-            Self::Svbsp => |occluders| Box::new(Svbsp::new(node_budget(occluders))),
+            Self::Svbsp => |occluders| Box::new(Svbsp::new(SvbspForm::Occluders, node_budget(occluders))),
+            Self::SvbspPaper => |occluders| Box::new(Svbsp::new(SvbspForm::Planes, node_budget(occluders))),
             Self::MsvbspPaper => {
                 |occluders| Box::new(MsvbspPaper::new(PaperCaps::Supporting, node_budget(occluders)))
             }

@@ -6,10 +6,11 @@ mod depth_centers;
 mod frusta;
 mod kind;
 mod msvbsp_paper;
+mod sorted_planes;
 mod svbsp;
 
 pub use depth_centers::DepthCenters;
 pub use frusta::ShadowFrusta;
 pub use kind::RivalOcclusion;
 pub use msvbsp_paper::{MsvbspPaper, PaperCaps};
-pub use svbsp::Svbsp;
+pub use svbsp::{Svbsp, SvbspForm};

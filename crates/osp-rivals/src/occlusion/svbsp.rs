@@ -1,8 +1,9 @@
-//! The shadow-volume BSP tree.
+//! The shadow-volume BSP tree, in two forms.
 //!
-//! N. Chin, S. Feiner, "Near Real-Time Shadow Generation Using BSP Trees", 1989.
+//! N. Chin, S. Feiner, "Near Real-Time Shadow Generation Using BSP Trees", 1989: occluder after occluder. The OSP paper's
+//! section 3.2.3 sorts single planes instead: [`SortedPlanes`].
 //!
-//! # Differences from the paper
+//! # Differences from Chin and Feiner
 //! * Polygons are inserted front to back by their nearest corners, not by a BSP tree of the scene. If two polygons overlap
 //!   in depth, this order is not exact. No result depends on the order, because every shadowed leaf has its occluder's cap.
 //! * If a piece of a polygon reaches an unoccluded leaf, the leaf is divided by the planes of the whole polygon, not of the
@@ -11,6 +12,7 @@
 
 use glam::DVec3;
 
+use super::sorted_planes::SortedPlanes;
 use osp::{
     math::{Aabb, Sphere},
     occlusion::{
@@ -33,9 +35,20 @@ struct Task {
     outline: Span,
 }
 
-/// The shadow-volume BSP tree of N. Chin and S. Feiner, "Near Real-Time Shadow Generation Using BSP Trees", 1989.
+/// How the tree is built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SvbspForm {
+    /// Occluder after occluder, the nearest first, as N. Chin and S. Feiner do.
+    Occluders,
+    /// Plane after plane, a good one first, as section 3.2.3 of the OSP paper does.
+    Planes,
+}
+
+/// A shadow-volume BSP tree of the occluders.
 #[derive(Clone, Debug)]
 pub struct Svbsp {
+    /// Memory of a build by single planes, in that form.
+    sorted_planes: Option<SortedPlanes>,
     node_budget: usize,
     point_budget: usize,
     tree: ShadowTree,
@@ -47,9 +60,10 @@ pub struct Svbsp {
 
 impl Svbsp {
     /// A culler without occluders, with room for `node_budget` splitting planes. It allocates all its memory now.
-    pub fn new(node_budget: usize) -> Self {
+    pub fn new(form: SvbspForm, node_budget: usize) -> Self {
         let point_budget = node_budget * 16;
         Self {
+            sorted_planes: (form == SvbspForm::Planes).then(|| SortedPlanes::new(node_budget)),
             node_budget,
             point_budget,
             tree: ShadowTree::new(node_budget, node_budget, CapRule::Any),
@@ -57,6 +71,18 @@ impl Svbsp {
             order: Vec::new(),
             tasks: Vec::new(),
             counts: BuildCounts::default(),
+        }
+    }
+
+    fn insert_all(&mut self, window: &ViewWindow, occluders: &[ShadowVolume]) {
+        self.order.clear();
+        self.order.extend(occluders.iter().enumerate().map(|(i, o)| {
+            let nearest = o.corners().iter().map(|v| v.length_squared()).fold(f64::INFINITY, f64::min);
+            (nearest, i as u32)
+        }));
+        self.order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for i in 0..self.order.len() {
+            self.insert(&occluders[self.order[i].1 as usize], window);
         }
     }
 
@@ -132,20 +158,17 @@ impl Svbsp {
 
 impl OcclusionCuller for Svbsp {
     fn name(&self) -> &'static str {
-        "svbsp"
+        if self.sorted_planes.is_some() { "svbsp-paper" } else { "svbsp" }
     }
 
     fn build(&mut self, window: &ViewWindow, occluders: &[ShadowVolume]) -> BuildCounts {
         self.tree.clear(window.eye_in_world());
         self.counts = BuildCounts { occluders: occluders.len() as u32, ..BuildCounts::default() };
-        self.order.clear();
-        self.order.extend(occluders.iter().enumerate().map(|(i, o)| {
-            let nearest = o.corners().iter().map(|v| v.length_squared()).fold(f64::INFINITY, f64::min);
-            (nearest, i as u32)
-        }));
-        self.order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        for i in 0..self.order.len() {
-            self.insert(&occluders[self.order[i].1 as usize], window);
+        if let Some(planes) = &mut self.sorted_planes {
+            let (pieces, left_out) = planes.build(&mut self.tree, window, occluders);
+            self.counts = BuildCounts { pieces, left_out, ..self.counts };
+        } else {
+            self.insert_all(window, occluders);
         }
         self.counts.nodes = self.tree.node_count() as u32;
         self.counts.depth = self.tree.depth();

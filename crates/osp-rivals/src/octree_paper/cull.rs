@@ -74,10 +74,10 @@ impl OctreePaper {
             }
             let is_leaf = node.children().next().is_none();
             let polygons = node.all().len();
-            let asked =
+            let decision =
                 visitor.node(&Node { bounds: &node.cell, depth: node.depth, containment, polygons, is_leaf });
-            let sink = &mut VisitorSink { visitor, asked };
-            match asked {
+            let sink = &mut VisitorSink { visitor, decision };
+            match decision {
                 Visit::Skip => {}
                 Visit::Take => self.cull_below(at, frustum, sink, &mut work),
                 Visit::Descend => {

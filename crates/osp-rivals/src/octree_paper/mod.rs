@@ -14,6 +14,8 @@
 mod build;
 mod cull;
 
+pub(super) use build::octant;
+
 use std::ops::Range;
 
 use super::{

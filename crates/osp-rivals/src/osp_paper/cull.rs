@@ -161,15 +161,15 @@ impl OspPaper {
             if containment == Containment::Outside {
                 continue;
             }
-            let asked = visitor.node(&Node {
+            let decision = visitor.node(&Node {
                 bounds: &node.bounds(),
                 depth: node.depth,
                 containment,
                 polygons: node.polygons as usize,
                 is_leaf: !node.is_subnode,
             });
-            let sink = &mut VisitorSink { visitor, asked };
-            match asked {
+            let sink = &mut VisitorSink { visitor, decision };
+            match decision {
                 Visit::Skip => {}
                 Visit::Take => self.cull_below(at, &test, sink, &mut work),
                 Visit::Descend => {
@@ -190,9 +190,10 @@ impl OspPaper {
         }
         work.nodes += 1;
         let polygons = self.outside.len();
-        let asked = visitor.node(&Node { bounds: &bounds, depth: 0, containment, polygons, is_leaf: true });
-        if asked != Visit::Skip {
-            self.test_each(&self.outside, frustum, &mut VisitorSink { visitor, asked }, work);
+        let decision =
+            visitor.node(&Node { bounds: &bounds, depth: 0, containment, polygons, is_leaf: true });
+        if decision != Visit::Skip {
+            self.test_each(&self.outside, frustum, &mut VisitorSink { visitor, decision }, work);
         }
     }
 }

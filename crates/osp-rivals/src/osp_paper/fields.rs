@@ -1,9 +1,15 @@
+use glam::Vec3;
+
 use super::tree::OspPaper;
 use osp::{math::Aabb, polygon::PolygonId};
 
 /// The fields of a node of [`OspPaper`], named as in the paper's Fig. 3, for drawings of the tree.
 #[derive(Clone, Copy, Debug)]
 pub struct OspPaperNode<'a> {
+    /// `Centerpoint`, metres.
+    pub center: Vec3,
+    /// `Width`: the longest edge, metres.
+    pub width_m: f32,
     /// `OSPBox`, metres.
     pub bounds: Aabb,
     /// `Depth`, in binary levels: 0 at the root.
@@ -30,6 +36,8 @@ impl OspPaper {
     pub fn node(&self, number: usize) -> Option<OspPaperNode<'_>> {
         let node = self.nodes.get(number)?;
         Some(OspPaperNode {
+            center: node.center,
+            width_m: node.width_m,
             bounds: node.bounds(),
             depth: node.depth,
             axis: node.state.axis(),

@@ -89,13 +89,14 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
             return WorkCounts::default();
         }
         let polygons = self.filed.len();
-        let asked = visitor.node(&Node { bounds: &bounds, depth: 0, containment, polygons, is_leaf: true });
+        let decision =
+            visitor.node(&Node { bounds: &bounds, depth: 0, containment, polygons, is_leaf: true });
         let mut list = Vec::new();
-        if asked == Visit::Skip {
+        if decision == Visit::Skip {
             return WorkCounts::default();
         }
         let work = self.frustum_cull(frustum, &mut list);
-        visitor.polygons(&list, asked);
+        visitor.polygons(&list, decision);
         work
     }
 

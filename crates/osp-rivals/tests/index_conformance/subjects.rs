@@ -5,7 +5,7 @@ use osp_rivals::{
     Bsp, BspConfig, BvhTwoLevel, HlbvhConfig, IndexKind, KdTreeConfig, LbvhConfig, LooseOctree,
     LooseOctreeConfig, MedianConfig, MidpointConfig, OctreeConfig, OctreePaper, OctreePaperConfig, OspGrid,
     OspPaper, QuadtreeConfig, SahConfig, SweepSahConfig, TwoLevelConfig, bvh_median, bvh_midpoint, bvh_sah,
-    bvh_sah_sweep, hlbvh, kd_tree, lbvh, octree_rebuild, quadtree,
+    bvh_sah_sweep, hlbvh, kd_tree, lbvh, octree_every_child, octree_rebuild, quadtree,
 };
 
 type Make = Box<dyn Fn(&IndexConfig) -> Box<dyn SpatialIndex>>;
@@ -40,6 +40,10 @@ pub(crate) fn subjects() -> Vec<Subject> {
     add(
         "octree-rebuild, leaf 1",
         Box::new(|config| octree_rebuild(&OctreeConfig { leaf_capacity: 1, max_depth: 200 }, config)),
+    );
+    add(
+        "octree-every-child, leaf 1",
+        Box::new(|config| octree_every_child(&OctreeConfig { leaf_capacity: 1, max_depth: 200 }, config)),
     );
     add(
         "bvh-midpoint, leaf 1",

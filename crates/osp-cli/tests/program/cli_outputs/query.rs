@@ -64,6 +64,63 @@ fn polygons_decide_and_not_their_boxes() {
 }
 
 #[test]
+fn both_orders_find_what_the_index_finds_and_count_their_work() {
+    let folder = temp();
+    write_session(folder.path(), "a.ron");
+    let mut boxes = [0, 0];
+    for hits in ["all", "nearest"] {
+        let ray = ["a.ron", "--ray", "-0.2,4.9,-0.085", "2.5,1,0.875", "--hits", hits];
+        let plain = query(folder.path(), &ray);
+        assert!(plain["work"].is_null() && !plain["found"].as_array().expect("found").is_empty(), "{plain}");
+        for kind in osp_rivals::IndexKind::ALL {
+            for (order, boxes) in ["in-order", "best-first"].into_iter().zip(&mut boxes) {
+                let args = ["--index", kind.name(), "--search", order];
+                let found = query(folder.path(), &[&ray[..], &args].concat());
+                assert_eq!(found["found"], plain["found"], "{order} {}", kind.name());
+                let work = &found["work"];
+                assert!(work["boxes"].as_u64() >= found["polygons_asked"].as_u64(), "{found}");
+                *boxes += work["boxes"].as_u64().expect("boxes");
+            }
+        }
+    }
+    assert!(boxes[1] <= boxes[0], "in order {}, best first {}", boxes[0], boxes[1]);
+}
+
+#[test]
+fn a_wide_ray_meets_what_a_thin_one_passes() {
+    let folder = temp();
+    write_session(folder.path(), "a.ron");
+    // The ray that meets nothing passes the ribbons at less than a centimetre.
+    let ray = ["a.ron", "--ray", "0.2,9,0.042", "0,-1,0"];
+    let wide = |radius: &str, index: &str| {
+        query(
+            folder.path(),
+            &[&ray[..], &["--index", index, "--radius", radius, "--hits", "nearest"]].concat(),
+        )
+    };
+    let distance_m = |report: &Value| report["found"][0]["distance_m"].as_f64();
+    let found = wide("0.01", "osp");
+    assert_eq!(strokes(&found), [2], "{found}");
+    // The upper ribbon begins about 5 cm above y = 5.2, and a ball touches it at most its radius earlier.
+    let [thin, thick] = ["0.01", "0.2"].map(|radius| distance_m(&wide(radius, "osp")).expect("a hit"));
+    assert!(thick < thin && thin - thick < 0.2, "{thin} {thick}");
+    assert_eq!(wide("0.0001", "osp")["found"].as_array().map(Vec::len), Some(0));
+    for kind in osp_rivals::IndexKind::ALL {
+        assert_eq!(wide("0.01", kind.name())["found"], found["found"], "{}", kind.name());
+    }
+    // All that a tenth of a metre around the ray meets is all three.
+    let all = query(folder.path(), &[&ray[..], &["--radius", "0.1"]].concat());
+    assert_eq!(strokes(&all), [0, 1, 2], "{all}");
+    let pick = |more: &[&str]| OSP.json_in(folder.path(), ["pick", "a.ron", "--json"].iter().chain(more));
+    let (plain, best) = (pick(&[]), pick(&["--search", "best-first", "--index", "kd-tree"]));
+    assert_eq!(plain["picked"], best["picked"]);
+    assert!(plain["work"].is_null() && best["work"]["nodes"].as_u64() > Some(0), "{plain} {best}");
+    let corner = ["--at", "0,0"];
+    assert!(pick(&corner)["picked"].is_null());
+    assert!(!pick(&[&corner[..], &["--radius", "100"]].concat())["picked"].is_null());
+}
+
+#[test]
 fn the_first_frame_holds_less_than_the_last() {
     let folder = temp();
     write_session(folder.path(), "a.ron");
@@ -98,6 +155,9 @@ fn the_table_names_polygons_strokes_and_work_and_wrong_use_is_refused() {
         (&["--nearest", "0,0,0", "1.5"], "whole number"),
         (&["--ray", "0,0,0", "0,0,0"], "a direction"),
         (&["--nearest", "0,0,0", "1", "--hits", "any"], "--ray"),
+        (&["--nearest", "0,0,0", "1", "--radius", "1"], "with --ray alone"),
+        (&["--ray", "0,0,0", "1,0,0", "--hits", "any", "--search", "in-order"], "--hits any"),
+        (&["--ray", "0,0,0", "1,0,0", "--radius=-1"], "--radius"),
         (&["--box", "0,0,0", "1,1,1", "--frame", "9999"], "there is no frame"),
     ] {
         let output = said(args);

@@ -1,0 +1,204 @@
+//! A BSP tree of shadow planes: a good plane divides a cell, the others are sorted before and behind it.
+//!
+//! "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", section 3.2.3.
+//!
+//! # Where the text is silent
+//! * A plane is good if it cuts few others, then if it leaves as many before it as behind it. The first
+//!   [`CANDIDATES`] planes of a cell are compared; the best occluder's planes come first.
+//! * A plane is sorted by its edge, which the splitting plane cuts. Planes in the splitting plane are used up with it.
+//! * A cell with no plane left is hidden before the last plane, beyond the cap of its occluder, and unoccluded behind it.
+//!   So a plane of an occluder within the shadow of another one makes a part of that shadow unoccluded: the error that
+//!   the paper states, and removes by rule 4 of its modified tree.
+//! * A hidden cell has to lie in the cone of its occluder. It does but for rounding errors; then it is unoccluded.
+
+use glam::DVec3;
+
+use osp::{
+    occlusion::{
+        ShadowVolume,
+        kernels::{
+            Caps, Child, IMPLIED_SINE, Link, MAX_DEPTH, RELEVANT_SINE, ShadowTree, Side, Span, clip, reach,
+        },
+    },
+    view::ViewWindow,
+};
+
+/// Number of planes of a cell that are compared. If it is larger, builds take longer and cut fewer planes.
+const CANDIDATES: usize = 16;
+
+/// A shadow plane, and the part of its edge that lies in the cell.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    normal: DVec3,
+    ends: [DVec3; 2],
+    occluder: u32,
+}
+
+/// The place of an edge relative to a splitting plane.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Place {
+    Before,
+    Behind,
+    Cut,
+    Within,
+}
+
+impl Plane {
+    fn place(&self, splitter: DVec3) -> Place {
+        let (low, high) = reach(splitter, &self.ends);
+        match (high > RELEVANT_SINE, low < -RELEVANT_SINE) {
+            (true, true) => Place::Cut,
+            (true, false) => Place::Before,
+            (false, true) => Place::Behind,
+            (false, false) => Place::Within,
+        }
+    }
+
+    /// The part of a cut edge on one side of a splitting plane.
+    fn part(mut self, splitter: DVec3, side: Side) -> Self {
+        let [a, b] = self.ends.map(|end| splitter.dot(end));
+        let crossing = self.ends[0].lerp(self.ends[1], a / (a - b)).normalize_or_zero();
+        let is_first_kept = (a > b) == (side == Side::Front);
+        self.ends[usize::from(is_first_kept)] = crossing;
+        self
+    }
+}
+
+/// A cell that is not divided yet.
+#[derive(Clone, Copy, Debug)]
+struct Task {
+    link: Link,
+    depth: u32,
+    cell: Span,
+    planes: Span,
+}
+
+/// Memory of a build, kept from frame to frame.
+#[derive(Clone, Debug)]
+pub(super) struct SortedPlanes {
+    node_budget: usize,
+    /// Largest number of directions, and of planes with their parts.
+    list_budget: usize,
+    points: Vec<DVec3>,
+    planes: Vec<Plane>,
+    tasks: Vec<Task>,
+    left_out: u32,
+}
+
+impl SortedPlanes {
+    /// For a tree of `node_budget` splitting planes.
+    pub(super) fn new(node_budget: usize) -> Self {
+        let list_budget = node_budget * 16;
+        Self {
+            node_budget,
+            list_budget,
+            points: Vec::with_capacity(list_budget),
+            planes: Vec::with_capacity(list_budget),
+            // A cell leaves at most one more task than there was.
+            tasks: Vec::with_capacity(MAX_DEPTH as usize + 1),
+            left_out: 0,
+        }
+    }
+
+    /// Fills an empty tree. Returns the number of planes and parts of planes, and of those that had no room.
+    pub(super) fn build(
+        &mut self,
+        tree: &mut ShadowTree,
+        window: &ViewWindow,
+        occluders: &[ShadowVolume],
+    ) -> (u32, u32) {
+        self.points.clear();
+        self.points.extend_from_slice(window.corners());
+        self.planes.clear();
+        self.left_out = 0;
+        for (i, occluder) in occluders.iter().enumerate() {
+            let corners = occluder.corners();
+            if self.planes.len() + corners.len() > self.list_budget {
+                self.left_out += 1;
+                continue;
+            }
+            for (k, &normal) in occluder.sides().iter().enumerate() {
+                let ends = [corners[k], corners[(k + 1) % corners.len()]].map(DVec3::normalize_or_zero);
+                self.planes.push(Plane { normal, ends, occluder: i as u32 });
+            }
+        }
+        let planes = Span { start: 0, len: self.planes.len() as u32 };
+        if planes.len > 0 {
+            self.tasks.push(Task { link: Link::Top, depth: 1, cell: Span { start: 0, len: 4 }, planes });
+        }
+        while let Some(task) = self.tasks.pop() {
+            self.divide(tree, task, occluders);
+        }
+        (self.planes.len() as u32, self.left_out)
+    }
+
+    /// Whether the lists have room for both halves of a cell.
+    fn has_room(&self, tree: &ShadowTree, task: Task) -> bool {
+        tree.node_count() < self.node_budget
+            && task.depth < MAX_DEPTH
+            && self.points.len() + 2 * (task.cell.len as usize + 2) <= self.list_budget
+            && self.planes.len() + 2 * task.planes.len as usize <= self.list_budget
+    }
+
+    fn divide(&mut self, tree: &mut ShadowTree, task: Task, occluders: &[ShadowVolume]) {
+        if !self.has_room(tree, task) {
+            self.left_out += task.planes.len;
+            return;
+        }
+        let at = self.good_plane(task.planes);
+        let Plane { normal, occluder, .. } = self.planes[at];
+        let node = tree.push(task.link, normal, task.depth);
+        for side in [Side::Front, Side::Back] {
+            let facing = if side == Side::Front { normal } else { -normal };
+            let cell = clip(&mut self.points, task.cell, facing);
+            if cell.len < 3 {
+                continue;
+            }
+            let planes = self.sort(task.planes, at, side);
+            let link = Link::Below(node, side);
+            if planes.len > 0 {
+                self.tasks.push(Task { link, depth: task.depth + 1, cell, planes });
+            } else if side == Side::Front {
+                let occluder = &occluders[occluder as usize];
+                let corners = &self.points[cell.range()];
+                let is_inside = occluder.sides().iter().all(|&side| reach(side, corners).0 >= -IMPLIED_SINE);
+                if is_inside && !tree.is_full_of_caps() {
+                    let caps = tree.add_cap(Caps::NONE, occluder);
+                    tree.set(link, Child::leaf(caps));
+                }
+            }
+        }
+    }
+
+    fn good_plane(&self, planes: Span) -> usize {
+        let cost = |at: &usize| {
+            let normal = self.planes[*at].normal;
+            let (mut cut, mut before, mut behind) = (0_u32, 0_u32, 0_u32);
+            for plane in &self.planes[planes.range()] {
+                match plane.place(normal) {
+                    Place::Before => before += 1,
+                    Place::Behind => behind += 1,
+                    Place::Cut => cut += 1,
+                    Place::Within => {}
+                }
+            }
+            (cut, before.abs_diff(behind))
+        };
+        planes.range().take(CANDIDATES).min_by_key(cost).unwrap_or(planes.start as usize)
+    }
+
+    /// Appends the planes that reach one side of a plane of the list.
+    fn sort(&mut self, planes: Span, at: usize, side: Side) -> Span {
+        let start = self.planes.len();
+        let splitter = self.planes[at].normal;
+        for i in planes.range().filter(|&i| i != at) {
+            let plane = self.planes[i];
+            match (plane.place(splitter), side) {
+                (Place::Before, Side::Front) | (Place::Behind, Side::Back) => self.planes.push(plane),
+                (Place::Cut, side) => self.planes.push(plane.part(splitter, side)),
+                _ => {}
+            }
+        }
+        Span { start: start as u32, len: (self.planes.len() - start) as u32 }
+    }
+}

@@ -1,0 +1,312 @@
+//! The octree that stores a polygon in every child that it touches, and is rebuilt after every change.
+//!
+//! Source: Andrew Glassner, "Space Subdivision for Fast Ray Tracing" (1984).
+//!
+//! # Differences from the source
+//! * Every node has the tight box around all polygons below, so that answers are those of the other indexes.
+//! * The source divides a full cell until the greatest depth. Polygons that coincide or are large would then be stored
+//!   without end. Here [`MOST_COPIES`] and the rule of [`Builder::divide`] bound the memory.
+//! * A query passes on each polygon once: it has a bit for each polygon.
+
+use super::{
+    flat_tree::{FlatTree, MAX_DEPTH},
+    item::Item,
+    octree_paper::octant,
+    octree_rebuild::OctreeConfig,
+    rebuilt::{Filing, OnUpdate, Rebuilt, TreeBuilder},
+};
+use osp::{
+    index::{IndexConfig, IndexError, Node, SpatialIndex, Upkeep, Visit, Visitor, WorkCounts},
+    math::{Aabb, Frustum, Ray},
+    polygon::PolygonId,
+};
+
+/// Largest number of entries of the tree, as a multiple of the number of polygons. If it is larger, models of large
+/// polygons are divided further.
+const MOST_COPIES: usize = 8;
+
+/// An octree that stores a polygon in every child that it touches. It is rebuilt in every commit that follows a change.
+pub fn octree_every_child(config: &OctreeConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    Box::new(OctreeEveryChild { tree: Rebuilt::new(Builder::new(*config), index.room()) })
+}
+
+/// A node still to be made.
+#[derive(Clone, Copy, Debug)]
+struct Pending {
+    cell: Aabb,
+    /// Range of [`Builder::numbers`].
+    start: usize,
+    end: usize,
+    /// Number of nodes above.
+    depth: usize,
+    /// Number of times that the root's cell was halved.
+    level: usize,
+}
+
+#[derive(Debug)]
+struct Builder {
+    config: OctreeConfig,
+    /// Indexes of the polygons of all pending nodes; those of the next one are the last.
+    numbers: Vec<u32>,
+    pending: Vec<Pending>,
+    leaf: Vec<Item>,
+    /// Number of copies that the tree may still make.
+    spare: usize,
+    /// The number after the greatest id of the tree.
+    ids_end: usize,
+}
+
+impl Builder {
+    fn new(config: OctreeConfig) -> Self {
+        Self {
+            config: OctreeConfig { max_depth: config.max_depth.min(MAX_DEPTH), ..config },
+            numbers: Vec::new(),
+            pending: Vec::new(),
+            leaf: Vec::new(),
+            spare: 0,
+            ids_end: 0,
+        }
+    }
+
+    /// Appends the nodes below a node, the last first. Returns whether the node is divided: its parts are at most half
+    /// again as many polygons.
+    fn divide(&mut self, mut node: Pending, items: &[Item], tree: &mut FlatTree) -> bool {
+        let count = node.end - node.start;
+        let (most, waiting) = (count + (count / 2).min(self.spare), self.pending.len());
+        while count > self.config.leaf_capacity && node.level < self.config.max_depth {
+            node.level += 1;
+            for child in (0..8).rev() {
+                let cell = octant(&node.cell, node.cell.center(), child);
+                let start = self.numbers.len();
+                for at in node.start..node.end {
+                    let number = self.numbers[at];
+                    if cell.intersects(&items[number as usize].bounds) {
+                        self.numbers.push(number);
+                    }
+                }
+                let end = self.numbers.len();
+                if end > start {
+                    self.pending.push(Pending { cell, start, end, depth: node.depth + 1, level: node.level });
+                }
+            }
+            let copied = self.numbers.len() - node.end;
+            match self.pending[waiting..] {
+                [only] if copied == count => node.cell = only.cell,
+                [_, _, ..] if copied <= most => {
+                    tree.inner(node.depth);
+                    self.spare -= copied - count;
+                    return true;
+                }
+                _ => node.level = self.config.max_depth,
+            }
+            self.pending.truncate(waiting);
+            self.numbers.truncate(node.end);
+        }
+        false
+    }
+}
+
+impl TreeBuilder for Builder {
+    const NAME: &'static str = "octree-every-child";
+    const ON_UPDATE: OnUpdate = OnUpdate::Rebuild;
+    const FILING: Filing = Filing::InSeveralLeaves;
+
+    fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
+        self.spare = items.len() * (MOST_COPIES - 1);
+        self.ids_end = items.iter().map(|item| item.id.0 as usize + 1).max().unwrap_or(0);
+        self.numbers.clear();
+        self.numbers.extend(0..items.len() as u32);
+        let cell = items.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds));
+        self.pending.push(Pending { cell, start: 0, end: items.len(), depth: 0, level: 0 });
+        while let Some(node) = self.pending.pop() {
+            self.numbers.truncate(node.end);
+            if !self.divide(node, items, tree) {
+                let numbers = &self.numbers[node.start..node.end];
+                self.leaf.clear();
+                self.leaf.extend(numbers.iter().map(|&number| items[number as usize]));
+                tree.leaf(node.depth, &self.leaf);
+            }
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        self.numbers.capacity() * size_of::<u32>()
+            + self.pending.capacity() * size_of::<Pending>()
+            + self.leaf.capacity() * size_of::<Item>()
+    }
+}
+
+/// The polygons that a query has passed on, a bit for each.
+struct Once(Vec<u64>);
+
+impl Once {
+    fn is_first(&mut self, id: PolygonId) -> bool {
+        let (word, bit) = (&mut self.0[id.0 as usize / 64], 1 << (id.0 % 64));
+        let is_first = *word & bit == 0;
+        *word |= bit;
+        is_first
+    }
+}
+
+/// Passes each polygon to a visitor the first time.
+struct FirstTime<'a> {
+    visitor: &'a mut dyn Visitor,
+    once: Once,
+    ids: Vec<PolygonId>,
+    reported: u64,
+}
+
+impl Visitor for FirstTime<'_> {
+    fn node(&mut self, node: &Node<'_>) -> Visit {
+        self.visitor.node(node)
+    }
+
+    fn polygons(&mut self, ids: &[PolygonId], decision: Visit) {
+        self.ids.clear();
+        self.ids.extend(ids.iter().copied().filter(|&id| self.once.is_first(id)));
+        self.reported += self.ids.len() as u64;
+        if !self.ids.is_empty() {
+            self.visitor.polygons(&self.ids, decision);
+        }
+    }
+}
+
+#[derive(Debug)]
+struct OctreeEveryChild {
+    tree: Rebuilt<Builder>,
+}
+
+impl OctreeEveryChild {
+    fn once(&self) -> Once {
+        Once(vec![0; self.tree.builder().ids_end.div_ceil(64)])
+    }
+}
+
+/// The counts of a query that reported this many different polygons.
+fn without_copies(mut work: WorkCounts, reported: u64) -> WorkCounts {
+    work.reported = reported;
+    work.taken_whole = work.taken_whole.min(reported);
+    work
+}
+
+impl SpatialIndex for OctreeEveryChild {
+    fn name(&self) -> &'static str {
+        self.tree.name()
+    }
+
+    fn len(&self) -> usize {
+        self.tree.len()
+    }
+
+    fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.tree.insert(id, bounds)
+    }
+
+    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        self.tree.remove(id)
+    }
+
+    fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.tree.update(id, bounds)
+    }
+
+    fn commit(&mut self) {
+        self.tree.commit();
+    }
+
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
+        let (start, mut once) = (draw_list.len(), self.once());
+        let work = self.tree.frustum_cull(frustum, draw_list);
+        let mut end = start;
+        for at in start..draw_list.len() {
+            let id = draw_list[at];
+            if once.is_first(id) {
+                draw_list[end] = id;
+                end += 1;
+            }
+        }
+        draw_list.truncate(end);
+        without_copies(work, (end - start) as u64)
+    }
+
+    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+        let mut first_time = FirstTime { visitor, once: self.once(), ids: Vec::new(), reported: 0 };
+        let work = self.tree.traverse(frustum, &mut first_time);
+        without_copies(work, first_time.reported)
+    }
+
+    fn ray_nearest(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        let mut once = self.once();
+        self.tree.ray_nearest(ray, t_max, &mut |id| if once.is_first(id) { hit(id) } else { None })
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        self.tree.upkeep()
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        self.tree.validate()
+    }
+
+    fn bytes(&self) -> usize {
+        self.tree.bytes()
+    }
+
+    fn clear(&mut self) {
+        self.tree.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    struct Leaves(usize);
+
+    impl Visitor for Leaves {
+        fn node(&mut self, node: &Node<'_>) -> Visit {
+            self.0 += if node.is_leaf { node.polygons } else { 0 };
+            Visit::Descend
+        }
+
+        fn polygons(&mut self, _ids: &[PolygonId], _asked: Visit) {}
+    }
+
+    /// The number of polygons in all leaves together.
+    fn filed(boxes: impl Iterator<Item = Aabb>) -> usize {
+        let config = OctreeConfig { leaf_capacity: 2, ..OctreeConfig::default() };
+        let mut index = octree_every_child(&config, &IndexConfig::default());
+        boxes.enumerate().for_each(|(id, b)| index.insert(PolygonId(id as u32), &b).expect("a new box"));
+        index.commit();
+        let mut leaves = Leaves(0);
+        index.traverse(&Frustum::everything(), &mut leaves);
+        let mut found = Vec::new();
+        index.frustum_cull(&Frustum::everything(), &mut found);
+        found.sort_unstable();
+        assert!(found.into_iter().eq((0..index.len() as u32).map(PolygonId)), "each once");
+        leaves.0
+    }
+
+    #[test]
+    fn a_polygon_lies_in_every_leaf_that_it_touches_and_copies_are_bounded() {
+        let corner = |child: usize| Vec3::from_array([0, 1, 2].map(|axis| (child >> axis & 1) as f32 * 8.0));
+        let small = (0..24).map(|i| Aabb::cube(corner(i % 8) + 0.1 * (i / 8) as f32, 0.01));
+        assert_eq!(filed(small.clone()), 24);
+        // A wall through the middle touches all eight octants of the root, three polygons each.
+        let wall = Aabb::new(Vec3::new(0.0, 0.0, 4.0), Vec3::new(8.0, 8.0, 4.2));
+        let with_wall = filed(small.chain([wall]));
+        assert!(with_wall >= 24 + 8, "{with_wall}");
+        let same = filed((0..100).map(|_| wall));
+        assert_eq!(same, 100, "dividing them would only make copies");
+        // Cubes in a lattice, many on the borders of cells.
+        let lattice = (0..1728).map(|i| Vec3::new((i % 12) as f32, (i / 12 % 12) as f32, (i / 144) as f32));
+        let entries = filed(lattice.map(|middle| Aabb::cube(middle, 0.3)));
+        assert!(entries > 1728 && entries <= 1728 * MOST_COPIES, "{entries}");
+    }
+}
