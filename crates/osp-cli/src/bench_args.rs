@@ -54,7 +54,7 @@ Parts of the report:
             paper's own that cull visible polygons (`not conservative`). How deep
             and how large its tree is best made. --node-test and --score are those of the
             conservative cullers
-The page (--html) is one file that works offline: the verdict first, then links to all parts. A
+The page (--html) is one file that works offline: verdict, first chart, links to all parts. A
 click on a head sorts its table (best first at the start). Charts show the values under the
 pointer; a click on a name shows or hides its line, and every structure has one. Dark where the
 system is. Without scripts there are tables alone.

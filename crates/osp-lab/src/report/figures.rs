@@ -149,8 +149,9 @@ mod tests {
         let report = report(vec![slow, partial, fast]);
         assert_eq!(report.fastest().map(RunReport::name).as_deref(), Some("fast"));
         let rows = report.rows();
-        let said = "r: fast is the fastest; partial takes 1.50 times as long, slow 2.0 times.";
-        assert_eq!(rows.verdict("fast"), [said]);
+        let said = "On r fast takes the least time; the next (partial) takes 1.50 times as long.";
+        assert_eq!(rows.verdict("fast").as_deref(), Some(said));
+        assert_eq!(rows.value(PART, "r", "slow", "ratio"), Some(2.0));
         assert!(ReplayReport { runs: vec![run("alone", 4, &[(1, 10)])], ..report }.fastest().is_none());
     }
 }
