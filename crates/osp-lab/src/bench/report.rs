@@ -1,6 +1,6 @@
 use serde::Serialize;
 
-use super::Machine;
+use super::{Machine, paper};
 use crate::{report::json_line, rows::Rows};
 
 /// Largest number of faults beside a page, which has all of them.
@@ -51,10 +51,17 @@ impl BenchReport {
         lines
     }
 
+    /// The verdict's details: insertion, query and memory, the tables of all parts, and the paper's trees.
+    pub(super) fn details(&self) -> Vec<String> {
+        let mut lines = self.rows.verdict_in_detail(&self.reference);
+        lines.extend(paper::verdict(&self.rows));
+        lines
+    }
+
     /// The report as text. The paper's experiments are always printed in full.
     pub fn to_text(&self, length: Length) -> String {
         let mut parts = self.verdict(if length == Length::Verdict { MOST_FAULTS } else { usize::MAX });
-        parts.extend(self.rows.verdict_in_detail(&self.reference));
+        parts.extend(self.details());
         parts.push(self.machine.text());
         if length == Length::Verdict {
             return parts.join("\n");

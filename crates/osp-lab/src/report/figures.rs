@@ -2,6 +2,7 @@
 
 use super::{ReplayReport, RunReport};
 use crate::rows::Rows;
+use osp::frame::OcclusionRecord;
 
 const PART: &str = "replay";
 const VIEWS: &str = "replay/views";
@@ -85,7 +86,14 @@ impl RunReport {
             .value("visible", "polygons", self.visible_mean())
             .value("culled", "polygons", self.culled_mean())
             .value("memory", "KiB", (self.bytes / 1024) as f64)
-            .value("frames_measured", "", self.measured_frames() as f64);
+            .value("frames_measured", "", self.measured_frames() as f64)
+            .value("input", "us", self.input_us());
+        let stages: [(&str, fn(&OcclusionRecord) -> u64); 3] =
+            [("occluders", |o| o.select.ns), ("build", |o| o.build.ns), ("tests", |o| o.query.ns)];
+        for (figure, stage) in stages {
+            figures.maybe(figure, "us", self.has_run(stage).then(|| self.occlusion_us(stage)));
+        }
+        figures.maybe("send", "us", self.draw.as_ref().map(|draw| draw.send_us(0.5)));
     }
 }
 
@@ -121,7 +129,13 @@ mod tests {
             let mut record = FrameRecord::default();
             record.frame = frame;
             record.cull = cull;
-            run.add(&LaneFrame { record, in_view: 0, drawn: 0, catches_up: false });
+            run.add(&LaneFrame {
+                applying: Stage::default(),
+                record,
+                in_view: 0,
+                drawn: 0,
+                catches_up: false,
+            });
         }
         run
     }

@@ -15,7 +15,7 @@ impl Rows {
     /// One sentence on the times of the first part with ratios to `reference`. `None` if no part has ratios.
     pub fn verdict(&self, reference: &str) -> Option<String> {
         let tables = self.tables();
-        let of_first = of_first(&compared(&tables));
+        let of_first = of_first(&compared(&tables, reference));
         let first = of_first.first()?;
         let on = match (first.part, of_first.len()) {
             (SESSION, 1) => format!("your sketch {}", one_line(first.recording)),
@@ -31,7 +31,7 @@ impl Rows {
     /// tables of all parts if there are several.
     pub fn verdict_in_detail(&self, reference: &str) -> Vec<String> {
         let tables = self.tables();
-        let compared = compared(&tables);
+        let compared = compared(&tables, reference);
         let of_first = of_first(&compared);
         let line = |(name, figure, what)| {
             let standings = standings(&of_first, figure, reference);
@@ -45,25 +45,29 @@ impl Rows {
         let count = |part: &super::Part| {
             let of = || compared.iter().filter(|table| is_of(table.part, part.part));
             let is_least = |table: &&&Table<'_>| {
-                standings(&[table], "ratio", reference).first().is_some_and(|least| least.index == reference)
+                let standings = standings(&[table], "ratio", reference);
+                let own = standings.iter().find(|standing| standing.index == reference);
+                own.is_some_and(|own| own.low <= standings[0].high)
             };
             let (all, least) = (of().count(), of().filter(is_least).count());
             (all > 0).then(|| format!("{least} of {all} of {}", part.part))
         };
         if compared.len() > 1 {
             let counts: Vec<String> = self.parts.iter().filter_map(count).collect();
-            lines.push(format!("Table by table {reference} takes the least time in {}.", counts.join(", ")));
+            lines.push(format!(
+                "Table by table {reference} takes the least time or is level in {}.",
+                counts.join(", ")
+            ));
         }
         lines
     }
 }
 
-/// The tables in which several structures have a ratio.
-fn compared<'t, 'a>(tables: &'t [Table<'a>]) -> Vec<&'t Table<'a>> {
-    let count = |table: &Table<'_>| {
-        table.indexes().iter().filter(|index| table.value(index, "ratio").is_some()).count()
-    };
-    tables.iter().filter(|table| count(table) > 1).collect()
+/// The tables in which the reference and others have a ratio.
+fn compared<'t, 'a>(tables: &'t [Table<'a>], reference: &str) -> Vec<&'t Table<'a>> {
+    let has = |table: &Table<'_>, index: &str| table.value(index, "ratio").is_some();
+    let count = |table: &Table<'_>| table.indexes().iter().filter(|index| has(table, index)).count();
+    tables.iter().filter(|table| count(table) > 1 && has(table, reference)).collect()
 }
 
 /// The tables of the first task.
@@ -200,7 +204,8 @@ mod tests {
             rows(SESSION, &[("a", &[("osp", 1.0), ("x", 2.0)]), ("b", &[("osp", 1.0), ("x", 0.9)])]);
         all.append(rows("rays", &[("a", &[("osp", 1.0), ("x", 0.5)]), ("b", &[("osp", 1.0), ("x", 1.0)])]));
         let first = "On your 2 sketches osp takes the least time; the next (x) takes 1.34 times as long.";
-        let counts = "Table by table osp takes the least time in 1 of 2 of session, 1 of 2 of rays.";
+        let counts =
+            "Table by table osp takes the least time or is level in 2 of 2 of session, 1 of 2 of rays.";
         assert_eq!(all.verdict("osp").as_deref(), Some(first));
         assert_eq!(all.verdict_in_detail("osp"), [counts]);
     }

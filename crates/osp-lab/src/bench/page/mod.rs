@@ -56,9 +56,7 @@ pub fn page(report: &BenchReport) -> String {
     }
     page.raw("</section>");
     page.raw(&chapters.first_figure);
-    for line in report.rows.verdict_in_detail(&report.reference) {
-        page.paragraph(&line);
-    }
+    report.details().iter().for_each(|line| page.paragraph(line));
     page.raw("<nav id=\"contents\" aria-label=\"Contents\">");
     page.heading(2, "the-contents", "Contents");
     page.contents(&chapters.entries);
