@@ -88,12 +88,12 @@ impl RunReport {
             .value("memory", "KiB", (self.bytes / 1024) as f64)
             .value("frames_measured", "", self.measured_frames() as f64)
             .value("input", "us", self.input_us());
-        let stages: [(&str, fn(&OcclusionRecord) -> u64); 3] =
-            [("occluders", |o| o.select.ns), ("build", |o| o.build.ns), ("tests", |o| o.query.ns)];
-        for (figure, stage) in stages {
-            figures.maybe(figure, "us", self.has_run(stage).then(|| self.occlusion_us(stage)));
-        }
-        figures.maybe("send", "us", self.draw.as_ref().map(|draw| draw.send_us(0.5)));
+        let stage = |of: fn(&OcclusionRecord) -> u64| self.has_run(of).then(|| self.occlusion_us(of));
+        figures
+            .maybe("occluders", "us", stage(|o| o.select.ns))
+            .maybe("build", "us", stage(|o| o.build.ns))
+            .maybe("tests", "us", stage(|o| o.query.ns))
+            .maybe("send", "us", self.draw.as_ref().map(|draw| draw.send_us(0.5)));
     }
 }
 

@@ -1,4 +1,4 @@
-//! The verdict over all recordings: which structure takes the least, and how the others compare.
+//! The verdict over all recordings: the structures with the least time and memory, and ratios to them.
 
 use super::{
     Row, Rows,
@@ -27,8 +27,8 @@ impl Rows {
         Some(format!("On {on} {said}."))
     }
 
-    /// One sentence each on insertion, query and memory, if the same part has the figure, and one sentence that counts the
-    /// tables of all parts if there are several.
+    /// One sentence each on insertion, query and memory, if the same part has the figure. If there are several tables, one
+    /// sentence counts those of all parts.
     pub fn verdict_in_detail(&self, reference: &str) -> Vec<String> {
         let tables = self.tables();
         let compared = compared(&tables, reference);
@@ -84,7 +84,7 @@ struct Standing<'a> {
     high: f64,
 }
 
-/// The structures that have a figure in all tables, the least first. Of equal ones the reference is the first.
+/// The structures that have a figure in all tables, the least first. The reference precedes its equals.
 fn standings<'a>(tables: &[&Table<'a>], figure: &str, reference: &str) -> Vec<Standing<'a>> {
     let of = |index: &'a str| {
         let mean = |of: fn(&Row) -> f64| geometric_mean(tables, |table| table.row(index, figure).map(of));
@@ -178,9 +178,9 @@ mod tests {
         let rival = rows("replay", &[("r", &[("osp", 1.0), (RIVAL, 0.5)])]);
         let said = "On r an octree rebuilt on every insert takes the least time; the next (osp) takes 2.0 times as long.";
         assert_eq!(rival.verdict("osp").as_deref(), Some(said));
-        assert!(rows(SESSION, &[("r.ron", &[("osp", 1.0)])]).verdict("osp").is_empty());
+        assert!(rows(SESSION, &[("r.ron", &[("osp", 1.0)])]).verdict("osp").is_none());
         assert!(
-            Rows::default().verdict("osp").is_empty() && Rows::default().verdict_in_detail("osp").is_empty()
+            Rows::default().verdict("osp").is_none() && Rows::default().verdict_in_detail("osp").is_empty()
         );
     }
 

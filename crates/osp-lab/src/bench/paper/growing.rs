@@ -234,8 +234,8 @@ where
     Ok(moments)
 }
 
-/// Selects the frames to measure: runs of consecutive frames that are evenly spaced from the first frame to the last, and
-/// in each band of sizes some that are evenly spaced over its sizes.
+/// Selects the frames to measure, in runs of consecutive frames. Some runs are evenly spaced over the session, the others
+/// over the sizes of each band.
 struct Chosen {
     frames: u64,
     most: u64,

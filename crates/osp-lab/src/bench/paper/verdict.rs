@@ -1,4 +1,4 @@
-//! What a tree that is not rebuilt saves, and how much of that a loop saves that is not rebuilt either.
+//! The time that the paper's tree saves, and the share of it that a loop saves, too.
 
 use super::growing::WHOLE;
 use crate::{
