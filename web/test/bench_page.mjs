@@ -142,7 +142,7 @@ try {
   await frame(page);
   check((await pixelsOf(page, 0, blue)) === drawn, 'another click brings it back');
   await page.evaluate(() => [...document.querySelectorAll('figure')[0].querySelectorAll('button.all')][0].click());
-  const all = await page.$$eval('figure:first-of-type .legend button[aria-pressed="true"]', (buttons) => buttons.length);
+  const all = await page.$$eval('#verdict + figure .legend button[aria-pressed="true"]', (buttons) => buttons.length);
   check(all === lines, `all lines at once: ${all}`);
   await page.evaluate(() => [...document.querySelectorAll('figure')[0].querySelectorAll('button.all')][1].click());
 
@@ -150,7 +150,7 @@ try {
   const box = await over.boundingBox();
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
   await frame(page);
-  const values = await page.$$eval('figure:first-of-type .legend output', (outputs) => outputs.map((output) => output.textContent));
+  const values = await page.$$eval('#verdict + figure .legend output', (outputs) => outputs.map((output) => output.textContent));
   check(values.length === lines && values.every((value) => /\d/.test(value)), `values under the pointer: ${values}`);
   // The value of the first line is one of the data, near the pointer.
   const isOfData = await page.evaluate((value) => {
@@ -207,6 +207,8 @@ try {
     const [ground, canvas] = await page.evaluate(() => [
       getComputedStyle(document.body).backgroundColor, document.querySelector('canvas').getBoundingClientRect().right]);
     check((ground === 'rgb(255, 255, 255)') !== dark, `${name}: the ground is ${ground}`);
+    const top = await page.$eval('figure .plot', (plot) => plot.getBoundingClientRect().top + scrollY);
+    check(top < (width === 390 ? 844 : 800), `${name}: the first chart is on the first screen, at ${top}`);
     check((await overflow(page)) <= 0 && canvas <= width, `${name}: nothing is wider than the window: ${await overflow(page)} pixels, chart to ${canvas}`);
     const shade = await page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue('--blue').trim());
     check((await pixelsOf(page, 0, shade)) > 100, `${name}: the line has the theme's colour ${shade}`);

@@ -196,7 +196,8 @@ fn measure_paper(
         scene: &opened.scene,
     };
     let say = |what: &str| progress.set_message(format!("{}, the paper: {what}", one_line(&recording)));
-    Ok(bench::run_paper(&input, &args.paper.config(args.quick), events, adapter, say)?)
+    let config = args.paper.config(args.quick, &args.index, args.reference);
+    Ok(bench::run_paper(&input, &config, events, adapter, say)?)
 }
 
 fn measure_session(

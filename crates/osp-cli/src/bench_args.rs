@@ -49,12 +49,13 @@ Parts of the report:
             entry a group. Entries and boxes changed are counted. The command fails if a
             structure does not see what it has to
   paper     with --paper: the paper's experiments as it is printed. Its tree and its octree while
-            the model grows (figures 19, 21 to 23): the planes that filing asks are counted, and
-            all polygons of cut nodes are drawn. A flight with every culler (figure 20), also the
+            the model grows (figures 19, 21 to 23), beside loops over all boxes and others that
+            are not rebuilt (--index): the planes that filing asks are counted, and all polygons of
+            cut nodes are drawn. A flight with every culler (figure 20), also the
             paper's own that cull visible polygons (`not conservative`). How deep
             and how large its tree is best made. --node-test and --score are those of the
             conservative cullers
-The page (--html) is one file that works offline: the verdict first, then links to all parts. A
+The page (--html) is one file that works offline: verdict, first chart, links to all parts. A
 click on a head sorts its table (best first at the start). Charts show the values under the
 pointer; a click on a name shows or hides its line, and every structure has one. Dark where the
 system is. Without scripts there are tables alone.
@@ -68,7 +69,8 @@ pub(super) struct BenchArgs {
     /// Measure for a shorter time: under a minute for the shipped recordings.
     #[arg(long)]
     pub(super) quick: bool,
-    /// The indexes, separated by commas [default: all].
+    /// The indexes, separated by commas [default: all; with --paper those that grow: the paper's trees, octree-rebuild,
+    /// time-order, brute-simd, brute-force and osp].
     #[arg(long, value_delimiter = ',', value_parser = contender_parser())]
     pub(super) index: Vec<Contender>,
     /// The index that the others are compared with.

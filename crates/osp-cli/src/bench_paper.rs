@@ -1,16 +1,22 @@
 //! `osp bench --paper`: the experiments of the paper.
 
 use super::{bench_paper_args::PaperArgs, output::complain};
-use osp_lab::bench::{Adapter, PaperConfig};
+use osp_lab::{
+    Contender,
+    bench::{Adapter, PaperConfig},
+};
+use osp_rivals::IndexKind;
 
 /// Number of polygons of the synthetic session, which is used if no session is named.
 pub(super) const SYNTHETIC: u32 = 20_000;
 
 impl PaperArgs {
-    pub(super) fn config(&self, is_quick: bool) -> PaperConfig {
+    pub(super) fn config(&self, is_quick: bool, index: &[Contender], reference: IndexKind) -> PaperConfig {
         let or = |given: &[u32], usual: &[u32]| if given.is_empty() { usual } else { given }.to_vec();
         let depths: &[u32] = if is_quick { &[3, 6, 9, 12] } else { &[3, 6, 9, 12, 15, 18] };
         PaperConfig {
+            kinds: if index.is_empty() { PaperConfig::USUAL.into() } else { index.into() },
+            reference,
             depths: or(&self.depth, depths),
             cubes: if self.cube.is_empty() { vec![0.5, 1.0, 2.0, 4.0] } else { self.cube.clone() },
             frames: if is_quick { 60 } else { 360 },

@@ -46,11 +46,13 @@ The table has a line for each index (times of this machine, one thread):
   culled   the other polygons, mean over the frames
   frames measured   a slow index is measured on evenly spaced stretches of the session (--budget)
   ratio    time of a frame against the fastest index, over the frames that both were measured in
+  input    time to apply the frame's events to the model, median; it is no part of the frame
 Columns that do not fit the terminal (or COLUMNS) are left out, from the right. The line below the
 table says which index is the fastest.
 With --occlusion the table has a line for each index and method, and more columns:
   occluded   polygons in the frustum that the method culled because others hide them, mean
   occlusion  time to choose occluders, build the culler and test: median of the frames that used it
+  occluders, build, tests   these three stages one by one, as far as the method has them
   used       share of the frames that used the method
   with drawing   time of the frame plus --polygon-ns for each polygon that is drawn, median
 With --rig each frame is culled for every screen and eye of the rig. The camera's eye (--camera: the
@@ -62,6 +64,7 @@ for each screen and eye the polygons in view and drawn (means of the frames with
   all against one   the first divided by the second
 With --draw:
   draw     time from submission to completion on the graphics adapter: median and 99th percentile
+  send     time to upload new polygons and the list of those to draw, median
 With --draw and --occlusion hzb: the groups of polygons tested, the polygons drawn in the depth pass
 and in the colour pass (means), and the times of the depth pass, the test and the colour pass as the
 adapter reports them (medians).

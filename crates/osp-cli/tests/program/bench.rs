@@ -34,15 +34,19 @@ impl Report {
         self.0["rows"].as_array().expect("rows")
     }
 
-    /// A figure, if it was measured.
-    fn maybe(&self, part: &str, recording: &str, index: &str, figure: &str) -> Option<f64> {
+    /// The row of a figure, if it was measured.
+    fn row(&self, part: &str, recording: &str, index: &str, figure: &str) -> Option<&Value> {
         let is_it = |row: &&Value| {
             row["part"] == part
                 && row["recording"] == recording
                 && row["index"] == index
                 && row["figure"] == figure
         };
-        self.rows().iter().find(is_it)?["value"].as_f64()
+        self.rows().iter().find(is_it)
+    }
+
+    fn maybe(&self, part: &str, recording: &str, index: &str, figure: &str) -> Option<f64> {
+        self.row(part, recording, index, figure)?["value"].as_f64()
     }
 
     fn value(&self, part: &str, recording: &str, index: &str, figure: &str) -> f64 {
@@ -149,7 +153,8 @@ fn the_text_is_short_and_all_of_it_is_there_when_it_is_asked_for() {
     for words in [
         "threads",
         "commit",
-        "Over 2 recordings ",
+        "On your 2 sketches ",
+        "Memory: ",
         "times as long",
         "Sessions: ",
         "Growth: ",

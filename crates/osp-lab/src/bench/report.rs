@@ -1,7 +1,10 @@
 use serde::Serialize;
 
-use super::Machine;
+use super::{Machine, paper};
 use crate::{report::json_line, rows::Rows};
+
+/// Largest number of faults beside a page, which has all of them.
+const MOST_FAULTS: usize = 8;
 
 /// The results of a run of `osp bench`.
 #[derive(Clone, Debug, Serialize)]
@@ -34,10 +37,12 @@ impl BenchReport {
         json_line(self)
     }
 
-    /// The first lines of the report: the verdict, faults, and a warning if the program is not optimised.
-    pub(super) fn verdict(&self) -> Vec<String> {
-        let mut lines = self.rows.verdict(&self.reference);
-        lines.extend(self.rows.faults.iter().cloned());
+    /// The first lines of the report: the verdict, at most `most` faults, and a warning if the program is not optimised.
+    pub(super) fn verdict(&self, most: usize) -> Vec<String> {
+        let mut lines: Vec<String> = self.rows.verdict(&self.reference).into_iter().collect();
+        let faults = &self.rows.faults;
+        lines.extend(faults.iter().take(most).cloned());
+        lines.extend((faults.len() > most).then(|| format!("{} MORE FAULTS.", faults.len() - most)));
         if !self.machine.optimized && !lines.is_empty() {
             let not_optimized =
                 "The program is NOT optimised: build it with --release for figures that mean something.";
@@ -46,10 +51,18 @@ impl BenchReport {
         lines
     }
 
+    /// The verdict's details: insertion, query and memory, the tables of all parts, and the paper's trees.
+    pub(super) fn details(&self) -> Vec<String> {
+        let mut lines = self.rows.verdict_in_detail(&self.reference);
+        lines.extend(paper::verdict(&self.rows));
+        lines
+    }
+
     /// The report as text. The paper's experiments are always printed in full.
     pub fn to_text(&self, length: Length) -> String {
-        let mut parts = vec![self.machine.text()];
-        parts.extend(self.verdict());
+        let mut parts = self.verdict(if length == Length::Verdict { MOST_FAULTS } else { usize::MAX });
+        parts.extend(self.details());
+        parts.push(self.machine.text());
         if length == Length::Verdict {
             return parts.join("\n");
         }

@@ -2,6 +2,7 @@
 
 use super::{ReplayReport, RunReport};
 use crate::rows::Rows;
+use osp::frame::OcclusionRecord;
 
 const PART: &str = "replay";
 const VIEWS: &str = "replay/views";
@@ -85,7 +86,14 @@ impl RunReport {
             .value("visible", "polygons", self.visible_mean())
             .value("culled", "polygons", self.culled_mean())
             .value("memory", "KiB", (self.bytes / 1024) as f64)
-            .value("frames_measured", "", self.measured_frames() as f64);
+            .value("frames_measured", "", self.measured_frames() as f64)
+            .value("input", "us", self.input_us());
+        let stage = |of: fn(&OcclusionRecord) -> u64| self.has_run(of).then(|| self.occlusion_us(of));
+        figures
+            .maybe("occluders", "us", stage(|o| o.select.ns))
+            .maybe("build", "us", stage(|o| o.build.ns))
+            .maybe("tests", "us", stage(|o| o.query.ns))
+            .maybe("send", "us", self.draw.as_ref().map(|draw| draw.send_us(0.5)));
     }
 }
 
@@ -121,7 +129,13 @@ mod tests {
             let mut record = FrameRecord::default();
             record.frame = frame;
             record.cull = cull;
-            run.add(&LaneFrame { record, in_view: 0, drawn: 0, catches_up: false });
+            run.add(&LaneFrame {
+                applying: Stage::default(),
+                record,
+                in_view: 0,
+                drawn: 0,
+                catches_up: false,
+            });
         }
         run
     }
@@ -149,8 +163,9 @@ mod tests {
         let report = report(vec![slow, partial, fast]);
         assert_eq!(report.fastest().map(RunReport::name).as_deref(), Some("fast"));
         let rows = report.rows();
-        let said = "r: fast is the fastest; partial takes 1.50 times as long, slow 2.0 times.";
-        assert_eq!(rows.verdict("fast"), [said]);
+        let said = "On r fast takes the least time; the next (partial) takes 1.50 times as long.";
+        assert_eq!(rows.verdict("fast").as_deref(), Some(said));
+        assert_eq!(rows.value(PART, "r", "slow", "ratio"), Some(2.0));
         assert!(ReplayReport { runs: vec![run("alone", 4, &[(1, 10)])], ..report }.fastest().is_none());
     }
 }

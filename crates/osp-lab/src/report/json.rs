@@ -41,6 +41,7 @@ impl RunReport {
     fn to_json(&self, rig: Option<&RigReport>) -> Value {
         let mut run = json!({
             "index": self.index,
+            "input_us": self.input_us(),
             "insert_ns_per_polygon": self.insert_ns_per_polygon(),
             "cull_us": self.cull_us(),
             "frame_us": quantiles(|quantile| self.frame_us(quantile)),

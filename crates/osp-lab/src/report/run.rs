@@ -4,7 +4,7 @@ use hdrhistogram::Histogram;
 
 use super::{AgainstOneView, DrawReport, RigReport, ViewMeans, ViewsReport, line::json_line};
 use osp::{
-    frame::{FrameRecord, OcclusionRecord},
+    frame::{FrameRecord, OcclusionRecord, Stage},
     occlusion::{NodeTest, Score},
 };
 use osp_session::replay::{LaneFrame, STRETCHES, SessionFingerprint, stretch_of_frame};
@@ -74,6 +74,7 @@ pub(super) struct Measured {
     #[cfg_attr(not(feature = "bench"), expect(dead_code, reason = "only charts show it"))]
     pub(super) polygons: u64,
     culled: u64,
+    input_ns: u64,
     pub(super) total_ns: u64,
     cull_ns: u64,
     visible: u64,
@@ -126,11 +127,11 @@ impl RunReport {
             occlusion.fingerprint.add(record.frame, frame.drawn);
         }
         if !frame.catches_up {
-            self.measure(record);
+            self.measure(record, frame.applying);
         }
     }
 
-    fn measure(&mut self, record: &FrameRecord) {
+    fn measure(&mut self, record: &FrameRecord, applying: Stage) {
         if record.frame * WARM_UP.1 >= self.session_frames * WARM_UP.0 {
             self.allocations_steady += record.allocations();
         }
@@ -139,6 +140,7 @@ impl RunReport {
             frame: record.frame,
             polygons: record.polygons,
             culled: record.culled(),
+            input_ns: applying.ns,
             total_ns: record.total_ns(),
             cull_ns: record.cull.ns,
             visible: record.visible,
@@ -185,6 +187,11 @@ impl RunReport {
         sum / weights.iter().sum::<f64>().max(1.0)
     }
 
+    /// Median time of applying a frame's events to the model, microseconds.
+    pub fn input_us(&self) -> f64 {
+        self.quantile(0.5, |m| Some(m.input_ns as f64)) / 1000.0
+    }
+
     /// Insertion time per polygon, rebuilds included: median over the frames that only inserted, nanoseconds.
     pub fn insert_ns_per_polygon(&self) -> f64 {
         self.quantile(0.5, |m| m.insert_ns)
@@ -216,6 +223,11 @@ impl RunReport {
             return draw.culling_mean(|drawn| drawn.hidden);
         }
         self.mean(|m| m.occlusion().occluded)
+    }
+
+    /// Whether a stage of occlusion culling took time in a measured frame.
+    pub(super) fn has_run(&self, stage: impl Fn(&OcclusionRecord) -> u64) -> bool {
+        self.measured.iter().any(|m| m.occlusion.as_deref().is_some_and(|record| stage(record) > 0))
     }
 
     /// Median time of a stage of occlusion culling, over the frames that used it, microseconds.

@@ -27,7 +27,7 @@ pub(crate) fn distinct<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<&'a str>
 }
 
 /// A number with three digits; integers are complete.
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     match value {
         x if x.fract() == 0.0 && (0.0..1.0e15).contains(&x) => thousands(x as u64),
         x if x.abs() < 0.1 => format!("{x:.DECIMALS$}"),
@@ -57,19 +57,13 @@ impl<'a> Table<'a> {
         distinct(self.rows.iter().map(|row| row.index.as_str()).filter(|index| !index.is_empty()))
     }
 
-    fn row(&self, index: &str, figure: &str) -> Option<&'a Row> {
+    pub(super) fn row(&self, index: &str, figure: &str) -> Option<&'a Row> {
         self.rows.iter().find(|row| row.index == index && row.figure == figure).copied()
     }
 
     /// A figure of a structure.
     pub(crate) fn value(&self, index: &str, figure: &str) -> Option<f64> {
         Some(self.row(index, figure)?.value)
-    }
-
-    /// Whether the interval of a structure's ratio contains 1.
-    pub(super) fn is_level(&self, index: &str) -> bool {
-        let ends = self.row(index, "ratio").and_then(|row| row.low.zip(row.high));
-        ends.is_some_and(|(low, high)| low <= 1.0 && high >= 1.0)
     }
 
     /// Figures of the recording itself, in one line.
@@ -172,6 +166,9 @@ impl Summary {
         }
         let recordings = tasks.iter().map(|task| of(task).len()).max()?;
         let mut indexes = distinct(tables.iter().flat_map(|table| table.indexes()));
+        let mean = |tables: &[&Table<'_>], index: &str, figure: &str| {
+            geometric_mean(tables, |table| table.value(index, figure))
+        };
         let ratio = |index: &str| mean(&first, index, "ratio").unwrap_or(f64::INFINITY);
         indexes.sort_by(|a, b| ratio(a).total_cmp(&ratio(b)));
         let cell = |index: &str, (_, tables, figure): &(String, Vec<&Table<'_>>, &str)| {
@@ -198,10 +195,13 @@ fn in_two_lines(name: &str) -> String {
     }
 }
 
-/// The geometric mean of a figure over tables, in which every recording has the same weight. `None` if one of the
-/// tables lacks the figure.
-pub(super) fn mean(tables: &[&Table<'_>], index: &str, figure: &str) -> Option<f64> {
-    let logarithm = |table: &&Table<'_>| Some(table.value(index, figure)?.max(super::LEAST_US).ln());
+/// The geometric mean over tables, in which every recording has the same weight. `None` if one of the tables lacks the
+/// value.
+pub(super) fn geometric_mean<'a>(
+    tables: &[&Table<'a>],
+    value: impl Fn(&Table<'a>) -> Option<f64>,
+) -> Option<f64> {
+    let logarithm = |table: &&Table<'a>| Some(value(table)?.max(super::LEAST_US).ln());
     let logarithms: Vec<f64> = tables.iter().map(logarithm).collect::<Option<_>>()?;
     let count = logarithms.len();
     (count > 0).then(|| (logarithms.iter().sum::<f64>() / count as f64).exp())

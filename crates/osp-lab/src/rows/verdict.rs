@@ -1,84 +1,142 @@
-//! The verdict over all recordings: the fastest structure, and the ratios of the others to it.
+//! The verdict over all recordings: the structures with the least time and memory, and ratios to them.
 
 use super::{
-    Rows,
-    table::{RIVAL, Table, distinct, is_of, mean},
+    Row, Rows,
+    table::{RIVAL, Table, distinct, geometric_mean, is_of, number},
 };
 use crate::report::{one_line, thousands};
 
-/// Number of structures that a sentence names besides the fastest.
-const NEAREST: usize = 2;
+/// Largest number of level structures that a sentence names.
+const MOST_NAMED: usize = 3;
+/// The part of the sessions that the user has named.
+const SESSION: &str = "session";
 
 impl Rows {
-    /// One sentence on the first part with ratios to `reference`, and one sentence that counts the tasks of all other
-    /// parts. Empty if no part has ratios.
-    pub fn verdict(&self, reference: &str) -> Vec<String> {
+    /// One sentence on the times of the first part with ratios to `reference`. `None` if no part has ratios.
+    pub fn verdict(&self, reference: &str) -> Option<String> {
         let tables = self.tables();
-        let compared = |table: &&Table<'_>| {
-            let has = |index: &&str| table.value(index, "ratio").is_some();
-            table.indexes().iter().filter(|index| has(index)).count() > 1
+        let of_first = of_first(&compared(&tables, reference));
+        let first = of_first.first()?;
+        let on = match (first.part, of_first.len()) {
+            (SESSION, 1) => format!("your sketch {}", one_line(first.recording)),
+            (SESSION, count) => format!("your {count} sketches"),
+            (_, 1) => one_line(first.recording).into_owned(),
+            (_, count) => format!("{count} models"),
         };
-        let tables: Vec<&Table<'_>> = tables.iter().filter(compared).collect();
-        let Some(first) = tables.first() else { return Vec::new() };
-        let of_first: Vec<&Table<'_>> =
-            tables.iter().filter(|table| table.part == first.part).copied().collect();
-        let mut lines: Vec<String> = fastest(&of_first, reference).into_iter().collect();
-        let others = self.parts.iter().filter_map(|part| {
-            let of: Vec<_> = tables
-                .iter()
-                .filter(|table| is_of(table.part, part.part) && table.part != first.part)
-                .collect();
-            let wins = of.iter().filter(|table| best_of(table, reference) == Some(reference)).count();
-            (!of.is_empty()).then(|| format!("{wins} of {} of {}", of.len(), part.part))
-        });
-        let others: Vec<String> = others.collect();
-        if !others.is_empty() {
-            lines.push(format!("Of the other tables {reference} is the fastest in {}.", others.join(", ")));
+        let said = sentence(&standings(&of_first, "ratio", reference), reference, "time", Some(RIVAL))?;
+        Some(format!("On {on} {said}."))
+    }
+
+    /// One sentence each on insertion, query and memory, if the same part has the figure. If there are several tables, one
+    /// sentence counts those of all parts.
+    pub fn verdict_in_detail(&self, reference: &str) -> Vec<String> {
+        let tables = self.tables();
+        let compared = compared(&tables, reference);
+        let of_first = of_first(&compared);
+        let line = |(name, figure, what)| {
+            let standings = standings(&of_first, figure, reference);
+            let own = standings.iter().find(|standing| standing.index == reference)?;
+            let said = sentence(&standings, reference, what, None)?;
+            Some(format!("{name}: {said} ({reference}: {} {}).", number(own.value), own.unit))
+        };
+        let figures =
+            [("Insertion", "insert", "time"), ("Query", "cull", "time"), ("Memory", "memory", "memory")];
+        let mut lines: Vec<String> = figures.into_iter().filter_map(line).collect();
+        let count = |part: &super::Part| {
+            let of = || compared.iter().filter(|table| is_of(table.part, part.part));
+            let is_least = |table: &&&Table<'_>| {
+                let standings = standings(&[table], "ratio", reference);
+                let own = standings.iter().find(|standing| standing.index == reference);
+                own.is_some_and(|own| own.low <= standings[0].high)
+            };
+            let (all, least) = (of().count(), of().filter(is_least).count());
+            (all > 0).then(|| format!("{least} of {all} of {}", part.part))
+        };
+        if compared.len() > 1 {
+            let counts: Vec<String> = self.parts.iter().filter_map(count).collect();
+            lines.push(format!(
+                "Table by table {reference} takes the least time or is level in {}.",
+                counts.join(", ")
+            ));
         }
         lines
     }
 }
 
-/// The structure with the smallest ratio; if the reference has the same ratio, the reference.
-fn best_of<'a>(table: &Table<'a>, reference: &str) -> Option<&'a str> {
-    let ratios = table.indexes().into_iter().filter_map(|index| Some((index, table.value(index, "ratio")?)));
-    let order = |a: &(&str, f64), b: &(&str, f64)| {
-        a.1.total_cmp(&b.1).then((a.0 != reference).cmp(&(b.0 != reference)))
-    };
-    ratios.min_by(order).map(|(index, _)| index)
+/// The tables in which the reference and others have a ratio.
+fn compared<'t, 'a>(tables: &'t [Table<'a>], reference: &str) -> Vec<&'t Table<'a>> {
+    let has = |table: &Table<'_>, index: &str| table.value(index, "ratio").is_some();
+    let count = |table: &Table<'_>| table.indexes().iter().filter(|index| has(table, index)).count();
+    tables.iter().filter(|table| count(table) > 1 && has(table, reference)).collect()
 }
 
-/// A sentence such as `Over 4 recordings x is the fastest; a takes 2.1 times as long, b 120 times`.
-fn fastest(tables: &[&Table<'_>], reference: &str) -> Option<String> {
+/// The tables of the first task.
+fn of_first<'t, 'a>(tables: &[&'t Table<'a>]) -> Vec<&'t Table<'a>> {
+    tables.iter().filter(|table| table.part == tables[0].part).copied().collect()
+}
+
+/// A figure of a structure, and the ends of its interval: geometric means over tables.
+struct Standing<'a> {
+    index: &'a str,
+    unit: &'static str,
+    value: f64,
+    low: f64,
+    high: f64,
+}
+
+/// The structures that have a figure in all tables, the least first. The reference precedes its equals.
+fn standings<'a>(tables: &[&Table<'a>], figure: &str, reference: &str) -> Vec<Standing<'a>> {
+    let of = |index: &'a str| {
+        let mean = |of: fn(&Row) -> f64| geometric_mean(tables, |table| table.row(index, figure).map(of));
+        Some(Standing {
+            index,
+            unit: tables.first()?.row(index, figure)?.unit,
+            value: mean(|row| row.value)?,
+            low: mean(|row| row.low.unwrap_or(row.value))?,
+            high: mean(|row| row.high.unwrap_or(row.value))?,
+        })
+    };
     let indexes = distinct(tables.iter().flat_map(|table| table.indexes()));
-    let mut means: Vec<(&str, f64)> =
-        indexes.into_iter().filter_map(|index| Some((index, mean(tables, index, "ratio")?))).collect();
-    means.sort_by(|a, b| a.1.total_cmp(&b.1).then((a.0 != reference).cmp(&(b.0 != reference))));
-    let (&(fastest, least), others) = means.split_first()?;
-    let shown = others.iter().enumerate().filter(|(at, (index, _))| *at < NEAREST || *index == RIVAL);
-    let mut said = String::new();
-    for (at, &(index, mean)) in shown {
-        said += if at == 0 { "; " } else { ", " };
-        said += &format!("{index} {}{} times", if at == 0 { "takes " } else { "" }, times(mean / least));
-        said += if at == 0 { " as long" } else { "" };
-        // A ratio is measured only relative to the reference, and its interval only for one recording.
-        let other = if fastest == reference { index } else { fastest };
-        let is_of_two = fastest == reference || index == reference;
-        if let ([table], true) = (tables, is_of_two)
-            && table.is_level(other)
-        {
-            said += " (level: the interval holds 1)";
+    let mut standings: Vec<Standing<'_>> = indexes.into_iter().filter_map(of).collect();
+    let is_other = |standing: &Standing<'_>| standing.index != reference;
+    standings.sort_by(|a, b| a.value.total_cmp(&b.value).then(is_other(a).cmp(&is_other(b))));
+    standings
+}
+
+/// Words such as `x takes the least time; the next (a) takes 2.1 times as long, b 120 times`, with the reference and
+/// `rival` among them. `None` if fewer than two structures have the figure.
+fn sentence(standings: &[Standing<'_>], reference: &str, what: &str, rival: Option<&str>) -> Option<String> {
+    let least = standings.first().filter(|_| standings.len() > 1)?;
+    let (mut leaders, others): (Vec<_>, Vec<_>) =
+        standings.iter().partition(|standing| standing.low <= least.high);
+    leaders.sort_by_key(|standing| standing.index != reference);
+    let mut said = match &leaders[..] {
+        [leader] => format!("{} takes the least {what}", named(leader.index)),
+        _ => {
+            let shown = leaders.len().min(MOST_NAMED);
+            let mut names: Vec<String> =
+                leaders[..shown].iter().map(|leader| named(leader.index).to_owned()).collect();
+            names.extend((leaders.len() > shown).then(|| format!("{} more", leaders.len() - shown)));
+            let last = names.pop()?;
+            format!("{} and {last} take the least {what} (level: intervals overlap)", names.join(", "))
         }
+    };
+    let next = others.first().map(|standing| standing.index);
+    let compared = if what == "time" { "long" } else { "much" };
+    for (at, name) in distinct([next, Some(reference), rival].into_iter().flatten()).into_iter().enumerate() {
+        let Some(standing) = others.iter().find(|standing| standing.index == name) else { continue };
+        let times = times(standing.value / leaders[0].value);
+        said += &match at {
+            0 => format!("; the next ({}) takes {times} times as {compared}", named(name)),
+            _ => format!(", {} {times} times", named(name)),
+        };
     }
-    let wins = tables.iter().filter(|table| best_of(table, reference) == Some(fastest)).count();
-    Some(match tables {
-        [table] => format!("{}: {fastest} is the fastest{said}.", one_line(table.recording)),
-        _ => format!(
-            "Over {} recordings {fastest} is the fastest, in {wins} of them{said} (geometric means).",
-            tables.len()
-        ),
-    })
-    .filter(|_| !others.is_empty())
+    Some(said)
+}
+
+/// The name of a structure within a sentence.
+fn named(index: &str) -> &str {
+    if index == RIVAL { "an octree rebuilt on every insert" } else { index }
 }
 
 /// A ratio with two or three digits; integers are complete.
@@ -99,32 +157,68 @@ mod tests {
         rows.part(part, "");
         for (recording, ratios) in recordings {
             for &(index, ratio) in *ratios {
-                rows.of(part, *recording, index).median("ratio", "", vec![ratio * 0.9, ratio, ratio * 1.2]);
+                let spread = if index == "osp" { [1.0; 2] } else { [0.9, 1.2] };
+                let ends = spread.map(|spread| ratio * spread);
+                rows.of(part, *recording, index).median("ratio", "", vec![ends[0], ratio, ends[1]]);
             }
         }
         rows
     }
 
     #[test]
-    fn the_nearest_and_the_papers_rival_are_named() {
+    fn the_next_the_reference_and_the_papers_rival_are_named() {
         let ratios = [("osp", 1.0), ("bsp", 900.0), (RIVAL, 119.7), ("b", 2.71), ("a", 2.14)];
-        let one = rows("session", &[("r.ron", &ratios)]);
-        let said =
-            "r.ron: osp is the fastest; a takes 2.1 times as long, b 2.7 times, octree-rebuild 120 times.";
-        assert_eq!(one.verdict("osp"), [said]);
-        let level = rows("session", &[("r.ron", &[("osp", 1.0), ("a", 1.004)])]);
-        let said = "r.ron: osp is the fastest; a takes 1.00 times as long (level: the interval holds 1).";
-        assert_eq!(level.verdict("osp"), [said]);
-        assert!(rows("session", &[("r.ron", &[("osp", 1.0)])]).verdict("osp").is_empty());
-        assert!(Rows::default().verdict("osp").is_empty());
+        let one = rows(SESSION, &[("r.ron", &ratios)]);
+        let said = "On your sketch r.ron osp takes the least time; the next (a) takes 2.1 times as long, an octree rebuilt \
+                    on every insert 120 times.";
+        assert_eq!(one.verdict("osp").as_deref(), Some(said));
+        let behind = [("osp", 1.0), ("bsp", 0.9), ("b", 0.5), ("a", 0.2)];
+        let said = "On r a takes the least time; the next (b) takes 2.5 times as long, osp 5.0 times.";
+        assert_eq!(rows("replay", &[("r", &behind)]).verdict("osp").as_deref(), Some(said));
+        let rival = rows("replay", &[("r", &[("osp", 1.0), (RIVAL, 0.5)])]);
+        let said = "On r an octree rebuilt on every insert takes the least time; the next (osp) takes 2.0 times as long.";
+        assert_eq!(rival.verdict("osp").as_deref(), Some(said));
+        assert!(rows(SESSION, &[("r.ron", &[("osp", 1.0)])]).verdict("osp").is_none());
+        assert!(
+            Rows::default().verdict("osp").is_none() && Rows::default().verdict_in_detail("osp").is_empty()
+        );
     }
 
     #[test]
-    fn recordings_weigh_alike_and_the_tasks_of_other_parts_are_counted() {
+    fn structures_whose_intervals_overlap_are_level_in_one_recording_and_in_several() {
+        let level = [("a", 0.95), ("osp", 1.0), ("b", 1.1), ("c", 3.0)];
+        let said = "osp, a and b take the least time (level: intervals overlap); the next (c) takes 3.0 times as long.";
+        let recordings = [("r", &level[..]), ("s", &level[..])];
+        for (name, count) in [("sketch r", 1), ("2 sketches", 2)] {
+            let rows = rows(SESSION, &recordings[..count]);
+            assert_eq!(rows.verdict("osp"), Some(format!("On your {name} {said}")));
+        }
+        let many = [("osp", 1.0), ("a", 1.0), ("b", 1.0), ("c", 1.0), ("d", 1.0)];
+        let said = "On r osp, a, b and 2 more take the least time (level: intervals overlap).";
+        assert_eq!(rows("replay", &[("r", &many)]).verdict("osp").as_deref(), Some(said));
+    }
+
+    #[test]
+    fn recordings_weigh_alike_and_the_tables_of_all_parts_are_counted() {
         let mut all =
-            rows("session", &[("a", &[("osp", 1.0), ("x", 2.0)]), ("b", &[("osp", 1.0), ("x", 0.8)])]);
+            rows(SESSION, &[("a", &[("osp", 1.0), ("x", 2.0)]), ("b", &[("osp", 1.0), ("x", 0.9)])]);
         all.append(rows("rays", &[("a", &[("osp", 1.0), ("x", 0.5)]), ("b", &[("osp", 1.0), ("x", 1.0)])]));
-        let first = "Over 2 recordings osp is the fastest, in 1 of them; x takes 1.26 times as long (geometric means).";
-        assert_eq!(all.verdict("osp"), [first, "Of the other tables osp is the fastest in 1 of 2 of rays."]);
+        let first = "On your 2 sketches osp takes the least time; the next (x) takes 1.34 times as long.";
+        let counts =
+            "Table by table osp takes the least time or is level in 2 of 2 of session, 1 of 2 of rays.";
+        assert_eq!(all.verdict("osp").as_deref(), Some(first));
+        assert_eq!(all.verdict_in_detail("osp"), [counts]);
+    }
+
+    #[test]
+    fn insertion_query_and_memory_are_compared_where_they_were_measured() {
+        let mut rows = rows(SESSION, &[("r", &[("osp", 1.0), ("x", 2.0)])]);
+        for (index, insert, bytes) in [("osp", 48.0, 100.0), ("x", 12.0, 25.0)] {
+            let mut figures = rows.of(SESSION, "r", index);
+            figures.median("insert", "ns/polygon", vec![insert]).value("memory", "bytes/polygon", bytes);
+        }
+        let insertion = "Insertion: x takes the least time; the next (osp) takes 4.0 times as long (osp: 48.0 ns/polygon).";
+        let memory = "Memory: x takes the least memory; the next (osp) takes 4.0 times as much (osp: 100 bytes/polygon).";
+        assert_eq!(rows.verdict_in_detail("osp"), [insertion, memory]);
     }
 }

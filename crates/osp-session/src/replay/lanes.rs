@@ -97,13 +97,15 @@ impl Lane {
         if !catches_up {
             self.spent_ns += applying.ns + record.total_ns() + fingerprinting.ns;
         }
-        Some(LaneFrame { record, in_view, drawn, catches_up })
+        Some(LaneFrame { applying, record, in_view, drawn, catches_up })
     }
 }
 
 /// The result of a lane in a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneFrame {
+    /// Cost of applying the frame's events to the model, which all lanes share.
+    pub applying: Stage,
     /// Times and counts of the frame.
     pub record: FrameRecord,
     /// Fingerprint of the polygons in the frustum; see [`crate::replay::fingerprint_of_frame`].

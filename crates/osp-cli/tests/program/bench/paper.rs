@@ -27,13 +27,15 @@ fn paper_of(session: &str, args: &[&str]) -> Report {
 #[test]
 fn the_trees_grow_as_printed_and_their_tests_are_counted() {
     let report = paper(&[]);
-    assert_eq!(report.names(GROWING, "index"), ["osp-paper", "octree-paper", "octree-rebuild", "osp"]);
+    let loops = ["time-order", "brute-simd", "brute-force"];
+    let trees = ["osp-paper", "octree-paper", "octree-rebuild"];
+    assert_eq!(report.names(GROWING, "index"), [&trees[..], &loops, &["osp"]].concat());
     let of = |tree, figure| report.value(GROWING, NAME, tree, figure);
-    // Figure 6: more is drawn than is in view. The two others draw what is in view.
+    // Figure 6: more is drawn than is in view. The others draw what is in view.
     for tree in ["osp-paper", "octree-paper"] {
         assert!(of(tree, "drawn") > of(tree, "in_view"), "{tree}");
     }
-    for tree in ["octree-rebuild", "osp"] {
+    for tree in ["octree-rebuild", "osp"].into_iter().chain(loops) {
         assert_eq!(of(tree, "drawn"), of(tree, "in_view"), "{tree}");
     }
     // Figure 1: one plane a level, against eight children for every polygon whenever one comes.
@@ -42,6 +44,20 @@ fn the_trees_grow_as_printed_and_their_tests_are_counted() {
     assert!(of("osp-paper", "time") > 0.0 && report.maybe(GROWING, NAME, "osp-paper", "draw").is_none());
     let has = |part: &str| !report.names(&format!("paper-growing/{part}"), "index").is_empty();
     assert!(has("up to 1,000 polygons") && has("1,000 to 10,000") && !has("over 10,000"));
+}
+
+#[test]
+fn the_structures_that_grow_can_be_chosen_and_are_compared_with_the_reference() {
+    let report = paper(&["--index", "brute-simd,octree-paper", "--reference", "octree-rebuild"]);
+    let expected = ["brute-simd", "octree-paper", "osp", "octree-rebuild"];
+    assert_eq!(report.names(GROWING, "index"), expected);
+    assert_eq!(report.value(GROWING, NAME, "octree-rebuild", "ratio"), 1.0);
+    for kind in expected {
+        let of = |figure| report.value(GROWING, NAME, kind, figure);
+        assert_eq!(of("in_view"), report.value(GROWING, NAME, "osp", "drawn"), "{kind}");
+        assert!(of("time") > 0.0 && of("drawn") >= of("in_view"), "{kind}");
+    }
+    assert_eq!(report.names("paper-growing/1,000 to 10,000", "index"), expected);
 }
 
 #[test]
@@ -112,16 +128,23 @@ fn the_page_and_the_text_have_the_chapters() {
         "--paper=also",
         "--no-growth",
         "--index",
-        "osp",
+        "osp,osp-paper,octree-paper,brute-force",
         "--quick",
         "--pace",
         "samples:8",
     ];
     let more = ["--depth", "3,9", "--all", "--html", html.to_str().expect("utf-8")];
     let report = OSP.done([&args[..], &more].concat());
-    for words in
-        ["Sessions: ", "Fig. 20", "planes", "(not conservative)", "octree-paper", "Nothing was drawn"]
-    {
+    for words in [
+        "Sessions: ",
+        "without its planes brute-force takes",
+        "of what osp-paper saves",
+        "Fig. 20",
+        "planes",
+        "(not conservative)",
+        "octree-paper",
+        "Nothing was drawn",
+    ] {
         assert!(report.contains(words), "{words}: {report}");
     }
     let page = fs::read_to_string(&html).expect("the page");

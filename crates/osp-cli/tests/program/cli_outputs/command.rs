@@ -226,12 +226,15 @@ fn replay_has_more_columns_with_occlusion_and_the_old_ones_without() {
     };
     let (plain, table) = header(&[]);
     assert!(plain.ends_with(",allocations,fingerprint") && !table.contains("occl"), "{plain} {table}");
+    assert!(table.contains("input") && !table.contains("build"), "{table}");
     let (more, table) = header(&["--occlusion", "msvbsp,auto"]);
     assert!(more.starts_with(&plain), "{more}");
     for column in ["occlusion", "occluded", "occlusion_us", "build_us", "query_us"] {
         assert!(more.split(',').any(|name| name == column), "{column} in {more}");
     }
-    for word in ["occlusion", "occluded", "with drawing", "msvbsp", "auto"] {
+    for word in
+        ["input", "occlusion", "occluded", "occluders", "build", "tests", "with drawing", "msvbsp", "auto"]
+    {
         assert!(table.contains(word), "{word} in {table}");
     }
 }

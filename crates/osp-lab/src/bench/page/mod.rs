@@ -17,8 +17,8 @@ const UPLOT: &str = include_str!("uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
 const UPLOT_LICENSE: &str = include_str!("uplot/LICENSE");
 
-/// The report as one HTML page, which needs no other file. It has the verdict, a table of contents, and a chapter for
-/// each part. A click on a table's head sorts the table. A chart shows values under the pointer, and its curves can be
+/// The report as one HTML page, which needs no other file. It has the verdict, the first chart, a table of contents, and a
+/// chapter for each part. A click on a table's head sorts the table. A chart shows values under the pointer, and its curves can be
 /// hidden. Without scripts the tables are sorted best first, and there are no charts.
 pub fn page(report: &BenchReport) -> String {
     let mut chapters = Html::default();
@@ -47,14 +47,17 @@ pub fn page(report: &BenchReport) -> String {
     page.heading(1, "top", &title);
     page.raw("</header><section id=\"verdict\">");
     page.heading(2, "the-verdict", "Verdict");
-    let verdict = report.verdict();
+    let verdict = report.verdict(usize::MAX);
     if verdict.is_empty() {
         page.paragraph("There is nothing to compare: one structure was measured, or none.");
     }
     for (at, line) in verdict.iter().enumerate() {
         page.element(if at == 0 { "<p class=\"first\">" } else { "<p>" }, line, "</p>");
     }
-    page.raw("</section><nav id=\"contents\" aria-label=\"Contents\">");
+    page.raw("</section>");
+    page.raw(&chapters.first_figure);
+    report.details().iter().for_each(|line| page.paragraph(line));
+    page.raw("<nav id=\"contents\" aria-label=\"Contents\">");
     page.heading(2, "the-contents", "Contents");
     page.contents(&chapters.entries);
     page.raw("</nav><main>");
@@ -117,6 +120,9 @@ fn method_chapter(page: &mut Html, report: &BenchReport) {
          reference are medians of the same frames or questions.",
         report.reference
     ));
+    page.paragraph(
+        "The verdict compares geometric means over the recordings; structures are level if the means of their intervals overlap.",
+    );
     page.paragraph(&format!(
         "The clock tells times {} ns apart. What can be repeated and is shorter than {} of that is measured over so many runs at once \
          that the clock is off by about 2 %. A frame that inserts cannot be repeated.",
@@ -138,6 +144,10 @@ struct Entry {
 struct Html {
     html: String,
     entries: Vec<Entry>,
+    /// The first chart, which stands before all chapters.
+    first_figure: String,
+    /// Number of ids.
+    ids: usize,
 }
 
 impl Html {
@@ -189,7 +199,7 @@ impl Html {
     }
 
     /// A unique id: the title's letters, and a running number.
-    fn id(&self, title: &str) -> String {
+    fn id(&mut self, title: &str) -> String {
         let mut id = String::new();
         for c in title.chars().take(48) {
             match c.is_ascii_alphanumeric() {
@@ -198,8 +208,8 @@ impl Html {
                 false => {}
             }
         }
-        let number = self.html.matches(" id=\"").count() + 1;
-        format!("{}-{number}", id.trim_end_matches('-'))
+        self.ids += 1;
+        format!("{}-{}", id.trim_end_matches('-'), self.ids)
     }
 
     fn table(&mut self, about: &str, cells: &Cells) {
@@ -223,9 +233,10 @@ impl Html {
         self.raw("</tbody></table></div>");
     }
 
-    /// Appends the element in which the script draws a chart. Returns its id.
+    /// Appends the element in which the script draws a chart; that of the first chart is kept apart. Returns its id.
     fn figure(&mut self, title: &str, chart: &charts::Chart) -> String {
         let id = self.id(title);
+        let start = self.html.len();
         let _ = write!(self.html, "<figure id=\"{id}\">");
         self.element("<figcaption><span>", title, "</span>");
         self.link_to_self(&id);
@@ -240,6 +251,9 @@ impl Html {
             self.element("", &line.name, "</li>");
         }
         self.raw("</ul></figure>");
+        if self.first_figure.is_empty() {
+            self.first_figure = self.html.split_off(start);
+        }
         if let Some(entry) = self.entries.last_mut() {
             entry.charts.push((id.clone(), title.to_owned()));
         }

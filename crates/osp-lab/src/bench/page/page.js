@@ -141,7 +141,7 @@
       this.at.className = 'at';
       this.help = 'Point at the chart for values; click on a name to show or hide its line; drag to zoom, double click to go back.';
       this.at.textContent = this.help;
-      figure.append(this.box, this.at);
+      figure.querySelector('.legend').before(this.box, this.at);
       figure.classList.add('live');
       this.legend();
       this.draw();

@@ -1,5 +1,7 @@
 //! Figs. 19 and 21 to 23: polygons are added one after the other, and every frame inserts, culls and draws.
 
+use std::ops::Range;
+
 use osp_session::platform::time::Instant;
 
 use super::{
@@ -7,7 +9,7 @@ use super::{
     input::{PaperConfig, PaperError, PaperInput, mean},
 };
 use crate::{
-    Method,
+    Contender, Method,
     bench::curves::grouped,
     rows::{Curves, Rows, quantile},
 };
@@ -19,22 +21,33 @@ use osp::{
 use osp_rivals::{CutNodes, FilingCounts, IndexKind, OctreePaper, OctreePaperConfig, OspGrid, OspPaper};
 use osp_session::{
     recording::{Event, RecordingError},
-    replay::{Moment, Player},
+    replay::{Moment, Player, Summary},
     scene::Scene,
 };
 
 /// Number of consecutive frames that are measured together. The frame before them applies the skipped changes
 /// and is not counted.
 const STRETCH: u64 = 10;
+/// Number of runs of consecutive frames that are measured in each band of sizes, besides those all over the session.
+const RUNS_OF_A_BAND: u64 = 6;
+/// The sizes of Figs. 21 to 23, polygons.
+const BANDS: [(&str, Range<u64>); 3] =
+    [("up to 1,000 polygons", 0..1000), ("1,000 to 10,000", 1000..10_000), ("over 10,000", 10_000..u64::MAX)];
+/// Number of changes that are announced to a structure together, as in a frame of the pipeline.
+const ANNOUNCED: usize = 16;
 
+/// The whole session.
+pub(super) const WHOLE: &str = "paper-growing/whole session";
 /// The name of the frames without insertion.
 const STILL: &str = "nothing inserted";
-const PART: &str = "paper-growing";
+pub(super) const PART: &str = "paper-growing";
 
 /// A frame of the growing model.
 #[derive(Clone, Copy, Debug)]
 struct GrowingFrame {
     frame: u64,
+    /// Whether the frame is one of those that are evenly spaced over the session.
+    is_of_session: bool,
     /// Number of polygons in the model.
     polygons: u64,
     /// Number of polygons that were inserted, removed or moved.
@@ -89,14 +102,17 @@ impl Tree {
 
     fn file(&mut self, scene: &Scene, changes: &[Change]) {
         let index = self.index_mut();
-        for &change in changes {
-            // A polygon with an invalid box cannot be drawn and is left out.
-            let _ = match change {
-                Change::Insert(id) => index.insert(id, &scene.bounds(id)),
-                Change::Remove(id) => index.remove(id),
-                Change::Update(id) => index.update(id, &scene.bounds(id)),
-                Change::Repaint(_) | Change::Place(_) => Ok(()),
-            };
+        for changes in changes.chunks(ANNOUNCED) {
+            index.announce(scene, changes);
+            for &change in changes {
+                // A polygon with an invalid box cannot be drawn and is left out.
+                let _ = match change {
+                    Change::Insert(id) => index.insert(id, &scene.bounds(id)),
+                    Change::Remove(id) => index.remove(id),
+                    Change::Update(id) => index.update(id, &scene.bounds(id)),
+                    Change::Repaint(_) | Change::Place(_) => Ok(()),
+                };
+            }
         }
     }
 }
@@ -125,6 +141,7 @@ impl Lane {
         };
         Ok(GrowingFrame {
             frame: 0,
+            is_of_session: false,
             polygons: self.tree.index().len() as u64,
             changed: changes.iter().filter(|change| !matches!(change, Change::Repaint(_))).count() as u64,
             insert_ns,
@@ -137,19 +154,22 @@ impl Lane {
     }
 }
 
-/// The paper's two trees as printed, and osp's best versions of them.
-fn trees(input: &PaperInput<'_>, config: &PaperConfig) -> [Tree; 4] {
-    let cube = input.cube(config.cube());
+/// The structures that grow: the paper's two trees as printed, and others as they are best.
+fn tree(kind: Contender, input: &PaperInput<'_>, config: &PaperConfig) -> Tree {
     let capacity = usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX);
     let index = IndexConfig { root: input.root, capacity };
-    let grid = OspGrid::new(cube.center(), cube.extent().max_element(), config.depth());
-    let octree = OctreePaper::new(OctreePaperConfig::default(), &index);
-    [
-        Tree::Osp(OspPaper::new(grid, capacity).with_cut_nodes(CutNodes::Drawn)),
-        Tree::Octree(octree.with_cut_nodes(CutNodes::Drawn)),
-        Tree::Other(IndexKind::OctreeRebuild.create(&index)),
-        Tree::Other(IndexKind::Osp.create(&index)),
-    ]
+    match kind {
+        Contender::Own(IndexKind::OspPaper) => {
+            let cube = input.cube(config.cube());
+            let grid = OspGrid::new(cube.center(), cube.extent().max_element(), config.depth());
+            Tree::Osp(OspPaper::new(grid, capacity).with_cut_nodes(CutNodes::Drawn))
+        }
+        Contender::Own(IndexKind::OctreePaper) => {
+            let octree = OctreePaper::new(OctreePaperConfig::default(), &index);
+            Tree::Octree(octree.with_cut_nodes(CutNodes::Drawn))
+        }
+        kind => Tree::Other(kind.create(&index)),
+    }
 }
 
 /// Plays the session. Returns the poses of the measured frames.
@@ -163,11 +183,23 @@ pub(super) fn grow<I>(
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
+    // The answer of `osp` is exact, and all are compared with the reference.
+    let mut kinds = config.kinds.clone();
+    for own in [IndexKind::Osp, config.reference].map(Contender::Own) {
+        if !kinds.contains(&own) {
+            kinds.push(own);
+        }
+    }
+    let of =
+        |name: IndexKind| kinds.iter().position(|&kind| kind == Contender::Own(name)).unwrap_or_default();
+    let (exact, reference) = (of(IndexKind::Osp), of(config.reference));
     let mut lanes = Vec::new();
-    for tree in trees(input, config) {
+    for &kind in &kinds {
         let drawer = adapter.map(|adapter| adapter.drawer(Method::NONE)).transpose()?;
+        let tree = tree(kind, input, config);
         lanes.push(Lane { tree, drawer, list: VisibleBlocks::new(), frames: Vec::new() });
     }
+    let mut chosen = Chosen::new(input.summary, config.frames);
     let mut moments = Vec::new();
     let mut player = Player::new(events, input.pace);
     while player.step()? {
@@ -175,7 +207,8 @@ where
         for drawer in lanes.iter_mut().filter_map(|lane| lane.drawer.as_mut()) {
             drawer.follow(changes);
         }
-        let Some(counts) = measured(moment.frame, input.summary.frames, config.frames) else {
+        let polygons = lanes[exact].tree.index().len() as u64;
+        let Some(Choice { counts, is_of_session }) = chosen.next(moment.frame, polygons) else {
             lanes.iter_mut().for_each(|lane| lane.tree.file(scene, changes));
             continue;
         };
@@ -186,23 +219,70 @@ where
             let i = (i + moment.frame as usize) % count;
             let frame = lanes[i].frame(scene, changes, &view)?;
             if counts {
-                lanes[i].frames.push(GrowingFrame { frame: moment.frame, ..frame });
+                lanes[i].frames.push(GrowingFrame { frame: moment.frame, is_of_session, ..frame });
             }
-            if i == count - 1 {
-                in_view = frame.drawn; // The last tree's answer is exact.
+            if i == exact {
+                in_view = frame.drawn;
             }
         }
         for frame in lanes.iter_mut().filter(|_| counts).filter_map(|lane| lane.frames.last_mut()) {
             frame.in_view = in_view;
         }
-        moments.extend(counts.then_some(moment));
+        moments.extend(is_of_session.then_some(moment));
     }
-    add(rows, input, &lanes);
+    add(rows, input, &lanes, reference);
     Ok(moments)
 }
 
-/// Whether a frame is measured, and if so, whether it counts. The measured frames are evenly spaced runs of consecutive
-/// frames from the first frame to the last. The first frame of each run only applies the changes of skipped frames.
+/// Selects the frames to measure, in runs of consecutive frames. Some runs are evenly spaced over the session, the others
+/// over the sizes of each band.
+struct Chosen {
+    frames: u64,
+    most: u64,
+    /// Sizes at which runs begin, polygons, in ascending order.
+    sizes: Vec<u64>,
+    /// Number of these sizes that the model has passed.
+    passed: usize,
+    /// Number of frames left of the run that began at the last of them.
+    left: u64,
+    /// Whether the previous frame was measured.
+    is_running: bool,
+}
+
+/// The choice of a frame that is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Choice {
+    /// Whether it counts, because the previous frame was measured, too.
+    counts: bool,
+    /// Whether it counts for the whole session.
+    is_of_session: bool,
+}
+
+impl Chosen {
+    fn new(summary: &Summary, most: u64) -> Self {
+        let sizes = BANDS.iter().flat_map(|(_, band)| {
+            let end = band.end.min(summary.counts.polygons);
+            let size = end.saturating_sub(band.start);
+            let run = move |run| band.start + size * (2 * run + 1) / (2 * RUNS_OF_A_BAND);
+            (0..RUNS_OF_A_BAND).filter(move |_| size > 0).map(run)
+        });
+        Self { frames: summary.frames, most, sizes: sizes.collect(), passed: 0, left: 0, is_running: false }
+    }
+
+    /// The choice of the next frame, before which the model has this number of polygons. `None` if it is skipped.
+    fn next(&mut self, frame: u64, polygons: u64) -> Option<Choice> {
+        let passed = self.sizes.partition_point(|&size| size <= polygons).max(self.passed);
+        self.left = if passed > self.passed { STRETCH + 1 } else { self.left.saturating_sub(1) };
+        self.passed = passed;
+        let of_session = measured(frame, self.frames, self.most);
+        let was_running = std::mem::replace(&mut self.is_running, self.left > 0 || of_session.is_some());
+        let is_of_session = of_session == Some(true);
+        self.is_running.then_some(Choice { counts: was_running || is_of_session, is_of_session })
+    }
+}
+
+/// Whether a frame belongs to the runs that are evenly spaced from the first frame to the last, and if so, whether it counts.
+/// The first frame of each run only applies the changes of skipped frames.
 fn measured(frame: u64, frames: u64, most: u64) -> Option<bool> {
     if frames <= most.max(2 * (STRETCH + 1)) {
         return Some(true);
@@ -216,19 +296,18 @@ fn measured(frame: u64, frames: u64, most: u64) -> Option<bool> {
 }
 
 /// Whether a frame belongs to a part of the session.
-type IsIn = fn(&GrowingFrame) -> bool;
+type IsIn = Box<dyn Fn(&GrowingFrame) -> bool>;
 
-fn add(rows: &mut Rows, input: &PaperInput<'_>, lanes: &[Lane]) {
+fn add(rows: &mut Rows, input: &PaperInput<'_>, lanes: &[Lane], reference: usize) {
     rows.part(PART, "The paper: the model grows (Figs. 19, 21 to 23)");
-    let parts: [(&str, IsIn); 5] = [
-        ("whole session", |_| true),
-        ("up to 1,000 polygons", |frame| frame.polygons < 1000),
-        ("1,000 to 10,000", |frame| (1000..10_000).contains(&frame.polygons)),
-        ("over 10,000", |frame| frame.polygons >= 10_000),
-        (STILL, |frame| frame.changed == 0),
-    ];
-    // The last tree is osp's; all trees have the same frames.
-    let Some(reference) = lanes.last() else { return };
+    let of_band = |(name, band): (&'static str, Range<u64>)| -> (&'static str, IsIn) {
+        (name, Box::new(move |frame| band.contains(&frame.polygons)))
+    };
+    let whole: IsIn = Box::new(|frame| frame.is_of_session);
+    let still: IsIn = Box::new(|frame| frame.is_of_session && frame.changed == 0);
+    let parts = [("whole session", whole)].into_iter().chain(BANDS.map(of_band)).chain([(STILL, still)]);
+    // All structures have the same frames.
+    let Some(reference) = lanes.get(reference) else { return };
     for (part, is_in) in parts {
         for lane in lanes {
             let both = || lane.frames.iter().zip(&reference.frames).filter(|(_, other)| is_in(other));
@@ -249,6 +328,7 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, lanes: &[Lane]) {
                 let mut rates: Vec<f64> =
                     frames.iter().map(|frame| 1.0e6 / frame.total_us().max(1.0e-3)).collect();
                 rates.sort_unstable_by(f64::total_cmp);
+                figures.median("insert_and_cull", "us", us(|frame| frame.insert_ns + frame.cull_ns));
                 figures.median("draw", "us", us(|frame| frame.draw_ns));
                 figures.value("frames", "1/s", quantile(&rates, 0.5));
             }
@@ -279,17 +359,49 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, lanes: &[Lane]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use osp_session::{recording::Pace, replay::summarize};
+
+    fn chosen(frames: u64, most: u64, polygons: u64) -> Chosen {
+        let (mut summary, ..) = summarize(std::iter::empty(), Pace::Samples(1));
+        summary.frames = frames;
+        summary.counts.polygons = polygons;
+        Chosen::new(&summary, most)
+    }
 
     #[test]
     fn as_many_frames_count_as_are_wanted_all_over_the_session() {
         for (frames, most) in [(10, 90), (1000, 90), (12_345, 360), (91, 90), (30, 1)] {
-            let of = |frame| measured(frame, frames, most);
-            let counted: Vec<u64> = (0..frames).filter(|&frame| of(frame) == Some(true)).collect();
+            let mut chosen = chosen(frames, most, 0);
+            let choices: Vec<_> = (0..frames).map(|frame| chosen.next(frame, 0)).collect();
+            let of = |frame: u64| choices[frame as usize];
+            let counted: Vec<u64> =
+                (0..frames).filter(|&frame| of(frame).is_some_and(|of| of.is_of_session)).collect();
             assert!(counted.len() as u64 <= most.max(3 * STRETCH) + STRETCH, "{frames}: {}", counted.len());
             assert!(counted.len() as u64 >= frames.min(most) * 9 / 10, "{frames}: {}", counted.len());
             // A frame that counts is preceded by a measured frame.
             assert!(counted.iter().all(|&frame| frame == 0 || of(frame - 1).is_some()), "{frames}");
             assert!(counted.contains(&(frames - 1)) && counted.iter().any(|&frame| frame < 12), "{frames}");
+        }
+    }
+
+    #[test]
+    fn the_frames_of_a_band_are_spread_over_its_sizes() {
+        // A polygon a frame.
+        for polygons in [700, 12_000, 150_000] {
+            let mut chosen = chosen(polygons, 60, polygons);
+            let counted: Vec<u64> = (0..polygons)
+                .filter(|&frame| chosen.next(frame, frame).is_some_and(|of| of.counts))
+                .collect();
+            assert!(counted.len() as u64 <= 80 + 3 * RUNS_OF_A_BAND * STRETCH, "{}", counted.len());
+            for (name, band) in BANDS {
+                let end = band.end.min(polygons);
+                let Some(size) = end.checked_sub(band.start) else { continue };
+                for part in 0..3 {
+                    let part = band.start + size * part / 3..band.start + size * (part + 1) / 3;
+                    let count = counted.iter().filter(|frame| part.contains(frame)).count() as u64;
+                    assert!(count >= 2 * STRETCH - 1, "{name} of {polygons}: {count} in {part:?}");
+                }
+            }
         }
     }
 }

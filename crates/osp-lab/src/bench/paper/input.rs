@@ -2,10 +2,12 @@
 
 use thiserror::Error;
 
+use crate::Contender;
 use osp::{
     math::Aabb,
     occlusion::{NodeTest, Score},
 };
+use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Pace, RecordingError},
     replay::{CameraPath, Summary},
@@ -26,6 +28,10 @@ pub enum PaperError {
 /// Settings of the paper's experiments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaperConfig {
+    /// The structures that grow; `osp` and the reference always do.
+    pub kinds: Vec<Contender>,
+    /// The structure with which those that grow are compared.
+    pub reference: IndexKind,
     /// Maximum depths of the tree, binary levels (Fig. 2, step 1).
     pub depths: Vec<u32>,
     /// Edges of the tree's cube, as multiples of the edge of the session's own cube.
@@ -43,6 +49,18 @@ pub struct PaperConfig {
 }
 
 impl PaperConfig {
+    /// The structures that grow unless others are chosen: the paper's trees, the octree that is built as well as we can, and
+    /// structures without the paper's planes that are not rebuilt either.
+    pub const USUAL: [Contender; 7] = [
+        Contender::Own(IndexKind::OspPaper),
+        Contender::Own(IndexKind::OctreePaper),
+        Contender::Own(IndexKind::OctreeRebuild),
+        Contender::Own(IndexKind::TimeOrder),
+        Contender::Own(IndexKind::BruteSimd),
+        Contender::Own(IndexKind::BruteForce),
+        Contender::Own(IndexKind::Osp),
+    ];
+
     /// The depth of the tree in the other experiments: the only depth given, else the default.
     pub(super) fn depth(&self) -> u32 {
         if let [depth] = self.depths[..] { depth } else { osp_rivals::DEFAULT_MAX_DEPTH }

@@ -9,6 +9,9 @@ mod drawing;
 mod flight;
 mod growing;
 mod input;
+mod verdict;
+
+pub(super) use verdict::verdict;
 
 pub use drawing::Adapter;
 pub use input::{PaperConfig, PaperError, PaperInput};
@@ -60,7 +63,7 @@ where
         "The ranking can be compared with the paper's; the frame rates cannot: the paper used another machine and renderer.".to_owned(),
         format!(
             "The paper's tree: {} levels over a cube of {cube_m} m. As in Fig. 6 osp-paper and octree-paper draw all polygons of a node \
-             that the frustum cuts; osp and octree-rebuild draw those in view.",
+             that the frustum cuts; the others draw those in view.",
             config.depth()
         ),
     ] {
