@@ -340,8 +340,14 @@ fn usage(error: &clap::Error) -> ExitCode {
 }
 
 /// Formats a clap error. Replaces the standard library's message for a malformed number with the expected form. If the
-/// user named a file instead of a command, adds a hint.
+/// user named a file instead of a command, adds a hint, or reports that the file is missing.
 fn usage_error(error: &clap::Error) -> String {
+    if let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand)
+        && name.contains(['.', '/', '\\'])
+        && !Path::new(name).exists()
+    {
+        return format!("error: {name}: no such file, and no command (osp --help lists the commands)");
+    }
     let mut text = error.render().to_string();
     if let Some(cause) = error.source().and_then(|cause| cause.downcast_ref::<ParseIntError>()) {
         let expected = match cause.kind() {

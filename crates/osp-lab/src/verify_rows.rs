@@ -1,6 +1,7 @@
 //! The results of a verification as rows.
 
 use crate::{
+    report::thousands,
     rows::{Figures, Rows},
     verify::{Totals, Trial, Verifier},
 };
@@ -34,6 +35,16 @@ impl Verifier {
             .value("frustum", "us", mean(views.frustum_ns) / 1000.0);
         if !self.has_truth() {
             rows.note(PART, "Which polygons are visible was not determined.");
+        } else if views.lost == 0 && !self.trials().iter().any(Trial::failed) {
+            let views = match views.views {
+                1 => "1 view".to_owned(),
+                views => format!("{} views", thousands(views)),
+            };
+            rows.note(PART, format!("{recording}: no conservative method culled a visible polygon in {views}."));
+            rows.note(
+                PART,
+                "In view, visible, hidden: means of a view. A polygon in view that is neither lies beside the picture.",
+            );
         }
         if let Some((view, id)) = views.first_lost {
             rows.faults.push(format!(

@@ -269,7 +269,11 @@ fn a_file_in_the_place_of_a_command_gets_a_hint() {
         let hint = format!("to replay it: osp replay {quoted}\n");
         assert!(said.ends_with(&hint), "{said}");
     }
-    assert!(!stderr(&OSP.run(["no-such-file.ron"])).contains("to replay it"));
+    for missing in ["no-such-file.ron", "no/such/folder"] {
+        let said = OSP.refused([missing]);
+        assert!(said.starts_with(&format!("error: {missing}: no such file")), "{said}");
+    }
+    assert!(OSP.refused(["replya"]).contains("a similar subcommand exists"));
 }
 
 #[test]
