@@ -34,31 +34,30 @@ use osp_session::{recording::Pace, replay::CameraChoice};
   osp bench sketch.tilt --paper --depth 15 --cube 0.5,1,2 --score paper --node-test sphere
 
 Parts of the report:
-  sessions  each file through every index, with one sample of the hand per frame
-            (with --rig each frame is culled for all screens and eyes, beside one view times their
-            number)
+  sessions  each file through every index, with one sample of the hand per frame. With --rig each
+            frame is culled for all screens and eyes; beside it the time of one view times their
+            number
   growth    a synthetic session at each of the sizes: frames that insert a few polygons, and
             frames that insert none
   flight    the finished sessions: frustum culling alone, and with occlusion culling
   rays      the finished sessions, and the synthetic one at each of the sizes up to a million:
-            nearest hit, any hit, what is in a box, nearest polygons of a point; in order and
+            nearest hit, any hit, polygons in a box, nearest polygons of a point; in order and
             best first; while polygons arrive; refit against rebuild as polygons move
-  moving    the synthetic session at each of the sizes up to a million: 1, 10 and 100 % of the
-            polygons move in every frame, in pieces, as a group that is placed as a whole, as
-            instances of one mesh, and scattered with shuffled numbers; each structure files their boxes again, `group-index` has an
-            entry a group. Entries and boxes changed are counted. The command fails if a
-            structure does not see what it has to
-  paper     with --paper: the paper's experiments as it is printed. Its tree and its octree while
-            the model grows (figures 19, 21 to 23), beside loops over all boxes and others that
-            are not rebuilt (--index): the planes that filing asks are counted, and all polygons of
-            cut nodes are drawn. A flight with every culler (figure 20), also the
-            paper's own that cull visible polygons (`not conservative`). How deep
-            and how large its tree is best made. --node-test and --score are those of the
-            conservative cullers
+  moving    the synthetic session at each of the sizes up to a million. In every frame 1, 10 and
+            100 % of the polygons move: in pieces, as a group that is placed as a whole, as
+            instances of one mesh, and scattered with shuffled numbers. Each structure updates
+            their boxes; `group-index` has an entry a group. The report counts changed entries and
+            boxes. If a result is wrong, the command fails
+  paper     with --paper: the paper's experiments. Its tree and its octree while the model grows
+            (figures 19, 21 to 23), beside loops over all boxes and other structures (--index).
+            The report counts the plane tests of insertion; all polygons of cut nodes are drawn.
+            A flight with every culler (figure 20), also the paper's own that cull visible
+            polygons (`not conservative`). The best depth and cube size of its tree. --node-test
+            and --score are those of the conservative cullers
 The page (--html) is one file that works offline: verdict, first chart, links to all parts. A
-click on a head sorts its table (best first at the start). Charts show the values under the
-pointer; a click on a name shows or hides its line, and every structure has one. Dark where the
-system is. Without scripts there are tables alone.
+click on a column header sorts its table (best first at the start). Charts show the values under
+the pointer; a click on a name shows or hides its line, and every structure has one. The page
+follows the system's dark mode. Without scripts there are only tables.
 Every figure is a row: part, recording, index, figure, unit, value, and the ends of the interval of a
 median. --csv writes these rows, --json prints them; the tables, the verdict and the page are made
 of them.

@@ -34,11 +34,11 @@ use osp_session::scene::Scene;
   osp query recordings/room.ron --ray 0,1.6,0 0,0,-1 --hits nearest
   osp query recordings/room.ron --ray 0,1.6,0 0,0,-1 --search best-first --radius 0.1 --index kd-tree
 
-Prints the strokes found, each polygon with its distance from the sphere's centre, the point or the
-ray's start, how many polygons the exact test was asked about, and how many nodes and boxes the
-index looked at (along rays only with --search or --radius). All numbers are world space, metres. What touches is in.
-The polygons themselves decide, not their boxes; those of particles, which turn to the eye, lie as
-they were stored, and along a ray as seen from its start.")]
+Prints the strokes found, and each polygon with its distance from the sphere's centre, the point or
+the ray's start. Then it counts the exact tests of polygons, and the nodes and boxes that the index
+tested (along rays only with --search or --radius). Coordinates are world space, metres. Touching
+counts as inside. The exact polygons are tested, not their boxes. Particles, which turn to the eye,
+are tested as stored; for a ray they face its start.")]
 pub(super) struct QueryArgs {
     #[command(flatten)]
     part: PartArgs,

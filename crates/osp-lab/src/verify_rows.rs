@@ -40,7 +40,10 @@ impl Verifier {
                 1 => "1 view".to_owned(),
                 views => format!("{} views", thousands(views)),
             };
-            rows.note(PART, format!("{recording}: no conservative method culled a visible polygon in {views}."));
+            rows.note(
+                PART,
+                format!("{recording}: no conservative method culled a visible polygon in {views}."),
+            );
             rows.note(
                 PART,
                 "In view, visible, hidden: means of a view. A polygon in view that is neither lies beside the picture.",

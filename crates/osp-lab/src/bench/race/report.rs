@@ -155,7 +155,10 @@ mod tests {
             one.contains("osp missed 90 Hz in 1 frame, first at 1,000 polygons, and took 12.0 ms"),
             "{one}"
         );
-        assert!(one.contains("octree-rebuild held 90 Hz in every frame, the longest took 0.250 ms."), "{one}");
+        assert!(
+            one.contains("octree-rebuild held 90 Hz in every frame, the longest took 0.250 ms."),
+            "{one}"
+        );
         assert!(verdict(&race([&[], &[]])).ends_with("there is nothing to measure."));
     }
 
