@@ -274,7 +274,7 @@ struct Answer {
     work: Option<Work>,
 }
 
-/// What to report along a ray, and how to search.
+/// The hits to report along a ray, and the order of the search.
 struct Along {
     hits: Hits,
     radius_m: f32,

@@ -11,7 +11,7 @@ use osp::{
 use osp_lab::outline::{Order, Outline, Steps, WideRay};
 use osp_session::scene::Scene;
 
-/// Number of halvings of a stretch of the ray: it is then as short as numbers in `f32` can be.
+/// Number of halvings of a range of the ray. Its ends are then neighbours in `f32`.
 const HALVINGS: usize = 48;
 
 /// Options of a search along a ray.
@@ -82,7 +82,7 @@ pub(super) fn meet(polygon: &ConvexPolygon, ray: &Ray, radius_m: f32) -> Option<
 }
 
 /// The distance of a triangle from a point is a convex function of the point's way along the ray. So the ball touches the
-/// triangle in one stretch, which contains the nearest point if there is any.
+/// triangle in one range, which contains the nearest point if there is any.
 fn meet_triangle(triangle: &ConvexPolygon, ray: &Ray, radius_m: f32) -> Option<f32> {
     let distance_m = |t: f32| triangle.distance_m(ray.origin + ray.direction * t);
     let bounds = triangle.bounds();

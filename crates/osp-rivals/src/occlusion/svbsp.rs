@@ -35,7 +35,7 @@ struct Task {
     outline: Span,
 }
 
-/// How the tree is built.
+/// The order in which planes enter the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SvbspForm {
     /// Occluder after occluder, the nearest first, as N. Chin and S. Feiner do.
