@@ -65,7 +65,7 @@ pub struct MsvbspConfig {
     pub refine: Refine,
     /// Largest number of splitting planes. It also bounds the time of a build. A plane takes 32 bytes.
     pub node_budget: usize,
-    /// Largest number of corners of all cells and clipped pieces of one build together. A corner takes 24 bytes.
+    /// Largest sum of the corners of all cells and clipped pieces of one build. A corner takes 24 bytes.
     pub point_budget: usize,
 }
 

@@ -353,7 +353,7 @@ impl Studio {
         let behind: Vec<String> = behind.map(str::to_owned).collect();
         if !behind.is_empty() {
             self.show_once(&format!(
-                "the head is behind or too near to {}: shown as from 5 cm in front",
+                "the head is behind {} or too near to it: drawn as seen from 5 cm in front",
                 behind.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
             ));
         }

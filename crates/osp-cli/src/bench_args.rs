@@ -35,8 +35,8 @@ use osp_session::{recording::Pace, replay::CameraChoice};
 
 Parts of the report:
   sessions  each file through every index, with one sample of the hand per frame. With --rig each
-            frame is culled for all screens and eyes; beside it the time of one view times their
-            number
+            frame is culled for all screens and eyes, and compared with the time of one view
+            times their number
   growth    a synthetic session at each of the sizes: frames that insert a few polygons, and
             frames that insert none
   flight    the finished sessions: frustum culling alone, and with occlusion culling
@@ -53,14 +53,13 @@ Parts of the report:
             The report counts the plane tests of insertion; all polygons of cut nodes are drawn.
             A flight with every culler (figure 20), also the paper's own that cull visible
             polygons (`not conservative`). The best depth and cube size of its tree. --node-test
-            and --score are those of the conservative cullers
+            and --score apply to the conservative cullers
 The page (--html) is one file that works offline: verdict, first chart, links to all parts. A
 click on a column header sorts its table (best first at the start). Charts show the values under
-the pointer; a click on a name shows or hides its line, and every structure has one. The page
+the pointer; a click on a name shows or hides its line. Every structure has a line. The page
 follows the system's dark mode. Without scripts there are only tables.
 Every figure is a row: part, recording, index, figure, unit, value, and the ends of the interval of a
-median. --csv writes these rows, --json prints them; the tables, the verdict and the page are made
-of them.
+median. --csv writes these rows, --json prints them. Tables, verdict and page contain the same rows.
 `osp replay --help` describes the indexes.")]
 pub(super) struct BenchArgs {
     /// The sessions, of any format that replay reads.

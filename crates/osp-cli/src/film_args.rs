@@ -22,8 +22,8 @@ Paths:
   grow       the model as it was drawn, from where `osp render` sees it
   recorded   the model as it was drawn, by the recorded head path
 
-With `grow` and `recorded` the session plays in --seconds, its frames (--pace) shared out evenly, and
-its end stays for a second more. Brushes that move by themselves begin at --time and move with the film.
+With `grow` and `recorded` the session's frames (--pace) are spread evenly over --seconds. The last
+picture stays for a second more. Brushes that move by themselves begin at --time and move with the film.
 A GIF has 256 colours a frame. An .mp4 has even sides: an odd --size grows by one pixel. For other kinds
 of video, let `osp render --every` write numbered pictures: it prints a command of ffmpeg for them.")]
 pub(super) struct FilmArgs {

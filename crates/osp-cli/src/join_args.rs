@@ -51,8 +51,8 @@ pub(super) struct JoinArgs {
     /// Play the events of this session as one's own, then leave.
     #[arg(long, value_name = "SESSION", conflicts_with = "watch")]
     pub(super) play: Option<PathBuf>,
-    /// Play only the strokes and edits of this author of --play. By default all events are played. If several
-    /// authors used undo, choose one.
+    /// Play only the strokes and edits of this author of --play. By default all events are played. Required if several
+    /// authors used undo.
     #[arg(long, value_name = "NUMBER", requires = "play")]
     pub(super) play_author: Option<u32>,
     /// Part of the session that each frame (90 a second) plays: `recorded` (by the time stamps) or `samples:N` (N

@@ -20,7 +20,8 @@ const ORDERS: [&str; 2] = ["strokes", "space"];
   osp pack room.tilt --out city.world --repeat 20x1x20
   osp pack *.tilt --out s3://bucket/world       needs a build with the feature `worlds-cloud`
 
-With --repeat a grid of places along x, y and z is filled with the sessions in turn, one a place: larger worlds to measure with.
+--repeat fills a grid of places along x, y and z with the sessions in turn, to make larger worlds for
+measurements.
 An s3:// address takes its keys and region from AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION and AWS_ENDPOINT.")]
 pub(super) struct PackArgs {
     /// The sessions, of any format that replay reads.

@@ -21,9 +21,10 @@ use osp_session::{recording::Pace, replay::CameraChoice};
   osp race sketch.tilt --index osp,octree-rebuild,bvh-sah,dynamic-bvh --csv race.csv
   osp race --synth 400000 --pace samples:64 --runs 3 --film race.gif
 
-On a terminal each structure shows the time of the latest frame, a strip chart of the frames before
-(its full height is 11.1 ms, a frame at 90 Hz; longer frames are red), its longest frame, and how many
-frames took longer than 11.1 ms. At the end comes the verdict in one sentence, and a table.
+On a terminal each structure shows the time of the latest frame, a strip chart of the frames
+before, its longest frame, and how many frames took longer than 11.1 ms. The full height of the
+chart is 11.1 ms, a frame at 90 Hz; longer frames are red. At the end comes the verdict in one
+sentence, and a table.
 The exit code is 1 if two structures saw different polygons.
 `osp replay --help` describes the indexes.")]
 pub(super) struct RaceArgs {

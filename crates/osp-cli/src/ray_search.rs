@@ -17,11 +17,11 @@ const HALVINGS: usize = 48;
 /// Options of a search along a ray.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct RaySearchArgs {
-    /// Search the index's tree `in-order`, the nearer child first, or `best-first`, always the nearest node that waits, and
-    /// count the nodes and boxes [default: the index's own search].
+    /// Search the index's tree `in-order`, the nearer child first, or `best-first`, the nearest node of the queue, and
+    /// count nodes and boxes [default: the index's own search].
     #[arg(long, value_name = "ORDER", value_parser = named(&Order::ALL, Order::name))]
     search: Option<Order>,
-    /// Send a ball of this radius along the ray, metres: it meets what the ray misses by less [default: 0].
+    /// Radius of the ray, metres: it also hits polygons within this distance [default: 0].
     #[arg(long, value_name = "M", value_parser = numbers::radius_m)]
     radius: Option<f32>,
 }

@@ -34,7 +34,7 @@ pub(super) struct LimitArgs {
         hide_short_help = true
     )]
     max_polygons: u64,
-    /// Largest number of bytes that each byte of a compressed session (.ron.zst, .tilt, .gz) may unpack to, beyond 1 MiB.
+    /// Largest compression ratio of a session (.ron.zst, .tilt, .gz); the first MiB is free.
     #[arg(
         long,
         value_name = "N",

@@ -91,7 +91,7 @@ Methods of --occlusion:
   none             frustum culling alone
   frusta           one shadow volume for each occluder
   svbsp            the shadow-volume BSP tree of Chin and Feiner
-  svbsp-paper      the same as the paper has it: plane after plane
+  svbsp-paper      the paper's variant: inserts single planes
   msvbsp           the paper's modified tree, made conservative
   depth            a masked depth buffer in software, of pixels that are covered wholly
   depth-last       a depth buffer of the polygons that were visible in the last frame, joined at

@@ -43,7 +43,7 @@ use osp_rivals::IndexKind;
 A tracker sends lines of text (or the same as OSC), metres and unit quaternions, +y up:
   head  X Y Z  QX QY QZ QW
   hand  X Y Z  QX QY QZ QW  PRESSURE  [HAND]     draws while the pressure is above 0
-  brush TOOL WIDTH  R G B A  [HAND] [NORMAL]     ribbon, wall, tube or the name of a brush: Light
+  brush TOOL WIDTH  R G B A  [HAND] [NORMAL]     ribbon, wall, tube or a brush name, such as Light
   erase X Y Z | undo | redo
   key WORD                                       first in each packet, if --tracker-key is given
 The window listens to the first sender until it has been silent for 5 s; it counts the packets of

@@ -89,7 +89,7 @@ rectangle around their bounding box. hzb-16-fine and hzb-4-fine also test each p
 triangles. hzb is short for hzb-1-fine. Columns:
   pixels that differ   from the picture without culling, sum over all frames
   hidden               share of the really hidden polygons that were not drawn
-  below a sample       visible polygons that were not drawn because no sample of a pixel shows them
+  below a sample       polygons that rays find visible, but that cover no sample of a pixel
   depth pass, colour pass   polygons drawn
   draw, gpu            milliseconds a frame, medians; draw mean: the mean of draw
 

@@ -4,9 +4,9 @@
 //!
 //! # Differences from the source
 //! * Every node has the tight box around all polygons below, so that answers are those of the other indexes.
-//! * The source divides a full cell until the greatest depth. Polygons that coincide or are large would then be stored
+//! * The source divides a full cell until the maximum depth. Polygons that coincide or are large would then be stored
 //!   without end. Here [`MOST_COPIES`] and the rule of [`Builder::divide`] bound the memory.
-//! * A query passes on each polygon once: it has a bit for each polygon.
+//! * A query reports each polygon once: it has a bit for each polygon.
 
 use super::{
     flat_tree::{FlatTree, MAX_DEPTH},

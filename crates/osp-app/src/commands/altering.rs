@@ -169,7 +169,7 @@ impl Studio {
             return false;
         }
         if let Some(expected) = events.iter().find_map(|event| event.check().err()) {
-            self.show_message(format!("nothing was changed: a session can hold only {expected}"));
+            self.show_message(format!("nothing was changed: the limit of a session is {expected}"));
             return false;
         }
         if self.session.excess(&self.limits).is_none()

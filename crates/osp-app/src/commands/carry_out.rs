@@ -150,7 +150,7 @@ impl Studio {
                 let (p, q) = (self.navigator.eye(), self.navigator.world_from_view());
                 let distance = self.navigator.distance_m();
                 self.events.push(Event::View { author: Author::SOLE, t, slot, p, q, distance });
-                self.show_message(format!("view {} is stored", slot + 1));
+                self.show_message(format!("view {} is saved", slot + 1));
             }
             Command::GoToView(slot) => {
                 if let Some(view) = self.session.scene().views().get(&slot).copied() {

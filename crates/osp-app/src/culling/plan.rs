@@ -57,7 +57,7 @@ impl CullingPlan {
         Self { settings, ..self }
     }
 
-    /// An index of no model.
+    /// An index without polygons.
     pub(super) fn index_nothing(&self) -> (Aabb, Pipeline) {
         let root = root_for(&Aabb::EMPTY);
         (root, self.pipeline(root, 0))

@@ -92,7 +92,7 @@ fn edit(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     });
     ui.menu_button("Drawing", |ui| {
         entry(ui, "Straight lines", Action::ToggleStraight, studio, wishes);
-        entry(ui, "Mirror", Action::ToggleMirror, studio, wishes);
+        entry(ui, "Mirror while drawing", Action::ToggleMirror, studio, wishes);
         entry(ui, "Width on the screen", Action::ToggleScreenWidth, studio, wishes);
     });
     ui.menu_button("Layer", |ui| {
@@ -109,7 +109,7 @@ fn edit(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
 
 fn view(ui: &mut Ui, studio: &Studio, settings: &mut Settings, wishes: &mut Wishes) {
     entry(ui, "Whole model", Action::Do(Command::ShowAll), studio, wishes);
-    ui.menu_button("Kept views", |ui| {
+    ui.menu_button("Saved views", |ui| {
         for slot in 0..4 {
             entry(
                 ui,

@@ -115,7 +115,7 @@ fn rows(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, wishes: &mut Wishe
                 count(counts.newly_hidden)
             ));
             if let Some(visible) = counts.visible.filter(|visible| *visible > 0) {
-                ui.colored_label(ALARM, format!("the eye sees {} of them", count(visible)));
+                ui.colored_label(ALARM, format!("{} of the hidden polygons are visible", count(visible)));
             }
         }
         let hint = match (steps.is_stale(), is_frozen) {

@@ -77,7 +77,7 @@ pub(super) fn trouble(ctx: &Context, studio: &Studio, wishes: &mut Wishes) {
                     wishes.commands.push(Command::RetrySaving);
                 }
                 let path = journal.path().to_owned();
-                if trouble.is_lost() && ui.button("Write it here again").clicked() {
+                if trouble.is_lost() && ui.button("Write the file again").clicked() {
                     wishes.commands.push(Command::SaveAs(path));
                 }
             });

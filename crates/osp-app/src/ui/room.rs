@@ -43,7 +43,7 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, calibrating: &mut Option<Calibr
     let behind: Vec<&str> = studio.screens_behind().collect();
     if !behind.is_empty() {
         let text = format!(
-            "The head is behind or too near to {}: shown as from 5 cm in front of it.",
+            "The head is behind {} or too near to it: drawn as seen from 5 cm in front.",
             behind.join(", ")
         );
         ui.colored_label(LOST, text);

@@ -28,7 +28,7 @@ impl SelectionPanel {
         ui.label(format!("{count} selected"));
         ui.horizontal(|ui| {
             for (name, command) in
-                [("Duplicate", Command::Duplicate), ("Flip", Command::Alter(Altering::Mirror))]
+                [("Duplicate", Command::Duplicate), ("Mirror", Command::Alter(Altering::Mirror))]
             {
                 if ui.add(Button::new(name)).clicked() {
                     wishes.commands.push(command);

@@ -489,7 +489,7 @@ fn answers_are_given_by_their_buttons_and_by_keys() {
     harness.run_steps(4);
     let shown = harness.get_all_by_label_contains("taken.ron is not saved: it was removed").count();
     assert_eq!(shown, 1);
-    harness.click_button("Write it here again");
+    harness.click_button("Write the file again");
     assert_eq!(events_in(&taken), events);
     assert!(harness.query_by_label_contains("is not saved").is_none());
     fs::rename(&taken, folder.path().join("away.ron")).expect("renamed");

@@ -89,7 +89,7 @@ fn occlusion_is_shown_plane_by_plane() {
     assert_eq!(step(&harness).1, 30);
     assert!(
         says(&harness, &format!("hides 30 of {in_view} polygons in view"))
-            && says(&harness, "the eye sees 15 of them")
+            && says(&harness, "15 of the hidden polygons are visible")
     );
     assert_eq!(harness.state().studio.steps().map(|steps| steps.form()), Some(ShadowForm::Paper));
     harness.press(Key::F4);

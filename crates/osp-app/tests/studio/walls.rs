@@ -94,10 +94,10 @@ fn a_head_behind_a_screen_sees_it_from_in_front_and_is_told() {
     // A metre behind the right wall.
     send(&mut harness, &socket, "head 1.6 1.6 -1.6 0 0 0 1");
     assert_eq!(views(&harness), [both(0, false), both(1, true)].concat());
-    assert!(has(&harness, "The head is behind or too near to right"));
+    assert!(has(&harness, "The head is behind right or too near to it"));
     let said = |harness: &Harness<'_, Window>| {
         let messages = harness.state().studio.messages();
-        messages.iter().filter(|message| message.contains("behind or too near to `right`")).count()
+        messages.iter().filter(|message| message.contains("behind `right` or too near to it")).count()
     };
     assert_eq!(said(&harness), 1);
     let rig = Rig::open("dual-wall").expect("a shipped rig");

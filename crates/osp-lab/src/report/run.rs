@@ -80,8 +80,7 @@ pub(super) struct Measured {
     visible: u64,
     /// Insertion time per polygon, nanoseconds, if the frame only inserted.
     insert_ns: Option<f64>,
-    /// In a box, so that a frame without occlusion culling takes little memory. A session may have millions of
-    /// frames.
+    /// Boxed, so that a frame without occlusion culling takes little memory. A session may have millions of frames.
     occlusion: Option<Box<OcclusionRecord>>,
 }
 

@@ -26,7 +26,7 @@ pub(crate) fn distinct<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<&'a str>
     found
 }
 
-/// A number with three digits; integers are complete.
+/// A number with three significant digits; integers in full.
 pub(super) fn number(value: f64) -> String {
     match value {
         x if x.fract() == 0.0 && (0.0..1.0e15).contains(&x) => thousands(x as u64),

@@ -27,7 +27,7 @@ pub(super) enum Passed {
     Gap,
     Stranger,
     TooFast,
-    /// Too many senders have joined just before; a later try counts.
+    /// Too many senders have joined recently; the sender may try again later.
     Crowded,
     /// The session is at its largest size.
     Full,

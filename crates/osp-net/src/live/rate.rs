@@ -78,8 +78,8 @@ impl JoinRate {
         self.waited.map_or(full, |waited| waited.at(now_nanos, 1_000_000_000, most))
     }
 
-    /// Whether one more sender may join at this time. Call [`JoinRate::note`] if the join counts. If the clock goes back,
-    /// waiting begins again, so that a time stamp from the future does not close the session until then.
+    /// Whether one more sender may join at this time. Call [`JoinRate::note`] if the join counts. If the clock goes
+    /// back, waiting begins again. Otherwise one time stamp from the future would block the session for long.
     pub(super) fn allow(&mut self, now_nanos: u64) -> bool {
         if let Some(waited) = &mut self.waited {
             waited.at_nanos = waited.at_nanos.min(now_nanos);

@@ -16,7 +16,7 @@ pub const MISSES: u32 = 3;
 const ANSWERS: u32 = 20;
 /// Least time that a frame waits.
 const LEAST_PATIENCE: Duration = Duration::from_millis(15);
-/// A node whose answer has differed counts as well again after this time without a difference.
+/// A node whose result differed counts as correct again after this time without a difference.
 const WELL: Duration = Duration::from_secs(1);
 /// Silence after which a node counts as gone.
 const SILENCE: Duration = Duration::from_millis(1500);

@@ -308,7 +308,7 @@ impl HzbView {
     }
 }
 
-/// Number of groups of a handle that have a polygon.
+/// Number of groups of a cluster that have a polygon.
 fn groups_in(handle: &Handle, of_group: u32) -> u32 {
     let group = u64::MAX >> (CLUSTER as u32 - of_group);
     let firsts = (0..CLUSTER).step_by(of_group as usize);

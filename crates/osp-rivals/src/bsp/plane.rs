@@ -15,7 +15,7 @@ const MIN_AREA: f64 = 1.0e-9;
 /// convex piece.
 pub(super) const MAX_CORNERS: usize = 64;
 
-/// The plane of a node, as thick as the bend of its polygon.
+/// The plane of a node, with a tolerance for its polygon's deviation from flat.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SplitPlane {
     normal: DVec3,

@@ -170,7 +170,7 @@ fn notes(kept: &KeptStrokes, [opaque, lost]: [u64; 2], stand_ins: &BTreeMap<&str
         (polygons, "polygon that no stroke drew", "polygons that no stroke drew"),
         (lost, "stroke at infinity or shrunk to a point", "strokes at infinity or shrunk to a point"),
         (kept.heads(), "recorded pose of a head", "recorded poses of a head"),
-        (kept.scene().views().len() as u64, "remembered view", "remembered views"),
+        (kept.scene().views().len() as u64, "saved view", "saved views"),
     ];
     for (count, one, several) in left_out {
         if count > 0 {

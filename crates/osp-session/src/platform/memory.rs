@@ -29,7 +29,7 @@ static FILES: Mutex<Files> =
 
 struct Files {
     by_name: BTreeMap<PathBuf, Arc<Node>>,
-    /// Each change has a different time.
+    /// The clock: advances by one with each change.
     ticks: u64,
     changed: BTreeSet<PathBuf>,
 }

@@ -31,7 +31,7 @@ pub(super) struct Node {
     pub vertices: u32,
 }
 
-/// The control points of a ribbon whose pieces share their edges, each with a frame.
+/// The control points of a ribbon whose pieces share their edges; each point has a frame.
 #[derive(Clone, Debug)]
 pub(super) struct Track {
     brush: &'static Brush,

@@ -55,7 +55,7 @@ const NOTES: [&str; 4] = [
 
 /// Number of nearest polygons per query.
 const NEIGHBOURS: usize = 8;
-/// Number of polygons that a frame of the growing model inserts, and of rays that it casts.
+/// Number of polygons inserted, and of rays cast, in a frame of the growing model.
 const BATCH: usize = 8;
 /// Largest number of frames of the growing model.
 const FRAMES: usize = 60;

@@ -489,7 +489,7 @@ pub(super) fn deckled(u: f32, v: f32) -> f32 {
     solid(0.8 + 0.12 * rim - aside(v), 0.5)
 }
 
-/// A band from whose rims ink has leaked, without ends.
+/// An endless band with ink that bleeds from its edges.
 pub(super) fn leaky(u: f32, v: f32) -> f32 {
     let rim = octaves(u, (v > 0.5) as u8 as f32 * 0.5, (6, 2), 3, 29) - 0.5;
     solid(0.74 + 0.5 * rim - aside(v), 0.5)
