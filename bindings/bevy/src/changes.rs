@@ -47,7 +47,7 @@ pub(crate) struct Changes<'w, 's> {
 
 /// The content of one message or tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Heard {
+pub(crate) enum Received {
     /// The entity is new or has changed.
     Changed {
         entity: Entity,
@@ -82,23 +82,23 @@ impl Changes<'_, '_> {
         self.taken_in.clear();
     }
 
-    /// Passes on all changes since the last run of the system, until `hear` stops. An entity may appear several times.
-    pub(crate) fn follow(&mut self, mut hear: impl FnMut(Heard) -> ControlFlow<()>) -> ControlFlow<()> {
+    /// Passes on all changes since the last run of the system, until `take` stops. An entity may appear several times.
+    pub(crate) fn follow(&mut self, mut take: impl FnMut(Received) -> ControlFlow<()>) -> ControlFlow<()> {
         for entity in self.no_transform.read() {
-            hear(Heard::Gone(entity))?;
+            take(Received::Gone(entity))?;
         }
         for entity in &self.left_out {
-            hear(Heard::Gone(entity))?;
+            take(Received::Gone(entity))?;
         }
         let altered = self.no_aabb.read().chain(self.no_sphere.read());
         for entity in altered.chain(self.culled_again.read()).chain(self.taken_in.read()) {
             // A removed entity is not in the query.
             if let Ok((_, _, aabb, sphere, no_culling, _)) = self.entities.get(entity) {
                 let has_bounds = no_culling.is_none() && (aabb.is_some() || sphere.is_some());
-                hear(Heard::Changed { entity, has_bounds })?;
+                take(Received::Changed { entity, has_bounds })?;
             }
         }
-        self.for_each_changed(|entity, has_bounds| hear(Heard::Changed { entity, has_bounds }))
+        self.for_each_changed(|entity, has_bounds| take(Received::Changed { entity, has_bounds }))
     }
 
     /// Whether more than `most` entities have changed since the last run of the system.
@@ -112,7 +112,7 @@ impl Changes<'_, '_> {
     }
 
     /// Passes on each entity that is new or has changed since the last run of the system, and whether it has bounds.
-    fn for_each_changed(&self, mut hear: impl FnMut(Entity, bool) -> ControlFlow<()>) -> ControlFlow<()> {
+    fn for_each_changed(&self, mut take: impl FnMut(Entity, bool) -> ControlFlow<()>) -> ControlFlow<()> {
         let tables = self.entities.contiguous_iter().expect("Bevy keeps these components in tables");
         for (entities, transforms, aabbs, spheres, no_culling, view_visibilities) in tables {
             let (last_run, this_run) = (transforms.last_run_tick(), transforms.this_run_tick());
@@ -135,7 +135,7 @@ impl Changes<'_, '_> {
                 }
                 for row in rows {
                     if columns.iter().flatten().any(|column| is_newer(&column[row])) {
-                        hear(entities[row], has_bounds)?;
+                        take(entities[row], has_bounds)?;
                     }
                 }
             }
@@ -144,10 +144,10 @@ impl Changes<'_, '_> {
     }
 
     /// Passes on every entity, and whether it has bounds.
-    pub(crate) fn for_each(&self, mut hear: impl FnMut(Entity, bool, &GlobalTransform)) {
+    pub(crate) fn for_each(&self, mut take: impl FnMut(Entity, bool, &GlobalTransform)) {
         for (entity, transform, aabb, sphere, no_culling, _) in &self.entities {
             let has_bounds = no_culling.is_none() && (aabb.is_some() || sphere.is_some());
-            hear(entity, has_bounds, &transform);
+            take(entity, has_bounds, &transform);
         }
     }
 

@@ -8,7 +8,7 @@ use osp::{glam::Vec3, math::Aabb as WorldBox, polygon::VisibleBlocks};
 
 use crate::{
     bounds::osp_frustum,
-    changes::{Changes, Heard},
+    changes::{Changes, Received},
     distinct::Distinct,
     entities::Entities,
     settings::OspCullingSettings,
@@ -116,7 +116,7 @@ impl OspCulling {
             } else if changes.has_missed() {
                 self.begin(changes, entities);
             } else {
-                self.hear(settings, changes, entities);
+                self.apply(settings, changes, entities);
             }
         } else if is_large && self.frames > self.wait_frames {
             if changes.are_more_changed_than(most_mean(settings, entities)) {
@@ -139,14 +139,14 @@ impl OspCulling {
     }
 
     /// Updates the index with the changes, unless there are too many.
-    fn hear(&mut self, settings: &OspCullingSettings, changes: &mut Changes<'_, '_>, entities: usize) {
+    fn apply(&mut self, settings: &OspCullingSettings, changes: &mut Changes<'_, '_>, entities: usize) {
         let most = OspCullingSettings::part(settings.most_moved_at_once, entities);
         let mut left = most;
         let followed = &mut self.entities;
         let flow = changes.follow(|heard| {
             match heard {
-                Heard::Gone(entity) => followed.forget(entity),
-                Heard::Changed { entity, has_bounds } => {
+                Received::Gone(entity) => followed.forget(entity),
+                Received::Changed { entity, has_bounds } => {
                     if left == 0 || followed.note(entity, has_bounds).is_err() {
                         return ControlFlow::Break(());
                     }

@@ -104,7 +104,7 @@ struct Look {
 impl Default for OcclusionSteps {
     fn default() -> Self {
         Self {
-            form: ShadowForm::Sound,
+            form: ShadowForm::Conservative,
             occluders: FEW,
             planes: 0,
             look: None,

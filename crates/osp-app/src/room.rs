@@ -198,7 +198,7 @@ impl Room {
         out.clear();
         let eyes = self.stereo.eyes();
         let screens = self.rig.as_ref().map_or(1, |rig| rig.screens.len());
-        let on_walls = self.rig.as_ref().is_some_and(Rig::asks_for_windows);
+        let on_walls = self.rig.as_ref().is_some_and(Rig::needs_windows);
         for screen in 0..screens {
             for &eye in eyes {
                 let shown_at = self.shown_at(eye);

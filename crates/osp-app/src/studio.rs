@@ -123,18 +123,18 @@ impl Studio {
             last_aspect: 1.0,
             last_height_px: 1.0,
         };
-        studio.meet_session(None);
+        studio.take_session(None);
         studio.offer_edits();
         studio
     }
 
     /// Starts to show a new session: inserts its model into the index, unless `indexed` already contains it, and shows
     /// the whole model.
-    pub(super) fn meet_session(&mut self, indexed: Option<Indexed>) {
+    pub(super) fn take_session(&mut self, indexed: Option<Indexed>) {
         // The whole model is inserted at once, so its changes are not needed.
         self.session.take_changes(&mut Vec::new());
         self.pending = Pending { is_other_scene: true, ..Pending::default() };
-        self.input.meet_session();
+        self.input.take_session();
         self.forget_steps();
         self.frozen = None;
         let bounds = self.session.bounds();
@@ -197,7 +197,7 @@ impl Studio {
             self.work.unwritten.get_or_insert(unwritten);
         }
         self.take_up_time();
-        self.meet_session(indexed);
+        self.take_session(indexed);
         self.offer_edits();
     }
 

@@ -45,13 +45,13 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
         }
     };
     let forms: &[ShadowForm] = match args.form {
-        Form::Sound => &[ShadowForm::Sound],
+        Form::Conservative => &[ShadowForm::Conservative],
         Form::Paper => &[ShadowForm::Paper],
-        Form::Both => &[ShadowForm::Sound, ShadowForm::Paper],
+        Form::Both => &[ShadowForm::Conservative, ShadowForm::Paper],
     };
     ensure!(
         kind != OutputKind::Dot || forms.len() == 1,
-        "{}: a .dot holds one tree: expected --form sound or paper",
+        "{}: a .dot holds one tree: expected --form conservative or paper",
         args.out.display()
     );
     ensure!(args.every.is_none() || kind == OutputKind::Gif, "--every: expected a name that ends in .gif");

@@ -31,16 +31,16 @@ pub(super) struct DrawOcclusionArgs {
     /// File of the picture: .svg, .png or .gif, or .dot for the tree.
     #[arg(value_name = "OUT")]
     pub(super) out: PathBuf,
-    /// Form of the tree: the `sound` one (`msvbsp`), that of the `paper` (`msvbsp-paper`), which hides visible polygons, or
+    /// Form of the tree: the `conservative` one (`msvbsp`), that of the `paper` (`msvbsp-paper`), which hides visible polygons, or
     /// `both` side by side.
-    #[arg(long, value_enum, default_value_t = Form::Sound)]
+    #[arg(long, value_enum, default_value_t = Form::Conservative)]
     pub(super) form: Form,
     /// Place of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`. `orbit` circles
     /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     pub(super) camera: CameraChoice,
     /// Position of the eye, in place of --camera, in the form of a recording's header: `(p: (x, y, z), q: (x, y, z, w),
-    /// fov_degrees: 60)` is the eye in metres, the turn from view to world, and the vertical field of view.
+    /// fov_degrees: 60)` is the eye in metres, the rotation from view to world, and the vertical field of view.
     #[arg(long, conflicts_with = "camera")]
     pub(super) view: Option<Camera>,
     /// Largest number of occluders.
@@ -63,7 +63,8 @@ pub(super) struct DrawOcclusionArgs {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Form {
     /// The conservative form.
-    Sound,
+    #[value(alias = "sound")]
+    Conservative,
     /// The paper's form.
     Paper,
     /// Both, side by side.

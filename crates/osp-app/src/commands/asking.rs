@@ -196,6 +196,6 @@ impl Studio {
             Err(error) => self.show_message(error.to_string()),
         }
         self.take_up_time();
-        self.meet_session(None);
+        self.take_session(None);
     }
 }

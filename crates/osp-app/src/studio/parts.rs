@@ -83,7 +83,7 @@ pub(crate) struct Input {
 
 impl Input {
     /// Drops all state that belongs to the previous session.
-    pub(crate) fn meet_session(&mut self) {
+    pub(crate) fn take_session(&mut self) {
         (self.brush.layer, self.twins) = (0, Twins::default());
         (self.selection, self.bounds_of) = (Selection::default(), None);
         (self.replaced, self.measured) = (Replaced::default(), None);

@@ -54,4 +54,4 @@ pub use message::{BrushChoice, Message};
 pub use osc::{osc_keyed, osc_packet, parse_osc};
 pub use senders::Senders;
 pub use source::{Came, Counts, Tracker, TrackerAddress, TrackerError};
-pub use watch::{Heard, Watch};
+pub use watch::{Received, Watch};

@@ -29,7 +29,7 @@ pub struct Watch {
 
 /// A pose that has arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Heard {
+pub struct Received {
     /// Time of arrival.
     pub at: Instant,
     /// Pose in tracker space: position, tracker from body.
@@ -42,7 +42,7 @@ pub struct Heard {
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Body {
-    last: Option<Heard>,
+    last: Option<Received>,
     /// The start of the count, and the number of poses since.
     counting: Option<(Instant, u32)>,
     /// Poses per second at the last count.
@@ -50,7 +50,7 @@ struct Body {
 }
 
 impl Body {
-    fn note(&mut self, heard: Heard) {
+    fn note(&mut self, heard: Received) {
         if self.last.is_some_and(|last| heard.at.saturating_duration_since(last.at) > SILENCE) {
             (self.counting, self.rate) = (None, 0.0);
         }
@@ -75,11 +75,16 @@ impl Watch {
     pub fn note(&mut self, at: Instant, in_tracker: &Message, in_room: &Message) {
         match (in_tracker, in_room) {
             (Message::Head { p, q }, &Message::Head { p: room_p, q: room_q }) => {
-                self.head.note(Heard { at, in_tracker: (*p, *q), in_room: (room_p, room_q), pressure: 0.0 });
+                self.head.note(Received {
+                    at,
+                    in_tracker: (*p, *q),
+                    in_room: (room_p, room_q),
+                    pressure: 0.0,
+                });
             }
             (Message::Hand { p, q, .. }, &Message::Hand { hand, p: room_p, q: room_q, pressure }) => {
                 self.last_hand = hand;
-                self.hands.entry(hand).or_default().note(Heard {
+                self.hands.entry(hand).or_default().note(Received {
                     at,
                     in_tracker: (*p, *q),
                     in_room: (room_p, room_q),
@@ -101,17 +106,17 @@ impl Watch {
     }
 
     /// The head's last pose.
-    pub fn head(&self) -> Option<Heard> {
+    pub fn head(&self) -> Option<Received> {
         self.head.last
     }
 
     /// The last pose of the hand of the last message.
-    pub fn hand(&self) -> Option<Heard> {
+    pub fn hand(&self) -> Option<Received> {
         self.hand_of(self.last_hand)
     }
 
     /// The last pose of a hand.
-    pub fn hand_of(&self, hand: u8) -> Option<Heard> {
+    pub fn hand_of(&self, hand: u8) -> Option<Received> {
         self.hands.get(&hand)?.last
     }
 

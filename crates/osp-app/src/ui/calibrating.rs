@@ -4,7 +4,7 @@ use egui::{Align2, ComboBox, Context, Window};
 use glam::Vec3;
 
 use super::wishes::Wishes;
-use crate::{command::Command, studio::Studio, tracker::Heard};
+use crate::{command::Command, studio::Studio, tracker::Received};
 use osp_session::{
     platform::time::Instant,
     rig::{Calibration, RoomFromTracker, Screen},
@@ -145,6 +145,6 @@ fn result(ui: &mut egui::Ui, found: &Calibration, wishes: &mut Wishes) -> bool {
 }
 
 /// Age of a pose, seconds.
-pub(super) fn age_secs(heard: &Heard) -> f32 {
+pub(super) fn age_secs(heard: &Received) -> f32 {
     Instant::now().saturating_duration_since(heard.at).as_secs_f32()
 }

@@ -14,7 +14,7 @@ use super::{
 use crate::{
     command::Command,
     studio::Studio,
-    tracker::{Heard, Tracker},
+    tracker::{Received, Tracker},
 };
 use osp::math::rotate;
 use osp_session::{
@@ -212,7 +212,7 @@ fn plan(ui: &mut Ui, studio: &Studio) {
     }
 }
 
-fn shade(heard: &Heard, color: Color32) -> Color32 {
+fn shade(heard: &Received, color: Color32) -> Color32 {
     if age_secs(heard) > LOST_SECS { LOST } else { color }
 }
 

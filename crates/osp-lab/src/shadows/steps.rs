@@ -14,19 +14,19 @@ use osp_rivals::occlusion::{MsvbspPaper, PaperCaps};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShadowForm {
     /// The conservative one.
-    Sound,
+    Conservative,
     /// The one that the paper prints, with caps.
     Paper,
 }
 
 impl ShadowForm {
     /// All forms.
-    pub const ALL: [Self; 2] = [Self::Sound, Self::Paper];
+    pub const ALL: [Self; 2] = [Self::Conservative, Self::Paper];
 
     /// Its name among the methods of occlusion culling.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Sound => "msvbsp",
+            Self::Conservative => "msvbsp",
             Self::Paper => "msvbsp-paper",
         }
     }
@@ -34,7 +34,7 @@ impl ShadowForm {
     fn tree(self, window: &ViewWindow, occluders: &[ShadowVolume]) -> ShadowTree {
         let node_budget = node_budget(occluders.len());
         match self {
-            Self::Sound => {
+            Self::Conservative => {
                 let mut culler = Msvbsp::new(MsvbspConfig { node_budget, ..MsvbspConfig::default() });
                 culler.build(window, occluders);
                 culler.tree().clone()
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn four_planes_of_a_square_leave_one_cell_in_its_shadow() {
-        for form in [ShadowForm::Sound, ShadowForm::Paper] {
+        for form in [ShadowForm::Conservative, ShadowForm::Paper] {
             let step = step_of(form, 9);
             let whole = step.structure();
             assert_eq!((whole.planes(), whole.levels(), whole.nodes().len()), (4, 4, 9));

@@ -83,7 +83,7 @@ pub(super) async fn talk(
     wake: &(dyn Fn() + Send),
     shared: &Shared,
 ) -> Result<(), LiveError> {
-    let speaks = match &options.role {
+    let may_send = match &options.role {
         Role::Author(who) => Some((who.clone(), new_sender())),
         Role::Watcher => None,
     };
@@ -95,7 +95,7 @@ pub(super) async fn talk(
         wake,
         shared,
         complaints: Arc::default(),
-        member: Member::new(speaks),
+        member: Member::new(may_send),
         state: Connection::Connecting,
         made: None,
         read_up_to: 0,

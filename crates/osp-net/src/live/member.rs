@@ -66,10 +66,10 @@ pub(super) struct Member {
 
 impl Member {
     /// A member that draws, with its name and sender number, or a member that watches (`None`).
-    pub(super) fn new(speaks: Option<(Who, Sender)>) -> Self {
+    pub(super) fn new(may_send: Option<(Who, Sender)>) -> Self {
         Self {
             log: Log::default(),
-            outbox: speaks.map(|(who, sender)| Outbox::new(who, sender)),
+            outbox: may_send.map(|(who, sender)| Outbox::new(who, sender)),
             presence: Presence::default(),
             counts: Counts::default(),
             latency_us: Histogram::new_with_bounds(1, 3_600_000_000, 3).expect("bounds and digits that fit"),
@@ -116,7 +116,7 @@ impl Member {
     }
 
     /// Whether this member draws.
-    pub(super) fn speaks(&self) -> bool {
+    pub(super) fn may_send(&self) -> bool {
         self.outbox.is_some() && !self.has_left
     }
 
@@ -223,7 +223,7 @@ impl Member {
 
     /// A message about an author who was silent for a long time. Every member sends it; the first one counts.
     pub(super) fn message_of_absence(&mut self, now: Duration) -> Option<Outgoing> {
-        let outbox = self.outbox.as_ref().filter(|_| self.speaks())?;
+        let outbox = self.outbox.as_ref().filter(|_| self.may_send())?;
         outbox.author()?;
         let author = self.presence.gone(now, Some(outbox.sender()))?;
         let number = self.log.next_of(Sender::HOST);

@@ -252,7 +252,7 @@ impl Rig {
     }
 
     /// Whether the rig's screens are shown in separate windows.
-    pub fn asks_for_windows(&self) -> bool {
+    pub fn needs_windows(&self) -> bool {
         self.stereo == Stereo::Windows || self.screens.iter().any(|screen| !screen.outputs.is_empty())
     }
 

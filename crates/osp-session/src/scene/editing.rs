@@ -103,7 +103,7 @@ impl Scene {
     }
 
     /// Reports the strokes that became visible or invisible in this frame.
-    pub(super) fn tell_of_visibility(&mut self, changes: &mut Vec<Change>) {
+    pub(super) fn note_visibility(&mut self, changes: &mut Vec<Change>) {
         let mut to_tell = std::mem::take(&mut self.to_tell);
         for Untold { stroke: at, was_visible, first_new } in to_tell.drain(..) {
             let Some(stroke) = self.strokes.get_mut(at as usize) else { continue };

@@ -321,7 +321,7 @@ impl Scene {
     fn end_batch(&mut self, changes: &mut Vec<Change>) {
         self.hangings.settle(&mut self.groups);
         self.paint(changes);
-        self.tell_of_visibility(changes);
+        self.note_visibility(changes);
         self.place_displaced(changes);
     }
 
