@@ -19,7 +19,7 @@ const python = process.env.PYTHON ?? 'python3';
 const browsers = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
 const executablePath = browsers.find((path) => path && existsSync(path));
 const corpus = process.env.OSP_CORPUS;
-const own = ['tilt/tb_Intro_Intro_Sketch_Simple.tilt', 'tilt/tb_Promoted_TiltMech.tilt'];
+const own = ['tilt/tb_Intro_Intro_Sketch_Simple.tilt', 'tilt/ob_002-muse_by_Kouji_Matsuda.tilt'];
 const sketches = positionals.length > 0 ? positionals : corpus ? own.map((name) => join(corpus, name)) : [];
 const atLeast = Number(values['at-least'] ?? (positionals.length > 0 ? 0 : 70));
 

@@ -19,7 +19,7 @@ use super::{
 };
 
 /// Width and height of the texture of a brush whose light is brighter than white, texels.
-const GLARE_SIDE: usize = 32;
+const GLARE_SIDE: usize = 16;
 /// Share of a star's blaze that its texture stores; the rest is in the alpha of its corners.
 const STAR: f32 = 8.0;
 /// Repetitions of a streamer for each of its texture, the mean of its five lines.
