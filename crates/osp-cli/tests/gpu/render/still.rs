@@ -8,7 +8,7 @@ use osp::view::View;
 use osp_render::{Gpu, Image, Layer, Offscreen, RendererConfig};
 use osp_session::{
     brush::{self, Brush, Draw, Family, Outline, Seen, Still, texture},
-    recording::{Author, Environment, Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Environment, Event, NormalRule, Paint, StrokeId, Tool},
     scene::Scene,
 };
 use osp_testkit::events::Begin;
