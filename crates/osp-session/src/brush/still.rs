@@ -1,9 +1,9 @@
 //! Brushes at rest, for formats without shaders: the light and colours of a brush at time 0 as a texture, and as a
 //! colour at each corner.
 //!
-//! The renderer's shaders draw the same in motion; a test of the program holds both against each other. What a file
-//! cannot store is a mean: colours that change with the view, light that spreads, and lines whose number depends on the
-//! stroke's colour.
+//! The renderer's shaders draw the same in motion; a test of the program holds both against each other, for ribbons.
+//! What a file cannot store is a mean: colours that change with the view, light that spreads, and lines whose number
+//! depends on the stroke's colour.
 
 use std::f32::consts::{PI, TAU};
 
