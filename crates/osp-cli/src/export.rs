@@ -27,10 +27,14 @@ use osp_session::{
 /// `osp convert` does this for whole folders, and also writes sketches of Tilt Brush: this command writes the polygons
 /// of one frame, but a .tilt file has the strokes of a whole session.
 ///
-/// The file has a mesh for each layer or stroke, in metres, +y up, with the colours of the strokes at the vertices.
-/// Each brush has a material: unlit brushes use KHR_materials_unlit, brushes of light KHR_materials_emissive_strength.
-/// Some brushes look different in other programs. glTF cannot add light, so brushes of light are blended. Textures are
-/// not exported, so cut-out brushes are whole ribbons. Particles face the session's camera, not the eye.
+/// The file has a mesh for each layer or stroke, in metres, +y up, with the colours of the strokes at the vertices, and the
+/// session's camera. Each brush has a material and a texture: unlit brushes and brushes of light use KHR_materials_unlit,
+/// others KHR_materials_specular. Lights use KHR_lights_punctual, up to eight, because glTF has no ambient light. The
+/// scene's extras describe sky and fog.
+///
+/// Some brushes look different in other programs. glTF cannot add light, so brushes of light are blended by their
+/// brightness, without halos. Moving brushes stand still. Particles and soap films face the session's camera, not the
+/// eye. --static writes one mesh with few materials and no times, for viewers and the web.
 ///
 /// Each vertex carries two numbers of osp: _TIMESTAMP and _STROKE. _TIMESTAMP is the time from the session's beginning until
 /// the polygon was drawn, seconds; with this attribute Blender can let the drawing grow. _STROKE is the number of the stroke
@@ -40,6 +44,7 @@ use osp_session::{
 #[command(after_help = "Examples:
   osp export sketch.tilt sketch.glb
   osp export recordings/portrait.ron portrait.glb --objects strokes
+  osp export sketch.tilt web.glb --static
   osp export sketch.tilt half.glb --frame 200")]
 pub(super) struct ExportArgs {
     #[command(flatten)]
@@ -50,6 +55,9 @@ pub(super) struct ExportArgs {
     /// Parts of the session that become objects of the file.
     #[arg(long, value_enum, default_value_t = ObjectsArg::Layers)]
     objects: ObjectsArg,
+    /// Write one object with few draw calls and smaller vertices, without _TIMESTAMP and _STROKE.
+    #[arg(long = "static", conflicts_with = "objects")]
+    is_static: bool,
     /// Let the model replace a file of another kind, but never the session.
     #[arg(long)]
     force: bool,
@@ -67,6 +75,7 @@ pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
     let output =
         Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, OutputKind::Glb)?;
     let objects = match args.objects {
+        _ if args.is_static => Objects::Whole,
         ObjectsArg::Layers => Objects::Layers,
         ObjectsArg::Strokes => Objects::Strokes,
     };
@@ -98,6 +107,8 @@ pub(super) fn write_model(session: &FrameArgs, objects: Objects, output: &Output
         layer_names: header.layers.iter().map(|layer| layer.name.clone()).collect(),
         times: Some(times),
         eye_in_world: header.camera.map(|camera| camera.p),
+        camera: header.camera,
+        environment: header.environment.map(|environment| *environment),
     };
     let name = session.file.file_stem().unwrap_or_default().to_string_lossy();
     let mut file = output.create()?;

@@ -49,11 +49,14 @@ impl Studio {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let times = self.session.find_times();
         let eye_in_world = Some(self.navigator.eye());
+        let header = self.session.header();
+        let (camera, environment) = (header.camera, header.environment.as_deref().cloned());
         let scene = self.scene().clone();
         let kind = Kind::Writing { count: scene.counts().visible, of: "polygons" };
         self.write_beside(path, kind, move |file, progress| {
             let times = Some(times(&|| progress.note(0)));
-            let options = ExportOptions { times, eye_in_world, ..ExportOptions::default() };
+            let options =
+                ExportOptions { times, eye_in_world, camera, environment, ..ExportOptions::default() };
             let counts = write_glb_watched(&scene, &name, &options, file, &|done| progress.note(done))?;
             Ok((counts.polygons, Exported::Model(counts)))
         });

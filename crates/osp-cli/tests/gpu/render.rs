@@ -22,6 +22,7 @@ mod rigs;
 mod scenes;
 mod shadows;
 mod stale;
+mod still;
 mod thumbs;
 mod unseen;
 mod wgsl_grammar;

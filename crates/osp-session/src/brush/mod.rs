@@ -5,10 +5,12 @@
 //!
 //! Depends on no other module.
 
+mod still;
 mod surface;
 mod table;
 pub mod texture;
 
+pub use still::{Seen, Still};
 pub(crate) use surface::UV_PERIOD;
 pub use surface::{Surface, UV_LIMIT};
 pub use table::{all, find};

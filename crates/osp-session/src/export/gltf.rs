@@ -9,17 +9,23 @@ use glam::Vec3;
 use thiserror::Error;
 
 use super::{
-    gltf_json::{Object, document},
-    gltf_material::{Material, linear_color},
+    gltf_json::{Document, Object, aligned},
+    gltf_material::Materials,
+    gltf_options::{ExportOptions, Objects},
     gltf_part::Part,
-    times::PolygonTimes,
 };
-use crate::scene::{Scene, Stroke};
-use osp::polygon::PolygonId;
+use crate::{
+    brush::Seen,
+    recording::Environment,
+    scene::{Scene, Stroke},
+};
+use osp::polygon::{ConvexPolygon, PolygonId};
 
 const GLB_MAGIC: u32 = 0x4654_6c67;
 const JSON_CHUNK: u32 = 0x4e4f_534a;
 const BIN_CHUNK: u32 = 0x004e_4942;
+/// How straight a polygon is seen by an eye that is anywhere: the mean over all directions.
+const SLANTED: f32 = 0.5;
 
 /// The reason why a model was not exported.
 #[derive(Debug, Error)]
@@ -33,30 +39,6 @@ pub enum ExportError {
     /// The user has cancelled the export.
     #[error("writing it was cancelled")]
     Cancelled,
-}
-
-/// Content of an object of the exported file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Objects {
-    /// A layer of the session.
-    #[default]
-    Layers,
-    /// A stroke.
-    Strokes,
-}
-
-/// Options of an export.
-#[derive(Clone, Debug, Default)]
-pub struct ExportOptions {
-    /// Content of an object.
-    pub objects: Objects,
-    /// Names of the layers, by their numbers.
-    pub layer_names: Vec<String>,
-    /// The times at which the polygons were drawn, if the file is to contain them.
-    pub times: Option<PolygonTimes>,
-    /// The eye, world space, metres, to which the polygons that face the eye are turned. A mesh cannot turn, so
-    /// their orientation in the file is fixed.
-    pub eye_in_world: Option<Vec3>,
 }
 
 /// Counts of exported parts.
@@ -75,14 +57,18 @@ pub struct GltfCounts {
     pub turned: u64,
 }
 
-/// Writes the visible polygons of a scene as one binary glTF file: a mesh for each layer or stroke, a material for each
-/// brush, with the strokes' colours at the vertices. Positions are in world space, metres.
+/// Writes the visible polygons of a scene as one binary glTF file: a mesh for each layer or stroke, a material and a
+/// texture for each brush, with the strokes' colours at the vertices. Positions are in world space, metres.
 ///
 /// Two attributes are osp's own, floats at each vertex: `_TIMESTAMP`, seconds from the session's beginning until the polygon
 /// was drawn (with [`ExportOptions::times`]), and `_STROKE`, the number of the stroke, -1 for polygons without one.
+/// [`Objects::Whole`] has neither.
 ///
-/// glTF has neither textures that grow with a stroke nor additive light. Cut-out brushes are exported whole. Brushes
-/// of light become emissive surfaces, and the background shines through them.
+/// Brushes look as at time 0: [`Still`](crate::brush::Still). glTF has no additive light. So strokes of light are blended,
+/// with an alpha that is as large as their light is bright, and dark light covers nothing.
+///
+/// The lights of the file light a matte surface as the session's lights and ambient light do. The scene's `extras` have
+/// the sky and the fog.
 ///
 /// # Errors
 /// The output fails, or the model does not fit the format.
@@ -111,7 +97,9 @@ pub fn write_glb_watched(
     const ASKED_AFTER: usize = 4096;
     let mut counts = GltfCounts::default();
     let mut objects = BTreeMap::<u64, Object>::new();
-    let mut materials = Vec::<Material>::new();
+    let light = options.environment.as_ref().map_or(Vec3::ONE, mean_light);
+    let is_whole = options.objects == Objects::Whole;
+    let mut materials = if is_whole { Materials::shared() } else { Materials::default() };
     for (at, id) in scene.visible_ids().enumerate() {
         if at % ASKED_AFTER == 0 && !go_on(at as u64) {
             return Err(ExportError::Cancelled);
@@ -130,19 +118,19 @@ pub fn write_glb_watched(
         if !scene.has_area(id) {
             continue;
         }
-        let material = Material::of(stroke);
-        let material = materials.iter().position(|known| *known == material).unwrap_or_else(|| {
-            materials.push(material);
-            materials.len() - 1
-        });
-        let (key, object_name) = object_of(id, stroke, options);
+        let material = materials.number_of(stroke);
+        let (key, object_name) = object_of(id, stroke, name, options);
         let object =
             objects.entry(key).or_insert_with(|| Object { name: object_name(), parts: BTreeMap::new() });
         let secs = options.times.as_ref().map_or(0.0, |times| times.secs(id.index()));
         // Numbers from 2^24 on are rounded: the format has no attribute of 32-bit integers.
         let number = stroke.id().map_or(-1.0, |stroke| stroke.0 as f32);
-        let color = linear_color(stroke.color());
-        object.parts.entry(material).or_default().add(&polygon, &surface, color, [secs, number]);
+        let straight = options.eye_in_world.map_or(SLANTED, |eye| straightness(&polygon, eye));
+        let seen = Seen { straight, light };
+        let paint = |corner| materials.get(material).corner(stroke, &surface, corner, seen);
+        let part = object.parts.entry(materials.in_file(material));
+        let part = part.or_insert_with(|| if is_whole { Part::welded() } else { Part::default() });
+        part.add(&polygon, &surface, paint, [secs, number]);
         counts.polygons += 1;
         counts.turned += u64::from(surface.is_facing());
         counts.triangles += polygon.vertices().len() as u64 - 2;
@@ -150,8 +138,10 @@ pub fn write_glb_watched(
     let objects: Vec<Object> = objects.into_values().collect();
     counts.objects = objects.len() as u64;
     let parts = || objects.iter().flat_map(|object| object.parts.values());
-    let binary_bytes: usize = parts().map(Part::bytes).sum();
-    let mut json = document(name, &objects, &materials, options.times.is_some(), binary_bytes).into_bytes();
+    let images = materials.textures().images();
+    let binary_bytes = parts().map(Part::bytes).chain(images.iter().map(|image| aligned(image.len()))).sum();
+    let document = Document { name, objects: &objects, materials: &materials, options };
+    let mut json = document.text(binary_bytes).into_bytes();
     // Chunks are multiples of four bytes; JSON is filled up with spaces.
     json.resize(json.len().next_multiple_of(4), b' ');
     let binary_chunk = if binary_bytes > 0 { 8 + binary_bytes as u64 } else { 0 };
@@ -172,24 +162,45 @@ pub fn write_glb_watched(
                 out.write_all(&index.to_le_bytes())?;
             }
         }
+        for image in images {
+            out.write_all(image)?;
+            out.write_all(&[0; 4][..aligned(image.len()) - image.len()])?;
+        }
     }
     out.flush()?;
     Ok(counts)
+}
+
+/// Light on a matte surface, the mean over all directions.
+fn mean_light(environment: &Environment) -> Vec3 {
+    // The mean over a sphere of the part of it that a light shines on is a quarter.
+    environment.ambient + environment.lights.iter().map(|(_, color)| *color * 0.25).sum::<Vec3>()
+}
+
+/// How straight the eye sees a polygon: 1 straight on, 0 from its edge.
+fn straightness(polygon: &ConvexPolygon, eye_in_world: Vec3) -> f32 {
+    let corners = polygon.vertices();
+    let middle = corners.iter().sum::<Vec3>() / corners.len() as f32;
+    let normal = polygon.area_vector().normalize_or_zero();
+    normal.dot((eye_in_world - middle).normalize_or_zero()).abs()
 }
 
 /// Number and name of the exported object that a polygon belongs to.
 fn object_of<'a>(
     id: PolygonId,
     stroke: &'a Stroke,
+    file: &'a str,
     options: &'a ExportOptions,
 ) -> (u64, impl FnOnce() -> String + use<'a>) {
     let key = match (options.objects, stroke.id()) {
+        (Objects::Whole, _) => 0,
         (Objects::Layers, _) => u64::from(stroke.layer()),
         (Objects::Strokes, Some(stroke)) => u64::from(stroke.0),
         // Polygons that came without a stroke are one each.
         (Objects::Strokes, None) => 1 << 32 | u64::from(id.0),
     };
     let name = move || match (options.objects, stroke.id(), stroke.brush()) {
+        (Objects::Whole, ..) => file.to_owned(),
         (Objects::Layers, ..) => match options.layer_names.get(stroke.layer() as usize) {
             Some(name) if !name.is_empty() => name.clone(),
             _ => format!("layer {}", stroke.layer()),

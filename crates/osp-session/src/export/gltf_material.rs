@@ -1,92 +1,187 @@
+use std::collections::BTreeMap;
+
+use glam::Vec3;
 use serde_json::{Value, json};
 
+use super::gltf_texture::Textures;
 use crate::{
-    brush::{Brush, Draw, Effect, Lighting},
+    brush::{Brush, Draw, Effect, Lighting, Seen, Still, Surface},
     scene::Stroke,
 };
 
-/// A material of the exported file: the common properties of strokes of one brush. The material of a brush that
-/// emits light includes the colour, because glTF does not multiply emission by the colours of vertices.
-#[derive(Clone, Debug, PartialEq)]
+/// Reflectance at normal incidence of a material of glTF, before `KHR_materials_specular` multiplies it.
+const USUAL_F0: f32 = 0.04;
+
+/// Extensions of materials that a file uses, in the order of their names.
+const EXTENSIONS: [&str; 2] = ["KHR_materials_specular", "KHR_materials_unlit"];
+
+/// A material of the exported file: the common properties of strokes of one brush.
+#[derive(Clone, Debug)]
 pub(super) struct Material {
-    brush: Option<&'static Brush>,
+    /// The brush, its colours at rest, and its texture in the file.
+    brush: Option<(&'static Brush, Still, Option<usize>)>,
     /// Whether the background shines through.
     is_blended: bool,
-    /// Emitted colour, linear red, green, blue.
-    emitted: Option<[f32; 3]>,
+}
+
+/// The materials of a file.
+#[derive(Default)]
+pub(super) struct Materials {
+    /// Whether brushes whose materials differ in nothing but their names share one.
+    is_shared: bool,
+    /// Numbers of the materials, by the number of the brush, if there is one, and whether they are blended.
+    places: BTreeMap<(Option<u16>, bool), usize>,
+    all: Vec<Material>,
+    /// Place of each material in the file.
+    in_file: Vec<usize>,
+    /// The materials of the file.
+    json: Vec<Value>,
+    textures: Textures,
+}
+
+impl Materials {
+    /// Materials of which brushes share those that are equal.
+    pub(super) fn shared() -> Self {
+        Self { is_shared: true, ..Self::default() }
+    }
+
+    /// The number of the material of a stroke.
+    pub(super) fn number_of(&mut self, stroke: &Stroke) -> usize {
+        let brush = stroke.brush();
+        let is_blended = match brush {
+            Some(brush) => matches!(brush.draw, Draw::Additive | Draw::Blended),
+            None => stroke.color().3 < 1.0,
+        };
+        let key = (brush.map(Brush::number), is_blended);
+        if let Some(number) = self.places.get(&key) {
+            return *number;
+        }
+        let brush = brush.map(|brush| {
+            let still = Still::of(brush);
+            (brush, still, self.textures.number_of(brush, &still))
+        });
+        let material = Material { brush, is_blended };
+        let mut json = material.json();
+        let known = self.json.iter().position(|known| {
+            json["name"] = known["name"].clone();
+            self.is_shared && json == *known
+        });
+        self.in_file.push(known.unwrap_or_else(|| {
+            self.json.push(material.json());
+            self.json.len() - 1
+        }));
+        let number = self.all.len();
+        self.all.push(material);
+        self.places.insert(key, number);
+        number
+    }
+
+    /// A material by its number.
+    pub(super) fn get(&self, number: usize) -> &Material {
+        &self.all[number]
+    }
+
+    /// Place of a material in the file, by its number.
+    pub(super) fn in_file(&self, number: usize) -> usize {
+        self.in_file[number]
+    }
+
+    pub(super) fn textures(&self) -> &Textures {
+        &self.textures
+    }
+
+    pub(super) fn json(&self) -> Vec<Value> {
+        self.json.clone()
+    }
+
+    /// Names of the extensions that the materials use.
+    pub(super) fn extensions(&self) -> impl Iterator<Item = &'static str> {
+        let uses = |name: &&str| self.all.iter().any(|material| material.extension().0 == *name);
+        EXTENSIONS.into_iter().filter(uses)
+    }
 }
 
 impl Material {
-    pub(super) fn of(stroke: &Stroke) -> Self {
-        let color = linear_color(stroke.color());
-        let brush = stroke.brush();
-        let emits = brush.is_some_and(|brush| brush.emission_gain > 0.0);
-        let is_blended = match brush {
-            Some(brush) => matches!(brush.draw, Draw::Additive | Draw::Blended),
-            None => color[3] < 1.0,
-        };
-        Self { brush, is_blended, emitted: emits.then(|| [color[0], color[1], color[2]]) }
-    }
-
-    fn strength(&self) -> f32 {
-        let Some(brush) = self.brush else { return 1.0 };
-        match brush.effect {
-            // The core of a dot: a factor and no exponent.
-            Effect::Dots => 0.16 * brush.emission_gain,
-            Effect::Rainbow => (3.0 * brush.emission_gain).exp(),
-            _ => 2.0 * (10.0 * brush.emission_gain).exp(),
+    /// The corner of a polygon as a viewer of glTF shows it: colour, linear red, green, blue and alpha, and texture
+    /// coordinates.
+    pub(super) fn corner(
+        &self,
+        stroke: &Stroke,
+        surface: &Surface,
+        corner: usize,
+        seen: Seen,
+    ) -> ([f32; 4], [f32; 2]) {
+        let ((r, g, b, a), uv, own) = (stroke.color(), surface.uv(corner), surface.alpha(corner));
+        match &self.brush {
+            Some((_, still, _)) => {
+                (linear(still.paint(Vec3::new(r, g, b), own, uv, seen)), still.uv(uv).to_array())
+            }
+            None => (linear([r, g, b, a * own]), uv.to_array()),
         }
     }
 
-    /// Whether it needs `KHR_materials_unlit`.
-    pub(super) fn is_unlit(&self) -> bool {
-        self.emitted.is_none()
-            && self
-                .brush
-                .is_some_and(|brush| brush.lighting == Lighting::Unlit || brush.draw == Draw::Additive)
+    /// The extension that the material needs, and its contents.
+    fn extension(&self) -> (&'static str, Value) {
+        let Some((brush, ..)) = self.brush else { return ("", Value::Null) };
+        if brush.draw == Draw::Additive {
+            return ("KHR_materials_unlit", json!({}));
+        }
+        match brush.lighting {
+            Lighting::Unlit => ("KHR_materials_unlit", json!({})),
+            Lighting::Lambert => ("KHR_materials_specular", json!({ "specularFactor": 0.0 })),
+            Lighting::Specular { f0: (r, g, b), .. } => {
+                let factors = [r, g, b].map(|f0| linear_from_srgb(f0) / USUAL_F0);
+                ("KHR_materials_specular", json!({ "specularColorFactor": factors }))
+            }
+        }
     }
 
-    /// Whether it needs `KHR_materials_emissive_strength`.
-    pub(super) fn is_emissive(&self) -> bool {
-        self.emitted.is_some()
-    }
-
-    pub(super) fn json(&self) -> Value {
-        let name = match (self.brush, self.is_blended) {
-            (Some(brush), _) => brush.name.as_str(),
-            (None, false) => "opaque",
-            (None, true) => "transparent",
+    fn json(&self) -> Value {
+        let alpha_mode = match (&self.brush, self.is_blended) {
+            (_, true) => "BLEND",
+            (Some((brush, ..)), _) if brush.draw == Draw::Cutout => "MASK",
+            _ => "OPAQUE",
         };
-        let is_cut_out = self.brush.is_some_and(|brush| brush.draw == Draw::Cutout);
-        let roughness = match self.brush.map(|brush| brush.lighting) {
-            Some(Lighting::Specular { gloss, .. }) => 1.0 - gloss,
-            _ => 0.8,
+        let Some((brush, _, texture)) = self.brush else {
+            return json!({
+                "name": if self.is_blended { "transparent" } else { "opaque" },
+                "doubleSided": true,
+                "alphaMode": alpha_mode,
+                "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.8 },
+            });
         };
+        let roughness = match brush.lighting {
+            Lighting::Specular { gloss, .. } => 1.0 - gloss,
+            Lighting::Unlit | Lighting::Lambert => 0.8,
+        };
+        let is_mirror = brush.effect == Effect::Disco;
+        let mut surface =
+            json!({ "metallicFactor": if is_mirror { 1.0 } else { 0.0 }, "roughnessFactor": roughness });
+        if let Some(texture) = texture {
+            surface["baseColorTexture"] = json!({ "index": texture });
+        }
+        let (extension, contents) = self.extension();
         let mut json = json!({
-            "name": name,
+            "name": brush.name,
             "doubleSided": true,
-            "alphaMode": if self.is_blended { "BLEND" } else if is_cut_out { "MASK" } else { "OPAQUE" },
-            "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": roughness },
+            "alphaMode": alpha_mode,
+            "pbrMetallicRoughness": surface,
+            "extensions": { extension: contents },
         });
-        if is_cut_out && let Some(brush) = self.brush {
+        if alpha_mode == "MASK" {
             json["alphaCutoff"] = json!(brush.cutoff);
-        }
-        if let Some(color) = self.emitted {
-            json["emissiveFactor"] = json!(color);
-            json["extensions"] =
-                json!({ "KHR_materials_emissive_strength": { "emissiveStrength": self.strength() } });
-        } else if self.is_unlit() {
-            json["extensions"] = json!({ "KHR_materials_unlit": {} });
         }
         json
     }
 }
 
-/// Converts a colour to linear values, which glTF requires for vertices.
-pub(super) fn linear_color((r, g, b, a): (f32, f32, f32, f32)) -> [f32; 4] {
-    let linear = |c: f32| {
-        let c = c.clamp(0.0, 1.0);
-        if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-    };
-    [linear(r), linear(g), linear(b), a.clamp(0.0, 1.0)]
+/// Converts a colour and an alpha to linear values, which glTF requires for vertices.
+fn linear([r, g, b, a]: [f32; 4]) -> [f32; 4] {
+    let [r, g, b] = [r, g, b].map(|c| linear_from_srgb(c.clamp(0.0, 1.0)));
+    [r, g, b, a.clamp(0.0, 1.0)]
+}
+
+/// A channel of a colour, from sRGB. Numbers above 1 continue the curve.
+pub(super) fn linear_from_srgb(c: f32) -> f32 {
+    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
 }

@@ -6,14 +6,18 @@
 mod gltf;
 mod gltf_json;
 mod gltf_material;
+mod gltf_options;
 mod gltf_part;
+mod gltf_texture;
+mod gltf_view;
 mod kept_strokes;
 mod tilt;
 mod tilt_metadata;
 mod tilt_stroke;
 mod times;
 
-pub use gltf::{ExportError, ExportOptions, GltfCounts, Objects, write_glb, write_glb_watched};
+pub use gltf::{ExportError, GltfCounts, write_glb, write_glb_watched};
+pub use gltf_options::{ExportOptions, Objects};
 pub use kept_strokes::KeptStrokes;
 pub use tilt::{TiltCounts, write_tilt};
 pub use times::PolygonTimes;

@@ -58,8 +58,8 @@ fn every_brush_gets_the_material_that_its_facts_say() {
     assert!(stderr(&output).contains("particles face one way"), "{}", stderr(&output));
     let json = document(&folder.path().join("a.glb"));
     assert_eq!(list(&json, "nodes").len(), names.len());
-    assert_eq!(json["extensionsUsed"], json!(["KHR_materials_unlit", "KHR_materials_emissive_strength"]));
-    let (mut cut, mut unlit) = (0, 0);
+    assert_eq!(json["extensionsUsed"], json!(["KHR_materials_specular", "KHR_materials_unlit"]));
+    let (mut cut, mut unlit, mut textured) = (0, 0, 0);
     for brush in offered {
         let material = material(&json, &brush.name);
         let mode = match brush.draw {
@@ -72,12 +72,10 @@ fn every_brush_gets_the_material_that_its_facts_say() {
         cut += u32::from(brush.draw == Draw::Cutout);
         assert_eq!(material["doubleSided"], true);
         let extensions = &material["extensions"];
-        let strength = extensions["KHR_materials_emissive_strength"]["emissiveStrength"].as_f64();
-        assert_eq!(strength.is_some(), brush.emission_gain > 0.0, "{}: {extensions}", brush.name);
-        if let Some(strength) = strength {
-            assert!(strength > 1.0 && strength.is_finite(), "{}: {strength}", brush.name);
-            assert_eq!(material["emissiveFactor"][0], 1.0, "the stroke's red");
-        } else if brush.lighting == Lighting::Unlit {
+        let texture = material["pbrMetallicRoughness"]["baseColorTexture"]["index"].as_u64();
+        assert!(texture.is_some() || brush.picture.is_none(), "{} has no texture", brush.name);
+        textured += u32::from(texture.is_some());
+        if brush.lighting == Lighting::Unlit || brush.draw == Draw::Additive {
             assert!(extensions.get("KHR_materials_unlit").is_some(), "{}", brush.name);
             unlit += 1;
         } else if let Lighting::Specular { gloss, .. } = brush.lighting {
@@ -85,8 +83,51 @@ fn every_brush_gets_the_material_that_its_facts_say() {
             assert!((roughness - f64::from(1.0 - gloss)).abs() < 1e-6, "{}", brush.name);
         }
     }
-    assert!(cut > 5 && unlit > 5, "{cut} cut out, {unlit} unlit");
+    assert!(cut > 5 && unlit > 5 && textured > 20, "{cut} cut out, {unlit} unlit, {textured} with textures");
+    // Brushes share pictures.
+    assert!(list(&json, "images").len() < textured as usize, "{} images", list(&json, "images").len());
     assert_eq!(material(&json, "transparent")["alphaMode"], "BLEND");
+}
+
+#[test]
+fn camera_light_and_sky_are_those_of_the_session() {
+    let folder = temp();
+    let camera = "camera:Some((p:(1,2,3),q:(0,0,0,1),fov_degrees:80,near_m:0.5))";
+    let light = "environment:Some((sky:((0.1,0.2,0.3),(0,0,0)),ambient:(0.4,0.4,0.4),\
+         lights:(((0,-1,0),(0.5,0.4,0.3)),((0,0,0),(0,0,0)))))";
+    let text =
+        painted(&["Flat"]).replacen("source:\"test\"", &format!("source:\"test\",{camera},{light}"), 1);
+    fs::write(folder.path().join("a.ron"), text).expect("written");
+    OSP.done_in(folder.path(), ["export", "a.ron", "a.glb"]);
+    let json = document(&folder.path().join("a.glb"));
+    let perspective = &json["cameras"][0]["perspective"];
+    let angle = perspective["yfov"].as_f64().expect("a number").to_degrees();
+    assert!((angle - 80.0).abs() < 1.0e-3 && perspective["znear"] == 0.5, "{perspective}");
+    let node = list(&json, "nodes").iter().find(|node| node["camera"] == 0).expect("a node");
+    assert_eq!(node["translation"], json!([1.0, 2.0, 3.0]));
+    let lights = list(&json["extensions"]["KHR_lights_punctual"], "lights");
+    assert!(lights.len() > 2 && lights.iter().all(|light| light["type"] == "directional"), "{lights:?}");
+    let red = json["scenes"][0]["extras"]["environment"]["sky"]["down"][0].as_f64().expect("a number");
+    assert!((red - 0.1).abs() < 1.0e-6, "{red}");
+}
+
+#[test]
+fn a_static_model_has_one_part_a_material() {
+    let folder = temp();
+    let brushes = ["NeonPulse", "Flat", "NeonPulse", "Spikes", "Ink", "Ink"];
+    fs::write(folder.path().join("a.ron"), painted(&brushes)).expect("written");
+    let parts = |json: &Value| -> Vec<Value> {
+        list(json, "meshes").iter().flat_map(|mesh| list(mesh, "primitives").to_vec()).collect()
+    };
+    OSP.done_in(folder.path(), ["export", "a.ron", "layers.glb"]);
+    OSP.done_in(folder.path(), ["export", "a.ron", "static.glb", "--static"]);
+    let [layers, whole] = ["layers.glb", "static.glb"].map(|name| document(&folder.path().join(name)));
+    assert_eq!(parts(&layers).len(), 5, "two brushes of one layer, three of the other");
+    // Flat and Spikes are matte, and differ in nothing but their names.
+    assert_eq!(parts(&whole).len(), 3);
+    assert!(parts(&whole).iter().all(|part| part["attributes"].get("_STROKE").is_none()));
+    let bytes = |name: &str| fs::metadata(folder.path().join(name)).expect("a model").len();
+    assert!(bytes("static.glb") < bytes("layers.glb"));
 }
 
 #[test]

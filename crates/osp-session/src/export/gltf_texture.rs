@@ -1,0 +1,71 @@
+use std::io;
+
+use serde_json::{Value, json};
+
+use crate::brush::{Brush, Still, texture::solid::repeats};
+
+const REPEAT: u32 = 10497;
+const CLAMP_TO_EDGE: u32 = 33071;
+const LINEAR: u32 = 9729;
+const LINEAR_MIPMAP_LINEAR: u32 = 9987;
+
+/// The textures of a file: a PNG for each picture, however many brushes use it.
+#[derive(Default)]
+pub(super) struct Textures {
+    images: Vec<Vec<u8>>,
+    /// Image of each texture, and whether it repeats along the stroke.
+    all: Vec<(usize, bool)>,
+}
+
+impl Textures {
+    /// The number of the texture of a brush, if it has one. O(texels) for a new brush.
+    pub(super) fn number_of(&mut self, brush: &Brush, still: &Still) -> Option<usize> {
+        if !still.has_texture() {
+            return None;
+        }
+        let png = encode(still).ok()?;
+        let image = self.images.iter().position(|known| *known == png).unwrap_or_else(|| {
+            self.images.push(png);
+            self.images.len() - 1
+        });
+        let texture = (image, repeats(brush));
+        let known = self.all.iter().position(|known| *known == texture);
+        Some(known.unwrap_or_else(|| {
+            self.all.push(texture);
+            self.all.len() - 1
+        }))
+    }
+
+    /// The pictures, PNG.
+    pub(super) fn images(&self) -> &[Vec<u8>] {
+        &self.images
+    }
+
+    /// The samplers: the one of textures that repeat, then the one of textures that end.
+    pub(super) fn samplers() -> Vec<Value> {
+        let sampler = |along: u32| json!({ "magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR, "wrapS": along, "wrapT": CLAMP_TO_EDGE });
+        vec![sampler(REPEAT), sampler(CLAMP_TO_EDGE)]
+    }
+
+    pub(super) fn json(&self) -> Vec<Value> {
+        let texture = |&(image, is_repeated): &(usize, bool)| json!({ "source": image, "sampler": if is_repeated { 0 } else { 1 } });
+        self.all.iter().map(texture).collect()
+    }
+}
+
+/// The texture of a brush at rest as a PNG. The first row is that of `v` = 0.
+fn encode(still: &Still) -> io::Result<Vec<u8>> {
+    let side = still.side();
+    let texels: Vec<u8> = (0..side * side)
+        .flat_map(|i| still.texel(i % side, i / side))
+        .map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
+        .collect();
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, side as u32, side as u32);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&texels)?;
+    writer.finish()?;
+    Ok(bytes)
+}
