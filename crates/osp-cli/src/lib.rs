@@ -318,13 +318,20 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Adds the command that opens the window to arguments that begin with a file, in a build with a window.
+/// Adds the command that opens the window to arguments that begin with a session, in a build with a window.
 fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
-    let is_file = |arg: &OsString| Path::new(arg).is_file() && Cli::command().find_subcommand(arg).is_none();
-    if cfg!(feature = "window") && args.get(1).is_some_and(is_file) {
+    let is_named =
+        |arg: &OsString| is_session(Path::new(arg)) && Cli::command().find_subcommand(arg).is_none();
+    if cfg!(feature = "window") && args.get(1).is_some_and(is_named) {
         args.insert(1, "sketch".into());
     }
     args
+}
+
+/// Whether a path may be a session: a file, or an unpacked `.tilt`, which is a folder.
+fn is_session(path: &Path) -> bool {
+    path.is_file()
+        || path.is_dir() && path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("tilt"))
 }
 
 /// Prints the help, or the error in the arguments.
@@ -358,7 +365,7 @@ fn usage_error(error: &clap::Error) -> String {
         text = text.replacen(&cause.to_string(), expected, 1);
     }
     if let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand)
-        && Path::new(name).is_file()
+        && is_session(Path::new(name))
     {
         let name = session::quoted(name);
         let see = "to see it in a window, build osp with --features window";
@@ -378,6 +385,11 @@ mod tests {
         let opened: &[&str] =
             if cfg!(feature = "window") { &["osp", "sketch", file, "-h"] } else { &["osp", file, "-h"] };
         assert_eq!(of(&["osp", file, "-h"]), opened);
+        let folder = tempfile::tempdir().expect("a folder");
+        let unpacked = folder.path().join("a.tilt");
+        std::fs::create_dir(&unpacked).expect("created");
+        let unpacked = unpacked.to_str().expect("utf-8");
+        assert_eq!(of(&["osp", unpacked]).len(), if cfg!(feature = "window") { 3 } else { 2 });
         for same in [&["osp"][..], &["osp", "replay", file], &["osp", "no-such-file.ron"], &["osp", "--help"]]
         {
             assert_eq!(of(same), same);

@@ -73,7 +73,8 @@ impl RaySearch {
 /// The distance at which a ball on its way along a ray of unit length meets a polygon.
 pub(super) fn meet(polygon: &ConvexPolygon, ray: &Ray, radius_m: f32) -> Option<f32> {
     if radius_m == 0.0 {
-        return polygon.meet(ray);
+        // Far from a small polygon rounding could report a hit where the ray passes beside its box.
+        return ray.enter_box(&polygon.bounds(), f32::INFINITY).and_then(|_| polygon.meet(ray));
     }
     let corners = polygon.vertices();
     let triangles =

@@ -16,6 +16,7 @@ use super::{
     rebuilt::{Filing, OnUpdate, Rebuilt, TreeBuilder},
 };
 use osp::{
+    glam::Vec3,
     index::{IndexConfig, IndexError, Node, SpatialIndex, Upkeep, Visit, Visitor, WorkCounts},
     math::{Aabb, Frustum, Ray},
     polygon::PolygonId,
@@ -116,7 +117,9 @@ impl TreeBuilder for Builder {
         self.ids_end = items.iter().map(|item| item.id.0 as usize + 1).max().unwrap_or(0);
         self.numbers.clear();
         self.numbers.extend(0..items.len() as u32);
-        let cell = items.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds));
+        let around = items.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds));
+        // A cube from the least corner. A flat model, which has no middle in its thin direction, lies in its lower half.
+        let cell = Aabb::new(around.min, around.min + Vec3::splat((around.max - around.min).max_element()));
         self.pending.push(Pending { cell, start: 0, end: items.len(), depth: 0, level: 0 });
         while let Some(node) = self.pending.pop() {
             self.numbers.truncate(node.end);
@@ -265,32 +268,49 @@ impl SpatialIndex for OctreeEveryChild {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
-    struct Leaves(usize);
+    /// The number of leaves, and of their polygons.
+    struct Leaves(usize, usize);
 
     impl Visitor for Leaves {
         fn node(&mut self, node: &Node<'_>) -> Visit {
-            self.0 += if node.is_leaf { node.polygons } else { 0 };
+            self.0 += usize::from(node.is_leaf);
+            self.1 += if node.is_leaf { node.polygons } else { 0 };
             Visit::Descend
         }
 
         fn polygons(&mut self, _ids: &[PolygonId], _asked: Visit) {}
     }
 
-    /// The number of polygons in all leaves together.
-    fn filed(boxes: impl Iterator<Item = Aabb>) -> usize {
+    /// The number of leaves, and of the polygons in all of them together.
+    fn leaves(boxes: impl Iterator<Item = Aabb>) -> (usize, usize) {
         let config = OctreeConfig { leaf_capacity: 2, ..OctreeConfig::default() };
         let mut index = octree_every_child(&config, &IndexConfig::default());
         boxes.enumerate().for_each(|(id, b)| index.insert(PolygonId(id as u32), &b).expect("a new box"));
         index.commit();
-        let mut leaves = Leaves(0);
+        let mut leaves = Leaves(0, 0);
         index.traverse(&Frustum::everything(), &mut leaves);
         let mut found = Vec::new();
         index.frustum_cull(&Frustum::everything(), &mut found);
         found.sort_unstable();
         assert!(found.into_iter().eq((0..index.len() as u32).map(PolygonId)), "each once");
-        leaves.0
+        (leaves.0, leaves.1)
+    }
+
+    fn filed(boxes: impl Iterator<Item = Aabb>) -> usize {
+        leaves(boxes).1
+    }
+
+    #[test]
+    fn a_flat_model_is_divided() {
+        for flat in [Vec3::X, Vec3::Y, Vec3::Z] {
+            let at = |i: usize| {
+                Vec3::new((i % 8) as f32, (i / 8 % 8) as f32, (i / 64) as f32) * (Vec3::ONE - flat)
+            };
+            let boxes = (0..512).map(|i| Aabb::new(at(i), at(i) + 0.5 * (Vec3::ONE - flat)));
+            let (leaves, _) = leaves(boxes);
+            assert!(leaves > 32, "{flat}: {leaves} leaves");
+        }
     }
 
     #[test]

@@ -60,10 +60,12 @@ impl RunReport {
             .value("frame_p50", "us", self.frame_us(0.5))
             .value("p99", "us", self.frame_us(0.99));
         if let Some(occlusion) = &self.occlusion {
+            let is_stage = !self.draw.as_ref().is_some_and(|draw| draw.has_culling());
             figures
                 .value("occluded", "polygons", self.occluded_mean())
                 .value("occlusion", "us", self.occlusion_total_us())
-                .value("used", "%", self.occlusion_used_percent())
+                // Methods of the graphics adapter run while drawing, not as a stage of the frame.
+                .maybe("used", "%", is_stage.then(|| self.occlusion_used_percent()))
                 .value("with_drawing", "us", self.drawn_frame_us(0.5, occlusion.polygon_ns));
         }
         if let Some(draw) = &self.draw {

@@ -48,7 +48,8 @@ mod tests {
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
         let corners = corners.map(|(x, y)| Vec3::new(x, y, -2.0));
         let occluders = [ShadowVolume::of_polygon(&corners, &window).expect("an occluder")];
-        let step = ShadowSteps::new(ShadowForm::Conservative, &window, &occluders).step(9, &window, &occluders);
+        let step =
+            ShadowSteps::new(ShadowForm::Conservative, &window, &occluders).step(9, &window, &occluders);
         let dot = step.structure().to_dot("a \"name\"");
         assert!(dot.contains(r#"label="a \"name\"";"#), "{dot}");
         assert_eq!(dot.matches(" of occluder A\"").count(), 4);

@@ -63,9 +63,10 @@ impl Rows {
     }
 }
 
-/// The tables in which the reference and others have a ratio.
+/// The tables in which the reference and others have a ratio. A structure with an occlusion method is no other structure.
 fn compared<'t, 'a>(tables: &'t [Table<'a>], reference: &str) -> Vec<&'t Table<'a>> {
-    let has = |table: &Table<'_>, index: &str| table.value(index, "ratio").is_some();
+    let has =
+        |table: &Table<'_>, index: &str| !index.contains(" + ") && table.value(index, "ratio").is_some();
     let count = |table: &Table<'_>| table.indexes().iter().filter(|index| has(table, index)).count();
     tables.iter().filter(|table| count(table) > 1 && has(table, reference)).collect()
 }
@@ -125,7 +126,7 @@ fn sentence(standings: &[Standing<'_>], reference: &str, what: &str, rival: Opti
     let compared = if what == "time" { "long" } else { "much" };
     for (at, name) in distinct([next, Some(reference), rival].into_iter().flatten()).into_iter().enumerate() {
         let Some(standing) = others.iter().find(|standing| standing.index == name) else { continue };
-        let times = times(standing.value / leaders[0].value);
+        let times = times(standing.value / least.value);
         said += &match at {
             0 => format!("; the next ({}) takes {times} times as {compared}", named(name)),
             _ => format!(", {} {times} times", named(name)),
@@ -187,12 +188,18 @@ mod tests {
     #[test]
     fn structures_whose_intervals_overlap_are_level_in_one_recording_and_in_several() {
         let level = [("a", 0.95), ("osp", 1.0), ("b", 1.1), ("c", 3.0)];
-        let said = "osp, a and b take the least time (level: intervals overlap); the next (c) takes 3.0 times as long.";
+        let said = "osp, a and b take the least time (level: intervals overlap); the next (c) takes 3.2 times as long.";
         let recordings = [("r", &level[..]), ("s", &level[..])];
         for (name, count) in [("sketch r", 1), ("2 sketches", 2)] {
             let rows = rows(SESSION, &recordings[..count]);
             assert_eq!(rows.verdict("osp"), Some(format!("On your {name} {said}")));
         }
+        // The factors are those of the least, which the reference may precede.
+        let behind = [("osp", 1.0), ("a", 0.9), ("b", 2.7)];
+        let said = "On r osp and a take the least time (level: intervals overlap); the next (b) takes 3.0 times as long.";
+        assert_eq!(rows("replay", &[("r", &behind)]).verdict("osp").as_deref(), Some(said));
+        let itself = [("osp", 1.0), ("osp + msvbsp", 3.0)];
+        assert_eq!(rows("flight", &[("r", &itself)]).verdict("osp"), None);
         let many = [("osp", 1.0), ("a", 1.0), ("b", 1.0), ("c", 1.0), ("d", 1.0)];
         let said = "On r osp, a, b and 2 more take the least time (level: intervals overlap).";
         assert_eq!(rows("replay", &[("r", &many)]).verdict("osp").as_deref(), Some(said));
