@@ -1,9 +1,9 @@
-//! An octree above and a bounding volume hierarchy within each of its cells, in one tree that is rebuilt when polygons come
-//! or go and refitted when they only move.
+//! An octree above and a bounding volume hierarchy within each of its cells, in one tree. It is rebuilt when polygons come
+//! or go, and refitted when they only move.
 //!
 //! The cells are those of [`octree_rebuild`](super::octree_rebuild()): a polygon lies in the cell of its centre, and every
 //! node has the tight box around all polygons below. The hierarchies are those of [`bvh_sah`](super::bvh_sah). After a refit
-//! a polygon may lie outside its cell, as it may lie outside its half of a hierarchy; the boxes are tight all the same.
+//! a polygon may lie outside its cell, but its node's box is tight all the same.
 
 use super::{
     bvh::{BinnedSahBuilder, SahConfig},
