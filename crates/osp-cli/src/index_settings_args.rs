@@ -19,13 +19,13 @@ pub(super) struct IndexSettingsArgs {
     /// not wholly in the cube are tested one by one.
     #[arg(long, value_name = "X", value_parser = numbers::multiple)]
     cube: Option<f32>,
-    /// For bvh-sah, hlbvh and bvh-two-level: number of buckets of an axis for the surface area heuristic, 2 to 32
-    /// [default: 12].
+    /// For bvh-sah, hlbvh, bvh-two-level and octree-bvh: number of buckets of an axis for the surface area heuristic, 2 to
+    /// 32 [default: 12].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(integers(IndexSettings::BUCKETS)))]
     buckets: Option<u8>,
-    /// For the octrees that are rebuilt (octree-rebuild, octree-paper, octree-every-child), the hierarchies (bvh-midpoint,
-    /// bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh, bvh-two-level), kd-tree and quadtree: largest number of polygons of
-    /// a leaf, 1 to 4096 [default: 64; 16 for octree-paper].
+    /// For the octrees that are rebuilt (octree-rebuild, octree-paper, octree-every-child, octree-bvh), the hierarchies
+    /// (bvh-midpoint, bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh, bvh-two-level), kd-tree and quadtree: largest number
+    /// of polygons of a leaf, 1 to 4096 [default: 64; 16 for octree-paper].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(integers(IndexSettings::LEAF_CAPACITIES)))]
     leaf: Option<u16>,
     /// For lbvh and hlbvh: number of bits of an axis in the Morton codes, 1 to 21 [default: 21].

@@ -79,6 +79,7 @@ Indexes:
   octree-paper     the paper's octree: rebuilt, tests each of the eight children
   octree-every-child
                    an octree that holds a polygon in every child that it touches, rebuilt as well
+  octree-bvh       an octree above, a hierarchy of boxes within each of its cells, rebuilt
   bvh-midpoint, bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh
                    bounding volume hierarchies, rebuilt in every frame that brings a polygon
   bvh-two-level, dynamic-bvh

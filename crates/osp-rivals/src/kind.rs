@@ -1,7 +1,7 @@
 use super::{
     BruteSimd, Bsp, BspConfig, BvhTwoLevel, DynamicBvh, IndexSetting, IndexSettings, LooseOctree,
-    LooseOctreeConfig, OctreePaper, OspPaper, TimeOrder, bvh, kd_tree, octree_every_child, octree_rebuild,
-    osp_paper::DEFAULT_MAX_DEPTH, quadtree,
+    LooseOctreeConfig, OctreePaper, OspPaper, TimeOrder, bvh, kd_tree, octree_bvh, octree_every_child,
+    octree_rebuild, osp_paper::DEFAULT_MAX_DEPTH, quadtree,
 };
 use osp::index::{BruteForce, IndexConfig, Osp, SpatialIndex};
 
@@ -24,6 +24,8 @@ pub enum IndexKind {
     OctreePaper,
     /// [`octree_every_child`].
     OctreeEveryChild,
+    /// [`octree_bvh`].
+    OctreeBvh,
     /// [`bvh::bvh_midpoint`].
     BvhMidpoint,
     /// [`bvh::bvh_median`].
@@ -61,6 +63,7 @@ impl IndexKind {
         Self::OctreeRebuild,
         Self::OctreePaper,
         Self::OctreeEveryChild,
+        Self::OctreeBvh,
         Self::BvhMidpoint,
         Self::BvhMedian,
         Self::BvhSah,
@@ -89,6 +92,7 @@ impl IndexKind {
             Self::OctreeRebuild => "octree-rebuild",
             Self::OctreePaper => "octree-paper",
             Self::OctreeEveryChild => "octree-every-child",
+            Self::OctreeBvh => "octree-bvh",
             Self::BvhMidpoint => "bvh-midpoint",
             Self::BvhMedian => "bvh-median",
             Self::BvhSah => "bvh-sah",
@@ -116,12 +120,15 @@ impl IndexKind {
                 matches!(self, Self::OspPaper | Self::OctreePaper)
             }
             IndexSetting::Cube => self == Self::OspPaper,
-            IndexSetting::Buckets => matches!(self, Self::BvhSah | Self::Hlbvh | Self::BvhTwoLevel),
+            IndexSetting::Buckets => {
+                matches!(self, Self::OctreeBvh | Self::BvhSah | Self::Hlbvh | Self::BvhTwoLevel)
+            }
             IndexSetting::LeafCapacity => matches!(
                 self,
                 Self::OctreeRebuild
                     | Self::OctreePaper
                     | Self::OctreeEveryChild
+                    | Self::OctreeBvh
                     | Self::BvhMidpoint
                     | Self::BvhMedian
                     | Self::BvhSah
@@ -152,7 +159,7 @@ impl IndexKind {
             Self::OctreePaper => settings.octree_paper().leaf_capacity,
             Self::BvhMidpoint => settings.midpoint().leaf_capacity,
             Self::BvhMedian => settings.median().leaf_capacity,
-            Self::BvhSah | Self::Hlbvh | Self::BvhTwoLevel => settings.sah().leaf_capacity,
+            Self::OctreeBvh | Self::BvhSah | Self::Hlbvh | Self::BvhTwoLevel => settings.sah().leaf_capacity,
             Self::BvhSahSweep => settings.sweep_sah().leaf_capacity,
             Self::Lbvh => settings.lbvh().leaf_capacity,
             Self::KdTree => settings.kd_tree().leaf_capacity,
@@ -184,6 +191,7 @@ impl IndexKind {
                 Box::new(tree.with_cut_nodes(settings.cut_nodes))
             }
             Self::OctreeEveryChild => octree_every_child(&settings.octree(), config),
+            Self::OctreeBvh => octree_bvh(&settings.octree_bvh(), config),
             Self::BvhMidpoint => bvh::bvh_midpoint(&settings.midpoint(), config),
             Self::BvhMedian => bvh::bvh_median(&settings.median(), config),
             Self::BvhSah => bvh::bvh_sah(&settings.sah(), config),

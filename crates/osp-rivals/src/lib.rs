@@ -21,6 +21,7 @@ mod kind;
 mod lanes;
 mod loose_octree;
 pub mod occlusion;
+mod octree_bvh;
 mod octree_every_child;
 mod octree_paper;
 mod octree_rebuild;
@@ -36,7 +37,7 @@ mod walk_stack;
 
 pub use as_printed::{CutNodes, FilingCounts};
 pub use brute_simd::BruteSimd;
-pub use bsp::{Bsp, BspConfig, BspCounts};
+pub use bsp::{Bsp, BspConfig, BspCounts, BspNode};
 pub use bvh::{
     BvhTwoLevel, HlbvhConfig, LbvhConfig, MedianConfig, MidpointConfig, SahConfig, SweepSahConfig,
     TwoLevelConfig, bvh_median, bvh_midpoint, bvh_sah, bvh_sah_sweep, hlbvh, lbvh,
@@ -46,6 +47,7 @@ pub use kd_tree::{KdTreeConfig, kd_tree};
 pub use kind::IndexKind;
 pub use loose_octree::{LooseOctree, LooseOctreeConfig};
 pub use occlusion::RivalOcclusion;
+pub use octree_bvh::{OctreeBvhConfig, octree_bvh};
 pub use octree_every_child::octree_every_child;
 pub use octree_paper::{OctreePaper, OctreePaperConfig};
 pub use octree_rebuild::{OctreeConfig, octree_rebuild};

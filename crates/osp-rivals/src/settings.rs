@@ -1,8 +1,8 @@
 use std::ops::RangeInclusive;
 
 use super::{
-    HlbvhConfig, KdTreeConfig, LbvhConfig, MedianConfig, MidpointConfig, OctreeConfig, OctreePaperConfig,
-    OspGrid, QuadtreeConfig, SahConfig, SweepSahConfig, TwoLevelConfig,
+    HlbvhConfig, KdTreeConfig, LbvhConfig, MedianConfig, MidpointConfig, OctreeBvhConfig, OctreeConfig,
+    OctreePaperConfig, OspGrid, QuadtreeConfig, SahConfig, SweepSahConfig, TwoLevelConfig,
     as_printed::CutNodes,
     bvh::MOST_MORTON_BITS,
     osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH},
@@ -114,6 +114,10 @@ impl IndexSettings {
     pub(super) fn octree(&self) -> OctreeConfig {
         let usual = OctreeConfig::default();
         OctreeConfig { leaf_capacity: self.leaf_or(usual.leaf_capacity), ..usual }
+    }
+
+    pub(super) fn octree_bvh(&self) -> OctreeBvhConfig {
+        OctreeBvhConfig { sah: self.sah(), ..OctreeBvhConfig::default() }
     }
 
     pub(super) fn midpoint(&self) -> MidpointConfig {

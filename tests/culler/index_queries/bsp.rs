@@ -55,6 +55,12 @@ fn pieces(tree: &Bsp, eye: Vec3) -> Vec<Piece> {
     let mut pieces = Vec::new();
     tree.back_to_front(eye, &mut |id, corners| pieces.push((id, corners.to_vec())));
     assert_eq!(pieces.len(), tree.counts().pieces);
+    let mut others = pieces.clone();
+    tree.front_to_back(eye, &mut |id, corners| {
+        let at = others.iter().rposition(|(other, of_other)| *other == id && of_other == corners);
+        others.remove(at.expect("both orders have the same pieces"));
+    });
+    assert_eq!(others, []);
     pieces
 }
 

@@ -97,8 +97,12 @@ fn every_row_has_a_command_and_names_files_that_are_there() {
                     let is_there = sources_of(target).contains(filter);
                     assert!(is_there, "{}: no test of {target} is called {filter}", row.name);
                 }
+                ["cargo", "run", "-p", package, "--example", example] => {
+                    let source = format!("crates/{package}/examples/{example}.rs");
+                    assert!(at(&source).exists(), "{}: there is no {source}", row.name);
+                }
                 _ => panic!(
-                    "{}: expected `osp ...` or `cargo test ... --test TARGET NAME`: {command}",
+                    "{}: expected `osp ...`, `cargo test ... --test TARGET NAME` or `cargo run -p PACKAGE --example NAME`: {command}",
                     row.name
                 ),
             }

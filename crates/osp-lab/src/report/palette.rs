@@ -39,13 +39,14 @@ pub(crate) enum Mark {
 use Mark::{Disc, Square, Triangle};
 
 /// Structures with their colours and marks. Structures that are often shown together have different colours.
-const STRUCTURES: [(&str, RGBColor, Mark); 26] = [
+const STRUCTURES: [(&str, RGBColor, Mark); 27] = [
     ("osp", BLUE, Mark::None),
     ("osp-paper", SKY, Mark::None),
     ("bsp", SKY, Disc),
     ("octree-rebuild", VERMILION, Mark::None),
     ("octree-paper", PURPLE, Triangle),
     ("octree-every-child", SKY, Square),
+    ("octree-bvh", SKY, Triangle),
     ("loose-octree", VERMILION, Disc),
     ("quadtree", VERMILION, Square),
     ("kd-tree", VERMILION, Triangle),

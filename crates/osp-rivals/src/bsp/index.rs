@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::{
     BspConfig, BspCounts,
     build::{BspBuilder, MAX_DEPTH},
+    order::{BspNode, Order},
     plane::MAX_CORNERS,
 };
 use crate::{by_id::ById, rebuilt::Rebuilt};
@@ -62,7 +63,18 @@ impl Bsp {
     /// The order is exact except for pieces in leaves with several pieces ([`BspCounts::unordered`]) and for the bend of
     /// quads that are not quite flat.
     pub fn back_to_front(&self, eye: Vec3, draw: &mut impl FnMut(PolygonId, &[Vec3])) {
-        self.0.builder().order().back_to_front(eye, draw);
+        self.0.builder().order().walk(eye, Order::BackToFront, draw);
+    }
+
+    /// Calls `draw` as [`Bsp::back_to_front`] does, with the pieces nearest to `eye` first. So no piece hides any part of an
+    /// earlier piece.
+    pub fn front_to_back(&self, eye: Vec3, draw: &mut impl FnMut(PolygonId, &[Vec3])) {
+        self.0.builder().order().walk(eye, Order::FrontToBack, draw);
+    }
+
+    /// The node at the top of the tree; `None` if the tree is empty.
+    pub fn top(&self) -> Option<BspNode<'_>> {
+        BspNode::at(self.0.builder().order(), 0)
     }
 
     /// Calls `draw` with the planes of at most `most` nodes, level by level. It gets the level, 0 at the top, and the

@@ -25,4 +25,4 @@ mod plane;
 
 pub use build::BspConfig;
 pub use index::Bsp;
-pub use order::BspCounts;
+pub use order::{BspCounts, BspNode};

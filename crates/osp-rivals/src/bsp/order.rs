@@ -43,6 +43,41 @@ struct Piece {
     corners: u32,
 }
 
+/// A node of a [`Bsp`](super::Bsp) as of the last commit.
+#[derive(Clone, Copy, Debug)]
+pub struct BspNode<'a> {
+    tree: &'a OrderTree,
+    node: &'a OrderNode,
+}
+
+impl<'a> BspNode<'a> {
+    pub(super) fn at(tree: &'a OrderTree, number: u32) -> Option<Self> {
+        Some(Self { tree, node: tree.nodes.get(number as usize)? })
+    }
+
+    /// The node in front of this node's plane.
+    pub fn front(self) -> Option<Self> {
+        Self::at(self.tree, self.node.front)
+    }
+
+    /// The node behind this node's plane.
+    pub fn back(self) -> Option<Self> {
+        Self::at(self.tree, self.node.back)
+    }
+
+    /// The pieces in this node's plane, or all pieces of a leaf: the polygon of each, and the corners in order, world space.
+    pub fn pieces(self) -> impl Iterator<Item = (PolygonId, &'a [Vec3])> {
+        self.tree.own(self.node).iter().map(move |piece| (piece.id, self.tree.corners(piece)))
+    }
+}
+
+/// The order of a walk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    BackToFront,
+    FrontToBack,
+}
+
 /// Polygons that are cut so that they have an order from every eye. Nodes are stored depth first, the node behind a plane
 /// first.
 #[derive(Clone, Debug, Default)]
@@ -94,23 +129,25 @@ impl OrderTree {
         &self.points[piece.first as usize..(piece.first + piece.corners) as usize]
     }
 
-    pub(super) fn back_to_front(&self, eye: Vec3, draw: &mut impl FnMut(PolygonId, &[Vec3])) {
+    /// Calls `draw` with all pieces in this order from `eye`.
+    pub(super) fn walk(&self, eye: Vec3, order: Order, draw: &mut impl FnMut(PolygonId, &[Vec3])) {
         if self.nodes.is_empty() {
             return;
         }
         let mut stack = WalkStack::from(Step::Below(0));
         while let Some(step) = stack.pop() {
             match step {
-                Step::Own(at) => self.draw_own(&self.nodes[at as usize], eye, draw),
+                Step::Own(at) => self.draw_own(&self.nodes[at as usize], eye, order, draw),
                 Step::Below(NO_NODE) => {}
                 Step::Below(at) => {
                     let node = &self.nodes[at as usize];
                     let in_front = node.plane.distance(eye) >= 0.0;
-                    let (near, far) =
-                        if in_front { (node.front, node.back) } else { (node.back, node.front) };
-                    stack.push(Step::Below(near));
+                    let front_is_last = in_front == (order == Order::BackToFront);
+                    let (first, last) =
+                        if front_is_last { (node.back, node.front) } else { (node.front, node.back) };
+                    stack.push(Step::Below(last));
                     stack.push(Step::Own(at));
-                    stack.push(Step::Below(far));
+                    stack.push(Step::Below(first));
                 }
             }
         }
@@ -154,7 +191,7 @@ impl OrderTree {
         }
     }
 
-    fn draw_own(&self, node: &OrderNode, eye: Vec3, draw: &mut impl FnMut(PolygonId, &[Vec3])) {
+    fn draw_own(&self, node: &OrderNode, eye: Vec3, order: Order, draw: &mut impl FnMut(PolygonId, &[Vec3])) {
         let own = self.own(node);
         if own.len() < 2 || !node.plane.is_none() {
             own.iter().for_each(|piece| draw(piece.id, self.corners(piece)));
@@ -165,10 +202,12 @@ impl OrderTree {
             let sum: f64 = corners.iter().map(|p| p.as_dvec3().distance_squared(eye.as_dvec3())).sum();
             sum / corners.len().max(1) as f64
         };
-        let mut farthest_first: Vec<(f64, &Piece)> =
-            own.iter().map(|piece| (distance(piece), piece)).collect();
-        farthest_first.sort_by(|a, b| b.0.total_cmp(&a.0));
-        farthest_first.iter().for_each(|(_, piece)| draw(piece.id, self.corners(piece)));
+        let mut by_distance: Vec<(f64, &Piece)> = own.iter().map(|piece| (distance(piece), piece)).collect();
+        by_distance.sort_by(|a, b| match order {
+            Order::BackToFront => b.0.total_cmp(&a.0),
+            Order::FrontToBack => a.0.total_cmp(&b.0),
+        });
+        by_distance.iter().for_each(|(_, piece)| draw(piece.id, self.corners(piece)));
     }
 
     pub(super) fn counts(&self) -> BspCounts {

@@ -174,6 +174,15 @@ impl BinnedSahBuilder {
     pub(crate) fn new(config: SahConfig) -> Self {
         Self { config, pending: Vec::new() }
     }
+
+    /// Builds a hierarchy of `items` with its top at `depth`.
+    pub(crate) fn build_below(&mut self, items: &mut [Item], depth: usize, tree: &mut FlatTree) {
+        let config = self.config;
+        let capacity = config.leaf_capacity;
+        let split = |items: &mut [Item]| split_by_sah(items, &config).or_middle(items, capacity);
+        let range = 0..items.len();
+        build_top_down(range, depth, capacity, &mut InPlace { items, split }, &mut self.pending, tree);
+    }
 }
 
 impl TreeBuilder for BinnedSahBuilder {
@@ -181,11 +190,7 @@ impl TreeBuilder for BinnedSahBuilder {
     const ON_UPDATE: OnUpdate = OnUpdate::Refit;
 
     fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
-        let config = self.config;
-        let capacity = config.leaf_capacity;
-        let split = |items: &mut [Item]| split_by_sah(items, &config).or_middle(items, capacity);
-        let range = 0..items.len();
-        build_top_down(range, 0, capacity, &mut InPlace { items, split }, &mut self.pending, tree);
+        self.build_below(items, 0, tree);
     }
 
     fn bytes(&self) -> usize {

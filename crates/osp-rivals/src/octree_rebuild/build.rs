@@ -44,7 +44,7 @@ struct Pending {
 /// Builds by counting: at every node, one pass counts the polygons of the eight octants, and another orders them. O(n log
 /// n). The order is stable, so polygons keep their order of arrival.
 #[derive(Debug)]
-pub(super) struct OctreeBuilder {
+pub(crate) struct OctreeBuilder {
     config: OctreeConfig,
     seeds: Vec<Seed>,
     sorted: Vec<Seed>,
@@ -54,7 +54,7 @@ pub(super) struct OctreeBuilder {
 }
 
 impl OctreeBuilder {
-    pub(super) fn new(config: OctreeConfig) -> Self {
+    pub(crate) fn new(config: OctreeConfig) -> Self {
         Self {
             config: OctreeConfig { max_depth: config.max_depth.min(MAX_DEPTH), ..config },
             seeds: Vec::new(),
@@ -62,6 +62,46 @@ impl OctreeBuilder {
             octants: Vec::new(),
             pending: Vec::new(),
             leaf: Vec::new(),
+        }
+    }
+
+    /// Builds the nodes above the cells. `make` gets the polygons of each cell, in depth-first order, with the depth of the
+    /// cell, and adds the cell's nodes to the tree.
+    pub(crate) fn build_cells(
+        &mut self,
+        items: &[Item],
+        tree: &mut FlatTree,
+        mut make: impl FnMut(&mut [Item], usize, &mut FlatTree),
+    ) {
+        let mut centers = Aabb::EMPTY;
+        self.seeds.clear();
+        self.seeds.extend(items.iter().enumerate().map(|(i, item)| {
+            let center = item.bounds.center();
+            centers.min = centers.min.min(center);
+            centers.max = centers.max.max(center);
+            Seed { center, item: i as u32 }
+        }));
+        if let Some(&first) = self.seeds.first() {
+            self.sorted.resize(items.len(), first);
+            self.octants.resize(items.len(), 0);
+        }
+        self.pending.clear();
+        self.pending.push(Pending { start: 0, end: items.len() as u32, depth: 0, centers });
+        while let Some(node) = self.pending.pop() {
+            let count = (node.end - node.start) as usize;
+            let in_one_place = node.centers.min == node.centers.max;
+            if count > self.config.leaf_capacity
+                && (node.depth as usize) < self.config.max_depth
+                && !in_one_place
+            {
+                tree.inner(node.depth as usize);
+                self.split(&node);
+            } else {
+                let seeds = &self.seeds[node.start as usize..node.end as usize];
+                self.leaf.clear();
+                self.leaf.extend(seeds.iter().map(|seed| items[seed.item as usize]));
+                make(&mut self.leaf, node.depth as usize, tree);
+            }
         }
     }
 
@@ -110,36 +150,7 @@ impl TreeBuilder for OctreeBuilder {
     const ON_UPDATE: OnUpdate = OnUpdate::Rebuild;
 
     fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
-        let mut centers = Aabb::EMPTY;
-        self.seeds.clear();
-        self.seeds.extend(items.iter().enumerate().map(|(i, item)| {
-            let center = item.bounds.center();
-            centers.min = centers.min.min(center);
-            centers.max = centers.max.max(center);
-            Seed { center, item: i as u32 }
-        }));
-        if let Some(&first) = self.seeds.first() {
-            self.sorted.resize(items.len(), first);
-            self.octants.resize(items.len(), 0);
-        }
-        self.pending.clear();
-        self.pending.push(Pending { start: 0, end: items.len() as u32, depth: 0, centers });
-        while let Some(node) = self.pending.pop() {
-            let count = (node.end - node.start) as usize;
-            let in_one_place = node.centers.min == node.centers.max;
-            if count > self.config.leaf_capacity
-                && (node.depth as usize) < self.config.max_depth
-                && !in_one_place
-            {
-                tree.inner(node.depth as usize);
-                self.split(&node);
-            } else {
-                let seeds = &self.seeds[node.start as usize..node.end as usize];
-                self.leaf.clear();
-                self.leaf.extend(seeds.iter().map(|seed| items[seed.item as usize]));
-                tree.leaf(node.depth as usize, &self.leaf);
-            }
-        }
+        self.build_cells(items, tree, |leaf, depth, tree| tree.leaf(depth, leaf));
     }
 
     fn bytes(&self) -> usize {

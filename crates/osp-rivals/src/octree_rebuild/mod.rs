@@ -8,10 +8,10 @@
 
 mod build;
 
+pub(super) use build::OctreeBuilder;
 pub use build::OctreeConfig;
 
 use super::rebuilt::Rebuilt;
-use build::OctreeBuilder;
 use osp::index::{IndexConfig, SpatialIndex};
 
 /// An octree that is rebuilt in every commit that follows a change.

@@ -3,9 +3,10 @@
 use osp::index::{IndexConfig, Osp, SpatialIndex};
 use osp_rivals::{
     Bsp, BspConfig, BvhTwoLevel, HlbvhConfig, IndexKind, KdTreeConfig, LbvhConfig, LooseOctree,
-    LooseOctreeConfig, MedianConfig, MidpointConfig, OctreeConfig, OctreePaper, OctreePaperConfig, OspGrid,
-    OspPaper, QuadtreeConfig, SahConfig, SweepSahConfig, TwoLevelConfig, bvh_median, bvh_midpoint, bvh_sah,
-    bvh_sah_sweep, hlbvh, kd_tree, lbvh, octree_every_child, octree_rebuild, quadtree,
+    LooseOctreeConfig, MedianConfig, MidpointConfig, OctreeBvhConfig, OctreeConfig, OctreePaper,
+    OctreePaperConfig, OspGrid, OspPaper, QuadtreeConfig, SahConfig, SweepSahConfig, TwoLevelConfig,
+    bvh_median, bvh_midpoint, bvh_sah, bvh_sah_sweep, hlbvh, kd_tree, lbvh, octree_bvh, octree_every_child,
+    octree_rebuild, quadtree,
 };
 
 type Make = Box<dyn Fn(&IndexConfig) -> Box<dyn SpatialIndex>>;
@@ -44,6 +45,12 @@ pub(crate) fn subjects() -> Vec<Subject> {
     add(
         "octree-every-child, leaf 1",
         Box::new(|config| octree_every_child(&OctreeConfig { leaf_capacity: 1, max_depth: 200 }, config)),
+    );
+    add(
+        "octree-bvh, cells of 8",
+        Box::new(move |config| {
+            octree_bvh(&OctreeBvhConfig { cell_capacity: 8, max_depth: 200, sah }, config)
+        }),
     );
     add(
         "bvh-midpoint, leaf 1",

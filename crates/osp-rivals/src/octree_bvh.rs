@@ -1,0 +1,111 @@
+//! An octree above and a bounding volume hierarchy within each of its cells, in one tree. It is rebuilt when polygons come
+//! or go, and refitted when they only move.
+//!
+//! The cells are those of [`octree_rebuild`](super::octree_rebuild()): a polygon lies in the cell of its centre, and every
+//! node has the tight box around all polygons below. The hierarchies are those of [`bvh_sah`](super::bvh_sah). After a refit
+//! a polygon may lie outside its cell, but its node's box is tight all the same.
+
+use super::{
+    bvh::{BinnedSahBuilder, SahConfig},
+    flat_tree::{COUNTED_DEPTH, FlatTree},
+    item::Item,
+    octree_rebuild::{OctreeBuilder, OctreeConfig},
+    rebuilt::{OnUpdate, Rebuilt, TreeBuilder},
+};
+use osp::index::{IndexConfig, SpatialIndex};
+
+/// Configuration of an octree with a hierarchy in each cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OctreeBvhConfig {
+    /// A cell with more polygons than this is split into octants. If it is larger, the octree is smaller, and the
+    /// hierarchies are larger.
+    pub cell_capacity: usize,
+    /// The deepest level of the octree, at most 60. Cells on this level have any number of polygons.
+    pub max_depth: usize,
+    /// The hierarchy of each cell.
+    pub sah: SahConfig,
+}
+
+impl Default for OctreeBvhConfig {
+    fn default() -> Self {
+        Self { cell_capacity: 512, max_depth: 8, sah: SahConfig::default() }
+    }
+}
+
+/// An octree with a hierarchy in each of its cells.
+pub fn octree_bvh(config: &OctreeBvhConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    Box::new(Rebuilt::new(Builder::new(config), index.room()))
+}
+
+#[derive(Debug)]
+struct Builder {
+    octree: OctreeBuilder,
+    hierarchy: BinnedSahBuilder,
+}
+
+impl Builder {
+    fn new(config: &OctreeBvhConfig) -> Self {
+        // A hierarchy bounds its depth if its top is not below this level.
+        let max_depth = config.max_depth.min(COUNTED_DEPTH);
+        let octree = OctreeConfig { leaf_capacity: config.cell_capacity, max_depth };
+        Self { octree: OctreeBuilder::new(octree), hierarchy: BinnedSahBuilder::new(config.sah) }
+    }
+}
+
+impl TreeBuilder for Builder {
+    const NAME: &'static str = "octree-bvh";
+    const ON_UPDATE: OnUpdate = OnUpdate::Refit;
+
+    fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
+        let Self { octree, hierarchy } = self;
+        octree.build_cells(items, tree, |cell, depth, tree| hierarchy.build_below(cell, depth, tree));
+    }
+
+    fn bytes(&self) -> usize {
+        self.octree.bytes() + self.hierarchy.bytes()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use osp::{
+        index::{Node, Visit, Visitor},
+        math::{Aabb, Frustum},
+        polygon::PolygonId,
+    };
+
+    /// Depth and number of polygons of each node.
+    struct Nodes(Vec<(u32, usize)>);
+
+    impl Visitor for Nodes {
+        fn node(&mut self, node: &Node<'_>) -> Visit {
+            self.0.push((node.depth, node.polygons));
+            Visit::Descend
+        }
+
+        fn polygons(&mut self, _ids: &[PolygonId], _asked: Visit) {}
+    }
+
+    #[test]
+    fn eight_cells_above_and_halves_below() {
+        let sah = SahConfig { leaf_capacity: 8, ..SahConfig::default() };
+        let config = OctreeBvhConfig { cell_capacity: 100, sah, ..OctreeBvhConfig::default() };
+        let mut index = octree_bvh(&config, &IndexConfig::default());
+        for id in 0..800 {
+            // A hundred polygons in each corner of a cube of eight metres.
+            let corner = Vec3::from_array([0, 1, 2].map(|axis| (id >> axis & 1) as f32 * 8.0));
+            let along = Vec3::new((id / 8 % 10) as f32, (id / 80) as f32, 0.0) * 0.1;
+            index.insert(PolygonId(id), &Aabb::cube(corner + along, 0.05)).expect("a new box");
+        }
+        index.commit();
+        index.validate().expect("a sound tree");
+        let mut nodes = Nodes(Vec::new());
+        index.traverse(&Frustum::everything(), &mut nodes);
+        let at = |depth| nodes.0.iter().filter(move |node| node.0 == depth).map(|node| node.1);
+        assert!(at(0).eq([800]) && at(1).eq([100; 8]), "{:?}", nodes.0);
+        assert_eq!((at(2).count(), at(2).sum::<usize>()), (16, 800), "two halves of each cell");
+        assert!(nodes.0.iter().all(|&(depth, polygons)| depth < 12 && polygons > 0));
+    }
+}
