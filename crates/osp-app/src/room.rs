@@ -89,7 +89,7 @@ impl Room {
         self.shows_pattern && self.rig.is_some()
     }
 
-    /// Shows a test pattern on the screens of the rig, or the model.
+    /// Shows a test pattern, or the model, on the screens of the rig.
     pub fn show_pattern(&mut self, shows: bool) {
         self.shows_pattern = shows;
     }
@@ -141,7 +141,7 @@ impl Room {
         self.rig.as_ref().map_or(q, |rig| Self::place(rig, navigator).turn_to_world(q))
     }
 
-    /// The rig's head position, with this orientation transformed to room space; `None` without a rig.
+    /// The rig's head position, and the orientation transformed to room space; `None` without a rig.
     pub fn head_tilted_like(&self, world_from_head: Quat) -> Option<(Vec3, Quat)> {
         let rig = self.rig.as_ref()?;
         Some((rig.head, RoomPlace::around(rig, Vec3::ZERO, world_from_head).turn_to_room(world_from_head)))

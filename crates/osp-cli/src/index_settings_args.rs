@@ -36,9 +36,9 @@ pub(super) struct IndexSettingsArgs {
 /// The treatment of nodes that the frustum cuts, for commands that show what is drawn.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct CutNodesArgs {
-    /// For osp-paper and octree-paper: polygons of nodes that the frustum cuts are `tested` one by one, or all `drawn` as in
-    /// the paper [default: tested]. `drawn` draws more than is in view, so a replay allows one index, and neither
-    /// --check nor --pin.
+    /// For osp-paper and octree-paper: polygons of nodes that the frustum cuts are `tested` one by one, or all `drawn`
+    /// as in the paper [default: tested]. `drawn` draws more than is in view, so a replay then takes only one index,
+    /// and neither --check nor --pin.
     #[arg(long, value_name = "NAME", value_parser = named(&CutNodes::ALL, CutNodes::name))]
     pub(super) cut_nodes: Option<CutNodes>,
 }

@@ -36,7 +36,7 @@ Kinds:
   room       walls, furniture and ribbons in several rooms; the artist walks through them
   scribble   long loose strokes that fill the whole 4 m volume
   brushes    a card of samples: each brush draws a wave, in rows (--polygons 2400: each once)
-  class      several artists scribble at once; sometimes one moves another's strokes (--authors)")]
+  class      several artists (--authors) scribble at once; sometimes one moves another's strokes")]
 pub(super) struct SynthArgs {
     /// Kind of the session.
     #[arg(value_parser = named(&SynthKind::ALL, SynthKind::name))]

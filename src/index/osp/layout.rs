@@ -359,7 +359,7 @@ impl Link {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
     pub(super) first: u32,
-    /// The number of its polygons' exact boxes; [`NONE`] for a single polygon, whose box is the run's box.
+    /// Index of the record with its polygons' exact boxes; [`NONE`] for a single polygon, whose box is the run's box.
     pub(super) store: u32,
     pub(super) mask: u16,
 }

@@ -572,8 +572,7 @@ pub(super) fn count(work: &mut WorkCounts, boxes: u32, planes: u8) {
 
 /// The exact boxes of the polygons of a run.
 ///
-/// # Safety
-/// `number` is the store of a run of several polygons that is in the tree.
+/// # Safety `number` is the `store` of a run that is in the tree and has several polygons.
 #[inline(always)]
 pub(super) unsafe fn store_of(osp: &Osp, number: u32) -> &Boxes<16> {
     // SAFETY: the store of a run of several is in use; `validate` checks it.

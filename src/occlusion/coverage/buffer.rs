@@ -36,8 +36,8 @@ const DEPTH_SLACK: f64 = 1.0e-6;
 /// exact enough.
 const LARGEST_TANGENT: f64 = 1.0e4;
 
-/// Distance before the eye's plane from which on a box can be decided, as a part of the box's size. The bound
-/// is derived as in [`super::super::depth`], with twice as many roundings.
+/// Least distance of a box in front of the eye's plane, relative to the box's size, at which the test is exact enough.
+/// The bound is derived as in [`super::super::depth`], with twice as many roundings.
 fn nearest_sine(raster: &Raster) -> f64 {
     const U: f64 = 0.5 * f64::EPSILON;
     let tangent = raster.largest_tangent();

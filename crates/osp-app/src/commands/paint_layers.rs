@@ -173,7 +173,12 @@ impl Studio {
     pub(crate) fn may_draw_on_layer(&mut self) -> bool {
         let Some(why) = self.why_layer_is_closed() else { return true };
         if !self.session.is_replay() {
-            self.show_once(&format!("{why}: choose another layer to draw on, or show and unlock this one"));
+            let or = if self.is_layer_of_others(self.input.brush.layer) {
+                ""
+            } else {
+                ", or show and unlock this one"
+            };
+            self.show_once(&format!("{why}: choose another layer to draw on{or}"));
         }
         false
     }

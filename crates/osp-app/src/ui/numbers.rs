@@ -53,7 +53,7 @@ fn clock_line(clock_step_ns: u64, frames: usize) -> String {
     let of = frames.min(History::MEAN_OF);
     match clock_step_ns {
         0 => "the clock stands still: no times can be measured".to_owned(),
-        step_ns => format!("times: means of {of} frames; the clock's steps: {}", short(step_ns)),
+        step_ns => format!("times: means of {of} frames; resolution of the clock: {}", short(step_ns)),
     }
 }
 

@@ -70,7 +70,7 @@ fn tool_buttons(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         (
             ToolChoice::Span(Span::Sphere),
             "Select in a sphere (G)",
-            "drag from its middle on the model outwards",
+            "drag outwards from the sphere's middle, a point on the model",
         ),
         (ToolChoice::Span(Span::Distance), "Measure (M)", "drag from one point of the model to another"),
     ];

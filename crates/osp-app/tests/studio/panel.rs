@@ -232,12 +232,12 @@ fn the_panel_says_what_each_stage_took() {
     }
     harness.get_by_label("35.00 ms");
     harness.get_by_label("frame times");
-    harness.get_by_label_contains("times: means of 1 frames; the clock's steps: ");
+    harness.get_by_label_contains("times: means of 1 frames; resolution of the clock: ");
     // With a coarse clock a frame takes no time, or a whole step. So means are shown.
     harness.state_mut().interface.note_frame(FrameTimes::default());
     harness.run_steps(2);
     harness.get_by_label("17.50 ms");
-    harness.get_by_label_contains("times: means of 2 frames; the clock's steps: ");
+    harness.get_by_label_contains("times: means of 2 frames; resolution of the clock: ");
     assert!(harness.state().interface.clock_step_ns() > 0);
     // The panel is closed, and opened again.
     harness.press(Key::F2);

@@ -88,7 +88,7 @@ impl Manifest {
         &self.blocks
     }
 
-    /// Number of objects that contain the blocks.
+    /// Number of stored objects (files) that hold the blocks.
     pub fn object_count(&self) -> usize {
         self.objects.len()
     }

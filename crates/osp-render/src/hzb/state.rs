@@ -58,8 +58,8 @@ pub(super) struct Buffers {
     pub(super) params: wgpu::Buffer,
     pub(super) handles: wgpu::Buffer,
     pub(super) kept: wgpu::Buffer,
-    /// The number of candidates of each span of `chunks`, then the candidates of a single span, which each span
-    /// overwrites. Candidates are the polygons that the coarse test has not proven hidden.
+    /// First a counter for each span of the chunks, then one list of candidates, which the spans use in turn.
+    /// Candidates are the polygons that the coarse test has not proven hidden.
     pub(super) candidates: wgpu::Buffer,
     /// For each cluster of the scene, a mask of its polygons that were visible in the last frame.
     pub(super) remembered: wgpu::Buffer,

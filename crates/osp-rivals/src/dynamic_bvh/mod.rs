@@ -7,8 +7,9 @@
 //! # Differences from the source
 //! * It has three dimensions, with surfaces (in `f64`, whose squares do not overflow) instead of perimeters.
 //! * Boxes have no margins: a box that moves is removed and inserted again, because every query here is exact.
-//! * If two ways cost the same, the descent goes to the nearer centre, and then to the lower subtree. Otherwise coincident
-//!   polygons would all become the root's siblings, in a chain as deep as there are polygons.
+//! * If two ways cost the same, the descent goes to the nearer centre. If these are equal, too, it goes to the subtree
+//!   of smaller height. Otherwise coincident polygons would all become the root's siblings, in a chain as deep as there
+//!   are polygons.
 //! * The heights of two siblings may differ by 32 at most; beyond this limit the taller sibling is rotated up, at any cost.
 //!   So no order of insertion makes a chain, not even boxes around boxes.
 

@@ -24,8 +24,9 @@ pub(super) fn scan(line: &str) -> Option<Event> {
 /// A number in decimal notation.
 struct Number<'a> {
     text: &'a str,
-    /// Number of digits, and the digits as an integer, which is invalid beyond [`Number::MOST_DIGITS`] digits.
+    /// Number of digits.
     digits: usize,
+    /// The digits as an integer; invalid beyond [`Number::MOST_DIGITS`] digits.
     mantissa: u64,
     /// Number of digits after the decimal point.
     decimals: usize,
