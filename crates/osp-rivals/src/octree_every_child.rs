@@ -16,7 +16,6 @@ use super::{
     rebuilt::{Filing, OnUpdate, Rebuilt, TreeBuilder},
 };
 use osp::{
-    glam::Vec3,
     index::{IndexConfig, IndexError, Node, SpatialIndex, Upkeep, Visit, Visitor, WorkCounts},
     math::{Aabb, Frustum, Ray},
     polygon::PolygonId,
@@ -93,7 +92,7 @@ impl Builder {
             let copied = self.numbers.len() - node.end;
             match self.pending[waiting..] {
                 [only] if copied == count => node.cell = only.cell,
-                [_, _, ..] if copied <= most => {
+                [_, _, ..] if (count..=most).contains(&copied) => {
                     tree.inner(node.depth);
                     self.spare -= copied - count;
                     return true;
@@ -119,7 +118,9 @@ impl TreeBuilder for Builder {
         self.numbers.extend(0..items.len() as u32);
         let around = items.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds));
         // A cube from the least corner. A flat model, which has no middle in its thin direction, lies in its lower half.
-        let cell = Aabb::new(around.min, around.min + Vec3::splat((around.max - around.min).max_element()));
+        let side = (around.max - around.min).max_element();
+        // Rounding must not cut the cube short of the model.
+        let cell = Aabb::new(around.min, (around.min + side).max(around.max));
         self.pending.push(Pending { cell, start: 0, end: items.len(), depth: 0, level: 0 });
         while let Some(node) = self.pending.pop() {
             self.numbers.truncate(node.end);
@@ -268,6 +269,7 @@ impl SpatialIndex for OctreeEveryChild {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     /// The number of leaves, and of their polygons.
     struct Leaves(usize, usize);

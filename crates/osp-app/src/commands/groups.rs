@@ -87,7 +87,7 @@ impl Studio {
         };
         if scene.strokes_below(group).iter().any(is_held) {
             self.show_once(
-                "this group holds strokes of a layer that is locked or that only another author may edit",
+                "this group holds strokes of a locked layer, or of a layer that only another author may edit",
             );
             return;
         }

@@ -2,8 +2,8 @@
 //! colour at each corner.
 //!
 //! The renderer's shaders draw the same in motion; a test of the program holds both against each other, for ribbons.
-//! What a file cannot store is a mean: colours that change with the view, light that spreads, and lines whose number
-//! depends on the stroke's colour.
+//! Means replace colours that change with the view, light that spreads, and lines whose number depends on the stroke's
+//! colour.
 
 use std::f32::consts::{PI, TAU};
 
@@ -24,7 +24,7 @@ const GLARE_SIDE: usize = 16;
 const STAR: f32 = 8.0;
 /// Repetitions of a streamer for each of its texture, the mean of its five lines.
 const STREAMER_PACE: f32 = 0.65;
-/// Angle of a waveform's wave over its length, radians: that of a dark stroke. More waves need more texels.
+/// Angle of a waveform's wave over its length in a dark stroke, radians. More waves need more texels.
 const WAVES: f32 = 30.0;
 /// Largest factor of a stroke's colour. More light makes the colour white, and its halo, which a file cannot store,
 /// would no longer show the colour.
@@ -32,7 +32,7 @@ const EXPOSURE: f32 = 40.0;
 /// The darkest light that counts for the mean brightness of a texture.
 const LIT: f32 = 0.02;
 
-/// How a polygon is seen.
+/// Direction from which the eye sees a polygon.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
     /// 1 straight on, 0 from its edge.

@@ -24,7 +24,7 @@ use osp::polygon::{ConvexPolygon, PolygonId};
 const GLB_MAGIC: u32 = 0x4654_6c67;
 const JSON_CHUNK: u32 = 0x4e4f_534a;
 const BIN_CHUNK: u32 = 0x004e_4942;
-/// How straight a polygon is seen by an eye that is anywhere: the mean over all directions.
+/// Mean straightness of a polygon over all directions of the eye.
 const SLANTED: f32 = 0.5;
 
 /// The reason why a model was not exported.
@@ -177,7 +177,7 @@ fn mean_light(environment: &Environment) -> Vec3 {
     environment.ambient + environment.lights.iter().map(|(_, color)| *color * 0.25).sum::<Vec3>()
 }
 
-/// How straight the eye sees a polygon: 1 straight on, 0 from its edge.
+/// Straightness of the eye's view of a polygon: 1 straight on, 0 from its edge.
 fn straightness(polygon: &ConvexPolygon, eye_in_world: Vec3) -> f32 {
     let corners = polygon.vertices();
     let middle = corners.iter().sum::<Vec3>() / corners.len() as f32;

@@ -95,7 +95,7 @@ fn fitted(environment: &Environment, towards: &[Vec3]) -> Vec<Vec3> {
     colors
 }
 
-/// What glTF has no place for: the sky, the fog, and the lights as the session has them. Colours are sRGB numbers.
+/// Properties that glTF lacks: the sky, the fog, and the lights as the session has them. Colours are sRGB numbers.
 pub(super) fn background(environment: &Environment) -> Value {
     let up = rotate(unit(environment.sky_rotation), Vec3::Y);
     let [down, above] = environment.sky;
