@@ -25,11 +25,12 @@ use osp_session::{
 /// Write the model of a session as binary glTF, for Blender, engines and viewers.
 ///
 /// `osp convert` does this for whole folders, and also writes sketches of Tilt Brush: this command writes the polygons
-/// of one frame, but a .tilt file has the strokes of a whole session. The file has a mesh for each layer or stroke, in
-/// metres, +y up, with the colours of the strokes at the vertices. It also has the session's camera. Each brush has a
-/// material and a texture: unlit brushes and brushes of light use KHR_materials_unlit, others KHR_materials_specular.
-/// Lights use KHR_lights_punctual, up to eight, because glTF has no ambient light. The scene's extras describe sky and
-/// fog.
+/// of one frame, but a .tilt file has the strokes of a whole session.
+///
+/// The file has a mesh for each layer or stroke, in metres, +y up, with the colours of the strokes at the vertices. It
+/// also has the session's camera. Each brush has a material and a texture: unlit brushes and brushes of light use
+/// KHR_materials_unlit, others KHR_materials_specular. Lights use KHR_lights_punctual, up to eight, because glTF has no
+/// ambient light. The scene's extras describe sky and fog.
 ///
 /// Some brushes look different in other programs. glTF cannot add light, so brushes of light are blended by their
 /// brightness, without halos. Moving brushes stand still. Particles and soap films face the session's camera, not the
