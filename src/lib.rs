@@ -133,8 +133,8 @@
 //!     // Draw numbers block * 16 + i for each bit i of the mask; `polygon::ids_of` lists them.
 //!     assert!(mask != 0 && block <= 100 / 16);
 //! }
-//! assert!(culler.draw_list().contains(PolygonId(7)));
-//! assert!(!culler.draw_list().contains(PolygonId(51)), "hidden behind the wall");
+//! assert!(pipeline.draw_list().contains(PolygonId(7)));
+//! assert!(!pipeline.draw_list().contains(PolygonId(51)), "hidden behind the wall");
 //! ```
 //!
 //! `examples/engine.rs` continues from here with objects that come and go and the engine's own keys.
