@@ -93,7 +93,7 @@ impl Visitor for RayVisitor<'_> {
         }
     }
 
-    fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
+    fn polygons(&mut self, ids: &[PolygonId], _decision: Visit) {
         for &id in ids {
             self.nearest.test(id);
         }
@@ -146,7 +146,7 @@ impl Visitor for SphereVisitor<'_> {
         if node.bounds.distance_squared(center) <= radius_m * radius_m { Visit::Descend } else { Visit::Skip }
     }
 
-    fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
+    fn polygons(&mut self, ids: &[PolygonId], _decision: Visit) {
         let before = self.out.len();
         self.out.extend(ids.iter().copied().filter(|&id| (self.within)(id)));
         self.reported += (self.out.len() - before) as u64;
@@ -263,7 +263,7 @@ impl Visitor for NearestPolygons<'_> {
         if self.distance_of(node.bounds).is_some() { Visit::Descend } else { Visit::Skip }
     }
 
-    fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
+    fn polygons(&mut self, ids: &[PolygonId], _decision: Visit) {
         ids.iter().for_each(|&id| self.test(id));
     }
 }

@@ -58,7 +58,7 @@ impl Visitor for Gather {
         Visit::Descend
     }
 
-    fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
+    fn polygons(&mut self, ids: &[PolygonId], _decision: Visit) {
         self.0.extend(ids.iter().map(|id| id.0));
     }
 }

@@ -169,7 +169,7 @@ impl Recording {
             let message = format!("aspect: expected a number from 0.001 to 1000; found {aspect}");
             return Err(PyValueError::new_err(message));
         }
-        Ok(View { view: whole_view(&self.bounds, self.artist.backwards(), aspect as f32) })
+        Ok(View { view: whole_view(&self.bounds, self.artist.backwards(None), aspect as f32) })
     }
 
     fn strokes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {

@@ -5,7 +5,7 @@ use osp::{
     frame::{PassConfig, Pipeline},
     glam::Vec3,
     index::IndexConfig,
-    math::{Aabb, rotate, unit},
+    math::Aabb,
     occlusion::Occlusion,
     view::{self, Projection},
 };
@@ -132,7 +132,8 @@ fn draw(settings: &Settings) -> PyResult<Image> {
     drawer.set_occlusion(occlusion.while_drawing()).map_err(undrawn)?;
     drawer.set_environment(header.environment.as_deref());
     drawer.set_time(*time_s);
-    let camera = settings.camera(&header, (&summary.bounds, &whole), artist.backwards(), drawer.aspect());
+    let camera =
+        settings.camera(&header, (&summary.bounds, &whole), artist.backwards(header.camera), drawer.aspect());
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let index = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(IndexKind::Osp.create(&index), capacity);
@@ -191,13 +192,12 @@ impl Settings {
         &self,
         header: &Header,
         (bounds, whole): (&Aabb, &Aabb),
-        artist_backwards: Option<Vec3>,
+        backwards: Option<Vec3>,
         aspect: f32,
     ) -> Box<dyn Fn(&Moment) -> view::View> {
         match self.eye {
             Eye::Whole => {
-                let of_camera = header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
-                let view = whole_view(whole, of_camera.or(artist_backwards), aspect);
+                let view = whole_view(whole, backwards, aspect);
                 Box::new(move |_| view)
             }
             Eye::Path(choice) => {

@@ -95,7 +95,7 @@ pub(super) fn draw_nodes(
             if node.depth >= self.max_depth { Visit::Skip } else { Visit::Descend }
         }
 
-        fn polygons(&mut self, _ids: &[PolygonId], _asked: Visit) {}
+        fn polygons(&mut self, _ids: &[PolygonId], _decision: Visit) {}
     }
     let mut boxes = Boxes { out, max_depth, count: 0 };
     index.traverse(frustum, &mut boxes);

@@ -31,8 +31,8 @@ pub(super) struct DrawOcclusionArgs {
     /// File of the picture: .svg, .png or .gif, or .dot for the tree.
     #[arg(value_name = "OUT")]
     pub(super) out: PathBuf,
-    /// Form of the tree: the `conservative` one (`msvbsp`), that of the `paper` (`msvbsp-paper`), which hides visible polygons, or
-    /// `both` side by side.
+    /// Form of the tree: `conservative` (`msvbsp`), `paper` (`msvbsp-paper`, hides visible polygons), or `both` side by
+    /// side.
     #[arg(long, value_enum, default_value_t = Form::Conservative)]
     pub(super) form: Form,
     /// Place of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`. `orbit` circles

@@ -33,7 +33,7 @@ pub(super) struct IndexSettingsArgs {
     morton_bits: Option<u32>,
 }
 
-/// The treatment of nodes that the frustum cuts, for commands that show what is drawn.
+/// The option for nodes that the frustum cuts, for commands that show the drawn polygons.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct CutNodesArgs {
     /// For osp-paper and octree-paper: polygons of nodes that the frustum cuts are `tested` one by one, or all `drawn`

@@ -5,7 +5,6 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::{reading::ReadArgs, session::OpenSession};
-use osp::math::{rotate, unit};
 use osp_session::{
     recording::{Event, Header, Pace, RecordingError},
     replay::{ArtistSide, Summary, summarize},
@@ -41,8 +40,7 @@ impl Looked {
         let mut artist = ArtistSide::default();
         let events = events.inspect(|event| event.iter().for_each(|event| artist.note(event)));
         let (summary, model, read) = summarize(events, pace);
-        let of_camera = header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
-        let backwards = of_camera.or_else(|| artist.backwards());
+        let backwards = artist.backwards(header.camera);
         (Self { header, summary, model, backwards }, read)
     }
 }

@@ -44,7 +44,8 @@ impl RaySearchArgs {
         self.radius.unwrap_or(0.0)
     }
 
-    /// Returns the search in this index of a model; `None` if that of the index serves. Reads the whole tree once.
+    /// Returns the search of these options in a model's index. `None` without options: the index's own search is used.
+    /// Reads the whole tree once.
     pub(super) fn of(&self, index: &dyn SpatialIndex, scene: &Scene) -> Option<RaySearch> {
         if !self.is_given() {
             return None;

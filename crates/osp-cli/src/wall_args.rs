@@ -30,8 +30,8 @@ use osp_session::replay::RoomMotion;
 Several people may draw in the session (osp sketch --join, osp join). osp join ADDRESS --play FILE
 plays a recording in it.
 The rig is the same on all machines, but for its outputs: each machine has monitors of its own.
-The screens show what the head of the session's artist sees (the first author with a recorded head), or with
---tracker what the head in the hub's room sees.
+The screens show the view of the session's artist: the first author with a recorded head. With
+--tracker they show the view of the head in the hub's room.
 osp does not lock the displays to each other: the graphics driver can (genlock)."
 )]
 pub(super) struct WallArgs {

@@ -42,7 +42,7 @@ pub struct Steps {
     /// Number of boxes of nodes and of polygons that were tested.
     pub boxes: u64,
     /// Number of polygons that were tested exactly.
-    pub asked: u64,
+    pub exact_tests: u64,
 }
 
 /// A ball that moves along a ray.
@@ -108,7 +108,7 @@ impl Visitor for Gatherer<'_> {
         Visit::Descend
     }
 
-    fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
+    fn polygons(&mut self, ids: &[PolygonId], _decision: Visit) {
         for &id in ids {
             // Some structures report the polygons of a node after those of its descendants.
             let mut owner = self.at as usize;
@@ -214,7 +214,7 @@ impl Outline {
             Order::BestFirst => self.best_first(ray, &mut nearest, steps),
         }
         let found = nearest.found();
-        steps.asked += asked;
+        steps.exact_tests += asked;
         found
     }
 

@@ -85,7 +85,7 @@ mod tests {
             Visit::Descend
         }
 
-        fn polygons(&mut self, _ids: &[PolygonId], _asked: Visit) {}
+        fn polygons(&mut self, _ids: &[PolygonId], _decision: Visit) {}
     }
 
     #[test]

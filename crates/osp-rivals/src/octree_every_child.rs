@@ -281,7 +281,7 @@ mod tests {
             Visit::Descend
         }
 
-        fn polygons(&mut self, _ids: &[PolygonId], _asked: Visit) {}
+        fn polygons(&mut self, _ids: &[PolygonId], _decision: Visit) {}
     }
 
     /// The number of leaves, and of the polygons in all of them together.

@@ -65,7 +65,7 @@ impl Visitor for Deepest {
         Visit::Descend
     }
 
-    fn polygons(&mut self, _ids: &[PolygonId], _asked: Visit) {}
+    fn polygons(&mut self, _ids: &[PolygonId], _decision: Visit) {}
 }
 
 fn depth(osp: &Osp) -> u32 {

@@ -18,7 +18,7 @@ fn is_linear(osp: &Osp) -> bool {
             Visit::Descend
         }
 
-        fn polygons(&mut self, _ids: &[PolygonId], _asked: Visit) {}
+        fn polygons(&mut self, _ids: &[PolygonId], _decision: Visit) {}
     }
     let mut deepest = Deepest(0);
     osp.traverse(&Frustum::everything(), &mut deepest);

@@ -2,12 +2,7 @@
 
 use std::path::Path;
 
-use glam::Vec3;
-use osp::{
-    frame::StageClock,
-    math::{rotate, unit},
-    view::View,
-};
+use osp::{frame::StageClock, view::View};
 use osp_lab::{
     Machine,
     bench::{self, Contender, RaceInput, RaceReport, RaceRun, Racer},
@@ -128,8 +123,8 @@ impl Race {
         let events = session.inspect(|event| event.iter().for_each(|event| artist.note(event)));
         let (summary, model, read) = summarize(events, pace);
         read?;
-        let backwards = header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z)).or(artist.backwards());
         let aspect = PICTURE.0 as f32 / PICTURE.1 as f32;
+        let backwards = artist.backwards(header.camera);
         let view = whole_view(&main_bounds(&model, &summary.bounds), backwards, aspect);
         drop(model);
         let camera = CameraPath::new(CameraChoice::Auto, header.camera, &summary.bounds);

@@ -120,7 +120,7 @@ impl Visitor for Collector {
         Visit::Descend
     }
 
-    fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
+    fn polygons(&mut self, ids: &[PolygonId], _decision: Visit) {
         // The polygons belong to the last visited node.
         if let Some(node) = self.0.nodes.len().checked_sub(1) {
             self.0.members.extend(ids.iter().map(|&id| (id, node)));

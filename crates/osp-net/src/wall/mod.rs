@@ -23,13 +23,15 @@
 mod barrier;
 mod follower;
 mod hub;
+mod hub_event;
 mod message;
 mod node;
 mod report;
 mod wire;
 
-pub use barrier::{HubEvent, MISSES};
+pub use barrier::MISSES;
 pub use hub::{Hub, HubOptions};
+pub use hub_event::HubEvent;
 pub use node::{Node, NodeOptions, Step};
 pub use report::{NodeCounts, NodeReport, Place, Times, WallReport, ask};
 

@@ -113,10 +113,13 @@ impl ArtistSide {
         }
     }
 
-    /// The direction from the model to the artist, horizontal and slightly raised, whatever the tilt of the head. It is
-    /// the mean over the first samples, or the direction of the latest head pose if no sample follows one. `None`
-    /// without a head pose.
-    pub fn backwards(&self) -> Option<Vec3> {
+    /// The direction from the model to the eye of the session's own camera. Without a camera the direction to the
+    /// artist, horizontal and slightly raised, whatever the tilt of the head: the mean over the first samples, or the
+    /// direction of the latest head pose if no sample follows one. `None` without camera and head pose.
+    pub fn backwards(&self, camera: Option<Camera>) -> Option<Vec3> {
+        if let Some(camera) = camera {
+            return Some(rotate(unit(camera.q), Vec3::Z));
+        }
         let (_, q) = self.moment.head?;
         let back = if self.samples > 0 { self.backwards } else { rotate(q, Vec3::Z) };
         Some(Vec3::new(back.x, ABOVE * back.with_y(0.0).length(), back.z))

@@ -31,7 +31,7 @@ fn the_trees_grow_as_printed_and_their_tests_are_counted() {
     let trees = ["osp-paper", "octree-paper", "octree-rebuild"];
     assert_eq!(report.names(GROWING, "index"), [&trees[..], &loops, &["osp"]].concat());
     let of = |tree, figure| report.value(GROWING, NAME, tree, figure);
-    // Figure 6: more is drawn than is in view. The others draw what is in view.
+    // Figure 6: more is drawn than is in view. The others draw only polygons in view.
     for tree in ["osp-paper", "octree-paper"] {
         assert!(of(tree, "drawn") > of(tree, "in_view"), "{tree}");
     }

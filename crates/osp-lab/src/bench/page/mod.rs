@@ -17,9 +17,9 @@ const UPLOT: &str = include_str!("uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
 const UPLOT_LICENSE: &str = include_str!("uplot/LICENSE");
 
-/// The report as one HTML page, which needs no other file. It has the verdict, the first chart, a table of contents, and a
-/// chapter for each part. A click on a table's head sorts the table. A chart shows values under the pointer, and its curves can be
-/// hidden. Without scripts the tables are sorted best first, and there are no charts.
+/// The report as one HTML page, which needs no other file. It has the verdict, the first chart, a table of contents,
+/// and a chapter for each part. A click on a table's head sorts the table. A chart shows values under the pointer, and
+/// its curves can be hidden. Without scripts the tables are sorted best first, and there are no charts.
 pub fn page(report: &BenchReport) -> String {
     let mut chapters = Html::default();
     let mut charts = Charts::default();

@@ -326,7 +326,7 @@ fn walk_both(rows: &mut Rows, kind: Contender, outline: &Outline, model: &RaysMo
         rows.of(task, &model.recording, kind.name())
             .value("nodes", "1/ray", steps.nodes as f64 / count)
             .value("boxes", "1/ray", steps.boxes as f64 / count)
-            .value("exact_tests", "1/ray", steps.asked as f64 / count)
+            .value("exact_tests", "1/ray", steps.exact_tests as f64 / count)
             .value("rays", "million/s", count * 1.0e-6 / secs.max(1.0e-9));
     }
 }

@@ -1,0 +1,53 @@
+use std::fmt;
+
+/// News about the nodes of a hub.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum HubEvent {
+    /// From now on frames wait for the node of this screen.
+    In {
+        /// The screen.
+        screen: String,
+        /// The machine.
+        host: String,
+    },
+    /// Frames do not wait for a node any more. The node continues, and frames wait for it again once it answers in time.
+    Out {
+        /// The screen.
+        screen: String,
+        /// The machine.
+        host: String,
+        /// The reason.
+        why: &'static str,
+    },
+    /// A node shows something else than the hub.
+    Differs {
+        /// The screen.
+        screen: String,
+        /// The machine.
+        host: String,
+        /// The first differing frame.
+        frame: u64,
+        /// The part that differs.
+        what: &'static str,
+    },
+    /// A node that differed shows the same as the hub again.
+    Agrees {
+        /// The screen.
+        screen: String,
+        /// The machine.
+        host: String,
+    },
+}
+
+impl fmt::Display for HubEvent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::In { screen, host } => write!(f, "{screen}: {host} is in"),
+            Self::Out { screen, host, why } => write!(f, "{screen}: {host} is out: {why}"),
+            Self::Differs { screen, host, frame, what } => {
+                write!(f, "{screen}: {host} shows something else than the hub since frame {frame}: {what}")
+            }
+            Self::Agrees { screen, host } => write!(f, "{screen}: {host} shows the same as the hub again"),
+        }
+    }
+}
