@@ -245,6 +245,27 @@ impl Osp {
         if self.open.is(block) { self.open.lanes() } else { 0 }
     }
 
+    /// Sets a new box of a polygon that is neither in the list nor in the rows of moving ones. It is a function of its own, so that
+    /// [`SpatialIndex::update`] saves few registers for moving polygons.
+    #[inline(never)]
+    fn update_resting(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        let is_known = if self.is_linear { self.linear.holds(id.0) } else { self.holds(id) };
+        if !is_known {
+            return Err(IndexError::Unknown(id));
+        }
+        let wide = Wide::from_box(bounds);
+        if !wide.is_valid() {
+            return Err(IndexError::InvalidBounds(id));
+        }
+        let lane = id.index() % 16;
+        if self.open_lanes(id.0 / 16) >> lane & 1 == 1 {
+            self.update_open(lane, wide);
+        } else {
+            self.move_one(id, wide);
+        }
+        Ok(())
+    }
+
     /// Puts a polygon that is not in the tree into the open block.
     pub(super) fn put(&mut self, block: u32, lane: usize, bounds: Wide) {
         if !self.open.is(block) {
@@ -336,6 +357,10 @@ impl SpatialIndex for Osp {
     }
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        if self.is_linear && self.linear.update(id.0, bounds) {
+            self.upkeep.adjusted += 1;
+            return Ok(());
+        }
         if let Some(slot) = self.movers.slot(id) {
             if !Wide::from_box(bounds).is_valid() {
                 return Err(IndexError::InvalidBounds(id));
@@ -344,26 +369,7 @@ impl SpatialIndex for Osp {
             self.upkeep.adjusted += 1;
             return Ok(());
         }
-        let is_known = if self.is_linear { self.linear.holds(id.0) } else { self.holds(id) };
-        if !is_known {
-            return Err(IndexError::Unknown(id));
-        }
-        let wide = Wide::from_box(bounds);
-        if !wide.is_valid() {
-            return Err(IndexError::InvalidBounds(id));
-        }
-        if self.is_linear {
-            self.linear.update(id.0, wide);
-            self.upkeep.adjusted += 1;
-            return Ok(());
-        }
-        let lane = id.index() % 16;
-        if self.open_lanes(id.0 / 16) >> lane & 1 == 1 {
-            self.update_open(lane, wide);
-        } else {
-            self.move_one(id, wide);
-        }
-        Ok(())
+        self.update_resting(id, bounds)
     }
 
     /// Takes O(1) for each polygon, O(1) for each run with updated polygons, and O(depth) for each run that leaves its

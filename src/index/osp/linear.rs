@@ -217,7 +217,7 @@ impl Linear {
         }
         self.lanes[at] |= 1 << lane;
         self.boxes[at].set_wide(lane, bounds);
-        self.widen(at, bounds);
+        self.widen(at, &bounds.to_box());
         Inserted::Done
     }
 
@@ -235,14 +235,17 @@ impl Linear {
         at
     }
 
-    /// Sets a new box of a polygon in the list.
+    /// Sets a new box of a polygon; returns `false` if it is not in the list or the box is invalid.
     #[inline]
-    pub(super) fn update(&mut self, id: u32, bounds: Wide) {
-        if let Some((at, lane)) = self.place(id) {
-            self.boxes[at].set_wide(lane, bounds);
-            self.widen(at, bounds);
-            self.mark_loose(at);
+    pub(super) fn update(&mut self, id: u32, bounds: &Aabb) -> bool {
+        let Some((at, lane)) = self.place(id) else { return false };
+        if !Wide::from_box(bounds).is_valid() {
+            return false;
         }
+        self.boxes[at].set(lane, bounds);
+        self.widen(at, bounds);
+        self.mark_loose(at);
+        true
     }
 
     /// Sets new boxes of polygons of one block, in order. Returns `false` at the first polygon that is not in the list or
@@ -263,7 +266,7 @@ impl Linear {
             around = around.union(wide);
         }
         if around != Wide::EMPTY {
-            self.widen(at, around);
+            self.widen(at, &around.to_box());
             self.mark_loose(at);
         }
         is_right
@@ -284,15 +287,21 @@ impl Linear {
 
     /// Widens the boxes around a block so that they contain `bounds`.
     #[inline]
-    fn widen(&mut self, at: usize, bounds: Wide) {
-        self.around[at / BLOCK].widen(at % BLOCK, &bounds.to_box());
-        self.bounds = self.bounds.union(bounds);
+    fn widen(&mut self, at: usize, bounds: &Aabb) {
+        // The box around everything contains the box around each block.
+        if self.around[at / BLOCK].widen(at % BLOCK, bounds) {
+            self.bounds = self.bounds.union(Wide::from_box(bounds));
+        }
     }
 
     #[inline]
     fn mark_loose(&mut self, at: usize) {
-        self.loose[at / BLOCK] |= 1 << (at % BLOCK);
-        self.is_loose = true;
+        let loose = &mut self.loose[at / BLOCK];
+        // Updates of one block would otherwise wait for each other's writes.
+        if *loose >> (at % BLOCK) & 1 == 0 {
+            *loose |= 1 << (at % BLOCK);
+            self.is_loose = true;
+        }
     }
 
     /// Removes an empty block; the last block takes its position.

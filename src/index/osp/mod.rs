@@ -78,6 +78,7 @@ mod ray;
 mod remove;
 mod rest;
 mod settle;
+mod slots;
 mod spans;
 mod thin;
 mod tuning;

@@ -4,7 +4,10 @@
 //! A block of sixteen ids with many moving polygons has a group of its own, with a lane for each id. So polygons with
 //! consecutive ids are written and found together. Polygons of other blocks share groups in order of arrival.
 
-use super::tuning::LINEAR_BLOCKS;
+use super::{
+    slots::{Slot, Slots},
+    tuning::LINEAR_BLOCKS,
+};
 use crate::{
     index::simd::{Boxes, Wide},
     math::Aabb,
@@ -19,9 +22,6 @@ const OWN_GROUP: usize = 8;
 /// polygons that stop and start do not move between groups again and again.
 const FEW_LEFT: u32 = 4;
 
-/// Marks a slot in a group of one block.
-const OWN: u32 = 1 << 31;
-
 /// The moving polygons, by id, with their boxes.
 #[derive(Clone, Debug)]
 pub(super) struct Movers {
@@ -32,6 +32,9 @@ pub(super) struct Movers {
     /// The groups of polygons of any blocks, all full except the last, and the ids of these polygons.
     shared: Groups,
     ids: Vec<[u32; BLOCK]>,
+    /// The slot after the last one that got a new box. Polygons that move together mostly have slots in the order of their
+    /// updates, and a right guess saves a read from the large table `slots`.
+    guess: Slot,
     len: usize,
     /// Upper bound of all ids since the rows were last empty.
     ids_end: usize,
@@ -41,69 +44,6 @@ pub(super) struct Movers {
     /// Number of shared groups, and of groups of one block, that this round has not examined yet. These are the
     /// first groups of each kind.
     unlooked: [usize; 2],
-}
-
-/// The slot of each id, in chunks of zeros. The system commits the memory of a chunk at the first write.
-#[derive(Clone, Debug, Default)]
-struct Slots {
-    /// For each id `group * 16 + lane + 1`, with [`OWN`] in groups of one block; 0 for a polygon that is not in the rows.
-    chunks: Vec<Box<[u32]>>,
-}
-
-impl Slots {
-    /// Number of ids of a chunk. Some systems write the zeros of smaller chunks at once, not on first use.
-    const CHUNK: usize = 1 << 16;
-
-    fn with_room_for(ids: usize) -> Self {
-        let mut chunks = Vec::with_capacity(PolygonId::LIMIT as usize / Self::CHUNK);
-        chunks.extend((0..ids.div_ceil(Self::CHUNK)).map(|_| Self::chunk()));
-        Self { chunks }
-    }
-
-    fn chunk() -> Box<[u32]> {
-        vec![0; Self::CHUNK].into_boxed_slice()
-    }
-
-    #[inline(always)]
-    fn get(&self, id: PolygonId) -> Option<Slot> {
-        let chunk = self.chunks.get(id.index() / Self::CHUNK)?;
-        let slot = *chunk.get(id.index() % Self::CHUNK)?;
-        (slot != 0).then(|| Slot(slot - 1))
-    }
-
-    fn set(&mut self, id: PolygonId, slot: Option<Slot>) {
-        let number = id.index() / Self::CHUNK;
-        if number >= self.chunks.len() {
-            self.chunks.resize_with(number + 1, Box::default);
-        }
-        let chunk = &mut self.chunks[number];
-        if chunk.is_empty() {
-            *chunk = Self::chunk();
-        }
-        chunk[id.index() % Self::CHUNK] = slot.map_or(0, |slot| slot.0 + 1);
-    }
-
-    /// Sets the slots of a block that has a group of its own.
-    fn set_block(&mut self, block: u32, lanes: u16, group: usize) {
-        // The first call creates the chunk that contains the whole block.
-        let first = id_in(block, 0);
-        self.set(first, None);
-        let chunk = &mut self.chunks[first.index() / Self::CHUNK];
-        let slots = &mut chunk[first.index() % Self::CHUNK..][..BLOCK];
-        for lane in lanes_of(lanes) {
-            slots[lane] = Slot::own(group, lane).0 + 1;
-        }
-    }
-
-    /// Clears the slots of ids below `end`.
-    fn clear(&mut self, end: usize) {
-        let mut left = end;
-        for chunk in &mut self.chunks {
-            let here = left.min(chunk.len());
-            chunk[..here].fill(0);
-            left = left.saturating_sub(Self::CHUNK);
-        }
-    }
 }
 
 /// Groups of sixteen lanes.
@@ -150,35 +90,6 @@ impl Groups {
         self.boxes.clear();
         self.lanes.clear();
         self.moved.clear();
-    }
-}
-
-/// The group and lane of a moving polygon.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Slot(u32);
-
-impl Slot {
-    fn own(group: usize, lane: usize) -> Self {
-        Self((group * BLOCK + lane) as u32 | OWN)
-    }
-
-    fn shared(group: usize, lane: usize) -> Self {
-        Self((group * BLOCK + lane) as u32)
-    }
-
-    #[inline(always)]
-    const fn is_own(self) -> bool {
-        self.0 & OWN != 0
-    }
-
-    #[inline(always)]
-    const fn group(self) -> usize {
-        (self.0 & !OWN) as usize / BLOCK
-    }
-
-    #[inline(always)]
-    const fn lane(self) -> usize {
-        self.0 as usize % BLOCK
     }
 }
 
@@ -231,6 +142,7 @@ impl Movers {
             blocks,
             shared: Groups::with_room_for(groups),
             ids: Vec::with_capacity(groups),
+            guess: Slot::shared(0, 0),
             len: 0,
             ids_end: 0,
             most: [0; 3],
@@ -285,7 +197,7 @@ impl Movers {
         shared * (group + size_of::<[u32; BLOCK]>())
             + own * (group + size_of::<u32>())
             + ids * size_of::<u32>()
-            + self.slots.chunks.len() * size_of::<Box<[u32]>>()
+            + self.slots.bytes()
     }
 
     /// The slot of a polygon, if it is in the rows.
@@ -294,7 +206,14 @@ impl Movers {
         if self.len == 0 {
             return None;
         }
-        self.slots.get(id)
+        if self.is_at(id, self.guess) { Some(self.guess) } else { self.slots.get(id) }
+    }
+
+    #[inline(always)]
+    fn is_at(&self, id: PolygonId, slot: Slot) -> bool {
+        let (group, lane) = (slot.group(), slot.lane());
+        let is_of_id = self.ids.get(group).is_some_and(|ids| ids[lane] == id.0);
+        is_of_id && !slot.is_own() && self.shared.lanes[group] >> lane & 1 == 1
     }
 
     pub(super) fn bounds(&self, id: PolygonId) -> Option<Aabb> {
@@ -306,8 +225,12 @@ impl Movers {
     /// Gives the polygon at a slot a new box.
     #[inline(always)]
     pub(super) fn set(&mut self, slot: Slot, bounds: &Aabb) {
-        let groups = if slot.is_own() { &mut self.own } else { &mut self.shared };
-        groups.set(slot.group(), slot.lane(), bounds);
+        if slot.is_own() {
+            self.own.set(slot.group(), slot.lane(), bounds);
+        } else {
+            self.shared.set(slot.group(), slot.lane(), bounds);
+            self.guess = slot.next();
+        }
     }
 
     /// Sets new boxes in order, up to the first polygon that is not in the rows or the first invalid box. Returns the
@@ -324,7 +247,7 @@ impl Movers {
                     }
                 }
                 Some(slot) if Wide::from_box(bounds).is_valid() => {
-                    self.shared.set(slot.group(), slot.lane(), bounds);
+                    self.set(slot, bounds);
                     at += 1;
                 }
                 _ => break,

@@ -186,3 +186,31 @@ fn clearing_forgets_what_moves() {
     pair.osp.validate().expect("an empty index");
     assert_eq!(pair.osp.insert(PolygonId(7), &pair.boxes[7]), Ok(()));
 }
+
+/// The slot after the last update is the guess for the next one. A removed polygon leaves its id in the slot, or another
+/// polygon takes the slot.
+#[test]
+fn a_guessed_slot_is_checked() {
+    let osp = Osp::new(&IndexConfig { capacity: 4_000, ..config() });
+    let mut pair = Pair::filled(shuffled(drawn(4_000, 2), 3), osp, 5);
+    let ids: Vec<u32> = (0..4_000).step_by(40).collect();
+    for _ in 0..200 {
+        pair.step(&ids, false);
+    }
+    assert_eq!(pair.osp.moving(), ids.len());
+    let mut removed = Vec::new();
+    for gone in [99, 50, 1] {
+        // The slot of `gone` is the guess. After the removal it is empty, or the last polygon has it.
+        pair.step(&ids[gone - 1..gone], true);
+        pair.both(|index, _| index.remove(PolygonId(ids[gone])));
+        pair.both(|index, boxes| index.update(PolygonId(ids[gone]), &boxes[0]));
+        removed.push(ids[gone]);
+        pair.step(&ids[gone - 1..gone], true);
+        pair.step(&ids[90..=90], true);
+        pair.osp.validate().expect("a sound index");
+        for id in &ids {
+            let expected = (!removed.contains(id)).then_some(pair.boxes[*id as usize]);
+            assert_eq!(pair.osp.bounds(PolygonId(*id)), expected);
+        }
+    }
+}
