@@ -2,12 +2,14 @@
 
 use std::ops::ControlFlow;
 
-use bevy_camera::primitives::Frustum;
 use bevy_ecs::{entity::Entity, resource::Resource};
-use osp::{glam::Vec3, math::Aabb as WorldBox, polygon::VisibleBlocks};
+use osp::{
+    glam::Vec3,
+    math::{Aabb as WorldBox, Frustum},
+    polygon::VisibleBlocks,
+};
 
 use crate::{
-    bounds::osp_frustum,
     changes::{Changes, Received},
     distinct::Distinct,
     entities::Entities,
@@ -50,11 +52,11 @@ pub struct OspCullingCounts {
     pub views_by_index: usize,
     /// Number of views that were culled by a plain pass.
     pub views_by_pass: usize,
-    /// Number of cascades of directional lights that were culled by the index.
-    pub cascades_by_index: usize,
-    /// Number of cascades that were culled by a plain pass.
-    pub cascades_by_pass: usize,
-    /// Number of entities that the index found for these views and cascades, before Bevy's own test.
+    /// Number of shadow views of lights that were culled by the index: cascades, six faces of a point light, spot lights.
+    pub shadows_by_index: usize,
+    /// Number of shadow views that were culled by a plain pass.
+    pub shadows_by_pass: usize,
+    /// Number of entities that the index found for all these views, before Bevy's own test.
     pub found: usize,
     /// Number of entities in view that an [`Occluder`](crate::Occluder) hides, for all views.
     pub occluded: usize,
@@ -192,18 +194,17 @@ impl OspCulling {
         self.wait_frames = (self.wait_frames * 2).clamp(LEAST_WAIT_FRAMES, MOST_WAIT_FRAMES);
     }
 
-    /// Returns the entities that may lie within these planes of the frustum. `None` if a plain pass is faster.
+    /// Returns the entities that may lie within the frustum. `None` if a plain pass is faster.
     pub(crate) fn candidates(
         &mut self,
         settings: &OspCullingSettings,
         frustum: &Frustum,
-        planes: &[usize; 5],
     ) -> Option<Distinct<'_>> {
         let most = OspCullingSettings::part(settings.most_found, self.counts.entities);
         if !self.is_indexed || self.entities.loose() + self.entities.always() > most {
             return None;
         }
-        self.entities.find(&osp_frustum(frustum, planes), &mut self.found);
+        self.entities.find(frustum, &mut self.found);
         if self.found.len() > most {
             return None;
         }
