@@ -152,8 +152,8 @@ fn vector(random: &mut Pcg64Mcg) -> Vec3 {
     Vec3::new(signed(), signed(), signed())
 }
 
-/// Number of frames before the first that counts. In them an index is started and filled.
-const WARM_FRAMES: usize = 130;
+/// Number of frames before the first that counts. In them an index is started, filled, and given up if it costs too much.
+const WARM_FRAMES: usize = 260;
 
 struct Measured {
     /// Medians in milliseconds: Bevy's, and the plugin's.

@@ -21,7 +21,9 @@ use crate::{
     Occluder,
     bounds::{CAMERA_PLANES, osp_frustum, world_box},
     changes::Changes,
+    costs::Kind,
     culling::OspCulling,
+    distinct::Distinct,
     occlusion::{Occluders, Shadows, window},
     settings::OspCullingSettings,
 };
@@ -97,20 +99,20 @@ pub(crate) fn check_visibility(
         let candidates = if no_cpu_culling {
             None
         } else {
-            culling.candidates(&settings, &osp_frustum(frustum, &CAMERA_PLANES))
+            culling.candidates(&settings, Kind::Camera, &osp_frustum(frustum, &CAMERA_PLANES))
         };
+        let found = candidates.map(Distinct::len);
         match candidates {
             Some(candidates) => {
                 candidates.for_each(&mut entities, queues, touch, |item, queue| test.check(item, queue));
-                culling.counts_mut().views_by_index += 1;
             }
             None => {
                 let queue = || queues.borrow_local_mut();
                 entities.par_iter_mut().for_each_init(queue, |queue, item| test.check(item, queue));
-                culling.counts_mut().views_by_pass += 1;
             }
         }
         gather(queues, &mut visible);
+        culling.end_views(Kind::Camera, 1, found);
         culling.counts_mut().occluded += shadows.take_occluded();
     }
 }

@@ -31,6 +31,7 @@ use osp::math::Frustum as OspFrustum;
 use crate::{
     bounds::{ALL_PLANES, CASCADE_PLANES, cube_around, osp_frustum, world_box},
     check::Conditions,
+    costs::Kind,
     culling::OspCulling,
     distinct::Distinct,
     settings::OspCullingSettings,
@@ -117,17 +118,18 @@ pub(crate) fn check_cascades(
             let views = ShadowViews { conditions, frusta, range: None, cube: None };
             let mut by_pass = Vec::new();
             for (number, frustum) in frusta.iter().enumerate() {
-                match culling.candidates(&settings, &osp_frustum(frustum, &CASCADE_PLANES)) {
-                    None => by_pass.push(number),
-                    found => {
-                        views.fill(&[number], found, &mut casters, &mut queues, &mut lists);
-                        culling.counts_mut().shadows_by_index += 1;
-                    }
-                }
+                let found =
+                    culling.candidates(&settings, Kind::Cascade, &osp_frustum(frustum, &CASCADE_PLANES));
+                let Some(count) = found.map(Distinct::len) else {
+                    by_pass.push(number);
+                    continue;
+                };
+                views.fill(&[number], found, &mut casters, &mut queues, &mut lists);
+                culling.end_views(Kind::Cascade, 1, Some(count));
             }
             if !by_pass.is_empty() {
                 views.fill(&by_pass, None, &mut casters, &mut queues, &mut lists);
-                culling.counts_mut().shadows_by_pass += by_pass.len();
+                culling.end_views(Kind::Cascade, by_pass.len(), None);
             }
         }
     }
@@ -160,12 +162,10 @@ pub(crate) fn check_lamps(
     let ranges = ranges.as_deref();
     let mut fill = |views: ShadowViews<'_>, found: &OspFrustum, lists: &mut [&mut VisibleMeshEntities]| {
         let numbers = &[0, 1, 2, 3, 4, 5][..lists.len()];
-        let found = culling.candidates(&settings, found);
-        let is_by_index = found.is_some();
+        let found = culling.candidates(&settings, Kind::Lamp, found);
+        let count = found.map(Distinct::len);
         views.fill(numbers, found, &mut casters, &mut queues, lists);
-        let counts = culling.counts_mut();
-        let count = if is_by_index { &mut counts.shadows_by_index } else { &mut counts.shadows_by_pass };
-        *count += numbers.len();
+        culling.end_views(Kind::Lamp, numbers.len(), count);
     };
     let range =
         |transform: &GlobalTransform, radius| Sphere { center: transform.translation().into(), radius };
