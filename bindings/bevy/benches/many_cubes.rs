@@ -1,6 +1,7 @@
 //! Measures Bevy's own culling and the plugin, frame by frame in one process. `cargo bench` prints the table of the
 //! README. `cargo bench -- limits` prints the table for the limits of `OspCullingSettings`, `cargo bench -- sun` the one with
-//! a sun whose shadows have four cascades. Numbers after it choose the number of cubes.
+//! a sun whose shadows have four cascades, `-- lamps` the one with point lights and spot lights, `-- movers` the one of
+//! shares of moving cubes. Numbers after it choose the number of cubes.
 
 #![expect(clippy::print_stdout, reason = "a table is what it is for")]
 
@@ -20,7 +21,7 @@ use bevy_camera::{
     visibility::{Visibility, VisibilityClass, VisibilitySystems},
 };
 use bevy_ecs::{change_detection::ResMut, entity::Entity, resource::Resource, schedule::IntoScheduleConfigs};
-use bevy_light::{CascadeShadowConfigBuilder, DirectionalLight};
+use bevy_light::{CascadeShadowConfigBuilder, DirectionalLight, PointLight, SpotLight};
 use bevy_math::{Quat, Vec3, Vec3A};
 use bevy_mesh::Mesh3d;
 use bevy_osp::{OspCulling, OspCullingCounts, OspCullingSettings};
@@ -46,6 +47,15 @@ fn end(mut time: ResMut<'_, CheckTime>) {
     time.1 = time.0.elapsed();
 }
 
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Lights {
+    None,
+    /// A directional light with four cascades.
+    Sun,
+    /// Four point lights and four spot lights with Bevy's default range of 20 m.
+    Lamps,
+}
+
 #[derive(Clone, Debug)]
 struct Case {
     cubes: usize,
@@ -54,13 +64,19 @@ struct Case {
     /// Vertical field of view, degrees.
     fov_degrees: f32,
     settings: OspCullingSettings,
-    /// Whether a sun shines, and the cubes cast shadows.
-    has_sun: bool,
+    /// The lights for which the cubes cast shadows.
+    lights: Lights,
 }
 
 impl Case {
     fn new(cubes: usize) -> Self {
-        Self { cubes, moved: 0.0, fov_degrees: 45.0, settings: OspCullingSettings::default(), has_sun: false }
+        Self {
+            cubes,
+            moved: 0.0,
+            fov_degrees: 45.0,
+            settings: OspCullingSettings::default(),
+            lights: Lights::None,
+        }
     }
 }
 
@@ -87,7 +103,7 @@ impl Cloud {
             let aabb = Aabb { center: Vec3A::ZERO, half_extents: Vec3A::splat(0.5) };
             let transform = Transform::from_translation(vector(&mut random) * reach);
             let mut cube = world.spawn((transform, Visibility::default(), class, aabb));
-            if case.has_sun {
+            if case.lights != Lights::None {
                 cube.insert(Mesh3d::default());
             }
             cubes.push(cube.id());
@@ -99,10 +115,20 @@ impl Cloud {
         };
         let camera =
             world.spawn((Camera::default(), Projection::Perspective(projection), Transform::default())).id();
-        if case.has_sun {
-            let sun = DirectionalLight { shadow_maps_enabled: true, ..DirectionalLight::default() };
-            let way = Transform::default().looking_to(Vec3::new(0.3, -1.0, 0.2), Vec3::X);
-            world.spawn((sun, way, CascadeShadowConfigBuilder::default().build()));
+        match case.lights {
+            Lights::None => {}
+            Lights::Sun => {
+                let sun = DirectionalLight { shadow_maps_enabled: true, ..DirectionalLight::default() };
+                let way = Transform::default().looking_to(Vec3::new(0.3, -1.0, 0.2), Vec3::X);
+                world.spawn((sun, way, CascadeShadowConfigBuilder::default().build()));
+            }
+            Lights::Lamps => {
+                for _ in 0..4 {
+                    let place = Transform::from_translation(vector(&mut random) * 15.0);
+                    world.spawn((PointLight { shadow_maps_enabled: true, ..PointLight::default() }, place));
+                    world.spawn((SpotLight { shadow_maps_enabled: true, ..SpotLight::default() }, place));
+                }
+            }
         }
         let moved = (case.moved * case.cubes as f32).round() as usize;
         Self { random, cubes, camera, moved, next: 0, angle: 0.0 }
@@ -126,8 +152,8 @@ fn vector(random: &mut Pcg64Mcg) -> Vec3 {
     Vec3::new(signed(), signed(), signed())
 }
 
-/// Number of frames before the first that counts. In them an index is started and filled.
-const WARM_FRAMES: usize = 130;
+/// Number of frames before the first that counts. In them an index is started, filled, and given up if it costs too much.
+const WARM_FRAMES: usize = 260;
 
 struct Measured {
     /// Medians in milliseconds: Bevy's, and the plugin's.
@@ -226,13 +252,23 @@ fn main() {
         }
         return;
     }
-    if arguments.iter().any(|argument| argument == "sun") {
+    if arguments.iter().any(|argument| argument == "movers") {
         for cubes in sizes_or(&[1_000, 10_000, 100_000]) {
-            for (name, moved) in [("still", 0.0), ("1 % move", 0.01), ("all move", 1.0)] {
-                row(&format!("sun, {name}"), &Case { moved, has_sun: true, ..Case::new(cubes) });
+            for moved in [0.0, 0.005, 0.01, 0.02, 0.05, 0.1, 0.5, 1.0] {
+                row(&format!("{} % move", moved * 100.0), &Case { moved, ..Case::new(cubes) });
             }
         }
         return;
+    }
+    for (name, lights) in [("sun", Lights::Sun), ("lamps", Lights::Lamps)] {
+        if arguments.iter().any(|argument| argument == name) {
+            for cubes in sizes_or(&[1_000, 10_000, 100_000]) {
+                for (share, moved) in [("still", 0.0), ("1 % move", 0.01), ("all move", 1.0)] {
+                    row(&format!("{name}, {share}"), &Case { moved, lights, ..Case::new(cubes) });
+                }
+            }
+            return;
+        }
     }
     for cubes in sizes_or(&[100, 1_000, 10_000, 100_000, 1_000_000]) {
         for (name, moved) in [("still", 0.0), ("1 % move", 0.01), ("all move", 1.0)] {

@@ -1,56 +1,44 @@
-//! A sketch that grows while a camera flies through it. In each frame ribbons arrive, each as an entity with its
-//! bounds. The last ribbon of each hand still grows. The example needs no window: it prints the work of the plugin and
-//! the time of a frame.
+//! A sketch that grows while a camera flies through it. In each frame a hundred hands add a point to the mesh of their
+//! ribbon. Bevy computes the box of a changed mesh again, and the plugin takes it in the same frame. The example needs no
+//! window: it prints the work of the plugin and the time of a frame, and draws the visible ribbons into a picture. In a
+//! game, with Bevy's `DefaultPlugins`, the ribbons also need a `MeshMaterial3d`.
 //!
-//! `cargo run --release --example sketching`
+//! `cargo run --release --example sketching [-- FRAMES [PICTURE.ppm]]`
 
 #![expect(clippy::print_stdout, reason = "this is what it shows")]
 
 use std::{any::TypeId, time::Instant};
 
 use bevy_app::{App, TaskPoolPlugin, Update};
-use bevy_asset::AssetPlugin;
-use bevy_camera::{
-    Camera, CameraPlugin, PerspectiveProjection, Projection,
-    primitives::Aabb,
-    visibility::{Visibility, VisibilityClass, VisibleEntities},
-};
+use bevy_asset::{AssetPlugin, Assets, RenderAssetUsages};
+use bevy_camera::{Camera, CameraPlugin, PerspectiveProjection, Projection, visibility::VisibleEntities};
 use bevy_ecs::{
     change_detection::{Res, ResMut},
-    component::Component,
     entity::Entity,
     query::With,
     resource::Resource,
     system::{Commands, Query},
 };
-use bevy_math::{Quat, Vec3};
-use bevy_mesh::MeshPlugin;
-use bevy_osp::{OspCulling, OspCullingPlugin};
+use bevy_math::{Quat, Vec3, Vec4};
+use bevy_mesh::{Mesh, Mesh3d, MeshPlugin, PrimitiveTopology, VertexAttributeValues};
+use bevy_osp::{OspCulling, OspCullingPlugin, OspCullingSettings};
 use bevy_transform::{TransformPlugin, components::Transform};
-
-/// A ribbon; a renderer would draw its mesh.
-#[derive(Component)]
-struct Ribbon {
-    /// Smallest and largest corner so far, world space, metres.
-    min: Vec3,
-    max: Vec3,
-}
 
 /// Number of hands that draw at once: a whole class of artists.
 const HANDS: usize = 100;
-/// Number of frames, each with one sample of its hand, in which a ribbon grows.
-const FRAMES_OF_RIBBON: usize = 4;
-/// Half the width of a ribbon, metres.
-const HALF_WIDTH_M: f32 = 0.01;
+/// Number of frames, each with one point of its hand, in which a ribbon grows.
+const FRAMES_OF_RIBBON: usize = 8;
 /// Duration of a frame in seconds.
 const FRAME_SECS: f32 = 0.02;
+/// Width and height of the picture in pixels.
+const SIZE: [usize; 2] = [960, 540];
 
 /// The drawing of the hands so far.
 #[derive(Resource, Default)]
 struct Hands {
     frame: usize,
-    /// The ribbon that each hand is drawing.
-    ribbons: Vec<Entity>,
+    /// The ribbon that each hand is drawing, and its points.
+    ribbons: Vec<(Mesh3d, Vec<[f32; 3]>)>,
 }
 
 impl Hands {
@@ -69,29 +57,23 @@ fn hand_at(hand: usize, time_secs: f32) -> Vec3 {
     slow * 20.0 + fast
 }
 
-fn draw(
-    mut commands: Commands<'_, '_>,
-    mut hands: ResMut<'_, Hands>,
-    mut ribbons: Query<'_, '_, (&mut Ribbon, &mut Aabb)>,
-) {
+fn draw(mut commands: Commands<'_, '_>, mut hands: ResMut<'_, Hands>, mut meshes: ResMut<'_, Assets<Mesh>>) {
     let time_secs = hands.time_secs();
-    let begins = hands.frame.is_multiple_of(FRAMES_OF_RIBBON);
-    hands.frame += 1;
-    if begins {
-        hands.ribbons.clear();
+    if hands.frame.is_multiple_of(FRAMES_OF_RIBBON) {
+        let begin = |hand| {
+            let points = vec![hand_at(hand, time_secs - FRAME_SECS).to_array()];
+            let mesh =
+                Mesh3d(meshes.add(Mesh::new(PrimitiveTopology::LineStrip, RenderAssetUsages::default())));
+            commands.spawn(mesh.clone());
+            (mesh, points)
+        };
+        hands.ribbons = (0..HANDS).map(begin).collect();
     }
-    for hand in 0..HANDS {
-        let (from, to) = (hand_at(hand, time_secs - FRAME_SECS), hand_at(hand, time_secs));
-        let (low, high) = (from.min(to) - HALF_WIDTH_M, from.max(to) + HALF_WIDTH_M);
-        if begins {
-            let mut class = VisibilityClass::default();
-            class.push(TypeId::of::<Ribbon>());
-            let bundle = (Ribbon { min: low, max: high }, Aabb::from_min_max(low, high), class);
-            hands.ribbons.push(commands.spawn((bundle, Transform::default(), Visibility::default())).id());
-        } else if let Ok((mut ribbon, mut aabb)) = ribbons.get_mut(hands.ribbons[hand]) {
-            // The ribbon grows in place. Bevy's change detection reports this to the plugin.
-            (ribbon.min, ribbon.max) = (ribbon.min.min(low), ribbon.max.max(high));
-            *aabb = Aabb::from_min_max(ribbon.min, ribbon.max);
+    hands.frame += 1;
+    for (hand, (mesh, points)) in hands.ribbons.iter_mut().enumerate() {
+        points.push(hand_at(hand, time_secs).to_array());
+        if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
+            mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, points.clone());
         }
     }
 }
@@ -104,39 +86,113 @@ fn fly(hands: Res<'_, Hands>, mut cameras: Query<'_, '_, &mut Transform, With<Ca
     }
 }
 
-fn main() {
+/// Draws the lines of these ribbons into a picture with three bytes a pixel.
+fn picture(app: &App, camera: Entity, ribbons: &[Entity]) -> Vec<u8> {
+    let [width, height] = SIZE;
+    let mut pixels = vec![0; width * height * 3];
+    let camera = app.world().entity(camera);
+    let (Some(projection), Some(place)) = (camera.get::<Projection>(), camera.get::<Transform>()) else {
+        return pixels;
+    };
+    let clip_from_world = projection.get_clip_from_view() * place.to_matrix().inverse();
+    for ribbon in ribbons {
+        let mesh = app
+            .world()
+            .get::<Mesh3d>(*ribbon)
+            .and_then(|mesh| app.world().resource::<Assets<Mesh>>().get(mesh));
+        let points = mesh.and_then(|mesh| mesh.attribute(Mesh::ATTRIBUTE_POSITION));
+        let Some(VertexAttributeValues::Float32x3(points)) = points else { continue };
+        let colour =
+            [0, 8, 16].map(|shift| 64 | (ribbon.index_u32().wrapping_mul(2_654_435_761) >> shift) as u8);
+        let points = points
+            .iter()
+            .map(|point| clip_from_world * Vec3::from(*point).extend(1.0))
+            .collect::<Vec<Vec4>>();
+        for line in points.windows(2).filter(|line| line.iter().all(|point| point.w > 0.1)) {
+            let [from, to] = [line[0], line[1]].map(|point| {
+                (point.truncate() / point.w * Vec3::new(0.5, -0.5, 0.0) + 0.5)
+                    * Vec3::new(width as f32, height as f32, 0.0)
+            });
+            let steps = (to - from).abs().max_element().ceil();
+            for step in 0..=steps as usize {
+                let at = from.lerp(to, step as f32 / steps.max(1.0));
+                if (0.0..width as f32).contains(&at.x) && (0.0..height as f32).contains(&at.y) {
+                    let pixel = (at.y as usize * width + at.x as usize) * 3;
+                    pixels[pixel..pixel + 3].copy_from_slice(&colour);
+                }
+            }
+        }
+    }
+    pixels
+}
+
+/// The ribbons that the camera sees.
+fn seen(app: &App, camera: Entity) -> Vec<Entity> {
+    let visible = app.world().get::<VisibleEntities>(camera).expect("a camera has a list");
+    visible.get(TypeId::of::<Mesh3d>()).to_vec()
+}
+
+fn sketch(settings: OspCullingSettings) -> (App, Entity) {
     let mut app = App::new();
-    app.add_plugins((
-        TaskPoolPlugin::default(),
-        TransformPlugin,
-        AssetPlugin::default(),
-        MeshPlugin,
-        CameraPlugin,
-    ));
-    app.add_plugins(OspCullingPlugin::default());
+    app.add_plugins((TaskPoolPlugin::default(), TransformPlugin, AssetPlugin::default()));
+    app.add_plugins((MeshPlugin, CameraPlugin, OspCullingPlugin { settings }));
     app.init_resource::<Hands>().add_systems(Update, (draw, fly));
     let projection = PerspectiveProjection { aspect_ratio: 16.0 / 9.0, ..Default::default() };
     let camera = (Camera::default(), Projection::Perspective(projection), Transform::default());
     let camera = app.world_mut().spawn(camera).id();
     app.finish();
     app.cleanup();
+    (app, camera)
+}
 
+fn main() -> std::io::Result<()> {
+    let arguments = std::env::args().skip(1).collect::<Vec<_>>();
+    let frames = arguments.first().and_then(|frames| frames.parse().ok()).unwrap_or(3000);
+    let (mut app, camera) = sketch(OspCullingSettings::default());
     println!("frame  entities  indexed  loose  found   seen  frame, ms (mean of 100)");
     let mut start = Instant::now();
-    for frame in 1..=1500 {
+    for frame in 1..=frames {
         app.update();
         if frame % 100 == 0 {
             let mean_ms = start.elapsed().as_secs_f64() * 1e3 / 100.0;
             let counts = app.world().resource::<OspCulling>().counts();
-            let visible = app.world().get::<VisibleEntities>(camera).expect("a camera has a list");
-            let seen = visible.len(TypeId::of::<Ribbon>());
             println!(
-                "{frame:5}  {:8}  {:7}  {:5}  {:5}  {seen:5}  {mean_ms:.3}",
-                counts.entities, counts.indexed, counts.loose, counts.found
+                "{frame:5}  {:8}  {:7}  {:5}  {:5}  {:5}  {mean_ms:.3}",
+                counts.entities,
+                counts.indexed,
+                counts.loose,
+                counts.found,
+                seen(&app, camera).len()
             );
             start = Instant::now();
         }
     }
-    let counts = app.world().resource::<OspCulling>().counts();
-    assert!(counts.views_by_index == 1 && counts.indexed > 10_000, "{counts:?}");
+    if let Some(path) = arguments.get(1) {
+        let head = format!("P6 {} {} 255\n", SIZE[0], SIZE[1]);
+        std::fs::write(path, [head.into_bytes(), picture(&app, camera, &seen(&app, camera))].concat())?;
+    }
+    Ok(())
+}
+
+/// In every frame the picture of the visible ribbons is that of all ribbons.
+#[test]
+fn nothing_visible_is_missing() {
+    let (mut app, camera) = sketch(OspCullingSettings::always());
+    let (mut by_index, mut drawn) = (0, 0);
+    for frame in 0..500 {
+        app.update();
+        by_index += app.world().resource::<OspCulling>().counts().views_by_index;
+        if frame % 5 != 0 {
+            continue;
+        }
+        let world = app.world_mut();
+        let mut all = world.query_filtered::<Entity, With<Mesh3d>>().iter(world).collect::<Vec<_>>();
+        all.sort_unstable();
+        let visible = seen(&app, camera);
+        assert!(frame < 20 || visible.len() < all.len() / 2, "{} of {}", visible.len(), all.len());
+        let [expected, found] = [&all, &visible].map(|ribbons| picture(&app, camera, ribbons));
+        assert!(expected == found, "frame {frame}");
+        drawn += usize::from(expected.iter().any(|byte| *byte > 0));
+    }
+    assert!(by_index > 100 && drawn > 80, "{by_index} {drawn}");
 }

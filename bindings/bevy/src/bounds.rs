@@ -64,8 +64,24 @@ pub(crate) const CAMERA_PLANES: [usize; 5] = [0, 1, 2, 3, ViewFrustum::NEAR_PLAN
 #[cfg(feature = "light")]
 pub(crate) const CASCADE_PLANES: [usize; 5] = [0, 1, 2, 3, ViewFrustum::FAR_PLANE_IDX];
 
+/// The planes by which Bevy culls for a spot light.
+#[cfg(feature = "light")]
+pub(crate) const ALL_PLANES: [usize; 6] = [0, 1, 2, 3, 4, 5];
+
+/// Returns the cube around a sphere as a frustum, slightly larger; everything if the sphere is not finite.
+#[cfg(feature = "light")]
+pub(crate) fn cube_around(sphere: &Sphere) -> OspFrustum {
+    let Some(cube) = box_around(sphere.center, Vec3A::splat(sphere.radius)) else {
+        return OspFrustum::everything();
+    };
+    OspFrustum::new(std::array::from_fn(|i| {
+        let normal = if i < 3 { Vec3::AXES[i] } else { -Vec3::AXES[i - 3] };
+        Plane { normal, d: if i < 3 { -cube.min[i] } else { cube.max[i - 3] } }
+    }))
+}
+
 /// Returns the frustum for the index, with the planes `used` of Bevy's frustum.
-pub(crate) fn osp_frustum(frustum: &Frustum, used: &[usize; 5]) -> OspFrustum {
+pub(crate) fn osp_frustum(frustum: &Frustum, used: &[usize]) -> OspFrustum {
     let mut planes = *OspFrustum::everything().planes();
     for (plane, number) in planes.iter_mut().zip(used) {
         let half_space = &frustum.half_spaces[*number];

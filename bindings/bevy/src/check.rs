@@ -19,9 +19,11 @@ use bevy_utils::{Parallel, TypeIdMap};
 
 use crate::{
     Occluder,
-    bounds::{CAMERA_PLANES, world_box},
+    bounds::{CAMERA_PLANES, osp_frustum, world_box},
     changes::Changes,
+    costs::Kind,
     culling::OspCulling,
+    distinct::Distinct,
     occlusion::{Occluders, Shadows, window},
     settings::OspCullingSettings,
 };
@@ -90,24 +92,27 @@ pub(crate) fn check_visibility(
         let window = place.and_then(|(projection, transform)| window(camera, projection, transform));
         let has_shadows = window.is_some_and(|window| shadows.build(&window, layers, &occluders));
         let test = ViewTest {
-            conditions: Conditions { view, layers, ranges },
+            conditions: Conditions { view: Some(view), layers, ranges },
             frustum: (!no_cpu_culling).then_some(frustum),
             shadows: has_shadows.then_some(&*shadows),
         };
-        let candidates =
-            if no_cpu_culling { None } else { culling.candidates(&settings, frustum, &CAMERA_PLANES) };
+        let candidates = if no_cpu_culling {
+            None
+        } else {
+            culling.candidates(&settings, Kind::Camera, &osp_frustum(frustum, &CAMERA_PLANES))
+        };
+        let found = candidates.map(Distinct::len);
         match candidates {
             Some(candidates) => {
                 candidates.for_each(&mut entities, queues, touch, |item, queue| test.check(item, queue));
-                culling.counts_mut().views_by_index += 1;
             }
             None => {
                 let queue = || queues.borrow_local_mut();
                 entities.par_iter_mut().for_each_init(queue, |queue, item| test.check(item, queue));
-                culling.counts_mut().views_by_pass += 1;
             }
         }
         gather(queues, &mut visible);
+        culling.end_views(Kind::Camera, 1, found);
         culling.counts_mut().occluded += shadows.take_occluded();
     }
 }
@@ -124,7 +129,8 @@ fn touch(item: &CheckedItem<'_, '_>) -> u32 {
 
 /// The conditions of a view, or of a light for a view, that do not depend on an entity's box.
 pub(crate) struct Conditions<'a> {
-    pub(crate) view: Entity,
+    /// The view from which distances count; without one, what has a range is out of it.
+    pub(crate) view: Option<Entity>,
     pub(crate) layers: &'a RenderLayers,
     pub(crate) ranges: Option<&'a VisibleEntityRanges>,
 }
@@ -139,8 +145,9 @@ impl Conditions<'_> {
         layers: Option<&RenderLayers>,
         has_range: bool,
     ) -> bool {
-        let is_out_of_range =
-            |ranges: &VisibleEntityRanges| !ranges.entity_is_in_range_of_view(entity, self.view);
+        let is_out_of_range = |ranges: &VisibleEntityRanges| {
+            self.view.is_none_or(|view| !ranges.entity_is_in_range_of_view(entity, view))
+        };
         inherited.get()
             && self.layers.intersects(layers.unwrap_or_default())
             && !(has_range && self.ranges.is_some_and(is_out_of_range))

@@ -2,13 +2,16 @@
 
 use std::ops::ControlFlow;
 
-use bevy_camera::primitives::Frustum;
 use bevy_ecs::{entity::Entity, resource::Resource};
-use osp::{glam::Vec3, math::Aabb as WorldBox, polygon::VisibleBlocks};
+use osp::{
+    glam::Vec3,
+    math::{Aabb as WorldBox, Frustum},
+    polygon::VisibleBlocks,
+};
 
 use crate::{
-    bounds::osp_frustum,
     changes::{Changes, Received},
+    costs::{Kind, Meter},
     distinct::Distinct,
     entities::Entities,
     settings::OspCullingSettings,
@@ -19,10 +22,13 @@ use crate::{
 const LEAST_WAIT_FRAMES: u32 = 16;
 
 /// Largest number of these frames.
-const MOST_WAIT_FRAMES: u32 = 1024;
+const MOST_WAIT_FRAMES: u32 = 4096;
 
 /// An index that existed for this many frames was worth it. The next wait is short again.
 const KEPT_FRAMES: u32 = 512;
+
+/// Part of the entities that may be loose in an index that counts as filled: 1 of this many.
+const LOOSE_PART: usize = 16;
 
 /// Approximate number of frames over which the mean number of changes is taken.
 const MEAN_FRAMES: f32 = 16.0;
@@ -50,11 +56,11 @@ pub struct OspCullingCounts {
     pub views_by_index: usize,
     /// Number of views that were culled by a plain pass.
     pub views_by_pass: usize,
-    /// Number of cascades of directional lights that were culled by the index.
-    pub cascades_by_index: usize,
-    /// Number of cascades that were culled by a plain pass.
-    pub cascades_by_pass: usize,
-    /// Number of entities that the index found for these views and cascades, before Bevy's own test.
+    /// Number of shadow views of lights that were culled by the index: cascades, six faces of a point light, spot lights.
+    pub shadows_by_index: usize,
+    /// Number of shadow views that were culled by a plain pass.
+    pub shadows_by_pass: usize,
+    /// Number of entities that the index found for all these views, before Bevy's own test.
     pub found: usize,
     /// Number of entities in view that an [`Occluder`](crate::Occluder) hides, for all views.
     pub occluded: usize,
@@ -75,6 +81,9 @@ pub struct OspCulling {
     frames: u32,
     /// Mean number of entities that change in a frame, over the last frames.
     mean_changed: f32,
+    /// Number of changes in a frame at which no index is started, because one has cost more than it saved.
+    too_many: Option<usize>,
+    meter: Meter,
     counts: OspCullingCounts,
     found: VisibleBlocks,
     list: Vec<Entity>,
@@ -103,9 +112,25 @@ impl OspCulling {
         &mut self.counts
     }
 
+    /// Counts some views that have been culled by the index, which found a number of candidates, or by one plain pass.
+    pub(crate) fn end_views(&mut self, kind: Kind, views: usize, found: Option<usize>) {
+        let counts = &mut self.counts;
+        let count = match (kind, found.is_some()) {
+            (Kind::Camera, true) => &mut counts.views_by_index,
+            (Kind::Camera, false) => &mut counts.views_by_pass,
+            (_, true) => &mut counts.shadows_by_index,
+            (_, false) => &mut counts.shadows_by_pass,
+        };
+        *count += views;
+        // One pass is for all faces of a lamp.
+        let parts = if matches!(kind, Kind::Lamp) { 1 } else { views };
+        self.meter.end_views(kind, parts, found, counts.entities);
+    }
+
     /// Starts a frame: the index is updated, given up, or started.
     pub(crate) fn follow(&mut self, settings: &OspCullingSettings, changes: &mut Changes<'_, '_>) {
         let entities = changes.count();
+        self.meter.start(settings.is_measured && self.is_indexed);
         self.entities.next_frame();
         self.frames = self.frames.saturating_add(1);
         let is_large = entities >= settings.least_entities;
@@ -119,7 +144,9 @@ impl OspCulling {
                 self.apply(settings, changes, entities);
             }
         } else if is_large && self.frames > self.wait_frames {
-            if changes.are_more_changed_than(most_mean(settings, entities)) {
+            let most = most_mean(settings, entities).min(self.too_many.unwrap_or(usize::MAX));
+            if changes.are_more_changed_than(most) {
+                self.too_many = self.too_many.map(|many| many + many / 8 + 1);
                 self.wait_longer();
             } else {
                 self.begin(changes, entities);
@@ -128,6 +155,13 @@ impl OspCulling {
         if self.is_indexed {
             let most = (entities / settings.fill_frames.max(1) as usize).max(LEAST_SETTLED);
             self.entities.settle(most, settings.settle_frames.max(1), |entity| changes.bounds(entity));
+        }
+        let is_filled =
+            self.entities.loose() * LOOSE_PART <= entities || self.frames > 4 * settings.fill_frames;
+        if self.meter.end_changes(is_filled) && self.is_indexed {
+            self.too_many = Some(self.mean_changed as usize / 2);
+            self.give_up(self.wait_frames);
+            self.wait_longer();
         }
         self.counts = OspCullingCounts {
             entities,
@@ -176,6 +210,7 @@ impl OspCulling {
         self.entities.begin(cube_around(&root), entities);
         let mut is_within = true;
         changes.for_each(|entity, has_bounds, _| is_within &= self.entities.note(entity, has_bounds).is_ok());
+        self.meter.begin_index();
         (self.is_indexed, self.frames, self.mean_changed) = (true, 0, 0.0);
         if !is_within {
             self.give_up(MOST_WAIT_FRAMES);
@@ -192,19 +227,23 @@ impl OspCulling {
         self.wait_frames = (self.wait_frames * 2).clamp(LEAST_WAIT_FRAMES, MOST_WAIT_FRAMES);
     }
 
-    /// Returns the entities that may lie within these planes of the frustum. `None` if a plain pass is faster.
+    /// Returns the entities that may lie within the frustum. `None` if a plain pass is faster. `end_views` comes after the
+    /// tests.
     pub(crate) fn candidates(
         &mut self,
         settings: &OspCullingSettings,
+        kind: Kind,
         frustum: &Frustum,
-        planes: &[usize; 5],
     ) -> Option<Distinct<'_>> {
-        let most = OspCullingSettings::part(settings.most_found, self.counts.entities);
+        self.meter.start(settings.is_measured);
+        let entities = self.counts.entities;
+        let most = OspCullingSettings::part(settings.most_found, entities);
         if !self.is_indexed || self.entities.loose() + self.entities.always() > most {
             return None;
         }
-        self.entities.find(&osp_frustum(frustum, planes), &mut self.found);
-        if self.found.len() > most {
+        self.entities.find(frustum, &mut self.found);
+        let found = self.found.len();
+        if found > most || settings.is_measured && self.meter.is_pass_faster(kind, found, entities) {
             return None;
         }
         self.entities.list(&self.found, &mut self.list);

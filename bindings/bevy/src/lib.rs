@@ -42,6 +42,7 @@
 mod bounds;
 mod changes;
 mod check;
+mod costs;
 mod culling;
 mod distinct;
 mod entities;

@@ -5,13 +5,15 @@ use bevy_ecs::{
     system::{CombinatorSystem, Combine, IntoSystem, RunSystemError, System, SystemIn},
 };
 #[cfg(feature = "light")]
-use bevy_light::{LightPlugin, SimulationLightSystems, check_dir_light_mesh_visibility};
+use bevy_light::{
+    LightPlugin, SimulationLightSystems, check_dir_light_mesh_visibility, check_point_light_mesh_visibility,
+};
 #[cfg(feature = "light")]
 use bevy_transform::TransformSystems;
 use bevy_utils::prelude::DebugName;
 
 #[cfg(feature = "light")]
-use crate::lights::check_cascades;
+use crate::lights::{check_cascades, check_lamps};
 use crate::{OspCulling, OspCullingSettings, check::check_visibility};
 
 /// Replaces Bevy's frustum culling on the CPU with an index. Add it beside Bevy's own plugins, in any order.
@@ -68,15 +70,19 @@ fn replace(app: &mut App) {
     }
 }
 
-/// Puts the system for cascades in place of Bevy's, if the app has Bevy's lights, unless that has been done.
+/// Puts the systems for lights in place of Bevy's, if the app has Bevy's lights, unless that has been done.
 #[cfg(feature = "light")]
 fn replace_lights(app: &mut App) {
     if app.world().resource::<OspCulling>().are_lights_in_place || !app.is_plugin_added::<LightPlugin>() {
         return;
     }
-    let name = "bevy_osp::check_cascades";
-    if let Some(system) = in_place_of(app, check_dir_light_mesh_visibility, check_cascades, name) {
-        // The places that `LightPlugin` gives to Bevy's system.
+    let cascades =
+        in_place_of(app, check_dir_light_mesh_visibility, check_cascades, "bevy_osp::check_cascades");
+    let lamps = in_place_of(app, check_point_light_mesh_visibility, check_lamps, "bevy_osp::check_lamps");
+    let systems =
+        [cascades.map(IntoScheduleConfigs::into_configs), lamps.map(IntoScheduleConfigs::into_configs)];
+    for system in systems.into_iter().flatten() {
+        // The places that `LightPlugin` gives to Bevy's systems.
         let system = system
             .in_set(SimulationLightSystems::CheckLightVisibility)
             .after(VisibilitySystems::CalculateBounds)
@@ -85,8 +91,8 @@ fn replace_lights(app: &mut App) {
             .after(VisibilitySystems::CheckVisibility)
             .before(VisibilitySystems::MarkNewlyHiddenEntitiesInvisible);
         app.add_systems(PostUpdate, system);
-        app.world_mut().resource_mut::<OspCulling>().are_lights_in_place = true;
     }
+    app.world_mut().resource_mut::<OspCulling>().are_lights_in_place = true;
 }
 
 /// Removes Bevy's system; returns the plugin's, or `None` if the app does not have Bevy's.

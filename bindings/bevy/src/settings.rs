@@ -4,7 +4,8 @@ use bevy_reflect::{Reflect, std_traits::ReflectDefault};
 /// Limits for the choice between the index and Bevy's method, which is a plain pass over all entities. The visible sets
 /// are the same with both.
 ///
-/// At the default limits, both methods take about the same time (`cargo bench -- limits`). The resource may be changed
+/// At the default limits, both methods take about the same time (`cargo bench -- limits`). Set `is_measured` to `false`
+/// where the same frames have to take the same way, as in tests. The resource may be changed
 /// at any time, also through reflection, as editors and inspectors do.
 #[derive(Resource, Clone, Debug, PartialEq, Reflect)]
 #[reflect(Resource, Default)]
@@ -25,6 +26,9 @@ pub struct OspCullingSettings {
     pub settle_frames: u32,
     /// Approximate number of frames in which a new index is filled.
     pub fill_frames: u32,
+    /// Whether measured times decide, too: within the limits, the plugin takes the way that has been faster in the last
+    /// frames. The default is `true`, except on `wasm32`, which has no clock.
+    pub is_measured: bool,
 }
 
 impl Default for OspCullingSettings {
@@ -36,6 +40,7 @@ impl Default for OspCullingSettings {
             most_found: 0.125,
             settle_frames: 2,
             fill_frames: 64,
+            is_measured: cfg!(not(target_arch = "wasm32")),
         }
     }
 }
@@ -50,6 +55,7 @@ impl OspCullingSettings {
             most_found: 1.0,
             settle_frames: 1,
             fill_frames: 1,
+            is_measured: false,
         }
     }
 

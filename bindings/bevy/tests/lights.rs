@@ -1,4 +1,4 @@
-//! The cascades of directional lights have the same entities with the plugin as without.
+//! Lights have the same entities in their shadow views with the plugin as without.
 
 #![cfg(feature = "light")]
 
@@ -10,11 +10,12 @@ use bevy_camera::{
     Camera, Camera3d, PerspectiveProjection, Projection,
     primitives::{Aabb, Sphere},
     visibility::{
-        CascadesVisibleEntities, NoFrustumCulling, RenderLayers, ViewVisibility, Visibility, VisibilityRange,
+        CascadesVisibleEntities, CubemapVisibleEntities, NoFrustumCulling, RenderLayers, ViewVisibility,
+        Visibility, VisibilityRange, VisibleMeshEntities,
     },
 };
 use bevy_ecs::{component::Component, entity::Entity};
-use bevy_light::{CascadeShadowConfigBuilder, DirectionalLight, NotShadowCaster};
+use bevy_light::{CascadeShadowConfigBuilder, DirectionalLight, NotShadowCaster, PointLight, SpotLight};
 use bevy_math::{Quat, Vec3, Vec3A};
 use bevy_mesh::{Mesh, Mesh3d};
 use bevy_osp::{OspCulling, OspCullingSettings};
@@ -143,9 +144,133 @@ fn each_cascade_has_the_entities_that_bevy_finds() {
         assert!(sizes.iter().all(|size| (1..COUNT * 30).contains(size)), "{sizes:?}");
         let counts = *apps[1].world().resource::<OspCulling>().counts();
         let by_index = settings.most_found > 0.0;
-        assert_eq!(
-            (counts.cascades_by_index, counts.cascades_by_pass),
-            if by_index { (6, 0) } else { (0, 6) }
-        );
+        assert_eq!((counts.shadows_by_index, counts.shadows_by_pass), if by_index { (6, 0) } else { (0, 6) });
     }
+}
+
+/// Ranges in metres of the point lights and the spot lights of a world; the last has no shadows.
+const RANGES_M: [f32; 5] = [2.0, 5.0, 20.0, 1.0e3, 20.0];
+
+fn spawn_lamps(app: &mut App, random: &mut Pcg64Mcg) {
+    for (i, range) in RANGES_M.into_iter().enumerate() {
+        let shadow_maps_enabled = i + 1 < RANGES_M.len();
+        let place = Transform::from_translation(vector(random, 15.0))
+            .with_rotation(Quat::from_rotation_y(signed(random) * 3.0));
+        let outer_angle = 0.3 + 0.3 * i as f32;
+        let bulb = PointLight { shadow_maps_enabled, range, ..PointLight::default() };
+        let spot = SpotLight { shadow_maps_enabled, range, outer_angle, ..SpotLight::default() };
+        app.world_mut().spawn((bulb, place));
+        // A pole beside the range, which Bevy's test of a sphere and a box finds, and a box that just reaches into it.
+        let pole = (Vec3::new(2.5, 2.5, 0.0), Vec3A::new(0.5, 50.0, 0.5));
+        for (way, half_extents) in [pole, (Vec3::X * 1.04, Vec3A::splat(0.05))] {
+            let beside = Transform::from_translation(place.translation + way * range);
+            let aabb = Aabb { center: Vec3A::ZERO, half_extents: half_extents * range };
+            app.world_mut().spawn((Mesh3d(Handle::<Mesh>::default()), aabb, beside, Visibility::default()));
+        }
+        let mut spot = app.world_mut().spawn((spot, place));
+        if i == 1 {
+            spot.insert(RenderLayers::from_layers(&[0, 1]));
+        }
+    }
+}
+
+/// The six lists of each point light with its place and range, and the list of each spot light.
+type Lamps = (Vec<(Vec3, f32, Vec<Vec<Entity>>)>, Vec<(Entity, Vec<Entity>)>);
+
+fn lamps(app: &mut App) -> Lamps {
+    let world = app.world_mut();
+    let mut bulbs = world.query::<(&PointLight, &GlobalTransform, &CubemapVisibleEntities)>();
+    let faces = |lists: &CubemapVisibleEntities| lists.iter().map(|list| list.entities.clone()).collect();
+    let bulbs = bulbs
+        .iter(world)
+        .map(|(bulb, place, lists)| (place.translation(), bulb.range, faces(lists)))
+        .collect();
+    let mut spots = world.query::<(Entity, &VisibleMeshEntities)>();
+    let mut spots: Vec<_> = spots.iter(world).map(|(spot, list)| (spot, list.entities.clone())).collect();
+    spots.sort_unstable();
+    (bulbs, spots)
+}
+
+/// Whether an entity has a box, and this is outside the cube around the range of a light.
+fn is_beyond(app: &App, entity: Entity, center: Vec3, range: f32) -> bool {
+    let entity = app.world().entity(entity);
+    let (Some(aabb), Some(place)) = (entity.get::<Aabb>(), entity.get::<GlobalTransform>()) else {
+        return false;
+    };
+    let corners: Vec<_> = (0..8_u8)
+        .map(|i| {
+            let sign = |bit: u8| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
+            let corner = aabb.center + aabb.half_extents * Vec3A::new(sign(0), sign(1), sign(2));
+            (place.transform_point(corner.into()) - center).as_dvec3()
+        })
+        .collect();
+    let range = f64::from(range);
+    !entity.contains::<NoFrustumCulling>()
+        && (0..3).any(|i| {
+            corners.iter().all(|corner| corner[i] > range) || corners.iter().all(|corner| corner[i] < -range)
+        })
+}
+
+/// Of a point light, the plugin leaves out what is outside the cube around the range. Otherwise the lists are Bevy's.
+#[test]
+fn each_lamp_has_the_entities_that_bevy_finds_in_its_range() {
+    let passes = OspCullingSettings { most_found: 0.0, ..OspCullingSettings::always() };
+    let mut beyond = 0;
+    for (seed, settings) in (1..5).map(|seed| (seed, OspCullingSettings::always())).chain([(5, passes)]) {
+        let mut apps = [new_app(None), new_app(Some(settings.clone()))];
+        let mut ids = Vec::new();
+        for app in &mut apps {
+            let random = &mut Pcg64Mcg::seed_from_u64(seed);
+            ids = spawn(app, random);
+            spawn_lamps(app, random);
+        }
+        let mut random = Pcg64Mcg::seed_from_u64(seed + 100);
+        let (mut most, mut listed) = (0, 0);
+        for frame in 0..30 {
+            let by = vector(&mut random, 20.0);
+            for app in &mut apps {
+                for i in 0..10 {
+                    let id = ids[(frame * 31 + i * 57) % COUNT];
+                    app.world_mut().get_mut::<Transform>(id).expect("a place").translation += by;
+                }
+                app.update();
+            }
+            let [mut bevy, osp] = apps.each_mut().map(lamps);
+            for (center, range, list) in bevy
+                .0
+                .iter_mut()
+                .flat_map(|(center, range, lists)| lists.iter_mut().map(|l| (*center, *range, l)))
+            {
+                let all = list.len();
+                list.retain(|id| !is_beyond(&apps[0], *id, center, range));
+                beyond += all - list.len();
+                most = most.max(list.len());
+                listed += list.len();
+            }
+            for ((at, range, bevys), (_, _, ours)) in bevy.0.iter().zip(&osp.0) {
+                for (bevys, ours) in bevys.iter().zip(ours) {
+                    assert_eq!(bevys, ours, "seed {seed}, frame {frame}, light at {at}, range {range}");
+                }
+            }
+            assert_eq!(bevy.1, osp.1, "seed {seed}, frame {frame}");
+            listed += osp.1.iter().map(|(_, list)| list.len()).sum::<usize>();
+            for id in &ids {
+                let [bevys, ours] = apps
+                    .each_ref()
+                    .map(|app| app.world().get::<ViewVisibility>(*id).is_some_and(|v| v.get()));
+                let is_listed = || osp.0.iter().flat_map(|(_, _, lists)| lists).any(|list| list.contains(id));
+                assert!(if ours { bevys } else { !is_listed() }, "seed {seed}, frame {frame}, {id}");
+            }
+        }
+        assert!(most > 50 && listed > 1000, "{most} {listed}");
+        let counts = *apps[1].world().resource::<OspCulling>().counts();
+        let by_pass = settings.most_found == 0.0;
+        assert_eq!(
+            (counts.shadows_by_index == 0, counts.shadows_by_pass == 0),
+            (by_pass, !by_pass),
+            "{counts:?}"
+        );
+        assert!(counts.shadows_by_index + counts.shadows_by_pass > 6 + 7, "{counts:?}");
+    }
+    assert!(beyond > 0, "Bevy's test of a sphere and a box never differs");
 }

@@ -121,7 +121,8 @@ fn messages_that_were_missed_are_noticed() {
 /// There are few entities, then many that rest, then all move, then they rest again.
 #[test]
 fn the_index_comes_when_it_pays_and_goes_when_all_moves() {
-    let settings = OspCullingSettings { least_entities: 600, ..OspCullingSettings::default() };
+    let settings =
+        OspCullingSettings { least_entities: 600, is_measured: false, ..OspCullingSettings::default() };
     let mut apps = [new_app(None), new_app(Some(settings))];
     let mut twins = Twins::new();
     let place = |i: usize| Vec3::new((i % 30) as f32, (i / 30) as f32, 10.0 - (i % 7) as f32 * 9.0) * 2.0;

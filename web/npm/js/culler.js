@@ -117,6 +117,13 @@ export class Culler {
     return cameras.map((_, i) => this.#found(culler.see(i)));
   }
 
+  cullTogether(...cameras) {
+    const culler = this.#culler;
+    this.#writeCameras(cameras);
+    culler.cull();
+    return this.#found(culler.see_any());
+  }
+
   areHidden(camera, boxes) {
     const culler = this.#culler;
     numbers(boxes, boxes?.length, "boxes");

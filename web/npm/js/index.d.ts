@@ -88,6 +88,12 @@ export class Culler<K extends Key = number> {
    */
   cull(...cameras: Camera[]): Keys<K>[];
   /**
+   * Finds the objects that at least one of the cameras sees, each once: one list for both eyes (`xrCameras`), which one draw call with
+   * multiview needs.
+   * @throws RangeError like `cull`
+   */
+  cullTogether(...cameras: Camera[]): Keys<K>;
+  /**
    * Returns 1 for each box (six numbers) that is completely off a camera's screen or, with `hideByOccluders`, behind the occluders; else
    * 0. The boxes belong to no culler: they may be those of a sound, a character, a trigger. A box that is not finite or has min > max is
    * not hidden. Applies all changes, like `cull`.

@@ -219,6 +219,16 @@ impl Culler {
         Self::answer(&mut self.found, seen.len(), seen.iter())
     }
 
+    /// Finds the objects that some camera of the last cull sees, each once. Returns their number.
+    pub fn see_any(&mut self) -> Outcome<usize> {
+        let frame = self.culler.frame();
+        let keys = frame.iter().enumerate().flat_map(|(at, seen)| {
+            let frame = &frame;
+            seen.iter().filter(move |key| !(0..at).any(|before| frame[before].contains(*key)))
+        });
+        Self::answer(&mut self.found, frame.iter().map(|seen| seen.len()).sum(), keys)
+    }
+
     /// Returns the number of objects that occluders hide from a camera of the last cull.
     pub fn hidden(&self, camera: usize) -> usize {
         self.culler.frame().get(camera).map_or(0, |seen| seen.hidden())

@@ -77,6 +77,8 @@ test("a quad, a box and a mesh hide for both eyes of a pose; layers part", () =>
     const [left, right, all] = culler.cull(...eyes, { ...ahead });
     assert.deepEqual([left.length, right.length], [0, 0]);
     assert.ok(all.length > 100 && culler.hidden(0) === all.length && culler.hidden(2) === 0 && culler.hidden(3) === 0);
+    assert.deepEqual(sorted(culler.cullTogether(eyes[0], eyes[1], ahead, ahead)), sorted(all));
+    assert.equal(culler.cullTogether(...eyes).length + culler.cullTogether().length, 0);
     const boxes = Float32Array.from([...all].flatMap((key) => [...culler.box(key)]));
     assert.ok(culler.areHidden(eyes[0], boxes).every((is) => is === 1));
     assert.ok(culler.areHidden(ahead, boxes).every((is) => is === 0));

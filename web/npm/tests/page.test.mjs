@@ -13,9 +13,10 @@ const chromium =
   ["chromium", "chromium-browser", "google-chrome"].find((name) => spawnSync(name, ["--version"]).status === 0);
 const skip = chromium ? false : "there is no Chromium (the variable CHROMIUM names one)";
 
-test("the page races and draws", { skip, timeout: 180_000 }, async (t) => {
+/** Opens a page of the example; returns what it reports. */
+async function report(t, path) {
   let done;
-  const report = new Promise((resolve) => (done = resolve));
+  const reported = new Promise((resolve) => (done = resolve));
   const server = await serve(0, done);
   t.after(() => server.close());
   const folder = await mkdtemp(join(tmpdir(), "osp-culling-page-"));
@@ -28,7 +29,7 @@ test("the page races and draws", { skip, timeout: 180_000 }, async (t) => {
     "--no-first-run",
     `--user-data-dir=${folder}`,
   ];
-  const browser = spawn(chromium, [...flags, `http://127.0.0.1:${server.address().port}/?boxes=6000&frames=20&report`], {
+  const browser = spawn(chromium, [...flags, `http://127.0.0.1:${server.address().port}${path}`], {
     stdio: "ignore",
   });
   const ended = new Promise((resolve) => browser.on("exit", resolve));
@@ -38,8 +39,13 @@ test("the page races and draws", { skip, timeout: 180_000 }, async (t) => {
     await rm(folder, { recursive: true, force: true, maxRetries: 5 });
   });
   const early = ended.then((code) => ({ error: `the browser ended with ${code}` }));
-  const found = await Promise.race([report, early]);
+  const found = await Promise.race([reported, early]);
   assert.equal(found.error, undefined);
+  return found;
+}
+
+test("the page races and draws", { skip, timeout: 180_000 }, async (t) => {
+  const found = await report(t, "/?boxes=6000&frames=20&report");
   assert.equal(found.kernel, "simd128");
   assert.equal(found.count, 6000);
   assert.ok(found.medianSeen > 0);
@@ -52,6 +58,12 @@ test("the page races and draws", { skip, timeout: 180_000 }, async (t) => {
   if (found.shown === null) t.diagnostic(found.drawn);
   else assert.ok(found.shown > 0 && found.shown <= 6000);
   t.diagnostic(`${found.drawn}; ${found.summary.map(({ name, cullUs }) => `${name}: ${cullUs.toFixed(0)} us`).join(", ")}`);
+});
+
+test("the page for two eyes culls once for both", { skip, timeout: 180_000 }, async (t) => {
+  const { shown, left, right } = await report(t, "/example/stereo.html?boxes=6000&report");
+  t.diagnostic(`${shown} shown; ${left} for the left eye, ${right} for the right`);
+  assert.ok(left > 0 && right > 0 && shown >= Math.max(left, right) && shown < left + right && shown < 6000);
 });
 
 test("the example's server gives nothing beside its folder", async (t) => {

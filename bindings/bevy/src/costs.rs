@@ -1,0 +1,149 @@
+//! Measured times, by which the plugin takes the faster way: the index, or a plain pass over all entities. They depend
+//! on the processor's caches, and on what else uses them, more than on the numbers of entities.
+
+use std::time::Instant;
+
+/// Number of candidates whose tests take about as long as the fixed work for a view.
+const FIXED: usize = 64;
+
+/// Number of more frames with a loss than without after which an index is given up.
+const MOST_LOSSES: u32 = 16;
+
+/// Share of the time of all views that following the changes may take without a loss.
+const TOLERANCE: f32 = 1.0 / 16.0;
+
+/// The kinds of views. The tests of an entity differ.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(not(feature = "light"), expect(dead_code, reason = "only lights have the others"))]
+pub(crate) enum Kind {
+    Camera,
+    Cascade,
+    Lamp,
+}
+
+/// An estimate of a median, in nanoseconds; 0 if there is none yet. Single frames, however long, change it little.
+#[derive(Debug, Default)]
+struct Median(f32);
+
+impl Median {
+    fn note(&mut self, nanos: f32) {
+        self.0 = if self.0 == 0.0 { nanos } else { self.0 * if nanos > self.0 { 1.03 } else { 0.97 } };
+    }
+}
+
+/// The times of one kind of view.
+#[derive(Debug, Default)]
+struct Costs {
+    /// For each of all entities, in a plain pass.
+    pass: Median,
+    /// For each candidate of the index.
+    found: Median,
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct Meter {
+    kinds: [Costs; 3],
+    started: Option<Instant>,
+    /// Time of all views of this frame.
+    views_ns: f32,
+    /// Time that the index has saved in this frame.
+    saved_ns: f32,
+    losses: u32,
+}
+
+impl Meter {
+    /// Starts a measurement, if measured times count.
+    pub(crate) fn start(&mut self, is_measured: bool) {
+        self.started = is_measured.then(Instant::now);
+    }
+
+    fn stop(&mut self) -> Option<f32> {
+        Some(self.started.take()?.elapsed().as_nanos() as f32)
+    }
+
+    /// Whether a plain pass over all entities is faster than tests of the candidates.
+    pub(crate) fn is_pass_faster(&mut self, kind: Kind, found: usize, entities: usize) -> bool {
+        let Costs { pass, found: each } = &mut self.kinds[kind as usize];
+        let is_faster = pass.0 > 0.0 && (found + FIXED) as f32 * each.0 > entities as f32 * pass.0;
+        if is_faster {
+            // So the index is tried again some time.
+            each.0 *= 0.995;
+        }
+        is_faster
+    }
+
+    /// Ends the measurement of a view with a number of candidates, or of a plain pass for some parts that the index culls
+    /// one by one.
+    pub(crate) fn end_views(&mut self, kind: Kind, parts: usize, found: Option<usize>, entities: usize) {
+        let Some(nanos) = self.stop() else { return };
+        self.views_ns += nanos;
+        let tests = (parts * entities.max(1)) as f32;
+        let costs = &mut self.kinds[kind as usize];
+        if let Some(found) = found {
+            costs.found.note(nanos / (found + FIXED) as f32);
+            if costs.pass.0 > 0.0 {
+                self.saved_ns += tests * costs.pass.0 - nanos;
+            }
+            // So a pass is tried again some time.
+            costs.pass.0 *= 0.999;
+        } else {
+            costs.pass.note(nanos / tests);
+        }
+    }
+
+    /// Forgets the losses of an index.
+    pub(crate) fn begin_index(&mut self) {
+        self.losses = 0;
+    }
+
+    /// Ends the measurement of a frame's changes; returns whether the index costs more than it saves.
+    pub(crate) fn end_changes(&mut self, is_filled: bool) -> bool {
+        let (views_ns, saved_ns) = (std::mem::take(&mut self.views_ns), std::mem::take(&mut self.saved_ns));
+        let Some(nanos) = self.stop().filter(|_| is_filled && views_ns > 0.0) else { return false };
+        let is_loss = nanos > saved_ns + views_ns * TOLERANCE;
+        self.losses = if is_loss { self.losses + 1 } else { self.losses.saturating_sub(1) };
+        self.losses > MOST_LOSSES
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    fn started(millis: u64) -> Option<Instant> {
+        Instant::now().checked_sub(Duration::from_millis(millis))
+    }
+
+    #[test]
+    fn the_faster_way_is_known_after_each_has_been_taken() {
+        let mut meter = Meter::default();
+        assert!(!meter.is_pass_faster(Kind::Camera, 1000, 1000), "nothing is measured yet");
+        meter.started = started(100);
+        meter.end_views(Kind::Camera, 1, None, 1000);
+        meter.started = started(10);
+        meter.end_views(Kind::Camera, 1, Some(0), 1000);
+        assert!(!meter.is_pass_faster(Kind::Camera, 100, 1000));
+        assert!(meter.is_pass_faster(Kind::Camera, 900, 1000));
+        assert!(!meter.is_pass_faster(Kind::Lamp, 900, 1000), "other views have other times");
+        // In time it tries the other way again.
+        let tries = (0..500).filter(|_| !meter.is_pass_faster(Kind::Camera, 900, 1000)).count();
+        assert!(tries > 0 && tries < 500, "{tries}");
+    }
+
+    #[test]
+    fn an_index_that_costs_more_than_it_saves_is_given_up() {
+        for (changes_ms, is_loss) in [(20, false), (400, true)] {
+            let mut meter = Meter { started: started(100), ..Meter::default() };
+            meter.end_views(Kind::Camera, 1, None, 1000);
+            let is_given_up = (0..40).any(|_| {
+                meter.started = started(10);
+                meter.end_views(Kind::Camera, 1, Some(10), 1000);
+                meter.started = started(changes_ms);
+                meter.end_changes(true)
+            });
+            assert_eq!(is_given_up, is_loss, "{changes_ms} ms");
+        }
+    }
+}
