@@ -72,7 +72,10 @@ impl Adapter {
 
 #[cfg(feature = "render")]
 fn failed(error: osp_render::RenderError) -> PaperError {
-    PaperError::Drawing(Box::new(error))
+    match error {
+        osp_render::RenderError::NoOcclusion { .. } => PaperError::NoOcclusion(error.to_string()),
+        _ => PaperError::Drawing(Box::new(error)),
+    }
 }
 
 #[cfg(feature = "render")]

@@ -232,12 +232,16 @@ pub(super) fn fly(
     progress: &mut dyn FnMut(&str),
 ) -> Result<(), PaperError> {
     let changes: Vec<Change> = input.scene.visible_ids().map(Change::Insert).collect();
-    let mut drawers = Vec::new();
+    let (mut drawers, mut lacks) = (Vec::new(), None);
     for occlusion in [Method::NONE, Method::Hzb, Method::Queries] {
-        if let Some(adapter) = adapter {
-            let mut drawer = adapter.drawer(occlusion)?;
-            drawer.follow(&changes);
-            drawers.push((occlusion, drawer));
+        let Some(adapter) = adapter else { continue };
+        match adapter.drawer(occlusion) {
+            Ok(mut drawer) => {
+                drawer.follow(&changes);
+                drawers.push((occlusion, drawer));
+            }
+            Err(PaperError::NoOcclusion(reason)) => lacks = Some(reason),
+            Err(error) => return Err(error),
         }
     }
     // Each drawer draws once before, so that no measured frame includes the upload of the model.
@@ -247,6 +251,10 @@ pub(super) fn fly(
     }
     let polygon_ns = drawn_ns.first().copied().unwrap_or(POLYGON_NS);
     let mut ways = Maker { input, config, changes, polygon_ns }.ways(adapter.is_some());
+    ways.retain(|way| {
+        !way.while_drawing.is_while_drawing()
+            || drawers.iter().any(|(method, _)| *method == way.while_drawing)
+    });
     let frames = config.frames.min(views.len() as u64);
     let mut verified = 0;
     for frame in 0..frames {
@@ -272,6 +280,9 @@ pub(super) fn fly(
         }
     }
     add(rows, input, &ways, adapter.is_some());
+    if let Some(reason) = lacks {
+        rows.note(PART, format!("Without hzb and queries: {reason}."));
+    }
     Ok(())
 }
 

@@ -23,6 +23,9 @@ pub enum PaperError {
     /// The adapter failed.
     #[error("drawing failed")]
     Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// The adapter cannot cull hidden polygons while it draws.
+    #[error("{0}")]
+    NoOcclusion(String),
 }
 
 /// Settings of the paper's experiments.
