@@ -6,7 +6,7 @@ use super::{
     shaders,
 };
 
-/// How bright light spreads.
+/// The spread of bright light over the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Bloom {
     Off,
