@@ -6,6 +6,15 @@ use super::{
     shaders,
 };
 
+/// The spread of bright light over the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Bloom {
+    Off,
+    /// The light loses a quarter of its brightness.
+    Reduced,
+    Full,
+}
+
 /// The last passes of a frame, which make the finished picture from the drawn colours.
 #[derive(Debug)]
 pub(super) struct Finish {
@@ -59,16 +68,17 @@ impl Finish {
         }
     }
 
-    /// Encodes the passes that make the target's picture. `spreads` is whether bright light spreads (bloom).
+    /// Encodes the passes that make the target's picture.
     pub(super) fn encode(
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         target: &Target,
-        spreads: bool,
+        bloom: Bloom,
         stamps: Option<wgpu::RenderPassTimestampWrites<'_>>,
     ) {
         let of_target = target.octaves.get_or_init(|| self.bind(gpu, target));
+        let spreads = bloom != Bloom::Off;
         if spreads {
             let mut from = &of_target.resolved;
             for (i, octave) in of_target.octaves.iter().enumerate() {
@@ -91,7 +101,9 @@ impl Finish {
                 pass.set_bind_group(2, samples, &[]);
             }
         }
-        pass.draw(0..3, 0..1);
+        // The shader reads the kind of bloom from the number of the only instance.
+        let kind = u32::from(bloom == Bloom::Full);
+        pass.draw(0..3, kind..kind + 1);
     }
 
     fn bind(&self, gpu: &Gpu, target: &Target) -> Octaves {

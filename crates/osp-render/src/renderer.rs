@@ -6,7 +6,7 @@ use super::{
     backdrop::srgb_from_linear,
     descriptors,
     draw_switch::DrawSwitch,
-    finish::Finish,
+    finish::{Bloom, Finish},
     gpu_scene::GpuScene,
     hzb::{Frame, Hzb, HzbConfig, HzbView},
     opaque_order,
@@ -158,6 +158,14 @@ impl Renderer {
     /// Whether frames are drawn with the paint of brushes or with an environment.
     fn is_painted(&self) -> bool {
         !self.is_solid && (self.scene.has_brushes() || self.environment.is_some())
+    }
+
+    fn bloom(&self) -> Bloom {
+        match &self.environment {
+            _ if !self.is_painted() => Bloom::Off,
+            Some(environment) if environment.has_full_bloom => Bloom::Full,
+            _ => Bloom::Reduced,
+        }
     }
 
     /// The pipelines of the current frame.
@@ -350,7 +358,7 @@ impl Renderer {
         pass.set_bind_group(0, slot.bind_group(), &[]);
         let calls = parts.draw(&self.gpu, &mut pass, &self.scene, list);
         drop(pass);
-        self.finish.encode(&self.gpu, encoder, target, false, None);
+        self.finish.encode(&self.gpu, encoder, target, Bloom::Off, None);
         calls
     }
 
@@ -373,7 +381,7 @@ impl Renderer {
                 scene: &self.scene,
                 pipelines: self.pipelines(),
                 finish: &self.finish,
-                spreads: self.is_painted(),
+                bloom: self.bloom(),
                 view_layout: &self.view_layout,
                 target,
                 background: self.background,
@@ -396,7 +404,7 @@ impl Renderer {
         more(&mut pass);
         drop(pass);
         let stamps = timer.stamps(0, Ends::End).map(|stamps| stamps.of_render());
-        self.finish.encode(&self.gpu, encoder, target, self.is_painted(), stamps);
+        self.finish.encode(&self.gpu, encoder, target, self.bloom(), stamps);
         timer.end(encoder, 1);
     }
 }

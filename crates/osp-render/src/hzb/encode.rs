@@ -309,7 +309,7 @@ impl HzbView {
         more(&mut pass);
         drop(pass);
         let stamps = timer.stamps(2, Ends::End).map(|stamps| stamps.of_render());
-        frame.finish.encode(frame.gpu, encoder, frame.target, frame.spreads, stamps);
+        frame.finish.encode(frame.gpu, encoder, frame.target, frame.bloom, stamps);
     }
 
     /// Reads back the pyramid of the last frame.

@@ -1,5 +1,10 @@
 use super::Hzb;
-use crate::{DrawOrder, Gpu, Target, finish::Finish, gpu_scene::GpuScene, pipelines::Pipelines};
+use crate::{
+    DrawOrder, Gpu, Target,
+    finish::{Bloom, Finish},
+    gpu_scene::GpuScene,
+    pipelines::Pipelines,
+};
 
 /// Parts of the renderer and of the view's slot that draw a view.
 #[derive(Clone, Copy)]
@@ -9,8 +14,7 @@ pub(in super::super) struct Frame<'a> {
     pub(in super::super) scene: &'a GpuScene,
     pub(in super::super) pipelines: &'a Pipelines,
     pub(in super::super) finish: &'a Finish,
-    /// Whether bright light spreads (bloom).
-    pub(in super::super) spreads: bool,
+    pub(in super::super) bloom: Bloom,
     pub(in super::super) view_layout: &'a wgpu::BindGroupLayout,
     pub(in super::super) target: &'a Target,
     pub(in super::super) background: wgpu::Color,

@@ -102,5 +102,6 @@ fn standard() -> Environment {
             (Vec3::new(0.0, -0.643, 0.766), Vec3::new(0.428, 0.421, 0.346)),
         ],
         reflection: 0.3,
+        has_full_bloom: false,
     }
 }

@@ -22,7 +22,7 @@ const HALF_IS_WHITE: f32 = 2.0;
 struct Corner {
     @builtin(position) position: vec4<f32>,
     @location(0) uv: vec2<f32>,
-    // Width and height of the target, pixels, 16 bits each.
+    // Width and height of the target, pixels, 16 bits each; of the last pass: whether spread light keeps all its brightness.
     @location(1) @interpolate(flat, either) size: u32,
 }
 
@@ -83,12 +83,15 @@ fn cut_off(in: Corner) -> @location(0) vec4<f32> {
     return vec4(saturate(textureLoad(source, vec2<i32>(in.position.xy), 0).rgb), 1.0);
 }
 
-fn with_octaves(c: vec3<f32>, uv: vec2<f32>) -> vec4<f32> {
-    let octaves = 0.5 * textureSampleLevel(octave_0, smooth_sampler, uv, 0.0).rgb
-        + 0.6 * textureSampleLevel(octave_1, smooth_sampler, uv, 0.0).rgb
-        + 0.6 * textureSampleLevel(octave_2, smooth_sampler, uv, 0.0).rgb
-        + 0.45 * textureSampleLevel(octave_3, smooth_sampler, uv, 0.0).rgb;
-    return vec4(saturate(mix(c, 0.34 * octaves, SPREAD)), 1.0);
+fn with_octaves(c: vec3<f32>, in: Corner) -> vec4<f32> {
+    // The full bloom has eight octaves of equal weight, from a half of the picture's size on. These are their parts that
+    // spread about as far as each of the four.
+    let parts = select(0.34 * vec4(0.5, 0.6, 0.6, 0.45), vec4(0.17, 0.31, 0.19, 0.33), in.size == 1u);
+    let octaves = parts.x * textureSampleLevel(octave_0, smooth_sampler, in.uv, 0.0).rgb
+        + parts.y * textureSampleLevel(octave_1, smooth_sampler, in.uv, 0.0).rgb
+        + parts.z * textureSampleLevel(octave_2, smooth_sampler, in.uv, 0.0).rgb
+        + parts.w * textureSampleLevel(octave_3, smooth_sampler, in.uv, 0.0).rgb;
+    return vec4(saturate(mix(c, octaves, SPREAD)), 1.0);
 }
 
 // The picture with bloom. A stroke brighter than white makes a pixel white as soon as it covers half of it. So thin
@@ -100,7 +103,7 @@ fn spread(in: Corner) -> @location(0) vec4<f32> {
     for (var i = 0; i < count; i++) {
         sum += min(cut(textureLoad(samples, vec2<i32>(in.position.xy), i).rgb), vec3(HALF_IS_WHITE));
     }
-    return with_octaves(sum / f32(count), in.uv);
+    return with_octaves(sum / f32(count), in);
 }
 
 // `spread` for adapters that cannot read samples: it uses the mean of a pixel's samples, so edges of bright light are
@@ -108,5 +111,5 @@ fn spread(in: Corner) -> @location(0) vec4<f32> {
 @fragment
 fn spread_mean(in: Corner) -> @location(0) vec4<f32> {
     let mean = cut(textureLoad(source, vec2<i32>(in.position.xy), 0).rgb);
-    return with_octaves(min(mean, vec3(HALF_IS_WHITE)), in.uv);
+    return with_octaves(min(mean, vec3(HALF_IS_WHITE)), in);
 }

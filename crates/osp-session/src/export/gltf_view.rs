@@ -131,6 +131,7 @@ mod tests {
             ambient: Vec3::splat(0.4),
             lights: [(slanted, Vec3::new(0.5, 0.4, 0.2)), (Vec3::Y, Vec3::ZERO)],
             reflection: 0.0,
+            has_full_bloom: false,
         };
         let (lights, nodes) = lights(&environment);
         let shown = |normal: Vec3| -> Vec3 {

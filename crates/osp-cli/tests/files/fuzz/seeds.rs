@@ -70,6 +70,7 @@ fn events() -> Vec<u8> {
         ambient: Vec3::splat(0.4),
         lights: [(Vec3::NEG_Y, Vec3::ONE), (Vec3::X, Vec3::splat(2.5))],
         reflection: 0.3,
+        has_full_bloom: false,
     };
     let header = Header {
         environment: Some(Box::new(environment)),

@@ -124,6 +124,14 @@ fn light_that_cannot_be_is_left_out_with_a_warning() {
 }
 
 #[test]
+fn sketches_without_the_programs_version_have_the_full_bloom() {
+    let preset = r#""EnvironmentPreset":"ab080599-e465-4a6d-8587-43bf495af68b""#;
+    assert!(light_of(&format!("{{{preset}}}")).has_full_bloom);
+    let later = format!(r#"{{{preset},"ApplicationVersion":"24.0b"}}"#);
+    assert!(!light_of(&later).has_full_bloom);
+}
+
+#[test]
 fn a_sketch_that_says_nothing_of_light_has_none() {
     let (header, warnings) =
         header_of(r#"{"Environment":null,"Lights":null,"Layers":null,"ModelIndex":null}"#);

@@ -33,6 +33,7 @@ fn environment() -> Environment {
         ambient: Vec3::splat(0.5),
         lights: [(Vec3::NEG_Y, Vec3::splat(0.4)), (Vec3::NEG_Z, Vec3::splat(0.3))],
         reflection: 0.3,
+        has_full_bloom: false,
     }
 }
 
@@ -275,6 +276,20 @@ fn light_spreads_around_what_shines() {
     };
     let (shining, plain) = (beside("Light"), beside("Flat"));
     assert!(shining > plain + 10, "{shining} beside a light, {plain} beside paint");
+}
+
+#[test]
+fn the_full_bloom_keeps_the_brightness_of_paint() {
+    let Some(gpu) = gpu() else { return };
+    let mut drawer = drawer(&gpu);
+    let mut sky = |has_full_bloom| {
+        let sky = [Vec3::splat(0.8); 2];
+        drawer.set_environment(Some(&Environment { sky, has_full_bloom, ..environment() }));
+        drawer.draw(&Scene::new(), &ahead(), &[]).expect("a drawn frame");
+        pixel(&drawer.image().expect("a picture"), SIZE.0 / 2, SIZE.1 / 2)[1]
+    };
+    // A fourth of the twentieth that spreads.
+    assert_eq!([sky(true), sky(false)], [204, 201]);
 }
 
 /// A stroke of every brush, around the origin.

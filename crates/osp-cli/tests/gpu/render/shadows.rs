@@ -25,6 +25,7 @@ fn environment() -> Environment {
         ambient: Vec3::splat(0.2),
         lights: [(Vec3::new(0.0, -1.0, -1.0).normalize(), Vec3::ONE), Default::default()],
         reflection: 0.0,
+        has_full_bloom: false,
     }
 }
 

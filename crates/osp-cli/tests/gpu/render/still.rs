@@ -50,6 +50,7 @@ fn drawn(gpu: &Arc<Gpu>, scene: &Scene, view: &View) -> Image {
         ambient: Vec3::ONE,
         lights: Default::default(),
         reflection: 0.0,
+        has_full_bloom: false,
     }));
     drawer.draw(scene, view, &[Layer::plain(&set(&all_ids(scene)))]).expect("a drawn frame");
     drawer.image().expect("a picture")

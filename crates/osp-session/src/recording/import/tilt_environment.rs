@@ -141,6 +141,8 @@ pub(super) fn read(
         left_out
             .extend(preset.scenery.iter().map(|what| format!("{what} of the environment {}", preset.name)));
     }
+    // Versions that did not store themselves drew their thumbnails with the full bloom.
+    environment.has_full_bloom = fields.read::<serde::de::IgnoredAny>("ApplicationVersion").is_none();
     let environment = in_canvas(environment, scene_from_canvas);
     match environment.check() {
         Ok(()) => Some(environment),
@@ -167,7 +169,8 @@ fn in_canvas(environment: Environment, scene_from_canvas: TiltTransform) -> Envi
 /// The GUID of the preset that an environment was made from, and whether the environment is still equal to the preset.
 pub(crate) fn preset_of(environment: &Environment) -> Option<(&'static str, bool)> {
     let preset = PRESETS.iter().find(|preset| preset.name == environment.preset)?;
-    Some((&preset.guid, preset.environment() == *environment))
+    let usual = Environment { has_full_bloom: environment.has_full_bloom, ..preset.environment() };
+    Some((&preset.guid, usual == *environment))
 }
 
 fn find(guid: &str) -> Option<&'static Preset> {
@@ -200,6 +203,7 @@ impl Preset {
             ambient: self.ambient,
             lights: [light(self.light_1), light(self.light_2)],
             reflection: self.reflection,
+            has_full_bloom: false,
         }
     }
 }

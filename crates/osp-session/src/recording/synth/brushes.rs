@@ -55,6 +55,7 @@ impl Brushes {
                 (Vec3::new(0.0, -0.643, 0.766), Vec3::new(0.43, 0.42, 0.35)),
             ],
             reflection: 0.3,
+            has_full_bloom: false,
         };
         let eye = CENTER + Vec3::Z * (rows * CELL_M[1] * 1.5);
         let camera = Camera { p: eye, q: Quat::IDENTITY, fov_degrees: 45.0, near_m: None };

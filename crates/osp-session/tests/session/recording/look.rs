@@ -18,6 +18,7 @@ fn environment() -> Environment {
         ambient: Vec3::splat(0.4),
         lights: [(Vec3::NEG_Y, Vec3::splat(30.0)), (Vec3::ZERO, Vec3::ZERO)],
         reflection: 0.3,
+        has_full_bloom: false,
     }
 }
 

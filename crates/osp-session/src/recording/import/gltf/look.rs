@@ -144,6 +144,7 @@ fn environment(shining: &[(Vec3, Vec3, f32)]) -> Environment {
         ambient: Vec3::splat(AMBIENT),
         lights: [light(0), light(1)],
         reflection: 0.3,
+        has_full_bloom: false,
     }
 }
 
