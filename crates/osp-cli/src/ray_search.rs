@@ -22,7 +22,7 @@ pub(super) struct RaySearchArgs {
     #[arg(long, value_name = "ORDER", value_parser = named(&Order::ALL, Order::name))]
     search: Option<Order>,
     /// Radius of the ray, metres: it also hits polygons within this distance [default: 0].
-    #[arg(long, value_name = "M", value_parser = numbers::radius_m)]
+    #[arg(long, value_name = "M", value_parser = numbers::radius_m, allow_negative_numbers = true)]
     radius: Option<f32>,
 }
 

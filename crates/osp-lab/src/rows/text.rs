@@ -11,7 +11,8 @@ use crate::report::{columns_table, one_line};
 /// Number of structures in a summary, besides the reference and the paper's rival.
 const SHOWN: usize = 4;
 
-/// The table as text. Columns from the right are left out if a line would exceed this number of characters.
+/// The table as text. If a line would exceed this number of characters, columns on the right are missing, and a line
+/// after the table names them.
 fn drawn(cells: &Cells, letters: Option<u16>) -> String {
     let width = |column: usize| {
         let texts = [&cells.head[column]].into_iter().chain(cells.rows.iter().map(|row| &row[column]));
@@ -42,7 +43,12 @@ fn drawn(cells: &Cells, letters: Option<u16>) -> String {
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    table.to_string()
+    let missing: Vec<String> =
+        cells.head[shown..].iter().map(|head| head.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+    match missing.is_empty() {
+        true => table.to_string(),
+        false => format!("{table}\nToo wide for the terminal: {}; --json has all columns.", missing.join(", ")),
+    }
 }
 
 impl Rows {
