@@ -1,6 +1,6 @@
 //! Measures Bevy's own culling and the plugin, frame by frame in one process. `cargo bench` prints the table of the
-//! README. `cargo bench -- limits` prints the table for the limits of `OspCullingSettings`, `cargo bench -- sun` the one with
-//! a sun whose shadows have four cascades. Numbers after it choose the number of cubes.
+//! README. `cargo bench -- limits` prints the table for the limits of `OspCullingSettings`, `cargo bench -- sun` the
+//! one with a sun whose shadows have four cascades. Numbers after it choose the number of cubes.
 
 #![expect(clippy::print_stdout, reason = "a table is what it is for")]
 

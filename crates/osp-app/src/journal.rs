@@ -351,7 +351,7 @@ impl Journal {
             return;
         }
         self.trouble = None;
-        self.news.push(format!("{}: everything is in it again", self.path.display()));
+        self.news.push(format!("{}: the file is complete again", self.path.display()));
         if let Some(shelter) = self.shelter.take() {
             shelter.remove();
         }

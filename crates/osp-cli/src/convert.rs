@@ -147,7 +147,7 @@ fn model(session: &OpenSession, line: String, bytes: Option<u64>, mut remarks: V
     let notes = session.notes();
     remarks.extend(notes.warnings.iter().cloned());
     if notes.skipped > 0 {
-        remarks.push(format!("{} damaged pieces were skipped", thousands(notes.skipped)));
+        remarks.push(format!("damaged parts skipped: {}", thousands(notes.skipped)));
     }
     let bytes = bytes.map_or_else(String::new, |bytes| format!("; {} bytes", thousands(bytes)));
     Model { line: format!("{line}{bytes}"), remarks }

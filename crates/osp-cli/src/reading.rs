@@ -13,8 +13,8 @@ use osp_session::{
 /// Options for damaged sessions, and limits of a session.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct ReadArgs {
-    /// Skip and count damaged parts, instead of stopping at the first one. If a session exceeds a limit (--max-polygons,
-    /// --max-unpacking), use the part before the limit.
+    /// Skip and count damaged parts, instead of stopping at the first one. If a session exceeds a limit
+    /// (--max-polygons, --max-unpacking), use the part before the limit.
     #[arg(long)]
     pub(super) lenient: bool,
     #[command(flatten)]
@@ -24,8 +24,8 @@ pub(super) struct ReadArgs {
 /// Limits of a session.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct LimitArgs {
-    /// Largest number of polygons of a session. A ribbon sample counts as 1, a tube sample as 8, a face with n corners as
-    /// n - 2. N also limits the number of strokes to N/4, and that of events to 4N.
+    /// Largest number of polygons of a session. A ribbon sample counts as 1, a tube sample as 8, a face with n corners
+    /// as n - 2. N also limits the number of strokes to N/4, and that of events to 4N.
     #[arg(
         long,
         value_name = "N",

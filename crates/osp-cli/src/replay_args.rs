@@ -204,7 +204,7 @@ pub(super) enum GroupFiling {
 }
 
 impl PlayArgs {
-    /// The indexes, in the order of their lines.
+    /// The indexes, in the order of their rows in the table.
     pub(super) fn indexes(&self) -> Vec<IndexKind> {
         match (self.index.as_slice(), self.occlusion.is_empty()) {
             ([], true) => IndexKind::DEFAULT.to_vec(),

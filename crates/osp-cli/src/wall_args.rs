@@ -12,10 +12,10 @@ use osp_session::replay::RoomMotion;
 
 /// Show a shared session on a wall of several computers, with each frame on all screens at once.
 ///
-/// A hub chooses the moment of the session. For each screen of the rig, a computer shows the model at this moment. The hub
-/// waits until every active computer has drawn a frame, then lets all of them show it. The hub also has the model, and
-/// names a computer that shows something else. A computer that misses three frames in a row becomes inactive: the hub does
-/// not wait for this computer until it has drawn 20 frames in time.
+/// A hub chooses the moment of the session. For each screen of the rig, a computer shows the model at this moment. The
+/// hub waits until every active computer has drawn a frame, then lets all of them show it. The hub also has the model,
+/// and names a computer that shows something else. A computer that misses three frames in a row becomes inactive: the
+/// hub does not wait for this computer until it has drawn 20 frames in time.
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -84,8 +84,8 @@ pub(super) struct WayArgs {
 
 #[derive(Subcommand, Debug)]
 pub(super) enum What {
-    /// Print the computers, frame rate, skew and lag of a wall. The exit code is 1 if a screen has no active computer, or
-    /// if a computer shows something else than the hub.
+    /// Print the computers, frame rate, skew and lag of a wall. The exit code is 1 if a screen has no active computer,
+    /// or if a computer shows something else than the hub.
     Status {
         /// The session.
         #[arg(value_name = "ADDRESS")]

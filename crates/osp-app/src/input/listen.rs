@@ -92,7 +92,7 @@ impl Studio {
                     "only another author may edit {name}: a tracker draws on the first layer"
                 ));
             } else if begins && let Some(why) = self.why_layer_is_closed() {
-                self.show_once(&format!("{why}: a tracker draws on it all the same"));
+                self.show_once(&format!("{why}; the tracker can still draw in this layer"));
             }
             // The mirror applies only to the window's author.
             if author.is_sole() {

@@ -1,5 +1,5 @@
-//! A shared session in the window. Own events are sent to the server, which returns the events of all authors in one
-//! order. Until then an overlay shows the own strokes.
+//! A shared session in the window. The window sends its user's events to the server, which returns the events of all
+//! authors in one order. An overlay shows the user's strokes until their events come back.
 
 mod inbox;
 mod joining;
@@ -383,7 +383,7 @@ impl Live {
             Connection::Live => "live".to_owned(),
             Connection::Silent => "the server does not answer: you can draw, osp sends it later".to_owned(),
             Connection::Crowded => {
-                "too many authors have joined at once: you can draw, and you join as soon as there is room"
+                "too many authors have joined at once: you can draw now, osp sends your strokes when a place is free"
                     .to_owned()
             }
             Connection::Full => {

@@ -38,7 +38,7 @@ impl Hands {
         Self { author: Author::SOLE, hands: BTreeMap::new(), first_brush, state: HandsState::default() }
     }
 
-    /// The same hands for this author.
+    /// Sets the author of the events that these hands produce.
     #[must_use]
     pub fn of_author(self, author: Author) -> Self {
         Self { author, ..self }

@@ -337,7 +337,7 @@ impl Member {
         answered.handed
     }
 
-    /// Whether a message of the log is the oldest own message that has not come back yet.
+    /// Whether a message of the log is this member's oldest message that the server has not returned yet.
     fn is_own(&self, sender: Sender, bytes: &[u8]) -> bool {
         self.outbox.as_ref().is_some_and(|outbox| outbox.sender() == sender && outbox.is_next(bytes))
     }

@@ -92,7 +92,7 @@ impl Walk {
         })
     }
 
-    /// Number of bytes and blocks read so far, and the largest memory.
+    /// Number of bytes and blocks read so far, and the peak memory of blocks.
     pub fn counts(&self) -> WalkCounts {
         WalkCounts {
             bytes_read: self.residents.bytes_read(),
