@@ -35,7 +35,7 @@ pub trait Pass: Any + Debug + Send + Sync {
     /// ignores it.
     fn set_occluders(&mut self, _occluders: Option<usize>) {}
 
-    /// Sets the time to draw a polygon, nanoseconds, for a method that culls only if culling pays.
+    /// Sets the time to draw a polygon, nanoseconds, for a method that culls only if this saves time.
     fn set_polygon_ns(&mut self, _polygon_ns: f64) {}
 }
 

@@ -92,7 +92,7 @@ struct Show<F, T> {
     room: Room,
     is_over: F,
     tell: T,
-    /// Whether data have arrived since the last check.
+    /// Whether data were received since the last check.
     is_woken: Arc<AtomicBool>,
     display: Option<Display>,
     failure: Option<ShowError>,

@@ -25,7 +25,7 @@ use osp_session::{
 /// Convert a session, or all sessions in folders, to another format.
 ///
 /// A .tilt file holds the data of Tilt Brush and Open Brush: strokes with brushes, control points and pressures,
-/// layers, groups, camera and light. Erased strokes are left out, and moved strokes are written in their new places. A
+/// layers, groups, camera and light. Erased strokes are skipped, and moved strokes are written in their new places. A
 /// session that came from a .tilt file gets all its metadata back; strokes that nobody changed are the same bit for
 /// bit. A warning names each thing that .tilt cannot hold. Only this command writes .tilt: `osp export` writes the
 /// polygons of one frame, and `osp import` writes every event.

@@ -56,8 +56,8 @@ impl Hands {
         }
     }
 
-    /// Processes a message that arrived at `t` and appends its events. `next_stroke` returns an unused number. An
-    /// erasure is returned instead, because only the caller can find the stroke.
+    /// Processes a message received at `t` and appends its events. `next_stroke` returns an unused number. An erasure
+    /// is returned instead, because only the caller can find the stroke.
     pub fn take(
         &mut self,
         t: f64,

@@ -27,7 +27,7 @@ pub struct Watch {
     latencies: VecDeque<Duration>,
 }
 
-/// A pose that has arrived.
+/// A received pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Received {
     /// Time of arrival.

@@ -11,7 +11,7 @@ use crate::report::{columns_table, one_line};
 /// Number of structures in a summary, besides the reference and the paper's rival.
 const SHOWN: usize = 4;
 
-/// The table as text. Columns from the right are left out if a line would exceed this number of characters.
+/// The table as text. Columns from the right are skipped if a line would exceed this number of characters.
 fn drawn(cells: &Cells, letters: Option<u16>) -> String {
     let width = |column: usize| {
         let texts = [&cells.head[column]].into_iter().chain(cells.rows.iter().map(|row| &row[column]));
@@ -47,7 +47,7 @@ fn drawn(cells: &Cells, letters: Option<u16>) -> String {
 
 impl Rows {
     /// A table for each chosen part: median, 99th percentile and ratio to `reference` of the best structures. Parts
-    /// without ratios to the reference are left out.
+    /// without ratios to the reference are skipped.
     pub fn summary(&self, reference: &str, is_chosen: impl Fn(&str) -> bool) -> String {
         let tables = self.tables();
         let part = |part: &super::Part| {

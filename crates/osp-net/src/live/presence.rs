@@ -48,7 +48,7 @@ impl Presence {
         }
     }
 
-    /// Records that no messages could arrive until now, so that silence until now does not count.
+    /// Records that no messages could be received until now, so that silence until now does not count.
     pub(super) fn interrupted(&mut self, now: Duration) {
         self.up_since = now;
     }

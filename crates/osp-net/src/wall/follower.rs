@@ -72,7 +72,7 @@ impl Follower {
         &self.pipeline
     }
 
-    /// Reads the events that have arrived.
+    /// Reads the events that were received.
     pub(super) fn take(&mut self) -> Result<(), WallError> {
         while self.events_waiting < MOST_WAITING
             && let Some(news) = self.link.news()?

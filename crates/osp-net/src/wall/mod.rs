@@ -64,8 +64,8 @@ pub enum WallError {
     /// The server does not answer.
     #[error("{server}: {why}")]
     NoServer {
-            /// Address of the server.
-    server: String,
+        /// Address of the server.
+        server: String,
         /// The reason.
         why: String,
     },

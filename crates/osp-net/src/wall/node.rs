@@ -300,7 +300,7 @@ impl Node {
         self.follower.pipeline()
     }
 
-    /// The views of the frame to draw, one for each eye. Eyes that see nothing are left out.
+    /// The views of the frame to draw, one for each eye. Eyes that see nothing are skipped.
     pub fn views(&self) -> impl Iterator<Item = (Eye, &View)> {
         self.eyes.iter().copied().zip(&self.views)
     }

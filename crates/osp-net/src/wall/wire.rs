@@ -90,7 +90,7 @@ impl Wire {
         let _ = self.said.as_ref().map(|said| said.send((reply, text)));
     }
 
-    /// The next message, if it arrives within `time`.
+    /// The next message, if it is received within `time`.
     pub(super) fn receive(&self, time: Duration) -> Result<Option<Received>, WallError> {
         match self.heard.recv_timeout(time) {
             Ok(heard) => heard.map(Some),
