@@ -28,8 +28,8 @@
 //!   subtree in view are copied at once (`rest.rs`).
 //! * Few polygons need no tree: their boxes are a plain list in blocks of sixteen ids (`linear.rs`). The list becomes a
 //!   tree when it is full, and the tree a list again when most polygons are erased (`form.rs`).
-//! * Polygons that move in frame after frame are kept in flat rows beside the tree (`movers.rs`), and return to it when
-//!   they have not moved for some commits (`settle.rs`).
+//! * Polygons that move in frame after frame are kept in flat rows beside the tree (`movers.rs`). They return to the tree
+//!   when they have not moved for some commits (`settle.rs`).
 //! * The paper does not erase polygons. Here, erasing clears a bit. Later commits tighten boxes and join pages, leaves
 //!   and nodes; the work is proportional to the number of erased polygons.
 //!
