@@ -21,11 +21,11 @@ use crate::{
 /// Largest number of refusals that are stored from one frame to the next.
 const MOST_REFUSED: usize = 4096;
 
-/// The reason why a culler left out an object or its occluder.
+/// The reason why a culler skipped an object or its occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// The box is empty, infinite or NaN. The object is left out until it gets a valid box.
+    /// The box is empty, infinite or NaN. The object is skipped until it gets a valid box.
     #[error("bounds: expected finite corners with min <= max, found {0:?}")]
     Bounds([[f32; 3]; 2]),
     /// A [`Dense`](super::Dense) number is too large, or the culler has too many keys.
@@ -42,7 +42,7 @@ pub enum Refusal {
 /// The index is built again only if many more objects come at once than are present. See the [crate](crate) for an example.
 ///
 /// Changes take effect with the next [`Culler::cull`] or [`Culler::commit`]. After this call no query finds a removed
-/// object. Several threads may run queries at once. No call panics, and nothing visible is ever left out.
+/// object. Several threads may run queries at once. No call panics, and no visible object is ever culled.
 ///
 /// Costs: `set` and `remove` take O(1). The commit takes O(changes), and O(log world) for each object that comes or leaves
 /// its neighbourhood. A camera takes O(objects in view); with occluders also O(candidates), which are at most some
@@ -91,7 +91,7 @@ impl<K: Key> Culler<K> {
 
     /// Inserts an object, or moves it. The box is given as its least and its largest corner, world space, metres. It should
     /// be tight around everything that is drawn of the object. If the box is empty or not finite, it is
-    /// [refused](Culler::refused), and the object is left out.
+    /// [refused](Culler::refused), and the object is skipped.
     ///
     /// An object that moves loses its occluder, unless the new box contains the former one. Set the
     /// [occluder](Culler::set_occluder) again at the new place.

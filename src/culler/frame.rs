@@ -104,7 +104,7 @@ impl<'a, K: Key> Seen<'a, K> {
         self.drawn.is_empty()
     }
 
-    /// Number of objects in view that are left out, because occluders hide them.
+    /// Number of objects in view that are culled, because occluders hide them.
     pub fn hidden(&self) -> usize {
         self.in_view.len() - self.drawn.len()
     }

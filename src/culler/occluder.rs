@@ -63,7 +63,7 @@ impl Occluder {
         Ok(Self(Shape::Polygon(ConvexPolygon::quad(corners))))
     }
 
-    /// A mesh of triangles, with three indices for each. Triangles without area are left out.
+    /// A mesh of triangles, with three indices for each. Triangles without area are skipped.
     ///
     /// # Errors
     /// [`OccluderError::NotTriangles`], [`OccluderError::NotFinite`], [`OccluderError::NoVertex`],

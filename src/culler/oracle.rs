@@ -1,4 +1,4 @@
-//! An oracle for draw lists: rays find visible objects that a culler, of this crate or another, has left out.
+//! An oracle for draw lists: rays find visible objects that a culler, of this crate or another, has culled.
 
 use glam::{DMat4, DVec3, DVec4};
 use thiserror::Error;
@@ -55,7 +55,8 @@ pub struct Missing {
 }
 
 /// Tests the draw list of any culler, of this crate or another, by rays: no ray from the camera may reach a point of an
-/// object that was left out. Every error that it reports is real. It may miss errors, because it tests only sample points.
+/// object that was culled. Every error that it reports is real. It may miss errors, because it tests only sample
+/// points.
 #[derive(Clone, Debug, Default)]
 pub struct Oracle {
     triangles: Vec<[DVec3; 3]>,

@@ -95,7 +95,7 @@ impl PassConfig {
     }
 }
 
-/// Time to draw a mesh, nanoseconds: a draw call, and some thousand vertices.
+/// Time to draw a mesh, nanoseconds: a draw call, and a few thousand vertices.
 const MESH_NS: f64 = 10_000.0;
 
 /// If drawing a polygon costs at least this, nanoseconds, [`Occlusion::Auto`] selects as many occluders as the other
@@ -121,7 +121,7 @@ pub struct OcclusionPass {
     /// Whether many polygons were inserted while no occluders were selected. The best occluders may then not be
     /// candidates yet.
     came_unseen: bool,
-    /// The switch's method [`Occlusion::PreviousFrame`], if it can ever pay.
+    /// The switch's method [`Occlusion::PreviousFrame`], if it can ever save enough time.
     last: Option<PreviousFramePass>,
     /// Number of frames since `last` was used.
     since_last: u32,

@@ -13,8 +13,8 @@ pub trait Pass: Any + Debug + Send + Sync {
     /// Receives a whole model before the first frame.
     fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]);
 
-    /// Receives a part of a whole model before the first frame. `part` continues the part of the last call. A pass that
-    /// cannot load in parts loads the whole model with the last part.
+    /// Receives the changes `part` of `all`, before the first frame. `part` begins at the end of the part of the
+    /// previous call. A pass that cannot load in parts loads the whole model with the last part.
     fn load_part(&mut self, geometry: &dyn Geometry, all: &[Change], part: Range<usize>) {
         if part.end == all.len() {
             self.load(geometry, all);
@@ -35,7 +35,7 @@ pub trait Pass: Any + Debug + Send + Sync {
     /// ignores it.
     fn set_occluders(&mut self, _occluders: Option<usize>) {}
 
-    /// Sets the time to draw a polygon, nanoseconds, for a method that culls only if culling pays.
+    /// Sets the time to draw a polygon, nanoseconds, for a method that culls only if this saves time.
     fn set_polygon_ns(&mut self, _polygon_ns: f64) {}
 }
 

@@ -37,7 +37,7 @@ pub struct FrameRecord {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct OcclusionRecord {
-    /// Whether occlusion culling ran in this frame. Frames in which it would not pay skip it.
+    /// Whether occlusion culling was done in this frame. It is skipped if it would take more time than it saves.
     pub used: bool,
     /// Whether the occluders were the polygons that were visible in the last frame, instead of the largest polygons.
     pub by_last: bool,

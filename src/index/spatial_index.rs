@@ -184,8 +184,8 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// nearest first. At the same distance lower ids come first. A smaller index yields all its polygons.
     ///
     /// `distance_m` returns the exact distance, at least the distance of the polygon's box. If it returns NaN, the
-    /// polygon is left out. It is called once for every polygon whose box is nearer than the last polygon of the
-    /// result, and perhaps for others.
+    /// polygon is skipped. It is called once for every polygon whose box is nearer than the last polygon of the result,
+    /// and perhaps for others.
     fn nearest(
         &self,
         point: Vec3,

@@ -5,11 +5,11 @@ use super::{Occlusion, TryBudget};
 pub(crate) struct AutoConfig {
     /// Time to draw one polygon, nanoseconds. A renderer measures it: frame time divided by the number of drawn polygons.
     pub polygon_ns: f64,
-    /// A method pays if it saves at least this many times its own time in drawing.
+    /// A method saves enough if drawing takes less time by at least this multiple of the method's time.
     pub least_ratio: f64,
     /// A method on trial replaces the method in use if its frames take less than this fraction of the time.
     pub faster: f64,
-    /// After this number of consecutive frames in which the method in use does not pay, it is switched off.
+    /// After this number of consecutive frames in which the method in use does not save enough, it is switched off.
     pub patience: u32,
     /// Least number of frames between two tries of a method that is not in use.
     pub probe_every: u32,
@@ -18,16 +18,16 @@ pub(crate) struct AutoConfig {
     /// While [`Occlusion::Msvbsp`] is not in use, the fraction of the drawing time that updating its candidates for
     /// occluders may take on average.
     pub keep_share: f64,
-    /// A method counts as recent for this number of frames after a frame in which it paid. A recent method is tried more
-    /// often, and candidates get more time. The reason is that a method that pays in one part of a scene mostly pays in the
-    /// next.
+    /// A method counts as recent for this number of frames after a frame in which it saved enough. A recent method is
+    /// tried more often, and candidates get more time. The reason is that a method that saves enough in one part of a
+    /// scene mostly does so in the next part.
     pub recent: u32,
 }
 
 impl Default for AutoConfig {
-    /// Drawing takes 10 ns a polygon. A method pays if it saves 1.2 times its cost, and replaces another if frames take 0.9
-    /// of the time. It is switched off after 8 frames, and tried at most once in 32. Tries take 0.8 % of the drawing time,
-    /// and so do candidates; both take more for 512 frames after a frame that paid.
+    /// Drawing takes 10 ns a polygon. A method saves enough if it saves 1.2 times its cost, and replaces another if
+    /// frames take 0.9 of the time. It is switched off after 8 frames, and tried at most once in 32. Tries take 0.8 %
+    /// of the drawing time, and so do candidates; both take more for 512 frames after a frame that saved enough.
     fn default() -> Self {
         Self {
             polygon_ns: 10.0,
@@ -91,7 +91,7 @@ pub(crate) struct Outcome {
 /// Weight of the newest value in a moving average.
 const WEIGHT: f64 = 0.2;
 
-/// A frame that saves less than this fraction of its cost counts as [`HOPELESS_FRAMES`] frames that do not pay.
+/// A frame that saves less than this fraction of its cost counts as [`HOPELESS_FRAMES`] frames that do not save enough.
 const HOPELESS: f64 = 0.25;
 /// See [`HOPELESS`].
 const HOPELESS_FRAMES: u32 = 3;
@@ -109,8 +109,8 @@ const RECENT_KEEPING: f64 = 2.0;
 /// polygons in view, its second frame the visible ones.
 const FIRST_PRICE_NS: f64 = 2_600.0;
 
-/// Largest number of frames whose savings pay for one try; a more expensive try is not made. If two methods take turns, the
-/// limit is twice as large.
+/// Largest number of frames whose savings may be spent on one try; a more expensive try is not made. If two methods
+/// take turns, the limit is twice as large.
 const MOST_FRAMES_FOR_A_TRY: f64 = 2048.0;
 
 /// Largest time that can be saved for updating candidates, nanoseconds. One frame may spend all of it.
@@ -126,7 +126,7 @@ struct Known {
     price_ns: Option<f64>,
     /// Time saved for the method's next try, while the method is not in use.
     budget: TryBudget,
-    /// Number of frames since the method last paid; `None` if it never has.
+    /// Number of frames since the method last saved enough; `None` if it never has.
     since_paid: Option<u32>,
 }
 
@@ -151,8 +151,8 @@ struct Try {
 /// Selects a method of occlusion culling, or none, for every frame. It tries the methods that are not in use at intervals,
 /// and keeps the method with the shortest frames.
 ///
-/// Time for tries is saved in advance: every frame saves [`AutoConfig::probe_share`] of its drawing time. If a method could
-/// not pay even by culling all polygons, it is not tried.
+/// Time for tries is saved in advance: every frame saves [`AutoConfig::probe_share`] of its drawing time. If a method
+/// could not save enough even by culling all polygons, it is not tried.
 ///
 /// The switch reads no clock. With measured costs it adapts to the machine. With costs computed from work counts
 /// ([`super::work_ns`], [`super::PreviousFrameCounts::work_ns`]) it selects the same methods on every machine. A replay
@@ -164,7 +164,7 @@ pub(crate) struct AutoSwitch {
     known: [Known; Method::ALL.len()],
     /// Whether the kept method has been measured.
     is_measured: bool,
-    /// Number of consecutive frames in which the kept method did not pay.
+    /// Number of consecutive frames in which the kept method did not save enough.
     losing: u32,
     trying: Option<Try>,
     /// Number of polygons in the frustum at the last call of `decide`.
@@ -188,8 +188,8 @@ impl AutoSwitch {
         }
     }
 
-    /// The method in use. Frames that try another method, and frames in which the kept method cannot pay, are culled
-    /// differently.
+    /// The method in use. Frames that try another method, and frames in which the kept method cannot save enough, are
+    /// culled differently.
     pub(crate) fn kept(&self) -> Occlusion {
         Method::occlusion(self.kept)
     }
@@ -199,14 +199,15 @@ impl AutoSwitch {
         self.config.polygon_ns = polygon_ns;
     }
 
-    /// Whether [`Occlusion::PreviousFrame`] could pay in any frame.
+    /// Whether [`Occlusion::PreviousFrame`] could save enough in any frame.
     pub(crate) fn can_previous_frame_pay(&self) -> bool {
         // If many polygons are in view, fixed costs are negligible.
         let many = 1 << 32;
         many as f64 * self.config.polygon_ns >= self.config.least_ratio * Method::PreviousFrame.least_ns(many)
     }
 
-    /// Whether any method would pay in a frame with `in_view` polygons in the frustum if it culled all of them. If not,
+    /// Whether any method would save enough in a frame with `in_view` polygons in the frustum if it culled all of them.
+    /// If not,
     /// [`AutoSwitch::decide`] returns [`Occlusion::None`].
     pub(crate) fn can_pay(&self, in_view: u64) -> bool {
         let all_ns = in_view as f64 * self.config.polygon_ns;
@@ -347,7 +348,7 @@ impl AutoSwitch {
         }
     }
 
-    /// Whether the method would pay if it saved `most_ns` nanoseconds.
+    /// Whether `most_ns` nanoseconds are enough to save, at the least cost of the method.
     fn may_pay(&self, method: Method, most_ns: f64) -> bool {
         most_ns >= self.config.least_ratio * method.least_ns(self.in_view)
     }

@@ -27,7 +27,7 @@ fn play_all(switch: &mut AutoSwitch, frames: u32, mut outcome: impl FnMut(Method
     used
 }
 
-/// If drawing costs 10 ns a polygon, only `Msvbsp` can pay.
+/// If drawing takes 10 ns a polygon, only `Msvbsp` can save enough.
 fn play(switch: &mut AutoSwitch, frames: u32, outcome: impl Fn(u32) -> Outcome) -> u32 {
     let used = play_all(switch, frames, |_, frame| outcome(frame));
     assert_eq!(used.last, 0);

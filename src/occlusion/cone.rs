@@ -1,4 +1,5 @@
-//! Convex cones with their tip in the eye, stored as the directions of their edges: clipping and measuring.
+//! Convex cones with their apex at the eye, stored as the directions of their edges. They are clipped and measured
+//! here.
 
 use glam::DVec3;
 

@@ -15,7 +15,7 @@ pub struct BuildCounts {
     pub depth: u32,
     /// Number of pieces of occluders that the build clipped or tested.
     pub pieces: u32,
-    /// Number of pieces left out because a budget was used up. The shadow is then smaller, but never wrong.
+    /// Number of pieces skipped because a budget was used up. The shadow is then smaller, but never wrong.
     pub left_out: u32,
 }
 

@@ -1,5 +1,6 @@
-/// Decides when an unused method is tried again: after a least number of frames, and as soon as a small share of the
-/// frames' time since the last try pays for another try. On average all tries together cost no more than this share.
+/// Decides when an unused method is tried again. A least number of frames must pass first. The next try must also take at
+/// most a small share of the frames' time since the last try. On average all tries together cost no more than this
+/// share.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TryBudget {
     frames: u32,

@@ -16,8 +16,8 @@
 //!   plane's edge never reaches. Here every occluder is clipped to the cell, but only to find *whether* it reaches the
 //!   cell. All planes of an occluder are inserted, or none. They are the planes of the whole occluder, never of the clipped
 //!   piece.
-//! * Rules 5 and 6 delete planes that two occluders share, in a pass beforehand. Here a plane is left out exactly if
-//!   the cell already lies before it, which includes shared planes on both sides.
+//! * Rules 5 and 6 delete planes that two occluders share, in a pass beforehand. Here a plane is omitted exactly if the
+//!   cell already lies before it, which includes shared planes on both sides.
 //! * Rule 4 drops other occluders that reach a shadowed cell. With [`Refine::NearerOccluders`], occluders that come nearer
 //!   than the cap divide the cell further.
 //! * The paper has no caps, so it culls everything between the eye and an occluder.

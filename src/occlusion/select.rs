@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{polygon::Geometry, view::ViewWindow};
 
-/// An occluder is left out if one of this number of better occluders hides it wholly. If it is larger, fewer useless
+/// An occluder is skipped if one of this number of better occluders hides it wholly. If it is larger, fewer useless
 /// occluders are selected, with more tests.
 const COVERED_BY_FIRST: usize = 8;
 
@@ -76,7 +76,7 @@ pub struct SelectCounts {
     pub measured: u32,
     /// Number of candidates not measured again, because they were useless a few frames ago.
     pub known: u32,
-    /// Number of candidates left out because a better candidate hides them.
+    /// Number of candidates skipped because a better candidate hides them.
     pub covered: u32,
     /// Number of selected occluders.
     pub chosen: u32,
@@ -262,7 +262,7 @@ impl Selector {
         !is_same
     }
 
-    /// Records that a candidate was measured. It rests unless it is selected.
+    /// Records that a candidate was measured. The candidate is not measured again for a while, unless it is selected.
     fn note(&mut self, place: usize, sketch: Sketch, window: &RoughWindow) {
         if self.known.len() <= place {
             self.known.resize(place + 1, Known::NOTHING);
@@ -276,10 +276,10 @@ impl Selector {
 /// A useless candidate is not measured again for one frame, then for two, four, up to this number.
 const LONGEST_REST: u8 = 16;
 
-/// The rest ends early if the eye has moved by this fraction of its distance from the candidate.
+/// The candidate is measured earlier if the eye has moved by this fraction of its distance from the candidate.
 const MOST_MOVED: f32 = 0.02;
 
-/// The rest ends early if the view has turned by more than the angle with this cosine, one degree.
+/// The candidate is measured earlier if the view has turned by more than the angle with this cosine, one degree.
 const MOST_TURNED_COSINE: f32 = 0.999_85;
 
 /// The state of a candidate from earlier frames.

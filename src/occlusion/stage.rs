@@ -59,7 +59,7 @@ impl OcclusionStage {
         self.view = ViewOcclusion::with_culler(culler, &self.config);
     }
 
-    /// Changes the settings that decide which tests pay.
+    /// Changes the settings that decide which occlusion tests are made.
     pub(crate) fn set_cull(&mut self, cull: CullConfig) {
         self.config.cull = cull;
         self.view.set_cull(cull);

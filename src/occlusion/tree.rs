@@ -1,4 +1,6 @@
 //! The tree that all shadow-volume methods share, and its queries. The methods differ only in how they build it.
+//!
+//! A *cap* is the plane that ends a shadow volume at its occluder: only what lies behind the cap is in shadow.
 
 mod parts;
 
@@ -37,10 +39,10 @@ impl Child {
         Self(Self::LEAF | caps.0)
     }
 
-    /// Returns the number of the node.
+    /// Returns the index of the child node, or as `Err` the list of caps, if the child is a leaf.
     ///
     /// # Errors
-    /// The list of caps, if the child is a leaf.
+    /// The child is a leaf.
     pub fn read(self) -> Result<u32, Caps> {
         if self.0 & Self::LEAF == 0 { Ok(self.0) } else { Err(Caps(self.0 & !Self::LEAF)) }
     }
@@ -141,7 +143,7 @@ impl ShadowTree {
         }
     }
 
-    /// Removes all nodes and caps; keeps the memory.
+    /// Removes all nodes and caps without freeing their memory.
     pub fn clear(&mut self, eye_in_world: DVec3) {
         self.eye_in_world = eye_in_world;
         self.top = Child::OUT;

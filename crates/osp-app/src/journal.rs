@@ -269,7 +269,7 @@ impl Journal {
     /// Adds an event and writes it, at once or, if the file fails, later.
     ///
     /// # Errors
-    /// The event is invalid in a recording, and is left out.
+    /// The event is invalid in a recording, and is skipped.
     pub fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
         self.history.push(event)?;
         self.write_pending();
@@ -279,7 +279,7 @@ impl Journal {
     /// Adds an event that the next call of [`Journal::write_pending`] writes, together with others.
     ///
     /// # Errors
-    /// The event is invalid in a recording, and is left out.
+    /// The event is invalid in a recording, and is skipped.
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
         self.history.push(event)
     }
@@ -351,7 +351,7 @@ impl Journal {
             return;
         }
         self.trouble = None;
-        self.news.push(format!("{}: everything is in it again", self.path.display()));
+        self.news.push(format!("{}: the file is complete again", self.path.display()));
         if let Some(shelter) = self.shelter.take() {
             shelter.remove();
         }

@@ -215,7 +215,8 @@ impl OcclusionSteps {
         }
     }
 
-    /// Finds the steps of a view, if it and the model rest. `is_resting` is whether the model is as in the last frame.
+    /// Finds the steps of a view, if the view and the model have not changed. `is_resting` is whether the model is
+    /// equal to that of the last frame.
     pub(crate) fn follow(&mut self, scene: &Scene, view: &View, score: Score, is_resting: bool) {
         self.is_new = false;
         self.is_stale |= !is_resting || self.look.as_ref().is_none_or(|look| look.of != *view);

@@ -36,7 +36,7 @@ pub enum LayerEdit {
     Hide(u32, bool),
     /// Lock or unlock a layer.
     Lock(u32, bool),
-    /// Close an own layer to all other authors, or open it.
+    /// Close a layer of the user to all other authors, or open it.
     Close(u32, bool),
     /// Move the selected strokes to the current layer.
     TakeSelection,

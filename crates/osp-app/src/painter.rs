@@ -64,11 +64,11 @@ struct Pane {
     shown: Shown,
     lines: LinePass,
     timer: GpuTimer,
-    /// Own strokes that are drawn over the model.
+    /// The user's strokes that are drawn over the model.
     over: Option<ViewSlot>,
 }
 
-/// Settings of the renderer of own strokes, which are few.
+/// Settings of the renderer of the user's strokes, which are few.
 #[cfg(feature = "live")]
 const OVER: RendererConfig = RendererConfig { chunk_len: 1 << 12, draw_len: 1 << 12, background: [0.0; 3] };
 
@@ -83,7 +83,7 @@ pub(super) struct Painter {
     show: ShowPass,
     pyramid: PyramidPass,
     egui: egui_wgpu::Renderer,
-    /// Renderer of own strokes that are not in a shared session yet; created with the first of them.
+    /// Renderer of the user's strokes that are not in a shared session yet; created with the first of them.
     over: Option<Renderer>,
     panes: Vec<Pane>,
     walls: Vec<WallWindow>,
@@ -177,7 +177,7 @@ impl Painter {
         Ok(())
     }
 
-    /// The picture of the model on the first screen in the last frame; on a web page it arrives later.
+    /// The picture of the model on the first screen in the last frame; on a web page it is available later.
     pub(super) fn picture(&self) -> Result<ComingImage, RenderError> {
         let pane = self.panes.first();
         let pane = pane.ok_or_else(|| RenderError::Device("nothing was drawn yet".to_owned()))?;
@@ -351,7 +351,7 @@ impl Painter {
         Ok(())
     }
 
-    /// Uploads own strokes that the server of a shared session has not returned yet.
+    /// Uploads the user's strokes that the server of a shared session has not returned yet.
     #[cfg(feature = "live")]
     fn follow_overlay(&mut self, studio: &mut Studio) {
         let Some(overlay) = studio.overlay_mut() else {

@@ -381,7 +381,7 @@ impl Session {
         self.model.events
     }
 
-    /// Number of invalid events that were left out, for example with a position that is not a number.
+    /// Number of invalid events that were skipped, for example with a position that is not a number.
     pub fn refused(&self) -> u64 {
         self.refused
     }
@@ -414,7 +414,7 @@ impl Session {
         self.journal.retry();
     }
 
-    /// Writes all events of the session, and own events that the server has not returned yet.
+    /// Writes all events of the session, and the user's events that the server has not returned yet.
     ///
     /// # Errors
     /// A part of them could not be written.
@@ -427,7 +427,7 @@ impl Session {
         }
     }
 
-    /// Whether the server has not returned an own event yet that erases the stroke.
+    /// Whether the server has not returned an event of the user yet that erases the stroke.
     pub(super) fn is_erasing(&self, stroke: StrokeId) -> bool {
         match &self.source {
             #[cfg(feature = "live")]
@@ -444,7 +444,7 @@ impl Session {
         !self.is_replay() && (self.model.scene.is_step_open() || self.is_shared())
     }
 
-    /// Number of own events that the server has not returned yet.
+    /// Number of the user's events that the server has not returned yet.
     pub(super) fn on_their_way(&self) -> usize {
         match &self.source {
             #[cfg(feature = "live")]

@@ -264,7 +264,7 @@ impl Studio {
             || self.input.senders.as_ref().is_some_and(|senders| !senders.is_empty())
     }
 
-    /// Longest time for which the window may sleep; it is shorter while data may arrive.
+    /// Longest time for which the window may sleep; it is shorter while data may be received.
     pub fn tend_within(&self) -> Duration {
         if self.works_in_turns() || self.session.is_behind() {
             return Duration::ZERO;

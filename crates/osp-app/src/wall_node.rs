@@ -1,5 +1,5 @@
-//! The windows of a node of a wall: they show the node's screen, and present each frame at the time that the hub
-//! specifies.
+//! The windows of a computer of a wall: they show the computer's screen, and present each frame at the time that the
+//! hub specifies.
 
 use std::{
     sync::{
@@ -36,7 +36,7 @@ const LOOK: Duration = Duration::from_millis(10);
 /// Interval between checks for events that a frame waits for.
 const SHORT_LOOK: Duration = Duration::from_millis(1);
 
-/// Reason for which a node has stopped.
+/// Reason for which a computer has stopped.
 #[derive(Debug, Error)]
 pub enum ShowError {
     /// The window failed.
@@ -53,11 +53,11 @@ impl From<RenderError> for ShowError {
     }
 }
 
-/// Shows a node's screen on its monitors in the rig, or in a plain window. Returns when a window is closed, Escape is
-/// pressed, or `is_over` returns `true`. Messages about the hub and the session are passed to `tell`.
+/// Shows a computer's screen on its monitors in the rig, or in a plain window. Returns when a window is closed, Escape
+/// is pressed, or `is_over` returns `true`. Messages about the hub and the session are passed to `tell`.
 ///
 /// # Errors
-/// There is no display, no adapter that can draw, or no such monitor or screen. Or the hub refuses the node.
+/// There is no display, no adapter that can draw, or no such monitor or screen. Or the hub refuses the computer.
 pub fn show_node(
     address: &Address,
     options: &NodeOptions,
@@ -92,7 +92,7 @@ struct Show<F, T> {
     room: Room,
     is_over: F,
     tell: T,
-    /// Whether data have arrived since the last check.
+    /// Whether data were received since the last check.
     is_woken: Arc<AtomicBool>,
     display: Option<Display>,
     failure: Option<ShowError>,

@@ -118,8 +118,8 @@ struct Live {
 }
 
 impl Live {
-    /// Receives the pictures of the brushes, which another thread draws. Until they arrive, or if drawing fails, the
-    /// list has only names.
+    /// Receives the pictures of the brushes, which another thread draws. Until they are finished, or if drawing fails,
+    /// the list has only names.
     fn take_previews(&mut self, context: &egui::Context, studio: &mut Studio, wake: &EventLoopProxy<Wake>) {
         let Some(drawing) = &self.previews else {
             let (gpu, wake) = (Arc::clone(self.painter.gpu()), wake.clone());
@@ -309,7 +309,7 @@ impl App {
         }
     }
 
-    /// Opens a window. Its painter is created afterwards; on a web page it arrives later.
+    /// Opens a window. Its painter is created afterwards; on a web page it is available later.
     fn open_window(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
         let attributes = Window::default_attributes().with_title("osp");
         #[cfg(target_arch = "wasm32")]

@@ -67,8 +67,8 @@ pub(super) struct BenchArgs {
     /// Measure for a shorter time: under a minute for the shipped recordings.
     #[arg(long)]
     pub(super) quick: bool,
-    /// The indexes, separated by commas [default: all; with --paper those that grow: the paper's trees, octree-rebuild,
-    /// time-order, brute-simd, brute-force and osp].
+    /// The indexes, separated by commas [default: all; with --paper the paper's trees, octree-rebuild, time-order,
+    /// brute-simd, brute-force and osp].
     #[arg(long, value_delimiter = ',', value_parser = contender_parser())]
     pub(super) index: Vec<Contender>,
     /// The index that the others are compared with.
@@ -102,7 +102,7 @@ pub(super) struct BenchArgs {
     /// Print one JSON object instead of the tables.
     #[arg(long)]
     pub(super) json: bool,
-    /// Write one HTML page with tables and charts. The terminal then shows the verdict alone, unless --all is given.
+    /// Write one HTML page with tables and charts. The terminal then shows only the summary, unless --all is given.
     #[arg(long, value_name = "FILE")]
     pub(super) html: Option<PathBuf>,
     /// Let an output replace a file of another kind, even a session, but never a file that is read.

@@ -25,7 +25,7 @@ use osp_session::{
 /// Convert a session, or all sessions in folders, to another format.
 ///
 /// A .tilt file holds the data of Tilt Brush and Open Brush: strokes with brushes, control points and pressures,
-/// layers, groups, camera and light. Erased strokes are left out, and moved strokes are written in their new places. A
+/// layers, groups, camera and light. Erased strokes are skipped, and moved strokes are written in their new places. A
 /// session that came from a .tilt file gets all its metadata back; strokes that nobody changed are the same bit for
 /// bit. A warning names each thing that .tilt cannot hold. Only this command writes .tilt: `osp export` writes the
 /// polygons of one frame, and `osp import` writes every event.
@@ -147,7 +147,7 @@ fn model(session: &OpenSession, line: String, bytes: Option<u64>, mut remarks: V
     let notes = session.notes();
     remarks.extend(notes.warnings.iter().cloned());
     if notes.skipped > 0 {
-        remarks.push(format!("{} damaged pieces were skipped", thousands(notes.skipped)));
+        remarks.push(format!("damaged parts skipped: {}", thousands(notes.skipped)));
     }
     let bytes = bytes.map_or_else(String::new, |bytes| format!("; {} bytes", thousands(bytes)));
     Model { line: format!("{line}{bytes}"), remarks }

@@ -127,14 +127,14 @@ impl Turn {
         Self { center, away, projection, distance_m }
     }
 
-    /// Returns the view after a part of the turn.
+    /// Returns the view after the share `part` of the full turn.
     fn view(&self, part: f64) -> View {
         let eye = self.center + turned(self.away, part) * self.distance_m;
         View::look_at(eye, self.center, self.projection)
     }
 }
 
-/// Returns a direction after a part of a turn about the vertical axis.
+/// Rotates a direction about the vertical axis by the share `part` of a full turn.
 fn turned(direction: Vec3, part: f64) -> Vec3 {
     rotate(Quat::from_rotation_y((part * TAU) as f32), direction)
 }

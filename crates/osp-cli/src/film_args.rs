@@ -18,12 +18,12 @@ use super::{numbers, parsers::Size, render_args::ShownArgs};
   osp film painting.apa seen.gif --path recorded --size 480x270 --fps 15
 
 Paths:
-  turntable  once around the finished model, from the side that `osp render --camera whole` shows
-  grow       the model as it was drawn, from where `osp render` sees it
-  recorded   the model as it was drawn, by the recorded head path
+  turntable  once around the finished model, beginning with the view of `osp render --camera whole`
+  grow       the model while it was drawn, with the view of `osp render`
+  recorded   the model while it was drawn, along the recorded head path
 
 With `grow` and `recorded` the session's frames (--pace) are spread evenly over --seconds. The last
-picture stays for a second more. Brushes that move by themselves begin at --time and move with the film.
+picture stays for a second more. Animated brushes begin at --time and move with the film.
 A GIF has 256 colours a frame. An .mp4 has even sides: an odd --size grows by one pixel. For other kinds
 of video, let `osp render --every` write numbered pictures: it prints a command of ffmpeg for them.")]
 pub(super) struct FilmArgs {
@@ -38,10 +38,10 @@ pub(super) struct FilmArgs {
     /// Length of the film, seconds.
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = numbers::film_s)]
     pub(super) seconds: f64,
-    /// Frames a second, in a GIF at most 50 [default: 30, 20 in a GIF].
+    /// Frames a second; a GIF has at most 50 [default of .mp4: 30; of .gif: 20].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=60))]
     pub(super) fps: Option<u16>,
-    /// Width and height in pixels [default: 1280x720, 640x360 in a GIF].
+    /// Width and height in pixels [default of .mp4: 1280x720; of .gif: 640x360].
     #[arg(long)]
     pub(super) size: Option<Size>,
     #[command(flatten)]

@@ -90,8 +90,8 @@ pub(super) struct Times {
 }
 
 impl Times {
-    /// Returns the time for which the film shows a frame, in hundredths of a second. Rounding does not change the frame
-    /// rate.
+    /// Returns the time for which the film shows a frame, in hundredths of a second. Rounding errors do not add up, so
+    /// the mean frame rate is exact.
     fn delay(self, frame: u64) -> u16 {
         let at = |frame: u64| frame * 100 / u64::from(self.fps);
         (at(frame + 1) - at(frame)) as u16 + if self.is_end(frame) { END_S * 100 } else { 0 }

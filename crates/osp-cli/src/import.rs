@@ -95,7 +95,7 @@ pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
     session.warn();
     let notes = session.notes();
     if notes.skipped > 0 {
-        complain(&format!("{} damaged pieces were skipped", thousands(notes.skipped)));
+        complain(&format!("damaged parts skipped: {}", thousands(notes.skipped)));
     }
     say(&format!(
         "{} ({}) -> {}: {}{}",

@@ -11,8 +11,8 @@ use osp_rivals::{CutNodes, IndexKind, IndexSetting, IndexSettings};
 /// Settings of the structures.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct IndexSettingsArgs {
-    /// For osp-paper and octree-paper: number of levels below the root, 0 to 21 [default: 15 for osp-paper, whose levels are
-    /// binary; 10 for octree-paper]. Each further level doubles the memory of osp-paper, which is 12 MB at 15 levels.
+    /// For osp-paper and octree-paper: number of levels below the root, 0 to 21 [default of osp-paper: 15; of
+    /// octree-paper: 10]. A node of osp-paper has two children, so each level doubles the memory (12 MB at 15 levels).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(integers(IndexSettings::DEPTHS)))]
     depth: Option<u32>,
     /// For osp-paper: edge of its cube, as a multiple of the session's cube, 0.01 to 100 [default: 1]. Polygons that are
@@ -23,9 +23,9 @@ pub(super) struct IndexSettingsArgs {
     /// 32 [default: 12].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(integers(IndexSettings::BUCKETS)))]
     buckets: Option<u8>,
-    /// For the octrees that are rebuilt (octree-rebuild, octree-paper, octree-every-child, octree-bvh), the hierarchies
-    /// (bvh-midpoint, bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh, bvh-two-level), kd-tree and quadtree: largest number
-    /// of polygons of a leaf, 1 to 4096 [default: 64; 16 for octree-paper].
+    /// Largest number of polygons of a leaf, 1 to 4096 [default: 64; octree-paper: 16]. For: octree-rebuild,
+    /// octree-paper, octree-every-child, octree-bvh, bvh-midpoint, bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh,
+    /// bvh-two-level, kd-tree, quadtree.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(integers(IndexSettings::LEAF_CAPACITIES)))]
     leaf: Option<u16>,
     /// For lbvh and hlbvh: number of bits of an axis in the Morton codes, 1 to 21 [default: 21].

@@ -273,7 +273,7 @@ fn text(args: &InfoArgs, session: &OpenSession, contents: &Contents) -> String {
         ),
     );
     if session.notes().skipped > 0 {
-        line("skipped", format!("{} damaged pieces", thousands(session.notes().skipped)));
+        line("skipped", format!("damaged parts: {}", thousands(session.notes().skipped)));
     }
     look(&session.header).into_iter().for_each(|(name, value)| line(name, value));
     lines.extend(author_rows::lines(authors));

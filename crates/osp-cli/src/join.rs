@@ -27,7 +27,7 @@ use osp_lab::report::thousands;
 use osp_net::live::{Address, Connection, Link, News, Status, header};
 use osp_session::{output_file::is_same_file, recording::Event};
 
-/// Longest wait at the end until the session has all own strokes.
+/// Longest wait at the end until the session has all of this program's strokes.
 const FAREWELL: Duration = Duration::from_secs(3);
 /// Longest time for the final report after a signal.
 const REPORT: Duration = Duration::from_secs(20);
@@ -137,7 +137,7 @@ struct Member<'a> {
     there: u64,
     was_there: bool,
     has_left: bool,
-    /// Number of own events that the session has refused.
+    /// Number of this program's events that the session has refused.
     refused: u64,
     shown: Shown,
     started: Instant,
@@ -268,7 +268,7 @@ impl Member<'_> {
     }
 }
 
-/// Returns the error text if some own events are not in the session.
+/// Returns the error text if some of this program's events are not in the session.
 fn unheard(events: u64) -> Option<String> {
     (events > 0).then(|| format!("{} own events are not in the session", thousands(events)))
 }

@@ -65,7 +65,8 @@ pub(super) struct JoinArgs {
     /// Leave after this many seconds.
     #[arg(long = "for", value_name = "SECS", value_parser = numbers::seconds)]
     pub(super) for_secs: Option<f64>,
-    /// With --watch: end when everybody has left (after somebody was there). With --play: also stay until then.
+    /// With --watch: end when everybody who joined has left. With --play: stay after the last event until everybody who
+    /// joined has left.
     #[arg(long)]
     pub(super) until_empty: bool,
     #[command(flatten)]

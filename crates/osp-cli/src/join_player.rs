@@ -13,7 +13,7 @@ use super::{reading::ReadArgs, session::OpenSession};
 use osp_net::live::{Hand, ME};
 use osp_session::recording::{AUTHORS_FORMAT, Author, Event, GroupId, Pace, Pacer, RecordingError, StrokeId};
 
-/// Largest number of own events that may wait for the connection. Above it, playing pauses.
+/// Largest number of this program's events that may wait for the connection. Above it, playing pauses.
 const MOST_PENDING: usize = 1 << 16;
 
 /// A session that is about to be played.

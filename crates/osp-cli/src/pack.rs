@@ -106,7 +106,7 @@ fn finished(file: &Path, reading: &ReadArgs) -> anyhow::Result<Scene> {
     session.warn();
     let skipped = session.notes().skipped;
     if skipped > 0 {
-        complain(&format!("warning: {}: {skipped} damaged pieces skipped", file.display()));
+        complain(&format!("warning: {}: damaged parts skipped: {skipped}", file.display()));
     }
     Ok(scene)
 }

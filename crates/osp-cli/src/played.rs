@@ -22,10 +22,11 @@ use osp_session::{
 pub(super) struct FrameArgs {
     /// The session, of any format that replay reads.
     pub(super) file: PathBuf,
-    /// The frame, after its changes: its number from 0, or `last`.
+    /// Number of the frame, from 0, or `last`. The changes of this frame are included.
     #[arg(long, default_value = "last")]
     frame: FrameChoice,
-    /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
+    /// Part of the session that each frame plays. `recorded`: up to the time of the frame, by the recorded time stamps.
+    /// `samples:N`: the next N hand samples.
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
     #[command(flatten)]

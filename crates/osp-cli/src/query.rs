@@ -35,10 +35,11 @@ use osp_session::scene::Scene;
   osp query recordings/room.ron --ray 0,1.6,0 0,0,-1 --search best-first --radius 0.1 --index kd-tree
 
 Prints the strokes found, and each polygon with its distance from the sphere's centre, the point or
-the ray's start. Then it counts the exact tests of polygons, and the nodes and boxes that the index
-tested (along rays only with --search or --radius). Coordinates are world space, metres. Touching
-counts as inside. The exact polygons are tested, not their boxes. Particles, which turn to the eye,
-are tested as stored; for a ray they face its start.")]
+the ray's start. Then prints the number of polygons that were tested exactly, and of nodes and boxes
+that the index tested. For a ray, nodes and boxes are counted only with --search or --radius.
+Coordinates are in world space, metres. A polygon that touches a box or sphere counts as inside.
+The polygons are tested, not their boxes. Particles turn to the eye, so they are tested as they are
+stored; for a ray they face the ray's start.")]
 pub(super) struct QueryArgs {
     #[command(flatten)]
     part: PartArgs,

@@ -37,7 +37,8 @@ pub(super) struct RaceArgs {
     /// Two to four structures, separated by commas.
     #[arg(long, value_delimiter = ',', default_value = "osp,octree-rebuild", value_parser = contender_parser())]
     pub(super) index: Vec<Contender>,
-    /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
+    /// Part of the session that each frame plays. `recorded`: up to the time of the frame, by the recorded time stamps.
+    /// `samples:N`: the next N hand samples.
     #[arg(long, default_value = "samples:16")]
     pub(super) pace: Pace,
     /// Position of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`. `orbit` circles

@@ -17,8 +17,9 @@ const HALVINGS: usize = 48;
 /// Options of a search along a ray.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct RaySearchArgs {
-    /// Search the index's tree `in-order`, the nearer child first, or `best-first`, the nearest node of the queue, and
-    /// count nodes and boxes [default: the index's own search].
+    /// Order in which the index's tree is searched. `in-order` descends into the nearer child first; `best-first` takes
+    /// the nearest node of a priority queue. Both count nodes and boxes [default: each index's usual search, without
+    /// counts].
     #[arg(long, value_name = "ORDER", value_parser = named(&Order::ALL, Order::name))]
     search: Option<Order>,
     /// Radius of the ray, metres: it also hits polygons within this distance [default: 0].

@@ -13,8 +13,8 @@ use osp_session::{
 /// Options for damaged sessions, and limits of a session.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct ReadArgs {
-    /// Skip damaged parts and count them, instead of stopping at the first; stop reading at a limit instead of refusing
-    /// the session.
+    /// Skip and count damaged parts, instead of stopping at the first one. If a session exceeds a limit
+    /// (--max-polygons, --max-unpacking), use the part before the limit.
     #[arg(long)]
     pub(super) lenient: bool,
     #[command(flatten)]
@@ -24,8 +24,8 @@ pub(super) struct ReadArgs {
 /// Limits of a session.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct LimitArgs {
-    /// Largest number of polygons of a session: a sample of a ribbon counts as one, a sample of a tube as eight, a face as
-    /// its corners minus two. The session may also have at most N/4 strokes and 4N events.
+    /// Largest number of polygons of a session. A ribbon sample counts as 1, a tube sample as 8, a face with n corners
+    /// as n - 2. N also limits the number of strokes to N/4, and that of events to 4N.
     #[arg(
         long,
         value_name = "N",
@@ -34,7 +34,8 @@ pub(super) struct LimitArgs {
         hide_short_help = true
     )]
     max_polygons: u64,
-    /// Largest compression ratio of a session (.ron.zst, .tilt, .gz); the first MiB is free.
+    /// Largest ratio of the decompressed to the compressed size of a session (.ron.zst, .tilt, .gz). One MiB more is
+    /// always allowed.
     #[arg(
         long,
         value_name = "N",

@@ -125,7 +125,8 @@ pub(super) struct RenderArgs {
 /// Options for reading a session of which pictures or films are made.
 #[derive(Args, Debug)]
 pub(super) struct ShownArgs {
-    /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
+    /// Part of the session that each frame plays. `recorded`: up to the time of the frame, by the recorded time stamps.
+    /// `samples:N`: the next N hand samples.
     #[arg(long, default_value = "samples:16")]
     pub(super) pace: Pace,
     /// Time at which animated brushes are shown, seconds after the beginning.

@@ -160,7 +160,8 @@ pub(super) struct PlayArgs {
     pub(super) settings: IndexSettingsArgs,
     #[command(flatten)]
     pub(super) cut_nodes: CutNodesArgs,
-    /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
+    /// Part of the session that each frame plays. `recorded`: up to the time of the frame, by the recorded time stamps.
+    /// `samples:N`: the next N hand samples.
     #[arg(long, default_value = "samples:16")]
     pub(super) pace: Pace,
     /// Position of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`. `orbit`
@@ -203,7 +204,7 @@ pub(super) enum GroupFiling {
 }
 
 impl PlayArgs {
-    /// The indexes, in the order of their lines.
+    /// The indexes, in the order of their rows in the table.
     pub(super) fn indexes(&self) -> Vec<IndexKind> {
         match (self.index.as_slice(), self.occlusion.is_empty()) {
             ([], true) => IndexKind::DEFAULT.to_vec(),

@@ -84,7 +84,7 @@ pub(super) fn replay(
     session.notes().warnings.iter().for_each(|warning| (around.remark)(warning));
     let skipped = session.notes().skipped;
     if skipped > 0 {
-        (around.remark)(&format!("{}: {skipped} damaged pieces skipped", file.display()));
+        (around.remark)(&format!("{}: damaged parts skipped: {skipped}", file.display()));
     }
     read?;
     args.play.reading.check_frames(file, &summary, args.play.pace)?;

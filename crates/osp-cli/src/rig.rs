@@ -30,12 +30,12 @@ pub(super) struct RigCommand {
     what: What,
 }
 
-const FORMAT: &str = "A rig is a file of RON. Brackets have the defaults of optional fields:
+const FORMAT: &str = "A rig is a RON file. In the comments, [ ] contains the default of an optional field:
   (
     name: \"two walls\",
-    // Where the head is until a tracker moves it, metres, y up.
+    // Position of the head until a tracker moves the head, metres, y up.
     head: (0.0, 1.6, 0.0),
-    // Distance of the eyes, metres [0.064].
+    // Distance between the eyes, metres [0.064].
     eye_separation_m: 0.064,
     // Mono, SideBySide, TopBottom, Anaglyph or Windows [Mono].
     stereo: SideBySide,
@@ -43,26 +43,26 @@ const FORMAT: &str = "A rig is a file of RON. Brackets have the defaults of opti
     swap_eyes: false,
     // From the tracker's space to the room's space [the same space].
     room_from_tracker: (p: (0, 0, 0), q: (0, 0, 0, 1)),
-    // 1 to 16 rectangles, each by three of its corners, as seen from in front of it.
+    // 1 to 16 rectangles, each given by three corners, as seen from the front.
     screens: [
       (
         name: \"left\",
         lower_left: (-1.7, 0.3, 0.0),
         lower_right: (0.0, 0.3, -1.7),
         upper_left: (-1.7, 2.1, 0.0),
-        // Where its picture goes [beside the others in the window].
+        // Monitors that show this screen [beside the others in the window].
         outputs: [(monitor: \"2\", viewport: (0, 0, 1, 1))],
       ),
     ],
   )
-An output names a monitor by its name or number (`osp rig monitors`); a window without borders and
-panels covers it. Its `viewport` is the part of the monitor that shows the screen: left, top, width
-and height, each from 0 to 1 [all]. `eyes: Left` or `eyes: Right` shows the picture of one eye alone,
-for a projector each (`stereo: Windows`). The first window controls the others and goes to a monitor
-that is left free.
-wgpu, with which osp draws, supports neither quad-buffered stereo nor the locking of several displays
-to one frame (genlock). Warp meshes are left to drivers and projectors.
-Shipped rigs: desktop, dual-wall, cave4.
+An output contains the name or number of a monitor (`osp rig monitors` lists them). A window without
+borders and panels covers this monitor. `viewport` is the part of the monitor that shows the screen:
+left, top, width and height, each from 0 to 1 [all]. With `stereo: Windows`, the outputs
+`eyes: Left` and `eyes: Right` of a screen show the picture of one eye each, for two projectors.
+The first window has the panels and opens on a monitor that the rig does not use.
+osp draws with wgpu, which supports neither quad-buffered stereo nor genlock (the locking of several
+displays to one frame). Drivers and projectors apply warp meshes.
+Rigs in osp: desktop, dual-wall, cave4.
 
 Examples:
   osp rig check walls.ron

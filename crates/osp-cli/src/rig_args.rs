@@ -14,11 +14,11 @@ use osp_session::{
 /// A rig, and the form of its pictures for two eyes.
 #[derive(Args, Debug)]
 pub(super) struct RigArgs {
-    /// Show the model on the screens of a rig: desktop, dual-wall, cave4, or a file that describes another one.
+    /// Use the views of the screens of a rig: desktop, dual-wall, cave4, or a file that describes another rig.
     #[arg(long, value_name = "RIG")]
     pub(super) rig: Option<String>,
     /// Form of the pictures for the two eyes: mono, side-by-side, top-bottom, anaglyph, or windows (one for each screen
-    /// and eye) [default: the rig's own form].
+    /// and eye) [default: the form in the rig's file].
     #[arg(long, value_name = "HOW", value_parser = named(Stereo::ALL, Stereo::name))]
     pub(super) stereo: Option<Stereo>,
 }

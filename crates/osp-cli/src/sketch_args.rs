@@ -53,8 +53,8 @@ hand draws while the first button is pressed (--tracker udp://0.0.0.0:5000).
 As OSC: /osp/head, /osp/hand and so on; the key as /osp/key, the first message of a bundle.
 `osp send SESSION --to 127.0.0.1:9327` plays a session as such a tracker.")]
 pub(super) struct SketchArgs {
-    /// The session to continue, or a new one (.ron). A session that was not drawn with `osp sketch` (imported, shipped,
-    /// of another format, write-protected) is opened as a copy.
+    /// The session to continue, or a new one (.ron). osp opens a copy of a session that is write-protected, in another
+    /// format, or was not drawn with `osp sketch`.
     pub(super) file: Option<PathBuf>,
     #[command(flatten)]
     pub(super) window: WindowArgs,

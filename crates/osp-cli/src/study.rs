@@ -34,9 +34,9 @@ use osp_session::recording::RecordingError;
   osp study sketch.tilt --index osp,octree-rebuild,bvh-sah --camera inside
   find sketches -name '*.tilt' | parallel osp study {} --out results.ndjson
 
-osp adds lines to FILE. It skips a session if FILE has a line with the same contents, options, machine and build of osp.
-So the same command continues after an interruption. Several processes may add to one FILE.
-Exit codes: 1 if two indexes see different polygons in a session, else 2 if osp cannot read a session.
+osp adds lines to FILE. It skips a session if FILE has a result for the same session contents, options, machine and
+build of osp. So the same command continues after an interruption. Several processes may add to one FILE.
+Exit codes: 1 if two indexes find different visible polygons in a session, else 2 if osp cannot read a session.
 docs/study.md describes the fields, recipes for GNU parallel, Slurm and Ray, and SQL queries.
 `osp replay --help` describes the indexes and the methods of occlusion culling.")]
 pub(super) struct StudyArgs {

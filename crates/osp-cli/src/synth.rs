@@ -49,7 +49,7 @@ pub(super) struct SynthArgs {
     /// Seed of the random numbers; another seed gives another session of the same kind.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Number of artists of `class`, who share the polygons [default: 3].
+    /// Number of artists in a session of kind `class`. The polygons are divided among the artists [default: 3].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(SynthKind::MOST_AUTHORS)))]
     authors: Option<u32>,
     /// Replace the file if it exists.

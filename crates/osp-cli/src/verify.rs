@@ -81,14 +81,16 @@ too.
 depth-last takes the polygons that were visible in the previous frame as occluders; its column
 `used` counts those that were filled.
 
-For hzb, queries and auto (builds with the feature `render`) the command draws each of these
-frames with each method and without culling, in turns; a pixel that differs gives exit code 1.
-`auto` uses hzb where that is faster (give it --settle 24). hzb-16, hzb-4 and hzb-1 test groups
-of 16, 4 or 1 polygons by the screen rectangle around their corners, hzb-16-box and so on by the
-rectangle around their bounding box. hzb-16-fine and hzb-4-fine also test each polygon by its
-triangles. hzb is short for hzb-1-fine. Columns:
+With hzb, queries or auto (in builds with the feature `render`) the command draws each frame with
+each method and without culling. If a pixel differs, the exit code is 1. `auto` selects hzb if hzb is
+faster; for this it needs --settle 24. Methods that test groups of polygons:
+  hzb-16, hzb-4, hzb-1   the screen rectangle around the corners of 16, 4 or 1 polygons
+  hzb-16-box, ...        the screen rectangle around the bounding box of the group
+  hzb-16-fine, ...       the rectangle around the corners, then the triangles of each polygon
+  hzb                    the same as hzb-1-fine
+Columns:
   pixels that differ   from the picture without culling, sum over all frames
-  hidden               share of the really hidden polygons that were not drawn
+  hidden               share of the hidden polygons that were not drawn
   below a sample       polygons that rays find visible, but that cover no sample of a pixel
   depth pass, colour pass   polygons drawn
   draw, gpu            milliseconds a frame, medians; draw mean: the mean of draw
@@ -138,7 +140,8 @@ pub(super) struct VerifyArgs {
     /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     camera: CameraChoice,
-    /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
+    /// Part of the session that each frame plays. `recorded`: up to the time of the frame, by the recorded time stamps.
+    /// `samples:N`: the next N hand samples.
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
     /// Look from every view at the finished model, not at the model of that moment.

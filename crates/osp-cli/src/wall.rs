@@ -28,7 +28,7 @@ use osp_session::{
     rig::{Rig, Stereo},
 };
 
-/// Longest wait of an idle node without a display.
+/// Longest wait of an idle computer without a display.
 const NAP: Duration = Duration::from_millis(20);
 
 pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
@@ -38,7 +38,7 @@ pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
     #[cfg(feature = "window")]
     anyhow::ensure!(
         args.hub || args.tracker.tracker.is_none(),
-        "--tracker: expected --hub, which sends the head's position to the nodes"
+        "--tracker: expected --hub, which sends the head's position to the computers of the wall"
     );
     let Some(address) = &args.address else { bail!("expected an ADDRESS") };
     let address = args.way.server.address(address)?;
@@ -87,7 +87,7 @@ impl WallArgs {
         let mut head = TrackedHead::open(self, &rig)?;
         let motion = if head.is_some() { RoomMotion::Stands } else { self.room };
         let mut hub = Hub::open(address, &self.hub_options(rig, stereo, motion))?;
-        complain(&format!("the hub of {address}; osp wall status shows its nodes"));
+        complain(&format!("the hub of {address}; osp wall status lists the computers of the wall"));
         let started = Instant::now();
         let mut trouble = None;
         while !self.is_over(started, ending) {
@@ -135,7 +135,7 @@ impl WallArgs {
     }
 }
 
-/// Runs a node that shows nothing.
+/// Runs a computer of the wall that shows nothing.
 fn answer(
     address: &Address,
     options: &NodeOptions,

@@ -10,12 +10,12 @@ use super::{
 };
 use osp_session::replay::RoomMotion;
 
-/// Show a shared session on a wall of several machines, with each frame on all screens at once.
+/// Show a shared session on a wall of several computers, with each frame on all screens at once.
 ///
-/// A hub chooses the moment of the session, and a node on each machine shows it on one screen of the rig. The hub waits
-/// until every active node has drawn a frame, then makes all of them show it. The hub also has the model, and names a
-/// node that shows something else. A node that misses three frames in a row becomes inactive: the hub no longer waits
-/// for it, until it has drawn 20 frames in time.
+/// A hub chooses the moment of the session. For each screen of the rig, a computer shows the model at this moment. The
+/// hub waits until every active computer has drawn a frame, then lets all of them show it. The hub also has the model,
+/// and names a computer that shows something else. A computer that misses three frames in a row becomes inactive: the
+/// hub does not wait for this computer until it has drawn 20 frames in time.
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -29,7 +29,7 @@ use osp_session::replay::RoomMotion;
 
 Several people may draw in the session (osp sketch --join, osp join). osp join ADDRESS --play FILE
 plays a recording in it.
-The rig is the same on all machines, but for its outputs: each machine has monitors of its own.
+The rig is the same on all computers; only the outputs may differ.
 The screens show the view of the session's artist: the first author with a recorded head. With
 --tracker they show the view of the head in the hub's room.
 osp does not lock the displays to each other: the graphics driver can (genlock)."
@@ -44,7 +44,7 @@ pub(super) struct WallArgs {
     /// Be the hub, which chooses the content and time of each frame.
     #[arg(long, required_unless_present = "node", conflicts_with = "node")]
     pub(super) hub: bool,
-    /// Be a node: show this screen of the rig.
+    /// Show this screen of the rig, as one computer of the wall.
     #[arg(long, value_name = "SCREEN")]
     pub(super) node: Option<String>,
     #[command(flatten)]
@@ -56,13 +56,13 @@ pub(super) struct WallArgs {
     /// Largest frame rate of the hub.
     #[arg(long, default_value_t = 90.0, value_name = "FRAMES", conflicts_with = "node", value_parser = rate)]
     pub(super) rate: f64,
-    /// Longest time that a frame waits for a node, milliseconds. The hub does not wait longer for a slow node, so that
-    /// it does not delay the others.
+    /// Longest time that the hub waits for a computer in a frame, milliseconds. So a slow computer does not delay the
+    /// others.
     #[arg(long, default_value_t = 1000.0, value_name = "MS", conflicts_with = "node", value_parser = patience)]
     pub(super) patience: f64,
     #[command(flatten)]
     pub(super) tracker: TrackerArgs,
-    /// Be a node that draws nothing: it only culls its screen's views.
+    /// With --node: draw nothing, and only cull the views of the screen.
     #[arg(long, conflicts_with = "hub")]
     pub(super) headless: bool,
     /// End after this many seconds.
@@ -84,8 +84,8 @@ pub(super) struct WayArgs {
 
 #[derive(Subcommand, Debug)]
 pub(super) enum What {
-    /// Print the nodes, frame rate, skew and lag of a wall. The exit code is 1 if a screen has no active node, or one
-    /// that differs from the hub.
+    /// Print the computers, frame rate, skew and lag of a wall. The exit code is 1 if a screen has no active computer,
+    /// or if a computer shows something else than the hub.
     Status {
         /// The session.
         #[arg(value_name = "ADDRESS")]

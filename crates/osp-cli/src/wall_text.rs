@@ -31,7 +31,7 @@ pub(super) fn text(report: &WallReport) -> String {
     lines.push(format!("frame (from the hub's message to the swap): {}", times(&report.frame)));
     lines.push(format!("between two swaps: {}", times(&report.period)));
     lines.push(format!(
-        "skew (from the first to the last node that reports a frame): {}",
+        "skew (from the first to the last computer that reports a frame): {}",
         times(&report.skew)
     ));
     if report.garbage > 0 {
@@ -83,7 +83,7 @@ fn row(node: &NodeReport) -> [String; 9] {
     ]
 }
 
-/// Returns the final report of a node.
+/// Returns the final report of a computer of the wall.
 pub(super) fn counts_text(counts: &NodeCounts) -> String {
     format!("{} frames, {} events of the session", thousands(counts.frames), thousands(counts.events))
 }

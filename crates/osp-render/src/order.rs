@@ -20,9 +20,9 @@ pub(super) enum Listing {
 
 /// The order in which polygons are drawn. It is computed again in every frame, in the same memory.
 ///
-/// Opaque polygons come first, by number, then additive polygons, by number. Transparent polygons come last, the farthest
-/// first, and by number at equal distance. The relative order of two polygons depends neither on other polygons nor on the
-/// order of arrival. So the picture does not change if hidden polygons are left out.
+/// Opaque polygons come first, by number, then additive polygons, by number. Transparent polygons come last, the
+/// farthest first, and by number at equal distance. The relative order of two polygons depends neither on other
+/// polygons nor on the order of arrival. So the picture does not change if hidden polygons are skipped.
 #[derive(Clone, Debug, Default)]
 pub struct DrawOrder {
     ids: Vec<PolygonId>,
@@ -136,9 +136,9 @@ impl DrawOrder {
         self.transparent.clear();
     }
 
-    /// Adds polygons to draw in `style`. Numbers that the scene does not have are left out. `page_len`, the number of
-    /// polygons of a page, is a multiple of 64. `classes_of` returns the drawing classes of 64 polygons from a multiple of
-    /// 64 on.
+    /// Adds polygons to draw in `style`. Numbers that the scene does not have are skipped. `page_len`, the number of
+    /// polygons of a page, is a multiple of 64. `classes_of` returns the drawing classes of 64 polygons from a multiple
+    /// of 64 on.
     pub fn add(
         &mut self,
         scene: &Scene,

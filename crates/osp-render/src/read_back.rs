@@ -27,7 +27,7 @@ pub struct ComingImage {
 }
 
 impl ComingImage {
-    /// The picture, once it has arrived; `None` before.
+    /// The picture, once it is available; `None` before.
     ///
     /// # Errors
     /// The device is lost or the driver reported an error.

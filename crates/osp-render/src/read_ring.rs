@@ -80,7 +80,7 @@ impl ReadRing {
         }
     }
 
-    /// Calls `give` with each result that has arrived since the last call, and with the number of its slot.
+    /// Calls `give` with each result that became available since the last call, and with the number of its slot.
     pub(super) fn take(&mut self, mut give: impl FnMut(usize, &[u8])) {
         for (number, slot) in self.slots.iter_mut().enumerate() {
             if !slot.is_mapped.swap(false, Ordering::Acquire) {

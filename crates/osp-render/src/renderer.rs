@@ -304,7 +304,7 @@ impl Renderer {
     }
 
     /// Sorts the polygons of a view and sends their order; returns the number of bytes sent. Call it after
-    /// [`Renderer::send`], because polygons that are not on the GPU are left out. Layers beyond the eighth are drawn in the
+    /// [`Renderer::send`], because polygons that are not on the GPU are skipped. Layers beyond the eighth are drawn in the
     /// style of the eighth.
     pub fn prepare(&self, slot: &mut ViewSlot, scene: &Scene, view: &View, layers: &[Layer<'_>]) -> u64 {
         let page_len = self.scene.page_len();

@@ -86,7 +86,7 @@ impl Target {
         read_back(gpu, &self.picture)
     }
 
-    /// Does the same as [`Target::image`], for a caller that cannot wait. The picture arrives later.
+    /// Does the same as [`Target::image`], for a caller that cannot wait. The picture is available later.
     pub fn image_later(&self, gpu: &Gpu) -> ComingImage {
         begin_read_back(gpu, &self.picture)
     }

@@ -156,7 +156,7 @@ impl GpuTimer {
         }
     }
 
-    /// The times of the latest frame whose time stamps have arrived since the last call.
+    /// The times of the latest frame whose time stamps became available since the last call.
     pub fn take(&mut self) -> Option<PassTimes> {
         let period_ns = f64::from(self.period_ns);
         let mut times = None;

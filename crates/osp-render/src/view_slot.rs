@@ -116,7 +116,7 @@ impl ViewSlot {
         }
     }
 
-    /// Counts of the latest frame whose results have arrived since the last call.
+    /// Counts of the latest frame whose results became available since the last call.
     pub fn take_counts(&mut self) -> Option<DrawnCounts> {
         self.hzb.as_mut()?.take_counts()
     }

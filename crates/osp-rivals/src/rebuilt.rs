@@ -25,7 +25,7 @@ pub(super) trait TreeBuilder: 'static + Send + Sync + std::fmt::Debug {
     /// The name of the index on the command line and in tables.
     const NAME: &'static str;
 
-    /// The action of a commit after which only boxes have changed.
+    /// The action of a commit, if only boxes have changed since the last commit.
     const ON_UPDATE: OnUpdate;
 
     /// The number of leaves that hold a polygon.
@@ -38,7 +38,7 @@ pub(super) trait TreeBuilder: 'static + Send + Sync + std::fmt::Debug {
     fn bytes(&self) -> usize;
 }
 
-/// The action of a commit after which only boxes have changed.
+/// The action of a commit, if only boxes have changed since the last commit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OnUpdate {
     /// Build the tree again.

@@ -143,8 +143,8 @@ impl Osp {
     }
 
     /// Changes the limit of the plain list. The index stays a plain list while the ids of all polygons lie in at most
-    /// `blocks` blocks of sixteen. For some hundred polygons, a list is faster than a tree. With 0, the index is a tree
-    /// from the first polygon on. The query results do not depend on the limit.
+    /// `blocks` blocks of sixteen. For a few hundred polygons, a list is faster than a tree. With 0, the index is a
+    /// tree from the first polygon on. The query results do not depend on the limit.
     #[must_use]
     pub fn with_linear_blocks(mut self, blocks: usize) -> Self {
         (self.linear_blocks, self.list_blocks) = (blocks, blocks);

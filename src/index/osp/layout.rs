@@ -181,8 +181,8 @@ impl Bucket {
         (1 << self.page_count) - 1
     }
 
-    /// Whether the bucket belongs to a leaf most of whose polygons have a run of their own. Strokes arrive in order and
-    /// need no packing.
+    /// Whether the bucket belongs to a leaf most of whose polygons have a run of their own. Strokes are inserted in
+    /// order and need no packing.
     pub(super) fn is_scattered(&self) -> bool {
         self.slot != OWN && self.polygons < self.runs * 2 && self.runs as usize <= super::tuning::MOST_TAKEN
     }

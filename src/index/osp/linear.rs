@@ -491,7 +491,7 @@ impl<A: Answer> Pass<'_, A> {
 /// In a list of at most this number of blocks, polygons are tested without a test of their blocks, except in samples.
 const FEW: usize = 32;
 
-/// One group of this number is always tested for blocks behind a plane.
+/// Every `SAMPLE`th group is always tested for blocks behind a plane.
 const SAMPLE: usize = 4;
 
 /// If a group has at least this number of blocks behind a plane, the blocks of the next group are tested, too.

@@ -1,7 +1,7 @@
 //! The fast form of the octal space partition tree.
 //!
-//! It derives from the OSP tree of the paper, which `osp_rivals::OspPaper` implements to the letter: a cube is divided
-//! ahead of time, and polygons are inserted one by one as they are drawn. This form keeps the octal partition, its
+//! It derives from the OSP tree of the paper, which `osp_rivals::OspPaper` implements exactly: a cube is divided ahead
+//! of time, and polygons are inserted one by one as they are drawn. This form keeps the octal partition, its
 //! preallocated levels, and insertion without rebuilds.
 //!
 //! # Differences from the paper
@@ -22,14 +22,14 @@
 //! * If most of the tree is inside, the query finds the polygons outside and removes them from the set of all ids. It does
 //!   not read the parts that lie inside (`plan.rs`).
 //! * A full leaf is divided over several commits (`divide.rs`).
-//! * Leaves of polygons that arrive in no order are sorted along a space-filling curve, a few in each commit
+//! * Leaves of polygons that are inserted in no order are sorted along a space-filling curve, a few in each commit
 //!   (`order.rs`).
-//! * While such polygons rest, a second list contains their ids in the order of the tree. So the ids of a subtree in view
-//!   are copied at once (`rest.rs`).
+//! * While such polygons do not move, a second list contains their ids in the order of the tree. So the ids of a
+//!   subtree in view are copied at once (`rest.rs`).
 //! * Few polygons need no tree: their boxes are a plain list in blocks of sixteen ids (`linear.rs`). The list becomes a
 //!   tree when it is full, and the tree a list again when most polygons are erased (`form.rs`).
-//! * Polygons that move in frame after frame are kept in flat rows beside the tree (`movers.rs`), and return to it when
-//!   they have rested (`settle.rs`).
+//! * Polygons that move in frame after frame are kept in flat rows beside the tree (`movers.rs`). They return to the tree
+//!   when they have not moved for some commits (`settle.rs`).
 //! * The paper does not erase polygons. Here, erasing clears a bit. Later commits tighten boxes and join pages, leaves
 //!   and nodes; the work is proportional to the number of erased polygons.
 //!

@@ -295,9 +295,9 @@ impl Movers {
         }
     }
 
-    /// Takes over blocks (numbers, lanes and boxes) if the rows are empty. The lists are swapped with the empty lists of
-    /// the rows, so no box is copied. The polygons count as resting. The polygons of blocks with few lanes go to shared
-    /// groups. Returns the largest number of blocks that the lists of the rows have had.
+    /// Takes over blocks (numbers, lanes and boxes) if the rows are empty. The lists are swapped with the empty lists
+    /// of the rows, so no box is copied. The polygons count as unmoved. The polygons of blocks with few lanes go to
+    /// shared groups. Returns the largest number of blocks that the lists of the rows have had.
     pub(super) fn take_blocks(
         &mut self,
         numbers: &mut Vec<u32>,

@@ -1,7 +1,7 @@
-//! Sorts runs along a space-filling curve if polygons arrive in no spatial order, such as the faces of many imported
-//! models. The pages of a leaf are filled in the order of arrival. Without sorting, each page is as wide as the leaf, and a
-//! plane that cuts the leaf cuts all its pages. A leaf that has grown by half is queued to be packed: neighbouring runs
-//! then share a page. A commit packs few of the queued leaves.
+//! Sorts runs along a space-filling curve if polygons are inserted in no spatial order, such as the faces of many
+//! imported models. The pages of a leaf are filled in the order of arrival. Without sorting, each page is as wide as
+//! the leaf, and a plane that cuts the leaf cuts all its pages. A leaf that has grown by half is queued to be packed:
+//! neighbouring runs then share a page. A commit packs few of the queued leaves.
 
 use super::{
     grid::{self, Key},

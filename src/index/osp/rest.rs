@@ -1,5 +1,5 @@
-//! Writes a second list of the ids of resting scattered polygons, over several commits. A change makes the spans of all
-//! nodes above its leaf void; other spans stay valid.
+//! Writes a second list of the ids of scattered polygons that do not move, over several commits. A change makes the
+//! spans of all nodes above its leaf void; other spans stay valid.
 
 use super::{
     index::Osp,
@@ -50,7 +50,7 @@ impl Osp {
         self.spans.void = self.spans.void.saturating_add(lost);
     }
 
-    /// Writes a share of the ids, if the tree rests.
+    /// Writes a share of the ids, if the tree has not changed.
     pub(super) fn write_spans(&mut self) {
         if self.is_flat || !self.ids.are_scattered() {
             return;

@@ -1,6 +1,6 @@
-//! Moves polygons between the tree and the flat rows beside it. The rows contain polygons that move in frame after frame,
-//! and polygons of a plain list that becomes a tree. Polygons move to the tree when they have rested, so a caller need not
-//! declare which polygons will move.
+//! Moves polygons between the tree and the flat rows beside it. The rows contain polygons that move in frame after
+//! frame, and polygons of a plain list that becomes a tree. Polygons return to the tree when they have not moved for a
+//! while, so a caller need not declare which polygons will move.
 
 use super::{index::Osp, linear::Inserted, open::OpenBlock, tuning::REST};
 use crate::{
@@ -8,8 +8,8 @@ use crate::{
     polygon::{BLOCK, PolygonId},
 };
 
-/// A commit examines this number of groups for resting polygons, and in addition one of every [`GROUPS_SHARE`] groups. If
-/// it is larger, resting polygons return sooner, and frames in which they return take longer.
+/// A commit examines this number of groups for unmoved polygons, and in addition one of every [`GROUPS_SHARE`] groups.
+/// If it is larger, unmoved polygons return sooner, and frames in which they return take longer.
 const GROUPS_A_COMMIT: usize = 2;
 const GROUPS_SHARE: usize = 512;
 
@@ -32,8 +32,8 @@ impl Osp {
         }
     }
 
-    /// Moves a bounded number of resting polygons to the tree. `came` is `Osp::came`: the number of runs or polygons inserted since the last
-    /// commit.
+    /// Returns a bounded number of unmoved polygons to the tree. `came` is `Osp::came`: the number of runs or polygons
+    /// inserted since the last commit.
     pub(super) fn settle(&mut self, came: u32) {
         self.clock = self.clock.wrapping_add(1);
         if self.movers.len() == 0 {

@@ -1,4 +1,4 @@
-//! The slots of the polygons in the flat rows: which group and lane holds the box of an id.
+//! The slots of the polygons in the flat rows: the group and lane with the box of each id.
 
 use crate::polygon::{BLOCK, PolygonId};
 

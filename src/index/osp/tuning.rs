@@ -43,7 +43,7 @@ pub(super) const LINEAR_BLOCKS: usize = 96;
 /// polygons out of view take longer.
 pub(super) const LONGER: usize = 7;
 
-/// Least number of commits that a polygon rests before it returns to the tree.
+/// Least number of commits without a move of a polygon, before the polygon returns to the tree.
 pub(super) const REST: u32 = 32;
 
 /// Largest number of runs of a leaf that is packed. If it is larger, the tree has fewer leaves and fuller pages, and frames

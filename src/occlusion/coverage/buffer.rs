@@ -216,7 +216,7 @@ struct SeenBoxes {
     /// Distance of the nearest corner along the direction of view.
     near: [f64; LANES],
     far: [f64; LANES],
-    /// Size of each box: the sum of the largest absolute coordinates, relative to the eye, metres.
+    /// Bound on the coordinates of each box relative to the eye: the largest absolute x, y and z, added, metres.
     size: [f64; LANES],
 }
 

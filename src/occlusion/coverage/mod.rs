@@ -48,8 +48,8 @@
 //!    that of one triangle, pushed back to the farthest corner of the other. The surface takes the farthest bound of all
 //!    its facets.
 //!
-//! Any part of the surfaces may be left out: an edge whose neighbour is left out is open. So budgets, facets without
-//! area or convex outline, and corners too far to the side only reduce the number of hidden objects. A layer of several
+//! Any part of the surfaces may be omitted: an edge whose neighbour is omitted is open. So budgets, facets without area
+//! or convex outline, and corners too far to the side only reduce the number of hidden objects. A layer of several
 //! surfaces covers the pixels of each, from the farthest of their bounds on.
 
 mod buffer;

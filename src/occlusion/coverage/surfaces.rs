@@ -68,7 +68,7 @@ impl Surfaces {
         }
     }
 
-    /// Reads a changed polygon. A polygon in a space that moves as a whole is no occluder.
+    /// Reads a changed polygon. A polygon of a group that moves as a whole is no occluder.
     pub(in crate::occlusion) fn set(&mut self, geometry: &dyn Geometry, id: PolygonId) {
         let is_fixed = id.0 < PolygonId::LIMIT && geometry.is_present(id) && geometry.space(id).is_none();
         let polygon = if is_fixed { geometry.occluder(id) } else { None };

@@ -22,7 +22,7 @@ const EDITS_A_FRAME: u32 = 64;
 const CHANGES_A_FRAME: usize = 1 << 16;
 
 impl Studio {
-    /// Handles the tracker's messages that arrived since the last frame.
+    /// Handles the tracker's messages received since the last frame.
     pub(crate) fn listen(&mut self) {
         if self.is_reading() {
             return;
@@ -92,7 +92,7 @@ impl Studio {
                     "only another author may edit {name}: a tracker draws on the first layer"
                 ));
             } else if begins && let Some(why) = self.why_layer_is_closed() {
-                self.show_once(&format!("{why}: a tracker draws on it all the same"));
+                self.show_once(&format!("{why}; the tracker can still draw in this layer"));
             }
             // The mirror applies only to the window's author.
             if author.is_sole() {

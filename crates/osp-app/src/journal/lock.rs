@@ -399,7 +399,11 @@ mod tests {
         ] {
             fs::write(&mark, content).expect("a mark");
             let lock = SessionLock::take(&session).expect("free");
-            assert_eq!(held(&session).to_string().contains("process"), is_ours, "who has it is said");
+            assert_eq!(
+                held(&session).to_string().contains("process"),
+                is_ours,
+                "the message names the program that has locked the file"
+            );
             lock.release();
             assert_eq!(fs::read(&mark).ok().as_deref(), (!is_ours).then_some(content));
         }

@@ -542,7 +542,7 @@ fn of_sessions_left_open_the_newest_that_can_be_read_is_brought_back() {
     let lenient = Opening { lenient: true, ..Opening::default() };
     let (document, opened) = Session::open_as(newest, &desk.autosaves(), lenient).expect("a copy");
     assert_eq!(document.event_count(), 1);
-    assert!(opened.remarks.join("\n").contains("1 damaged pieces were left out"));
+    assert!(opened.remarks.join("\n").contains("damaged parts skipped: 1"));
     document.close().expect("unchanged");
 }
 

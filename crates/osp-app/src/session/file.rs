@@ -48,7 +48,7 @@ impl Session {
             let file = match SessionFile::open(path.clone(), lock) {
                 Ok(file) => file,
                 Err((trouble, lock)) => {
-                    opened.remarks.push(format!("{}: was left open: {trouble}", path.display()));
+                    opened.remarks.push(format!("{}: was not restored: {trouble}", path.display()));
                     lock.leave();
                     continue;
                 }
@@ -57,13 +57,13 @@ impl Session {
             match reader.and_then(|reader| Ok(reader.read(&|_| true)?)) {
                 Ok((mut session, mut recovered)) => {
                     session.journal.forget_name();
-                    opened.remarks.push(format!("brought back {}", path.display()));
+                    opened.remarks.push(format!("restored {}", path.display()));
                     opened.remarks.append(&mut recovered.remarks);
                     opened.is_recovered = true;
                     return (session, opened);
                 }
                 Err(error) => opened.remarks.push(format!(
-                    "{error}; this session was left open: `osp sketch --lenient {}` opens what can be read",
+                    "{error}; this session was not restored: `osp sketch --lenient {}` opens the readable part",
                     path.display()
                 )),
             }
@@ -317,7 +317,7 @@ fn take(path: &Path) -> Result<SessionFile, OpenError> {
 /// The reason for which the user draws on a copy; `None` if the session itself can continue.
 fn why_not_itself(session: &recording::Session, path: &Path, lenient: bool) -> Option<&'static str> {
     if lenient {
-        Some("its damaged pieces are left out")
+        Some("its damaged parts are skipped")
     } else if session.format != "ron" || !is_ron(path) {
         Some("is of another format")
     } else if !session.header.source.starts_with(OURS) {

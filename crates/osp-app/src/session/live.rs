@@ -1,5 +1,5 @@
-//! A shared session in the window. Own events are sent to the server, which returns the events of all authors in one
-//! order. Until then an overlay shows the own strokes.
+//! A shared session in the window. The window sends its user's events to the server, which returns the events of all
+//! authors in one order. An overlay shows the user's strokes until their events come back.
 
 mod inbox;
 mod joining;
@@ -51,7 +51,7 @@ pub struct Live {
     has_news: Arc<AtomicBool>,
     /// Whether events were taken after the panels of that frame were laid out.
     was_taken: bool,
-    /// Events that have arrived but are not in the model yet.
+    /// Events that were received but are not in the model yet.
     inbox: Inbox,
     /// Duration in each frame for events from the inbox.
     turns: Turns,
@@ -59,27 +59,29 @@ pub struct Live {
     is_behind: bool,
     session: String,
     is_watcher: bool,
-    /// Own events that the server has not returned yet, oldest first.
+    /// The user's events that the server has not returned yet, oldest first.
     waiting: VecDeque<Event>,
-    /// A journal of all own events. Its file keeps strokes that were drawn without a server, even after a crash.
+    /// A journal of all of the user's events. Its file keeps strokes that were drawn without a server, even after a
+    /// crash.
     own: Journal,
     overlay: Overlay,
     /// The events that the session's file had before joining.
     known: Option<Known>,
-    /// Strokes that own events erase which the server has not returned yet.
+    /// Strokes that the user's events erase which the server has not returned yet.
     erasing: BTreeSet<StrokeId>,
-    /// Number of own events that the server refused, and of own strokes that the model left out because of their layer.
+    /// Number of the user's events that the server refused, and of the user's strokes that the model skipped because of
+    /// their layer.
     refused: usize,
     /// The authors under which this window has joined.
     own_authors: BTreeSet<Author>,
-    /// The next number of an own stroke or group.
+    /// The next number of a stroke or group of the user.
     next: u32,
     /// Each author's unfinished stroke, and its last point.
     pens: BTreeMap<Author, (StrokeId, Option<Vec3>)>,
     /// The status at the last [`Live::take_note`].
     told: Status,
     tended_at: Option<Instant>,
-    /// The reason for which no more events arrive.
+    /// The reason for which no more events are received.
     ended: Option<String>,
     has_left: bool,
 }
@@ -123,7 +125,7 @@ impl Live {
         })
     }
 
-    /// Whether events have arrived or were taken, or the connection has changed, since the last call.
+    /// Whether events were received or taken, or the connection has changed, since the last call.
     pub(crate) fn take_note(&mut self) -> bool {
         let status = self.link.status();
         let of = |status: &Status| (status.connection.clone(), status.trouble.clone(), status.authors);
@@ -132,7 +134,7 @@ impl Live {
         is_other | self.has_news.swap(false, Relaxed) | std::mem::take(&mut self.was_taken)
     }
 
-    /// Checks and flushes the file of own events. Returns whether the session's own file should be checked, too.
+    /// Checks and flushes the file of the user's events. Returns whether the session's own file should be checked, too.
     pub(super) fn tend(&mut self, now: Instant, said: &mut Vec<String>) -> bool {
         let is_time = self.tended_at.is_none_or(|at| now.saturating_duration_since(at) >= TEND);
         if is_time {
@@ -143,12 +145,12 @@ impl Live {
         is_time
     }
 
-    /// The journal of own events.
+    /// The journal of the user's events.
     pub(super) fn own_mut(&mut self) -> &mut Journal {
         &mut self.own
     }
 
-    /// Whether an own event already erases the stroke.
+    /// Whether an event of the user already erases the stroke.
     pub(super) fn is_erasing(&self, stroke: StrokeId) -> bool {
         self.erasing.contains(&stroke)
     }
@@ -163,29 +165,29 @@ impl Live {
         self.is_watcher || ME.number(self.next).is_none()
     }
 
-    /// Own strokes that the server has not returned yet.
+    /// The user's strokes that the server has not returned yet.
     pub fn overlay(&self) -> &Overlay {
         &self.overlay
     }
 
-    /// Own strokes that the server has not returned yet.
+    /// The user's strokes that the server has not returned yet.
     pub(crate) fn overlay_mut(&mut self) -> &mut Overlay {
         &mut self.overlay
     }
 
-    /// The time of own events, seconds.
+    /// The time of the user's events, seconds.
     pub(super) fn now_secs(&self) -> f64 {
         self.link.hand().now_secs()
     }
 
-    /// An unused number for an own stroke or group.
+    /// An unused number for a stroke or group of the user.
     pub(super) fn new_number(&mut self) -> u32 {
         let Some(number) = ME.number(self.next) else { return ME.number(0).unwrap_or_default() };
         self.next += 1;
         number
     }
 
-    /// Writes an own event to the file of own events; [`Live::send`] then sends it.
+    /// Writes an event of the user to the file of the user's events; [`Live::send`] then sends it.
     ///
     /// # Errors
     /// The event is invalid.
@@ -198,7 +200,7 @@ impl Live {
         self.own.push(alone.as_ref().unwrap_or(event))
     }
 
-    /// Sends own events.
+    /// Sends the user's events.
     pub(super) fn send(&mut self, events: &[Event]) {
         self.own.write_pending();
         for event in events {
@@ -297,8 +299,8 @@ impl Live {
         }
     }
 
-    /// Counts own strokes that the model left out because another author had closed their layer before they arrived.
-    /// Returns a message for the user.
+    /// Counts the user's strokes that the model skipped because another author had closed their layer before the server
+    /// received them. Returns a message for the user.
     fn note_left_out(&mut self, events: &[Event], scene: &Scene) -> Option<String> {
         let is_left_out = |event: &&Event| {
             matches!(event, Event::Begin { author, stroke, .. }
@@ -349,7 +351,7 @@ impl Live {
         }
     }
 
-    /// Updates the overlay: the polygons of own strokes that the session's scene lacks.
+    /// Updates the overlay: the polygons of the user's strokes that the session's scene lacks.
     pub(super) fn show_own(&mut self, scene: &Scene) {
         let author = self.link.status().author;
         self.overlay.show(|own| {
@@ -383,7 +385,7 @@ impl Live {
             Connection::Live => "live".to_owned(),
             Connection::Silent => "the server does not answer: you can draw, osp sends it later".to_owned(),
             Connection::Crowded => {
-                "too many authors have joined at once: you can draw, and you join as soon as there is room"
+                "too many authors have joined at once: you can draw now, osp sends your strokes when a place is free"
                     .to_owned()
             }
             Connection::Full => {
@@ -416,12 +418,12 @@ impl Live {
         format!("{connection}{who}{there}{latency}{waiting}{unsaved}")
     }
 
-    /// Number of own events that the server has not returned yet.
+    /// Number of the user's events that the server has not returned yet.
     pub(super) fn waiting(&self) -> usize {
         self.waiting.len()
     }
 
-    /// Whether the server has not returned all own events yet.
+    /// Whether the server has not returned all of the user's events yet.
     pub fn is_waiting(&self) -> bool {
         !self.waiting.is_empty()
     }

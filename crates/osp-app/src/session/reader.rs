@@ -161,7 +161,7 @@ impl SessionReader {
         let notes = self.recorded.events.notes();
         self.opened.remarks.extend(notes.warnings);
         if notes.skipped > 0 {
-            self.opened.remarks.push(format!("{} damaged pieces were left out", notes.skipped));
+            self.opened.remarks.push(format!("damaged parts skipped: {}", notes.skipped));
         }
         if let Err(error) = self.session.journal.start() {
             self.give_up();

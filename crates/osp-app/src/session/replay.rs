@@ -136,7 +136,7 @@ impl Replay {
         self.camera.view(&self.moment)
     }
 
-    /// Plays the frames for one shown frame. Returns the number of changes.
+    /// Plays the recorded frames that are due before the window's next frame. Returns the number of changes.
     pub(super) fn advance(&mut self, model: &mut Model) -> usize {
         if !self.is_playing {
             return 0;

@@ -36,7 +36,7 @@ impl Studio {
     }
 
     /// The pens of other authors who are drawing now, on a window of this aspect ratio (width divided by height). Pens
-    /// outside the views are left out.
+    /// outside the views are skipped.
     pub fn others_in_view(&self, aspect: f32) -> Vec<OtherInView> {
         let (others, radius_m) = self.others();
         let mut others = others.peekable();

@@ -29,13 +29,13 @@ impl Studio {
         self.input.tracker = Some(tracker);
     }
 
-    /// Own strokes that the shared session does not have yet.
+    /// The user's strokes that the shared session does not have yet.
     #[cfg(feature = "live")]
     pub fn overlay(&self) -> Option<&Overlay> {
         self.session.live().map(Live::overlay)
     }
 
-    /// Own strokes that the shared session does not have yet.
+    /// The user's strokes that the shared session does not have yet.
     #[cfg(feature = "live")]
     pub(crate) fn overlay_mut(&mut self) -> Option<&mut Overlay> {
         self.session.live_mut().map(Live::overlay_mut)

@@ -63,7 +63,7 @@ impl Studio {
         }
     }
 
-    /// Finds the steps of the frame's view, if it and the model rest.
+    /// Finds the steps of the frame's view, if the view and the model have not changed.
     pub(super) fn follow_steps(&mut self) {
         let first = self.shown.views.first().map(|view| view.view);
         let frozen = self.frozen.as_ref().and_then(|frozen| frozen.first()).copied();

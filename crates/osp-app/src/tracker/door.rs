@@ -62,7 +62,7 @@ impl FromStr for TrackerKey {
         if is_word && (1..=Self::MAX_BYTES).contains(&text.len()) {
             Ok(Self(text.to_owned()))
         } else {
-            Err("expected 1 to 64 ASCII letters, digits or signs, no spaces".to_owned())
+            Err("expected 1 to 64 ASCII letters, digits or punctuation marks, no spaces".to_owned())
         }
     }
 }

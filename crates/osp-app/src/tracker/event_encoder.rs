@@ -10,7 +10,7 @@ use osp_session::{
 
 /// Converts the events of a session to messages of a tracker. Each of several unfinished strokes gets its own hand.
 ///
-/// Events without a corresponding message (groups, moved strokes, finished polygons) are left out and counted.
+/// Events without a corresponding message (groups, moved strokes, finished polygons) are skipped and counted.
 #[derive(Clone, Debug, Default)]
 pub struct EventEncoder {
     /// The stroke of each hand.

@@ -38,7 +38,7 @@ impl Hands {
         Self { author: Author::SOLE, hands: BTreeMap::new(), first_brush, state: HandsState::default() }
     }
 
-    /// The same hands for this author.
+    /// Sets the author of the events that these hands produce.
     #[must_use]
     pub fn of_author(self, author: Author) -> Self {
         Self { author, ..self }
@@ -56,8 +56,8 @@ impl Hands {
         }
     }
 
-    /// Processes a message that arrived at `t` and appends its events. `next_stroke` returns an unused number. An
-    /// erasure is returned instead, because only the caller can find the stroke.
+    /// Processes a message received at `t` and appends its events. `next_stroke` returns an unused number. An erasure
+    /// is returned instead, because only the caller can find the stroke.
     pub fn take(
         &mut self,
         t: f64,

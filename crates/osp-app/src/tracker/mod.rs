@@ -6,12 +6,12 @@
 //! ```text
 //! head  X Y Z  QX QY QZ QW                        the eye moves here
 //! hand  X Y Z  QX QY QZ QW  PRESSURE  [HAND]      draws while the pressure is above 0
-//! brush TOOL WIDTH  R G B A  [HAND] [NORMAL]      what the hand draws with next
-//! erase X Y Z                                     the stroke at this place
+//! brush TOOL WIDTH  R G B A  [HAND] [NORMAL]      the brush of the hand's next stroke
+//! erase X Y Z                                     erases the stroke at this place
 //! undo
 //! redo
 //! frame N                                         first in a packet of a socket: its number; gaps are counted as lost
-//! key WORD                                        first in every packet, where the listener asks for a key
+//! key WORD                                        first in every packet, if the window requires a key
 //! # anything
 //! ```
 //!
@@ -24,8 +24,8 @@
 //! `/osp/redo`, alone or in bundles. Their numbers are floats, but the hand is an integer, and tool and normal are
 //! strings. A key is `/osp/key` with a string, the first message of a bundle.
 //!
-//! Packets of ART's DTrack (ASCII) are accepted on the same socket: body 0 is the head, Flysticks are the hands, and a
-//! hand draws while the first button is pressed ([`parse_dtrack`]).
+//! Packets of ART's DTrack (ASCII) are accepted on the same socket ([`parse_dtrack`]). Body 0 is the head, and
+//! Flysticks are the hands. A hand draws while its first button is pressed.
 //!
 //! A socket accepts one sender: the first with a valid message, until it is inactive for five seconds. Datagrams of
 //! other senders, and datagrams without a required key, are counted and not read. Optionally, each sender is a separate

@@ -9,7 +9,7 @@ use super::message::{BrushChoice, Message, normal_name, normal_of};
 
 /// Largest depth of nested bundles.
 const MAX_DEPTH: u32 = 4;
-/// Beginning of a bundle. A time tag of 8 bytes follows, which is ignored, because poses count when they arrive.
+/// Beginning of a bundle. A time tag of 8 bytes follows, which is ignored, because poses count when they are received.
 const BUNDLE: &[u8] = b"#bundle\0";
 /// The address of the message with the key.
 const KEY: &str = "/osp/key";

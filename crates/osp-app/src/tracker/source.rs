@@ -154,7 +154,7 @@ impl Shared {
     }
 }
 
-/// A message that arrived, with its time and sender.
+/// A received message, with its time and sender.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Came {
     /// Time of arrival.
@@ -177,7 +177,7 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// Starts to read. `wake` is called on the thread when a message has arrived, but at most once before the next
+    /// Starts to read. `wake` is called on the thread when a message was received, but at most once before the next
     /// [`Tracker::take`].
     ///
     /// # Errors
@@ -226,12 +226,12 @@ impl Tracker {
         self.listening
     }
 
-    /// The next message, if one has arrived.
+    /// The next message, if one was received.
     pub fn take(&self) -> Option<Message> {
         self.take_received().map(|came| came.message)
     }
 
-    /// The next message, if one has arrived, with its time and sender.
+    /// The next message, if one was received, with its time and sender.
     pub fn take_received(&self) -> Option<Came> {
         self.shared.is_woken.store(false, Ordering::SeqCst);
         self.messages.try_recv().ok()

@@ -27,7 +27,7 @@ pub struct Watch {
     latencies: VecDeque<Duration>,
 }
 
-/// A pose that has arrived.
+/// A received pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Received {
     /// Time of arrival.
@@ -164,7 +164,7 @@ mod tests {
         let [head_rate, hand_rate] = watch.rates(at(2000));
         assert!((head_rate - 100.0).abs() < 2.0 && hand_rate == 0.0, "{head_rate}");
         assert_eq!(watch.latency(), Some(Duration::from_millis(13)));
-        assert_eq!(watch.rates(at(4000)), [0.0; 2], "a silent tracker has no rate");
+        assert_eq!(watch.rates(at(4000)), [0.0; 2], "no messages, so the rate is 0");
         assert!(watch.hand().is_none());
         watch.note_shown(at(5000));
         assert_eq!(

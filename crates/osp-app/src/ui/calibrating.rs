@@ -81,9 +81,10 @@ impl Calibrating {
                 ui.horizontal(|ui| {
                     let can_take = heard.is_some() && self.points.len() < CORNERS.len();
                     let take = ui.add_enabled(can_take, egui::Button::new("Take this point (Enter)"));
-                    let take = take.on_disabled_hover_text(
-                        "no pose of a hand was received in the last half second, or all three points are set",
-                    );
+                    let take = take.on_disabled_hover_text(match heard {
+                        Some(_) => "all three points are set",
+                        None => "no pose of a hand was received in the last half second",
+                    });
                     if let (true, true, Some(heard)) = (can_take, take.clicked() || takes_by_key, heard) {
                         self.points.push(heard.in_tracker.0);
                     }

@@ -40,7 +40,7 @@ pub(super) fn mode(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let is_looking = studio.tool() == ToolChoice::Look;
     let (name, hint, tool) = match is_looking {
         true => ("Draw", "show the tools and draw (1)", ToolChoice::Draw(studio.brush().tool)),
-        false => ("Look", "hide the tools and look (0)", ToolChoice::Look),
+        false => ("Look", "hide the tools and only look around (0)", ToolChoice::Look),
     };
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         let fill = if is_looking { ui.visuals().selection.bg_fill } else { Color32::TRANSPARENT };

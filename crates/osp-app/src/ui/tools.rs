@@ -53,7 +53,7 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, brushes: &mut BrushList, wishes
 
 fn tool_buttons(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let tools = [
-        (ToolChoice::Draw(Tool::Ribbon), "Ribbon (1)", "drag to draw a band"),
+        (ToolChoice::Draw(Tool::Ribbon), "Ribbon (1)", "drag to draw a ribbon"),
         (ToolChoice::Draw(Tool::Wall), "Wall (2)", "drag along the outline of a flat surface"),
         (ToolChoice::Draw(Tool::Tube), "Tube (3)", "drag to draw a round tube"),
         (ToolChoice::Erase, "Erase (4, X)", "touch a stroke to erase it"),
@@ -70,7 +70,7 @@ fn tool_buttons(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         (
             ToolChoice::Span(Span::Sphere),
             "Select in a sphere (G)",
-            "drag outwards from the sphere's middle, a point on the model",
+            "press on the model at the sphere's centre, then drag outwards",
         ),
         (ToolChoice::Span(Span::Distance), "Measure (M)", "drag from one point of the model to another"),
     ];
@@ -165,7 +165,7 @@ fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             (
                 aids.mirror_x.is_some(),
                 "Mirror",
-                "draw on both sides of a plane across the x axis (Y)",
+                "mirror strokes left and right (key Y)",
                 Action::ToggleMirror,
             ),
         ];

@@ -97,7 +97,7 @@ fn windows_of(
     Ok((windows, covered))
 }
 
-/// Opens the windows of a node of a wall, which has one screen.
+/// Opens the windows of a computer of a wall, which has one screen.
 #[cfg(feature = "live")]
 pub(crate) fn open_node_windows(
     event_loop: &ActiveEventLoop,

@@ -361,7 +361,7 @@ fn of_a_damaged_session_the_rest_is_offered() {
     let Some(Question::Damaged { damage, .. }) = studio.question() else { panic!("{:?}", studio.question()) };
     assert!(damage.contains("line 3"), "{damage}");
     studio.command(Command::Answer(Answer::Lenient));
-    assert!(said(&studio).contains("2 damaged pieces were left out"), "{}", said(&studio));
+    assert!(said(&studio).contains("damaged parts skipped: 2"), "{}", said(&studio));
     draw(&mut studio, 0.2);
     let copy = document(&studio).path().to_owned();
     assert!(events_in(&copy) > 5);
@@ -500,5 +500,5 @@ fn answers_are_given_by_their_buttons_and_by_keys() {
     fs::rename(folder.path().join("away.ron"), &taken).expect("renamed");
     harness.click_button("Try again");
     assert!(harness.query_by_label_contains("is not saved").is_none());
-    assert!(harness.state().studio.messages().join("\n").contains("everything is in it again"));
+    assert!(harness.state().studio.messages().join("\n").contains("the file is complete again"));
 }

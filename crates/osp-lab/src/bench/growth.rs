@@ -44,7 +44,7 @@ pub struct GrowthConfig {
     pub reference: IndexKind,
     /// Number of polygons that a frame inserts: slightly more than a hand draws at 90 frames a second.
     pub batch: u32,
-    /// Time for the frames of an index at one size, seconds. An index is left out if filling it and measuring three
+    /// Time for the frames of an index at one size, seconds. An index is skipped if filling it and measuring three
     /// frames would take ten times as long, estimated from the previous size.
     pub budget_secs: f64,
 }

@@ -38,7 +38,7 @@ pub struct StructureNode {
     pub polygons: usize,
     /// Index of the parent node.
     pub parent: Option<usize>,
-    /// Number of descendants that [`Structure::collapsed`] left out.
+    /// Number of descendants that [`Structure::collapsed`] skipped.
     pub left_out: usize,
     /// Fields of a node that was made before the first polygon.
     pub fields: Option<NodeFields>,

@@ -376,7 +376,7 @@ fn legend_lines(shown: &Structure, splits: &[SplitOutline], colors: CellColors) 
     lines
 }
 
-/// Meaning of the marks in a tree whose nodes exist beforehand.
+/// Legend of the picture of a tree with preallocated nodes.
 fn field_lines(shown: &Structure) -> Vec<LegendLine> {
     let empty = shown.nodes().iter().filter(|node| node.polygons == 0).count();
     let (shown, empty) = (thousands(shown.nodes().len() as u64), thousands(empty as u64));

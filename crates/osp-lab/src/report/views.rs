@@ -164,7 +164,7 @@ pub struct AgainstOneView {
 
 impl AgainstOneView {
     /// Compares the two times of each frame, nanoseconds. Only means are compared, because views differ. The slowest
-    /// hundredth of each is left out as disturbances of the machine.
+    /// hundredth of each is skipped as disturbances of the machine.
     pub fn of(mut pairs: Vec<(u64, u64)>) -> Option<Self> {
         let slowest = |values: &mut dyn Iterator<Item = u64>| {
             let mut values: Vec<u64> = values.collect();

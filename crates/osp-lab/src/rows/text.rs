@@ -53,7 +53,7 @@ fn drawn(cells: &Cells, letters: Option<u16>) -> String {
 
 impl Rows {
     /// A table for each chosen part: median, 99th percentile and ratio to `reference` of the best structures. Parts
-    /// without ratios to the reference are left out.
+    /// without ratios to the reference are skipped.
     pub fn summary(&self, reference: &str, is_chosen: impl Fn(&str) -> bool) -> String {
         let tables = self.tables();
         let part = |part: &super::Part| {

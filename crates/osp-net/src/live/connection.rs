@@ -2,8 +2,8 @@
 //! when no messages come.
 //!
 //! The client library takes a quarter of a minute to notice a lost subscription, so this thread checks more often. It
-//! requests the log again, from the last message read, in two cases: an own message does not come back within [`PATIENCE`],
-//! or the server has messages that did not arrive. Unacknowledged messages are sent again.
+//! requests the log again, from the last message read, in two cases: a message of this member does not come back within
+//! [`PATIENCE`], or the server has messages that were not received. Unacknowledged messages are sent again.
 
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
@@ -25,7 +25,7 @@ use super::{
     state::{Command, Shared},
 };
 
-/// Time after which an own message that has not come back is sent again. It is doubled each time, up to
+/// Time after which a message of this member that has not come back is sent again. It is doubled each time, up to
 /// [`LONGEST_PATIENCE`].
 const PATIENCE: Duration = Duration::from_millis(400);
 const LONGEST_PATIENCE: Duration = Duration::from_millis(3200);
@@ -364,7 +364,7 @@ impl Talk<'_> {
         if is_same { Ok(true) } else { Err(self.lost()) }
     }
 
-    /// Processes a message and further ones that have arrived. Returns whether the log continues without a gap.
+    /// Processes a message and further ones that were received. Returns whether the log continues without a gap.
     fn take_messages(
         &mut self,
         first: Option<Result<async_nats::jetstream::Message, pull::MessagesError>>,
@@ -415,7 +415,7 @@ impl Talk<'_> {
         }
     }
 
-    /// Closes a connection on which nothing arrives, although the client library has not noticed its end.
+    /// Closes a connection on which nothing is received, although the client library has not noticed its end.
     async fn force(&mut self, server: &mut Server) {
         let now = self.now();
         let is_silent = self.member.waits_for(now).is_some_and(|waits| waits > GIVE_UP);

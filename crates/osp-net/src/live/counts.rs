@@ -24,7 +24,7 @@ pub struct Counts {
     pub refused: u64,
     /// Number of messages beyond the sender's rate, or beyond the size of the session.
     pub beyond_limits: u64,
-    /// Number of own messages that were sent again.
+    /// Number of this member's messages that were sent again.
     pub resent: u64,
     /// Number of times that the log was requested again, from the last message read.
     pub reopened: u64,
@@ -45,7 +45,7 @@ impl Counts {
     }
 }
 
-/// Times of own messages to the server and back, microseconds.
+/// Times of this member's messages to the server and back, microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Latency {
     /// Number of messages.

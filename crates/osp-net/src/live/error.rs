@@ -9,7 +9,7 @@ pub enum LiveError {
     /// The server refuses this member.
     #[error("{server}: the server does not let us in: {why}")]
     NotAllowed {
-        /// The server.
+        /// Address of the server.
         server: String,
         /// The server's message.
         why: String,
@@ -17,7 +17,7 @@ pub enum LiveError {
     /// The connection cannot be encrypted.
     #[error("{server}: no encrypted connection: {why}")]
     NotEncrypted {
-        /// The server.
+        /// Address of the server.
         server: String,
         /// Reason.
         why: String,
@@ -25,7 +25,7 @@ pub enum LiveError {
     /// The server has no JetStream, so it cannot store a session.
     #[error("{server}: expected a server of NATS with JetStream (nats-server -js); {why}")]
     NoJetStream {
-        /// The server.
+        /// Address of the server.
         server: String,
         /// The server's message.
         why: String,

@@ -27,13 +27,14 @@ pub struct Hand {
 }
 
 impl Hand {
-    /// The time of own events: seconds since the link was opened. It is converted to the session's time later.
+    /// The time of this member's events: seconds since the link was opened. It is converted to the session's time
+    /// later.
     pub fn now_secs(&self) -> f64 {
         self.shared.started.elapsed().as_secs_f64()
     }
 
-    /// Sends a frame's events. Own strokes and groups in them are numbered as those of [`ME`](super::ME); the real author
-    /// is filled in later. The events come back in [`News::Events`]. A watcher sends nothing.
+    /// Sends a frame's events. This member's strokes and groups in them are numbered as those of [`ME`](super::ME); the
+    /// real author is filled in later. The events come back in [`News::Events`]. A watcher sends nothing.
     pub fn send(&self, events: Vec<Event>) {
         if !events.is_empty() {
             // If the thread has ended, the last news has the reason.
@@ -41,7 +42,7 @@ impl Hand {
         }
     }
 
-    /// Number of own events that are not in the session yet, by the last state of the connection.
+    /// Number of this member's events that are not in the session yet, by the last state of the connection.
     pub fn pending(&self) -> usize {
         lock(&self.shared.status).pending
     }
@@ -64,7 +65,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// Opens a link. A thread connects, and retries until the server answers. It calls `wake` whenever news has arrived.
+    /// Opens a link. A thread connects, and retries until the server answers. It calls `wake` whenever there is news.
     ///
     /// # Errors
     /// The system provides no thread.
@@ -97,7 +98,7 @@ impl Link {
         Hand { commands: self.commands.clone(), shared: Arc::clone(&self.shared) }
     }
 
-    /// The next news, if any has arrived.
+    /// The next news, if any was received.
     ///
     /// # Errors
     /// The connection has ended for good.
@@ -108,7 +109,7 @@ impl Link {
         }
     }
 
-    /// The next news, if any arrives within `time`.
+    /// The next news, if any is received within `time`.
     ///
     /// # Errors
     /// The connection has ended for good.
@@ -132,7 +133,7 @@ impl Link {
         lock(&self.shared.status).clone()
     }
 
-    /// Times of own messages until they came back.
+    /// Times of this member's messages until they came back.
     pub fn latency(&self) -> Latency {
         Latency::of(&lock(&self.shared.latency_us))
     }

@@ -25,11 +25,11 @@ pub enum News {
         /// Number of sent events among them.
         own: usize,
     },
-    /// Own events that will never be in the session.
+    /// This member's events that will never be in the session.
     Refused {
         /// The reason.
         why: String,
-        /// Number of these events. They are the oldest of the own events that are not in the session.
+        /// Number of these events. They are the oldest of this member's events that are not in the session.
         own: usize,
     },
     /// This member has joined as this author, for the first time or again.
@@ -101,7 +101,7 @@ impl Member {
         self.presence.authors()
     }
 
-    /// Number of own events that are not in the log.
+    /// Number of this member's events that are not in the log.
     pub(super) fn pending(&self) -> usize {
         self.outbox.as_ref().map_or(0, Outbox::pending)
     }
@@ -134,7 +134,7 @@ impl Member {
         }
     }
 
-    /// Adds own events of a frame, numbered as [`ME`](super::ME)'s, with times of this member's clock.
+    /// Adds this member's events of a frame, numbered as [`ME`](super::ME)'s, with times of this member's clock.
     pub(super) fn hand_over(&mut self, events: Vec<Event>, now: Duration) {
         if let Some(outbox) = &mut self.outbox {
             outbox.hand_over(events, now);
@@ -216,7 +216,7 @@ impl Member {
         }
     }
 
-    /// Records that no messages could arrive until now.
+    /// Records that no messages could be received until now.
     pub(super) fn interrupted(&mut self, now: Duration) {
         self.presence.interrupted(now);
     }
@@ -318,7 +318,7 @@ impl Member {
         }
     }
 
-    /// Processes an own message that has come back; returns the number of own events in it.
+    /// Processes a message of this member that has come back; returns the number of this member's events in it.
     fn answered(&mut self, author: Author, first_nanos: u64, stamp_nanos: u64, now: Duration) -> usize {
         let Some(outbox) = &mut self.outbox else { return 0 };
         let had_joined = outbox.author().is_some();
@@ -337,7 +337,7 @@ impl Member {
         answered.handed
     }
 
-    /// Whether a message of the log is the oldest own message that has not come back yet.
+    /// Whether a message of the log is this member's oldest message that the server has not returned yet.
     fn is_own(&self, sender: Sender, bytes: &[u8]) -> bool {
         self.outbox.as_ref().is_some_and(|outbox| outbox.sender() == sender && outbox.is_next(bytes))
     }

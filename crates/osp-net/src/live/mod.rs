@@ -6,15 +6,15 @@
 //! [`Reducer`](osp_session::recording::Reducer), so the recordings of all members are equal, byte for byte.
 //!
 //! ```text
-//! own events ──> outbox (numbers, at most 32 messages on their way) ──> server's stream ──┐
-//!                                                                                         v
-//! News: the session's events, which of them are own ones  <── log (what counts) <── all messages in order
+//! events to send ──> outbox (numbers, at most 32 unacknowledged messages) ──> server's stream ──┐
+//!                                                                                               v
+//! News: the session's events, and which are this member's <── log (what counts) <── all messages in order
 //! ```
 //!
-//! A [`Link`] is a member's connection, on a thread of its own. [`Hand::send`] accepts own events at any time, with or
-//! without a server, and [`Link::news`] returns the events of the session. Own strokes and groups are numbered as [`ME`]'s
-//! until they are sent: `ME.number(n)`. Without a server a member can continue to draw; its events are sent when the server
-//! is back. No call waits for the network.
+//! A [`Link`] is a member's connection, on a thread of its own. [`Hand::send`] accepts this member's events at any
+//! time, with or without a server, and [`Link::news`] returns the events of the session. This member's strokes and
+//! groups are numbered as [`ME`]'s until they are sent: `ME.number(n)`. Without a server a member can continue to draw;
+//! its events are sent when the server is back. No call waits for the network.
 //!
 //! A client with write access can write any data. Data that is no message is skipped and counted. So are messages that
 //! come out of order, exceed the limits, or come from senders that have not joined. The server controls read and write

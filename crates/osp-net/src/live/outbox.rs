@@ -1,4 +1,4 @@
-//! Unacknowledged messages: own events on their way into the log.
+//! Unacknowledged messages: this member's events on their way into the log.
 //!
 //! At most [`WINDOW`] messages are in flight. Later events are collected in the next message, so that a slow connection
 //! carries fewer and longer messages. A message stays here until it comes back in the log. Unacknowledged messages are sent
@@ -24,7 +24,7 @@ pub(super) struct Outgoing {
     pub(super) bytes: Vec<u8>,
 }
 
-/// An own event that is not in the log yet.
+/// A event of this member that is not in the log yet.
 #[derive(Clone, Debug)]
 struct Waiting {
     event: Event,
@@ -59,7 +59,7 @@ impl InFlight {
     }
 }
 
-/// An own message that has come back in the log.
+/// A message of this member that has come back in the log.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Answered {
     /// Number of its events that the program sent.
@@ -73,7 +73,8 @@ pub(super) struct Answered {
 pub struct Who {
     /// The name.
     pub name: String,
-    /// The colour in which the window shows own strokes: red, green, blue, each from 0 to 1, sRGB; `None` for no colour.
+    /// The colour in which the window shows this member's strokes: red, green, blue, each from 0 to 1, sRGB; `None` for
+    /// no colour.
     pub color: Option<(f32, f32, f32)>,
 }
 
@@ -142,7 +143,7 @@ impl Outbox {
         !self.in_flight.is_empty()
     }
 
-    /// Number of events left out since the last call, because they are too long for any message.
+    /// Number of events skipped since the last call, because they are too long for any message.
     pub(super) fn take_too_long(&mut self) -> u64 {
         std::mem::take(&mut self.too_long)
     }
@@ -157,7 +158,7 @@ impl Outbox {
         self.later_secs = later_secs;
     }
 
-    /// Adds own events, at a time of this member's clock.
+    /// Adds this member's events, at a time of this member's clock.
     pub(super) fn hand_over(&mut self, events: Vec<Event>, now: Duration) {
         self.pending += events.len();
         for event in events {
@@ -279,8 +280,8 @@ impl Outbox {
         self.in_flight.iter().map(|message| self.outgoing(message)).collect()
     }
 
-    /// Records that an own message did not count, although it can count later. The server has stored it, and would drop it
-    /// if it came again under the same id.
+    /// Records that a message of this member did not count, although it can count later. The server has stored it, and
+    /// would drop it if it came again under the same id.
     pub(super) fn passed_over(&mut self) {
         self.has_to_say_again = true;
     }

@@ -38,7 +38,7 @@ fn shared(number: u32, known: &BTreeMap<u32, Author>, author: Author) -> u32 {
 }
 
 impl Own {
-    /// An own event in the form of the log, with its author and with its time shifted.
+    /// A event of this member in the form of the log, with its author and with its time shifted.
     pub(super) fn event(&self, event: &Event, author: Author, later_secs: f64) -> Event {
         let mut event = event.clone();
         let stroke = |id: &mut StrokeId| id.0 = shared(id.0, &self.strokes, author);
@@ -81,7 +81,7 @@ impl Own {
         event
     }
 
-    /// Records that an own event of this author counts in the log.
+    /// Records that an event of this author counts in the log.
     pub(super) fn taken(&mut self, event: &Event, author: Author) {
         match event {
             Event::Begin { stroke, .. } => {
@@ -114,8 +114,8 @@ impl Own {
         self.old_faces.append(&mut self.faces);
     }
 
-    /// The events to send for an own event that was not sent yet. The beginning of a continued stroke comes before its next
-    /// point. `None` if nothing has to be sent, because the event ends a stroke that has ended already.
+    /// The events to send for an event of this member that was not sent yet. The beginning of a continued stroke comes
+    /// before its next point. `None` if nothing has to be sent, because the event ends a stroke that has ended already.
     pub(super) fn admit(&mut self, event: Event) -> Option<(Vec<Event>, Event)> {
         let mut before = Vec::new();
         match &event {

@@ -48,12 +48,13 @@ impl Presence {
         }
     }
 
-    /// Records that no messages could arrive until now, so that silence until now does not count.
+    /// Records that no messages could be received until now, so that silence until now does not count.
     pub(super) fn interrupted(&mut self, now: Duration) {
         self.up_since = now;
     }
 
-    /// An author that counts as gone, if a report is due.
+    /// Returns an author who has been silent too long, except `me`. `None` for a while after each such author, so that
+    /// the caller does not report the authors too often.
     pub(super) fn gone(&mut self, now: Duration, me: Option<Sender>) -> Option<Author> {
         if self.tried.is_some_and(|tried| now.saturating_sub(tried) < TRY_EVERY) {
             return None;

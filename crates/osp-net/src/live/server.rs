@@ -251,7 +251,7 @@ fn has_no_responder(error: &(dyn std::error::Error + 'static)) -> bool {
     })
 }
 
-/// The messages of the log from number `from` on, in order, as they arrive.
+/// The messages of the log from number `from` on, in order, as they are received.
 pub(super) async fn messages(logs: &Context, address: &Address, from: u64) -> Result<pull::Stream, String> {
     let config = pull::Config {
         deliver_policy: match from {

@@ -43,12 +43,12 @@ pub enum Connection {
         /// Number of messages to read.
         of: u64,
     },
-    /// The log is read; every message arrives at once.
+    /// The log is read; every message is received at once.
     Live,
-    /// The server does not answer. Own events are stored, and sent when it answers.
+    /// The server does not answer. This member's events are stored, and sent when it answers.
     Silent,
-    /// More authors have joined than a session accepts at once. This member retries until it may join. Own events are
-    /// stored until then.
+    /// More authors have joined than a session accepts at once. This member retries until it may join. This member's
+    /// events are stored until then.
     Crowded,
     /// The session is at its largest size. It accepts no more events, and no author can join.
     Full,
@@ -65,7 +65,7 @@ pub struct Status {
     pub author: Option<Author>,
     /// Number of authors that are present.
     pub authors: usize,
-    /// Number of own events that are not in the session yet.
+    /// Number of this member's events that are not in the session yet.
     pub pending: usize,
     /// Whether the log was read to its end at least once.
     pub has_caught_up: bool,

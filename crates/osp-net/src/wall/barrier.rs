@@ -1,4 +1,5 @@
-//! The nodes of a wall. Decides which nodes a frame waits for, and which pictures differ, without a clock or a network.
+//! The computers of a wall. Decides for which computers the hub waits, and which pictures differ, without a clock or a
+//! network.
 //!
 //! Times are durations since the hub has started.
 
@@ -12,22 +13,22 @@ use super::{
     report::{NodeReport, Place, Times},
 };
 
-/// Number of consecutive missed frames after which frames do not wait for a node any more.
+/// Number of consecutive missed frames after which the hub does not wait for a computer any more.
 pub const MISSES: u32 = 3;
-/// Number of consecutive answers in time after which frames wait for a node.
+/// Number of consecutive answers in time after which the hub waits for a computer.
 const ANSWERS: u32 = 20;
 /// Least time that a frame waits.
 const LEAST_PATIENCE: Duration = Duration::from_millis(15);
-/// A node whose result differed counts as correct again after this time without a difference.
+/// A computer whose result differed counts as correct again after this time without a difference.
 const WELL: Duration = Duration::from_secs(1);
-/// Silence after which a node counts as gone.
+/// Silence after which a computer counts as gone.
 const SILENCE: Duration = Duration::from_millis(1500);
 /// Time for which answers to a frame are accepted.
 const REMEMBERED: Duration = Duration::from_secs(2);
 /// Largest number of frames whose answers are accepted.
 const MOST_REMEMBERED: usize = 4096;
 
-/// The answer of a node to a frame: hashes of its applied events, and of its visible polygons.
+/// The answer of a computer to a frame: hashes of its applied events, and of its visible polygons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Answer {
     pub(super) log: u64,
@@ -43,9 +44,9 @@ struct Member {
     events: u64,
     /// Number of consecutive frames without an answer in time.
     misses: u32,
-    /// Number of consecutive answers in time while frames do not wait for the node.
+    /// Number of consecutive answers in time while the hub does not wait for the computer.
     good: u32,
-    /// Time from a frame to the node's answer, a moving mean.
+    /// Time from a frame to the computer's answer, a moving mean.
     usual: Option<Duration>,
     answered: Option<u64>,
     /// The part of the answer that differed from the hub's, and the time of the last difference.
@@ -54,13 +55,13 @@ struct Member {
 }
 
 impl Member {
-    /// Time for which a frame waits for the node.
+    /// Time for which the hub waits for the computer.
     fn patience(&self, most: Duration) -> Duration {
         (self.usual.unwrap_or_default() * 3).clamp(LEAST_PATIENCE.min(most), most)
     }
 }
 
-/// Counts of a screen since the start of the hub, over all its nodes.
+/// Counts of a screen since the start of the hub, over all its computers.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     differed: u64,
@@ -73,22 +74,22 @@ struct Counts {
 struct Turn {
     number: u64,
     began: Duration,
-    /// The expected answer of each screen's node.
+    /// The expected answer of each screen's computer.
     expected: Vec<Answer>,
     swapped: bool,
-    /// Screens whose nodes were waited for at the swap, and have not shown the frame yet.
+    /// Screens whose computers were waited for at the swap, and have not shown the frame yet.
     to_show: Vec<usize>,
-    /// Time at which the first node showed the frame.
+    /// Time at which the first computer showed the frame.
     first_shown: Option<Duration>,
 }
 
-/// The state of all nodes; see the [module](self).
+/// The state of all computers; see the [module](self).
 #[derive(Debug)]
 pub(super) struct Barrier {
     screens: Vec<String>,
     members: Vec<Option<Member>>,
     counts: Vec<Counts>,
-    /// Longest time that a frame waits for a node.
+    /// Longest time that the hub waits for a computer.
     most_patience: Duration,
     turns: VecDeque<Turn>,
     events: Vec<HubEvent>,
@@ -110,7 +111,8 @@ fn record(histogram: &mut Histogram<u64>, time: Duration) {
 }
 
 impl Barrier {
-    /// A wall without nodes. A frame waits for a node at most `most_patience`; frames do not wait for slower nodes.
+    /// A wall without computers. The hub waits for a computer at most `most_patience`; the hub does not wait for slower
+    /// computers.
     pub(super) fn new(screens: Vec<String>, most_patience: Duration) -> Self {
         let members = screens.iter().map(|_| None).collect();
         let counts = vec![Counts::default(); screens.len()];
@@ -138,7 +140,7 @@ impl Barrier {
         self.members.iter().position(|member| member.as_ref().is_some_and(|member| member.node == node))
     }
 
-    /// Registers a node that offers to show a screen.
+    /// Registers a computer that offers to show a screen.
     ///
     /// # Errors
     /// The reason why it cannot show this screen.
@@ -179,7 +181,7 @@ impl Barrier {
         Ok(())
     }
 
-    /// Removes a node that ends.
+    /// Removes a computer that ends.
     pub(super) fn leaves(&mut self, node: u64) {
         if let Some(slot) = self.find(node) {
             self.put_out(slot, "it has left");
@@ -207,7 +209,7 @@ impl Barrier {
         self.turns.push_back(turn);
     }
 
-    /// Records that a node has drawn a frame.
+    /// Records that a computer has drawn a frame.
     pub(super) fn ready(&mut self, node: u64, frame: u64, answer: Answer, now: Duration) {
         let Some(slot) = self.find(node) else { return };
         let Some(turn) = self.turns.iter().find(|turn| turn.number == frame) else { return };
@@ -249,7 +251,7 @@ impl Barrier {
                     self.events.push(HubEvent::Differs { screen, host, frame, what });
                 }
             }
-            // A node that agrees only in every other frame is not reported.
+            // A computer that agrees only in every other frame is not reported.
             (Some((_, last)), None) if now.saturating_sub(last) >= WELL => {
                 member.difference = None;
                 self.events.push(HubEvent::Agrees { screen, host });
@@ -258,7 +260,7 @@ impl Barrier {
         }
     }
 
-    /// Whether all nodes that frames wait for have answered the last frame.
+    /// Whether all computers that the hub waits for have answered the last frame.
     pub(super) fn is_complete(&self) -> bool {
         let Some(turn) = self.turns.back() else { return true };
         let mut members = self.members.iter().flatten().filter(|member| member.is_in);
@@ -309,7 +311,7 @@ impl Barrier {
         }
     }
 
-    /// Records that a node has shown a frame.
+    /// Records that a computer has shown a frame.
     pub(super) fn shown(&mut self, node: u64, frame: u64, now: Duration) {
         let Some(slot) = self.find(node) else { return };
         let Some(turn) = self.turns.iter_mut().find(|turn| turn.number == frame) else { return };
@@ -335,12 +337,13 @@ impl Barrier {
         if secs > 0.0 { (count - 1) as f64 / secs } else { 0.0 }
     }
 
-    /// Times from a frame's beginning to its swap, between two swaps, and from the first to the last node's display.
+    /// Times from a frame's beginning to its swap, between two swaps, and from the first to the last computer's
+    /// display.
     pub(super) fn times(&self) -> [Times; 3] {
         [&self.frame_us, &self.period_us, &self.skew_us].map(Times::of)
     }
 
-    /// The state of each screen's node. `events` is the number of the session's events that the hub has applied.
+    /// The state of each screen's computer. `events` is the number of the session's events that the hub has applied.
     pub(super) fn nodes(&self, events: u64) -> Vec<NodeReport> {
         let of = |((screen, member), counts): ((&String, &Option<Member>), &Counts)| {
             let Counts { differed, missed, dropped } = *counts;
@@ -379,7 +382,7 @@ mod tests {
         barrier
     }
 
-    /// A frame that each of these nodes answers some milliseconds after its beginning.
+    /// A frame that each of these computers answers some milliseconds after its beginning.
     fn frame(barrier: &mut Barrier, number: u64, answers: &[(u64, u64, Answer)]) -> Vec<HubEvent> {
         let began = ms(number * 100);
         barrier.begin(number, vec![SAME; barrier.screens.len()], began);
@@ -412,16 +415,16 @@ mod tests {
             assert_eq!(frame(&mut barrier, n, &[(1, 5, SAME), (2, 30, SAME)]), [], "{n}");
         }
         let events = frame(&mut barrier, 19, &[(1, 5, SAME), (2, 40, SAME)]);
-        // Frames wait for the slow node, too: its usual time counts as in time.
+        // The hub waits for the slow computer, too: its usual time counts as in time.
         let is_in = |screen: &str, host: &str| HubEvent::In { screen: screen.into(), host: host.into() };
         assert_eq!(events, [is_in("left", "pc1")]);
         assert_eq!(frame(&mut barrier, 20, &[(1, 5, SAME), (2, 30, SAME)]), [is_in("right", "pc2")]);
         assert_eq!(places(&barrier), [Place::In, Place::In]);
-        // A frame waits for the slow node for about three times its usual time.
+        // The hub waits for the slow computer for about three times its usual time.
         barrier.begin(21, vec![SAME; 2], ms(2100));
         let deadline = barrier.deadline() - ms(2100);
         assert!((ms(80)..ms(110)).contains(&deadline), "{deadline:?}");
-        // Neither node answers this frame.
+        // Neither computer answers this frame.
         barrier.swap(ms(2200));
         assert_eq!(frame(&mut barrier, 22, &[(1, 5, SAME)]), []);
         assert!(!barrier.is_complete());
@@ -429,11 +432,11 @@ mod tests {
         let why = "three frames without an answer in time";
         assert_eq!(events, [HubEvent::Out { screen: "right".into(), host: "pc2".into(), why }]);
         assert_eq!(places(&barrier), [Place::In, Place::Out]);
-        // From here on frames wait only for the other node.
+        // From here on the hub waits only for the other computer.
         barrier.begin(25, vec![SAME; 2], ms(2500));
         barrier.ready(1, 25, SAME, ms(2501));
         assert!(barrier.is_complete());
-        // The node comes back.
+        // The computer comes back.
         for n in 26..45 {
             assert_eq!(frame(&mut barrier, n, &[(1, 5, SAME), (2, 30, SAME)]), [], "{n}");
         }
@@ -469,7 +472,7 @@ mod tests {
         assert_eq!(events, [differs(20, "it sees other polygons")]);
         assert_eq!(frame(&mut barrier, 21, &[(1, 5, SAME), (2, 5, other)]), []);
         assert_eq!(barrier.nodes(0)[1].difference.as_deref(), Some("it sees other polygons"));
-        // The report comes after a second. A node that agrees only in every other frame is not reported each time.
+        // The report comes after a second. A computer that agrees only in every other frame is not reported each time.
         for n in 22..31 {
             assert_eq!(frame(&mut barrier, n, &[(1, 5, SAME), (2, 5, SAME)]), [], "{n}");
         }
@@ -481,7 +484,7 @@ mod tests {
         let differed =
             |barrier: &Barrier| barrier.nodes(0).iter().map(|node| node.differed).collect::<Vec<_>>();
         assert_eq!(differed(&barrier), [0, 3]);
-        // The counts of a screen stay when another node shows it.
+        // The counts of a screen stay when another computer shows it.
         barrier.leaves(2);
         assert_eq!((differed(&barrier), barrier.nodes(0)[1].dropped), (vec![0, 3], 1));
         barrier.here(7, "right", "pc7", 0, ms(3300)).expect("it is free");
@@ -521,7 +524,7 @@ mod tests {
         assert_eq!(refused, "pc1 shows `left` already");
         let refused = barrier.here(2, "ceiling", "pc2", 0, ms(100)).expect_err("there is none");
         assert_eq!(refused, "its rig has no screen `ceiling`");
-        // The node is silent, and frames have never waited for it.
+        // The computer is silent, and the hub has never waited for it.
         assert_eq!(barrier.here(2, "left", "pc2", 0, ms(1600)), Ok(()));
         for n in 17..37 {
             frame(&mut barrier, n, &[(2, 5, SAME)]);

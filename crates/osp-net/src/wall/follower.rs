@@ -1,4 +1,4 @@
-//! The session up to a position in its log, for hub and nodes.
+//! The session up to a position in its log, for hub and computers.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -25,8 +25,8 @@ const MOST_WAITING: u64 = 1 << 18;
 #[derive(Debug)]
 pub(super) struct Follower {
     link: Link,
-    /// Messages of the log. Hub and nodes apply each message as a whole, because polygon numbers and the shape of an
-    /// unfinished stroke depend on the division into messages.
+    /// Messages of the log. Hub and computers apply each message as a whole, because polygon numbers and the shape of
+    /// an unfinished stroke depend on the division into messages.
     waiting: VecDeque<Vec<Event>>,
     /// Number of events in these messages.
     events_waiting: u64,
@@ -72,7 +72,7 @@ impl Follower {
         &self.pipeline
     }
 
-    /// Reads the events that have arrived.
+    /// Reads the events that were received.
     pub(super) fn take(&mut self) -> Result<(), WallError> {
         while self.events_waiting < MOST_WAITING
             && let Some(news) = self.link.news()?

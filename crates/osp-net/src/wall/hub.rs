@@ -25,7 +25,7 @@ use osp_session::{
 
 /// Number of events of the session after which a frame applies no more messages. These events take a few milliseconds.
 const EVENTS_A_FRAME: u64 = 1 << 12;
-/// Largest number of nodes' messages that a frame processes after its time is over.
+/// Largest number of computers' messages that a frame processes after its time is over.
 const MESSAGES_AFTER_TIME: u32 = 256;
 /// Least interval between two reports of the state, for any number of requests.
 const REPORT: Duration = Duration::from_millis(100);
@@ -52,7 +52,7 @@ pub struct HubOptions {
     pub motion: RoomMotion,
     /// Largest number of frames a second.
     pub rate_hz: f64,
-    /// Longest time that a frame waits for a node. Frames do not wait for slower nodes.
+    /// Longest time that the hub waits for a computer. The hub does not wait for slower computers.
     pub most_patience: Duration,
 }
 
@@ -82,7 +82,7 @@ pub struct Hub {
 }
 
 impl Hub {
-    /// Opens a hub: begins to follow a session and to receive messages of nodes.
+    /// Opens a hub: begins to follow a session and to receive messages of computers.
     ///
     /// # Errors
     /// The system provides no thread.
@@ -118,8 +118,8 @@ impl Hub {
         self.started.elapsed()
     }
 
-    /// Waits until the next frame is due, and lets the nodes show it. Then calls `head` for the tracked head in the room;
-    /// without a tracker (`None`) the head is that of the session's artist.
+    /// Waits until the next frame is due, and lets the computers show it. Then calls `head` for the tracked head in the
+    /// room; without a tracker (`None`) the head is that of the session's artist.
     ///
     /// # Errors
     /// The session or the connection has ended for good, or another hub shows the session.
@@ -161,7 +161,7 @@ impl Hub {
         Ok(self.barrier.take_events())
     }
 
-    /// The expected answer of each screen's node.
+    /// The expected answer of each screen's computer.
     fn cull(&mut self) -> Vec<Answer> {
         let views: Vec<View> = self.views.iter().filter_map(|seen| seen.view).collect();
         self.follower.cull(&views);

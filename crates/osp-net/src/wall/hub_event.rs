@@ -1,16 +1,17 @@
 use std::fmt;
 
-/// News about the nodes of a hub.
+/// News about the computers of a hub.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum HubEvent {
-    /// From now on frames wait for the node of this screen.
+    /// From now on the hub waits for the computer of this screen.
     In {
         /// The screen.
         screen: String,
         /// The machine.
         host: String,
     },
-    /// Frames do not wait for a node any more. The node continues, and frames wait for it again once it answers in time.
+    /// The hub does not wait for a computer any more. The computer continues, and the hub waits for it again once it
+    /// answers in time.
     Out {
         /// The screen.
         screen: String,
@@ -19,7 +20,7 @@ pub enum HubEvent {
         /// The reason.
         why: &'static str,
     },
-    /// A node shows something else than the hub.
+    /// A computer shows something else than the hub.
     Differs {
         /// The screen.
         screen: String,
@@ -30,7 +31,7 @@ pub enum HubEvent {
         /// The part that differs.
         what: &'static str,
     },
-    /// A node that differed shows the same as the hub again.
+    /// A computer that differed shows the same as the hub again.
     Agrees {
         /// The screen.
         screen: String,

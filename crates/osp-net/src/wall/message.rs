@@ -1,4 +1,4 @@
-//! Messages between hub and nodes: lines of RON.
+//! Messages between hub and computers: lines of RON.
 
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -15,14 +15,14 @@ pub(super) const MAX_BYTES: usize = 1 << 16;
 /// Longest name of a screen or of a machine, bytes.
 pub(super) const MAX_NAME_BYTES: usize = 256;
 
-/// A message of the hub to all nodes. All of them have one subject, so that nodes receive them in order.
+/// A message of the hub to all computers. All of them have one subject, so that computers receive them in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum FromHub {
     /// Nodes have to draw this frame.
     Frame(Frame),
     /// Nodes have to show the frame that they have drawn.
     Swap { hub: u64, frame: u64 },
-    /// The hub refuses a node.
+    /// The hub refuses a computer.
     Refused { hub: u64, node: u64, why: String, is_for_good: bool },
 }
 
@@ -40,24 +40,24 @@ pub(super) struct Frame {
     pub(super) views: Vec<Option<Numbers>>,
 }
 
-/// A message of a node to the hub.
+/// A message of a computer to the hub.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum FromNode {
-    /// The node offers to show a screen.
+    /// The computer offers to show a screen.
     Here {
         node: u64,
         screen: String,
         host: String,
-        /// The hash [`of_rig`] of the node's rig.
+        /// The hash [`of_rig`] of the computer's rig.
         rig: u64,
-        /// Number of events of the session that the node has applied.
+        /// Number of events of the session that the computer has applied.
         events: u64,
     },
-    /// The node has drawn a frame.
+    /// The computer has drawn a frame.
     Ready { node: u64, hub: u64, frame: u64, log: u64, seen: u64 },
-    /// The node has shown a frame.
+    /// The computer has shown a frame.
     Shown { node: u64, hub: u64, frame: u64 },
-    /// The node ends.
+    /// The computer ends.
     Leaving { node: u64 },
 }
 
@@ -92,8 +92,8 @@ impl Numbers {
     }
 }
 
-/// A hash of the data that hub and nodes must share: the screens with their names and positions, and the eyes. The outputs
-/// of the pictures may differ, because each machine has monitors of its own.
+/// A hash of the data that hub and computers must share: the screens with their names and positions, and the eyes. The
+/// outputs of the pictures may differ, because each machine has monitors of its own.
 pub(super) fn of_rig(rig: &Rig, stereo: Stereo) -> u64 {
     let screens: Vec<_> = rig
         .screens

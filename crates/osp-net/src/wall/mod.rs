@@ -1,21 +1,21 @@
-//! A wall of several machines that show the same moment of a shared session: a hub determines the moment, and the time at
-//! which it is shown.
+//! A wall of several computers that show the same moment of a shared session. A hub determines the moment, and the time
+//! at which it is shown.
 //!
-//! A node is a machine with one screen of a [rig](osp_session::rig::Rig). The hub and every node read the same log of a
-//! [shared session](crate::live). So a frame consists only of a position in this log and the views:
+//! Each computer ([`Node`]) shows one screen of a [rig](osp_session::rig::Rig). The hub and every computer read the
+//! same log of a [shared session](crate::live). So a frame consists only of a position in this log and the views:
 //!
 //! ```text
-//! hub: frame n: the first S events, the views of all screens ───────────────────> nodes
-//! node: applies exactly S events, culls, draws, waits for its GPU: ready n ─────> hub
-//! hub: all nodes are ready, or the time is over: swap n ────────────────────────> nodes
-//! node: shows its picture: shown n ─────────────────────────────────────────────> hub
+//! hub: frame n: the first S events, the views of all screens ───────────────────> computers
+//! computer: applies exactly S events, culls, draws, waits for its GPU: ready n ─> hub
+//! hub: all computers are ready, or the time is over: swap n ────────────────────> computers
+//! computer: shows its picture: shown n ─────────────────────────────────────────> hub
 //! ```
 //!
-//! The hub has the model, too, and culls the views of every screen as the screen's node does. A node answers with a hash of
-//! the applied events and a fingerprint of its visible polygons. The hub [reports](HubEvent::Differs) a node whose hashes
-//! differ from its own. If a node misses [three frames](MISSES), frames do not wait for it any more, so that the others
-//! continue. Frames wait for it again once it answers in time. `Barrier` makes these decisions; it has no clock and no
-//! network.
+//! The hub has the model, too, and culls the views of every screen as the screen's computer does. A computer answers
+//! with a hash of the applied events and a fingerprint of its visible polygons. The hub [reports](HubEvent::Differs) a
+//! computer whose hashes differ from its own. If a computer misses [three frames](MISSES), the hub does not wait for it
+//! any more, so that the others continue. The hub waits for it again once it answers in time. `Barrier` makes these
+//! decisions; it has no clock and no network.
 //!
 //! Displays are not locked to each other. Graphics drivers can make all displays show their pictures at the same refresh
 //! (genlock, swap groups), but wgpu has no interface for this.
@@ -58,13 +58,13 @@ pub enum WallError {
         /// The requested screen.
         wanted: String,
     },
-    /// The hub refuses this node.
-    #[error("the hub does not let this node in: {0}")]
+    /// The hub refuses this computer.
+    #[error("the hub does not let this computer in: {0}")]
     Refused(String),
     /// The server does not answer.
     #[error("{server}: {why}")]
     NoServer {
-        /// The server.
+        /// Address of the server.
         server: String,
         /// The reason.
         why: String,

@@ -16,20 +16,20 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Interval of a node's presence messages.
+/// Interval of a computer's presence messages.
 const HERE: Duration = Duration::from_millis(400);
 /// Largest number of events that are applied at once.
 const EVENTS_AT_ONCE: u64 = 1 << 14;
 /// Largest number of a hub's messages that are read at once.
 const MESSAGES_AT_ONCE: u32 = 1024;
-/// Time for which a node waits if another node, which may be gone, has the screen.
+/// Time for which a computer waits if another computer, which may be gone, has the screen.
 const TAKEN: Duration = Duration::from_secs(5);
-/// Silence after which a node no longer follows a hub.
+/// Silence after which a computer no longer follows a hub.
 const SILENCE: Duration = Duration::from_secs(1);
 /// Interval of checks for the events that a frame waits for.
 const LOOK: Duration = Duration::from_micros(500);
 
-/// Options of a node.
+/// Options of a computer.
 #[derive(Clone, Debug)]
 pub struct NodeOptions {
     /// A file of certificates (PEM) that are trusted in addition to those of the system.
@@ -38,13 +38,13 @@ pub struct NodeOptions {
     pub rig: Rig,
     /// Form of the pictures for the two eyes.
     pub stereo: Stereo,
-    /// The name of the node's screen.
+    /// The name of the computer's screen.
     pub screen: String,
     /// The name of the machine.
     pub host: String,
 }
 
-/// The next step of a node's program.
+/// The next step of a computer's program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// There is nothing to do.
@@ -55,14 +55,14 @@ pub enum Step {
     Show,
 }
 
-/// A node of a wall; see the [module](self). Dropping it informs the hub.
+/// A computer of a wall; see the [module](self). Dropping it informs the hub.
 #[derive(Debug)]
 pub struct Node {
     number: u64,
     screen: String,
     host: String,
     rig: u64,
-    /// The eyes of the node's screen, as positions in the hub's list of views.
+    /// The eyes of the computer's screen, as positions in the hub's list of views.
     slots: Vec<(usize, Eye)>,
     /// Number of views of all screens and eyes.
     all: usize,
@@ -73,7 +73,7 @@ pub struct Node {
     views: Vec<View>,
     eyes: Vec<Eye>,
     time_s: f32,
-    /// The hub that the node follows, and the time of the hub's last message.
+    /// The hub that the computer follows, and the time of the hub's last message.
     hub: Option<(u64, Instant)>,
     /// Number of the hub's newest frame.
     newest: Option<u64>,
@@ -86,7 +86,7 @@ pub struct Node {
     is_ready: bool,
     is_shown: bool,
     told: Option<Instant>,
-    /// Time since which the hub refuses the node, and time of the last refusal.
+    /// Time since which the hub refuses the computer, and time of the last refusal.
     refused: Option<(Instant, Instant)>,
     /// Last text about the hub and the session.
     said: String,
@@ -95,7 +95,8 @@ pub struct Node {
 }
 
 impl Node {
-    /// Opens a node: begins to follow a session and its hub. A thread calls `wake` whenever there may be something to do.
+    /// Opens a computer: begins to follow a session and its hub. A thread calls `wake` whenever there may be something
+    /// to do.
     ///
     /// # Errors
     /// The rig has no such screen, or the system provides no thread.
@@ -141,7 +142,7 @@ impl Node {
     /// Waits at most `wait` for the next step.
     ///
     /// # Errors
-    /// The hub refuses this node, or the session or the connection has ended for good.
+    /// The hub refuses this computer, or the session or the connection has ended for good.
     pub fn step(&mut self, wait: Duration) -> Result<Step, WallError> {
         self.follower.take()?;
         self.announce_presence();
@@ -153,7 +154,7 @@ impl Node {
             heard = self.wire.receive(Duration::ZERO)?;
         }
         let is_swapped = match (self.swapped, self.drawn) {
-            // A late node shows its picture, because the others are ahead of it already.
+            // A late computer shows its picture, because the others are ahead of it already.
             (Some((hub, swapped)), Some((of, drawn))) => hub == of && swapped >= drawn,
             _ => false,
         };
@@ -163,7 +164,7 @@ impl Node {
         let Some(frame) = &self.wanted else { return Ok(Step::Nothing) };
         self.follower.take()?;
         if frame.events < self.follower.applied() {
-            // A hub that was started later than this node has not read as many events yet.
+            // A hub that was started later than this computer has not read as many events yet.
             self.wanted = None;
             return Ok(Step::Nothing);
         }
@@ -208,7 +209,7 @@ impl Node {
                     // This frame was received before.
                     Some((hub, _)) if hub == frame.hub && self.newest >= Some(frame.number) => return Ok(()),
                     Some((hub, _)) if hub == frame.hub => {}
-                    // A node follows one hub at a time.
+                    // A computer follows one hub at a time.
                     Some(_) if self.has_hub() => return Ok(()),
                     _ => self.told = None,
                 }
@@ -294,12 +295,12 @@ impl Node {
         &self.changes
     }
 
-    /// The node's culling pipeline. Its lists of polygons are in the order of [`Node::views`].
+    /// The computer's culling pipeline. Its lists of polygons are in the order of [`Node::views`].
     pub fn pipeline(&self) -> &Pipeline {
         self.follower.pipeline()
     }
 
-    /// The views of the frame to draw, one for each eye. Eyes that see nothing are left out.
+    /// The views of the frame to draw, one for each eye. Eyes that see nothing are skipped.
     pub fn views(&self) -> impl Iterator<Item = (Eye, &View)> {
         self.eyes.iter().copied().zip(&self.views)
     }

@@ -9,16 +9,16 @@ use serde::{Deserialize, Serialize};
 use super::{WallError, message, wire};
 use crate::live::Address;
 
-/// Whether a screen has a node.
+/// The state of the computer that draws a screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Place {
-    /// No node shows the screen.
+    /// No computer shows the screen.
     #[default]
     Absent,
-    /// The screen has a node, but frames do not wait for it.
+    /// The screen has a computer, but the hub does not wait for this computer.
     Out,
-    /// Frames wait for the screen's node.
+    /// In each frame the hub waits for the screen's computer.
     In,
 }
 
@@ -57,35 +57,35 @@ impl Times {
     }
 }
 
-/// The state of a screen's node.
+/// The state of a screen's computer.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NodeReport {
     /// The screen.
     pub screen: String,
-    /// State of the screen's node.
+    /// State of the screen's computer.
     pub place: Place,
     /// The machine.
     pub host: String,
-    /// Time from the hub's frame to the node's answer, both by the hub's clock.
+    /// Time from the hub's frame to the computer's answer, both by the hub's clock.
     pub ready: Times,
-    /// Number of events of the session that the hub has applied and the node had not applied at its last message.
+    /// Number of events of the session that the hub has applied and the computer had not applied at its last message.
     pub behind: u64,
-    /// Number of frames that were shown without the node's answer.
+    /// Number of frames that were shown without the computer's answer.
     pub missed: u64,
-    /// Number of times that frames stopped waiting for the node.
+    /// Number of times that frames stopped waiting for the computer.
     pub dropped: u64,
     /// Number of answers that differed from the hub's own.
     pub differed: u64,
-    /// The part of the node's last answer that differs.
+    /// The part of the computer's last answer that differs.
     pub difference: Option<String>,
 }
 
-/// Counts of a node.
+/// Counts of a computer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct NodeCounts {
-    /// Number of frames that the node has drawn.
+    /// Number of frames that the computer has drawn.
     pub frames: u64,
-    /// Number of events of the session that the node has applied.
+    /// Number of events of the session that the computer has applied.
     pub events: u64,
     /// Number of messages that no hub sends.
     pub garbage: u64,
@@ -110,22 +110,22 @@ pub struct WallReport {
     pub events: u64,
     /// Number of polygons of the shown model.
     pub polygons: u64,
-    /// Number of messages that neither hub nor nodes send.
+    /// Number of messages that neither hub nor computers send.
     pub garbage: u64,
     /// Time from a frame's beginning to the command to show it.
     pub frame: Times,
     /// Time between two commands to show a frame.
     pub period: Times,
-    /// Time from the first to the last message of a node that it shows a frame, by the hub's clock. It includes the
+    /// Time from the first to the last message of a computer that it shows a frame, by the hub's clock. It includes the
     /// transfer of these messages.
     pub skew: Times,
-    /// A node for each screen of the rig.
+    /// A computer for each screen of the rig.
     pub nodes: Vec<NodeReport>,
 }
 
 impl WallReport {
-    /// Whether the connection has no error, and every screen has a node that frames wait for and that shows the hub's
-    /// picture.
+    /// Whether the connection has no error, and every screen has a computer that the hub waits for and that shows the
+    /// hub's picture.
     pub fn is_well(&self) -> bool {
         let is_well = |node: &NodeReport| node.place == Place::In && node.difference.is_none();
         self.trouble.is_none() && self.nodes.iter().all(is_well)

@@ -1,4 +1,5 @@
-//! The connection for messages of hub and nodes. It has its own thread, because hub and nodes wait only for frames.
+//! The connection for messages of hub and computers. It has its own thread, because hub and computers wait only for
+//! frames.
 //!
 //! Without a server, messages are dropped, because they concern a frame that will be over.
 
@@ -13,9 +14,9 @@ use tokio::{runtime::Builder, sync::mpsc as queue};
 use super::{WallError, message::MAX_BYTES};
 use crate::live::{Address, Background, Complaints, LinkOptions, LiveError, Role, connect};
 
-/// Subject of the hub's messages to all nodes.
+/// Subject of the hub's messages to all computers.
 pub(super) const HUB: &str = "hub";
-/// Subject of the nodes' messages to the hub.
+/// Subject of the computers' messages to the hub.
 pub(super) const NODE: &str = "node";
 /// Subject of requests for the state of the wall.
 pub(super) const STATUS: &str = "status";
@@ -89,7 +90,7 @@ impl Wire {
         let _ = self.said.as_ref().map(|said| said.send((reply, text)));
     }
 
-    /// The next message, if it arrives within `time`.
+    /// The next message, if it is received within `time`.
     pub(super) fn receive(&self, time: Duration) -> Result<Option<Received>, WallError> {
         match self.heard.recv_timeout(time) {
             Ok(heard) => heard.map(Some),

@@ -1,4 +1,4 @@
-//! A block: some thousand polygons that lie together, as bytes and in memory. All numbers are little-endian:
+//! A block: a few thousand polygons that lie together, as bytes and in memory. All numbers are little-endian:
 //!
 //! | byte | contents |
 //! |---|---|

@@ -94,7 +94,7 @@ pub(super) struct Shared {
     pub(super) queue: Mutex<Queue>,
     /// Signals new requests, and that arrivals were taken.
     pub(super) wishes: Condvar,
-    /// Signals that a block has arrived that a frame waits for.
+    /// Signals that a block is loaded that a frame waits for.
     pub(super) arrivals: Condvar,
     pub(super) held: Arc<Held>,
     pub(super) bytes_read: AtomicU64,

@@ -25,8 +25,8 @@ use osp_session::small_file::check_regular;
 const MOST_RETRIES: usize = 3;
 #[cfg(feature = "worlds-cloud")]
 const LONGEST_RETRY: std::time::Duration = std::time::Duration::from_secs(20);
-/// Largest memory reserved for the announced size of an answer, bytes; more is reserved as data arrives. It is larger than
-/// any block.
+/// Largest memory reserved for the announced size of an answer, bytes; more is reserved as data is received. It is
+/// larger than any block.
 #[cfg(feature = "worlds-cloud")]
 const RESERVED_BYTES: u64 = 1 << 20;
 

@@ -125,7 +125,7 @@ impl Residents {
         }
     }
 
-    /// The next block that arrives among those that the frame waits for, in any order.
+    /// Waits for any block that this frame still needs, and returns the first one that is loaded.
     pub(super) fn next(&self) -> Result<(u32, Arc<Block>), WorldError> {
         let mut queue = self.shared.queue();
         loop {

@@ -28,7 +28,7 @@ pub struct Frame {
     pub visible: u64,
     /// Number of blocks in view that were not in memory when the frame began.
     pub late: u64,
-    /// Number of blocks in view that the frame left out.
+    /// Number of blocks in view that the frame skipped.
     pub missing_blocks: u64,
     /// Number of polygons of these blocks. At most this number of polygons is in view and not counted in
     /// [`Frame::visible`].
@@ -92,7 +92,7 @@ impl Walk {
         })
     }
 
-    /// Number of bytes and blocks read so far, and the largest memory.
+    /// Number of bytes and blocks read so far, and the peak memory of blocks.
     pub fn counts(&self) -> WalkCounts {
         WalkCounts {
             bytes_read: self.residents.bytes_read(),

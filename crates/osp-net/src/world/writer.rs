@@ -37,7 +37,7 @@ pub enum Replacing {
 pub struct Packed {
     /// Contents of the world.
     pub manifest: Manifest,
-    /// Number of polygons left out, because their boxes are not finite, so that they cannot be drawn.
+    /// Number of polygons skipped, because their boxes are not finite, so that they cannot be drawn.
     pub refused: u64,
 }
 

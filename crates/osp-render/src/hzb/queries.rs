@@ -53,7 +53,7 @@ pub(super) struct Queries {
     of_handle_words: Vec<u32>,
     /// The groups that the current frame queries.
     asked: Vec<u32>,
-    /// For each slot of `ring`, the groups of the queries whose results have not arrived.
+    /// For each slot of `ring`, the groups of the queries whose results are not available yet.
     waiting: [Vec<u32>; SLOTS],
     ring: ReadRing,
 }
@@ -158,7 +158,7 @@ impl Queries {
         (self.asked.len() as u32).div_ceil(SET)
     }
 
-    /// Reads the results that have arrived, and sets when their groups are queried again.
+    /// Reads the available results, and sets when their groups are queried again.
     fn learn(&mut self) {
         let (due, waiting, frame) = (&mut self.due, &self.waiting, self.frame);
         self.ring.take(|slot, bytes| {

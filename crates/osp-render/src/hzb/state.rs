@@ -297,7 +297,7 @@ impl HzbView {
         self.queries.iter_mut().for_each(Queries::submitted);
     }
 
-    /// Counts of the latest frame whose results have arrived since the last call.
+    /// Counts of the latest frame whose results became available since the last call.
     pub(in super::super) fn take_counts(&mut self) -> Option<DrawnCounts> {
         let (mut latest, known) = (None, &self.known);
         self.ring.take(|slot, bytes| {

@@ -11,10 +11,10 @@
 //! mesh:  up to 512 polygons a list, more an osp tree, in its own space
 //! ```
 //!
-//! A query searches the index of the trees and visits the nodes whose boxes are in view. It transforms the frustum into the
-//! space of each visited mesh ([`Frustum::in_space`](osp::math::Frustum::in_space)), and widens it by the rounding error in
-//! this space. So no polygon with a point in view is left out. (The box of a polygon in the world may be in view while its
-//! box in the mesh's space is not. Such a polygon is left out, because it cannot be visible.)
+//! A query searches the index of the trees and visits the nodes whose boxes are in view. It transforms the frustum into
+//! the space of each visited mesh ([`Frustum::in_space`](osp::math::Frustum::in_space)), and widens it by the rounding
+//! error in this space. So no polygon with a point in view is skipped. (The box of a polygon in the world may be in
+//! view while its box in the mesh's space is not. Such a polygon is skipped, because it cannot be visible.)
 
 mod node;
 mod query;

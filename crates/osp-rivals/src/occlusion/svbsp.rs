@@ -6,9 +6,9 @@
 //! # Differences from Chin and Feiner
 //! * Polygons are inserted front to back by their nearest corners, not by a BSP tree of the scene. If two polygons overlap
 //!   in depth, this order is not exact. No result depends on the order, because every shadowed leaf has its occluder's cap.
-//! * If a piece of a polygon reaches an unoccluded leaf, the leaf is divided by the planes of the whole polygon, not of the
-//!   piece. Planes that the cell already lies before are left out. Without this, a plane lost by a rounding error would
-//!   hide visible polygons.
+//! * If a piece of a polygon reaches an unoccluded leaf, the leaf is divided by the planes of the whole polygon, not of
+//!   the piece. Planes that the cell already lies before are omitted. Without this, a plane lost by a rounding error
+//!   would hide visible polygons.
 
 use glam::DVec3;
 

@@ -28,8 +28,8 @@
 //! * **`Depth` counts binary levels.** The paper gives the three steps of one cycle (YZ, XZ, XY) the same depth. Here each
 //!   step is a level, so the paper's maximum depth `d` is `3 d` levels. A depth that is no multiple of 3 ends in the
 //!   middle of a cycle.
-//! * **`IsFrustumCull` is left out.** The paper marks culled nodes in the tree. Here a query does not change the tree; its
-//!   result goes to the draw list or to the visitor.
+//! * **`IsFrustumCull` is omitted.** The paper marks culled nodes in the tree. Here a query does not change the tree;
+//!   its result goes to the draw list or to the visitor.
 //! * **A count of the polygons below** is added to the node. With this count, a removal clears `IsPolygon` and `IsSubnode`
 //!   again. So a query takes no longer after all polygons were erased than in an empty tree.
 //! * **Occluder candidates**, which the paper collects during insertion (3.2.1), belong to [`osp::occlusion`].

@@ -216,7 +216,8 @@ impl Still {
         }
     }
 
-    /// Share of the light that remains for a corner with this alpha. A particle's alpha is its random number.
+    /// Share of the light that remains at a corner with the alpha `own`. In a particle, the alpha channel has a random
+    /// number instead.
     fn share(&self, own: f32) -> f32 {
         match self.brush.effect {
             Effect::Smoke | Effect::Bubbles | Effect::Rainbow | Effect::ChromaticWave => 1.0,

@@ -50,8 +50,7 @@ pub struct GltfCounts {
     pub polygons: u64,
     /// Number of triangles.
     pub triangles: u64,
-    /// Number of polygons left out because a corner is not a finite number. The format cannot represent such
-    /// a number.
+    /// Number of polygons skipped because a corner is not a finite number. The format cannot represent such a number.
     pub not_finite: u64,
     /// Number of polygons that face the eye in the session. Their orientation in the file is fixed.
     pub turned: u64,

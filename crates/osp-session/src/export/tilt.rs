@@ -41,7 +41,7 @@ pub struct TiltCounts {
 
 /// Writes the strokes that a session has at its end as a `.tilt`, with layers, groups, camera and light.
 ///
-/// Erased and undone strokes are left out; moved and grouped ones are where the session has them. A session that was
+/// Erased and undone strokes are skipped; moved and grouped ones are where the session has them. A session that was
 /// read from a `.tilt` gets all its metadata back. An unchanged stroke is written bit for bit as it was. The
 /// `thumbnail` is a PNG, if there is one.
 ///

@@ -1,6 +1,6 @@
 //! Files in memory, with the names and behaviour of [`std::fs`], for a web page. [`take_changes`] returns the files
 //! that the program has written; the page's script stores them until the next visit. Files that came by [`put`] and did
-//! not change are left out.
+//! not change are skipped.
 #![allow(
     clippy::len_without_is_empty,
     missing_docs,

@@ -283,8 +283,8 @@ pub enum Event {
         /// Number of edits; 0 ends the previous step.
         edits: u32,
     },
-    /// Properties of a layer are changed; absent properties stay (since format 3). It is not an edit, so no undo
-    /// reverts it.
+    /// Changes properties of a layer (event since format 3). Absent properties keep their values. The change is not an
+    /// edit, so undo does not revert it.
     Layer {
         /// Time, seconds.
         t: f64,

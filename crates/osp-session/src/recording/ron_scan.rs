@@ -53,7 +53,7 @@ impl Number<'_> {
         (at > first).then_some(at)
     }
 
-    /// The same value that the standard library returns; `None` if a single division does not give it.
+    /// The value that the standard library's parser returns; `None` if one division may not give exactly this value.
     fn to_f64(&self) -> Option<f64> {
         if self.has_exponent || self.digits > Self::MOST_DIGITS {
             return None;

@@ -14,11 +14,12 @@ const NO_AUTHORS: &str = "an event without an author, or a header of format 4";
 /// Time at which events are written to the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Flush {
-    /// At once; each event is one complete line in one write. A crash loses at most the line being written. For a
-    /// session that is being drawn.
+    /// Each event is written at once, as one complete line in one write. A crash loses at most the line being written.
+    /// Used for a session that is being drawn.
     #[default]
     EachEvent,
-    /// In large blocks of complete lines. For generated and converted sessions, because it compresses far better.
+    /// Large blocks of complete lines are written. Used for generated and converted sessions, because large blocks
+    /// compress far better.
     AtEnd,
 }
 

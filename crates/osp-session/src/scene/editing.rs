@@ -144,7 +144,7 @@ impl Scene {
     }
 
     /// The results of `of` for the strokes with these numbers, sorted and without duplicates. Strokes without a result,
-    /// and strokes that the author may not edit, are left out.
+    /// and strokes that the author may not edit, are skipped.
     pub(super) fn named<T>(
         &self,
         author: Author,

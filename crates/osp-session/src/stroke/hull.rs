@@ -109,7 +109,7 @@ impl HullBuilder {
     }
 }
 
-/// Appends the triangles of a hull. Triangles without area in `f32` are left out; this leaves no visible hole.
+/// Appends the triangles of a hull. Triangles without area in `f32` are skipped; this leaves no visible hole.
 pub(super) fn draw_hull(hull: &ConvexHull, is_faceted: bool, out: &mut Pieces) {
     let mut nothing = Drops::default();
     if is_faceted {

@@ -1,5 +1,5 @@
-//! Events of a shared session that have arrived but are not in the model yet. The model takes them piece by piece, so that
-//! a burst of events does not stall a frame.
+//! Events of a shared session that were received but are not in the model yet. The model takes them piece by piece, so
+//! that a burst of events does not stall a frame.
 
 use std::collections::VecDeque;
 
@@ -10,7 +10,7 @@ use osp_session::recording::Event;
 #[derive(Debug, Default)]
 pub(super) struct Inbox {
     events: VecDeque<Event>,
-    /// Number of own events among them.
+    /// Number of the user's events among them.
     own: usize,
 }
 
@@ -20,13 +20,13 @@ impl Inbox {
         self.events.is_empty()
     }
 
-    /// Adds arrived events. `own` is the number of own events among them.
+    /// Adds received events. `own` is the number of the user's events among them.
     pub(super) fn add(&mut self, events: Vec<Event>, own: usize) {
         self.events.extend(events);
         self.own += own;
     }
 
-    /// Moves the next piece to `out`. The last piece returns the number of own events; all others return 0.
+    /// Moves the next piece to `out`. The last piece returns the number of the user's events; all others return 0.
     pub(super) fn take_piece(&mut self, out: &mut Vec<Event>) -> usize {
         let mut room = PIECE;
         while let Some(event) = self.events.front() {

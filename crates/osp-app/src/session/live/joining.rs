@@ -21,7 +21,7 @@ use osp_session::{
 const EVENTS_A_FRAME: usize = 8192;
 /// Number of changed polygons after which a frame applies no more events.
 const CHANGES_A_FRAME: usize = 1 << 16;
-/// Longest time for which a closing window waits for the server to return all own events.
+/// Longest time for which a closing window waits for the server to return all of the user's events.
 const FAREWELL: Duration = Duration::from_secs(3);
 
 /// The file of a shared session that has not been joined yet.
@@ -58,7 +58,7 @@ impl Unjoined {
 }
 
 impl Session {
-    /// A shared session without a file. It is empty until events arrive.
+    /// A shared session without a file. It is empty until events are received.
     ///
     /// # Errors
     /// The session's name is invalid in a recording.
@@ -67,7 +67,7 @@ impl Session {
         Ok(Self { source: Source::Live(Box::new(live)), ..Self::around(journal) })
     }
 
-    /// Applies a slice of the arrived events. A slice lasts at least `least`, longer if frames are slow, and has at
+    /// Applies a slice of the received events. A slice lasts at least `least`, longer if frames are slow, and has at
     /// least one piece.
     pub(crate) fn follow_for(&mut self, least: Duration) {
         if let Some(live) = self.live_mut() {
@@ -95,8 +95,8 @@ impl Session {
         live.turns.end();
     }
 
-    /// Leaves the shared session, after a short wait for the server to return all own events. Returns messages about
-    /// missing events.
+    /// Leaves the shared session, after a short wait for the server to return all of the user's events. Returns
+    /// messages about missing events.
     ///
     /// # Errors
     /// A part of the remaining events could not be written.

@@ -6,7 +6,8 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Own strokes that the server has not returned completely. They are drawn at once, without waiting for the network.
+/// The user's strokes that the server has not returned completely. They are drawn at once, without waiting for the
+/// network.
 ///
 /// The strokes have their own scene, which is drawn over the session's scene. A stroke stays here until all of its
 /// events have returned. Only polygons that the session's scene lacks are shown.
@@ -39,7 +40,7 @@ fn drawn_by(event: &Event) -> Option<StrokeId> {
 }
 
 impl Overlay {
-    /// Adds an own event that was sent to the server.
+    /// Adds an event of the user that was sent to the server.
     pub(super) fn add(&mut self, event: &Event) {
         let Some(id) = drawn_by(event) else { return };
         if matches!(event, Event::Begin { .. } | Event::Polygon { .. }) {
@@ -52,7 +53,7 @@ impl Overlay {
         self.scene.apply_all([event], &mut self.changes);
     }
 
-    /// Records that the server has returned or refused an own event.
+    /// Records that the server has returned or refused an event of the user.
     pub(super) fn settle(&mut self, event: &Event) {
         let Some(id) = drawn_by(event) else { return };
         let Some(stroke) = self.strokes.get_mut(&id) else { return };
@@ -71,8 +72,8 @@ impl Overlay {
         }
     }
 
-    /// Determines the polygons to show. `in_session` returns how many polygons of an own stroke the session's scene
-    /// has.
+    /// Determines the polygons to show. `in_session` returns how many polygons of a stroke of the user the session's
+    /// scene has.
     pub(super) fn show(&mut self, in_session: impl Fn(StrokeId) -> usize) {
         self.shown.clear();
         for &id in self.strokes.keys() {
@@ -83,7 +84,7 @@ impl Overlay {
         }
     }
 
-    /// The scene of the own strokes.
+    /// The scene of the user's strokes.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }

@@ -219,7 +219,7 @@ fn a_node_that_does_not_belong_to_the_wall_is_told_why() {
     let node = |screen, rig| ["wall", "--node", screen, &address, "--rig", rig, "--headless"];
     fails(
         &node("left", "dual-wall"),
-        "the hub does not let this node in: its rig has other screens or eyes than the hub's",
+        "the hub does not let this computer in: its rig has other screens or eyes than the hub's",
     );
     fails(&node("front", "cave4"), "shows `front` already");
     fails(

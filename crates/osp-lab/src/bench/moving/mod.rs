@@ -38,7 +38,7 @@ const NOTES: [&str; 4] = [
 const FEWEST: u64 = 3;
 const MOST: u64 = 400;
 /// Largest multiple of the budget that a structure may take at a size, estimated from the previous size; slower
-/// structures are left out.
+/// structures are skipped.
 const LONGEST: f64 = 20.0;
 
 /// Settings of [`move_things`].

@@ -252,9 +252,9 @@ struct Chosen {
 /// The choice of a frame that is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Choice {
-    /// Whether it counts, because the previous frame was measured, too.
+    /// Whether the frame is part of the statistics: only if the previous frame was measured, too.
     counts: bool,
-    /// Whether it counts for the whole session.
+    /// Whether the frame is part of the statistics of the whole session.
     is_of_session: bool,
 }
 

@@ -4,7 +4,7 @@
 //! axis. The ribbon extends half of `size * pressure` to either side. So the reader uses [`NormalRule::SideX`], and the
 //! width is 0 at pressure 0. Positions are metres, right-handed with y up (WebVR), and rotations are in the axes of
 //! three.js, which osp shares. The recorded position is the controller's. A-Painter adds the offset of the brush's tip
-//! only for display, and only for known controllers, so the offset is left out here.
+//! only for display, and only for known controllers, so the offset is omitted here.
 //!
 //! A-Painter's plain brushes (flat, smooth) become the plain ribbon. Brushes with textures, or with stamps of leaves or
 //! blots, become the most similar brushes of Tilt Brush (`apa_brushes.ron`). These brushes keep a part of their width

@@ -26,7 +26,7 @@ impl Random {
         self.unit() < probability
     }
 
-    /// An integer from 0 to below `count`, which is at least 1.
+    /// A random integer of `0..count`. `count` must be at least 1.
     pub(super) fn index(&mut self, count: usize) -> usize {
         ((self.unit() * count as f64) as usize).min(count.saturating_sub(1))
     }

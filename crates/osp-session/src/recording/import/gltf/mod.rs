@@ -7,7 +7,7 @@
 //! The rest of a node's transform (non-uniform scale, mirror, shear) is applied to the vertices below the node. Colours
 //! are the base colour times the vertices' mean colour; a stroke has the polygons of one colour in one primitive. The
 //! first camera becomes the session's view, directional lights its
-//! [`Environment`](crate::recording::Environment). Textures, skins, animations, points and lines are left out, and the
+//! [`Environment`](crate::recording::Environment). Textures, skins, animations, points and lines are skipped, and the
 //! header lists them.
 //!
 //! The JSON types are those of the crate `gltf`. Every number in them is checked where it is used, because the crate's
