@@ -43,11 +43,15 @@ fn drawn(cells: &Cells, letters: Option<u16>) -> String {
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    let missing: Vec<String> =
-        cells.head[shown..].iter().map(|head| head.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+    let missing: Vec<String> = cells.head[shown..]
+        .iter()
+        .map(|head| head.split_whitespace().collect::<Vec<_>>().join(" "))
+        .collect();
     match missing.is_empty() {
         true => table.to_string(),
-        false => format!("{table}\nToo wide for the terminal: {}; --json has all columns.", missing.join(", ")),
+        false => {
+            format!("{table}\nToo wide for the terminal: {}; --json has all columns.", missing.join(", "))
+        }
     }
 }
 
