@@ -241,7 +241,7 @@ impl OccluderPool {
             is_large = 0.5 * polygon.area_vector().length() > self.large_m2;
         }
         // Steps up and down cancel if one polygon of sixteen is larger. They are small, so that the polygons of a wide
-        // stroke count as large for some hundred calls.
+        // stroke count as large for a few hundred calls.
         let step = if is_large { 1.016 } else { 0.999 };
         self.large_m2 = (self.large_m2 * step).clamp(1.0e-12, 1.0e12);
         is_large

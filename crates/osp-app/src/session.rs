@@ -112,7 +112,7 @@ impl Session {
             };
             let Err(error) = pushed else { return true };
             if self.refused == 0 {
-                self.news.push(format!("invalid events were left out, the first one: {error}"));
+                self.news.push(format!("invalid events were skipped, the first one: {error}"));
             }
             self.refused += 1;
             false

@@ -57,7 +57,7 @@ pub(super) struct BakeArgs {
     /// Threads [default: one for each processor].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Let OUT replace a file of another kind, but never the session.
+    /// Let OUT replace a file that `osp bake` did not write, but never the session.
     #[arg(long)]
     force: bool,
     #[command(flatten)]

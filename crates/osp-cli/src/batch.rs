@@ -94,9 +94,9 @@ impl Batch {
         left_out.retain(|session| !made.contains(&absolute(session)));
         if let (Some(out), false) = (out, left_out.is_empty()) {
             let left_out = match left_out.len() {
-                1 => "1 session in the folder of the outputs is left out; name it to include it".to_owned(),
+                1 => "1 session in the folder of the outputs is skipped; name it to include it".to_owned(),
                 many => format!(
-                    "{many} sessions in the folder of the outputs are left out; name them to include them"
+                    "{many} sessions in the folder of the outputs are skipped; name them to include them"
                 ),
             };
             complain(&format!("warning: {}: {left_out}", out.display()));

@@ -64,7 +64,7 @@ median. --csv writes these rows, --json prints them. Tables, verdict and page co
 pub(super) struct BenchArgs {
     /// The sessions, of any format that replay reads.
     pub(super) files: Vec<PathBuf>,
-    /// Measure for a shorter time: under a minute for the shipped recordings.
+    /// Measure for a shorter time: under a minute for the recordings of osp.
     #[arg(long)]
     pub(super) quick: bool,
     /// The indexes, separated by commas [default: all; with --paper the paper's trees, octree-rebuild, time-order,
@@ -96,7 +96,7 @@ pub(super) struct BenchArgs {
     /// Write every figure to a CSV file, one per line.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
-    /// Print every table, instead of the verdict and one table for each part.
+    /// Print every table, instead of the summary and one table for each part.
     #[arg(long, conflicts_with = "json")]
     pub(super) all: bool,
     /// Print one JSON object instead of the tables.
@@ -105,7 +105,7 @@ pub(super) struct BenchArgs {
     /// Write one HTML page with tables and charts. The terminal then shows only the summary, unless --all is given.
     #[arg(long, value_name = "FILE")]
     pub(super) html: Option<PathBuf>,
-    /// Let an output replace a file of another kind, even a session, but never a file that is read.
+    /// Let an output replace a file of another type than its own, even a session, but never a file that is read.
     #[arg(long)]
     pub(super) force: bool,
     #[command(flatten)]

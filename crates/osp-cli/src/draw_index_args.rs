@@ -38,7 +38,7 @@ pub(super) struct DrawIndexArgs {
     /// Whether to draw the cells or the tree. The tree of `osp-paper` has its empty nodes, planes and flags, too.
     #[arg(long = "as", value_enum, default_value_t = Shown::Space)]
     pub(super) shown: Shown,
-    /// The side from which to see the cells.
+    /// Side from which the cells are seen.
     #[arg(long, value_enum, default_value_t = From::Front)]
     pub(super) from: From,
     /// Draw at most the upper N levels.
@@ -58,7 +58,7 @@ pub(super) struct DrawIndexArgs {
     /// planes above it.
     #[arg(long)]
     pub(super) planes: bool,
-    /// Let the picture replace a file of another kind, but never the session.
+    /// Let the picture replace a file that is no such picture, but never the session.
     #[arg(long)]
     pub(super) force: bool,
 }

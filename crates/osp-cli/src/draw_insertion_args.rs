@@ -21,13 +21,13 @@ pub(super) struct DrawInsertionArgs {
     /// The film to write.
     #[arg(value_name = "OUT.gif")]
     pub(super) out: PathBuf,
-    /// Number of polygons: the first ones of the model in this frame.
+    /// Number of polygons: the first polygons of the model in this frame.
     #[arg(long, default_value_t = 8, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
     pub(super) polygons: u32,
     /// Levels of planes of the paper's tree.
     #[arg(long, default_value_t = 5, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=7))]
     pub(super) levels: u32,
-    /// Let the film replace a file of another kind, but never the session.
+    /// Let the film replace a file that is no such film, but never the session.
     #[arg(long)]
     pub(super) force: bool,
 }

@@ -58,7 +58,7 @@ pub(super) struct ExportArgs {
     /// Write one object with few draw calls and smaller vertices, without _TIMESTAMP and _STROKE.
     #[arg(long = "static", conflicts_with = "objects")]
     is_static: bool,
-    /// Let the model replace a file of another kind, but never the session.
+    /// Let the model replace a file that is no .glb of osp, but never the session.
     #[arg(long)]
     force: bool,
 }
@@ -118,7 +118,7 @@ pub(super) fn write_model(session: &FrameArgs, objects: Objects, output: &Output
     let bytes = output.commit(file)?;
     let mut remarks = Vec::new();
     if counts.not_finite > 0 {
-        remarks.push(format!("{} polygons at infinity were left out", thousands(counts.not_finite)));
+        remarks.push(format!("polygons at infinity skipped: {}", thousands(counts.not_finite)));
     }
     if counts.turned > 0 && options.eye_in_world.is_none() {
         remarks.push(format!(

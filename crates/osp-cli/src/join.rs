@@ -196,7 +196,10 @@ impl Member<'_> {
             News::Events { events, .. } => self.write(&events)?,
             News::Refused { why, own } => {
                 self.refused += own as u64;
-                complain(&format!("warning: {} own events were refused: {why}", thousands(own as u64)));
+                complain(&format!(
+                    "warning: {} events of this member were refused: {why}",
+                    thousands(own as u64)
+                ));
             }
             News::Joined(author) => complain(&format!("this is author {author}")),
             News::Left => self.has_left = true,
@@ -270,7 +273,7 @@ impl Member<'_> {
 
 /// Returns the error text if some of this program's events are not in the session.
 fn unheard(events: u64) -> Option<String> {
-    (events > 0).then(|| format!("{} own events are not in the session", thousands(events)))
+    (events > 0).then(|| format!("{} events of this member are not in the session", thousands(events)))
 }
 
 /// Returns the reason for which an author is not in the session, and a remedy.

@@ -34,7 +34,7 @@ has to be (tls://), unless --unencrypted is given.
 Credentials: nats://TOKEN@HOST/NAME, nats://USER:PASSWORD@HOST/NAME, or --credentials with a file of one
 line, TOKEN or USER:PASSWORD, which no list of processes shows.
 Ctrl-C leaves the session.
-Exit code 1: own events are not in the session, or the session was full or too crowded to join.")]
+Exit code 1: events of this member are not in the session, or the session was full or too crowded to join.")]
 pub(super) struct JoinArgs {
     /// The session: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME.
     // This is parsed later, so that an error message about it does not contain the password.
@@ -45,10 +45,10 @@ pub(super) struct JoinArgs {
     /// Only watch: publish nothing.
     #[arg(long)]
     pub(super) watch: bool,
-    /// Name under which the others see this member.
+    /// Name of this member, which the other members see.
     #[arg(long, default_value = "", hide_default_value = true, conflicts_with = "watch", value_parser = shared_args::name)]
     pub(super) name: String,
-    /// Play the events of this session as one's own, then leave.
+    /// Send the events of this session, with this member as their author, then leave.
     #[arg(long, value_name = "SESSION", conflicts_with = "watch")]
     pub(super) play: Option<PathBuf>,
     /// Play only the strokes and edits of this author of --play. By default all events are played. Required if several
@@ -59,7 +59,7 @@ pub(super) struct JoinArgs {
     /// samples of the hand).
     #[arg(long, default_value = "recorded", requires = "play")]
     pub(super) pace: Pace,
-    /// Speed, as a multiple of the recorded one.
+    /// Speed, as a multiple of the recorded speed.
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor, requires = "play")]
     pub(super) speed: f64,
     /// Leave after this many seconds.

@@ -140,7 +140,7 @@ impl Report {
         if latency.messages > 0 {
             let ms = |us: u64| us as f64 / 1000.0;
             lines.push(format!(
-                "  {:<11} own messages came back after p50 {:.2}, p95 {:.2}, p99 {:.2}, at most {:.2} ms ({})",
+                "  {:<11} messages came back after p50 {:.2}, p95 {:.2}, p99 {:.2}, at most {:.2} ms ({})",
                 "latency",
                 ms(latency.p50_us),
                 ms(latency.p95_us),

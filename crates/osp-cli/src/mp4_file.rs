@@ -113,7 +113,7 @@ impl Mp4File {
             }
         }
         if bytes.is_empty() {
-            return Err(io::Error::other("the encoder left out a picture"));
+            return Err(io::Error::other("the encoder skipped a picture"));
         }
         let is_first = self.position == self.muxer.initial_boxes_bytes().len() as u64;
         let config = H264SampleEntryConfig { length_size: LengthSize::FourBytes };

@@ -58,7 +58,7 @@ pub(super) fn run(args: &PackArgs) -> anyhow::Result<Outcome> {
     progress.finish_and_clear();
     if packed.refused > 0 {
         complain(&format!(
-            "warning: {} polygons left out: they are out of range, where nothing can be drawn",
+            "warning: {} polygons skipped: they are out of range, where nothing can be drawn",
             thousands(packed.refused)
         ));
     }

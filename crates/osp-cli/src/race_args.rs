@@ -56,10 +56,10 @@ pub(super) struct RaceArgs {
     /// a strip chart. Frames that missed 90 Hz stay red in the chart.
     #[arg(long, value_name = "OUT.gif")]
     pub(super) film: Option<PathBuf>,
-    /// Print one JSON object instead of the verdict and the table.
+    /// Print one JSON object instead of the summary and the table.
     #[arg(long)]
     pub(super) json: bool,
-    /// Let an output replace a file of another kind, even a session, but never the file that is read.
+    /// Let an output replace a file of another type than its own, even a session, but never the file that is read.
     #[arg(long)]
     pub(super) force: bool,
     #[command(flatten)]

@@ -65,7 +65,7 @@ pub(super) struct RenderArgs {
     /// The frame to draw: its number from 0, or `last`.
     #[arg(long, default_value = "last", conflicts_with = "every")]
     pub(super) frame: FrameChoice,
-    /// Draw every Nth frame and the last one, into the folder --to.
+    /// Draw every Nth frame and the last frame, into the folder --to.
     #[arg(long, value_name = "N", requires = "to", conflicts_with = "out", value_parser = clap::value_parser!(u64).range(1..))]
     pub(super) every: Option<u64>,
     /// The folder for the pictures of --every. The command makes it if it does not exist.
@@ -82,7 +82,7 @@ pub(super) struct RenderArgs {
     /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,
-    /// Draw each frame a second time without culling; a pixel that differs gives exit code 1.
+    /// Draw each frame a second time without culling; the exit code is 1 if a pixel differs.
     #[arg(long)]
     pub(super) check: bool,
     /// Draw by the painter's algorithm: polygons in view from back to front, without a depth test. `bsp` finds the
@@ -105,7 +105,7 @@ pub(super) struct RenderArgs {
     pub(super) json: bool,
     /// Position of the eye. `own` is the session's own camera (for a sketch, the camera of its thumbnail), else
     /// `whole`. `whole` shows the whole model except distant strays, from the side of the session's own camera, else
-    /// from where the artist first stood. `recorded` is the recorded head path, else the session's own camera, else `orbit`.
+    /// from the first position of the artist. `recorded` is the recorded head path, else the session's own camera, else `orbit`.
     /// `orbit` circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "own", value_parser = camera_parser())]
     pub(super) camera: RenderCamera,
@@ -134,7 +134,7 @@ pub(super) struct ShownArgs {
     pub(super) time: f32,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
-    /// Let the output replace a file of another kind, but never the session.
+    /// Let the output replace a file of another type than its own, but never the session.
     #[arg(long)]
     pub(super) force: bool,
 }

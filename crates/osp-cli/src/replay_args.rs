@@ -118,7 +118,7 @@ pub(super) struct ReplayArgs {
     /// Print one JSON object for each session instead of a table.
     #[arg(long)]
     pub(super) json: bool,
-    /// Compare the fingerprints of the visible polygons with those in this file; a difference gives exit code 1.
+    /// Compare the fingerprints of the visible polygons with those in this file; the exit code is 1 if they differ.
     #[arg(long, value_name = "FILE")]
     pub(super) check: Option<PathBuf>,
     /// Write the fingerprints of this run to a file for --check.
@@ -128,7 +128,7 @@ pub(super) struct ReplayArgs {
     /// hidden.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion", value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
     pub(super) verify_frames: u64,
-    /// Let an output replace a file of another kind, even a session, but never a file that is read.
+    /// Let an output replace a file of another type than its own, even a session, but never a file that is read.
     #[arg(long)]
     pub(super) force: bool,
     #[command(flatten)]

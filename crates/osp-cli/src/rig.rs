@@ -76,13 +76,13 @@ enum What {
     Monitors,
     /// List the errors in rigs. The exit code is 1 if the head sees nothing on some screen, 2 if a file is no rig.
     Check {
-        /// Files, or names of shipped rigs.
+        /// Files, or names of rigs in osp.
         #[arg(required = true, value_name = "RIG")]
         rigs: Vec<String>,
     },
     /// Print the screens of a rig as its head sees them, and optionally draw them.
     Show {
-        /// A file, or the name of a shipped rig.
+        /// A file, or the name of a rig in osp.
         #[arg(value_name = "RIG")]
         rig: String,
         /// A plan of the room, .svg or .png: from above and from the front.

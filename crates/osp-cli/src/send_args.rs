@@ -24,14 +24,15 @@ pub(super) struct SendArgs {
     /// (N samples of the hand).
     #[arg(long, default_value = "recorded")]
     pub(super) pace: Pace,
-    /// Speed, as a multiple of the recorded one.
+    /// Speed, as a multiple of the recorded speed.
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor)]
     pub(super) speed: f64,
     /// The key that the window requires (`osp sketch --tracker-key`). The list of processes shows the key to everybody
     /// on this machine.
     #[arg(long)]
     pub(super) key: Option<TrackerKey>,
-    /// Read the key from a file of one line. Without it and --key, the variable OSP_TRACKER_KEY gives the key, if it is set.
+    /// Read the key from a file of one line. Without --key-file and --key, osp reads the key from the variable
+    /// OSP_TRACKER_KEY, if it is set.
     #[arg(long, value_name = "FILE", conflicts_with = "key")]
     pub(super) key_file: Option<PathBuf>,
     /// Send OSC messages instead of lines.

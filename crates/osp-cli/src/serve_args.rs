@@ -19,7 +19,7 @@ pub(super) struct ServeArgs {
     /// The folder.
     #[arg(default_value = "web/dist", value_name = "DIR")]
     pub(super) folder: PathBuf,
-    /// The port; 0 takes a free one.
+    /// The port; with 0 the system selects a free port.
     #[arg(long, default_value_t = 9328)]
     pub(super) port: u16,
 }

@@ -84,7 +84,7 @@ pub(super) struct SketchArgs {
     /// Only watch the others.
     #[arg(long, requires = "join")]
     pub(super) watch: bool,
-    /// Name under which the others see you.
+    /// Your name, which the other members see.
     #[arg(long, default_value = "", hide_default_value = true, requires = "join", conflicts_with = "watch")]
     #[arg(value_parser = shared_args::name)]
     pub(super) name: String,
@@ -123,7 +123,7 @@ pub(super) struct WindowArgs {
     /// Write one line of JSON for each frame to this file.
     #[arg(long, value_name = "FILE")]
     pub(super) trace: Option<PathBuf>,
-    /// Let --trace replace a file of another kind, but never the session.
+    /// Let --trace replace a file that is no trace, but never the session.
     #[arg(long)]
     pub(super) force: bool,
 }

@@ -46,7 +46,7 @@ pub(super) struct StudyArgs {
     /// The file to add lines to, .ndjson [default: print the lines].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Empty FILE first, even if it holds something else. osp never empties a session that it measures.
+    /// Empty FILE first, even if it has other contents. osp never empties a session that it measures.
     #[arg(long)]
     force: bool,
     #[command(flatten)]

@@ -27,7 +27,8 @@ pub(super) struct TrackerArgs {
     /// OSP_TRACKER_KEY to avoid that.
     #[arg(long, value_name = "KEY", requires = "tracker")]
     pub(super) tracker_key: Option<TrackerKey>,
-    /// Read the key from a file of one line. Without it and --tracker-key, the variable OSP_TRACKER_KEY gives the key, if it is set.
+    /// Read the key from a file of one line. Without --tracker-key-file and --tracker-key, osp reads the key from
+    /// the variable OSP_TRACKER_KEY, if it is set.
     #[arg(long, value_name = "FILE", requires = "tracker", conflicts_with = "tracker_key")]
     pub(super) tracker_key_file: Option<PathBuf>,
     /// The sending DTrack system was calibrated with z up instead of y up.

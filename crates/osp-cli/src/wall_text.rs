@@ -40,13 +40,13 @@ pub(super) fn text(report: &WallReport) -> String {
     let mut table = columns_table();
     table.set_header([
         "screen",
-        "node",
+        "state",
         "host",
         "ready p50 ms",
         "p99 ms",
         "behind",
         "missed",
-        "left out",
+        "inactive",
         "differed",
     ]);
     for column in table.column_iter_mut().skip(3) {

@@ -52,7 +52,7 @@ pub(super) struct WorldArgs {
     /// With --world: number of frames [default: 900; with --path: all frames].
     #[arg(long, value_name = "N", requires = "world", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     pub(super) frames: Option<u64>,
-    /// With --world: seed of the synthetic flight, which is used if there is no --path and no other --camera.
+    /// With --world: seed of the synthetic flight, which is used without --path and without another --camera.
     #[arg(long, value_name = "S", default_value_t = 1, requires = "world", conflicts_with = "path")]
     pub(super) seed: u64,
     /// With --world: distance of this flight in a second of 90 frames, metres [default: the world's longest side in 10

@@ -51,7 +51,7 @@ impl Verifier {
         }
         if let Some((view, id)) = views.first_lost {
             rows.faults.push(format!(
-                "{recording}: frustum culling left out {} polygons that reach into the view; the first is polygon {} in view {view}",
+                "{recording}: frustum culling removed {} polygons that reach into the view; the first is polygon {} in view {view}",
                 views.lost, id.0
             ));
         }

@@ -126,7 +126,7 @@ impl Studio {
             self.report_file(said);
         }
         if not_finite > 0 {
-            self.show_message(format!("{not_finite} polygons at infinity were left out"));
+            self.show_message(format!("polygons at infinity skipped: {not_finite}"));
         }
     }
 }

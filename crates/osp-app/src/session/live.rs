@@ -192,7 +192,7 @@ impl Live {
     /// # Errors
     /// The event is invalid.
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
-        // The file of own events has a single author, so its events cannot close a layer.
+        // The file of the user's events has a single author, so its events cannot close a layer.
         let mut alone = event.names_author().then(|| event.clone());
         if let Some(Event::Layer { mine, .. }) = &mut alone {
             *mine = None;

@@ -59,7 +59,7 @@ fn marks(ui: &Ui, slider: &Response, replay: &Replay) {
     while let Some(&frame) = starts.first() {
         let x = at(frame);
         ui.painter().vline(x, max.y - 3.0..=max.y, stroke);
-        // A session may have a million strokes; the bar has room for some hundred marks.
+        // A session may have a million strokes; the bar has room for a few hundred marks.
         starts = &starts[starts.partition_point(|&frame| at(frame) - x < 2.0)..];
     }
 }

@@ -64,7 +64,7 @@ fn an_export_tells_of_what_it_leaves_out() {
     table.studio.command(Command::Export(model.clone()));
     let said = table.studio.messages();
     assert!(said[said.len() - 2].starts_with("1 polygons exported to"), "{said:?}");
-    assert_eq!(said[said.len() - 1], "1 polygons at infinity were left out");
+    assert_eq!(said[said.len() - 1], "polygons at infinity skipped: 1");
     assert!(!fs::read(&model).expect("there").windows(4).any(|word| word == b"null"));
 }
 

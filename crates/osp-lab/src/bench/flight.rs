@@ -88,7 +88,7 @@ pub fn fly(
         (format!("{recording} {camera_name}"), format!("{} + {}", index.name(), culler.name()));
     let mut rows = Rows::default();
     rows.part(PART, "Flights through finished models: the frustum alone, and with occlusion culling");
-    rows.note(PART, "Break-even: what drawing a polygon has to cost for occlusion culling to pay.");
+    rows.note(PART, "Break-even: the time to draw a polygon above which occlusion culling saves time.");
     rows.of(PART, &name, "").value("polygons", "polygons", changes.len() as f64);
     let alone: Vec<(f64, f64)> = flown.iter().map(|frame| (frame.frustum_us, frame.frustum_us)).collect();
     rows.of(PART, &name, index.name()).against(&alone).value("drawn", "polygons", in_view / count);

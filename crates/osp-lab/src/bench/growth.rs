@@ -52,7 +52,9 @@ pub struct GrowthConfig {
 /// The note for the report that a structure was not measured at a size.
 pub(super) fn skipped(index: &str, polygons: u32, expected_secs: f64) -> String {
     let (polygons, secs) = (thousands(u64::from(polygons)), short(expected_secs));
-    format!("{index} was left out at {polygons} polygons: filling it and three frames take about {secs} s.")
+    format!(
+        "{index} was not measured at {polygons} polygons: filling it and three frames take about {secs} s."
+    )
 }
 
 /// Measures indexes at increasing numbers of polygons of a synthetic session: loose strokes in a 4 m cube.

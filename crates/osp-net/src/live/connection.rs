@@ -478,7 +478,7 @@ impl Talk<'_> {
         if self.member.news.is_empty() {
             return;
         }
-        // The state is updated first, so that a program that receives own events finds them no longer pending.
+        // The state is updated first, so that a program that receives its events finds them no longer pending.
         self.show();
         for news in self.member.news.drain(..) {
             if let News::Events { events, .. } = &news {

@@ -1,4 +1,5 @@
-//! The paper's MSVBSP tree, rules 1 to 6 to the letter. It culls visible polygons; [`osp::occlusion::msvbsp`] is the conservative form.
+//! The paper's MSVBSP tree, rules 1 to 6 as printed. It culls visible polygons; [`osp::occlusion::msvbsp`] is the
+//! conservative form.
 //!
 //! "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", section 3.2.4.
 //!
@@ -6,6 +7,7 @@
 //! * Planes are compared by their edges; an edge on the splitting plane counts as before it.
 //! * Rule 5: two planes are the same only if the ends of their edges are equal, bit for bit.
 //! * A group of occluders that rule 5 unites hides volumes beyond the caps of all its members, if caps are used at all.
+//!   A cap is the plane that ends a shadow volume at its occluder.
 //! * If the budget is used up, cells that are not divided yet are unoccluded.
 
 use glam::DVec3;

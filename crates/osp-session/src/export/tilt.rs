@@ -175,7 +175,7 @@ fn notes(kept: &KeptStrokes, [opaque, lost]: [u64; 2], stand_ins: &BTreeMap<&str
     for (count, one, several) in left_out {
         if count > 0 {
             let is = if count == 1 { "is" } else { "are" };
-            notes.push(format!("{} {is} left out: .tilt has no place for it", many(count, one, several)));
+            notes.push(format!("{} {is} not written: .tilt has no place for it", many(count, one, several)));
         }
     }
     notes

@@ -158,7 +158,7 @@ pub(super) fn metadata(
             let (fields, mut notes) = fields_made(header, scene);
             if header.sketch_metadata.is_some() {
                 notes.push(
-                    "the metadata of the sketch that was read are no JSON object: they are left out"
+                    "the metadata of the sketch that was read are no JSON object: they are not written"
                         .to_owned(),
                 );
             }
@@ -197,7 +197,7 @@ fn fields_made(header: &Header, scene: &Scene) -> (Fields, Vec<String>) {
         put("ThumbnailCameraTransformInRoomSpace", transform(p, q));
         if fov_degrees != THUMBNAIL_FOV_DEGREES {
             notes.push(format!(
-                "the camera's field of view of {fov_degrees} degrees is left out: .tilt has no place for it"
+                "the camera's field of view of {fov_degrees} degrees is not written: .tilt has no place for it"
             ));
         }
     }
@@ -208,7 +208,8 @@ fn fields_made(header: &Header, scene: &Scene) -> (Fields, Vec<String>) {
         }
         if preset.is_none_or(|(_, is_unchanged)| !is_unchanged) {
             notes.push(
-                "changes of light and background are left out: the session has no .tilt metadata".to_owned(),
+                "changes of light and background are not written: the session has no .tilt metadata"
+                    .to_owned(),
             );
         }
     }

@@ -145,7 +145,7 @@ fn metadata_that_cannot_be_kept_are_reported() {
     let (_, counts) = written(folder.path(), "b.tilt", &header, &[]);
     assert_eq!(
         counts.notes,
-        ["the metadata of the sketch that was read are no JSON object: they are left out"]
+        ["the metadata of the sketch that was read are no JSON object: they are not written"]
     );
 }
 
@@ -235,8 +235,8 @@ fn edits_of_the_session_are_in_the_sketch() {
     let notes = [
         "1 stroke without a brush of Tilt Brush is written with the brush Marker",
         "1 transparent stroke without a brush will be opaque: the brushes above have no transparency",
-        "1 polygon that no stroke drew is left out: .tilt has no place for it",
-        "1 recorded pose of a head is left out: .tilt has no place for it",
+        "1 polygon that no stroke drew is not written: .tilt has no place for it",
+        "1 recorded pose of a head is not written: .tilt has no place for it",
     ];
     assert_eq!(counts.notes, notes);
     let back = read_sound(&again);

@@ -53,7 +53,7 @@ fn without_a_server_one_draws_on_and_is_heard_when_it_comes() {
     let nobody = Member::join(folder.path(), "b.ron", &server.session("class"), &args).end();
     assert_eq!(nobody.code, Some(1), "{}", nobody.said);
     assert!(nobody.summary["undelivered"].as_u64().expect("a number") > 100, "{}", nobody.summary);
-    assert!(nobody.said.contains("own events are not in the session"), "{}", nobody.said);
+    assert!(nobody.said.contains("events of this member are not in the session"), "{}", nobody.said);
 }
 
 #[cfg(unix)]

@@ -172,7 +172,7 @@ fn who_may_only_look_looks_and_writes_nothing() {
     let eve = Member::join(folder.path(), "eve.ron", &address("eve:other"), &args).end();
     assert_eq!(eve.code, Some(2), "{}", eve.said);
     let said = eve.said.to_lowercase();
-    assert!(said.contains("own events are not in the session"), "{}", eve.said);
+    assert!(said.contains("events of this member are not in the session"), "{}", eve.said);
     assert!(said.contains("does not let us in: permissions violation"), "{}", eve.said);
     assert_eq!(eve.bytes, had, "there is nothing new");
     // And who is nobody does not come in.

@@ -228,7 +228,7 @@ fn sessions_among_the_outputs_are_left_out_with_a_warning() {
     assert_eq!(said, "1 sessions: 1 converted now, 0 before, 0 failed\n");
     assert_eq!(
         warned,
-        "warning: in/best: 1 session in the folder of the outputs is left out; name it to include it\n"
+        "warning: in/best: 1 session in the folder of the outputs is skipped; name it to include it\n"
     );
     let (said, warned) = convert(&["in", "in/best/b.ron"]);
     assert_eq!((&*said, &*warned), ("2 sessions: 1 converted now, 1 before, 0 failed\n", ""));
@@ -249,7 +249,7 @@ fn a_sketch_has_the_strokes_and_replaces_nothing_unasked() {
     assert_eq!(
         stderr(&output),
         "warning: 2 strokes without a brush of Tilt Brush are written with the brush Flat\n\
-         warning: 1 recorded pose of a head is left out: .tilt has no place for it\n"
+         warning: 1 recorded pose of a head is not written: .tilt has no place for it\n"
     );
     let widths: Vec<f32> = events(&at("a.tilt"))
         .iter()

@@ -31,7 +31,7 @@ pub(super) fn measure(rows: &mut Rows, input: &PaperInput<'_>, config: &PaperCon
         })
         .sum();
     rows.part(PART, "The paper: depth of its tree and edge of its cube (Fig. 2)");
-    rows.note(PART, "As in Fig. 6 all polygons of a cut node are drawn.");
+    rows.note(PART, "As in Fig. 6 all polygons of a node that the frustum cuts are drawn.");
     rows.of(PART, input.recording, "").value("in_view", "polygons", mean(in_view, frames));
     for &cube in &config.cubes {
         for &depth in &config.depths {
