@@ -214,5 +214,8 @@ fn what_a_tracker_draws_is_kept_on_a_hidden_layer() {
     table.frame();
     assert_eq!(table.studio.scene().strokes().len(), 1);
     let messages = table.studio.messages();
-    assert!(messages.iter().any(|said| said.contains("layer 1 is hidden: a tracker draws")), "{messages:?}");
+    assert!(
+        messages.iter().any(|said| said.contains("layer 1 is hidden; the tracker can still draw")),
+        "{messages:?}"
+    );
 }
