@@ -174,7 +174,7 @@ fn main() -> std::io::Result<()> {
     Ok(())
 }
 
-/// In every frame the picture of the visible ribbons is that of all ribbons.
+/// A picture of the visible ribbons equals a picture of all ribbons.
 #[test]
 fn nothing_visible_is_missing() {
     let (mut app, camera) = sketch(OspCullingSettings::always());

@@ -129,7 +129,8 @@ fn touch(item: &CheckedItem<'_, '_>) -> u32 {
 
 /// The conditions of a view, or of a light for a view, that do not depend on an entity's box.
 pub(crate) struct Conditions<'a> {
-    /// The view from which distances count; without one, what has a range is out of it.
+    /// The view whose distance to an entity decides whether the entity is in its range. Without a view, each entity with a
+    /// range is out of it.
     pub(crate) view: Option<Entity>,
     pub(crate) layers: &'a RenderLayers,
     pub(crate) ranges: Option<&'a VisibleEntityRanges>,

@@ -226,11 +226,11 @@ impl ShadowViews<'_> {
             let queue = &mut *queues.borrow_local_mut();
             casters.p1().iter_mut().for_each(|caster| self.check(caster, numbers, queue));
         } else {
-            let check = |queue: &mut _, caster| self.check(caster, numbers, queue);
+            let queue = || queues.borrow_local_mut();
             casters
                 .p0()
                 .par_iter_mut()
-                .for_each_init(|| queues.borrow_local_mut(), |queue, caster| check(queue, caster));
+                .for_each_init(queue, |queue, caster| self.check(caster, numbers, queue));
         }
         for (at, number) in numbers.iter().enumerate() {
             let list = &mut lists[*number];
@@ -269,7 +269,7 @@ impl ShadowViews<'_> {
             return false;
         }
         let Some(range) = &self.range else { return true };
-        // Bevy's system for these lights leaves out what has no visibility.
+        // Bevy's system for these lights skips entities without `ViewVisibility`.
         if caster.view_visibility.is_none() {
             return false;
         }

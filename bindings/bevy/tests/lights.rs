@@ -211,7 +211,7 @@ fn is_beyond(app: &App, entity: Entity, center: Vec3, range: f32) -> bool {
         })
 }
 
-/// Of a point light, the plugin leaves out what is outside the cube around the range. Otherwise the lists are Bevy's.
+/// For a point light, the plugin skips entities outside the cube around its range. Otherwise its lists equal Bevy's.
 #[test]
 fn each_lamp_has_the_entities_that_bevy_finds_in_its_range() {
     let passes = OspCullingSettings { most_found: 0.0, ..OspCullingSettings::always() };

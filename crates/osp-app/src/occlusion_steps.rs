@@ -215,8 +215,8 @@ impl OcclusionSteps {
         }
     }
 
-    /// Finds the steps of a view, if the view and the model have not changed. `is_resting` is whether the model is
-    /// equal to that of the last frame.
+    /// Finds the steps of a view, if neither the view nor the model has changed since the last frame. `is_resting` is
+    /// whether the model is unchanged.
     pub(crate) fn follow(&mut self, scene: &Scene, view: &View, score: Score, is_resting: bool) {
         self.is_new = false;
         self.is_stale |= !is_resting || self.look.as_ref().is_none_or(|look| look.of != *view);

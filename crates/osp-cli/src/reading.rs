@@ -25,7 +25,7 @@ pub(super) struct ReadArgs {
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct LimitArgs {
     /// Largest number of polygons of a session. A ribbon sample counts as 1, a tube sample as 8, a face with n corners
-    /// as n - 2. N also limits the number of strokes to N/4, and that of events to 4N.
+    /// as n - 2. N also limits a session to N/4 strokes and 4N events.
     #[arg(
         long,
         value_name = "N",

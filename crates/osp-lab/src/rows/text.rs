@@ -47,12 +47,10 @@ fn drawn(cells: &Cells, letters: Option<u16>) -> String {
         .iter()
         .map(|head| head.split_whitespace().collect::<Vec<_>>().join(" "))
         .collect();
-    match missing.is_empty() {
-        true => table.to_string(),
-        false => {
-            format!("{table}\nToo wide for the terminal: {}; --json has all columns.", missing.join(", "))
-        }
+    if missing.is_empty() {
+        return table.to_string();
     }
+    format!("{table}\nToo wide for the terminal: {}; --json has all columns.", missing.join(", "))
 }
 
 impl Rows {

@@ -158,6 +158,7 @@ fn the_table_names_polygons_strokes_and_work_and_wrong_use_is_refused() {
         (&["--nearest", "0,0,0", "1", "--radius", "1"], "with --ray alone"),
         (&["--ray", "0,0,0", "1,0,0", "--hits", "any", "--search", "in-order"], "--hits any"),
         (&["--ray", "0,0,0", "1,0,0", "--radius=-1"], "--radius"),
+        (&["--ray", "0,0,0", "1,0,0", "--radius", "-1"], "invalid value '-1'"),
         (&["--box", "0,0,0", "1,1,1", "--frame", "9999"], "there is no frame"),
     ] {
         let output = said(args);

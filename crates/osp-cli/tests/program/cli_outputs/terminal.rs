@@ -13,11 +13,23 @@ fn grow() -> String {
 fn a_narrow_terminal_gets_a_table_that_fits() {
     let folder = temp();
     let args = ["replay", &grow(), "--pace", "samples:200", "--index", "osp,brute-force"];
-    let table = |columns: &str| {
+    let replay = |columns: &str| {
         let output =
             OSP.command_in(folder.path(), args).env("COLUMNS", columns).output().expect("the program starts");
         assert!(output.status.success(), "{}", stderr(&output));
-        let said = stdout(&output);
+        stdout(&output)
+    };
+    let missing = |columns: &str| {
+        let said = replay(columns);
+        said.lines().find(|line| line.starts_with("Too wide for the terminal:")).map(str::to_owned)
+    };
+    assert!(
+        missing("80")
+            .is_some_and(|line| line.contains(" memory ") && line.ends_with("--json has all columns."))
+    );
+    assert_eq!(missing("200"), None);
+    let table = |columns: &str| {
+        let said = replay(columns);
         said.lines().filter(|line| line.starts_with(['─', '═', ' '])).map(str::to_owned).collect::<Vec<_>>()
     };
     let (narrow, wide) = (table("80"), table("200"));

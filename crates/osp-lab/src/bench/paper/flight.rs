@@ -187,7 +187,8 @@ impl Maker<'_> {
         }
     }
 
-    fn ways(&self, draws: bool) -> Vec<Way> {
+    /// The ways to cull a frame; the last ones cull while they draw, with these methods.
+    fn ways(&self, while_drawing: impl Iterator<Item = Method>) -> Vec<Way> {
         let occluders = self.config.occluders;
         let capped = || RivalOcclusion::MsvbspPaper.culler()(occluders);
         let capless = || literal::msvbsp_without_caps(occluders);
@@ -215,9 +216,7 @@ impl Maker<'_> {
         ];
         let cullers = Method::conservative_cullers().into_iter();
         ways.extend(cullers.chain([Occlusion::PreviousFrame.into()]).map(|method| self.piped(method)));
-        if draws {
-            ways.extend([Method::Hzb, Method::Queries].map(|method| self.piped(method)));
-        }
+        ways.extend(while_drawing.map(|method| self.piped(method)));
         ways
     }
 }
@@ -250,11 +249,8 @@ pub(super) fn fly(
         drawn_ns.push(polygon_ns(drawer, input.scene, view)?);
     }
     let polygon_ns = drawn_ns.first().copied().unwrap_or(POLYGON_NS);
-    let mut ways = Maker { input, config, changes, polygon_ns }.ways(adapter.is_some());
-    ways.retain(|way| {
-        !way.while_drawing.is_while_drawing()
-            || drawers.iter().any(|(method, _)| *method == way.while_drawing)
-    });
+    let while_drawing = drawers.iter().map(|(method, _)| *method).filter(|method| method.is_while_drawing());
+    let mut ways = Maker { input, config, changes, polygon_ns }.ways(while_drawing);
     let frames = config.frames.min(views.len() as u64);
     let mut verified = 0;
     for frame in 0..frames {
