@@ -15,7 +15,7 @@ use indicatif::HumanBytes;
 
 use super::{
     outcome::Outcome,
-    output::{one_line, say},
+    output::{one_line, print_result},
     outputs::Outputs,
     progress,
     reading::ReadArgs,
@@ -87,7 +87,7 @@ pub(super) fn run(args: &BakeArgs) -> anyhow::Result<Outcome> {
     }
     output.check()?;
     pvs.write(output.path())?;
-    say(&format!(
+    print_result(&format!(
         "{}: {} cells of {:.2} m, {} samples each, {} polygons; a set holds {:.1} % of the groups on average; {} in memory; {:.1} s",
         one_line(&args.out.to_string_lossy()),
         thousands(cells.len() as u64),

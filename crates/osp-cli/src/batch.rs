@@ -17,7 +17,7 @@ use anyhow::{Context, bail};
 
 use super::{
     outcome::Outcome,
-    output::{complain, say},
+    output::{print_result, warn},
     progress,
     verify_all::{Part, sessions},
 };
@@ -99,7 +99,7 @@ impl Batch {
                     "{many} sessions in the folder of the outputs are skipped; name them to include them"
                 ),
             };
-            complain(&format!("warning: {}: {left_out}", out.display()));
+            warn(&format!("warning: {}: {left_out}", out.display()));
         }
         let mut jobs: Vec<Job> =
             found.into_iter().zip(targets).map(|(source, target)| Job { source, target }).collect();
@@ -142,7 +142,7 @@ impl Batch {
                 match made(job, &mut worker) {
                     Ok(remarks) => {
                         let about = |remark| format!("warning: {}", of_session(job, remark));
-                        remarks.iter().for_each(|remark| complain(&about(remark)));
+                        remarks.iter().for_each(|remark| warn(&about(remark)));
                     }
                     Err(error) => {
                         let mut errors = errors.lock().unwrap_or_else(PoisonError::into_inner);
@@ -165,11 +165,11 @@ impl Batch {
         let mut errors = errors.into_inner().unwrap_or_else(PoisonError::into_inner);
         errors.sort();
         for (at, error) in &errors {
-            complain(&format!("error: {}", of_session(&self.jobs[*at], error)));
+            warn(&format!("error: {}", of_session(&self.jobs[*at], error)));
         }
         let (many, failed) = (self.jobs.len() + self.finished, errors.len());
         let same = if self.same > 0 { format!(", {} are {kind} already", self.same) } else { String::new() };
-        say(&format!(
+        print_result(&format!(
             "{many} sessions: {} {done} now, {} before, {failed} failed{same}",
             self.jobs.len() - failed,
             self.finished

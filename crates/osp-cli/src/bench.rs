@@ -9,7 +9,7 @@ use super::{
     bench_args::BenchArgs,
     bench_paper,
     outcome::Outcome,
-    output::{file_name, one_line, say},
+    output::{file_name, one_line, print_result},
     outputs::Outputs,
     progress,
     session::OpenSession,
@@ -122,7 +122,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
             format!("{}\nTables and charts: {}", report.to_text(Length::Verdict), page.display())
         }
     };
-    say(&text)?;
+    print_result(&text)?;
     Ok(if report.rows.faults.is_empty() { Outcome::Done } else { Outcome::CheckFailed })
 }
 
@@ -195,9 +195,9 @@ fn measure_paper(
         root: opened.root(),
         scene: &opened.scene,
     };
-    let say = |what: &str| progress.set_message(format!("{}, the paper: {what}", one_line(&recording)));
+    let show = |what: &str| progress.set_message(format!("{}, the paper: {what}", one_line(&recording)));
     let config = args.paper.config(args.quick, &args.index, args.reference);
-    Ok(bench::run_paper(&input, &config, events, adapter, say)?)
+    Ok(bench::run_paper(&input, &config, events, adapter, show)?)
 }
 
 fn measure_session(

@@ -1,6 +1,6 @@
 //! `osp bench --paper`: the experiments of the paper.
 
-use super::{bench_paper_args::PaperArgs, output::complain};
+use super::{bench_paper_args::PaperArgs, output::warn};
 use osp_lab::{
     Contender,
     bench::{Adapter, PaperConfig},
@@ -32,11 +32,11 @@ impl PaperArgs {
         let (width, height) = self.draw?;
         match Adapter::open(width, height) {
             Ok(adapter) => {
-                complain(&format!("drawn by {}", adapter.name()));
+                warn(&format!("drawn by {}", adapter.name()));
                 Some(adapter)
             }
             Err(why) => {
-                complain(&format!(
+                warn(&format!(
                     "warning: nothing is drawn, the times are of insertion and culling alone: {why}"
                 ));
                 None

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    output::complain,
+    output::warn,
     outputs::{Output, Outputs},
     replay_args::ReplayArgs,
 };
@@ -33,7 +33,7 @@ impl Charts {
         let Some(chart) = self.0.get(session) else { return Ok(()) };
         chart.check()?;
         match draw_frame_times(report, chart.path()) {
-            Err(nothing @ ChartError::Empty(_)) => complain(&format!("warning: {nothing}")),
+            Err(nothing @ ChartError::Empty(_)) => warn(&format!("warning: {nothing}")),
             outcome => outcome?,
         }
         Ok(())

@@ -1,7 +1,7 @@
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 
-use super::{outcome::Outcome, output::say};
+use super::{outcome::Outcome, output::print_result};
 
 /// Print a script with which a shell completes the commands, options and names of this program.
 #[derive(Args, Debug)]
@@ -17,6 +17,6 @@ pub(super) struct CompletionsArgs {
 pub(super) fn run(args: &CompletionsArgs, mut program: Command) -> anyhow::Result<Outcome> {
     let mut script = Vec::new();
     generate(args.shell, &mut program, "osp", &mut script);
-    say(String::from_utf8(script)?.trim_end())?;
+    print_result(String::from_utf8(script)?.trim_end())?;
     Ok(Outcome::Done)
 }

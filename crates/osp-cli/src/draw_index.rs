@@ -5,7 +5,7 @@ use anyhow::{anyhow, ensure};
 use super::{
     draw_index_args::{Colors, DrawIndexArgs, From, Shown},
     outcome::Outcome,
-    output::{complain, file_name, one_line, say},
+    output::{file_name, one_line, print_result, warn},
     outputs::{Outputs, ending},
     played::Played,
     query::ray_of,
@@ -127,9 +127,9 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
     for (panel, index) in panels.iter().zip(&args.index) {
         let nodes = panel.structure.nodes();
         if nodes.is_empty() {
-            complain(&format!("warning: {} has no nodes to show", index.name()));
+            warn(&format!("warning: {} has no nodes to show", index.name()));
         }
-        say(&format!(
+        print_result(&format!(
             "{}: {} nodes, {} levels, {} polygons -> {}",
             one_line(&panel.title),
             thousands(nodes.len() as u64),

@@ -9,7 +9,7 @@ use super::{
     draw_insertion_args::DrawInsertionArgs,
     gif_file::GifFile,
     outcome::Outcome,
-    output::{file_name, one_line, say},
+    output::{file_name, one_line, print_result},
     outputs::Outputs,
     played::Played,
 };
@@ -35,7 +35,7 @@ pub(super) fn run(args: &DrawInsertionArgs) -> anyhow::Result<Outcome> {
     let bytes = output.commit(gif.finish().with_context(name)?)?;
     let sum = |of: fn(&osp_lab::report::InsertionWork) -> u64| thousands(work.iter().map(of).sum());
     let size = bytes.map(|bytes| format!(", {}", HumanBytes(bytes))).unwrap_or_default();
-    say(&format!(
+    print_result(&format!(
         "{} polygons: osp-paper tests {} planes and moves none; octree-paper tests {} and files {} polygons -> {}{size}",
         thousands(work.len() as u64),
         sum(|work| work.osp_planes),

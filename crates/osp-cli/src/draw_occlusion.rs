@@ -7,7 +7,7 @@ use super::{
     draw_occlusion_args::{DrawOcclusionArgs, Form},
     gif_file::GifFile,
     outcome::Outcome,
-    output::{complain, file_name, one_line, say},
+    output::{file_name, one_line, print_result, warn},
     outputs::{Output, Outputs, ending},
     played::Played,
     progress,
@@ -89,16 +89,18 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
         }
     }
     if look.occluders().is_empty() {
-        complain("warning: no polygon of this view is an occluder");
+        warn("warning: no polygon of this view is an occluder");
     }
     for (i, occluder) in look.occluders().iter().enumerate() {
         let (share, corners) = (100.0 * look.share(occluder), occluder.corners().len());
         let (name, away_m) = (occluder_name(i), occluder.cap_distance_m());
-        say(&format!("occluder {name}: {share:.2} % of the window, {corners} corners, {away_m:.2} m away"))?;
+        print_result(&format!(
+            "occluder {name}: {share:.2} % of the window, {corners} corners, {away_m:.2} m away"
+        ))?;
     }
     for panel in &whole.panels {
         let counts = look.counts(panel);
-        say(&format!(
+        print_result(&format!(
             "{}, {}: {} planes, {} levels, hides {} of {} hidden polygons and {} visible ones -> {}",
             one_line(&title),
             panel.step.form().name(),

@@ -2,7 +2,7 @@
 
 use std::{slice, sync::Arc};
 
-use super::{output::complain, parsers::Size};
+use super::{output::warn, parsers::Size};
 use osp::view::View;
 use osp_lab::{
     Method,
@@ -39,7 +39,7 @@ impl Drawing {
         };
         let named: Vec<String> =
             sizes.iter().map(|size| format!("{} x {}", size.width, size.height)).collect();
-        complain(&format!("drawn by {}, {} pixels", gpu.name(), named.join(" and ")));
+        warn(&format!("drawn by {}, {} pixels", gpu.name(), named.join(" and ")));
         let mut drawing = Self { drawers: Vec::new(), of_lane: Vec::new(), frame: 0 };
         for choice in choices {
             let occlusion = choice.map_or(GpuOcclusion::None, Method::while_drawing);

@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 
 use super::{
     outcome::Outcome,
-    output::{complain, one_line, say},
+    output::{one_line, print_result, warn},
     outputs::{Output, Outputs},
     played::{FrameArgs, Played},
 };
@@ -91,8 +91,8 @@ pub(super) struct Model {
 impl Model {
     /// Prints the remarks, and the line behind the file's name.
     pub(super) fn print(&self, out: &Path) -> anyhow::Result<Outcome> {
-        self.remarks.iter().for_each(|remark| complain(&format!("warning: {remark}")));
-        say(&format!("{}: {}", one_line(&out.to_string_lossy()), self.line))?;
+        self.remarks.iter().for_each(|remark| warn(&format!("warning: {remark}")));
+        print_result(&format!("{}: {}", one_line(&out.to_string_lossy()), self.line))?;
         Ok(Outcome::Done)
     }
 }

@@ -11,7 +11,7 @@ use super::{
     film_file::{FilmFile, FilmFormat, Times},
     looked::Looked,
     outcome::Outcome,
-    output::{complain, one_line, say},
+    output::{one_line, print_result, warn},
     outputs::Outputs,
     parsers::Size,
     progress,
@@ -50,12 +50,10 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     drop(model);
     let mut drawer = Offscreen::on(gpu, width, height, &config)?;
     drawer.set_environment(header.environment.as_deref());
-    complain(&format!("drawn by {}", drawer.gpu().name()));
+    warn(&format!("drawn by {}", drawer.gpu().name()));
     if let Some(asked) = args.size.filter(|asked| (asked.width, asked.height) != (width, height)) {
         let Size { width: asked_width, height: asked_height } = asked;
-        complain(&format!(
-            "{asked_width}x{asked_height} pixels become {width}x{height}: an .mp4 has even sides"
-        ));
+        warn(&format!("{asked_width}x{asked_height} pixels become {width}x{height}: an .mp4 has even sides"));
     }
 
     let aspect = drawer.aspect();
@@ -96,7 +94,7 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     let size = bytes.map(|bytes| format!(", {}", HumanBytes(bytes))).unwrap_or_default();
     let name = name();
     let path = one_line(&name);
-    say(&format!("{path}: {} frames, {:.1} s{size}", thousands(times.frames), args.seconds))?;
+    print_result(&format!("{path}: {} frames, {:.1} s{size}", thousands(times.frames), args.seconds))?;
     Ok(Outcome::Done)
 }
 

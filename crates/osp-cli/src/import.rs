@@ -8,7 +8,7 @@ use clap::Args;
 use super::{
     new_recording::NewRecording,
     outcome::Outcome,
-    output::{complain, one_line, say},
+    output::{one_line, print_result, warn},
     outputs::{Output, Outputs},
     reading::ReadArgs,
     session::OpenSession,
@@ -95,9 +95,9 @@ pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
     session.warn();
     let notes = session.notes();
     if notes.skipped > 0 {
-        complain(&format!("damaged parts skipped: {}", thousands(notes.skipped)));
+        warn(&format!("damaged parts skipped: {}", thousands(notes.skipped)));
     }
-    say(&format!(
+    print_result(&format!(
         "{} ({}) -> {}: {}{}",
         one_line(&args.input.to_string_lossy()),
         session.format,

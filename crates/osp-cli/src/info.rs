@@ -11,7 +11,7 @@ use super::{
     cost::Cost,
     looked::Looked,
     outcome::Outcome,
-    output::{one_line, say},
+    output::{one_line, print_result},
     polygon_tally::PolygonTally,
     reading::ReadArgs,
     session::OpenSession,
@@ -162,9 +162,9 @@ pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     session.warn();
     let contents = Contents { summary, tally, brushes, groups, authors, cost };
     if args.json {
-        say(&json(args, &session, &contents)?)?;
+        print_result(&json(args, &session, &contents)?)?;
     } else {
-        say(&text(args, &session, &contents))?;
+        print_result(&text(args, &session, &contents))?;
     }
     // The part that could be read is shown even after an error.
     outcome?;

@@ -20,7 +20,7 @@ use super::{
     join_recording::SharedRecording,
     join_report::Report,
     outcome::Outcome,
-    output::{complain, keep_standard_output_for_a_file, one_line, say},
+    output::{keep_standard_output_for_a_file, one_line, print_result, warn},
     shared,
 };
 use osp_lab::report::thousands;
@@ -111,7 +111,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
         Err(error) => {
             let undelivered = link.status().pending as u64 + member.refused;
             if let Some(problem) = unheard(undelivered) {
-                complain(&format!("error: {problem}"));
+                warn(&format!("error: {problem}"));
             }
             return Err(error);
         }
@@ -196,12 +196,12 @@ impl Member<'_> {
             News::Events { events, .. } => self.write(&events)?,
             News::Refused { why, own } => {
                 self.refused += own as u64;
-                complain(&format!(
+                warn(&format!(
                     "warning: {} events of this member were refused: {why}",
                     thousands(own as u64)
                 ));
             }
-            News::Joined(author) => complain(&format!("this is author {author}")),
+            News::Joined(author) => warn(&format!("this is author {author}")),
             News::Left => self.has_left = true,
         }
         Ok(())
@@ -214,11 +214,11 @@ impl Member<'_> {
             match event {
                 Event::Join { author, name, .. } => {
                     (self.there, self.was_there) = (self.there + 1, true);
-                    complain(&format!("author {author} has come{}", called(name)));
+                    warn(&format!("author {author} has come{}", called(name)));
                 }
                 Event::Leave { author, .. } => {
                     self.there = self.there.saturating_sub(1);
-                    complain(&format!("author {author} has left"));
+                    warn(&format!("author {author} has left"));
                 }
                 _ => {}
             }
@@ -233,12 +233,12 @@ impl Member<'_> {
             std::mem::discriminant(&status.connection) != std::mem::discriminant(&self.shown.connection);
         let is_short = matches!(status.connection, Connection::Reading { read, of } if of - read < 1000);
         if (is_new && !is_short) || status.trouble != self.shown.trouble {
-            complain(&described(self.address, &status));
+            warn(&described(self.address, &status));
         }
         let faulty = status.counts.faulty();
         if faulty > self.shown.faulty {
             let why = status.last_passed.as_deref().unwrap_or_default();
-            complain(&format!(
+            warn(&format!(
                 "warning: {} messages count for nothing; the last one is {}",
                 thousands(faulty),
                 one_line(why)
@@ -263,10 +263,10 @@ impl Member<'_> {
         };
         match self.args.json {
             true => report.print_json()?,
-            false => say(&report.text())?,
+            false => print_result(&report.text())?,
         }
         let problems = [unheard(undelivered), shut_out];
-        problems.iter().flatten().for_each(|problem| complain(&format!("error: {problem}")));
+        problems.iter().flatten().for_each(|problem| warn(&format!("error: {problem}")));
         Ok(if problems.iter().any(Option::is_some) { Outcome::CheckFailed } else { Outcome::Done })
     }
 }

@@ -82,7 +82,6 @@ mod join_recording;
 #[cfg(feature = "live")]
 mod join_report;
 mod looked;
-mod man;
 #[cfg(feature = "render")]
 mod mp4_file;
 #[cfg(feature = "bench")]
@@ -234,7 +233,6 @@ enum Command {
     Thumbs(thumbs_args::ThumbsArgs),
     Verify(verify::VerifyArgs),
     Completions(completions::CompletionsArgs),
-    Man(man::ManArgs),
     Rig(rig::RigCommand),
     Serve(serve_args::ServeArgs),
     Join(Box<join_args::JoinArgs>),
@@ -285,7 +283,6 @@ impl Command {
             Self::Serve(args) => of_feature!("serve", serve_http::run, args),
             Self::Join(args) => of_feature!("live", join::run, args),
             Self::Wall(args) => of_feature!("live", wall::run, args),
-            Self::Man(args) => man::run(args, Cli::command()),
             Self::Sketch(args) => of_feature!("window", sketch::run, args),
             Self::Send(args) => of_feature!("window", send::run, args),
         }
@@ -302,9 +299,7 @@ pub fn run() -> ExitCode {
     };
     #[cfg(unix)]
     if let Err(error) = osp_session::atomic_file::remove_unfinished_on_signals() {
-        output::complain(&format!(
-            "warning: an unfinished file will stay behind if a signal ends this: {error}"
-        ));
+        output::warn(&format!("warning: an unfinished file will stay behind if a signal ends this: {error}"));
     }
     let outcome = built::check(&matches).and_then(|()| command.run());
     match outcome {
@@ -312,7 +307,7 @@ pub fn run() -> ExitCode {
         Ok(Outcome::CheckFailed) => ExitCode::from(1),
         Err(error) => {
             let rescue = session::rescue(&error).unwrap_or_default();
-            output::complain(&format!("error: {error:#}{rescue}"));
+            output::warn(&format!("error: {error:#}{rescue}"));
             ExitCode::from(2)
         }
     }
@@ -338,7 +333,7 @@ fn is_session(path: &Path) -> bool {
 fn usage(error: &clap::Error) -> ExitCode {
     if error.use_stderr() && error.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         // The error quotes the arguments, which may have several lines.
-        output::complain_at_length(usage_error(error).trim_end());
+        output::warn_lines(usage_error(error).trim_end());
     } else {
         // A closed pipe is no error.
         let _ = error.print();

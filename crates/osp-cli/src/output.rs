@@ -35,9 +35,9 @@ pub(super) fn file_name(path: &Path) -> Cow<'_, str> {
 }
 
 /// Writes a result, with a line end.
-pub(super) fn say(text: &str) -> anyhow::Result<()> {
+pub(super) fn print_result(text: &str) -> anyhow::Result<()> {
     if HOLDS_A_FILE.load(Ordering::Relaxed) {
-        complain_at_length(text);
+        warn_lines(text);
         return Ok(());
     }
     let text = printable(text);
@@ -53,11 +53,11 @@ pub(super) fn say(text: &str) -> anyhow::Result<()> {
 }
 
 /// Writes a remark in one line. A closed standard error is no reason to stop.
-pub(super) fn complain(text: &str) {
-    complain_at_length(&one_line(text));
+pub(super) fn warn(text: &str) {
+    warn_lines(&one_line(text));
 }
 
 /// Writes a remark of several lines.
-pub(super) fn complain_at_length(text: &str) {
+pub(super) fn warn_lines(text: &str) {
     let _ = progress::aside(|| writeln!(io::stderr().lock(), "{}", printable(text)));
 }

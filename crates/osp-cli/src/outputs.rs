@@ -8,8 +8,10 @@ use std::{
 use anyhow::{Context, anyhow, bail};
 
 use super::output;
+#[cfg(feature = "bench")]
+use osp_session::atomic_file::write_atomically;
 use osp_session::{
-    atomic_file::{AtomicFile, Destination, write_atomically},
+    atomic_file::{AtomicFile, Destination},
     output_file::{OutputError, OutputKind, check_output, is_same_file, is_there, lies_in},
     recording::import::files_beside,
 };
@@ -161,6 +163,7 @@ impl Output {
     }
 
     /// Writes the whole file.
+    #[cfg(feature = "bench")]
     pub(super) fn write(&self, bytes: &[u8]) -> anyhow::Result<()> {
         self.check()?;
         write_atomically(&self.path, |out| out.write_all(bytes)).map_err(|error| self.failed(&error))

@@ -8,7 +8,7 @@ use indicatif::{HumanBytes, ProgressBar};
 
 use super::{
     outcome::Outcome,
-    output::{complain, file_name, one_line, say},
+    output::{file_name, one_line, print_result, warn},
     pack_args::PackArgs,
     reading::ReadArgs,
     session::OpenSession,
@@ -57,13 +57,13 @@ pub(super) fn run(args: &PackArgs) -> anyhow::Result<Outcome> {
     let packed = writer.finish()?;
     progress.finish_and_clear();
     if packed.refused > 0 {
-        complain(&format!(
+        warn(&format!(
             "warning: {} polygons skipped: they are out of range, where nothing can be drawn",
             thousands(packed.refused)
         ));
     }
     let manifest = &packed.manifest;
-    say(&format!(
+    print_result(&format!(
         "{}: {} polygons in {} blocks, {} objects, {}",
         one_line(&args.out),
         thousands(manifest.polygon_count()),
@@ -106,7 +106,7 @@ fn finished(file: &Path, reading: &ReadArgs) -> anyhow::Result<Scene> {
     session.warn();
     let skipped = session.notes().skipped;
     if skipped > 0 {
-        complain(&format!("warning: {}: damaged parts skipped: {skipped}", file.display()));
+        warn(&format!("warning: {}: damaged parts skipped: {skipped}", file.display()));
     }
     Ok(scene)
 }

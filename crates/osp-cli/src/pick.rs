@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::{
     outcome::Outcome,
-    output::say,
+    output::print_result,
     parsers::camera_parser,
     played::{IndexedFrameArgs, Played},
     query::Work,
@@ -121,17 +121,17 @@ pub(super) fn run(args: &PickArgs) -> anyhow::Result<Outcome> {
         us,
     };
     if args.json {
-        say(&serde_json::to_string(&report)?)?;
+        print_result(&serde_json::to_string(&report)?)?;
         return Ok(Outcome::Done);
     }
     let looked = report.work.as_ref().map_or(String::new(), Work::text);
     let work = format!("{}{looked} tested {asked} polygons in {us:.1} µs", report.index);
     match &report.picked {
-        None => say(&format!("the ray hits nothing; {work}"))?,
+        None => print_result(&format!("the ray hits nothing; {work}"))?,
         Some(Picked { polygon, stroke, point_m: [x, y, z], distance_m }) => {
             let stroke =
                 stroke.map_or("(part of no stroke)".to_owned(), |stroke| format!("of stroke {stroke}"));
-            say(&format!(
+            print_result(&format!(
                 "polygon {polygon} {stroke} at ({x:.3}, {y:.3}, {z:.3}) m, {distance_m:.3} m deep; {work}"
             ))?;
         }

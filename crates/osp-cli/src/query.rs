@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::{
     outcome::Outcome,
-    output::say,
+    output::print_result,
     played::{IndexedFrameArgs, Played},
     ray_search::{self, RaySearch, RaySearchArgs},
 };
@@ -263,7 +263,7 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<Outcome> {
         work: answer.work,
         us,
     };
-    say(&if args.json { serde_json::to_string(&report)? } else { text(&report) })?;
+    print_result(&if args.json { serde_json::to_string(&report)? } else { text(&report) })?;
     Ok(Outcome::Done)
 }
 

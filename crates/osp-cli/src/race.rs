@@ -4,7 +4,7 @@ use super::{
     bench::command,
     looked::Looked,
     outcome::Outcome,
-    output::{complain, file_name, say},
+    output::{file_name, print_result, warn},
     outputs::{Output, Outputs},
     race_args::RaceArgs,
     race_film,
@@ -48,7 +48,7 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
     };
     let report = match report {
         Err(error) if matches!(error.downcast_ref(), Some(RaceError::Differ { .. })) => {
-            complain(&error.to_string());
+            warn(&error.to_string());
             return Ok(Outcome::CheckFailed);
         }
         report => report?,
@@ -56,7 +56,7 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
     if let Some(output) = csv {
         output.write(report.rows.to_csv().as_bytes())?;
     }
-    say(&if args.json { report.to_json() } else { report.to_text() })?;
+    print_result(&if args.json { report.to_json() } else { report.to_text() })?;
     Ok(Outcome::Done)
 }
 

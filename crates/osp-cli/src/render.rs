@@ -11,7 +11,7 @@ use anyhow::{Context, bail};
 use super::{
     looked::Looked,
     outcome::Outcome,
-    output::{complain, one_line, say},
+    output::{one_line, print_result, warn},
     outputs::Outputs,
     progress,
     render_args::{RenderArgs, RenderCamera},
@@ -123,7 +123,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         });
         outputs.add_pictures("--to", paths)?;
     }
-    complain(&format!("drawn by {}", drawer.gpu().name()));
+    warn(&format!("drawn by {}", drawer.gpu().name()));
 
     let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
         _ if fixed.is_some() => {
@@ -171,20 +171,20 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             pipeline.frame_of_views(scene, changes, &views);
             for blind in pictures.all().iter().filter(|picture| seen.iter().all(|(seen, _)| seen != *picture))
             {
-                complain(&format!("frame {}: no picture: {}", moment.frame, blind.why_not()));
+                warn(&format!("frame {}: no picture: {}", moment.frame, blind.why_not()));
             }
             for ((shown, view), ids) in seen.iter().zip(pipeline.draw_lists()) {
                 if let Some(trials) = &mut trials {
                     let (figures, image) = trials.draw(moment.frame, scene, view, ids)?;
                     image.write_png(&shown.path(&wanted.path(args, moment.frame)))?;
-                    say(&if args.json { figures.json()? } else { figures.table() })?;
+                    print_result(&if args.json { figures.json()? } else { figures.table() })?;
                     continue;
                 }
                 if let Some(pictures) = &mut by_painter {
                     let compared = pictures.draw(scene, view, ids)?;
                     let path = shown.path(&wanted.path(args, moment.frame));
                     pictures.image()?.write_png(&path)?;
-                    say(&compared.line(moment.frame, &path))?;
+                    print_result(&compared.line(moment.frame, &path))?;
                     if args.check && !compared.is_explained() {
                         outcome = Outcome::CheckFailed;
                     }
@@ -202,7 +202,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                     let differing = whole.as_ref().map_or(0, |whole| whole.differing_pixels(image));
                     if differing > 0 {
                         let frame = moment.frame;
-                        complain(&format!("frame {frame}{of}{when}: culling changes {differing} pixels"));
+                        warn(&format!("frame {frame}{of}{when}: culling changes {differing} pixels"));
                         outcome = Outcome::CheckFailed;
                     }
                 };
@@ -214,7 +214,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                 let (image, times) = picture(&mut drawer, shown, scene, view, ids)?;
                 let path = shown.path(&wanted.path(args, moment.frame));
                 image.write_png(&path)?;
-                say(&line(moment.frame, scene, ids, &times, &path))?;
+                print_result(&line(moment.frame, scene, ids, &times, &path))?;
                 compare(&image, "");
             }
         } else if has_occlusion {
@@ -232,11 +232,11 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     if let Some(folder) = &args.to {
         for picture in pictures.all() {
             let ending = picture.path(Path::new("")).to_string_lossy().into_owned();
-            complain(&format!("as a video: {}", one_line(&ffmpeg_command(folder, &ending, VIDEO_RATE))));
+            warn(&format!("as a video: {}", one_line(&ffmpeg_command(folder, &ending, VIDEO_RATE))));
         }
     }
     if args.check && args.painter.is_none() && outcome == Outcome::Done {
-        complain("culling changes no pixel");
+        warn("culling changes no pixel");
     }
     Ok(outcome)
 }

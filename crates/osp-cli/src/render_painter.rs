@@ -4,7 +4,7 @@ use std::{path::Path, sync::Arc};
 
 use anyhow::anyhow;
 
-use super::{output::complain, output::one_line, parsers::Size};
+use super::{output::one_line, output::warn, parsers::Size};
 use osp::{
     polygon::{Change, VisibleBlocks},
     view::View,
@@ -105,7 +105,7 @@ impl PainterPictures {
         }
         if brushes > 0 || see_through > 0 {
             self.is_noted = true;
-            complain(&format!(
+            warn(&format!(
                 "of {} polygons in view brushes have painted {}, and {} are seen through or add light: both pictures \
                  show all of them solid in plain colours",
                 thousands(polygons.len() as u64),

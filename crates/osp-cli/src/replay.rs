@@ -9,7 +9,7 @@ use anyhow::{Context, ensure};
 pub(super) use super::replay_args::ReplayArgs;
 use super::{
     outcome::Outcome,
-    output::{complain, say},
+    output::{print_result, warn},
     replay_outputs::ReplayOutputs,
     replay_session::replay_file,
     replay_text::text,
@@ -65,13 +65,13 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     for (number, file) in args.files.iter().enumerate() {
         let report = replay_file(args, file, rig.clone(), csv.as_mut())?;
         if args.json {
-            say(&report.to_json())?;
+            print_result(&report.to_json())?;
         } else {
-            say(&text(args, &report))?;
+            print_result(&text(args, &report))?;
         }
         outputs.charts.draw(number, &report)?;
         if let Some((first, second, frame)) = report.first_disagreement() {
-            complain(&format!(
+            warn(&format!(
                 "{}: {first} and {second} saw different polygons in frame {frame}",
                 file.display()
             ));
@@ -83,11 +83,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
                 .is_some_and(|choice| choice.soundness() == Soundness::Conservative);
             let false_culls = occlusion.false_culls.unwrap_or(0);
             if is_sound && false_culls > 0 {
-                complain(&format!(
-                    "{}: {} culled {false_culls} visible polygons",
-                    file.display(),
-                    run.name()
-                ));
+                warn(&format!("{}: {} culled {false_culls} visible polygons", file.display(), run.name()));
                 outcome = Outcome::CheckFailed;
             }
         }
@@ -99,7 +95,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         if let (Some(pins), Some(path)) = (&pins, &args.check) {
             complaint = compare(pins, pin_in(path).as_ref());
             if complaint.is_none() && !args.json {
-                say(&format!("as pinned in {}", path.display()))?;
+                print_result(&format!("as pinned in {}", path.display()))?;
             }
         }
         if let Some(path) = &args.pin {
@@ -109,7 +105,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
             }
         }
         if let Some(complaint) = complaint {
-            complain(&format!("{}: {complaint}", file.display()));
+            warn(&format!("{}: {complaint}", file.display()));
             outcome = Outcome::CheckFailed;
         }
     }
@@ -151,7 +147,7 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
                 OpenError::Recording(error) => error.into(),
                 error => anyhow::Error::from(error),
             })?;
-            opened.remarks.iter().for_each(|remark| complain(remark));
+            opened.remarks.iter().for_each(|remark| warn(remark));
             (*session, None)
         }
         Waited::GoesOn(reading) => (Session::new(&autosaves), Some(reading)),

@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 
 use super::{
     allocations,
-    output::{complain, file_name},
+    output::{file_name, warn},
     progress,
     replay_args::{GroupFiling, PlayArgs, ReplayArgs},
     session::{OpenSession, Reader},
@@ -62,7 +62,7 @@ pub(super) fn replay_file(
         reader: Reader::Thread,
         basis: if is_pinned { AutoBasis::Work } else { AutoBasis::Time },
         progress: |frames, name| progress::bar(frames, "frames", name),
-        remark: &mut |remark| complain(&format!("warning: {remark}")),
+        remark: &mut |remark| warn(&format!("warning: {remark}")),
     };
     Ok(replay(args, file, rig, csv, around)?.report)
 }

@@ -13,7 +13,7 @@ use anyhow::{Context, bail, ensure};
 
 use super::{
     outcome::Outcome,
-    output::{file_name, say},
+    output::{file_name, print_result},
     outputs::Output,
     replay_args::ReplayArgs,
     session::OpenSession,
@@ -78,7 +78,7 @@ pub(super) fn run(args: &ReplayArgs, address: &str, csv: Option<&Output>) -> any
     if let Some((output, file)) = table {
         output.commit(file)?;
     }
-    say(&if args.json { report.to_json() } else { report.text() })?;
+    print_result(&if args.json { report.to_json() } else { report.text() })?;
     Ok(Outcome::Done)
 }
 

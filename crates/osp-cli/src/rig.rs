@@ -10,7 +10,7 @@ use glam::Quat;
 use super::built::{self, Feature};
 use super::{
     outcome::Outcome,
-    output::{complain, one_line, say},
+    output::{one_line, print_result, warn},
     outputs::Outputs,
     rig_args::rig_file,
 };
@@ -114,7 +114,7 @@ fn check(names: &[String]) -> anyhow::Result<Outcome> {
             // The other rigs are checked first.
             Err(error) => {
                 if let Some(before) = wrong.replace(error) {
-                    complain(&format!("error: {before}"));
+                    warn(&format!("error: {before}"));
                 }
                 continue;
             }
@@ -127,7 +127,7 @@ fn check(names: &[String]) -> anyhow::Result<Outcome> {
             };
             if let Some(eye) = eyes.iter().find(is_blind) {
                 outcome = Outcome::CheckFailed;
-                complain(&format!(
+                warn(&format!(
                     "{name}: the {} of the head at {} is not in front of screen `{}`: its corners go the other way round, or \
                      the head stands behind it",
                     eye.name(),
@@ -136,7 +136,7 @@ fn check(names: &[String]) -> anyhow::Result<Outcome> {
                 ));
             }
         }
-        say(&format!("{}: {} screens, {}", one_line(name), rig.screens.len(), rig.stereo.name()))?;
+        print_result(&format!("{}: {} screens, {}", one_line(name), rig.screens.len(), rig.stereo.name()))?;
     }
     wrong.map_or(Ok(outcome), |error| Err(error.into()))
 }
@@ -145,10 +145,10 @@ fn check(names: &[String]) -> anyhow::Result<Outcome> {
 fn monitors() -> anyhow::Result<Outcome> {
     let monitors = osp_app::monitors()?;
     if monitors.is_empty() {
-        complain("the display has no monitors");
+        warn("the display has no monitors");
     }
     for monitor in monitors {
-        say(&monitor.to_string())?;
+        print_result(&monitor.to_string())?;
     }
     Ok(Outcome::Done)
 }
@@ -171,7 +171,7 @@ fn show(name: &str, plan: Option<&PathBuf>, force: bool) -> anyhow::Result<Outco
         _ => OutputKind::Svg,
     };
     let output = plan.map(|path| outputs.add("PLAN", path, kind)).transpose()?;
-    say(&format!(
+    print_result(&format!(
         "{}: {}, eyes {} mm apart, head at {}",
         one_line(&rig.name),
         rig.stereo.name(),
@@ -185,10 +185,10 @@ fn show(name: &str, plan: Option<&PathBuf>, force: bool) -> anyhow::Result<Outco
         table.add_row(row(&rig, screen));
     }
     table.column_iter_mut().skip(1).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
-    say(&table.to_string())?;
+    print_result(&table.to_string())?;
     for screen in &rig.screens {
         for output in &screen.outputs {
-            say(&shown_on(screen, output))?;
+            print_result(&shown_on(screen, output))?;
         }
     }
     #[cfg(not(feature = "bench"))]

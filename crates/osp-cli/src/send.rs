@@ -10,7 +10,7 @@ use anyhow::Context;
 
 use super::{
     outcome::Outcome,
-    output::{complain, say},
+    output::{print_result, warn},
     send_args::SendArgs,
     session::OpenSession,
     tracker::key,
@@ -50,7 +50,7 @@ pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
         let due = Duration::from_secs_f64(f64::from(frames) / Pace::FRAMES_A_SECOND / args.speed);
         thread::sleep(due.saturating_sub(start.elapsed()));
     }
-    say(&format!(
+    print_result(&format!(
         "{} messages in {} packets sent to {to} in {:.1} s",
         thousands(sent),
         thousands(sender.packets),
@@ -58,10 +58,10 @@ pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
     ))?;
     if encoder.left_out() > 0 {
         let what = "events were not sent, because a tracker cannot send them (moved strokes, groups, finished polygons)";
-        complain(&format!("warning: {} {what}", thousands(encoder.left_out())));
+        warn(&format!("warning: {} {what}", thousands(encoder.left_out())));
     }
     if sender.refused > 0 {
-        complain(&format!(
+        warn(&format!(
             "warning: {} packets were refused: does a window listen there (osp sketch --tracker udp://)?",
             thousands(sender.refused)
         ));

@@ -27,7 +27,7 @@ use tower_http::compression::{Compression, Predicate, predicate::SizeAbove};
 
 use super::{
     outcome::Outcome,
-    output::{complain, say},
+    output::{print_result, warn},
     serve_answer::{Site, answer, is_worth_compressing, with_headers},
     serve_args::ServeArgs,
 };
@@ -79,7 +79,7 @@ async fn serve(args: &ServeArgs, folder: PathBuf) -> anyhow::Result<()> {
     let address = listener.local_addr().with_context(|| wanted.to_string())?;
     let (end, mut ending) = watch::channel(false);
     end_on_signals(end.clone());
-    say(&format!("{} is at http://{address}/ until Ctrl+C", args.folder.display()))?;
+    print_result(&format!("{} is at http://{address}/ until Ctrl+C", args.folder.display()))?;
     let site = Arc::new(Site::new(folder, address.port()));
     let free = Arc::new(Semaphore::new(MOST_CONNECTIONS));
     let connections = async {
@@ -91,7 +91,7 @@ async fn serve(args: &ServeArgs, folder: PathBuf) -> anyhow::Result<()> {
                 }
                 // The browser has closed the connection, or the process is out of file descriptors.
                 Err(error) => {
-                    complain(&format!("warning: {address}: {error}"));
+                    warn(&format!("warning: {address}: {error}"));
                     sleep(ACCEPT_PAUSE).await;
                 }
             }

@@ -9,7 +9,7 @@ use std::{
 use anyhow::Context;
 use indicatif::ProgressBar;
 
-use super::{output::complain, progress, reading::ReadArgs};
+use super::{output::warn, progress, reading::ReadArgs};
 use osp_session::recording::{self, Event, EventSource, Header, Notes, OpenOptions, RecordingError};
 
 /// Largest number of events that are passed on at once.
@@ -105,7 +105,7 @@ impl OpenSession {
 
     /// Prints the reader's warnings. They are complete after the last event.
     pub(super) fn warn(&self) {
-        self.notes.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
+        self.notes.warnings.iter().for_each(|warning| warn(&format!("warning: {warning}")));
     }
 
     /// Returns the reader's remarks. They are complete after the last event.

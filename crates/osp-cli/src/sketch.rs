@@ -7,7 +7,7 @@ use std::{
 
 use super::{
     outcome::Outcome,
-    output::complain,
+    output::warn,
     outputs::Outputs,
     sketch_args::{SketchArgs, WindowArgs},
 };
@@ -170,11 +170,11 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     studio.set_tests(args.window.tests.node_test(), args.window.tests.score());
     studio.command(Command::Occlusion(args.window.occlusion));
     for remark in opened.remarks {
-        complain(&remark);
+        warn(&remark);
         studio.show_message(remark);
     }
     if let Some(held) = held {
-        complain(&held.to_string());
+        warn(&held.to_string());
         studio.ask(Question::Held { held, is_shown: true });
     }
     if let Some(reading) = reading {

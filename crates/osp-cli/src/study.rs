@@ -12,7 +12,7 @@ use indicatif::ProgressBar;
 
 use super::{
     outcome::Outcome,
-    output::{complain, say},
+    output::{print_result, warn},
     progress,
     replay_args::{PlayArgs, ReplayArgs},
     replay_session::{Around, Replayed, replay},
@@ -89,11 +89,11 @@ pub(super) fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
             Found::Agreement => {}
             Found::Disagreement => {
                 disagreeing += 1;
-                complain(&format!("{name}: two indexes saw different polygons"));
+                warn(&format!("{name}: two indexes saw different polygons"));
             }
             Found::Error(error) => {
                 unread += 1;
-                complain(&format!("warning: {error}"));
+                warn(&format!("warning: {error}"));
             }
         }
         bar.inc(1);
@@ -102,7 +102,7 @@ pub(super) fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
     let many = sessions.len();
     if let Some(file) = &study.file {
         let (now, path) = (study.measured, file.path().display());
-        say(&format!("{many} sessions: {now} measured now, {} before; {path}", many - now))?;
+        print_result(&format!("{many} sessions: {now} measured now, {} before; {path}", many - now))?;
     }
     match (disagreeing, unread) {
         (0, 0) => Ok(Outcome::Done),
@@ -135,7 +135,7 @@ impl Study<'_> {
         match &mut self.file {
             Some(file) => file.add(&line)?,
             None => {
-                say(&serde_json::to_string(&line)?)?;
+                print_result(&serde_json::to_string(&line)?)?;
                 line.file_hash.and_then(|hash| self.printed.insert(hash, found.clone()));
             }
         }

@@ -9,7 +9,7 @@ use indicatif::HumanBytes;
 use super::{
     new_recording::NewRecording,
     outcome::Outcome,
-    output::{one_line, say},
+    output::{one_line, print_result},
     outputs::Outputs,
     parsers::named,
     progress,
@@ -79,7 +79,7 @@ pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {
     }
     progress.finish_and_clear();
     let bytes = recording.finish()?;
-    say(&format!(
+    print_result(&format!(
         "{}: {}, {} strokes, {} points, {} events{}",
         one_line(&args.out.to_string_lossy()),
         args.kind,

@@ -6,7 +6,7 @@ use super::{
     batch::{Batch, Job},
     looked::Looked,
     outcome::Outcome,
-    output::complain,
+    output::warn,
     outputs::Outputs,
     render_args::MOMENT_S,
     session::OpenSession,
@@ -22,7 +22,7 @@ pub(super) fn run(args: &ThumbsArgs) -> anyhow::Result<Outcome> {
     let batch = Batch::plan(&args.files, args.out.as_deref(), (ending, OutputKind::Png), args.force)?;
     batch.run(1, ["drawn", ending], || {
         let gpu = Arc::new(Gpu::headless()?);
-        complain(&format!("drawn by {}", gpu.name()));
+        warn(&format!("drawn by {}", gpu.name()));
         Ok(move |job: &Job| draw(args, job, &gpu))
     })
 }

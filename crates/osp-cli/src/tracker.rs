@@ -4,7 +4,7 @@ use std::{env, path::Path};
 
 use anyhow::{Context, anyhow};
 
-use super::{output::complain, tracker_args::TrackerArgs};
+use super::{output::warn, tracker_args::TrackerArgs};
 use osp_app::tracker::{Listening, TrackerAddress, TrackerKey, TrackerOptions};
 use osp_session::small_file::{open_regular, read_text};
 
@@ -35,7 +35,7 @@ impl TrackerArgs {
             z_up: self.tracker_z_up,
         };
         if let Some(warning) = self.tracker.as_ref().and_then(|from| from.warning(&options)) {
-            complain(&format!("warning: {warning}"));
+            warn(&format!("warning: {warning}"));
         }
         Ok(options)
     }

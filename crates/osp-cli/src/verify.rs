@@ -12,7 +12,7 @@ use super::{
     numbers,
     occlusion_test_args::score_parser,
     outcome::Outcome,
-    output::{complain, file_name, say},
+    output::{file_name, print_result, warn},
     parsers::{Size, camera_parser, index_parser},
     progress,
     reading::ReadArgs,
@@ -273,7 +273,7 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
             (Ok(verified), _) => verified,
             (Err(error), None) => return Err(error),
             (Err(error), Some(overview)) => {
-                complain(&format!("{error:#}"));
+                warn(&format!("{error:#}"));
                 overview.add_unread();
                 outcome = Outcome::CheckFailed;
                 continue;
@@ -285,7 +285,7 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
         if let Some(drawn) = &drawn {
             drawn.add_to(&mut rows, &name);
         }
-        say(&match args.json {
+        print_result(&match args.json {
             true => serde_json::to_string(&Verified {
                 recording: &name,
                 node_test: &args.node_test,
@@ -295,7 +295,7 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
             false => rows.all_tables(|_| true).trim_start().to_owned(),
         })?;
         for fault in &rows.faults {
-            complain(fault);
+            warn(fault);
             outcome = Outcome::CheckFailed;
         }
         if let Some(overview) = &mut overview {
@@ -303,7 +303,7 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
         }
     }
     if let Some(overview) = overview.filter(|_| !args.json) {
-        say(&overview.text())?;
+        print_result(&overview.text())?;
     }
     Ok(outcome)
 }

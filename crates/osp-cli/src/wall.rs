@@ -13,7 +13,7 @@ use glam::{Quat, Vec3};
 
 use super::{
     outcome::Outcome,
-    output::{complain, say},
+    output::{print_result, warn},
     shared,
     wall_args::{WallArgs, WayArgs, What},
     wall_text::{counts_text, text},
@@ -56,7 +56,7 @@ pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
 
 fn status(address: &str, way: &WayArgs) -> anyhow::Result<Outcome> {
     let report = ask(&way.server.address(address)?, way.server.tls_ca.clone())?;
-    say(&if way.json { serde_json::to_string_pretty(&report)? } else { text(&report) })?;
+    print_result(&if way.json { serde_json::to_string_pretty(&report)? } else { text(&report) })?;
     Ok(if report.is_well() { Outcome::Done } else { Outcome::CheckFailed })
 }
 
@@ -87,24 +87,24 @@ impl WallArgs {
         let mut head = TrackedHead::open(self, &rig)?;
         let motion = if head.is_some() { RoomMotion::Stands } else { self.room };
         let mut hub = Hub::open(address, &self.hub_options(rig, stereo, motion))?;
-        complain(&format!("the hub of {address}; osp wall status lists the computers of the wall"));
+        warn(&format!("the hub of {address}; osp wall status lists the computers of the wall"));
         let started = Instant::now();
         let mut trouble = None;
         while !self.is_over(started, ending) {
             for said in hub.frame(|| head.as_mut().map(TrackedHead::now))? {
-                complain(&said.to_string());
+                warn(&said.to_string());
             }
             let now = hub.trouble();
             if now != trouble {
-                complain(now.as_deref().unwrap_or("the session is there"));
+                warn(now.as_deref().unwrap_or("the session is there"));
                 trouble = now;
             }
             if let Some(news) = head.as_mut().and_then(TrackedHead::news) {
-                complain(news);
+                warn(news);
             }
         }
         let report = hub.report();
-        say(&if self.way.json { serde_json::to_string_pretty(&report)? } else { text(&report) })?;
+        print_result(&if self.way.json { serde_json::to_string_pretty(&report)? } else { text(&report) })?;
         Ok(Outcome::Done)
     }
 
@@ -123,14 +123,18 @@ impl WallArgs {
         let counts = match self.headless {
             true => answer(address, &options, || self.is_over(started, ending))?,
             #[cfg(feature = "window")]
-            false => osp_app::show_node(address, &options, || self.is_over(started, ending), complain)?,
+            false => osp_app::show_node(address, &options, || self.is_over(started, ending), warn)?,
             #[cfg(not(feature = "window"))]
             false => {
                 let needed = [super::built::Feature::Window];
                 super::built::refuse("osp wall --node without --headless", &needed)?
             }
         };
-        say(&if self.way.json { serde_json::to_string_pretty(&counts)? } else { counts_text(&counts) })?;
+        print_result(&if self.way.json {
+            serde_json::to_string_pretty(&counts)?
+        } else {
+            counts_text(&counts)
+        })?;
         Ok(Outcome::Done)
     }
 }
@@ -144,7 +148,7 @@ fn answer(
     let mut node = Node::open(address, options, || {})?;
     while !is_over() {
         if let Some(news) = node.news() {
-            complain(&news);
+            warn(&news);
         }
         match node.step(NAP)? {
             Step::Nothing => {}

@@ -41,7 +41,6 @@ pub enum OutputKind {
     /// A model, binary glTF.
     Glb,
     /// A page for `man`.
-    Manual,
     /// The results of a study: one line of JSON for each session.
     Study,
     /// A session.
@@ -59,12 +58,11 @@ pub const FILM_MARK: &str = "osp film";
 /// Number of bytes of both headers.
 const MODEL_HEADS: usize = 20;
 
-use OutputKind::{Csv, Dot, Gif, Glb, Html, Manual, Mp4, Pins, Png, Pvs, Recording, Study, Svg, Tilt, Trace};
+use OutputKind::{Csv, Dot, Gif, Glb, Html, Mp4, Pins, Png, Pvs, Recording, Study, Svg, Tilt, Trace};
 
 impl OutputKind {
     /// The kinds that the contents of a file distinguish. A sketch counts as a recording, because it is a session.
-    const ALL: [Self; 14] =
-        [Png, Gif, Mp4, Glb, Pvs, Html, Svg, Dot, Manual, Pins, Trace, Study, Csv, Recording];
+    const ALL: [Self; 13] = [Png, Gif, Mp4, Glb, Pvs, Html, Svg, Dot, Pins, Trace, Study, Csv, Recording];
 
     /// The kind's name in messages.
     fn name(self) -> &'static str {
@@ -80,7 +78,6 @@ impl OutputKind {
             Pins => "pinned fingerprints",
             Pvs => "sets of what can be seen (.pvs)",
             Glb => "a model (.glb)",
-            Manual => "a page of the manual of osp",
             Study => "lines of `osp study`",
             Recording | Tilt => "a session",
         }
@@ -100,7 +97,6 @@ impl OutputKind {
             Pins => &[".pins"],
             Pvs => &[".pvs"],
             Glb => &[".glb"],
-            Manual => &[".1"],
             Study => &[".ndjson"],
             Recording => &[".ron", ".ron.zst"],
             Tilt => &[".tilt"],
@@ -154,11 +150,6 @@ impl OutputKind {
             Gif => start.starts_with(b"GIF8"),
             Mp4 => start.get(4..8) == Some(b"ftyp") && holds(start, FILM_MARK),
             Glb => start.starts_with(b"glTF"),
-            // Manual pages of other programs must not be replaced, so the page must be one of osp.
-            Manual => {
-                let mut lines = start.split(|&byte| byte == b'\n');
-                lines.any(|line| line.starts_with(b".TH osp ") || line.starts_with(b".TH osp-"))
-            }
             // A killed program may have left only a part of the first line.
             Study => text.starts_with(STUDY_START) || (!text.is_empty() && STUDY_START.starts_with(text)),
             Pvs => start.starts_with(b"osp pvs "),
@@ -384,8 +375,6 @@ mod tests {
             ("{\"strokes\": []}", "a.json", Some(Recording)),
             ("(\n    pins: [\n", "a.ron", Some(Pins)),
             ("// ours\n(pins: [])", "a.pins", Some(Pins)),
-            (".el .ds Aq '\n.TH osp-replay 1  \"replay \"", "a", Some(Manual)),
-            (".TH ospd 8\n", "ospd.8", None),
             ("osp pvs 1\n", "a", Some(Pvs)),
             ("v 0 0 0\n", "a.obj", Some(Recording)),
             ("{\"osp_study\":1,\"file\":\"a.ron\"", "a.json", Some(Study)),

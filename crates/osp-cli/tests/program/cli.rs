@@ -177,11 +177,6 @@ fn progress_is_shown_on_a_terminal_and_not_in_a_pipe() {
         let last = said.rsplit("\u{1b}[2K").next().unwrap_or_default();
         assert!(!last.contains(" left") && !last.contains(" events"), "{last}");
     }
-    let colored = |prefix: &str| {
-        let output = on_terminal(&format!("{prefix} {program} --help")).expect("as before");
-        stdout(&output).contains("\u{1b}[")
-    };
-    assert_eq!((colored(""), colored("NO_COLOR=1")), (true, false));
 }
 
 #[test]

@@ -1,7 +1,5 @@
 use std::collections::BTreeMap;
 
-use hdrhistogram::Histogram;
-
 use super::{AgainstOneView, DrawReport, RigReport, ViewMeans, ViewsReport, line::json_line};
 use osp::{
     frame::{FrameRecord, OcclusionRecord, Stage},
@@ -168,16 +166,15 @@ impl RunReport {
 
     /// A quantile, 0 to 1, over the session's frames; 0 if no frame was measured.
     fn quantile(&self, quantile: f64, value: impl Fn(&Measured) -> Option<f64>) -> f64 {
-        // In tenths of a nanosecond, with three digits; the histogram resizes automatically.
-        let Ok(mut histogram) = Histogram::<u64>::new(3) else { return 0.0 };
-        for (m, weight) in self.measured.iter().zip(self.weights()) {
-            if let Some(ns) = value(m) {
-                // Weights are rounded to a hundredth of a frame. Recording fails only beyond the largest number.
-                let _ =
-                    histogram.record_n((ns * 10.0).round() as u64, (weight * 100.0).round().max(1.0) as u64);
-            }
-        }
-        histogram.value_at_quantile(quantile) as f64 / 10.0
+        let weighted = self.measured.iter().zip(self.weights());
+        let mut values: Vec<_> = weighted.filter_map(|(m, weight)| Some((value(m)?, weight))).collect();
+        values.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let mut left = quantile * values.iter().map(|(_, weight)| weight).sum::<f64>();
+        let found = values.iter().find(|(_, weight)| {
+            left -= weight;
+            left <= 0.0
+        });
+        found.or(values.last()).map_or(0.0, |(ns, _)| *ns)
     }
 
     fn mean(&self, value: impl Fn(&Measured) -> u64) -> f64 {

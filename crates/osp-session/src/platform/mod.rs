@@ -86,8 +86,10 @@ pub mod time {
 
 /// The name of this machine.
 pub fn host_name() -> String {
-    #[cfg(not(target_arch = "wasm32"))]
-    return gethostname::gethostname().to_string_lossy().into_owned();
+    #[cfg(unix)]
+    return rustix::system::uname().nodename().to_string_lossy().into_owned();
+    #[cfg(windows)]
+    return std::env::var("COMPUTERNAME").unwrap_or_default();
     #[cfg(target_arch = "wasm32")]
-    "this browser".to_owned()
+    return "this browser".to_owned();
 }

@@ -1,6 +1,4 @@
-//! What the program does for a terminal: narrow tables, a verdict, completions, a manual.
-
-use std::fs;
+//! What the program does for a terminal: narrow tables, a verdict, completions.
 
 use crate::OSP;
 use osp_testkit::{shipped_session, stderr, stdout, temp};
@@ -80,27 +78,11 @@ fn a_replay_ends_with_which_index_is_the_fastest() {
 }
 
 #[test]
-fn shells_get_completions_and_man_gets_pages() {
+fn shells_get_completions() {
     let folder = temp();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = OSP.done_in(folder.path(), ["completions", shell]);
         assert!(script.contains("draw-index") && script.contains("occlusion"), "{shell}");
     }
     assert_eq!(OSP.run_in(folder.path(), ["completions", "csh"]).status.code(), Some(2));
-
-    let man = |args: &[&str]| OSP.run_in(folder.path(), ["man", "--to", "pages"].iter().chain(args));
-    let output = man(&[]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let page = fs::read_to_string(folder.path().join("pages/osp-replay.1")).expect("a page");
-    assert!(page.starts_with(".ie") || page.contains(".TH"), "{}", &page[..200]);
-    assert!(page.contains("\\-\\-occlusion") && page.contains("osp\\-replay"));
-    assert!(["osp.1", "osp-rig-show.1"].iter().all(|page| folder.path().join("pages").join(page).exists()));
-    // Its own pages are replaced, others are not.
-    assert!(man(&[]).status.success());
-    fs::write(folder.path().join("pages/osp.1"), "mine").expect("written");
-    let refused = man(&[]);
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(stderr(&refused).contains("--force"), "{}", stderr(&refused));
-    assert_eq!(fs::read(folder.path().join("pages/osp.1")).expect("a file"), b"mine");
-    assert!(man(&["--force"]).status.success());
 }

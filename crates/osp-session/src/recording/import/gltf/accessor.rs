@@ -1,6 +1,6 @@
 //! Reads numbers from buffers in place, so that sizes stated in a damaged file allocate no memory.
 
-use ::gltf::json::{
+use gltf_json::{
     Root,
     accessor::{ComponentType, Type},
     validation::Checked,

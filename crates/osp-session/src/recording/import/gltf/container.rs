@@ -2,7 +2,7 @@
 
 use std::{io::Read, path::Path, path::PathBuf};
 
-use ::gltf::json::{Root, deserialize};
+use gltf_json::{Root, deserialize};
 
 use super::{
     fault::{Damage, Fault},

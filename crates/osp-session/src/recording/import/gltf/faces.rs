@@ -1,11 +1,11 @@
 //! Converts the triangles of a primitive to polygons with a colour each.
 
-use ::gltf::json::{
+use glam::{DAffine3, Vec3};
+use gltf_json::{
     material::{AlphaMode, Material},
     mesh::{Mode, Primitive, Semantic},
     validation::Checked,
 };
-use glam::{DAffine3, Vec3};
 
 use super::{accessor::Elements, container::File, fault::Fault, look::srgb_from_linear};
 use crate::recording::{Author, Event};

@@ -1,9 +1,7 @@
 //! Camera and lights of a glTF file, and a list of the contents that are not shown.
 
-use ::gltf::json::{
-    camera, extensions::scene::khr_lights_punctual as lights, mesh::Mode, validation::Checked,
-};
 use glam::{DMat3, DVec3, Quat, Vec3};
+use gltf_json::{camera, extensions::scene::khr_lights_punctual as lights, mesh::Mode, validation::Checked};
 
 use super::{
     container::File,

@@ -1,7 +1,7 @@
 //! Converts the tree of nodes to nested groups.
 
-use ::gltf::json::scene::Node;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3};
+use gltf_json::scene::Node;
 
 use super::{
     container::File,
