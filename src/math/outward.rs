@@ -129,8 +129,8 @@ mod tests {
         assert!(nearest < 0.34, "a smaller margin would do: {nearest} is left of it");
     }
 
-    /// If the terms cancel, the plane's distance is near zero. Rounding this distance up then adds almost nothing, so the
-    /// test needs half of the margin.
+    /// If the terms cancel, the plane lies near the origin. Rounding its distance from the origin up then moves it by almost
+    /// nothing, so the rounding of `may_see` uses half of the margin.
     #[test]
     fn where_terms_cancel_a_plane_needs_half_of_its_margin() {
         let mut state = 3;

@@ -134,7 +134,7 @@ impl Msvbsp {
         self.tree.set(task.link, Child::leaf(task.caps));
     }
 
-    /// Divides one cell down to the leaf before all planes. The parts behind the planes become tasks.
+    /// Divides one cell down to the leaf in front of all planes. The parts behind the planes become tasks.
     fn build_cell(&mut self, mut task: Task, occluders: &[ShadowVolume]) {
         self.current.clear();
         let range = task.pieces.range();

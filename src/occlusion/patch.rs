@@ -240,8 +240,8 @@ impl Patch {
         (has_room && border.len() >= 3).then_some(patch)
     }
 
-    /// The convex polygon inside the picture of the patch. `project` maps a corner to the picture, whose x and y axes must
-    /// turn counterclockwise as seen.
+    /// A convex polygon inside the projection of the patch. `project` maps a corner to two dimensions, in which the border
+    /// must run counterclockwise.
     fn hull(&self, project: impl Fn(Vec3) -> DVec2) -> Hull {
         let mut border = [DVec2::ZERO; MAX_BORDER];
         for (to, p) in border.iter_mut().zip(self.border.points()) {

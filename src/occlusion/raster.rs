@@ -1,4 +1,4 @@
-//! Converts between directions from the eye and pixels of a picture of the window.
+//! Converts between directions from the eye and pixels of an image that covers a [`ViewWindow`].
 
 use glam::{DVec2, DVec3};
 

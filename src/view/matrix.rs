@@ -15,8 +15,8 @@ pub enum Depth {
 
 /// A view is wider than its matrix by this fraction, because the numbers of the view are `f32`, too.
 const WIDENING: f64 = 1.0e-6;
-/// Largest shift of a window's eye by rounding, as a fraction of the near distance. It is about that of a renderer in
-/// `f32`.
+/// Largest shift of the eye of a `ViewWindow` by rounding, as a fraction of the near distance. A renderer in `f32` shifts
+/// its eye by about as much.
 const MOST_EYE_ROUNDING: f64 = 1.0e-7;
 /// Largest cosine between the screen's axes. A screen with a larger one counts as sheared.
 const MOST_SHEAR: f64 = 1.0e-4;

@@ -316,7 +316,7 @@ impl Studio {
     }
 
     /// The poses for the views of the screens. In a replay on a rig, while the camera follows the recorded head, this
-    /// head acts as the tracked head: the room gets its position and direction, and the eyes its tilt.
+    /// head acts as the tracked head: its position and direction move the room, its tilt moves only the eyes.
     fn hands_before_screens(&self) -> HandsState {
         let hands = self.input.hands.state();
         match self.session.replay() {

@@ -58,7 +58,7 @@ pub(super) struct DrawIndexArgs {
     /// planes above it.
     #[arg(long)]
     pub(super) planes: bool,
-    /// Let the picture replace a file that is no such picture, but never the session.
+    /// Let the picture replace a file of another type, but never the session.
     #[arg(long)]
     pub(super) force: bool,
 }

@@ -65,7 +65,7 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
     let select = SelectConfig { occluders: args.occluders, score: args.score, ..SelectConfig::default() };
     let title = format!("{}, frame {}", file_name(&args.session.file), moment.frame);
     let look = ShadowLook::new(&scene, &view, select, TRUTH)
-        .ok_or_else(|| anyhow!("{title}: the camera has no view"))?;
+        .ok_or_else(|| anyhow!("{title}: expected a camera with a valid frustum"))?;
     let trees: Vec<ShadowSteps> = forms.iter().map(|&form| look.steps(form)).collect();
     let side = side_of(args.from, &view);
     let picture = |planes| ShadowPicture {

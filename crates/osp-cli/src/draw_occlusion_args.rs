@@ -55,7 +55,7 @@ pub(super) struct DrawOcclusionArgs {
     /// Planes that each picture of a .gif adds [default: 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) every: Option<u32>,
-    /// Let the picture replace a file that is no such picture, but never the session.
+    /// Let the picture replace a file of another type, but never the session.
     #[arg(long)]
     pub(super) force: bool,
 }

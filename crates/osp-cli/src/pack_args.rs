@@ -12,8 +12,8 @@ const ORDERS: [&str; 2] = ["strokes", "space"];
 /// Pack finished sessions into a world that may be larger than memory, for `osp replay --world`.
 ///
 /// The final polygons of each session become blocks of up to 4,096 polygons. An object (a file of a folder) holds 64
-/// blocks. A manifest, which is written last, has the box, size and checksum of each block. Until then there is no
-/// world. After an interrupted pack, the next pack into the same place removes the remains.
+/// blocks. A manifest has the box, size and checksum of each block. It is written last; the world can be opened only
+/// after that. After an interrupted pack, the next pack into the same place removes the remains.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp pack recordings/*.ron --out sketches.world

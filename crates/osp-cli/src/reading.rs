@@ -34,8 +34,7 @@ pub(super) struct LimitArgs {
         hide_short_help = true
     )]
     max_polygons: u64,
-    /// Largest ratio of the decompressed to the compressed size of a session (.ron.zst, .tilt, .gz). One MiB more is
-    /// always allowed.
+    /// A compressed session (.ron.zst, .tilt, .gz) may have N times its compressed size after decompression, plus one MiB.
     #[arg(
         long,
         value_name = "N",

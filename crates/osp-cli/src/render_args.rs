@@ -48,13 +48,14 @@ pub(super) const MOMENT_S: f32 = 5.6;
   osp render recordings/room.ron room.png --rig dual-wall --stereo mono --camera recorded
 
 With --rig there is a picture for each screen and eye, with their names: room-front-right-eye.png is what the right eye sees on the screen `front`. --size gives the height; the width follows the screen.
-The camera's eye is the head before the screens.
+The camera's eye is the head in front of the screens.
 
 With --occlusion hzb each picture is drawn twice, as two frames of a camera at rest; the figures
-are those of the second. --check compares both with the picture without culling. The first frame has visibility data of the previous picture, of another view and model.
---painter draws every polygon solid in its plain colour, whatever brush has painted it, and so
-does the picture that it is compared with. A pixel counts as explained by an edge if its colour lies
-between those of the nine pixels around it in the other picture.
+are those of the second. --check compares both with the picture without culling. The first frame starts from the visibility data of the previous
+picture, which shows another view and an earlier model.
+--painter draws every polygon solid in its plain colour, whatever brush has painted it. The picture
+for comparison is drawn in the same way. A pixel counts as explained by an edge if its colour lies
+between those of the 3 x 3 pixels at its place in the other picture.
 `osp replay --help` describes the indexes and the methods of occlusion culling.")]
 pub(super) struct RenderArgs {
     /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.

@@ -171,8 +171,8 @@ pub(super) struct PlayArgs {
     /// Largest number of seconds to spend on each index, including the time to apply the events.
     #[arg(long, default_value_t = 20.0, value_name = "SECS", value_parser = numbers::seconds)]
     pub(super) budget: f64,
-    /// Methods of occlusion culling, separated by commas; each runs after frustum culling. Without --index the only index is
-    /// then `osp`. `auto` chooses by measured times. In a study, and with --check or --pin, it chooses by counts of work,
+    /// Methods of occlusion culling, separated by commas; each runs after frustum culling. If --index is missing, the only
+    /// index is `osp`. `auto` chooses by measured times. In a study, and with --check or --pin, it chooses by counts of work,
     /// which are the same on every machine. `hzb` and `queries` need --draw.
     #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
     pub(super) occlusion: Vec<Method>,

@@ -20,7 +20,7 @@ pub(super) struct SendArgs {
     /// Address and port of the window that listens.
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub(super) to: String,
-    /// Part of the session that is sent for each packet (90 a second): `recorded` (by its time stamps) or `samples:N`
+    /// Part of the session that each packet contains (90 packets a second): `recorded` (by its time stamps) or `samples:N`
     /// (N samples of the hand).
     #[arg(long, default_value = "recorded")]
     pub(super) pace: Pace,

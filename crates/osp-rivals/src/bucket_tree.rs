@@ -59,7 +59,8 @@ pub(super) trait Partition: 'static + Send + Sync + std::fmt::Debug {
     /// The child of an inner node that contains a centre.
     fn child_of(&self, cell: &Self::Cell, center: Vec3) -> usize;
 
-    /// Whether splits follow the polygons, so that a subtree that has lost most of its polygons is built again.
+    /// Whether the positions of splits are computed from the polygons. If so, a subtree that has lost most of its polygons
+    /// is built again.
     const FOLLOWS_POLYGONS: bool;
 
     /// Whether a child has too many polygons: `child` of its parent's `count`.

@@ -32,7 +32,7 @@ thread_local! {
 /// The polygons that a query searches for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Plan {
-    /// No polygons, because all are in view.
+    /// Nothing to search for: all polygons are in view.
     All,
     /// The polygons outside the frustum, to be removed from the set of all.
     Outside,

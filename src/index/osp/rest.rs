@@ -1,5 +1,5 @@
-//! Writes a second list of the ids of scattered polygons that do not move, over several commits. A change makes the
-//! spans of all nodes above its leaf void; other spans stay valid.
+//! Writes a second list of the ids of scattered polygons that do not move, over several commits. A *span* is the part of
+//! this list that has the ids of one child of a node. A change invalidates the spans that contain its leaf.
 
 use super::{
     index::Osp,
@@ -21,8 +21,8 @@ const IDS_SHARE: usize = 64;
 const VOID: usize = 8;
 
 impl Osp {
-    /// Makes the spans from a slot of a node upwards void, because polygons below the slot change. All spans above a
-    /// void span are void.
+    /// Invalidates the span of a node's slot and those of the slots above it up to the root, because polygons below the
+    /// slot change. All spans above an invalid span are invalid.
     #[inline]
     pub(super) fn void_spans(&mut self, node: u32, slot: u32) {
         self.spans.give_up();

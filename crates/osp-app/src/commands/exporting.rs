@@ -40,7 +40,7 @@ impl Studio {
     /// more than the export.
     pub(super) fn may_export(&self, path: &Path) -> Result<(), String> {
         if is_same_file(path, self.session.path()) {
-            return Err(format!("{} is the session that the window shows", path.display()));
+            return Err(format!("{}: expected another file; the window shows this session", path.display()));
         }
         check_export(path).map_err(|error| error.to_string())
     }

@@ -105,7 +105,7 @@ impl Autosaves {
                 format!("{stem}-{stamp}-{number}.ron")
             };
             let path = self.folder.join(name);
-            if fs::is_there(&path) || fs::is_there(&SessionLock::mark_of(&path)) {
+            if fs::is_there(&path) || fs::is_there(&SessionLock::path_of(&path)) {
                 continue;
             }
             match SessionLock::take(&path) {
@@ -170,16 +170,16 @@ impl Autosaves {
     pub(crate) fn marked(&self) -> Vec<PathBuf> {
         let Ok(entries) = fs::read_dir(&self.folder) else { return Vec::new() };
         let mut found: Vec<(SystemTime, PathBuf)> = Vec::new();
-        for mark in entries.flatten().map(|entry| entry.path()) {
-            if mark.extension().is_none_or(|ending| ending != "open") {
+        for lock_file in entries.flatten().map(|entry| entry.path()) {
+            if lock_file.extension().is_none_or(|ending| ending != "open") {
                 continue;
             }
-            let session = mark.with_extension("");
+            let session = lock_file.with_extension("");
             match fs::metadata(&session) {
                 Ok(data) if data.len() > 0 => {
                     found.push((data.modified().unwrap_or(SystemTime::UNIX_EPOCH), session));
                 }
-                // The session has no event, so only the mark exists. It is removed if its program has ended.
+                // The session has no event, so only the lock file exists. It is removed if its program has ended.
                 _ => {
                     if let Some(lock) = SessionLock::take_over(&session) {
                         release_if_empty(lock, &session);
@@ -201,7 +201,7 @@ fn release_if_empty(lock: SessionLock, session: &Path) {
     }
 }
 
-/// The beginning of a name, short enough for any file system, even with the time and a mark's ending appended.
+/// The beginning of a name, short enough for any file system, even with the time and a lock file's ending appended.
 fn shortened(stem: &str) -> &str {
     &stem[..stem.floor_char_boundary(MOST_STEM_BYTES)]
 }

@@ -86,7 +86,7 @@ impl OpenElsewhere {
             Some(LockOwner { process, host, since }) => {
                 write!(f, "process {process} on {host}, since {since}")
             }
-            None => f.write_str("under another name, or by an unknown program"),
+            None => f.write_str("perhaps under another file name, or by another program"),
         })
     }
 }
@@ -101,33 +101,33 @@ pub(crate) enum NotTaken {
 
 /// The right to write a session. One program has it, from opening to closing.
 ///
-/// It is an advisory lock on a lock file beside the session, `NAME.ron.open` (the mark). The session itself is not
+/// It is an advisory lock on a lock file beside the session, `NAME.ron.open`. The session itself is not
 /// locked, because it need not exist yet. Also, a program that replaces the session (by a rename) would leave the lock
 /// on the old file, which no other program opens.
 ///
-/// The mark's name is derived from the session's canonical path, so symbolic links to one session share a mark. Hard
-/// links do not; therefore an existing session is locked, too (see [`SessionFile`](super::session_file::SessionFile)).
-/// The mark contains the number of the process that has the session. A regular closing of the session removes the mark; after a crash
-/// it stays, but unlocked.
+/// The lock file's name is derived from the session's canonical path, so symbolic links to one session share a lock
+/// file. Hard links do not; therefore an existing session is locked, too (see
+/// [`SessionFile`](super::session_file::SessionFile)). The lock file contains the number of the process that has the
+/// session. A regular closing of the session removes the lock file; after a crash it stays, but unlocked.
 ///
-/// If the file system has no locks (some network shares), the process in the mark's text counts as the owner. Then two
-/// programs that start within the same instant may both take the session.
+/// If the file system has no locks (some network shares), the process in the lock file's text counts as the owner. Then
+/// two programs that start within the same instant may both take the session.
 #[derive(Debug)]
 pub(crate) struct SessionLock {
     /// `None` if no file can be created in the folder.
-    mark: Option<Mark>,
+    lock_file: Option<LockFile>,
 }
 
 #[derive(Debug)]
-struct Mark {
+struct LockFile {
     path: PathBuf,
     /// The open file, which holds the lock.
     file: File,
-    /// Whether another program's file has the mark's name. Such a file is locked, but neither written nor removed.
+    /// Whether another program's file has the lock file's name. Such a file is locked, but neither written nor removed.
     is_foreign: bool,
 }
 
-/// The contents of a mark.
+/// The contents of a lock file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Content {
     /// The text of the last holder of the lock, if it is complete.
@@ -162,11 +162,11 @@ impl Content {
 }
 
 impl SessionLock {
-    /// The path of a session's mark, beside the session's file after all symbolic links are resolved.
-    pub(crate) fn mark_of(session: &Path) -> PathBuf {
-        let mut mark = true_path(session).into_os_string();
-        mark.push(".open");
-        PathBuf::from(mark)
+    /// The path of a session's lock file, beside the session's file after all symbolic links are resolved.
+    pub(crate) fn path_of(session: &Path) -> PathBuf {
+        let mut lock_file = true_path(session).into_os_string();
+        lock_file.push(".open");
+        PathBuf::from(lock_file)
     }
 
     /// Takes the lock of a session. The session need not exist, but its folder must.
@@ -177,25 +177,25 @@ impl SessionLock {
     /// Takes the lock of a session that an ended program has left open. `None` if another program has taken the lock,
     /// or has taken and released it since.
     pub(crate) fn take_over(session: &Path) -> Option<Self> {
-        Self::take_or_make(session, false).ok().filter(|lock| lock.mark.is_some())
+        Self::take_or_make(session, false).ok().filter(|lock| lock.lock_file.is_some())
     }
 
     fn take_or_make(session: &Path, may_make: bool) -> Result<Self, NotTaken> {
-        let mark = Self::mark_of(session);
+        let lock_file = Self::path_of(session);
         for _ in 0..MOST_ATTEMPTS {
             let mut options = File::options();
             options.create(may_make).truncate(false).read(true).write(true);
-            let (mut file, is_writable) = match options.open(&mark) {
+            let (mut file, is_writable) = match options.open(&lock_file) {
                 Ok(file) => (file, true),
-                Err(error) if is_forbidden(&error) => match File::open(&mark) {
-                    // The mark belongs to another user, in a folder without write permission.
+                Err(error) if is_forbidden(&error) => match File::open(&lock_file) {
+                    // The lock file belongs to another user, in a folder without write permission.
                     Ok(file) => (file, false),
-                    Err(_) => return Ok(Self { mark: None }),
+                    Err(_) => return Ok(Self { lock_file: None }),
                 },
                 Err(error) => return Err(NotTaken::Failed(error)),
             };
             if !file.metadata().is_ok_and(|data| data.is_file()) {
-                let not_a_file = format!("{}: expected a file", mark.display());
+                let not_a_file = format!("{}: expected a file", lock_file.display());
                 return Err(NotTaken::Failed(io::Error::other(not_a_file)));
             }
             let has_lock = match try_lock_patiently(&file) {
@@ -212,31 +212,33 @@ impl SessionLock {
                 let owner = Some(owner);
                 return Err(NotTaken::Held(OpenElsewhere { session: session.to_owned(), owner }));
             }
-            // The former holder may have removed the mark between the opening and the locking. The locked file then has
-            // no name, and the next program would create a new mark.
-            if !is_at(&file, &mark) {
+            // The former holder may have removed the lock file between the opening and the locking. The locked file then has
+            // no name, and the next program would create a new lock file.
+            if !is_at(&file, &lock_file) {
                 continue;
             }
             if is_writable && !is_foreign {
-                // If the mark's text cannot be written, the lock is still valid.
+                // If the lock file's text cannot be written, the lock is still valid.
                 let _ = write_word(&mut file);
             }
-            return Ok(Self { mark: Some(Mark { path: mark, file, is_foreign }) });
+            return Ok(Self { lock_file: Some(LockFile { path: lock_file, file, is_foreign }) });
         }
-        Err(NotTaken::Failed(io::Error::other("its mark comes and goes")))
+        Err(NotTaken::Failed(io::Error::other(
+            "another program creates and removes its lock file again and again",
+        )))
     }
 
-    /// Releases the lock and removes the mark.
+    /// Releases the lock and removes the lock file.
     pub(crate) fn release(self) {
-        if let Some(Mark { path, file, is_foreign: false }) = self.mark
+        if let Some(LockFile { path, file, is_foreign: false }) = self.lock_file
             && is_at(&file, &path)
         {
-            // If the mark stays, the session is offered for restoring; no data are lost.
+            // If the lock file stays, the session is offered for restoring; no data are lost.
             let _ = fs::remove_file(path);
         }
     }
 
-    /// Releases the lock but leaves the mark, so that the session counts as left open.
+    /// Releases the lock but leaves the lock file, so that the session counts as left open.
     pub(crate) fn leave(self) {}
 }
 
@@ -254,7 +256,7 @@ fn write_word(file: &mut File) -> io::Result<()> {
     let text = ron::to_string(&LockOwner::ours()).map_err(io::Error::other)?;
     file.set_len(0)?;
     file.rewind()?;
-    // The type's name identifies the mark; `ron` omits it, so it is written here.
+    // The type's name identifies the lock file; `ron` omits it, so it is written here.
     file.write_all(format!("Open{text}\n").as_bytes())
 }
 
@@ -331,8 +333,8 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 0, "nothing is left");
         let lock = SessionLock::take(&session).expect("free again");
         lock.leave();
-        assert!(SessionLock::mark_of(&session).exists());
-        SessionLock::take(&session).expect("a mark without a lock holds nobody back").release();
+        assert!(SessionLock::path_of(&session).exists());
+        SessionLock::take(&session).expect("a lock file without a lock holds nobody back").release();
     }
 
     #[cfg(unix)]
@@ -353,11 +355,11 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let session = folder.path().join("a.ron");
         let first = SessionLock::take(&session).expect("free");
-        // Another program removes the mark.
-        fs::remove_file(SessionLock::mark_of(&session)).expect("a mark");
-        let second = SessionLock::take(&session).expect("a mark of its own");
+        // Another program removes the lock file.
+        fs::remove_file(SessionLock::path_of(&session)).expect("a lock file");
+        let second = SessionLock::take(&session).expect("a lock file of its own");
         first.release();
-        assert!(SessionLock::mark_of(&session).exists(), "the mark is not the first one's any more");
+        assert!(SessionLock::path_of(&session).exists(), "the lock file is not the first one's any more");
         held(&session);
         second.release();
     }
@@ -387,7 +389,7 @@ mod tests {
     fn a_mark_may_hold_anything_and_what_is_not_ours_stays() {
         let folder = tempfile::tempdir().expect("a folder");
         let session = folder.path().join("a.ron");
-        let mark = SessionLock::mark_of(&session);
+        let lock_file = SessionLock::path_of(&session);
         for (content, is_ours) in [
             (&b""[..], true),
             (&[0; 60], true),
@@ -397,7 +399,7 @@ mod tests {
             (&[b'x'; 100_000], false),
             (&[0; 100_000], false),
         ] {
-            fs::write(&mark, content).expect("a mark");
+            fs::write(&lock_file, content).expect("a lock file");
             let lock = SessionLock::take(&session).expect("free");
             assert_eq!(
                 held(&session).to_string().contains("process"),
@@ -405,13 +407,13 @@ mod tests {
                 "the message names the program that has locked the file"
             );
             lock.release();
-            assert_eq!(fs::read(&mark).ok().as_deref(), (!is_ours).then_some(content));
+            assert_eq!(fs::read(&lock_file).ok().as_deref(), (!is_ours).then_some(content));
         }
         let escapes = "Open(process:1,host:\"a\\u{1b}[31m\",since:\"b\")";
         assert!(escapes.as_bytes().starts_with(WORD_START));
         assert_eq!(LockOwner::parse(escapes), None, "nothing of it controls a terminal");
-        fs::remove_file(&mark).expect("a mark");
-        fs::create_dir(&mark).expect("a folder");
+        fs::remove_file(&lock_file).expect("a lock file");
+        fs::create_dir(&lock_file).expect("a folder");
         assert!(matches!(SessionLock::take(&session), Err(NotTaken::Failed(_))));
     }
 

@@ -589,7 +589,7 @@ fn sync(file: &File, path: &Path) -> io::Result<()> {
 }
 
 /// Locks the session's file itself. Two paths of one file without a symbolic link (hard links, a folder mounted twice)
-/// have different marks, but the file has one lock. On systems other than Unix such a lock would exclude readers.
+/// have different lock files, but the file has one lock. On systems other than Unix such a lock would exclude readers.
 fn lock_itself(file: &File, path: &Path) -> Result<(), Trouble> {
     if cfg!(unix) && matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
         return Err(Trouble::Held(OpenElsewhere::by_somebody(path)));

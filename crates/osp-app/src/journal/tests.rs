@@ -81,7 +81,7 @@ fn every_event_is_in_the_file_at_once_and_a_crash_is_found() {
     let path = journal.path().to_owned();
     assert_eq!(autosaves.marked(), std::slice::from_ref(&path));
     assert!(SessionLock::take_over(&path).is_none(), "its program lives");
-    // A crash: the lock vanishes with the program, the mark stays.
+    // A crash: the lock vanishes with the program, the lock file stays.
     drop(journal);
     let (mut document, opened) = Session::recover_or_new(&autosaves);
     assert!(opened.is_recovered && !document.journal().is_named());
@@ -334,7 +334,7 @@ fn a_session_without_a_name_that_is_discarded_leaves_nothing() {
     let desk = Desk::new();
     let mut document = Session::new(&desk.autosaves());
     draw(&mut document, 1);
-    assert_eq!(desk.autosaved().len(), 2, "the session and its mark");
+    assert_eq!(desk.autosaved().len(), 2, "the session and its lock file");
     document.discard().expect("read again");
     document.close().expect("nothing left");
     assert!(desk.autosaved().is_empty());

@@ -144,7 +144,7 @@ impl Session {
             }
             None => {
                 // A session that a crash left open stays marked if it cannot be opened.
-                let was_left_open = fs::is_there(&SessionLock::mark_of(path));
+                let was_left_open = fs::is_there(&SessionLock::path_of(path));
                 let file = take(path)?;
                 let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
                 Self::to_go_on(path, how.limits, file, autosaves, give_back)?
@@ -211,7 +211,7 @@ impl Session {
         if !may_be_written(path) {
             return Err(refused("it may not be written to"));
         }
-        let was_left_open = fs::is_there(&SessionLock::mark_of(path));
+        let was_left_open = fs::is_there(&SessionLock::path_of(path));
         let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
         let reader = Self::to_go_on(path, limits, take(path)?, autosaves, give_back)?;
         let (session, opened) = reader.without_ends().read(&|_| true)?;

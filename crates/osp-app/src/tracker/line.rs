@@ -87,7 +87,7 @@ impl Words<'_> {
     }
 
     fn hand(&mut self) -> Result<u8, &'static str> {
-        self.0.next().map_or(Ok(0), |word| word.parse().map_err(|_| "a hand from 0 to 255"))
+        self.0.next().map_or(Ok(0), |word| word.parse().map_err(|_| "a number of a hand, 0 to 255"))
     }
 }
 

@@ -104,7 +104,7 @@ fn rows(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, wishes: &mut Wishe
     ui.label(match steps.line() {
         Some(line) => line,
         None if steps.is_stale() => "waits until the view and the model stop changing".to_owned(),
-        None => "the camera has no view".to_owned(),
+        None => "the view has no valid frustum".to_owned(),
     });
     ui.horizontal(|ui| {
         if let Some(counts) = steps.counts() {

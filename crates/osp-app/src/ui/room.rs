@@ -152,7 +152,7 @@ fn screens(
     }
     let can_calibrate = studio.tracker().is_some() && calibrating.is_none();
     let button = ui.add_enabled(can_calibrate, egui::Button::new("Calibrate the tracker…"));
-    if button.on_disabled_hover_text("there is no tracker: --tracker").clicked() {
+    if button.on_disabled_hover_text("there is no tracker: start osp with --tracker").clicked() {
         *calibrating = Some(Calibrating::default());
     }
 }

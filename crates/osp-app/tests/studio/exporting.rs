@@ -183,7 +183,7 @@ fn a_replay_is_exported_as_far_as_it_has_played_and_never_over_itself() {
         studio.command(over);
         assert!(studio.question().is_none());
         let said = last_said(&studio);
-        assert!(said.contains("whole.tilt is the session that the window shows"), "{said}");
+        assert!(said.contains("whole.tilt: expected another file; the window shows this session"), "{said}");
     }
     assert!(fs::read(&whole).expect("there") == bytes);
 }

@@ -14,10 +14,10 @@ pub(crate) struct Background {
 }
 
 impl Background {
-    /// Runs the future that `work` makes on a new thread with this name.
+    /// Starts a thread with this name and runs the future of `work` on it.
     ///
     /// # Errors
-    /// The system provides no thread, or no events for the runtime.
+    /// The system cannot create the thread or the event queue of the runtime.
     pub(crate) fn start<W: Future<Output = ()>>(
         name: &str,
         work: impl FnOnce() -> W + Send + 'static,

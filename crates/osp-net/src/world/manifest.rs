@@ -3,11 +3,11 @@
 //! | byte | contents |
 //! |---|---|
 //! | 0 | `osp world 1` and a line end |
-//! | 12 | blocks, polygons: 64 bits each |
-//! | 28 | objects, sources: 32 bits each |
-//! | 36 | the sources: polygons of a copy (64 bits), copies, bytes of the name (32 bits each), the name (UTF-8) |
-//! | then | the objects: XXH3-64 of the contents, of which the name is made, bytes (64 bits each), blocks (64 bits) |
-//! | then | the blocks, object after object: bytes, polygons (32 bits each), XXH3-64, least and greatest corner (32-bit floats) |
+//! | 12 | number of blocks, number of polygons: 64 bits each |
+//! | 28 | number of objects, number of sources: 32 bits each |
+//! | 36 | for each source: polygons of one copy (64 bits), number of copies, length of the name in bytes (32 bits each), name (UTF-8) |
+//! | then | for each object: XXH3-64 of its contents (its name is this number in hex), size in bytes, number of blocks (64 bits each) |
+//! | then | for each block, in the order of the objects: size in bytes, polygons (32 bits each), XXH3-64, least and greatest corner (32-bit floats) |
 //! | the last 8 | XXH3-64 of all bytes before |
 
 use xxhash_rust::xxh3::xxh3_64;

@@ -16,7 +16,7 @@ use object_store::{
 
 use super::{
     WorldError,
-    mark::{Mark, Marked},
+    lock::{Locked, PackLock},
 };
 use osp_session::small_file::check_regular;
 
@@ -183,14 +183,14 @@ impl Place {
         WorldError::Object { object: self.name_of(object), problem: innermost(error) }
     }
 
-    /// Marks the place as one that a pack writes to, until the mark is dropped. `None` if locks do not exist: at an
+    /// Locks the place for a pack, until the lock is dropped. `None` if locks do not exist: at an
     /// address, or in a file system without locks.
-    pub(super) fn mark(&self) -> Result<Option<Mark>, WorldError> {
+    pub(super) fn lock(&self) -> Result<Option<PackLock>, WorldError> {
         let Some(folder) = &self.folder else { return Ok(None) };
-        match Mark::set(folder).map_err(|error| self.unusable(&error.to_string()))? {
-            Marked::Set(mark) => Ok(Some(mark)),
-            Marked::Unknown => Ok(None),
-            Marked::Busy => Err(WorldError::Busy { place: self.text.clone() }),
+        match PackLock::take(folder).map_err(|error| self.unusable(&error.to_string()))? {
+            Locked::Taken(lock) => Ok(Some(lock)),
+            Locked::Unknown => Ok(None),
+            Locked::Busy => Err(WorldError::Busy { place: self.text.clone() }),
         }
     }
 

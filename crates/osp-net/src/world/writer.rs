@@ -6,8 +6,8 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::{
     BLOCK_POLYGONS, BlockEntry, Manifest, PackOrder, Place, Source, WorldError,
     block::BlockBuilder,
+    lock::PackLock,
     manifest::{MANIFEST, MOST_BYTES, ObjectEntry},
-    mark::Mark,
 };
 use osp::{
     math::Aabb,
@@ -57,7 +57,7 @@ pub struct WorldWriter {
     ids: u64,
     refused: u64,
     /// The lock that excludes other packs, if the place supports locks.
-    _mark: Option<Mark>,
+    _lock: Option<PackLock>,
 }
 
 impl WorldWriter {
@@ -72,7 +72,7 @@ impl WorldWriter {
         if replacing == Replacing::Never && place.holds(MANIFEST)? {
             return Err(WorldError::Exists { place: place.text().to_owned() });
         }
-        let mark = place.mark()?;
+        let lock = place.lock()?;
         Ok(Self {
             place,
             replacing,
@@ -83,7 +83,7 @@ impl WorldWriter {
             object_blocks: 0,
             ids: 0,
             refused: 0,
-            _mark: mark,
+            _lock: lock,
         })
     }
 

@@ -1,9 +1,9 @@
 //! Brushes at rest, for formats without shaders: the light and colours of a brush at time 0 as a texture, and as a
 //! colour at each corner.
 //!
-//! The renderer's shaders draw the same in motion; a test of the program holds both against each other, for ribbons.
-//! Means replace colours that change with the view, light that spreads, and lines whose number depends on the stroke's
-//! colour.
+//! The renderer's shaders draw the same in motion. A test of the program compares both, for ribbons. The texture has the
+//! mean of what it cannot show: colours that change with the view, spreading light, and lines whose number depends on the
+//! stroke's colour.
 
 use std::f32::consts::{PI, TAU};
 

@@ -40,8 +40,8 @@ impl Members {
         self.present.contains(&author)
     }
 
-    /// Processes the next event of a session. If its author may not make it, returns the expected form. The change can
-    /// be [reverted](Self::take_back).
+    /// Processes the next event of a session. If its author has no right to it, returns a text that names what was
+    /// expected. Otherwise updates the members, which [`Members::take_back`] reverts.
     pub(super) fn admit(&mut self, event: &Event, numbers: Numbers) -> Result<Admitted, String> {
         let author = match event {
             Event::Join { author, .. } => return self.join(*author, numbers),

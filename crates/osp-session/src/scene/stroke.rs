@@ -32,8 +32,8 @@ pub struct Stroke {
     pub(super) polygons: Vec<Range<u32>>,
     /// Number of polygons in use; those after them are points until the stroke needs them again.
     pub(super) used: u32,
-    /// Number of polygons that samples do not replace: all up to the last one that an
-    /// [`Event::Polygon`](crate::recording::Event::Polygon) added to the stroke.
+    /// Number of the stroke's first polygons that stay when new samples rebuild the stroke. The last of them came by an
+    /// [`Event::Polygon`](crate::recording::Event::Polygon).
     pub(super) fixed: u32,
     /// Whether the stroke got samples after it was last painted.
     pub(super) is_unpainted: bool,

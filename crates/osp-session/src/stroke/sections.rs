@@ -50,7 +50,7 @@ impl Section {
         }
     }
 
-    /// Number of vertices of a section in the original application, which is part of the random seeds.
+    /// Number of vertices that the original application makes for a section. The random seeds depend on this number.
     pub(super) fn vertices(self) -> u32 {
         match self {
             Self::Flat | Self::Tapered | Self::Bolt => 2,

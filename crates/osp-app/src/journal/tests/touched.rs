@@ -25,11 +25,11 @@ fn a_file_that_is_only_looked_at_or_written_over_by_itself_is_no_trouble() {
 #[test]
 fn a_session_with_the_longest_name_has_a_shelter() {
     let desk = Desk::new();
-    // The longest name that Linux accepts; the name of the mark beside it would be longer.
+    // The longest name that Linux accepts; the name of the lock file beside it would be longer.
     let name = format!("{}\u{e4}.ron", "L".repeat(249));
     let mut document = desk.open(&name);
     draw(&mut document, 2);
-    assert!(document.journal().trouble().is_some(), "no mark can be made beside it");
+    assert!(document.journal().trouble().is_some(), "no lock file can be made beside it");
     let shelter = document.journal().shelter().expect("a shelter").to_owned();
     assert_eq!(events_in(&shelter), 2);
     assert_eq!(document.close().expect_err("not at its place").kept_in, Some(shelter));

@@ -37,8 +37,8 @@ const NOTES: [&str; 4] = [
 /// Smallest number of frames that are measured, whatever the budget.
 const FEWEST: u64 = 3;
 const MOST: u64 = 400;
-/// Largest multiple of the budget that a structure may take at a size, estimated from the previous size; slower
-/// structures are skipped.
+/// A structure is skipped for a model if its estimated time is more than this multiple of the time budget. The estimate
+/// comes from the next smaller model.
 const LONGEST: f64 = 20.0;
 
 /// Settings of [`move_things`].

@@ -63,7 +63,7 @@ pub fn coverage_factor(alpha: &[f32], side: usize, wanted: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// The texture has hairs of one texel in four. The level of half the size has alpha 0.5 in every other column.
+    /// Every fourth column of the texture is a hair. In the mip level of half the size, every second column has alpha 0.5.
     #[test]
     fn hairs_that_are_thinner_than_a_texel_stay() {
         let of = |side: usize, column: fn(usize) -> f32| -> Vec<f32> {

@@ -1,7 +1,7 @@
 //! The zip archive inside a `.tilt` file.
 //!
-//! The `zip` crate reads the central directory. The entry's bytes are read from the file itself: an entry of that crate
-//! borrows its archive, so a stream of events could not own it. A file whose end is missing has no central directory. A
+//! The `zip` crate reads the central directory. An entry of that crate borrows its archive, so a stream of events
+//! could not own both. Hence the bytes of the sketch's entry are read from the file itself. A file whose end is missing has no central directory. A
 //! lenient reader then finds the entries by their local headers, from the start of the file.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom};

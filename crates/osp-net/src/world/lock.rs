@@ -1,47 +1,47 @@
-//! The mark of a running pack: a locked file in the folder. The system unlocks it when the process ends in any way.
+//! The lock of a running pack: a locked file in the folder. The system unlocks it when the process ends in any way.
 
 use std::{
     fs::{self, File, TryLockError},
     path::{Path, PathBuf},
 };
 
-const MARK: &str = "packing.osp-world";
+const LOCK_FILE: &str = "packing.osp-world";
 
-/// A mark, which is removed when this is dropped.
+/// The lock of a folder; dropping it removes the file.
 #[derive(Debug)]
-pub(super) struct Mark {
+pub(super) struct PackLock {
     path: PathBuf,
     /// The locked file.
     file: File,
 }
 
-/// The outcome of setting a mark.
-pub(super) enum Marked {
-    Set(Mark),
+/// The outcome of locking a folder.
+pub(super) enum Locked {
+    Taken(PackLock),
     /// Another pack runs.
     Busy,
     /// The file system has no locks.
     Unknown,
 }
 
-impl Mark {
-    pub(super) fn set(folder: &Path) -> std::io::Result<Marked> {
-        let path = folder.join(MARK);
+impl PackLock {
+    pub(super) fn take(folder: &Path) -> std::io::Result<Locked> {
+        let path = folder.join(LOCK_FILE);
         // A killed pack leaves a file without a lock.
         let file = File::options().write(true).create(true).truncate(false).open(&path)?;
         match file.try_lock() {
-            Ok(()) if is_at(&file, &path) => Ok(Marked::Set(Self { path, file })),
+            Ok(()) if is_at(&file, &path) => Ok(Locked::Taken(Self { path, file })),
             // A pack that ended just now has removed this file, so that others lock the next one.
-            Ok(()) | Err(TryLockError::WouldBlock) => Ok(Marked::Busy),
+            Ok(()) | Err(TryLockError::WouldBlock) => Ok(Locked::Busy),
             Err(TryLockError::Error(_)) => {
                 let _ = fs::remove_file(&path);
-                Ok(Marked::Unknown)
+                Ok(Locked::Unknown)
             }
         }
     }
 }
 
-impl Drop for Mark {
+impl Drop for PackLock {
     fn drop(&mut self) {
         // The file is removed before it is unlocked, so that a process that has opened it meanwhile finds it removed.
         let _ = fs::remove_file(&self.path);
