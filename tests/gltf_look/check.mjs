@@ -1,9 +1,9 @@
 // Scores what three.js makes of exported sketches against the sketches' own thumbnails, 0 to 100.
 //
-//   npm ci --prefix tests/gltf_look && node tests/gltf_look/check.mjs [--at-least N] [--pictures FOLDER] [SKETCH.tilt...]
+//   npm ci --prefix tests/gltf_look && node tests/gltf_look/check.mjs [--at-least N] [--pictures FOLDER] [--compress] [SKETCH.tilt...]
 //
-// Without sketches it scores two of the folder that OSP_CORPUS names, and each has to reach 70. OSP names the program, PYTHON
-// a Python with numpy and Pillow, CHROMIUM the browser.
+// --compress: the models are those of `osp export --compress`. Without sketches it scores two of the folder that OSP_CORPUS
+// names, and each has to reach 70. OSP names the program, PYTHON a Python with numpy and Pillow, CHROMIUM the browser.
 import { execFileSync, spawnSync } from 'node:child_process';
 import { existsSync, mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -11,7 +11,7 @@ import { basename, join } from 'node:path';
 import { parseArgs } from 'node:util';
 
 const { values, positionals } = parseArgs({
-  options: { 'at-least': { type: 'string' }, pictures: { type: 'string' } }, allowPositionals: true,
+  options: { 'at-least': { type: 'string' }, pictures: { type: 'string' }, compress: { type: 'boolean' } }, allowPositionals: true,
 });
 const root = new URL('../..', import.meta.url).pathname;
 const program = process.env.OSP ?? join(root, 'target/release/osp');
@@ -41,7 +41,7 @@ const drawn = [];
 for (const sketch of sketches) {
   const name = basename(sketch, '.tilt');
   const [model, picture] = ['glb', 'png'].map((ending) => join(folder, `${name}.${ending}`));
-  execFileSync(program, ['export', sketch, model, '--force', '--pace', 'samples:4096'], { stdio: ['ignore', 'ignore', 'inherit'] });
+  execFileSync(program, ['export', sketch, model, '--force', '--pace', 'samples:4096', ...(values.compress ? ['--compress'] : [])], { stdio: ['ignore', 'ignore', 'inherit'] });
   const { png, calls, ms } = await draw(model);
   writeFileSync(picture, png);
   drawn.push({ sketch, name, picture, calls, ms });

@@ -1,8 +1,9 @@
 // The page of draw.mjs: a model in three.js.
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 
-const model = await new GLTFLoader().loadAsync('/model.glb');
+const model = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).loadAsync('/model.glb');
 const camera = model.cameras[0];
 if (!camera) throw new Error('the model has no camera');
 const renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });

@@ -109,6 +109,7 @@ const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["render"], &[], Feature::Render),
     (&["film"], &[], Feature::Render),
     (&["thumbs"], &[], Feature::Render),
+    (&["export"], &["compress"], Feature::Render),
     (&["rig", "monitors"], &[], Feature::Window),
     (&["serve"], &[], Feature::Serve),
     (&["sketch"], &[], Feature::Window),

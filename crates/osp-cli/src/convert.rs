@@ -114,7 +114,7 @@ fn converted(args: &ConvertArgs, job: &Job, format: Format) -> anyhow::Result<Mo
     match format {
         Format::Glb => {
             let session = FrameArgs::end_of(job.source.clone(), args.reading);
-            write_model(&session, Objects::Layers, &output)
+            write_model(&session, Objects::Layers, false, &output)
         }
         Format::Ron | Format::RonZst => {
             let mut session = OpenSession::read_by(Reader::Here, &job.source, &args.reading)?;

@@ -34,7 +34,8 @@ use osp_session::{
 ///
 /// Some brushes look different in other programs. glTF cannot add light, so brushes of light are blended by their
 /// brightness, without halos. Moving brushes stand still. Particles and soap films face the session's camera, not the
-/// eye. --static writes one mesh with few materials and no times, for viewers and the web.
+/// eye. --static writes one mesh with few materials, smaller vertices (KHR_mesh_quantization) and no times, for viewers and
+/// the web.
 ///
 /// Each vertex carries two numbers of osp: _TIMESTAMP and _STROKE. _TIMESTAMP is the time from the session's beginning until
 /// the polygon was drawn, seconds; with this attribute Blender can let the drawing grow. _STROKE is the number of the stroke
@@ -44,7 +45,7 @@ use osp_session::{
 #[command(after_help = "Examples:
   osp export sketch.tilt sketch.glb
   osp export recordings/portrait.ron portrait.glb --objects strokes
-  osp export sketch.tilt web.glb --static
+  osp export sketch.tilt web.glb --compress
   osp export sketch.tilt half.glb --frame 200")]
 pub(super) struct ExportArgs {
     #[command(flatten)]
@@ -58,6 +59,10 @@ pub(super) struct ExportArgs {
     /// Write one object with few draw calls and smaller vertices, without _TIMESTAMP and _STROKE.
     #[arg(long = "static", conflicts_with = "objects")]
     is_static: bool,
+    /// Compress the buffers of a static model (EXT_meshopt_compression). three.js, Babylon.js and other web viewers read it;
+    /// Blender does not.
+    #[arg(long, conflicts_with = "objects")]
+    compress: bool,
     /// Let the model replace a file that is no .glb of osp, but never the session.
     #[arg(long)]
     force: bool,
@@ -75,11 +80,11 @@ pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
     let output =
         Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, OutputKind::Glb)?;
     let objects = match args.objects {
-        _ if args.is_static => Objects::Whole,
+        _ if args.is_static || args.compress => Objects::Whole,
         ObjectsArg::Layers => Objects::Layers,
         ObjectsArg::Strokes => Objects::Strokes,
     };
-    write_model(&args.session, objects, &output)?.print(&args.out)
+    write_model(&args.session, objects, args.compress, &output)?.print(&args.out)
 }
 
 /// A model that has been written: its contents, and remarks about missing or changed parts.
@@ -98,12 +103,18 @@ impl Model {
 }
 
 /// Writes the model after a frame.
-pub(super) fn write_model(session: &FrameArgs, objects: Objects, output: &Output) -> anyhow::Result<Model> {
+pub(super) fn write_model(
+    session: &FrameArgs,
+    objects: Objects,
+    is_compressed: bool,
+    output: &Output,
+) -> anyhow::Result<Model> {
     let mut times = PolygonTimes::default();
     let note = |events: &[Event], scene: &Scene| times.note(events, scene);
     let Played { header, scene, .. } = Played::model(session, note)?;
     let options = ExportOptions {
         objects,
+        is_compressed,
         layer_names: header.layers.iter().map(|layer| layer.name.clone()).collect(),
         times: Some(times),
         eye_in_world: header.camera.map(|camera| camera.p),

@@ -9,10 +9,11 @@ use glam::Vec3;
 use thiserror::Error;
 
 use super::{
-    gltf_json::{Document, Object, aligned},
+    gltf_json::{Document, Object},
     gltf_material::Materials,
     gltf_options::{ExportOptions, Objects},
-    gltf_part::Part,
+    gltf_packed::{Grid, compress, quantize},
+    gltf_part::{Part, aligned},
 };
 use crate::{
     brush::Seen,
@@ -36,6 +37,9 @@ pub enum ExportError {
     /// The file would exceed the byte counts of the format, which have 32 bits.
     #[error("the model is too large for one file of this format: {0} bytes of at most 4294967295")]
     TooLarge(u64),
+    /// This build has no compression: the feature `compress` is missing.
+    #[error("expected a build of osp-session with its feature `compress`")]
+    NotCompressed,
     /// The user has cancelled the export.
     #[error("writing it was cancelled")]
     Cancelled,
@@ -61,7 +65,7 @@ pub struct GltfCounts {
 ///
 /// Two attributes are osp's own, floats at each vertex: `_TIMESTAMP`, seconds from the session's beginning until the polygon
 /// was drawn (with [`ExportOptions::times`]), and `_STROKE`, the number of the stroke, -1 for polygons without one.
-/// [`Objects::Whole`] has neither.
+/// [`Objects::Whole`] has neither, and its vertices are smaller (`KHR_mesh_quantization`).
 ///
 /// Brushes look as at time 0: [`Still`](crate::brush::Still). glTF has no additive light. So strokes of light are blended,
 /// with an alpha that is as large as their light is bright, and dark light covers nothing.
@@ -127,14 +131,16 @@ pub fn write_glb_watched(
         let straight = options.eye_in_world.map_or(SLANTED, |eye| straightness(&polygon, eye));
         let seen = Seen { straight, light };
         let paint = |corner| materials.get(material).corner(stroke, &surface, corner, seen);
-        let part = object.parts.entry(materials.in_file(material));
-        let part = part.or_insert_with(|| if is_whole { Part::welded() } else { Part::default() });
+        let part = object.parts.entry(materials.in_file(material)).or_insert_with(|| Part::new(is_whole));
         part.add(&polygon, &surface, paint, [secs, number]);
         counts.polygons += 1;
         counts.turned += u64::from(surface.is_facing());
         counts.triangles += polygon.vertices().len() as u64 - 2;
     }
-    let objects: Vec<Object> = objects.into_values().collect();
+    let mut objects: Vec<Object> = objects.into_values().collect();
+    if is_whole {
+        objects.iter_mut().try_for_each(|object| shrink(object, options))?;
+    }
     counts.objects = objects.len() as u64;
     let parts = || objects.iter().flat_map(|object| object.parts.values());
     let images = materials.textures().images();
@@ -156,9 +162,19 @@ pub fn write_glb_watched(
             if !go_on(counts.polygons) {
                 return Err(ExportError::Cancelled);
             }
-            out.write_all(&part.vertices)?;
-            for index in &part.indices {
-                out.write_all(&index.to_le_bytes())?;
+            let mut padded = |bytes: &[u8]| {
+                out.write_all(bytes)?;
+                out.write_all(&[0; 4][..aligned(bytes.len()) - bytes.len()])
+            };
+            match &part.packed {
+                Some(packed) => {
+                    padded(&packed.vertices)?;
+                    padded(&packed.indices)?;
+                }
+                None => {
+                    padded(&part.vertices)?;
+                    part.indices.iter().try_for_each(|index| padded(&index.to_le_bytes()))?;
+                }
             }
         }
         for image in images {
@@ -168,6 +184,20 @@ pub fn write_glb_watched(
     }
     out.flush()?;
     Ok(counts)
+}
+
+/// Makes the vertices of an object smaller, and compresses its buffers if the options say so.
+fn shrink(object: &mut Object, options: &ExportOptions) -> Result<(), ExportError> {
+    let parts = object.parts.values();
+    let bounds = parts.map(|part| (part.min, part.max)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+    let grid = bounds.and_then(|(min, max)| Grid::of(min, max));
+    object.parts.values_mut().for_each(|part| quantize(part, grid));
+    if options.is_compressed {
+        for part in object.parts.values_mut() {
+            part.packed = Some(compress(part)?);
+        }
+    }
+    Ok(())
 }
 
 /// Light on a matte surface, the mean over all directions.
@@ -213,7 +243,7 @@ fn object_of<'a>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::gltf_part::VERTEX_BYTES;
+    use super::super::gltf_part::Layout;
     use super::*;
     use crate::recording::{Author, Event, GroupId, StrokeId, Transform};
     use glam::Quat;
@@ -224,10 +254,14 @@ mod tests {
     }
 
     fn export(events: &[Event]) -> (GltfCounts, Value, Vec<u8>) {
+        export_with(&ExportOptions::default(), events)
+    }
+
+    fn export_with(options: &ExportOptions, events: &[Event]) -> (GltfCounts, Value, Vec<u8>) {
         let mut scene = Scene::new();
         events.iter().for_each(|event| scene.apply(event, &mut Vec::new()));
         let mut bytes = Vec::new();
-        let counts = write_glb(&scene, "test", &ExportOptions::default(), &mut bytes).expect("memory");
+        let counts = write_glb(&scene, "test", options, &mut bytes).expect("memory");
         assert_eq!((word(&bytes, 0), word(&bytes, 4), word(&bytes, 8)), (GLB_MAGIC, 2, bytes.len() as u32));
         let json_bytes = word(&bytes, 12) as usize;
         assert_eq!((word(&bytes, 16), json_bytes % 4), (JSON_CHUNK, 0));
@@ -243,9 +277,8 @@ mod tests {
 
     #[test]
     fn polygons_come_back_from_the_bytes() {
-        let quad = polygon(&[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]], 1.0);
         let glass = polygon(&[[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]], 0.5);
-        let (counts, json, chunk) = export(&[quad, glass]);
+        let (counts, json, chunk) = export(&[quad(), glass]);
         assert_eq!(counts, GltfCounts { objects: 1, polygons: 2, triangles: 3, ..GltfCounts::default() });
         assert_eq!(word(&chunk, 4), BIN_CHUNK);
         let binary = &chunk[8..];
@@ -263,8 +296,74 @@ mod tests {
         let found: Vec<u32> = (0..6).map(|i| word(binary, at + 4 * i)).collect();
         assert_eq!(found, [0, 1, 2, 0, 2, 3]);
         let float = |at| f32::from_bits(word(binary, at));
-        assert_eq!([float(VERTEX_BYTES), float(VERTEX_BYTES + 4)], [2.0, 0.0], "the second corner");
+        let stride = Layout { has_tail: true, ..Layout::default() }.stride();
+        assert_eq!([float(stride), float(stride + 4)], [2.0, 0.0], "the second corner");
         assert_eq!([float(12), float(16), float(20)], [0.0, 0.0, 1.0], "its normal");
+    }
+
+    fn quad() -> Event {
+        polygon(&[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]], 1.0)
+    }
+
+    #[test]
+    fn a_static_model_has_small_vertices_at_the_same_places() {
+        let options = ExportOptions { objects: Objects::Whole, ..ExportOptions::default() };
+        let (_, json, chunk) = export_with(&options, &[quad()]);
+        let view = &json["bufferViews"][0];
+        assert_eq!(
+            (view["byteStride"].as_u64(), &json["accessors"][0]["componentType"]),
+            (Some(24), &json!(5123))
+        );
+        let node = &json["nodes"][0];
+        let step = node["scale"][0].as_f64().expect("a number");
+        let short = |at: usize| f64::from(u16::from_le_bytes([chunk[8 + at], chunk[9 + at]]));
+        for (corner, [x, y]) in [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]].into_iter().enumerate() {
+            let at = |axis: usize| {
+                node["translation"][axis].as_f64().expect("a number") + step * short(24 * corner + 2 * axis)
+            };
+            assert!((at(0) - x).abs() < 1.0e-4 && (at(1) - y).abs() < 1.0e-4, "corner {corner}");
+        }
+        assert_eq!(chunk[8 + 8..8 + 11], [0, 0, 127], "the normal");
+        // Sixteen bits are too few for a model of a kilometre.
+        let far = polygon(&[[0.0, 0.0, 0.0], [1000.0, 0.0, 0.0], [0.0, 1.0, 0.0]], 1.0);
+        let (_, json, _) = export_with(&options, &[far]);
+        assert_eq!(json["accessors"][0]["componentType"], 5126);
+        assert_eq!(
+            (&json["accessors"][0]["max"], &json["nodes"][0]["scale"]),
+            (&json!([1000.0, 1.0, 0.0]), &Value::Null)
+        );
+    }
+
+    #[cfg(feature = "compress")]
+    #[test]
+    fn compressed_buffers_hold_the_same_bytes() {
+        let plain = ExportOptions { objects: Objects::Whole, ..ExportOptions::default() };
+        let (_, json, chunk) = export_with(&plain, &[quad()]);
+        let packed = ExportOptions { is_compressed: true, ..plain };
+        let (_, packed_json, packed_chunk) = export_with(&packed, &[quad()]);
+        assert_eq!(packed_json["extensionsRequired"][0], "EXT_meshopt_compression");
+        assert_eq!(packed_json["accessors"], json["accessors"]);
+        let number = |of: &Value, name: &str| of[name].as_u64().expect("a number") as usize;
+        let bytes = |of: &Value, chunk: &[u8]| {
+            let start = 8 + number(of, "byteOffset");
+            chunk[start..start + number(of, "byteLength")].to_vec()
+        };
+        let of = |view: usize| {
+            let view = &packed_json["bufferViews"][view]["extensions"]["EXT_meshopt_compression"];
+            (bytes(view, &packed_chunk), number(view, "count"))
+        };
+        let (vertices, count) = of(0);
+        let vertices = meshopt::decode_vertex_buffer::<[u8; 24]>(&vertices, count).expect("vertices");
+        assert_eq!(vertices.concat(), bytes(&json["bufferViews"][0], &chunk));
+        let (indices, count) = of(1);
+        let indices = meshopt::decode_index_buffer::<u32>(&indices, count).expect("indices");
+        // The codec may turn a triangle, but keeps the order of triangles.
+        let turned = |triangle: &[u32; 3]| {
+            let first = (0..3).min_by_key(|&i| triangle[i]).expect("three");
+            [0, 1, 2].map(|i| triangle[(first + i) % 3])
+        };
+        let triangles: Vec<[u32; 3]> = indices.as_chunks::<3>().0.iter().map(turned).collect();
+        assert_eq!(triangles, [[0, 1, 2], [0, 2, 3]]);
     }
 
     #[test]

@@ -21,6 +21,8 @@ pub enum Objects {
 pub struct ExportOptions {
     /// Content of an object.
     pub objects: Objects,
+    /// Whether the buffers of [`Objects::Whole`] are compressed (`EXT_meshopt_compression`). Needs the feature `compress`.
+    pub is_compressed: bool,
     /// Names of the layers, by their numbers.
     pub layer_names: Vec<String>,
     /// The times at which the polygons were drawn, if the file is to contain them.

@@ -2,20 +2,89 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
+use super::gltf_packed::{Grid, Packed};
 use crate::brush::Surface;
 use osp::polygon::ConvexPolygon;
 
 /// Number of bytes of a vertex that viewers draw: position and normal as floats, colour as four 16-bit numbers, texture
 /// coordinates as floats.
-const DRAWN_BYTES: usize = 12 + 12 + 8 + 8;
-/// The same with time and stroke, floats.
-pub(super) const VERTEX_BYTES: usize = DRAWN_BYTES + 4 + 4;
+pub(super) const DRAWN_BYTES: usize = 12 + 12 + 8 + 8;
+
+const FLOAT: u32 = 5126;
+const BYTE: u32 = 5120;
+const UNSIGNED_SHORT: u32 = 5123;
+
+/// The forms of a vertex's values.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Layout {
+    /// Whether the vertices have a time and the number of a stroke.
+    pub(super) has_tail: bool,
+    /// The grid whose 16-bit numbers are the positions; without it they are floats.
+    pub(super) grid: Option<Grid>,
+    /// Whether normals are signed bytes, not floats.
+    pub(super) has_byte_normals: bool,
+    /// Whether texture coordinates are 16-bit numbers, not floats.
+    pub(super) has_small_uvs: bool,
+}
+
+/// A value that each vertex has.
+pub(super) struct Attribute {
+    pub(super) name: &'static str,
+    /// Place in the vertex, bytes.
+    pub(super) offset: usize,
+    /// Number of glTF's type of the components.
+    pub(super) component: u32,
+    pub(super) is_normalized: bool,
+    /// Name of glTF's type.
+    pub(super) shape: &'static str,
+}
+
+impl Layout {
+    /// The attributes, and the number of bytes of a vertex.
+    fn attributes_and_stride(self) -> (Vec<Attribute>, usize) {
+        let position = if self.grid.is_some() { (8, UNSIGNED_SHORT, false) } else { (12, FLOAT, false) };
+        let normal = if self.has_byte_normals { (4, BYTE, true) } else { (12, FLOAT, false) };
+        let uv = if self.has_small_uvs { (4, UNSIGNED_SHORT, true) } else { (8, FLOAT, false) };
+        let mut values = vec![
+            ("POSITION", position, "VEC3"),
+            ("NORMAL", normal, "VEC3"),
+            ("COLOR_0", (8, UNSIGNED_SHORT, true), "VEC4"),
+            ("TEXCOORD_0", uv, "VEC2"),
+        ];
+        if self.has_tail {
+            values.extend([
+                ("_TIMESTAMP", (4, FLOAT, false), "SCALAR"),
+                ("_STROKE", (4, FLOAT, false), "SCALAR"),
+            ]);
+        }
+        let mut stride = 0;
+        let attribute = |(name, (bytes, component, is_normalized), shape)| {
+            let offset = stride;
+            stride += bytes;
+            Attribute { name, offset, component, is_normalized, shape }
+        };
+        let attributes = values.into_iter().map(attribute).collect();
+        (attributes, stride)
+    }
+
+    pub(super) fn attributes(self) -> Vec<Attribute> {
+        self.attributes_and_stride().0
+    }
+
+    /// Number of bytes of a vertex.
+    pub(super) fn stride(self) -> usize {
+        self.attributes_and_stride().1
+    }
+}
 
 /// Vertices and triangles of one material in one object.
-#[derive(Default)]
 pub(super) struct Part {
+    pub(super) layout: Layout,
     pub(super) vertices: Vec<u8>,
     pub(super) indices: Vec<u32>,
+    /// The compressed bytes, if the file has these instead.
+    pub(super) packed: Option<Packed>,
+    /// Least and greatest position, metres, or numbers of the grid.
     pub(super) min: Vec3,
     pub(super) max: Vec3,
     /// Numbers of the vertices, by their bytes, if equal vertices are one. Then they have neither time nor stroke.
@@ -23,27 +92,36 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// A part whose equal vertices are one, without times and strokes.
-    pub(super) fn welded() -> Self {
-        Self { known: Some(HashMap::new()), ..Self::default() }
-    }
-
-    /// Number of bytes of a vertex.
-    pub(super) fn stride(&self) -> usize {
-        if self.known.is_some() { DRAWN_BYTES } else { VERTEX_BYTES }
-    }
-
-    /// Whether the vertices have a time and the number of a stroke.
-    pub(super) fn has_tail(&self) -> bool {
-        self.known.is_none()
+    /// An empty part. If `is_welded`, equal vertices are one, and have neither time nor stroke.
+    pub(super) fn new(is_welded: bool) -> Self {
+        Self {
+            layout: Layout { has_tail: !is_welded, ..Layout::default() },
+            vertices: Vec::new(),
+            indices: Vec::new(),
+            packed: None,
+            min: Vec3::ZERO,
+            max: Vec3::ZERO,
+            known: is_welded.then(HashMap::new),
+        }
     }
 
     pub(super) fn count(&self) -> usize {
-        self.vertices.len() / self.stride()
+        self.vertices.len() / self.layout.stride()
     }
 
+    /// Number of bytes of the vertices and of the indices before compression.
+    pub(super) fn raw_bytes(&self) -> [usize; 2] {
+        [self.vertices.len(), self.indices.len() * 4]
+    }
+
+    /// Number of bytes of the vertices and of the indices in the file.
+    pub(super) fn stored_bytes(&self) -> [usize; 2] {
+        self.packed.as_ref().map_or(self.raw_bytes(), |packed| [packed.vertices.len(), packed.indices.len()])
+    }
+
+    /// Number of bytes in the file, with the alignment of both ranges.
     pub(super) fn bytes(&self) -> usize {
-        self.vertices.len() + self.indices.len() * 4
+        self.stored_bytes().map(aligned).into_iter().sum()
     }
 
     /// Adds a polygon. `paint` gives the colour and the texture coordinates of a corner. `tail` has the values that are
@@ -60,6 +138,7 @@ impl Part {
         if self.vertices.is_empty() {
             (self.min, self.max) = (corners[0], corners[0]);
         }
+        let stride = self.layout.stride();
         let mut numbers = [0; 4];
         for (i, (&corner, number)) in corners.iter().zip(&mut numbers).enumerate() {
             (self.min, self.max) = (self.min.min(corner), self.max.max(corner));
@@ -71,14 +150,14 @@ impl Part {
             let color = color.map(|c| (c * 65535.0).round() as u16);
             bytes[24..32].as_chunks_mut().0.iter_mut().zip(color).for_each(|(to, n)| *to = n.to_le_bytes());
             bytes[32..].as_chunks_mut().0.iter_mut().zip(uv).for_each(|(to, n)| *to = n.to_le_bytes());
-            let next = self.count() as u32;
+            let next = (self.vertices.len() / stride) as u32;
             *number = match &mut self.known {
                 Some(known) => *known.entry(bytes).or_insert(next),
                 None => next,
             };
             if *number == next {
                 self.vertices.extend(bytes);
-                if self.has_tail() {
+                if self.layout.has_tail {
                     self.vertices.extend(tail.iter().flat_map(|number| number.to_le_bytes()));
                 }
             }
@@ -87,6 +166,11 @@ impl Part {
             self.indices.extend([numbers[0], numbers[i - 1], numbers[i]]);
         }
     }
+}
+
+/// Length of a part of the binary chunk whose contents have this length, bytes.
+pub(super) fn aligned(bytes: usize) -> usize {
+    bytes.next_multiple_of(4)
 }
 
 /// Unit normal of a polygon with this area vector. If the area vector of a huge polygon has overflowed, the result

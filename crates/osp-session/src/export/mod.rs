@@ -7,6 +7,7 @@ mod gltf;
 mod gltf_json;
 mod gltf_material;
 mod gltf_options;
+mod gltf_packed;
 mod gltf_part;
 mod gltf_texture;
 mod gltf_view;

@@ -128,6 +128,24 @@ fn a_static_model_has_one_part_a_material() {
     assert!(parts(&whole).iter().all(|part| part["attributes"].get("_STROKE").is_none()));
     let bytes = |name: &str| fs::metadata(folder.path().join(name)).expect("a model").len();
     assert!(bytes("static.glb") < bytes("layers.glb"));
+    // Its vertices are small, and read again as the same model.
+    assert_eq!(list(&whole, "extensionsRequired"), [json!("KHR_mesh_quantization")]);
+    let bounds = |name: &str| -> Vec<[f64; 3]> {
+        let info: Value =
+            serde_json::from_str(&OSP.done_in(folder.path(), ["info", name, "--json"])).expect("JSON");
+        serde_json::from_value(info["bounds_m"].clone()).expect("two corners")
+    };
+    let (again, before) = (bounds("static.glb").concat(), bounds("layers.glb").concat());
+    assert!(again.iter().zip(&before).all(|(a, b)| (a - b).abs() < 5.0e-4), "{again:?} {before:?}");
+    if !cfg!(feature = "render") {
+        let said = OSP.refused_in(folder.path(), ["export", "a.ron", "web.glb", "--compress"]);
+        assert!(said.contains("--features render"), "{said}");
+        return;
+    }
+    OSP.done_in(folder.path(), ["export", "a.ron", "web.glb", "--compress"]);
+    assert!(bytes("web.glb") * 3 < bytes("static.glb") * 2);
+    let said = OSP.refused_in(folder.path(), ["info", "web.glb"]);
+    assert!(said.contains("whose meshes are not packed"), "{said}");
 }
 
 #[test]

@@ -1,0 +1,101 @@
+//! Smaller vertices (`KHR_mesh_quantization`) and compressed buffers (`EXT_meshopt_compression`).
+
+#[cfg(feature = "compress")]
+use std::io;
+
+use glam::Vec3;
+
+use super::gltf::ExportError;
+use super::gltf_part::{DRAWN_BYTES, Layout, Part};
+
+/// Largest distance between two neighbouring positions of the grid, metres: a hair's breadth of the thinnest strokes.
+const MOST_STEP_M: f32 = 0.000_5;
+
+/// A grid of 65,536 positions on each axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Grid {
+    pub(super) origin: Vec3,
+    pub(super) step_m: f32,
+}
+
+impl Grid {
+    /// The grid of a box. `None` if its positions would be too far apart.
+    pub(super) fn of(min: Vec3, max: Vec3) -> Option<Self> {
+        let step_m = (max - min).max_element() / f32::from(u16::MAX);
+        (step_m > 0.0 && step_m <= MOST_STEP_M).then_some(Self { origin: min, step_m })
+    }
+
+    fn place(&self, position: Vec3) -> [u16; 3] {
+        ((position - self.origin) / self.step_m).round().to_array().map(|n| n as u16)
+    }
+}
+
+/// Makes the vertices of a welded part smaller: positions become numbers of the grid, if there is one, normals bytes, and
+/// texture coordinates between 0 and 1 16-bit numbers.
+pub(super) fn quantize(part: &mut Part, grid: Option<Grid>) {
+    let floats = |bytes: &[u8]| bytes.as_chunks().0.iter().map(|&word| f32::from_le_bytes(word)).collect();
+    let of = |row: &[u8; DRAWN_BYTES], range: std::ops::Range<usize>| -> Vec<f32> { floats(&row[range]) };
+    let rows = std::mem::take(&mut part.vertices);
+    let rows = rows.as_chunks::<DRAWN_BYTES>().0;
+    let has_small_uvs = rows.iter().all(|row| of(row, 32..40).iter().all(|uv| (0.0..=1.0).contains(uv)));
+    part.layout = Layout { has_tail: false, grid, has_byte_normals: true, has_small_uvs };
+    let (mut least, mut most) = ([u16::MAX; 3], [0; 3]);
+    for row in rows {
+        let position = Vec3::from_slice(&of(row, 0..12));
+        match &grid {
+            Some(grid) => {
+                let place = grid.place(position);
+                for axis in 0..3 {
+                    (least[axis], most[axis]) = (least[axis].min(place[axis]), most[axis].max(place[axis]));
+                }
+                part.vertices.extend(place.into_iter().chain([0]).flat_map(u16::to_le_bytes));
+            }
+            None => part.vertices.extend_from_slice(&row[..12]),
+        }
+        let normal = of(row, 12..24).into_iter().map(|n| (n * 127.0).round() as i8 as u8);
+        part.vertices.extend(normal.chain([0]));
+        part.vertices.extend_from_slice(&row[24..32]);
+        match has_small_uvs {
+            true => {
+                let uvs = of(row, 32..40).into_iter().map(|uv| (uv * 65535.0).round() as u16);
+                part.vertices.extend(uvs.flat_map(u16::to_le_bytes));
+            }
+            false => part.vertices.extend_from_slice(&row[32..40]),
+        }
+    }
+    if grid.is_some() && !rows.is_empty() {
+        (part.min, part.max) = (Vec3::from(least.map(f32::from)), Vec3::from(most.map(f32::from)));
+    }
+}
+
+/// The compressed vertices and indices of a part.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Packed {
+    pub(super) vertices: Vec<u8>,
+    pub(super) indices: Vec<u8>,
+}
+
+/// Compresses a part. The triangles keep their order, which decides how blended ones look.
+#[cfg(feature = "compress")]
+pub(super) fn compress(part: &Part) -> Result<Packed, ExportError> {
+    fn rows<const STRIDE: usize>(bytes: &[u8]) -> meshopt::Result<Vec<u8>> {
+        /// Version of the codec that the extension of glTF has.
+        const VERSION: i32 = 0;
+        meshopt::encode_vertex_buffer_level(bytes.as_chunks::<STRIDE>().0, 2, Some(VERSION))
+    }
+    let packed = |error| ExportError::Io(io::Error::other(error));
+    let vertices = match part.layout.stride() {
+        24 => rows::<24>(&part.vertices),
+        28 => rows::<28>(&part.vertices),
+        _ => rows::<32>(&part.vertices),
+    };
+    Ok(Packed {
+        vertices: vertices.map_err(packed)?,
+        indices: meshopt::encode_index_buffer(&part.indices, part.count()).map_err(packed)?,
+    })
+}
+
+#[cfg(not(feature = "compress"))]
+pub(super) fn compress(_part: &Part) -> Result<Packed, ExportError> {
+    Err(ExportError::NotCompressed)
+}
