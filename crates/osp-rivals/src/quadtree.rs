@@ -83,7 +83,7 @@ impl Partition for QuadPartition {
 
     fn grow(&self, root: &Square, center: Vec3) -> Option<(Square, usize)> {
         let p = self.on_ground(center);
-        // The borders and sides are those of later splits, so polygons inside stay in the old root.
+        // Borders belong to the same side as in `child_of`, so polygons inside stay in the old root.
         let is_inside = |i: usize| {
             let (center, half) = (root.center[i], root.half);
             p[i] >= center - half && p[i] < center + half

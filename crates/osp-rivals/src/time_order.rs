@@ -292,7 +292,7 @@ impl SpatialIndex for TimeOrder {
     fn validate(&self) -> Result<(), String> {
         let filed: usize = self.filed.iter().map(|filed| filed.count_ones() as usize).sum();
         if filed != self.len {
-            return Err(format!("{filed} boxes filed, {} counted", self.len));
+            return Err(format!("{filed} boxes inserted, {} counted", self.len));
         }
         for level in 1..self.levels.len() {
             for group in 0..self.levels[level - 1].len() {

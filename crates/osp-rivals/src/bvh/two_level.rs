@@ -214,7 +214,7 @@ impl SpatialIndex for BvhTwoLevel {
         let waiting = self.filed.iter().filter(|(id, _)| self.place.get(*id) == Place::Waiting).count();
         if all - holes + dynamic + waiting != self.filed.len() {
             return Err(format!(
-                "{all} static, {holes} of them holes, {dynamic} dynamic, {waiting} waiting, {} filed",
+                "{all} static, {holes} of them holes, {dynamic} dynamic, {waiting} waiting, {} inserted",
                 self.filed.len()
             ));
         }
