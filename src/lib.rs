@@ -19,8 +19,8 @@
 //! let corners = [[-4.0, 0.0, -6.0], [4.0, 0.0, -6.0], [4.0, 3.0, -6.0], [-4.0, 3.0, -6.0_f32]];
 //! culler.set_occluder(wall, Occluder::quad(corners)?); // Or `mesh(vertices, indices)`, or a `cuboid`.
 //!
-//! // The engine's matrices from world to clip space, `f32` or `f64`, columns one after the other: a perspective with reversed
-//! // depth and no far plane from an eye at a height of 1 m, and a sun above.
+//! // The engine's matrices from world to clip space, `f32` or `f64`, by columns. `clip` is a perspective with reversed
+//! // depth and no far plane, from an eye at a height of 1 m. `ortho` is the parallel projection of a sun above.
 //! let clip = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, -1.0, 0.1, 0.0_f32];
 //! let ortho = [0.1, 0.0, 0.0, 0.0, 0.0, 0.0, -0.1, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.5, 1.0_f32];
 //! let main = Camera::from_matrix(clip, Depth::OneToZero)?;

@@ -28,7 +28,7 @@ use osp_session::{
 /// Number of consecutive frames that are measured together. The frame before them applies the skipped changes
 /// and is not counted.
 const STRETCH: u64 = 10;
-/// Number of runs of consecutive frames that are measured in each band of sizes, besides those all over the session.
+/// Number of runs of consecutive frames that are measured in each band of sizes, besides those spread over the session.
 const RUNS_OF_A_BAND: u64 = 6;
 /// The sizes of Figs. 21 to 23, polygons.
 const BANDS: [(&str, Range<u64>); 3] =
@@ -154,7 +154,7 @@ impl Lane {
     }
 }
 
-/// The structures that grow: the paper's two trees as printed, and others as they are best.
+/// The structures that grow: the paper's two trees as printed, and others in their best form.
 fn tree(kind: Contender, input: &PaperInput<'_>, config: &PaperConfig) -> Tree {
     let capacity = usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX);
     let index = IndexConfig { root: input.root, capacity };

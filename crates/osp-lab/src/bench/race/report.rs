@@ -82,7 +82,7 @@ fn rows(race: &Race) -> Rows {
         1 => "The times contain what other programs took of the core; `--runs 3` leaves most of it out."
             .to_owned(),
         runs => format!(
-            "A frame's time is the least of {runs} races: in longer ones other programs took the core."
+            "A frame's time is the least of {runs} races, because longer times include work of other programs."
         ),
     };
     rows.note(PART, others);
