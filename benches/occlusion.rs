@@ -1,9 +1,9 @@
 //! Occlusion culling: updating the candidates, selecting occluders, building each culler, and testing.
 //!
 //! The scenes are those of `osp verify scene:NAME`. Each figure belongs to one view of the finished model, except
-//! `select/moving`: there the camera turns by up to a third of a degree and walks up to 3 mm from frame to frame, and
-//! the selection uses data of previous frames. `query/NAME/one-by-one` tests the same boxes one after the other, from
-//! the top of the tree.
+//! `select/moving`. There the camera turns by up to a third of a degree and walks up to 3 mm a frame. The selection
+//! uses data of previous frames. `query/NAME/one-by-one` tests the same boxes one after the other, from the top of the
+//! tree.
 
 use std::hint::black_box;
 

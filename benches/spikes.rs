@@ -7,8 +7,8 @@
 //!
 //! The column `room` is `first` if every growth begins with memory that was never written to. It is `again` if a growth
 //! reuses the memory of the previous one. The table has the time of a frame, microseconds. It counts the frames that
-//! take more than five times the median of the fifty around them, and shows the largest of these ratios with its frame.
-//! In the first frame the caches are cold.
+//! take more than five times the median of the fifty around them. It also has the largest of these ratios with its
+//! frame. In the first frame the caches are cold.
 
 #[path = "support/models.rs"]
 mod models;

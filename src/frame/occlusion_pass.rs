@@ -184,7 +184,7 @@ impl OcclusionPass {
         self.stage.view().selector().chosen()
     }
 
-    /// Whether the occluders of the last frame were the polygons that were visible in the frame before.
+    /// Whether the occluders of the last frame were the polygons that were visible in the frame before it.
     pub fn is_by_last(&self) -> bool {
         self.by_last
     }
@@ -206,7 +206,7 @@ impl OcclusionPass {
     /// Subtracts the time that a frame spent on candidates from the idle budget.
     fn spend_idle(&mut self, counted_ns: f64, measured_ns: u64) {
         if let Some(switch) = &mut self.switch {
-            // Without work on candidates, the measured time is that of any frame.
+            // The measured time counts only if candidates were updated.
             let is_measured = self.config.basis == AutoBasis::Time && counted_ns > 0.0;
             switch.spend_idle(if is_measured { counted_ns.max(measured_ns as f64) } else { counted_ns });
         }

@@ -46,7 +46,7 @@ struct Pending {
 #[derive(Debug)]
 struct Builder {
     config: OctreeConfig,
-    /// Indexes of the polygons of all pending nodes; those of the next one are the last.
+    /// Indexes of the polygons of all pending nodes; those of the next node are the last.
     numbers: Vec<u32>,
     pending: Vec<Pending>,
     leaf: Vec<Item>,

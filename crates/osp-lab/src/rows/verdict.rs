@@ -194,7 +194,7 @@ mod tests {
             let rows = rows(SESSION, &recordings[..count]);
             assert_eq!(rows.verdict("osp"), Some(format!("On your {name} {said}")));
         }
-        // The factors are those of the least, which the reference may precede.
+        // The factors are relative to the least time, even if the reference is named first.
         let behind = [("osp", 1.0), ("a", 0.9), ("b", 2.7)];
         let said = "On r osp and a take the least time (level: intervals overlap); the next (b) takes 3.0 times as long.";
         assert_eq!(rows("replay", &[("r", &behind)]).verdict("osp").as_deref(), Some(said));

@@ -101,7 +101,7 @@ impl SortedPlanes {
         }
     }
 
-    /// Fills an empty tree. Returns the number of planes and parts of planes, and of those that had no room.
+    /// Fills an empty tree. Returns the number of planes and their parts, and the number without room.
     pub(super) fn build(
         &mut self,
         tree: &mut ShadowTree,

@@ -233,7 +233,8 @@ impl Html {
         self.raw("</tbody></table></div>");
     }
 
-    /// Appends the element in which the script draws a chart; that of the first chart is kept apart. Returns its id.
+    /// Appends the element in which the script draws a chart; the element of the first chart is kept apart. Returns its
+    /// id.
     fn figure(&mut self, title: &str, chart: &charts::Chart) -> String {
         let id = self.id(title);
         let start = self.html.len();

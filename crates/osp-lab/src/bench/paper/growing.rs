@@ -46,7 +46,7 @@ pub(super) const PART: &str = "paper-growing";
 #[derive(Clone, Copy, Debug)]
 struct GrowingFrame {
     frame: u64,
-    /// Whether the frame is one of those that are evenly spaced over the session.
+    /// Whether the frame belongs to the runs that are evenly spaced over the session.
     is_of_session: bool,
     /// Number of polygons in the model.
     polygons: u64,
@@ -269,7 +269,8 @@ impl Chosen {
         Self { frames: summary.frames, most, sizes: sizes.collect(), passed: 0, left: 0, is_running: false }
     }
 
-    /// The choice of the next frame, before which the model has this number of polygons. `None` if it is skipped.
+    /// Decides about the next frame, before which the model has this number of polygons. `None` if the frame is
+    /// skipped.
     fn next(&mut self, frame: u64, polygons: u64) -> Option<Choice> {
         let passed = self.sizes.partition_point(|&size| size <= polygons).max(self.passed);
         self.left = if passed > self.passed { STRETCH + 1 } else { self.left.saturating_sub(1) };

@@ -33,7 +33,7 @@ pub enum PaperError {
 pub struct PaperConfig {
     /// The structures that grow; `osp` and the reference always do.
     pub kinds: Vec<Contender>,
-    /// The structure with which those that grow are compared.
+    /// The structure with which the growing ones are compared.
     pub reference: IndexKind,
     /// Maximum depths of the tree, binary levels (Fig. 2, step 1).
     pub depths: Vec<u32>,
