@@ -1,11 +1,12 @@
-//! The culler with an engine's keys, against the layer below it with the same objects.
+//! Measures the culler and the layer below it, a `Pipeline` around `Osp`, with the same objects.
 //!
-//! `cargo bench --bench culler [-- SIZE... WORD...]`. SIZE objects (100,000 without it) stand in a square, in rows or in no order, with
-//! walls among them. In a frame a tenth of them moves and a hundredth is replaced, or nothing changes. Then the frame culls for one
-//! camera, for two eyes, or for a camera that hides by the walls, and lists the visible objects. The layer below is a `Pipeline` around `Osp` with a
-//! `Geometry` that is a plain array; the culler has `Dense` numbers, or 64-bit keys. All follow every frame, in turns that begin with
-//! another one each time. The table has medians, microseconds a frame, and the median of the ratio to the layer below, frame by frame;
-//! rows whose names do not hold all words are left out.
+//! `cargo bench --bench culler [-- SIZE... WORD...]`. SIZE objects (default 100,000), some of them walls, stand in a
+//! square, in rows or in no order. In a frame nothing changes, or a tenth of the objects moves and a hundredth is
+//! replaced. The frame then culls for one camera, for two eyes, or for one camera with the walls as occluders. It lists
+//! the visible objects. The culler has `Dense` numbers or 64-bit keys; the `Geometry` of the layer below is a plain
+//! array. All three run every frame, and another one begins each frame. The table has the median time of a frame,
+//! microseconds, and the median of the ratio to the layer below, frame by frame. Rows whose names do not contain every
+//! WORD are skipped.
 
 use std::time::Instant;
 
@@ -23,7 +24,7 @@ use osp::{
 const FRAMES: usize = 160;
 /// Metres between neighbours in a row.
 const APART_M: f32 = 2.0;
-/// One of so many is a wall.
+/// One object of this number is a wall.
 const WALL_EVERY: usize = 500;
 
 struct World {
@@ -109,7 +110,8 @@ fn changed(world: &World, frame: usize, is_still: bool) -> (Vec<usize>, Vec<usiz
 
 /// One way to cull.
 trait Way {
-    /// Microseconds to follow the changes, to cull and to list; and how many are to be drawn, of all views.
+    /// Returns the time to apply the changes, cull and list, microseconds, and the number of objects to draw in all
+    /// views.
     fn frame(&mut self, world: &World, moved: &[usize], replaced: &[usize], views: &[View]) -> (f64, usize);
 }
 
@@ -200,7 +202,7 @@ fn median(values: &mut [f64]) -> f64 {
     values[values.len() / 2]
 }
 
-#[expect(clippy::print_stdout, reason = "the table is what this is for")]
+#[expect(clippy::print_stdout, reason = "a bench prints its table")]
 fn main() {
     // Cargo adds an option of its own.
     let args = std::env::args().skip(1).filter(|arg| !arg.starts_with('-'));

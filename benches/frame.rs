@@ -1,8 +1,8 @@
-//! A frame from the changes to the bytes that a renderer sends, beside the bare query of the index.
+//! Time of a frame from the changes to the bytes that a renderer sends, compared with the bare query of the index.
 //!
-//! `cargo bench --bench frame --features render [-- --quick] [NAME ...]`, all variants or only those named. The model
-//! stands; each frame sixteen polygons are removed and sixteen others that were removed before come back, so every stage
-//! has work. All variants take turns, frame by frame; figures are medians.
+//! `cargo bench --bench frame --features render [-- --quick] [NAME ...]` measures all variants, or only those named.
+//! Each frame removes sixteen polygons and inserts the sixteen that the previous frame removed, so every stage has
+//! work. All variants take turns, frame by frame; figures are medians.
 
 #![expect(clippy::print_stdout, reason = "a bench prints its table")]
 
@@ -24,7 +24,7 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Polygons that a frame removes, and that it brings back.
+/// Number of polygons that a frame removes, and that it inserts again.
 const CHANGED: usize = 16;
 /// Polygons of one buffer of the renderer.
 const PAGE: usize = 1 << 20;
@@ -33,11 +33,12 @@ struct Variant {
     name: &'static str,
     pipeline: Pipeline,
     order: DrawOrder,
-    /// Whether the bytes are made ready, too.
+    /// Whether a frame also prepares the bytes for the renderer.
     to_bytes: bool,
     us: Vec<f64>,
-    /// Of all frames: choosing occluders, building, testing, nanoseconds; and polygons found hidden.
+    /// Sums over all frames, nanoseconds: selecting occluders, building the culler, testing.
     stages_ns: [u64; 3],
+    /// Number of polygons found hidden in all frames.
     occluded: u64,
 }
 
@@ -102,7 +103,7 @@ fn measure(polygons: u32, frames: usize, only: &[String]) {
         let (mut bare, mut visible) = (Vec::new(), VisibleBlocks::with_capacity(scene.polygon_count()));
         let ids: Vec<PolygonId> = scene.visible_ids().collect();
         for frame in 0..frames {
-            // Those that the frame before has removed come back.
+            // The polygons that the previous frame removed come back.
             let some = |frame: usize| (0..CHANGED).map(move |i| frame * 7919 + i * 104_729);
             let removed = some(frame).map(|i| Change::Remove(ids[i % ids.len()]));
             let back = frame.checked_sub(1).into_iter().flat_map(some);

@@ -2,12 +2,12 @@
 //!
 //! `cargo bench --bench gpu --features render [-- --sizes 10000,100000] [--files F,G] [--methods none,hzb] [--frames 360]`
 //!
-//! A synthetic model, or the end of a session, stands. The camera turns, and each frame sixteen polygons are removed and sixteen others come back. All
-//! methods of occlusion culling take turns, frame by frame, and share the polygons on the adapter. Two pictures are drawn:
-//! one of 1,920 x 1,080, and two of 2,000 x 2,000 for the eyes of a headset, at whose 90 Hz a frame has 11.1 ms.
+//! The model is synthetic, or that at the end of a session. The camera turns. Each frame removes sixteen polygons, and
+//! inserts the sixteen that the previous frame removed. All methods of occlusion culling take turns, frame by frame,
+//! and share the polygons on the adapter. A frame draws one picture of 1,920 x 1,080 pixels, or two of 2,000 x 2,000
+//! pixels for the eyes of a headset. At its 90 Hz a frame has 11.1 ms.
 //!
-//! The counts are those by which other adapters can be foretold: vertices and tests that the frame asks for, and bytes
-//! that the CPU sends.
+//! Three counts predict the times on other adapters: vertices and tests of a frame, and bytes that the CPU sends.
 
 #![expect(clippy::print_stdout, reason = "a bench prints its table")]
 
@@ -31,13 +31,13 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Polygons that a frame removes, and that it brings back.
+/// Number of polygons that a frame removes, and that it inserts again.
 const CHANGED: usize = 16;
-/// Frames of each method before those that are measured.
+/// Number of frames of each method before the measured ones.
 const WARM_UP: usize = 4;
-/// Between the eyes, metres.
+/// Distance between the eyes, metres.
 const EYES_APART_M: f32 = 0.064;
-/// A frame of a headset, nanoseconds.
+/// Frame time of a headset, nanoseconds.
 const FRAME_OF_90_HZ_NS: u64 = 11_111_111;
 /// Vertices of a polygon: its two triangles share two of them.
 const VERTICES: u64 = 4;
@@ -46,7 +46,7 @@ const VERTICES: u64 = 4;
 struct Pictures {
     name: &'static str,
     size: (u32, u32),
-    /// How far each eye is to the right of the camera, in parts of the distance between the eyes.
+    /// Offset of each eye to the right of the camera, as a fraction of the distance between the eyes.
     eyes: &'static [f32],
 }
 
@@ -55,13 +55,13 @@ const PICTURES: [Pictures; 2] = [
     Pictures { name: "stereo, 2 x 2,000 x 2,000", size: (2000, 2000), eyes: &[-0.5, 0.5] },
 ];
 
-/// What was measured of one method.
+/// Measurements of one method.
 struct Measured {
     pipeline: Pipeline,
     /// The number of its first view in the drawer.
     first_view: usize,
-    /// Nanoseconds of each frame: all, changes and query, occlusion culling on the CPU, lists for the adapter, from
-    /// submission to completion; and what the adapter says of its passes: depth, test, colours.
+    /// Times of each frame, nanoseconds: all, changes and query, occlusion culling on the CPU, lists for the adapter,
+    /// submission to completion. The last three are measured by the adapter: depth, test and colour pass.
     ns: [Histogram<u64>; 8],
     late: u64,
     frames: u64,
@@ -79,7 +79,7 @@ impl Measured {
         let root = Aabb::cube(bounds.center(), bounds.extent().max_element());
         let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
         let pipeline = Pipeline::new(index, capacity);
-        // What is culled on the adapter alone is culled by the frustum here.
+        // For a method on the adapter, the pipeline culls only by the frustum.
         let mut pipeline = method.add_to(pipeline, PassConfig::for_strokes(Occlusion::Auto));
         pipeline.load(scene);
         let histogram = || Histogram::new(3);
@@ -199,7 +199,7 @@ fn numbered<'a>(
     numbered.map(|((number, view), layer)| (number, view, slice::from_ref(layer))).collect()
 }
 
-/// The least that frames of these pictures take on the adapter: nothing is drawn.
+/// Prints the time of frames of these pictures on the adapter in which nothing is drawn.
 fn measure_nothing(
     drawer: &mut Offscreen,
     scene: &Scene,
@@ -224,7 +224,7 @@ const HEAD: &str = "\
 | method | frame | p99 | changes, query | occlusion, CPU | lists | drawing | depth pass | test | colour pass | over 11.1 ms | in view | drawn | vertices | tests | bytes sent | calls |
 |---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|";
 
-/// What the command line asks for.
+/// The options of the command line.
 struct Wanted {
     sizes: Vec<u32>,
     /// Sessions in place of synthetic models.
@@ -236,7 +236,7 @@ struct Wanted {
 impl Wanted {
     fn read(is_software: bool) -> Result<Self, Box<dyn Error>> {
         let mut wanted = Self {
-            // A program on the CPU takes seconds for a frame of a million.
+            // A software adapter takes seconds for a frame of a million polygons.
             sizes: if is_software {
                 vec![10_000, 100_000]
             } else {
@@ -260,7 +260,7 @@ impl Wanted {
                     };
                     wanted.methods = value()?.split(',').map(found).collect::<Result<_, _>>()?;
                 }
-                // What cargo adds, and what it says to every bench when tests are run.
+                // Cargo passes `--bench` to every bench, or `--test` when it runs tests.
                 "--bench" => {}
                 "--test" => (wanted.sizes, wanted.frames) = (vec![1000], 2),
                 _ => return Err(format!("`{word}`: expected --sizes, --files, --methods or --frames").into()),
@@ -307,7 +307,7 @@ fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, name: &str, scene: &Scene) -> Result
                 lanes.push(Measured::new(method, scene, &bounds, first_view)?);
             }
             for frame in 0..WARM_UP + wanted.frames {
-                // Those that the frame before has removed come back.
+                // The polygons that the previous frame removed come back.
                 let some = |frame: usize| (0..CHANGED).map(move |i| frame * 7919 + i * 104_729);
                 let back = frame.checked_sub(1).into_iter().flat_map(some);
                 let removed = some(frame).map(|i| Change::Remove(ids[i % ids.len()]));

@@ -1,10 +1,12 @@
-//! Groups that move: an entry of the group against all of its polygons.
+//! Groups that move: a group index changes one entry of the group, `osp` the boxes of all its polygons.
 //!
-//! `cargo bench --bench groups`. A group of a synthetic session's polygons is placed anew in every frame, then a view is culled.
-//! `placing`: the work of a frame before it is culled. `osp_rivals::groups::GroupIndex` changes a matrix, a box and an entry. `osp`
-//! computes and files the box of every polygon again. A scene replays the event `Place` in a whole frame, with the query: each
-//! polygon has an update, or the group moves as a whole. `culling`: the query after it. `instances`: a thousand nodes that show
-//! one mesh, against a million polygons that are filed.
+//! `cargo bench --bench groups`. A group of all polygons of a synthetic session moves in every frame, then a view is
+//! culled.
+//! * `placing`: the work of a frame before the query. `osp_rivals::groups::GroupIndex` changes a matrix, a box and an
+//!   entry. `osp` computes and updates the box of every polygon. `frame` replays the event `Place` in a whole frame,
+//!   with the query: each polygon gets an update, or the group moves as a whole.
+//! * `culling`: the query.
+//! * `instances`: a thousand nodes that show one mesh, compared with a million polygons in `osp`.
 
 use std::hint::black_box;
 
@@ -53,7 +55,7 @@ fn filed(boxes: &[Aabb]) -> (GroupIndex, MeshId) {
     (index, mesh)
 }
 
-/// The group's place in a frame: it swings through the view.
+/// The place of the group in a frame. The group swings through the view.
 fn place(frame: u32) -> (Quat, Vec3) {
     let angle = frame as f32 * 0.01;
     (Quat::from_rotation_y(angle), Vec3::new(2.0 * angle.sin(), 0.1 * angle.cos(), 0.0))
@@ -69,7 +71,7 @@ fn view() -> View {
     View::look_at(eye, Vec3::new(1.0, 1.5, 0.0), Projection::symmetric(45.0, 1.5, 0.05, 100.0))
 }
 
-/// Every box as it is after the group was placed: what an index of the world is told.
+/// The boxes in the world after the group was placed.
 fn moved(boxes: &[Aabb], to: &Affine3A, out: &mut Vec<Aabb>) {
     out.clear();
     out.extend(

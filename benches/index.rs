@@ -1,8 +1,7 @@
-//! Filing polygons and culling by a frustum, for every index, on the same synthetic session of ribbons.
+//! Insertion and frustum culling for every index, and ray queries for some, on the same synthetic session of ribbons.
 //!
-//! `cargo bench --bench index`. Each iteration does the same work: a batch of inserts goes into a fresh copy of nothing
-//! (the whole session, in order of drawing), a cull asks an index that does not change. How an index fares while it
-//! grows is measured by `osp replay`.
+//! `cargo bench --bench index`. Each iteration does the same work: it inserts the whole session in drawing order into
+//! an empty index, or queries an index that does not change. `osp replay` measures indexes while they grow.
 
 use std::hint::black_box;
 
@@ -87,8 +86,7 @@ fn frustum_cull(c: &mut Criterion) {
     }
 }
 
-/// The nearest hit of a ray: down into the nearest child first, and always the nearest node of all first. Rays from
-/// within the model, and across it from outside.
+/// The nearest hit of rays from outside the model and from inside.
 fn ray_nearest(c: &mut Criterion) {
     let mut scene = Scene::new();
     for event in synthesize(SynthKind::Scribble, POLYGONS, 1) {

@@ -1,14 +1,15 @@
 //! Polygons that move from frame to frame: each structure updates their boxes, then lists the ids in a view.
 //!
-//! `cargo bench --bench moving [-- [drawn | shuffled] [each] SIZE...]`. A share of the polygons (0, 0.1, 1, 10 and 100 %) moves in
-//! every frame, always the same ones, each on its own small circle; updates come by number. `drawn`: a synthetic session, and
-//! pieces of 32 numbers that follow each other move. `shuffled`: boxes with numbers in no order of space, and the moving ones are
-//! drawn by lot. The view sees about a tenth. `each`: a call of `update` for each polygon, not one of `update_all` for all.
+//! `cargo bench --bench moving [-- [drawn | shuffled] [each] SIZE...]`. A share of the polygons (0, 0.1, 1, 10 and
+//! 100 %) moves in every frame, always the same ones, each on its own small circle. Updates are sorted by number.
+//! * `drawn`: a synthetic session, in which pieces of 32 consecutive numbers move.
+//! * `shuffled`: boxes whose numbers have no spatial order; the moving ones are chosen at random.
+//! * `each`: a call of `update` for each polygon instead of one of `update_all` for all.
 //!
-//! In every frame each structure follows and culls, in turns that begin with another one each time, and all have to find the
-//! same polygons. `loop-beside` is an index of the resting polygons beside a plain loop over the moving ones. The table has
-//! microseconds a frame: median, 99th percentile and the largest; nanoseconds to follow one polygon; and the median of the ratio
-//! to `osp`, frame by frame.
+//! The view contains about a tenth of the polygons. In every frame each structure updates and culls, and another one
+//! begins. All must find the same polygons. `loop-beside` is an index of the resting polygons beside a plain loop over
+//! the moving ones. The table has the time of a frame, microseconds: median, 99th percentile and maximum. It also has
+//! the nanoseconds to update one polygon, and the median of the ratio to `osp`, frame by frame.
 
 #[path = "support/models.rs"]
 mod models;
@@ -26,11 +27,12 @@ use osp::{
 use osp_rivals::IndexKind;
 use rand_pcg::{Pcg32, rand_core::Rng};
 
-/// Numbers of a piece, radius of a circle (of the model's diagonal) and angle of a step, as in `osp bench`.
+/// Polygons of a piece, radius of a circle as a fraction of the model's diagonal, and angle of a step, radians, as in
+/// `osp bench`.
 const PIECE: usize = 32;
 const RADIUS: f32 = 0.02;
 const TURN: f32 = 0.125;
-/// Frames that are measured, and those before them in which a structure may find out what moves and what rests.
+/// Measured frames, and frames before them, in which a structure may separate the moving from the resting polygons.
 const FRAMES: usize = 100;
 const BEFORE: usize = 320;
 
@@ -85,7 +87,7 @@ impl Model {
         }));
     }
 
-    /// A view from within that sees about a tenth of a filled cube, turning slowly.
+    /// A slowly turning view from inside, which contains about a tenth of a filled cube.
     fn view(&self, frame: usize) -> Frustum {
         let size_m = self.around.extent().max_element();
         let angle = frame as f32 * 0.02;
@@ -209,7 +211,7 @@ fn at(values: &mut [f64], part: f64) -> f64 {
     values[((values.len() - 1) as f64 * part).round() as usize]
 }
 
-#[expect(clippy::print_stdout, reason = "the table is what this is for")]
+#[expect(clippy::print_stdout, reason = "a bench prints its table")]
 fn measure(boxes: Vec<Aabb>, share: f64, kind: Kind) {
     let model = Model::new(boxes, share, kind);
     let mut followers = followers(&model, kind);
@@ -262,7 +264,7 @@ fn measure(boxes: Vec<Aabb>, share: f64, kind: Kind) {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "the table is what this is for")]
+#[expect(clippy::print_stdout, reason = "a bench prints its table")]
 fn main() {
     let cases = Cases::of_command_line();
     println!(

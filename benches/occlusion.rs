@@ -1,8 +1,9 @@
-//! Occlusion culling: following the scene, choosing occluders, building each culler, asking it.
+//! Occlusion culling: updating the candidates, selecting occluders, building each culler, and testing.
 //!
-//! The scenes are those of `osp verify scene:NAME`; each figure is one view of the finished model, but for `select/moving`: the
-//! camera turns by a third of a degree and walks 3 mm from frame to frame, and what is known of the frames before is used.
-//! `query/NAME/one-by-one` tests the same boxes one after the other, from the top of the tree.
+//! The scenes are those of `osp verify scene:NAME`. Each figure belongs to one view of the finished model, except
+//! `select/moving`. There the camera turns by up to a third of a degree and walks up to 3 mm a frame. The selection
+//! uses data of previous frames. `query/NAME/one-by-one` tests the same boxes one after the other, from the top of the
+//! tree.
 
 use std::hint::black_box;
 
@@ -27,7 +28,7 @@ use osp_session::{
 
 const OCCLUDERS: usize = 64;
 
-/// A culler that answers for one box at a time.
+/// A culler that tests one box at a time.
 struct OneByOne<'a>(&'a dyn OcclusionCuller);
 
 impl OcclusionCuller for OneByOne<'_> {
@@ -151,7 +152,7 @@ fn occlusion(c: &mut Criterion) {
             });
         });
 
-        // What a frame does; each element is a test.
+        // The work of a frame; each element is a test.
         for (name, polygon_test, least_polygons) in [
             ("nodes-of-24", PolygonTest::Never, 24),
             ("nodes", PolygonTest::Never, 1),

@@ -1,4 +1,4 @@
-//! How fast a recording is read: events a second, against a general RON parser on the same lines.
+//! Reads and writes a recording, in events a second. A general RON parser reads the same lines for comparison.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{Quat, Vec3};
@@ -6,7 +6,7 @@ use osp_session::recording::{Author, Event, Flush, Header, OpenOptions, RonReade
 
 const EVENTS: u32 = 20_000;
 
-/// Two control points to one head pose, with numbers of the length that trackers give.
+/// A recording with two control points for each head pose, and numbers as long as those of trackers.
 fn recording() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut writer =

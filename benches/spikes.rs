@@ -1,12 +1,14 @@
 //! Frames that take longer than their neighbours while a model grows.
 //!
-//! `cargo bench --bench spikes [-- [drawn | shuffled] SIZE...]`. Eight polygons come in each frame, and a view that turns slowly lists
-//! its polygons as blocks. The model grows seven times, and the least time of each frame counts. This leaves out the time that
-//! other programs take. `drawn`: a synthetic session; `shuffled`: small boxes in no order of space.
+//! `cargo bench --bench spikes [-- [drawn | shuffled] SIZE...]`. Eight polygons come in each frame, and a slowly
+//! turning view lists its polygons as blocks. The model grows seven times, and the least time of each frame counts.
+//! This leaves out the time that other programs take. `drawn`: a synthetic session; `shuffled`: small boxes in no
+//! spatial order.
 //!
-//! The column `room` is `first` if every growth begins with memory that was never written to, and `again` if a growth reuses the
-//! memory of the one before. The table has microseconds a frame. It counts the frames that take more than five times the median
-//! of the fifty around them, and shows the worst of these ratios with its frame. In the first frame the caches are cold.
+//! The column `room` is `first` if every growth begins with memory that was never written to. It is `again` if a growth
+//! reuses the memory of the previous one. The table has the time of a frame, microseconds. It counts the frames that
+//! take more than five times the median of the fifty around them. It also has the largest of these ratios with its
+//! frame. In the first frame the caches are cold.
 
 #[path = "support/models.rs"]
 mod models;
@@ -71,7 +73,7 @@ fn part(values: &[f64], part: f64) -> f64 {
     sorted[((sorted.len() - 1) as f64 * part) as usize]
 }
 
-#[expect(clippy::print_stdout, reason = "the table is what this is for")]
+#[expect(clippy::print_stdout, reason = "a bench prints its table")]
 fn report(kind: IndexKind, order: &str, boxes: &[Aabb], is_first: bool) {
     let us = grow(kind, boxes, is_first);
     let ratios = us.iter().enumerate().map(|(frame, us_here)| {
@@ -95,7 +97,7 @@ fn report(kind: IndexKind, order: &str, boxes: &[Aabb], is_first: bool) {
     );
 }
 
-#[expect(clippy::print_stdout, reason = "the table is what this is for")]
+#[expect(clippy::print_stdout, reason = "a bench prints its table")]
 fn main() {
     let cases = Cases::of_command_line();
     println!(

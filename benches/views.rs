@@ -1,10 +1,11 @@
-//! Several views in one walk of the index, against one view after the other.
+//! Several views culled in one walk of the index, and one after the other.
 //!
-//! `cargo bench --bench views [-- SIZE... WORD...]`. For each number of polygons of a synthetic session (100,000 and 1,000,000
-//! unless told), from outside and from inside, each rig (or those whose names hold one of the words) turns with the frame. In
-//! every frame all views are culled one after the other and in one walk, in turns, neither always first. The table has
-//! medians and 99th percentiles: microseconds one after the other and in one walk; medians of how much one walk takes of it, and
-//! of one view (of the mean of the frame's views); and the boxes that both test.
+//! `cargo bench --bench views [-- SIZE... WORD...]`. SIZE is the number of polygons of a synthetic session, by default
+//! 100,000 and 1,000,000. The rigs turn frame by frame, outside and inside the model. WORDs select the rigs whose names
+//! contain one of them. Every frame culls all views one after the other and in one walk; the two alternate in running
+//! first. The table has medians and 99th percentiles of both times, microseconds. Two medians follow: the time of one
+//! walk divided by that of all views, and by the mean time of a view. The last columns have the boxes that each tests,
+//! and the polygons seen.
 
 use std::time::Instant;
 
@@ -101,7 +102,7 @@ const RIGS: [Rig; 6] = [
         sides.into_iter().chain(up_down).collect()
     }),
     ("four cascades", |head| {
-        // Boxes along the light, each twice as large as the one before, around what the camera sees.
+        // Boxes along the light, in front of the camera, each twice as large as the previous one.
         let light = Vec3::new(0.3, -0.8, 0.52).normalize();
         let (right, forward) = (light.cross(Vec3::X).normalize(), head.turn * Vec3::NEG_Z);
         let up = right.cross(light);
@@ -131,7 +132,7 @@ fn median_and_p99(values: &mut [f64]) -> (f64, f64) {
     (values[values.len() / 2], values[values.len() * 99 / 100])
 }
 
-#[expect(clippy::print_stdout, reason = "the table is what this is for")]
+#[expect(clippy::print_stdout, reason = "a bench prints its table")]
 fn main() {
     // Cargo adds an option of its own.
     let args = std::env::args().skip(1).filter(|arg| !arg.starts_with('-'));
@@ -166,7 +167,7 @@ fn main() {
                     let frusta = rig(&Head::new(&around, frame, is_inside));
                     let sets = &mut sets[..frusta.len()];
                     let mut us = [0.0; 2];
-                    // Neither is always the first, which finds colder caches.
+                    // The two alternate, because the first finds colder caches.
                     for is_walk in [frame % 2 == 0, frame % 2 != 0] {
                         sets.iter_mut().for_each(VisibleBlocks::clear);
                         let start = Instant::now();

@@ -1,10 +1,9 @@
-//! Bounding volumes of pages of ribbons: what a test against a frustum costs, and how much it lets through.
+//! Bounding volumes of pages of ribbons: the cost of a test against a frustum, and its tightness.
 //!
-//! `cargo bench --bench volumes`. A page is a run of sixteen polygons of a synthetic session, as they were drawn. How
-//! tight the volumes are is printed before the times: of the pages that no frustum plane set leaves in view (each polygon
-//! clipped by all planes), the share that a volume recognises. Then come rays against the same volumes, volumes of
-//! objects with transforms in world space and in their own, and the arithmetic of matrices. docs/volumes.md has the
-//! figures.
+//! `cargo bench --bench volumes`. A page is a run of sixteen polygons of a synthetic session, as they were drawn. The
+//! tightness of a volume is printed before the times: its share of recognised pages among those outside the frustum. A
+//! page is outside if the planes clip all of its polygons away. Further benches: rays against the same volumes,
+//! transformed objects in world space and in object space, and matrix arithmetic. docs/volumes.md has the figures.
 
 use std::hint::black_box;
 
@@ -64,7 +63,7 @@ fn frusta(pages: &[Page], camera: CameraChoice) -> Vec<Frustum> {
     (0..VIEWS).map(|i| path.view(&Moment { frame: i * 30, ..Moment::default() }).frustum()).collect()
 }
 
-/// Whether any of a polygon lies in the frustum: what the planes leave of it.
+/// Whether clipping by the planes leaves a part of a polygon.
 fn is_in_view(frustum: &Frustum, polygon: &[Vec3]) -> bool {
     let mut left = polygon.to_vec();
     for plane in frustum.planes() {
@@ -120,7 +119,7 @@ fn tightness(pages: &[Page]) {
             outside += u32::from(is_outside);
             for ((name, test), count) in VOLUMES.iter().zip(&mut seen_to_be) {
                 let says = test(frustum, page) == Containment::Outside;
-                assert!(is_outside || !says, "{name} calls what is in view outside");
+                assert!(is_outside || !says, "{name}: a page in view counts as outside");
                 *count += u32::from(says);
             }
         }
@@ -194,13 +193,13 @@ const HIT: [(&str, Hit); 3] = [
     ("aabb", |ray, page| ray.enter_box(&page.aabb, f32::INFINITY)),
 ];
 
-/// Where the ray meets the first of a page's polygons.
+/// Distance at which the ray meets the nearest polygon of a page.
 fn meet_polygons(ray: &Ray, page: &Page) -> Option<f32> {
     let fans = page.polygons.iter().flat_map(|p| (2..p.len()).map(|i| [p[0], p[i - 1], p[i]]));
     fans.filter_map(|triangle| ray.meet_triangle(triangle)).reduce(f32::min)
 }
 
-/// From points around the model to middles of pages.
+/// Rays from points around the model to the centres of pages.
 fn rays_at(pages: &[Page]) -> Vec<Ray> {
     let bounds = pages.iter().fold(Aabb::EMPTY, |all, page| all.union(&page.aabb));
     let around = |i: usize| {
@@ -238,7 +237,7 @@ fn rays(c: &mut Criterion) {
     group.finish();
 }
 
-/// A transform for each page: objects that are turned, moved and larger or smaller.
+/// A transform for each page: rotation, scale and translation.
 fn places(pages: &[Page]) -> Vec<Affine3A> {
     let place = |i: usize| {
         let turn = Quat::from_euler(EulerRot::YXZ, i as f32 * 1.7, i as f32 * 0.6, i as f32 * 0.3);
@@ -258,7 +257,7 @@ fn transform_box(place: &Affine3A, bounds: &Aabb) -> Aabb {
     Aabb::new(middle - half, middle + half)
 }
 
-/// An object with a transform against the frustum: its volume brought to world space, or the frustum to its own.
+/// Tests objects with transforms: the volume is transformed to world space, or the frustum to object space.
 fn objects(c: &mut Criterion) {
     type Test = fn(&Frustum, &Affine3A, &Page) -> Containment;
     const WAYS: [(&str, Test); 4] = [
@@ -301,7 +300,7 @@ fn note(line: &str) {
     println!("{line}");
 }
 
-/// Matrices by columns, a number at a time.
+/// Matrices by columns, in scalar arithmetic.
 mod scalar {
     pub(super) type Matrix = [f32; 16];
 
@@ -319,7 +318,7 @@ mod scalar {
         std::array::from_fn(|row| (0..4).map(|k| m[k * 4 + row] * v[k]).sum())
     }
 
-    /// By cofactors of pairs of columns.
+    /// The inverse by cofactors of pairs of columns.
     pub(super) fn inverse(m: &Matrix) -> Matrix {
         let minor = |a: usize, b: usize, row: usize, other: usize| {
             m[a * 4 + row] * m[b * 4 + other] - m[b * 4 + row] * m[a * 4 + other]

@@ -19,8 +19,8 @@
 //! let corners = [[-4.0, 0.0, -6.0], [4.0, 0.0, -6.0], [4.0, 3.0, -6.0], [-4.0, 3.0, -6.0_f32]];
 //! culler.set_occluder(wall, Occluder::quad(corners)?); // Or `mesh(vertices, indices)`, or a `cuboid`.
 //!
-//! // The engine's matrices from world to clip space, `f32` or `f64`, columns one after the other: a perspective with reversed
-//! // depth and no far plane from an eye at a height of 1 m, and a sun above.
+//! // The engine's matrices from world to clip space, `f32` or `f64`, by columns. `clip` is a perspective with reversed
+//! // depth and no far plane, from an eye at a height of 1 m. `ortho` is the parallel projection of a sun above.
 //! let clip = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, -1.0, 0.1, 0.0_f32];
 //! let ortho = [0.1, 0.0, 0.0, 0.0, 0.0, 0.0, -0.1, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.5, 1.0_f32];
 //! let main = Camera::from_matrix(clip, Depth::OneToZero)?;
@@ -87,7 +87,7 @@
 //!     view::{Projection, View},
 //! };
 //!
-//! /// Number 0 is a wall that hides; all others are meshes, known by their boxes.
+//! /// Number 0 is a wall that hides others; the others are meshes with boxes only.
 //! struct World {
 //!     wall: [Vec3; 4],
 //!     meshes: Vec<Aabb>,
@@ -115,14 +115,14 @@
 //! let mesh = |i| Aabb::cube(Vec3::new(i as f32 * 0.2 - 10.0, 1.0, -9.0), 0.5);
 //! let mut world = World { wall, meshes: (0..100).map(mesh).collect() };
 //!
-//! // The cube in which most things will lie, and how many will come: hints, not limits.
+//! // The cube that will contain most meshes, and their number: hints, not limits.
 //! let index = Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, 64.0), capacity: 1000 });
-//! // A mesh is taken to cost 10 microseconds to draw, so the pass tests every one.
+//! // The pass assumes that drawing a mesh takes 10 microseconds, so it tests each one.
 //! let occlusion = PassConfig::new(Occlusion::Msvbsp);
 //! let mut pipeline = Pipeline::new(Box::new(index), 1000).with_occlusion(occlusion);
 //! pipeline.load(&world);
 //!
-//! // Or `View::from_matrix`, with the engine's own.
+//! // Or `View::from_matrix`, with the engine's own matrix.
 //! let projection = Projection::symmetric(60.0, 16.0 / 9.0, 0.1, 100.0);
 //! let view = View::look_at(Vec3::new(0.0, 1.6, 0.0), Vec3::new(0.0, 1.6, -5.0), projection);
 //!
@@ -156,7 +156,7 @@
 //! | [`view`] | an eye and what its screen shows |
 //! | [`occlusion`] | occluders, and structures that test boxes against their shadows |
 //! | [`frame`] | one frame: apply changes, cull, leave out what is hidden |
-//! | [`Culler`] | the engine's keys, cameras and occluders on top of all that; [`oracle`] tests draw lists |
+//! | [`Culler`] | the engine's keys, cameras and occluders, above all these modules; [`oracle`] tests draw lists |
 //!
 //! The program `osp` consists of more crates. Each depends only on crates before it in this list: `osp-session`
 //! (recordings, brushes, scenes), `osp-rivals` (every other index and culler), `osp-render` (wgpu), `osp-lab` (oracle,

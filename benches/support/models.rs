@@ -39,12 +39,12 @@ fn shuffled(polygons: u32) -> Vec<Aabb> {
     boxes.collect()
 }
 
-/// The cases that the command line names: all of them, if it names none.
+/// The cases that the command line names, or all.
 pub(crate) struct Cases {
     words: Vec<String>,
 }
 
-/// Makes a model of about so many polygons: their boxes, by number.
+/// Makes the boxes of a model with about this number of polygons.
 pub(crate) type MakeBoxes = fn(u32) -> Vec<Aabb>;
 
 impl Cases {
@@ -56,7 +56,7 @@ impl Cases {
         self.words.iter().any(|w| w == word)
     }
 
-    /// Polygons of a model; these without a size on the command line.
+    /// The sizes on the command line, polygons, or else the usual ones.
     pub(crate) fn sizes(&self, usual: &[u32]) -> Vec<u32> {
         let sizes: Vec<u32> = self.words.iter().filter_map(|size| size.parse().ok()).collect();
         if sizes.is_empty() { usual.to_vec() } else { sizes }

@@ -9,8 +9,8 @@ use crate::{
 /// Mask of all layers.
 pub const ALL_LAYERS: u32 = u32::MAX;
 
-/// Largest slope of a near plane against the direction of view that counts as rounding of the matrix to `f32`. If it were
-/// larger, the error of the window's near plane would exceed the window's margin.
+/// A near plane with at most this slope counts as perpendicular to the direction of view, because `f32` matrices are
+/// rounded. If it were larger, the error of the window's near plane would exceed the window's margin.
 const MOST_INCLINED: f64 = 5.0e-6;
 
 /// The reason why a matrix defines no camera.

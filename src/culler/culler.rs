@@ -44,9 +44,9 @@ pub enum Refusal {
 /// Changes take effect with the next [`Culler::cull`] or [`Culler::commit`]. After this call no query finds a removed
 /// object. Several threads may run queries at once. No call panics, and no visible object is ever culled.
 ///
-/// Costs: `set` and `remove` take O(1). The commit takes O(changes), and O(log world) for each object that comes or leaves
-/// its neighbourhood. A camera takes O(objects in view); with occluders also O(candidates), which are at most some
-/// thousand.
+/// Costs: `set` and `remove` take O(1). The commit takes O(changes), and O(log world) for each object that is new or
+/// leaves its neighbourhood. A camera takes O(objects in view); with occluders also O(candidates), which are at most
+/// some thousand.
 pub struct Culler<K: Key> {
     pub(super) keys: K::Places,
     pub(super) waiting: Waiting,
@@ -178,8 +178,8 @@ impl<K: Key> Culler<K> {
     }
 
     /// Finds the objects that may be on the screen of each camera. A camera with [occluders](Camera::hide_by_occluders)
-    /// omits the objects behind them. Two similar cameras, such as
-    /// the eyes of a headset, share one walk; others are culled one after the other.
+    /// omits the objects behind them. Two similar cameras, such as the eyes of a headset, share one walk; others are
+    /// culled one after the other.
     pub fn cull(&mut self, cameras: &[Camera]) -> Frame<'_, K> {
         self.commit();
         std::mem::swap(&mut self.refused, &mut self.refused_since);
@@ -219,8 +219,8 @@ impl<K: Key> Culler<K> {
         hidden
     }
 
-    /// The results of the last [`Culler::cull`] once more, to read them while queries run. After a [`Culler::commit`] of
-    /// changes, the frame has no camera.
+    /// Returns the results of the last [`Culler::cull`] again, so that they can be read while queries run. After a
+    /// [`Culler::commit`] of changes, the frame has no camera.
     pub fn frame(&self) -> Frame<'_, K> {
         let views = self.views.iter().enumerate().map(|(camera, (in_view, drawn, is_thinned))| {
             let hiding = self.hiding.as_ref().filter(|_| is_thinned);
@@ -238,9 +238,9 @@ impl<K: Key> Culler<K> {
         Some((self.key(number)?, t))
     }
 
-    /// The objects whose boxes a ray enters, the nearest first, and the ray parameter of each entry: 0 if the ray starts
-    /// inside, at most `t_max`, in lengths of its direction. An engine that tests the objects themselves may stop at the
-    /// first box behind its nearest hit.
+    /// The objects whose boxes a ray enters, the nearest first, with the distance of each entry, in lengths of the
+    /// ray's direction. The distance is at most `t_max`, and 0 if the ray starts inside. An engine that tests the
+    /// objects themselves may stop at the first box behind its nearest hit.
     pub fn on_ray(&self, ray: Ray, t_max: f32) -> impl Iterator<Item = (K, f32)> {
         let mut entered = Vec::new();
         let mut note = |number| {
@@ -281,7 +281,7 @@ impl<K: Key> Culler<K> {
         let mut distance_m = |number| {
             let is_there = self.key(number).is_some();
             let bounds = self.filed.get(number).filter(|_| is_there);
-            // A distance of NaN leaves a removed object out.
+            // A distance of NaN excludes a removed object.
             bounds.map_or(f32::NAN, |bounds| bounds.distance_squared(point).sqrt())
         };
         let mut found = Vec::new();

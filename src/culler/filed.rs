@@ -13,8 +13,8 @@ const MOST_TOGETHER: usize = 256;
 /// With fewer new objects than this, they get numbers in order of arrival.
 const LEAST_SORTED: usize = 32;
 
-/// The index is built again if at least this number of objects come together, and [`MANY_TIMES`] times as many as it has.
-/// If these are smaller, it is built more often.
+/// The index is built again if at least this number of objects comes together, and at least [`MANY_TIMES`] times the
+/// number of present objects. If these limits are smaller, the index is built more often.
 const LEAST_MANY: usize = 1024;
 const MANY_TIMES: usize = 4;
 
@@ -26,7 +26,7 @@ const MOST_LARGER: f64 = 8.0;
 /// Number of cells along an axis in which new objects are sorted, as a power of two.
 const CELL_BITS: u32 = 10;
 
-/// The index, and buffers for the next commit, kept for their memory.
+/// The index, and reused buffers for the next commit.
 #[derive(Debug)]
 pub(super) struct Filed {
     index: Osp,

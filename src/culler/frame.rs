@@ -162,7 +162,7 @@ impl<K: Key> fmt::Debug for Seen<'_, K> {
     }
 }
 
-/// The results of the cameras of a frame, kept for their memory.
+/// The results of the cameras of a frame, in reused memory.
 #[derive(Debug, Default)]
 pub(super) struct Views {
     pub(super) in_view: Vec<VisibleBlocks>,

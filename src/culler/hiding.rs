@@ -138,8 +138,9 @@ impl Hiding {
         self.views.get(camera + 1).map(ViewOcclusion::culler)
     }
 
-    /// Sets `drawn` to the visible part of `in_view`; returns false, without effect, if no occluder is used. None is
-    /// used if these layers omit one, because the objects behind it would be missing.
+    /// Sets `drawn` to the visible part of `in_view`; returns false, without effect, if no occluder is used. If the
+    /// camera does not see an object with an occluder, no occluder is used, because the objects behind it would be
+    /// missing.
     pub(super) fn cull(
         &mut self,
         filed: &Filed,

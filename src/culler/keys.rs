@@ -145,8 +145,8 @@ impl Places<Dense> for Numbers {
 /// The value that stands for no slot and no number.
 const NONE: PolygonId = PolygonId(u32::MAX);
 
-/// Free numbers are sorted if they are at most this many times as many as the new objects. If it is larger, frames with few
-/// new objects take longer. If it is smaller, objects that come after many removals lie in more blocks.
+/// Free numbers are sorted if their count is at most this multiple of the count of new objects. If it is larger, frames
+/// with few new objects take longer. If it is smaller, objects that come after many removals lie in more blocks.
 const FREE_TO_COMING: usize = 8;
 
 /// The map of hashed keys, with their slots and numbers.

@@ -11,8 +11,8 @@ use crate::{
 };
 
 /// Distance from a tested point, as a fraction of the ray's length. Another object up to this distance behind the point
-/// hides the point, because surfaces may touch. A surface of the same object that is as close before the point does not
-/// hide it.
+/// hides the point, because surfaces may touch. A surface of the same object up to this distance in front of the point
+/// does not hide it.
 const TOUCHES: f64 = 1.0e-5;
 
 /// A ray that misses a triangle by at most this fraction of the triangle's size counts as a hit.

@@ -31,9 +31,9 @@ pub struct PassConfig {
     /// Largest number of occluders of a view. `None` means 64, or 16 for [`Occlusion::Auto`] if drawing a polygon costs
     /// less than 640 ns.
     pub occluders: Option<usize>,
-    /// Time to draw one polygon, nanoseconds. A test takes about 100 ns. It is made only if it may save at least four
-    /// times this time. From 400 ns on, each polygon is tested by itself. At 10 ns, only nodes of the index with at
-    /// least 40 polygons are tested.
+    /// Time to draw one polygon, nanoseconds. A test takes about 100 ns, and is made only if it may save at least 400
+    /// ns of drawing. From 400 ns on, each polygon is tested by itself. At 10 ns, only nodes of the index with at least
+    /// 40 polygons are tested.
     pub polygon_ns: f64,
     /// The measure that [`Occlusion::Auto`] compares.
     #[doc(hidden)]
@@ -116,12 +116,12 @@ pub struct OcclusionPass {
     occluders: usize,
     stage: OcclusionStage,
     switch: Option<AutoSwitch>,
-    /// Pauses after frames without hidden polygons; used only without a switch.
+    /// Pauses after frames without hidden polygons; used only if `switch` is `None`.
     rest: Rest,
     /// Whether many polygons were inserted while no occluders were selected. The best occluders may then not be
     /// candidates yet.
     came_unseen: bool,
-    /// The switch's method [`Occlusion::PreviousFrame`], if it can ever save enough time.
+    /// The method [`Occlusion::PreviousFrame`] for `switch`, if it can ever save enough time.
     last: Option<PreviousFramePass>,
     /// Number of frames since `last` was used.
     since_last: u32,
@@ -184,7 +184,7 @@ impl OcclusionPass {
         self.stage.view().selector().chosen()
     }
 
-    /// Whether the occluders of the last frame were the polygons that were visible in the frame before.
+    /// Whether the occluders of the last frame were the polygons that were visible in the frame before it.
     pub fn is_by_last(&self) -> bool {
         self.by_last
     }
@@ -196,17 +196,17 @@ impl OcclusionPass {
         }
     }
 
-    /// Updates the candidates within the time saved for this. Returns the time spent, nanoseconds, estimated from work
-    /// counts.
+    /// Updates the candidates within the idle budget of the switch. Returns the time spent, nanoseconds, estimated from
+    /// work counts.
     fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change]) -> f64 {
         let budget_ns = self.switch.as_ref().map_or(0.0, AutoSwitch::idle_budget_ns);
         self.stage.follow_roughly(geometry, changes, budget_ns)
     }
 
-    /// Subtracts the time that a frame spent on candidates from the saved time.
+    /// Subtracts the time that a frame spent on candidates from the idle budget.
     fn spend_idle(&mut self, counted_ns: f64, measured_ns: u64) {
         if let Some(switch) = &mut self.switch {
-            // Without work on candidates, the measured time is that of any frame.
+            // The measured time counts only if candidates were updated.
             let is_measured = self.config.basis == AutoBasis::Time && counted_ns > 0.0;
             switch.spend_idle(if is_measured { counted_ns.max(measured_ns as f64) } else { counted_ns });
         }
@@ -338,7 +338,7 @@ impl Pass for OcclusionPass {
         }
         self.drawn.resize_with(views.len(), || VisibleBlocks::with_capacity(self.capacity));
         let mut work_cost_ns = 0.0;
-        // The first view comes last, so that the stage keeps its state.
+        // The first view comes last, so that the stage keeps the state of this view.
         for (i, view) in views.iter().enumerate().rev() {
             let Some(window) = view.window() else {
                 self.drawn[i].copy_from(&in_view[i]);
@@ -373,7 +373,7 @@ impl Pass for OcclusionPass {
         switch.set_polygon_ns(polygon_ns);
         self.config.polygon_ns = polygon_ns;
         self.stage.set_cull(self.config.cull());
-        // The number never falls, because a measured cost goes up and down.
+        // The number of occluders never falls, because a measured cost goes up and down.
         if self.config.occluders() > self.occluders {
             self.occluders = self.config.occluders();
             self.stage.set_culler((self.make)(self.occluders), self.occluders);

@@ -13,8 +13,8 @@ pub trait Pass: Any + Debug + Send + Sync {
     /// Receives a whole model before the first frame.
     fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]);
 
-    /// Receives the changes `part` of `all`, before the first frame. `part` begins at the end of the part of the
-    /// previous call. A pass that cannot load in parts loads the whole model with the last part.
+    /// Receives the changes `part` of `all`, before the first frame. `part` begins where the part of the previous call
+    /// ended. A pass that cannot load in parts loads the whole model with the last part.
     fn load_part(&mut self, geometry: &dyn Geometry, all: &[Change], part: Range<usize>) {
         if part.end == all.len() {
             self.load(geometry, all);

@@ -36,7 +36,7 @@ pub struct Pipeline {
     spaces: Spaces,
     /// For each view, the polygons of these spaces in its frustum.
     in_spaces: Vec<SpacesInView>,
-    /// The frustum of each view; kept for its memory.
+    /// The frustum of each view, in reused memory.
     frusta: Vec<Frustum>,
     /// For each view, the polygons in its frustum.
     in_view: Vec<VisibleBlocks>,

@@ -47,7 +47,7 @@ impl Rest {
             return false;
         }
         if comes_large() {
-            // The next frame is tested. If the test finds no hidden polygon again, the next pause grows as usual.
+            // The frame is tested. If the test finds no hidden polygon again, the next pause grows as usual.
             self.left = 0;
             return false;
         }

@@ -109,7 +109,7 @@ impl Space {
             let exact: DVec3 = matrix.transpose() * in_world;
             let normal = exact.as_vec3();
             let d = in_world.dot(self.place.world_from_space.translation) + f64::from(plane.d);
-            // Extent of the largest box along the normal: of the box in the space, and of its box in the world.
+            // Extents along the normal: of the largest box in the space, and of its box in the world.
             let reach_m = exact.abs().dot(half);
             let world_reach_m = in_world.abs().dot(abs_matrix(&matrix) * half);
             let rounding_m = rounding_m * in_world.abs().element_sum()

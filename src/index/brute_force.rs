@@ -87,7 +87,7 @@ impl SpatialIndex for BruteForce {
     fn validate(&self) -> Result<(), String> {
         let filed = self.boxes.iter().count();
         if filed != self.len() {
-            return Err(format!("{filed} boxes filed, {} counted", self.len()));
+            return Err(format!("{filed} boxes inserted, {} counted", self.len()));
         }
         match self.boxes.iter().find(|(_, b)| !b.is_valid()) {
             Some((id, b)) => Err(format!("polygon {} has the box {b:?}", id.0)),

@@ -1,6 +1,6 @@
 use std::ops::AddAssign;
 
-/// Counts of a query's work. They are compared before times, because they do not depend on the machine.
+/// Counts of a query's work. Unlike times, they do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct WorkCounts {

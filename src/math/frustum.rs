@@ -93,7 +93,7 @@ impl Frustum {
         (outcome, PlaneMask(left), tested)
     }
 
-    /// Whether the box may be visible: it does not lie wholly behind any plane. Fingerprints are of exactly this set.
+    /// Whether the box may be visible: it does not lie wholly behind any plane. Fingerprints cover exactly this set.
     #[inline]
     pub fn may_see(&self, bounds: &Aabb) -> bool {
         // A distance of NaN is not negative, so undecided boxes count as visible.

@@ -97,7 +97,7 @@ mod tests {
         (*state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    /// The hull is one point. The margin is all that is left of the plane's distance, and it is needed.
+    /// The hull is one point, so its distance from the plane is the margin alone.
     #[test]
     fn a_plane_through_a_point_excludes_no_box_around_it() {
         let mut state = 1;
@@ -178,7 +178,7 @@ mod tests {
             let world_from_clip = clip_from_world.inverse();
             for side in 0..40 {
                 let mut clip = vector(1.0);
-                // The points lie on the sides, where rounding decides, inside by the possible error of `f64`.
+                // The points lie on the sides, moved inwards by the possible error of `f64`.
                 clip[side % 2] = clip[side % 2].signum() * (1.0 - 1.0e-9);
                 clip.z = 1.0 - (1.0 - lowest) * clip.z.abs();
                 let p = world_from_clip.project_point3(clip);

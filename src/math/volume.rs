@@ -118,7 +118,7 @@ impl Frustum {
     pub fn from_double_matrix(clip_from_space: &DMat4, lowest: f64) -> Self {
         let row = |i| clip_from_space.row(i);
         let (x, y, z, w) = (row(0), row(1), row(2), row(3));
-        // A row without a plane, at infinity, has only rounding errors left.
+        // The row of a plane at infinity has only rounding errors.
         let rounding = f64::from(ROUNDING) * (z.truncate().length() + w.truncate().length());
         let is_plane = |side: DVec4| side.truncate().length() > rounding;
         let space_from_clip = clip_from_space.inverse();

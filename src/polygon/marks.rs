@@ -31,14 +31,14 @@ pub(super) fn low_and_high(ids: &[PolygonId]) -> (u32, u32) {
 #[inline(always)]
 pub(crate) fn mark<const IS_SET: bool>(masks: &mut [u16], ids: &[PolygonId]) -> bool {
     let (_, high) = low_and_high(ids);
-    // Two masks are a word.
+    // A word has two masks.
     let words = masks.len() * BLOCK / WORD as usize;
     if high as usize / WORD as usize >= words {
         return ids.is_empty();
     }
     let start = masks.as_mut_ptr();
     for id in ids {
-        // SAFETY: no number is greater than `high`, so the two masks of the word are there.
+        // SAFETY: no number is greater than `high`, so the two masks of the word exist.
         unsafe {
             if cfg!(target_endian = "little") {
                 let word = start.cast::<u32>().add((id.0 / WORD) as usize);

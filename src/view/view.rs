@@ -9,8 +9,8 @@ use crate::{
 /// less is hidden at the border of the screen and close to the eye.
 pub const WINDOW_MARGIN: f64 = 1.0e-4;
 
-/// The part of the space before an eye that a screen shows. It is stored as tangents of the angles to the screen's four
-/// borders, negative to the left and below. Off-axis screens are treated like all others.
+/// The part of the space in front of an eye that a screen shows. It is stored as tangents of the angles to the screen's
+/// four borders, negative to the left and below. Off-axis screens are treated like all others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
     /// Tangent to the left border; less than `right`.

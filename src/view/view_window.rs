@@ -4,7 +4,7 @@ use crate::math::triangle_solid_angle_sr;
 
 /// The view of an eye through a screen, for occlusion culling: a pointed cone with four sides, beyond the near plane.
 ///
-/// Screens may be off-axis; the cone only has to be convex and to lie within the half-space before the eye.
+/// Screens may be off-axis; the cone only has to be convex and to lie within the half-space in front of the eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewWindow {
     eye_in_world: DVec3,

@@ -1,6 +1,7 @@
-//! What a query takes at least, whatever the structure: the boxes that a plane cuts have to be read, each with 24 bytes,
-//! because nothing else tells whether they are seen; and the answer has to be written, four bytes a polygon, or two a block of
-//! sixteen. Measured by a plain pass over as many bytes, in turns with the rivals: it begins with the caches that they leave.
+//! The least time of a query in any structure. A query must read the boxes that a plane cuts, 24 bytes each, because
+//! nothing else shows whether they are visible. It must write its result, four bytes a polygon or two a block of
+//! sixteen. A plain pass over as many bytes measures this time. It takes turns with the rivals, so it begins with the
+//! caches that they leave.
 
 use std::{hint::black_box, time::Instant};
 
@@ -8,7 +9,7 @@ use osp::math::{Aabb, Containment, Frustum};
 
 use crate::median;
 
-/// What a query takes at least: means over the views, of the medians over the rounds.
+/// The least time of a query, and the bytes: means over the views of the medians over the rounds.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Least {
     pub ids_us: f64,
@@ -17,12 +18,12 @@ pub struct Least {
     pub blocks_kb: f64,
 }
 
-/// Numbers of a view.
+/// Counts and times of a view.
 struct View {
-    /// Boxes that are not decided by a box around them and others.
+    /// Number of visible boxes that a plane cuts.
     cut: usize,
     seen: usize,
-    /// Blocks of sixteen with something seen.
+    /// Number of blocks of sixteen with visible polygons.
     blocks: usize,
     ids_us: Vec<f64>,
     blocks_us: Vec<f64>,

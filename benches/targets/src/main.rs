@@ -1,8 +1,9 @@
-//! What `osp` promises, measured against every rival in one run: growing, asking, whole frames, latency of every
-//! batch, memory. Rivals take turns in every round; each answer is compared with the first rival's.
+//! Measures `osp` and every rival in one run: insertion, queries, whole frames, latency of every batch, memory. Rivals
+//! take turns in every round; each result is compared with that of the first rival.
 //!
-//! `cargo run --release --manifest-path benches/targets/Cargo.toml [-- SIZE...]`; sizes in polygons, 10000 100000
-//! 1000000 unless told otherwise. With `OSP_CORPUS` set to a folder, its recorded sessions and models (`.obj`) too.
+//! `cargo run --release --manifest-path benches/targets/Cargo.toml [-- SIZE...]`. SIZE is a number of polygons, by
+//! default 10000, 100000 and 1000000. `OSP_CORPUS` names a folder whose recorded sessions and models (`.obj`) are
+//! measured, too.
 
 mod floor;
 mod peers;
@@ -19,7 +20,7 @@ use osp_testkit::boxes::{Place, root, views};
 use peers::{KINDS, Kind, Subject};
 use sessions::Arrivals;
 
-/// Rounds of queries, four times as many of short ones; of each view the median counts.
+/// Number of rounds of queries; short queries have four times as many. The median of each view counts.
 const ROUNDS: usize = 9;
 /// Views of each camera.
 const VIEWS: usize = 8;
@@ -45,18 +46,18 @@ fn main() {
     }
 }
 
-/// A rival with what was measured of it.
+/// A rival and its measurements.
 struct Row {
     kind: &'static Kind,
     subject: Box<dyn Subject>,
-    /// Nanoseconds a polygon by [`BATCHES`], of five runs the least time of every batch; a rebuild's for all polygons,
-    /// nanoseconds.
+    /// Insertion time per polygon for each of [`BATCHES`], nanoseconds, by the least time of every batch in five runs.
+    /// For a rival that rebuilds, the time of a rebuild, nanoseconds.
     insert_ns: [f64; BATCHES.len()],
     /// Microseconds of a batch of 16: p50, p99, p99.9, max.
     latency_us: [f64; 4],
     /// Microseconds a query, outside and inside.
     query_us: [f64; 2],
-    /// The same of the slowest hundredth of all queries, of whichever view.
+    /// 99th percentile of all queries in all views, microseconds.
     query_p99_us: [f64; 2],
 }
 
@@ -117,7 +118,7 @@ fn grow(kind: &'static Kind, boxes: &[Aabb]) -> Row {
         if runs == 1 && batch != 16 {
             continue;
         }
-        // A batch does the same in every run, so its least time is the one least disturbed.
+        // A batch does the same work in every run, so its least time is the least disturbed one.
         let mut least = vec![f64::MAX; boxes.len().div_ceil(batch)];
         for _ in 0..runs {
             let mut filled = (kind.make)(&config);
@@ -144,7 +145,7 @@ fn grow(kind: &'static Kind, boxes: &[Aabb]) -> Row {
     Row { insert_ns, latency_us, ..Row::new(kind, subject) }
 }
 
-/// Asks all rivals in turns; returns how many polygons were found, and what a query takes at least.
+/// Queries all rivals in turns. Returns the number of polygons found, and the least time of a query.
 fn ask(rows: &mut [Row], camera: usize, views: &[Frustum], boxes: &[Aabb]) -> (f64, Least) {
     let mut list = Vec::new();
     let mut expected: Vec<Vec<u32>> = Vec::new();

@@ -9,25 +9,25 @@ use osp::{
 };
 use osp_rivals::{IndexKind, PeerKind};
 
-/// Something that is filled and asked.
+/// A structure that is filled and queried.
 pub trait Subject {
     fn insert(&mut self, id: u32, bounds: &Aabb);
     /// Ends a frame's inserts.
     fn commit(&mut self);
     fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>);
-    /// Frames in which nothing changes.
+    /// Runs frames in which nothing changes.
     fn rest(&mut self) {}
-    /// Completes `out` where `cull` has answered with something shorter.
+    /// Appends the result of the last `cull` to `out`, if `cull` returned blocks.
     fn list(&self, _out: &mut Vec<PolygonId>) {}
     fn bytes(&self) -> usize;
 }
 
-/// How a subject is made, and whether each frame builds it anew.
+/// A kind of subject, and its constructor.
 pub struct Kind {
     pub name: &'static str,
     pub rebuilds: bool,
     pub peer: bool,
-    /// Whether it answers with blocks of sixteen and a mask.
+    /// Whether the results are blocks of sixteen ids with a mask.
     pub blocks: bool,
     pub make: fn(&IndexConfig) -> Box<dyn Subject>,
 }
@@ -143,7 +143,7 @@ impl Subject for Own {
     }
 }
 
-/// The fast tree after quiet frames, in which it packs the leaves of scattered polygons.
+/// `osp` after quiet frames, in which it packs the leaves of scattered polygons.
 struct Rested(Box<dyn Subject>);
 
 impl Subject for Rested {
@@ -162,7 +162,7 @@ impl Subject for Rested {
             start.elapsed().as_secs_f64() * 1.0e6
         };
         let mut times: Vec<f64> = (0..20_000).map(frame).collect();
-        // Those in which nothing is left to pack take next to nothing.
+        // Frames without anything left to pack take almost no time.
         times.retain(|us| *us > 1.0);
         times.sort_by(f64::total_cmp);
         if let Some(most) = times.last() {
@@ -189,7 +189,7 @@ impl Subject for Rested {
     }
 }
 
-/// The fast tree answering with blocks; they are turned into ids only where answers are compared.
+/// `osp` with blocks as results. They are converted to ids only to compare results.
 struct Blocks {
     tree: Osp,
     found: RefCell<VisibleBlocks>,

@@ -11,9 +11,9 @@ use osp_testkit::boxes::{drawn, shuffled};
 pub struct Arrivals {
     pub name: String,
     pub boxes: Vec<Aabb>,
-    /// Whether other crates' trees run on it.
+    /// Whether the trees of other crates are measured.
     pub peers: bool,
-    /// Whether our trees that are built anew run on it.
+    /// Whether our trees that rebuild are measured.
     pub static_trees: bool,
 }
 
@@ -31,8 +31,8 @@ pub fn synthetic(count: usize) -> [Arrivals; 2] {
     ]
 }
 
-/// The recorded sessions and the models (`.obj`, whose faces come in no order of space) in a folder, those of more than
-/// `at_least` polygons, scaled into the cube of 4 m; and all sessions one after the other in one space.
+/// The recorded sessions and models of a folder with at least `at_least` polygons, scaled into the cube of 4 m, and all
+/// its sessions together. The faces of models (`.obj`) have no spatial order.
 pub fn recorded(folder: &Path, at_least: usize) -> Vec<Arrivals> {
     let mut files = Vec::new();
     find(folder, &mut files);

@@ -68,7 +68,7 @@ impl Method {
         Self::all().find(|method| method.name() == name)
     }
 
-    /// The methods that are conservative and cull polygons, but for the paper's SVBSP, which finds little.
+    /// All conservative methods that cull polygons, except the paper's SVBSP, which finds little.
     pub fn conservative_cullers() -> Vec<Self> {
         let others = [Self::NONE, Self::Rival(RivalOcclusion::SvbspPaper)];
         let cullers = Self::CULLERS.iter().copied().filter(|method| !others.contains(method));

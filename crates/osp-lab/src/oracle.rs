@@ -14,11 +14,10 @@ use osp::{
     view::ViewWindow,
 };
 
-/// Largest angle, as a sine, by which a ray may miss a triangle and still hit it, so that neighbours have no crack
-/// between them.
+/// A ray that misses a triangle by at most this angle, as a sine, counts as a hit, so that neighbours have no crack.
 const BORDER_SINE: f64 = 1.0e-10;
 
-/// Relative difference of the distances from which a nearer surface hides another.
+/// Least relative difference of the distances at which a nearer surface blocks a ray.
 const NEARER: f64 = 1.0e-10;
 
 /// Width and height of a bin, pixels.

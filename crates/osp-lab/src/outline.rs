@@ -55,8 +55,8 @@ pub struct WideRay {
 }
 
 impl WideRay {
-    /// The `t` before which the ball cannot meet what lies in a box, if this is not too late. A ball lies in the cube around
-    /// it, so the box is enlarged by its radius.
+    /// Lower bound of the `t` at which the ball meets an object in the box; `None` beyond the nearest hit. A ball lies
+    /// in the cube around it, so the box is enlarged by its radius.
     fn enter_box(&self, bounds: &Aabb, nearest: &Nearest<'_>) -> Option<f32> {
         let enlarged = Aabb::new(bounds.min - self.radius_m, bounds.max + self.radius_m);
         self.ray.enter_box(&enlarged, nearest.reach())

@@ -1,5 +1,5 @@
-//! The reference for frustum culling: the polygons that intersect a view. Computed in `f64` relative to the eye, as in
-//! drawing; by another method than [`View::frustum`], and without boxes.
+//! The reference for frustum culling: the polygons that intersect a view. The computation is in `f64` and relative to
+//! the eye, as in drawing. It uses another method than [`View::frustum`], and no boxes.
 
 use glam::{DMat3, DVec3};
 

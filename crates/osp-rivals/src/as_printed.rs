@@ -28,7 +28,7 @@ impl CutNodes {
 pub struct FilingCounts {
     /// Number of insertions. A tree that is rebuilt counts each polygon again in every build.
     pub polygons: u64,
-    /// Number of nodes that a polygon was compared with, one by one; for each node of an octree its eight children.
+    /// Number of nodes that a polygon was compared with: in an octree, all eight children of each node on its way.
     pub nodes: u64,
     /// Number of planes that a polygon was compared with.
     pub planes: u64,

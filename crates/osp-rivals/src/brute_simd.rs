@@ -160,7 +160,7 @@ impl SpatialIndex for BruteSimd {
     fn validate(&self) -> Result<(), String> {
         let filed: usize = self.filed.iter().map(|filed| filed.count_ones() as usize).sum();
         if filed != self.len || self.blocks.len() != self.filed.len() {
-            return Err(format!("{filed} boxes filed, {} counted", self.len));
+            return Err(format!("{filed} boxes inserted, {} counted", self.len));
         }
         Ok(())
     }

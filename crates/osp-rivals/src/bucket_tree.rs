@@ -78,8 +78,9 @@ struct TreeNode<C> {
     chain: u32,
     /// Number of polygons in the node and below.
     polygons: u32,
-    /// A leaf with more polygons than this is split; the number is doubled if no split separates them. An inner node with
-    /// more polygons is tested for lopsidedness; its number is one and a half times the number at its build.
+    /// A leaf with more polygons than this is split; the number is doubled if no split separates them. An inner node
+    /// with more polygons is tested for lopsidedness; its number is one and a half times its polygons when it was
+    /// built.
     rebuild_at: u32,
 }
 

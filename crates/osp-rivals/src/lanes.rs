@@ -10,7 +10,7 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// Number of boxes that are tested at once against a plane: a whole leaf of most trees; four, two or one SIMD instructions.
+/// Number of boxes that are tested at once against a plane, by four, two or one SIMD instructions.
 pub(super) const LANES: usize = 16;
 
 /// The planes that boxes are tested against, namely the planes of a frustum selected by `mask`.

@@ -46,7 +46,7 @@ struct Pending {
 #[derive(Debug)]
 struct Builder {
     config: OctreeConfig,
-    /// Indexes of the polygons of all pending nodes; those of the next one are the last.
+    /// Indexes of the polygons of all pending nodes; those of the next node are the last.
     numbers: Vec<u32>,
     pending: Vec<Pending>,
     leaf: Vec<Item>,
@@ -68,8 +68,8 @@ impl Builder {
         }
     }
 
-    /// Appends the nodes below a node, the last first. Returns whether the node is divided: its parts are at most half
-    /// again as many polygons.
+    /// Appends the nodes below a node, the last first. Returns whether the node is divided. This requires that its
+    /// parts together have at most one and a half times its polygons.
     fn divide(&mut self, mut node: Pending, items: &[Item], tree: &mut FlatTree) -> bool {
         let count = node.end - node.start;
         let (most, waiting) = (count + (count / 2).min(self.spare), self.pending.len());
@@ -117,7 +117,7 @@ impl TreeBuilder for Builder {
         self.numbers.clear();
         self.numbers.extend(0..items.len() as u32);
         let around = items.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds));
-        // A cube from the least corner. A flat model, which has no middle in its thin direction, lies in its lower half.
+        // The cube begins at the least corner, so a flat model lies in the lower half along its thin direction.
         let side = (around.max - around.min).max_element();
         // Rounding must not cut the cube short of the model.
         let cell = Aabb::new(around.min, (around.min + side).max(around.max));

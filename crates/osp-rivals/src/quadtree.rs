@@ -45,8 +45,8 @@ pub fn quadtree(config: &QuadtreeConfig, index: &IndexConfig) -> Box<dyn Spatial
     Box::new(BucketTree::new(partition, config.leaf_capacity, index))
 }
 
-/// Farthest coordinate that the root grows to, in units. All whole numbers and halves up to it are exact in `f64`, so no
-/// border moves by rounding. Polygons farther out are stored as if they lay there.
+/// Farthest coordinate that the root grows to, in units. All whole numbers and halves up to it are exact in `f64`, so
+/// no border moves by rounding. Polygons farther out are stored as if they had this coordinate.
 const FARTHEST: f64 = (1u64 << 50) as f64;
 
 /// A partition into squares. The unit is half the first root's edge, and the origin is the first root's middle.
@@ -83,7 +83,7 @@ impl Partition for QuadPartition {
 
     fn grow(&self, root: &Square, center: Vec3) -> Option<(Square, usize)> {
         let p = self.on_ground(center);
-        // The borders and sides are those of later splits, so polygons inside stay in the old root.
+        // Borders belong to the same side as in `child_of`, so polygons inside stay in the old root.
         let is_inside = |i: usize| {
             let (center, half) = (root.center[i], root.half);
             p[i] >= center - half && p[i] < center + half

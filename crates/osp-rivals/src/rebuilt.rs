@@ -47,7 +47,7 @@ pub(super) enum OnUpdate {
     Refit,
 }
 
-/// The number of leaves that hold a polygon. A query of a tree with several reports a polygon as often.
+/// The number of leaves that hold a polygon. A query of the tree reports a polygon once for each visited leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Filing {
     InOneLeaf,
@@ -223,7 +223,7 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
             Filing::InSeveralLeaves => self.tree.ids().iter().collect::<BTreeSet<_>>().len(),
         };
         if held != self.filed.len() || self.tree.holes() > 0 {
-            return Err(format!("{held} polygons in the tree, {} filed", self.filed.len()));
+            return Err(format!("{held} polygons in the tree, {} inserted", self.filed.len()));
         }
         for (at, &id) in self.tree.ids().iter().enumerate() {
             if self.tree.get_box(at) != self.filed.get(id) {

@@ -7,14 +7,14 @@ use osp::{
     polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
-/// A hierarchy of boxes over the order of arrival: sixteen polygons form a block, sixteen blocks a larger group, and so on.
-/// No polygon is sorted. The index is good as far as polygons that are drawn together lie together.
+/// A hierarchy of boxes over the order of arrival: sixteen polygons form a block, sixteen blocks a larger group, and so
+/// on. No polygon is sorted. Queries are fast if polygons that are drawn together lie close together.
 #[derive(Clone, Debug)]
 pub struct TimeOrder {
     backend: Backend,
     /// Level 0 has the polygons' boxes. Every further level has the boxes around the groups of the level below.
     levels: Vec<Vec<Boxes<16>>>,
-    /// Memory of further levels, the lowest last, for as many polygons as the index reserves room for.
+    /// Reserved memory for further levels, the lowest last.
     spare: Vec<Vec<Boxes<16>>>,
     /// For each block, the mask of its present ids.
     filed: Vec<u16>,
@@ -292,7 +292,7 @@ impl SpatialIndex for TimeOrder {
     fn validate(&self) -> Result<(), String> {
         let filed: usize = self.filed.iter().map(|filed| filed.count_ones() as usize).sum();
         if filed != self.len {
-            return Err(format!("{filed} boxes filed, {} counted", self.len));
+            return Err(format!("{filed} boxes inserted, {} counted", self.len));
         }
         for level in 1..self.levels.len() {
             for group in 0..self.levels[level - 1].len() {

@@ -34,8 +34,8 @@ pub trait Kernel: Copy {
         numbers.iter().enumerate().fold(0, |lanes, (i, &number)| lanes | u32::from(number >= 0.0) << i)
     }
 
-    /// The lanes whose boxes lie beyond a plane by at least their slack, and the lanes whose boxes lie as far before it.
-    /// The plane has a unit normal and the signed distance `distance` from the eye.
+    /// The lanes whose boxes lie beyond a plane by at least their slack, and the lanes whose boxes lie as far on its
+    /// other side. The plane has a unit normal and the signed distance `distance` from the eye.
     #[inline(always)]
     fn beyond_and_before(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
         let [x, y, z] = normal;

@@ -1,7 +1,7 @@
-//! The same five tasks of an engine with osp and with three other crates, in the shortest way that each of them has: lines of code, and
-//! times. `cargo run --release --manifest-path benches/targets/Cargo.toml --bin tasks`.
+//! Five tasks of an engine, with osp and with three other crates: lines of code, and times. Each solution is the
+//! shortest that the crate allows. `cargo run --release --manifest-path benches/targets/Cargo.toml --bin tasks`.
 //!
-//! The engine has keys of 64 bits. The results are compared, so that no way does less than another.
+//! The engine has keys of 64 bits. All solutions must return the same results.
 
 mod planes;
 mod times;
@@ -13,7 +13,7 @@ mod with_rstar;
 /// The least and the largest corner, metres.
 type Bounds = [[f32; 3]; 2];
 
-/// What an engine does in its frames.
+/// The tasks of an engine in its frames.
 trait Tasks {
     /// Objects come.
     fn come(&mut self, objects: &[(u64, Bounds)]);
@@ -23,7 +23,7 @@ trait Tasks {
     fn go(&mut self, key: u64);
     /// The objects that a camera may show. Its matrix maps world to clip space, by columns, with depths from 0 to 1.
     fn draw(&mut self, clip_from_world: &[f32; 16]) -> Vec<u64>;
-    /// The object whose box a ray enters first, and where.
+    /// The object whose box a ray enters first, and the distance.
     fn pick(&self, origin: [f32; 3], direction: [f32; 3]) -> Option<(u64, f32)>;
 }
 
@@ -36,7 +36,7 @@ const TASKS: [(&str, &str); 5] = [
     ("pick", "the first on a ray"),
 ];
 
-/// 90 degrees, along -z, near 0.1, far 100.
+/// A camera of 90 degrees along -z, with near plane 0.1 and far plane 100.
 const CLIP: [f32; 16] =
     [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.001001, -1.0, 0.0, 0.0, -0.1001001, 0.0];
 
@@ -45,7 +45,7 @@ fn key(i: u64) -> u64 {
 }
 
 fn bounds(i: u64, z: f32) -> Bounds {
-    // No box lies at a plane of the frustum within rounding.
+    // No box is so close to a plane of the frustum that rounding decides.
     let corner =
         [(i % 20) as f32 * 0.97 - 9.83, (i / 20 % 20) as f32 * 1.01 - 10.31, z - (i / 400) as f32 * 0.93];
     [corner, corner.map(|v| v + 0.5)]
@@ -105,7 +105,7 @@ fn main() {
         let mut of_tasks = TASKS.map(|(function, _)| lines_of(source, function));
         let all = source.lines().filter(|line| is_code(line)).count();
         let kept = all - of_tasks.iter().sum::<usize>();
-        // Who has no camera takes the planes from its matrix.
+        // A crate without cameras needs the planes of the matrix.
         let own = if source.contains("planes::") { planes } else { 0 };
         of_tasks[3] += own;
         let column = [kept].into_iter().chain(of_tasks).chain([all + own]);

@@ -9,7 +9,8 @@ const OBJECTS: u64 = 10_000;
 const CHANGES: u64 = 16;
 const FRAMES: u64 = 400;
 
-/// Prints the median time of each task of a frame. osp applies the changes of a frame when it culls, so the last row has whole frames.
+/// Prints the median time of each task of a frame. osp applies the changes of a frame when it culls, so the last row
+/// has whole frames.
 pub(crate) fn print(names: &[&str]) {
     let mut worlds: [Box<dyn Tasks>; 4] = [
         Box::<with_osp::World>::default(),
@@ -48,7 +49,7 @@ pub(crate) fn print(names: &[&str]) {
 
 /// Nanoseconds of each task in a frame, and of all.
 fn frame_ns(world: &mut dyn Tasks, frame: u64) -> [u64; TASKS.len() + 1] {
-    // Objects come at the end of the numbers, and leave at the beginning.
+    // New objects have the highest numbers; the objects with the lowest numbers go.
     let first = frame * CHANGES;
     let new: Vec<_> =
         (0..CHANGES).map(|i| (key(OBJECTS + first + i), bounds(7 * (first + i) % OBJECTS, -4.0))).collect();

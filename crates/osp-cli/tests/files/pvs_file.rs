@@ -168,7 +168,7 @@ fn sets_of_another_model_or_of_another_state_of_it_are_refused() {
     {
         let error = folder.read(&bytes, &other).expect_err(what).to_string();
         assert!(error.contains("byte 10: made of another model: expected"), "{what}: {error}");
-        assert!(error.contains("osp bake makes it anew"), "{what}: {error}");
+        assert!(error.contains("osp bake makes it again"), "{what}: {error}");
     }
     assert!(folder.read(&bytes, &model(200, 1.0)).is_ok(), "the same model, made again");
 }
@@ -182,7 +182,7 @@ fn what_is_no_file_of_sets_is_named() {
     let mut old = bytes_of(&sets(&model(5, 1.0)));
     old[8] = b'1';
     let said = folder.read(&old, &scene).expect_err("an older format").to_string();
-    assert!(said.contains("osp bake makes it anew"), "{said}");
+    assert!(said.contains("osp bake makes it again"), "{said}");
     #[cfg(unix)]
     assert!(error(Path::new("/dev/zero")).contains("expected a regular file; found a pipe or a device"));
 }

@@ -56,7 +56,7 @@ pub fn fly(
         }
         let frustum = view.frustum();
         let mut record = Flown::default();
-        // Either comes first in every second frame, so that neither always finds the caches filled by the other.
+        // The two alternate in running first, so that neither always finds warmer caches.
         for both in [frame % 2 == 0, frame % 2 == 1] {
             in_view.clear();
             let start = Instant::now();

@@ -73,7 +73,7 @@ pub fn grow(config: &GrowthConfig, mut progress: impl FnMut(&str)) -> Result<Row
     rows.part(PART, "Growth: a synthetic session of loose strokes in a 4 m cube");
     rows.note(
         PART,
-        "inserting: a frame inserts a batch and culls from inside; still: it inserts nothing; all in view: the same from outside.",
+        "inserting: a frame inserts a batch and culls from inside; still: a frame only culls; all in view: it culls from outside.",
     );
     progress("drawing the synthetic session");
     // The session ends with a whole stroke, so it has a few more polygons than requested. The frames insert the

@@ -69,7 +69,7 @@ impl BenchReport {
         let summary = self.rows.summary(&self.reference, |part| !is_paper(part));
         if !summary.is_empty() {
             parts.push(format!(
-                "\nratio: a frame or question against the same one of {}, median",
+                "\nratio: median of the time of a frame or query divided by that of {}",
                 self.reference
             ));
             parts.push(summary);

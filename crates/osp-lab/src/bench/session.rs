@@ -97,8 +97,8 @@ where
     if let Some(rig) = &rig_report {
         rows.note(
             PART,
-            "Each frame has all views; views times one: the same frames with one view, each in turn, times their number; both \
-             without their slowest hundredth.",
+            "Each frame has all views; views times one: the same frames with one view, in turns, times the number of views; \
+             both without their slowest hundredth.",
         );
         rig.blind(summary.frames).into_iter().for_each(|line| rows.note(PART, line));
     }

@@ -68,7 +68,7 @@ pub enum PvsError {
     },
     /// The file belongs to another model, or to another state of the same model.
     #[error(
-        "{}, byte {MODEL_AT}: made of another model: expected {expected}; found {found}; osp bake makes it anew",
+        "{}, byte {MODEL_AT}: made of another model: expected {expected}; found {found}; osp bake makes it again",
         path.display()
     )]
     OtherModel {
@@ -215,7 +215,7 @@ fn check_whole(file: &mut File, path: &Path, bytes: u64) -> Result<(), PvsError>
     file.take(MAGIC.len() as u64).read_to_end(&mut magic).map_err(io)?;
     let begin = "a file that begins with `osp pvs 2`";
     if magic == OLD_MAGIC {
-        return Err(damaged(path, 0, begin, "`osp pvs 1`, which had no checksum; osp bake makes it anew"));
+        return Err(damaged(path, 0, begin, "`osp pvs 1`, which had no checksum; osp bake makes it again"));
     }
     if magic != MAGIC {
         return Err(damaged(path, 0, begin, format!("\"{}\"", magic.escape_ascii())));

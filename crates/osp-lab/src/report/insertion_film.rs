@@ -167,8 +167,8 @@ impl Step<'_> {
         }
         let plane = format!("{} = {:.1}", ["x", "y", "z"][node.axis], node.plane_m);
         match self.path.get(self.step + 1) {
-            Some(child) if child % 2 == 0 => format!("{plane}: it is in front, and falls on"),
-            Some(_) => format!("{plane}: it is behind, and falls on"),
+            Some(child) if child % 2 == 0 => format!("{plane}: it is in front, and descends"),
+            Some(_) => format!("{plane}: it is behind, and descends"),
             None => format!("{plane} cuts it: it stays here"),
         }
     }
@@ -240,14 +240,15 @@ impl Step<'_> {
             cube.edges(area, &cell.bounds, INK.mix(0.35), 1)?;
         }
         let work = self.work[self.nth];
-        // The rebuild goes on while the polygon on the left falls.
+        // The rebuild continues while the polygon on the left descends.
         let filed = work.octree_filed as usize * (self.step + 1) / self.path.len().max(1);
         for nth in 0..=self.nth {
             self.polygon(area, &cube, nth, if nth < filed { VERMILION } else { SKY })?;
         }
         let bottom = area.dim_in_pixel().1 as i32;
         let (before, now) = (&self.work[..self.nth], self.nth + 1);
-        let line = format!("polygon {now} comes: {filed} of {} polygons are filed again", work.octree_filed);
+        let line =
+            format!("polygon {now} comes: {filed} of {} polygons are inserted again", work.octree_filed);
         area.draw(&Text::new(line, (14, bottom - 44), ("sans-serif", 17)))?;
         let moved: u64 = before.iter().map(|work| work.octree_filed - 1).sum();
         let moved = moved + (filed as u64).min(work.octree_filed - 1);
@@ -289,7 +290,7 @@ impl Step<'_> {
         let last = way.last().copied();
         for (at, &number) in numbers.iter().enumerate() {
             let place = layout.pixel(at);
-            // The polygon that falls is not there yet.
+            // The descending polygon is not in its node yet.
             let own = paper.node(number).map_or(0, |node| node.polygons.len());
             let is_end = self.path.last() == Some(&number) && self.step + 1 < self.path.len();
             let own = own - usize::from(is_end && own > 0);

@@ -1,9 +1,8 @@
 //! Styles of curves in charts. A structure has the same colour and mark in all charts, and no two structures have the
 //! same style.
 //!
-//! The colours can be distinguished by colour-blind people; they are those of Okabe and Ito, "Color Universal Design",
-//! 2008. Because there are more structures than colours, structures of one family share a colour and differ by their
-//!    mark.
+//! Colour-blind people can distinguish the colours, which are from Okabe and Ito, "Color Universal Design", 2008.
+//! Because there are more structures than colours, structures of one family share a colour and differ by their mark.
 
 use std::error::Error;
 

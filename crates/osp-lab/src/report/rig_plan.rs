@@ -71,7 +71,7 @@ impl RigPlan<'_> {
             area.draw(&Polygon::new(outline.clone(), BLUE.mix(0.08)))?;
             area.draw(&PathElement::new(outline, BLUE.stroke_width(3)))?;
             let middle = pixel(corners.iter().sum::<Vec3>() * 0.25);
-            // Beside the line, as which a screen appears edge-on.
+            // The name is beside the screen, which is a line when seen edge-on.
             let middle = (middle.0 + 8, middle.1 + 6);
             area.draw(&Text::new(one_line(&screen.name), middle, ("sans-serif", 18).into_font()))?;
         }

@@ -203,7 +203,7 @@ impl ShadowPicture<'_> {
         }
         // Many shadows together leave the polygons to be seen.
         let opacity = (1.6 / look.occluders().len().max(1) as f64).min(0.13);
-        // As far as the picture reaches, and beyond.
+        // The shadows extend beyond the picture.
         let reach_m = f64::from(bounds.extent().length());
         let far =
             |direction: DVec3| plan.pixel(eye + (direction.normalize_or_zero() * reach_m * 2.0).as_vec3());
@@ -214,7 +214,7 @@ impl ShadowPicture<'_> {
             fill(area, &plan.clipped(&hull(shadow.collect())), ORANGE.mix(opacity))?;
         }
         for (id, color, culled) in self.in_order(panel) {
-            // A polygon that is seen from its edge is still a line.
+            // A polygon seen edge-on is drawn as a line.
             let outline = outline(id);
             fill(area, &outline, color.mix(0.8))?;
             stroke(area, &outline, color.mix(0.8), if culled { 2 } else { 1 })?;

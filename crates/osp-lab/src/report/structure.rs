@@ -247,7 +247,7 @@ impl Structure {
 
     fn cut_below(&self, levels: u32) -> Self {
         let mut kept = Self::default();
-        // For each node, its index among the kept nodes, or that of the kept ancestor.
+        // For each node, its index among the kept nodes, or the index of its kept ancestor.
         let mut place = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
             let parent = node.parent.map(|at| place[at]);

@@ -26,9 +26,9 @@ const MARGIN: f32 = 40.0;
 const MOST_CELLS: usize = 20_000;
 /// Largest number of leaves up to which the nodes of a tree have labels.
 const MOST_LABELS: usize = 24;
-/// Distance of leaves from which on the nodes of a tree have their places as labels, pixels.
+/// Least distance between leaves at which the labels of nodes have their centre, width and box, pixels.
 const ROOM_FOR_PLACES: f32 = 150.0;
-/// Width of the label of a place, pixels.
+/// Width of such a label, pixels.
 const PLACE_WIDTH: i32 = 128;
 /// Largest number of levels in a legend.
 const MOST_LEGEND: usize = 14;

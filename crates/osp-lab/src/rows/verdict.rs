@@ -27,8 +27,8 @@ impl Rows {
         Some(format!("On {on} {said}."))
     }
 
-    /// One sentence each on insertion, query and memory, if the same part has the figure. If there are several tables, one
-    /// sentence counts those of all parts.
+    /// One sentence each on insertion, query and memory, if the same part has the figure. If there are several tables,
+    /// another sentence counts those in which no structure is clearly faster than the reference.
     pub fn verdict_in_detail(&self, reference: &str) -> Vec<String> {
         let tables = self.tables();
         let compared = compared(&tables, reference);
@@ -55,7 +55,7 @@ impl Rows {
         if compared.len() > 1 {
             let counts: Vec<String> = self.parts.iter().filter_map(count).collect();
             lines.push(format!(
-                "Table by table {reference} takes the least time or is level in {}.",
+                "{reference} takes the least time or is level in these tables: {}.",
                 counts.join(", ")
             ));
         }
@@ -63,7 +63,7 @@ impl Rows {
     }
 }
 
-/// The tables in which the reference and others have a ratio. A structure with an occlusion method is no other structure.
+/// The tables in which the reference and others have a ratio. A structure with an occlusion method does not count.
 fn compared<'t, 'a>(tables: &'t [Table<'a>], reference: &str) -> Vec<&'t Table<'a>> {
     let has =
         |table: &Table<'_>, index: &str| !index.contains(" + ") && table.value(index, "ratio").is_some();
@@ -194,7 +194,7 @@ mod tests {
             let rows = rows(SESSION, &recordings[..count]);
             assert_eq!(rows.verdict("osp"), Some(format!("On your {name} {said}")));
         }
-        // The factors are those of the least, which the reference may precede.
+        // The factors are relative to the least time, even if the reference is named first.
         let behind = [("osp", 1.0), ("a", 0.9), ("b", 2.7)];
         let said = "On r osp and a take the least time (level: intervals overlap); the next (b) takes 3.0 times as long.";
         assert_eq!(rows("replay", &[("r", &behind)]).verdict("osp").as_deref(), Some(said));
@@ -212,7 +212,7 @@ mod tests {
         all.append(rows("rays", &[("a", &[("osp", 1.0), ("x", 0.5)]), ("b", &[("osp", 1.0), ("x", 1.0)])]));
         let first = "On your 2 sketches osp takes the least time; the next (x) takes 1.34 times as long.";
         let counts =
-            "Table by table osp takes the least time or is level in 2 of 2 of session, 1 of 2 of rays.";
+            "osp takes the least time or is level in these tables: 2 of 2 of session, 1 of 2 of rays.";
         assert_eq!(all.verdict("osp").as_deref(), Some(first));
         assert_eq!(all.verdict_in_detail("osp"), [counts]);
     }

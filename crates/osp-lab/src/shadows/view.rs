@@ -90,7 +90,7 @@ impl ShadowView {
             _ => None,
         });
         let Some((parent, occluder, cuts)) = found else {
-            return format!("Plane {number} of {all}: no way from the top leads to it");
+            return format!("Plane {number} of {all}: no branch of the tree leads to it");
         };
         let whose = occluder.and_then(|of| {
             let volume = self.occluders.get(of)?;
@@ -101,7 +101,7 @@ impl ShadowView {
         let whose = whose.unwrap_or("a side of no occluder".to_owned());
         let cell = parent.map(|(above, side)| match (&nodes[above].holds, side) {
             (ShadowHolds::Plane { number, .. }, Side::Front) => {
-                format!("the cell before plane {}", number + 1)
+                format!("the cell in front of plane {}", number + 1)
             }
             (ShadowHolds::Plane { number, .. }, Side::Back) => {
                 format!("the cell behind plane {}", number + 1)

@@ -103,7 +103,7 @@ pub(super) struct BspBuilder {
     back: Vec<u32>,
     cut: [Vec<Vec3>; 2],
     /// The boxes of the culling tree, in the order of their nodes. For each node, `at_home` has its first box, the
-    /// number of its own boxes, and the number of boxes with all nodes below.
+    /// number of its own boxes, and this number including all nodes below.
     homes: Vec<Item>,
     at_home: Vec<Homes>,
     cull_pending: Vec<CullPending>,
@@ -247,7 +247,8 @@ impl BspBuilder {
                 best = across.filter(better).or(best);
             }
         }
-        // A plane of no polygon that leaves all pieces on one side is refused, because it would be chosen again and again.
+        // A plane across an axis that leaves all pieces on one side is refused, because it would be chosen again and
+        // again.
         best.filter(|choice| choice.own.is_some() || choice.larger_share < 1.0)
     }
 

@@ -43,7 +43,7 @@ impl Bsp {
         Self(Rebuilt::new(BspBuilder::new(config), index.room()), Announced::default())
     }
 
-    /// The tree as which `index` was made; `None` for another kind of index.
+    /// `index` as a BSP tree; `None` for another kind of index.
     pub fn of(index: &mut dyn SpatialIndex) -> Option<&mut Self> {
         let index: &mut dyn Any = index;
         index.downcast_mut()
@@ -178,11 +178,11 @@ impl SpatialIndex for Bsp {
             polygons += usize::from(pieces.get(id) == 0);
             pieces.set(id, pieces.get(id) + 1);
             if !self.0.contains(id) {
-                return Err(format!("a piece of polygon {}, which is not filed", id.0));
+                return Err(format!("a piece of polygon {}, which is not in the index", id.0));
             }
         }
         if polygons != self.len() {
-            return Err(format!("pieces of {polygons} polygons, {} filed", self.len()));
+            return Err(format!("pieces of {polygons} polygons, {} inserted", self.len()));
         }
         Ok(())
     }

@@ -60,7 +60,7 @@ impl<P: Partition> BucketTree<P> {
         }
         if self.node(ROOT).polygons as usize != self.filed.len() {
             return Err(format!(
-                "{} polygons in the tree, {} filed",
+                "{} polygons in the tree, {} inserted",
                 self.node(ROOT).polygons,
                 self.filed.len()
             ));

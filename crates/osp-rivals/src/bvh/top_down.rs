@@ -7,8 +7,8 @@ use crate::{
 use osp::math::Aabb;
 
 /// Default number of polygons of a leaf: four tests of sixteen. If it is larger, trees are smaller, and queries test
-/// more polygons. Measured with 10,000 to a million polygons, frustum queries get faster up to this number, and keep
-/// their time up to 96. A tree for rays alone would have fewer.
+/// more polygons. With 10,000 to a million polygons, frustum queries get faster up to this number, and stay as fast up
+/// to 96. A tree for rays alone would have fewer.
 pub(crate) const LEAF_CAPACITY: usize = 64;
 
 /// A builder's decision about a range of polygons.

@@ -1,11 +1,11 @@
 //! Two levels: a hierarchy of high quality with older polygons, and a dynamic hierarchy with new polygons.
 //!
-//! Source of the idea: Jon Bentley and James Saxe, "Decomposable Searching Problems I: Static-to-Dynamic Transformation"
-//! (1980), with two structures instead of a logarithmic number; common in renderers as the static and the dynamic scene. A
-//! query searches both levels. A new polygon goes to the dynamic tree. An erased polygon leaves a hole in the static tree.
-//! A moving polygon leaves a hole, and goes to the dynamic tree. When either level has grown beyond a share of the whole,
-//! one rebuild makes all polygons static again. So queries stay close to those of a new tree, but single frames take O(n
-//! log n).
+//! Source of the idea: Jon Bentley and James Saxe, "Decomposable Searching Problems I: Static-to-Dynamic
+//! Transformation" (1980), with two structures instead of a logarithmic number. Renderers call them the static and the
+//! dynamic scene. A query searches both levels. A new polygon goes to the dynamic tree. An erased polygon leaves a hole
+//! in the static tree. A moving polygon leaves a hole, and goes to the dynamic tree. When either level has grown beyond
+//! a share of the whole, one rebuild makes all polygons static again. So queries stay close to those of a new tree, but
+//! single frames take O(n log n).
 
 use super::BinnedSahBuilder;
 use crate::{
@@ -214,7 +214,7 @@ impl SpatialIndex for BvhTwoLevel {
         let waiting = self.filed.iter().filter(|(id, _)| self.place.get(*id) == Place::Waiting).count();
         if all - holes + dynamic + waiting != self.filed.len() {
             return Err(format!(
-                "{all} static, {holes} of them holes, {dynamic} dynamic, {waiting} waiting, {} filed",
+                "{all} static, {holes} of them holes, {dynamic} dynamic, {waiting} waiting, {} inserted",
                 self.filed.len()
             ));
         }

@@ -112,7 +112,7 @@ impl SpatialIndex for DynamicBvh {
             found += 1;
         }
         if found != self.filed.len() {
-            return Err(format!("{found} polygons in the tree, {} filed", self.filed.len()));
+            return Err(format!("{found} polygons in the tree, {} inserted", self.filed.len()));
         }
         Ok(())
     }

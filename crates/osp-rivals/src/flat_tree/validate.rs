@@ -45,7 +45,7 @@ impl FlatTree {
             }
         }
         if first != self.len() {
-            return Err(format!("{first} polygons in leaves, {} filed", self.len()));
+            return Err(format!("{first} polygons in leaves, {} inserted", self.len()));
         }
         let holes = self.ids().iter().filter(|&&id| id == NO_POLYGON).count();
         if holes != self.holes {

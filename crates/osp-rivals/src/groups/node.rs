@@ -49,8 +49,8 @@ pub(super) struct Node {
     pub(super) world: Affine3A,
     /// Box around the node's mesh and everything below, world space, as of the last commit.
     pub(super) bounds: Aabb,
-    /// Whether the node was placed or hung elsewhere since then, so that `world` and `bounds` of the node and everything
-    /// below are out of date.
+    /// Whether the transform or the parent has changed since the last commit. `world` and `bounds` of the node and
+    /// everything below are then out of date.
     has_moved: bool,
     /// Whether the mesh or something below has changed, so that `bounds` is out of date. The flag is set all the way up.
     is_stale: bool,

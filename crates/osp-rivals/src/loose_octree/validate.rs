@@ -27,7 +27,7 @@ impl LooseOctree {
             }
         }
         if filed as usize != self.filed.len() {
-            return Err(format!("{filed} polygons in cells, {} filed", self.filed.len()));
+            return Err(format!("{filed} polygons in cells, {} inserted", self.filed.len()));
         }
         Ok(())
     }

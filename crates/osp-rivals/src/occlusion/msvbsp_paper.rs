@@ -4,7 +4,7 @@
 //! "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", section 3.2.4.
 //!
 //! # Where the text is silent
-//! * Planes are compared by their edges; an edge on the splitting plane counts as before it.
+//! * Planes are compared by their edges; an edge on the splitting plane counts as in front of it.
 //! * Rule 5: two planes are the same only if the ends of their edges are equal, bit for bit.
 //! * A group of occluders that rule 5 unites hides volumes beyond the caps of all its members, if caps are used at all.
 //!   A cap is the plane that ends a shadow volume at its occluder.
@@ -60,7 +60,7 @@ pub struct MsvbspPaper {
     list_budget: usize,
     tree: ShadowTree,
     planes: Vec<Plane>,
-    /// For each occluder, the number of its group, which is that of the group's best member.
+    /// For each occluder, the number of its group, which is the number of the group's best member.
     group: Vec<u32>,
     caps_of_group: Vec<Caps>,
     lists: Vec<u32>,
@@ -185,7 +185,7 @@ impl MsvbspPaper {
     }
 }
 
-/// Rule 6: the planes have opposite normals and are one plane, and their edges overlap by more than a point.
+/// Whether two shadow planes with opposite normals are one plane and their edges overlap by more than a point (rule 6).
 fn overlap_in_one_plane(a: &Plane, b: &Plane) -> bool {
     let in_plane = b.ends.iter().all(|p| a.normal.dot(*p).abs() <= BEHIND_SINE * p.length());
     if !in_plane {

@@ -1,15 +1,16 @@
-//! A BSP tree of shadow planes: a good plane divides a cell, the others are sorted before and behind it.
+//! A BSP tree of shadow planes: a good plane divides a cell, and the others are sorted to its front and its back.
 //!
 //! "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", section 3.2.3.
 //!
 //! # Where the text is silent
-//! * A plane is good if it cuts few others, then if it leaves as many before it as behind it. The first
+//! * The best plane cuts the fewest others; among equals, its numbers in front and behind differ least. The first
 //!   [`CANDIDATES`] planes of a cell are compared; the best occluder's planes come first.
-//! * A plane is sorted by its edge, which the splitting plane cuts. Planes in the splitting plane are used up with it.
-//! * A cell with no plane left is hidden before the last plane, beyond the cap of its occluder, and unoccluded behind it.
-//!   So a plane of an occluder within the shadow of another one makes a part of that shadow unoccluded: the error that
-//!   the paper states, and removes by rule 4 of its modified tree.
-//! * A hidden cell has to lie in the cone of its occluder. It does but for rounding errors; then it is unoccluded.
+//! * A plane is sorted by its edge. If the splitting plane cuts the edge, each side gets a part. Planes in the
+//!   splitting plane are dropped.
+//! * The last plane of a cell hides the part in front of it, beyond the cap of its occluder; the part behind it is
+//!   unoccluded. So a plane of an occluder in the shadow of another one makes a part of that shadow unoccluded. The
+//!   paper states this error, and removes it by rule 4 of its modified tree.
+//! * A hidden cell has to lie in the cone of its occluder. If rounding errors prevent this, the cell is unoccluded.
 
 use glam::DVec3;
 
@@ -94,13 +95,13 @@ impl SortedPlanes {
             list_budget,
             points: Vec::with_capacity(list_budget),
             planes: Vec::with_capacity(list_budget),
-            // A cell leaves at most one more task than there was.
+            // Dividing a cell adds at most one task.
             tasks: Vec::with_capacity(MAX_DEPTH as usize + 1),
             left_out: 0,
         }
     }
 
-    /// Fills an empty tree. Returns the number of planes and parts of planes, and of those that had no room.
+    /// Fills an empty tree. Returns the number of planes and their parts, and the number without room.
     pub(super) fn build(
         &mut self,
         tree: &mut ShadowTree,

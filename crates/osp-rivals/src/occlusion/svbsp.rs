@@ -1,14 +1,14 @@
 //! The shadow-volume BSP tree, in two forms.
 //!
-//! N. Chin, S. Feiner, "Near Real-Time Shadow Generation Using BSP Trees", 1989: occluder after occluder. The OSP paper's
-//! section 3.2.3 sorts single planes instead: [`SortedPlanes`].
+//! N. Chin, S. Feiner, "Near Real-Time Shadow Generation Using BSP Trees", 1989, insert occluder after occluder.
+//! Section 3.2.3 of the OSP paper sorts single planes instead: [`SortedPlanes`].
 //!
 //! # Differences from Chin and Feiner
 //! * Polygons are inserted front to back by their nearest corners, not by a BSP tree of the scene. If two polygons overlap
 //!   in depth, this order is not exact. No result depends on the order, because every shadowed leaf has its occluder's cap.
 //! * If a piece of a polygon reaches an unoccluded leaf, the leaf is divided by the planes of the whole polygon, not of
-//!   the piece. Planes that the cell already lies before are omitted. Without this, a plane lost by a rounding error
-//!   would hide visible polygons.
+//!   the piece. Otherwise a plane lost by a rounding error would hide visible polygons. A plane is omitted if the whole
+//!   cell lies in front of it.
 
 use glam::DVec3;
 
@@ -47,7 +47,7 @@ pub enum SvbspForm {
 /// A shadow-volume BSP tree of the occluders.
 #[derive(Clone, Debug)]
 pub struct Svbsp {
-    /// Memory of a build by single planes, in that form.
+    /// Memory of a build by single planes; `None` for the other form.
     sorted_planes: Option<SortedPlanes>,
     node_budget: usize,
     point_budget: usize,

@@ -187,7 +187,7 @@ impl SpatialIndex for OctreePaper {
         let is_filed = |(item, id): (&Item, &PolygonId)| item.id == *id && self.filed.get(*id) == item.bounds;
         match self.items.len() == self.filed.len() && self.items.iter().zip(&self.ids).all(is_filed) {
             true => Ok(()),
-            false => Err("the tree holds other polygons than were filed".to_owned()),
+            false => Err("the tree has other polygons than were inserted".to_owned()),
         }
     }
 

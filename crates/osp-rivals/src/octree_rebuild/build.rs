@@ -14,7 +14,7 @@ pub struct OctreeConfig {
     /// Sixteen polygons are tested at once; queries gain up to 64.
     pub leaf_capacity: usize,
     /// The deepest level, at most 96. Nodes on this level are leaves of any size. Cells halve at every level, so only
-    /// polygons whose positions form a geometric series get there.
+    /// polygons whose positions form a geometric series reach it.
     pub max_depth: usize,
 }
 

@@ -7,8 +7,8 @@ use osp::math::Aabb;
 /// doubles the memory.
 pub const DEFAULT_MAX_DEPTH: u32 = 15;
 
-/// Depth of the deepest tree; a deeper one is cut to it. All nodes exist from the start, and 21 levels already have four
-/// million nodes.
+/// Largest depth of a tree; a larger depth is reduced to it. All nodes exist from the start, and 21 levels already have
+/// four million nodes.
 pub const MAX_MAX_DEPTH: u32 = 21;
 
 /// The splitting planes of an OSP tree (the paper's section 2.2, input ①: centre, size, maximum depth).

@@ -79,7 +79,7 @@ impl OspPaper {
         Self { cut_nodes, ..self }
     }
 
-    /// Work counts of all insertions: one plane for each node on the way down except the last.
+    /// Work counts of all insertions: one plane for each node on the way down except leaves.
     pub fn filing(&self) -> FilingCounts {
         self.filing
     }
@@ -254,7 +254,7 @@ impl SpatialIndex for OspPaper {
         }
         let filed = self.nodes[0].polygons as usize + self.outside.len();
         if filed != self.len() || self.boxes.iter().count() != filed {
-            return Err(format!("{filed} polygons filed, {} counted", self.len()));
+            return Err(format!("{filed} polygons inserted, {} counted", self.len()));
         }
         Ok(())
     }

@@ -186,7 +186,7 @@ fn ratios_stand_beside_the_times_that_they_are_of() {
     let Made { page, report } = made();
     assert!(page.contains("reference\nus</th><th scope=\"col\" aria-sort=\"ascending\">ratio</th>"));
     let resolution_ns = report.0["machine"]["clock_resolution_ns"].as_u64().expect("a number");
-    assert!(page.contains(&format!("The clock tells times {resolution_ns} ns apart.")));
+    assert!(page.contains(&format!("The clock has steps of {resolution_ns} ns.")));
 }
 
 #[test]

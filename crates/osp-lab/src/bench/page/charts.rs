@@ -15,7 +15,7 @@ const DIGITS: usize = 5;
 const SHOWN: usize = 6;
 /// Figures that get a chart over the sizes.
 const FIGURES: [(&str, &str); 3] =
-    [("time", "µs"), ("boxes", "boxes a question or frame"), ("memory", "bytes a polygon")];
+    [("time", "µs"), ("boxes", "boxes a query or frame"), ("memory", "bytes a polygon")];
 
 /// The data of all charts of a page.
 #[derive(Default, Serialize)]

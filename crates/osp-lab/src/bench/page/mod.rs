@@ -92,7 +92,7 @@ fn chapter(page: &mut Html, charts: &mut Charts, report: &BenchReport, part: &Pa
     part.notes.iter().for_each(|note| page.paragraph(note));
     if let Some(summary) = Summary::of(tables).filter(|_| tables.len() > 1) {
         page.paragraph(&format!(
-            "In short: geometric means over {} recordings; ratios to {}; median and p99 of the first column of ratios.",
+            "In short: geometric means over {} recordings; ratios to {}; median and p99 belong to the first column of ratios.",
             summary.recordings, report.reference
         ));
         page.table(part.title, &summary.cells);
@@ -115,17 +115,17 @@ fn method_chapter(page: &mut Html, report: &BenchReport) {
     page.paragraph(&report.machine.text());
     page.element("<p>Made by <code>", &report.command, "</code></p>");
     page.paragraph(&format!(
-        "All structures were measured in turns within one process. Intervals hold the median in 95 of 100 cases. A ratio compares a \
-         frame or question with the same one of {}; above 1 the structure is slower. It is the median of these ratios, and time and \
-         reference are medians of the same frames or questions.",
+        "All structures were measured in turns within one process. Intervals contain the median in 95 of 100 cases. A ratio \
+         divides the time of a frame or query by that of {}; above 1 the structure is slower. The tables have the median of these \
+         ratios. Time and reference are medians of the same frames or queries.",
         report.reference
     ));
     page.paragraph(
         "The verdict compares geometric means over the recordings; structures are level if the means of their intervals overlap.",
     );
     page.paragraph(&format!(
-        "The clock tells times {} ns apart. What can be repeated and is shorter than {} of that is measured over so many runs at once \
-         that the clock is off by about 2 %. A frame that inserts cannot be repeated.",
+        "The clock has steps of {} ns. Repeatable work shorter than {} steps is measured over so many runs at once that the error of \
+         the clock is about 2 %. A frame that inserts cannot be repeated.",
         report.machine.clock_resolution_ns,
         crate::clock::RESOLUTIONS
     ));
@@ -233,7 +233,8 @@ impl Html {
         self.raw("</tbody></table></div>");
     }
 
-    /// Appends the element in which the script draws a chart; that of the first chart is kept apart. Returns its id.
+    /// Appends the element in which the script draws a chart; the element of the first chart is kept apart. Returns its
+    /// id.
     fn figure(&mut self, title: &str, chart: &charts::Chart) -> String {
         let id = self.id(title);
         let start = self.html.len();

@@ -309,10 +309,7 @@ fn verify_frame(ways: &mut [Way], scene: &Scene, view: &View, window: &ViewWindo
 
 fn add(rows: &mut Rows, input: &PaperInput<'_>, ways: &[Way], draws: bool) {
     rows.part(PART, "The paper: a flight through the finished model (Fig. 20)");
-    rows.note(
-        PART,
-        "Where osp, hzb or queries cull while drawing, the hidden polygons that they leave out are handed over, too.",
-    );
+    rows.note(PART, "osp, hzb and queries may cull while drawing; drawn then includes the hidden polygons.");
     let Some(reference) = ways.iter().find(|way| way.name == FRUSTUM) else { return };
     let mut curves = [Vec::new(), Vec::new()];
     for way in ways {

@@ -28,7 +28,7 @@ use osp_session::{
 /// Number of consecutive frames that are measured together. The frame before them applies the skipped changes
 /// and is not counted.
 const STRETCH: u64 = 10;
-/// Number of runs of consecutive frames that are measured in each band of sizes, besides those all over the session.
+/// Number of runs of consecutive frames that are measured in each band of sizes, besides those spread over the session.
 const RUNS_OF_A_BAND: u64 = 6;
 /// The sizes of Figs. 21 to 23, polygons.
 const BANDS: [(&str, Range<u64>); 3] =
@@ -46,7 +46,7 @@ pub(super) const PART: &str = "paper-growing";
 #[derive(Clone, Copy, Debug)]
 struct GrowingFrame {
     frame: u64,
-    /// Whether the frame is one of those that are evenly spaced over the session.
+    /// Whether the frame belongs to the runs that are evenly spaced over the session.
     is_of_session: bool,
     /// Number of polygons in the model.
     polygons: u64,
@@ -154,7 +154,7 @@ impl Lane {
     }
 }
 
-/// The structures that grow: the paper's two trees as printed, and others as they are best.
+/// The structures that grow: the paper's two trees as printed, and others in their best form.
 fn tree(kind: Contender, input: &PaperInput<'_>, config: &PaperConfig) -> Tree {
     let capacity = usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX);
     let index = IndexConfig { root: input.root, capacity };
@@ -269,7 +269,8 @@ impl Chosen {
         Self { frames: summary.frames, most, sizes: sizes.collect(), passed: 0, left: 0, is_running: false }
     }
 
-    /// The choice of the next frame, before which the model has this number of polygons. `None` if it is skipped.
+    /// Decides about the next frame, before which the model has this number of polygons. `None` if the frame is
+    /// skipped.
     fn next(&mut self, frame: u64, polygons: u64) -> Option<Choice> {
         let passed = self.sizes.partition_point(|&size| size <= polygons).max(self.passed);
         self.left = if passed > self.passed { STRETCH + 1 } else { self.left.saturating_sub(1) };

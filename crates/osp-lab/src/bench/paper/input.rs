@@ -33,7 +33,7 @@ pub enum PaperError {
 pub struct PaperConfig {
     /// The structures that grow; `osp` and the reference always do.
     pub kinds: Vec<Contender>,
-    /// The structure with which those that grow are compared.
+    /// The structure with which the growing ones are compared.
     pub reference: IndexKind,
     /// Maximum depths of the tree, binary levels (Fig. 2, step 1).
     pub depths: Vec<u32>,
@@ -52,8 +52,8 @@ pub struct PaperConfig {
 }
 
 impl PaperConfig {
-    /// The structures that grow unless others are chosen: the paper's trees, the octree that is built as well as we can, and
-    /// structures without the paper's planes that are not rebuilt either.
+    /// The structures that grow unless others are chosen: the paper's trees, the octree in its best form, and
+    /// structures that are not rebuilt and lack the paper's planes.
     pub const USUAL: [Contender; 7] = [
         Contender::Own(IndexKind::OspPaper),
         Contender::Own(IndexKind::OctreePaper),

@@ -53,7 +53,8 @@ where
             format!("Drawn by {}: a frame is insertion, culling, sending and drawing.", adapter.name())
         }
         None => {
-            "Nothing was drawn (--draw): a frame is insertion and culling, which is no frame rate.".to_owned()
+            "Nothing was drawn (--draw): a frame is insertion and culling, so its time gives no frame rate."
+                .to_owned()
         }
     };
     let cube_m = short(f64::from(input.cube(config.cube()).extent().max_element()));

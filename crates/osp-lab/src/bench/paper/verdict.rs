@@ -23,7 +23,7 @@ pub(in crate::bench) fn verdict(rows: &Rows) -> Vec<String> {
 fn sentence(rows: &Rows, recording: &str) -> Option<String> {
     let us = |index: &str| {
         let figure = |figure| rows.value(WHOLE, recording, index, figure);
-        // A frame that was not drawn is nothing but these two.
+        // A frame that was not drawn consists only of insertion and culling.
         figure("insert_and_cull").or_else(|| figure("time")).filter(|us| *us > 0.0)
     };
     let (tree, octree) = (us(TREE)?, us(OCTREE)?);

@@ -79,10 +79,9 @@ fn rows(race: &Race) -> Rows {
     );
     rows.note(PART, "Missed: frames of more than 11.1 ms (90 Hz).");
     let others = match race.runs {
-        1 => "The times contain what other programs took of the core; `--runs 3` leaves most of it out."
-            .to_owned(),
+        1 => "The times include work of other programs; `--runs 3` removes most of it.".to_owned(),
         runs => format!(
-            "A frame's time is the least of {runs} races: in longer ones other programs took the core."
+            "A frame's time is the least of {runs} races, because longer times include work of other programs."
         ),
     };
     rows.note(PART, others);

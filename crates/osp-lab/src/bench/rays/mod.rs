@@ -43,12 +43,12 @@ const TASKS: [&str; 6] = [
 ];
 const WALKS: [&str; 2] = ["rays/walk in order", "rays/walk best first"];
 const NOTES: [&str; 4] = [
-    "nearest, any: hits of rays; box: what is in a tenth of the model's length; neighbours: the 8 nearest polygons of a point; \
+    "nearest, any: hits of rays; box: polygons in a tenth of the model's length; neighbours: the 8 nearest polygons of a point; \
      growing: a frame that inserts 8 polygons and casts 8 rays.",
-    "walk: the nearest hit with one and the same walk over each tree, rays from outside and from inside: down into the nearest \
-     child first (in order), or always on with the nearest node that waits (best first).",
+    "walk: the nearest hit by one walk that is the same for every tree, with rays from outside and from inside. The walk visits \
+     the nearest child first (in order), or always the nearest waiting node (best first).",
     "moved: boxes that a ray tests after every polygon has drifted in its own direction, by half a per cent of the diagonal a move. \
-     sah-refitted: the tree as it was built at first, its boxes made to fit; sah-rebuilt: built after the last move; bvh-sah refits \
+     sah-refitted: the first tree with its boxes refitted; sah-rebuilt: built after the last move; bvh-sah refits \
      until its boxes have grown by half, then rebuilds.",
     "time is that of the structure's own query; the nodes and boxes of a walk depend on the tree, not on its code.",
 ];
@@ -85,7 +85,7 @@ pub fn cast_rays(config: &RaysConfig, model: &RaysModel, mut progress: impl FnMu
     if model.boxes.is_empty() {
         return rows;
     }
-    rows.part(PART, "Rays, ranges and neighbours, a question (exact tests included)");
+    rows.part(PART, "Rays, ranges and neighbours: figures of a query, exact tests included");
     NOTES.iter().for_each(|note| rows.note(PART, *note));
     let questions = Questions::new(model, config.questions.max(1));
     let reference = model.filled(Contender::Own(config.reference), model.boxes.len());

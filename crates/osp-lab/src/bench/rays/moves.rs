@@ -114,6 +114,6 @@ mod tests {
         assert!(boxes("sah-refitted", 32) > 2.0 * boxes("sah-rebuilt", 32));
         // A tree with better splits need not be better for these very rays.
         assert!(LOOKS.iter().all(|&at| boxes("sah-rebuilt", at) <= boxes("sah-refitted", at) * 1.1));
-        assert!(boxes("bvh-sah", 32) < boxes("sah-refitted", 32), "it is built anew in time");
+        assert!(boxes("bvh-sah", 32) < boxes("sah-refitted", 32), "it is rebuilt in time");
     }
 }
