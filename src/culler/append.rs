@@ -44,10 +44,10 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Whether there is no object, no occluder, no layer and no waiting change.
+    /// Whether there is no object, no occluder, no layer and no pending change.
     fn has_nothing(&self) -> bool {
         let has_occluders = self.hiding.as_ref().is_some_and(|hiding| !hiding.is_empty());
-        self.is_empty() && self.waiting.is_empty() && !has_occluders && self.layers.iter().next().is_none()
+        self.is_empty() && self.pending.is_empty() && !has_occluders && self.layers.iter().next().is_none()
     }
 
     fn insert_all(&mut self, other: &Self) {

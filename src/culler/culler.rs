@@ -10,7 +10,7 @@ use super::{
     keys::{Key, Places, Slot},
     layers::Layers,
     occluder::Occluder,
-    waiting::Waiting,
+    pending::PendingChanges,
 };
 use crate::{
     index::SpatialIndex,
@@ -49,7 +49,7 @@ pub enum Refusal {
 /// some thousand.
 pub struct Culler<K: Key> {
     pub(super) keys: K::Places,
-    pub(super) waiting: Waiting,
+    pub(super) pending: PendingChanges,
     pub(super) filed: Filed,
     pub(super) layers: Layers,
     /// The occluders; created with the first one.
@@ -78,7 +78,7 @@ impl<K: Key> Culler<K> {
     pub fn new() -> Self {
         Self {
             keys: K::Places::default(),
-            waiting: Waiting::default(),
+            pending: PendingChanges::default(),
             filed: Filed::new(),
             layers: Layers::default(),
             hiding: None,
@@ -99,7 +99,7 @@ impl<K: Key> Culler<K> {
         let [min, max] = bounds.map(Into::into);
         let Some(slot) = self.slot(key) else { return };
         let bounds = Aabb::new(min.into(), max.into());
-        if !self.waiting.set(slot, bounds) {
+        if !self.pending.set(slot, bounds) {
             self.refuse(key, Refusal::Bounds([min, max]));
             self.take_box(slot);
         } else if let Some(hiding) = &mut self.hiding {
@@ -144,7 +144,7 @@ impl<K: Key> Culler<K> {
 
     /// Number of objects in the culler with an accepted box.
     pub fn len(&self) -> usize {
-        self.waiting.count()
+        self.pending.count()
     }
 
     /// Whether there is no object.
@@ -166,10 +166,10 @@ impl<K: Key> Culler<K> {
 
     /// Applies all changes, so that queries find them. [`Culler::cull`] calls this, too.
     pub fn commit(&mut self) {
-        if !self.waiting.is_empty() {
+        if !self.pending.is_empty() {
             self.views.begin(0);
         }
-        self.waiting.take_all(|changes| self.filed.take_all::<K>(&mut self.keys, changes));
+        self.pending.take_all(|changes| self.filed.take_all::<K>(&mut self.keys, changes));
         self.filed.commit::<K>(&mut self.keys);
         self.keys.settle();
         if let Some(hiding) = &mut self.hiding {
@@ -292,7 +292,7 @@ impl<K: Key> Culler<K> {
     /// The key of an object that is in the culler now.
     pub(super) fn key(&self, number: PolygonId) -> Option<K> {
         let slot = self.keys.slot_of(number)?;
-        if self.waiting.has_box(slot) { self.keys.key(number) } else { None }
+        if self.pending.has_box(slot) { self.keys.key(number) } else { None }
     }
 
     fn slot(&mut self, key: K) -> Option<Slot> {
@@ -305,7 +305,7 @@ impl<K: Key> Culler<K> {
 
     /// The last accepted box of the object in a slot.
     pub(super) fn bounds_of(&self, slot: Slot) -> Option<Aabb> {
-        let waits = self.waiting.waits(slot);
+        let waits = self.pending.waits(slot);
         waits.or_else(|| self.filed.get(self.keys.number(slot)?)).filter(|bounds| !bounds.is_empty())
     }
 
@@ -316,7 +316,7 @@ impl<K: Key> Culler<K> {
     }
 
     fn take_box(&mut self, slot: Slot) {
-        self.waiting.remove(slot);
+        self.pending.remove(slot);
         if let Some(hiding) = &mut self.hiding {
             hiding.remove(slot);
         }

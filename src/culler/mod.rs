@@ -1,7 +1,7 @@
 //! The culler for engines, with the engine's own keys, boxes, occluders and cameras.
 //!
 //! ```text
-//! set, remove ─> waiting.rs ─ commit ─> filed.rs: ids, index ─ cull ─> frustum ─> hiding.rs: occlusion ─> frame.rs: keys
+//! set, remove ─> pending.rs ─ commit ─> filed.rs: ids, index ─ cull ─> frustum ─> hiding.rs: occlusion ─> frame.rs: keys
 //! ```
 //!
 //! It uses no [`Pipeline`](crate::frame::Pipeline). Use that type for polygons in your own form, for groups that move as a
@@ -18,7 +18,7 @@ mod keys;
 mod layers;
 mod occluder;
 pub mod oracle;
-mod waiting;
+mod pending;
 
 pub use camera::{ALL_LAYERS, Camera, CameraError};
 pub use culler::{Culler, Refusal};

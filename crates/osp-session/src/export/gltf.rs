@@ -186,7 +186,7 @@ pub fn write_glb_watched(
     Ok(counts)
 }
 
-/// Makes the vertices of an object smaller, and compresses its buffers if the options say so.
+/// Makes the vertices of an object smaller, and compresses its buffers if `is_compressed` is set.
 fn shrink(object: &mut Object, options: &ExportOptions) -> Result<(), ExportError> {
     let parts = object.parts.values();
     let bounds = parts.map(|part| (part.min, part.max)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));

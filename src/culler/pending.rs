@@ -4,7 +4,7 @@ use crate::{math::Aabb, polygon::ById};
 /// The state of an object beside its box in the index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct State {
-    /// Position of the object's waiting change in the list, if it has one.
+    /// Position of the object's pending change in the list, if it has one.
     change: u32,
     /// Whether the object has a box after its last change.
     has_box: bool,
@@ -15,7 +15,7 @@ const VACANT: State = State { change: u32::MAX, has_box: false };
 
 /// The changes that wait for the next commit, the last change of each object.
 #[derive(Debug)]
-pub(super) struct Waiting {
+pub(super) struct PendingChanges {
     states: ById<State>,
     /// The new box of each object; [`Aabb::EMPTY`] for a removed object.
     changes: Vec<(Slot, Aabb)>,
@@ -25,13 +25,13 @@ pub(super) struct Waiting {
     count: usize,
 }
 
-impl Default for Waiting {
+impl Default for PendingChanges {
     fn default() -> Self {
         Self { states: ById::new(VACANT), changes: Vec::new(), gone: 0, count: 0 }
     }
 }
 
-impl Waiting {
+impl PendingChanges {
     /// Sets an object's box. Returns false, without effect, if the box is invalid ([`Aabb::is_valid`]).
     pub(super) fn set(&mut self, slot: Slot, bounds: Aabb) -> bool {
         if !bounds.is_valid() {
@@ -62,10 +62,10 @@ impl Waiting {
     #[inline]
     fn put(&mut self, before: State, slot: Slot, bounds: Aabb) -> u32 {
         match self.changes.get_mut(before.change as usize) {
-            Some(waiting) if waiting.0 == slot => {
+            Some(pending) if pending.0 == slot => {
                 // The object was removed, and comes again.
-                self.gone -= usize::from(waiting.1.is_empty());
-                waiting.1 = bounds;
+                self.gone -= usize::from(pending.1.is_empty());
+                pending.1 = bounds;
                 before.change
             }
             _ => {
@@ -83,7 +83,7 @@ impl Waiting {
     /// removed.
     pub(super) fn waits(&self, slot: Slot) -> Option<Aabb> {
         let change = self.changes.get(self.states.get(slot).change as usize);
-        change.filter(|waiting| waiting.0 == slot).map(|(_, bounds)| *bounds)
+        change.filter(|pending| pending.0 == slot).map(|(_, bounds)| *bounds)
     }
 
     /// Number of objects with a box.
