@@ -1,19 +1,16 @@
 //! Binary glTF 2.0: "glTF 2.0 Specification", Khronos Group, 2021.
 
-use std::{
-    collections::BTreeMap,
-    io::{self, Write},
-};
+use std::{collections::BTreeMap, io::Write};
 
 use glam::Vec3;
-use thiserror::Error;
 
 use super::{
+    error::ExportError,
     gltf_json::{Document, Object},
     gltf_material::Materials,
     gltf_options::{ExportOptions, Objects},
-    gltf_packed::{Grid, compress, quantize},
-    gltf_part::{Part, aligned},
+    gltf_packed::{compress, quantize},
+    gltf_part::{Grid, Part, aligned},
 };
 use crate::{
     brush::Seen,
@@ -27,23 +24,6 @@ const JSON_CHUNK: u32 = 0x4e4f_534a;
 const BIN_CHUNK: u32 = 0x004e_4942;
 /// Mean straightness of a polygon over all directions of the eye.
 const SLANTED: f32 = 0.5;
-
-/// The reason why a model was not exported.
-#[derive(Debug, Error)]
-pub enum ExportError {
-    /// The file cannot be written.
-    #[error(transparent)]
-    Io(#[from] io::Error),
-    /// The file would exceed the byte counts of the format, which have 32 bits.
-    #[error("the model is too large for one file of this format: {0} bytes of at most 4294967295")]
-    TooLarge(u64),
-    /// This build has no compression: the feature `compress` is missing.
-    #[error("expected a build of osp-session with its feature `compress`")]
-    NotCompressed,
-    /// The user has cancelled the export.
-    #[error("writing it was cancelled")]
-    Cancelled,
-}
 
 /// Counts of exported parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

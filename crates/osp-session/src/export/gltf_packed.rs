@@ -5,30 +5,10 @@ use std::io;
 
 use glam::Vec3;
 
-use super::gltf::ExportError;
-use super::gltf_part::{DRAWN_BYTES, Layout, Part};
-
-/// Largest distance between two neighbouring positions of the grid, metres: a hair's breadth of the thinnest strokes.
-const MOST_STEP_M: f32 = 0.000_5;
-
-/// A grid of 65,536 positions on each axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Grid {
-    pub(super) origin: Vec3,
-    pub(super) step_m: f32,
-}
-
-impl Grid {
-    /// The grid of a box. `None` if its positions would be too far apart.
-    pub(super) fn of(min: Vec3, max: Vec3) -> Option<Self> {
-        let step_m = (max - min).max_element() / f32::from(u16::MAX);
-        (step_m > 0.0 && step_m <= MOST_STEP_M).then_some(Self { origin: min, step_m })
-    }
-
-    fn place(&self, position: Vec3) -> [u16; 3] {
-        ((position - self.origin) / self.step_m).round().to_array().map(|n| n as u16)
-    }
-}
+use super::{
+    error::ExportError,
+    gltf_part::{DRAWN_BYTES, Grid, Layout, Packed, Part},
+};
 
 /// Makes the vertices of a welded part smaller: positions become numbers of the grid, if there is one, normals bytes, and
 /// texture coordinates between 0 and 1 16-bit numbers.
@@ -66,13 +46,6 @@ pub(super) fn quantize(part: &mut Part, grid: Option<Grid>) {
     if grid.is_some() && !rows.is_empty() {
         (part.min, part.max) = (Vec3::from(least.map(f32::from)), Vec3::from(most.map(f32::from)));
     }
-}
-
-/// The compressed vertices and indices of a part.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Packed {
-    pub(super) vertices: Vec<u8>,
-    pub(super) indices: Vec<u8>,
 }
 
 /// Compresses a part. The triangles keep their order, which decides how blended ones look.

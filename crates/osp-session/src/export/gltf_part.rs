@@ -2,7 +2,6 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
-use super::gltf_packed::{Grid, Packed};
 use crate::brush::Surface;
 use osp::polygon::ConvexPolygon;
 
@@ -13,6 +12,28 @@ pub(super) const DRAWN_BYTES: usize = 12 + 12 + 8 + 8;
 const FLOAT: u32 = 5126;
 const BYTE: u32 = 5120;
 const UNSIGNED_SHORT: u32 = 5123;
+
+/// Largest distance between two neighbouring positions of the grid, metres: a hair's breadth of the thinnest strokes.
+const MOST_STEP_M: f32 = 0.000_5;
+
+/// A grid of 65,536 positions on each axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Grid {
+    pub(super) origin: Vec3,
+    pub(super) step_m: f32,
+}
+
+impl Grid {
+    /// The grid of a box. `None` if its positions would be too far apart.
+    pub(super) fn of(min: Vec3, max: Vec3) -> Option<Self> {
+        let step_m = (max - min).max_element() / f32::from(u16::MAX);
+        (step_m > 0.0 && step_m <= MOST_STEP_M).then_some(Self { origin: min, step_m })
+    }
+
+    pub(super) fn place(&self, position: Vec3) -> [u16; 3] {
+        ((position - self.origin) / self.step_m).round().to_array().map(|n| n as u16)
+    }
+}
 
 /// The forms of a vertex's values.
 #[derive(Clone, Copy, Debug, Default)]
@@ -75,6 +96,13 @@ impl Layout {
     pub(super) fn stride(self) -> usize {
         self.attributes_and_stride().1
     }
+}
+
+/// The compressed vertices and indices of a part.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Packed {
+    pub(super) vertices: Vec<u8>,
+    pub(super) indices: Vec<u8>,
 }
 
 /// Vertices and triangles of one material in one object.

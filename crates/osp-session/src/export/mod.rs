@@ -3,6 +3,7 @@
 //! Depends on [`scene`](crate::scene), [`stroke`](crate::stroke), [`brush`](crate::brush) and
 //! [`recording`](crate::recording).
 
+mod error;
 mod gltf;
 mod gltf_json;
 mod gltf_material;
@@ -17,7 +18,8 @@ mod tilt_metadata;
 mod tilt_stroke;
 mod times;
 
-pub use gltf::{ExportError, GltfCounts, write_glb, write_glb_watched};
+pub use error::ExportError;
+pub use gltf::{GltfCounts, write_glb, write_glb_watched};
 pub use gltf_options::{ExportOptions, Objects};
 pub use kept_strokes::KeptStrokes;
 pub use tilt::{TiltCounts, write_tilt};

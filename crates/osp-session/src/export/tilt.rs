@@ -10,7 +10,7 @@ use std::{
 use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 
 use super::{
-    gltf::ExportError,
+    error::ExportError,
     kept_strokes::KeptStrokes,
     tilt_metadata::{Brushes, Layers, metadata},
     tilt_stroke::{Place, TiltStroke},

@@ -1,0 +1,20 @@
+use std::io;
+
+use thiserror::Error;
+
+/// The reason why a model was not exported.
+#[derive(Debug, Error)]
+pub enum ExportError {
+    /// The file cannot be written.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// The file would exceed the byte counts of the format, which have 32 bits.
+    #[error("the model is too large for one file of this format: {0} bytes of at most 4294967295")]
+    TooLarge(u64),
+    /// This build has no compression: the feature `compress` is missing.
+    #[error("expected a build of osp-session with its feature `compress`")]
+    NotCompressed,
+    /// The user has cancelled the export.
+    #[error("writing it was cancelled")]
+    Cancelled,
+}
