@@ -84,10 +84,10 @@ pub(super) fn lines(rows: &[AuthorRow]) -> Vec<String> {
         };
         let end = match row.left_secs {
             Some(left) => format!("left at {left:.1} s"),
-            None => "there to the end".to_owned(),
+            None => "present to the end".to_owned(),
         };
         lines.push(format!(
-            "  {title:<11} {} {name}: {} strokes, {} edits; {:.1} s, came at {:.1} s, {end}",
+            "  {title:<11} {} {name}: {} strokes, {} edits; {:.1} s, joined at {:.1} s, {end}",
             row.author,
             thousands(row.strokes),
             thousands(row.edits),

@@ -31,10 +31,10 @@ use osp_session::{output_file::OutputKind, recording::Event, scene::Scene};
 
 /// Compute potentially visible sets (PVS) of a finished model, for `osp verify --pvs`.
 ///
-/// The command divides the space that the head went through into cubic cells. Without a head path this is the model's box,
-/// enlarged by half of its size. From some points of each cell it draws six pictures, and finds the polygons visible in
-/// them. The sets are sampled, not exact: they miss polygons that are visible only from places between the points. `osp
-/// verify FILE --whole --pvs OUT` counts the missed polygons.
+/// The command divides a space into cubic cells: the box of the head path, or without a head path the model's box,
+/// enlarged by half. From some points of each cell it draws six pictures, and finds the polygons visible in them. The
+/// sets are sampled, not exact: they miss polygons that are visible only from places between the points. `osp verify
+/// FILE --whole --pvs OUT` counts the missed polygons.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp bake recordings/room.ron room.pvs

@@ -108,7 +108,7 @@ impl Batch {
             if let Some(other) = sources.insert(&job.target, &job.source) {
                 let (one, target) = (job.source.display(), job.target.display());
                 bail!(
-                    "{}: and {one} would both become {target}; give each folder its own --out",
+                    "{} and {one} would both become {target}; give each folder its own --out",
                     other.display()
                 );
             }
@@ -116,7 +116,7 @@ impl Batch {
         let read: HashSet<PathBuf> = jobs.iter().filter_map(|job| job.source.canonicalize().ok()).collect();
         let is_read = |job: &&Job| job.target.canonicalize().is_ok_and(|target| read.contains(&target));
         if let Some(job) = jobs.iter().find(is_read).filter(|_| force) {
-            bail!("{}: is a link to a session that is read", job.target.display());
+            bail!("{}: this target is a link to an input", job.target.display());
         }
         let all = jobs.len();
         jobs.retain(|job| force || !is_finished(job, kind));

@@ -50,7 +50,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     let rig = args.rig.path()?;
     ensure!(
         rig.is_none() || (!args.files.is_empty() && !args.paper.is_alone()),
-        "--rig is about the frames of sessions: name a session"
+        "--rig applies only to sessions: name a session"
     );
     let mut outputs = Outputs::new(args.force).reads(&args.files).reads(&args.rig.screens.file());
     let csv = outputs.add_any("--csv", args.csv.as_ref(), OutputKind::Csv)?;

@@ -35,14 +35,14 @@ use osp_session::{recording::Pace, replay::CameraChoice};
 
 Parts of the report:
   sessions  each file through every index, with one sample of the hand per frame. With --rig each
-            frame is culled for all screens and eyes, and compared with the time of one view
-            times their number
+            frame is culled for all screens and eyes. Its time is compared with that of one view,
+            times the number of views
   growth    a synthetic session at each of the sizes: frames that insert a few polygons, and
             frames that insert none
   flight    the finished sessions: frustum culling alone, and with occlusion culling
   rays      the finished sessions, and the synthetic one at each of the sizes up to a million:
-            nearest hit, any hit, polygons in a box, nearest polygons of a point; in order and
-            best first; while polygons arrive; refit against rebuild as polygons move
+            nearest hit, any hit, polygons in a box, polygons nearest to a point; in order and
+            best first; while polygons are inserted; refit against rebuild as polygons move
   moving    the synthetic session at each of the sizes up to a million. In every frame 1, 10 and
             100 % of the polygons move: in pieces, as a group that is placed as a whole, as
             instances of one mesh, and scattered with shuffled numbers. Each structure updates
@@ -51,13 +51,13 @@ Parts of the report:
   paper     with --paper: the paper's experiments. Its tree and its octree while the model grows
             (figures 19, 21 to 23), beside loops over all boxes and other structures (--index).
             The report counts the plane tests of insertion; all polygons of cut nodes are drawn.
-            A flight with every culler (figure 20), also the paper's own that cull visible
-            polygons (`not conservative`). The best depth and cube size of its tree. --node-test
-            and --score apply to the conservative cullers
+            A flight with every culler (figure 20), including the paper's, which cull visible
+            polygons (`not conservative`). The best depth and cube size of the paper's tree.
+            --node-test and --score apply to the conservative cullers
 The page (--html) is one file that works offline: verdict, first chart, links to all parts. A
 click on a column header sorts its table (best first at the start). Charts show the values under
-the pointer; a click on a name shows or hides its line. Every structure has a line. The page
-follows the system's dark mode. Without scripts there are only tables.
+the pointer; a click on a name shows or hides its line. The page follows the system's dark mode.
+Without scripts there are only tables.
 Every figure is a row: part, recording, index, figure, unit, value, and the ends of the interval of a
 median. --csv writes these rows, --json prints them. Tables, verdict and page contain the same rows.
 `osp replay --help` describes the indexes.")]
@@ -83,7 +83,7 @@ pub(super) struct BenchArgs {
     /// Leave out rays, ranges and neighbours.
     #[arg(long)]
     pub(super) no_rays: bool,
-    /// Leave out moving things.
+    /// Leave out moving polygons.
     #[arg(long)]
     pub(super) no_moving: bool,
     /// Length of a frame: `recorded` (by the session's time stamps) or `samples:N` (N samples of the hand).
@@ -105,7 +105,7 @@ pub(super) struct BenchArgs {
     /// Write one HTML page with tables and charts. The terminal then shows only the summary, unless --all is given.
     #[arg(long, value_name = "FILE")]
     pub(super) html: Option<PathBuf>,
-    /// Let an output replace a file of another type than its own, even a session, but never a file that is read.
+    /// Let an output replace a file of another type, even a session, but never an input.
     #[arg(long)]
     pub(super) force: bool,
     #[command(flatten)]

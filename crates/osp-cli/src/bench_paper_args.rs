@@ -31,8 +31,8 @@ pub(super) struct PaperArgs {
     /// with --quick up to 12]. If there is a single depth, the other experiments also use it; else they use 15.
     #[arg(long, value_delimiter = ',', requires = "paper", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_MAX_DEPTH)))]
     pub(super) depth: Vec<u32>,
-    /// With --paper: edges of its cube, as multiples of the session's cube, separated by commas [default: 0.5,1,2,4]. With
-    /// a single value the other experiments use it, too; else they use 1.
+    /// With --paper: edges of the cube of the paper's tree, as multiples of the session's cube, separated by commas
+    /// [default: 0.5,1,2,4]. If there is a single value, the other experiments also use it; else they use 1.
     #[arg(long, value_delimiter = ',', requires = "paper", value_parser = numbers::multiple)]
     pub(super) cube: Vec<f32>,
     /// With --paper: largest number of occluders in a frame.

@@ -49,7 +49,7 @@ pub(super) struct ConvertArgs {
     /// The folder for the files. They get the same subfolders as the sessions [default: beside each session].
     #[arg(long, value_name = "FOLDER", requires = "to")]
     out: Option<PathBuf>,
-    /// Replace files, even newer ones, but never a session that is read.
+    /// Replace files, even newer ones, but never an input.
     #[arg(long)]
     force: bool,
     #[command(flatten)]

@@ -36,7 +36,7 @@ pub(super) fn run(args: &DrawInsertionArgs) -> anyhow::Result<Outcome> {
     let sum = |of: fn(&osp_lab::report::InsertionWork) -> u64| thousands(work.iter().map(of).sum());
     let size = bytes.map(|bytes| format!(", {}", HumanBytes(bytes))).unwrap_or_default();
     print_result(&format!(
-        "{} polygons: osp-paper tests {} planes and moves none; octree-paper tests {} and files {} polygons -> {}{size}",
+        "{} polygons: osp-paper tests {} planes and moves none; octree-paper tests {} and inserts {} polygons -> {}{size}",
         thousands(work.len() as u64),
         sum(|work| work.osp_planes),
         sum(|work| work.octree_planes),

@@ -6,11 +6,11 @@ use clap::Args;
 
 use super::played::FrameArgs;
 
-/// Film how polygons fall through the paper's tree, beside the paper's octree, which is filled again for each of them.
+/// Film how polygons fall through the paper's tree, beside the paper's octree, which is filled again for each polygon.
 ///
-/// On the left the planes of the tree halve a cube in turn. A polygon falls past them until one cuts it, or into a
-/// leaf. On the right, all polygons are inserted into the octree again. It divides each node with more than one
-/// polygon. Below are all nodes of the OSP tree, and the number of planes that each tree tests for each polygon.
+/// On the left the planes of the tree halve a cube in turn. A polygon falls until a plane cuts it, or into a leaf. On
+/// the right, all polygons are inserted again into the octree, which divides each node with more than one polygon.
+/// Below are all nodes of the OSP tree, and the number of planes that each tree tests for each polygon.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp draw-insertion docs/figures/fall.ron fall.gif
@@ -27,7 +27,7 @@ pub(super) struct DrawInsertionArgs {
     /// Levels of planes of the paper's tree.
     #[arg(long, default_value_t = 5, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=7))]
     pub(super) levels: u32,
-    /// Let the film replace a file that is no such film, but never the session.
+    /// Let the film replace a file that is no GIF, but never the session.
     #[arg(long)]
     pub(super) force: bool,
 }

@@ -24,8 +24,8 @@ use osp_session::{
 
 /// Write the model of a session as binary glTF, for Blender, engines and viewers.
 ///
-/// `osp convert` does this for whole folders, and also writes sketches of Tilt Brush: this command writes the polygons
-/// of one frame, but a .tilt file has the strokes of a whole session.
+/// This command writes the polygons of one frame. `osp convert` also converts whole folders, and writes .tilt files,
+/// which have the strokes of a whole session.
 ///
 /// The file has a mesh for each layer or stroke, in metres, +y up, with the colours of the strokes at the vertices. It
 /// also has the session's camera. Each brush has a material and a texture: unlit brushes and brushes of light use
@@ -37,10 +37,10 @@ use osp_session::{
 /// eye. --static writes one mesh with few materials, smaller vertices (KHR_mesh_quantization) and no times, for viewers and
 /// the web.
 ///
-/// Each vertex carries two numbers of osp: _TIMESTAMP and _STROKE. _TIMESTAMP is the time from the session's beginning until
-/// the polygon was drawn, seconds; with this attribute Blender can let the drawing grow. _STROKE is the number of the stroke
-/// (-1: none). A frame of the session is applied at once, and its polygons share its samples' times in proportion: --pace
-/// samples:1 is exact.
+/// Each vertex has two attributes of osp. _TIMESTAMP is the time from the session's beginning until the polygon was
+/// drawn, seconds; with this attribute Blender can let the drawing grow. _STROKE is the number of the stroke (-1:
+/// none). In each frame, the times of a stroke's samples are spread over its new polygons; with --pace samples:1 the
+/// times are exact.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp export sketch.tilt sketch.glb

@@ -9,7 +9,7 @@ use super::{numbers, parsers::Size, render_args::ShownArgs};
 /// Film a session: a turn around the finished model, the growing model, or the artist's own view.
 ///
 /// The command draws the same pictures as `osp render`, with all brushes, on the graphics adapter (a software adapter
-/// suffices). The name decides the format: an MP4 (H.264), which players and sites take, or an animated GIF.
+/// suffices). The name decides the format: an MP4 (H.264), which players and sites accept, or an animated GIF.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp film sketch.tilt film.mp4

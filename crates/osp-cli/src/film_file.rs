@@ -60,7 +60,7 @@ impl FilmFormat {
         let (most_long, most_short) = mp4_file::MOST_SIDES;
         ensure!(
             long <= most_long && short <= most_short && short >= mp4_file::LEAST_SIDE,
-            "--size {width}x{height}: a film in .mp4 takes {least}x{least} to {most_long}x{most_short} pixels, or upright",
+            "--size {width}x{height}: a film in .mp4 takes {least}x{least} to {most_long}x{most_short} pixels, or portrait",
             least = mp4_file::LEAST_SIDE
         );
         Ok(even)

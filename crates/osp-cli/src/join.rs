@@ -214,7 +214,7 @@ impl Member<'_> {
             match event {
                 Event::Join { author, name, .. } => {
                     (self.there, self.was_there) = (self.there + 1, true);
-                    warn(&format!("author {author} has come{}", called(name)));
+                    warn(&format!("author {author} has joined{}", called(name)));
                 }
                 Event::Leave { author, .. } => {
                     self.there = self.there.saturating_sub(1);
@@ -239,7 +239,7 @@ impl Member<'_> {
         if faulty > self.shown.faulty {
             let why = status.last_passed.as_deref().unwrap_or_default();
             warn(&format!(
-                "warning: {} messages count for nothing; the last one is {}",
+                "warning: {} messages are ignored; the last one is {}",
                 thousands(faulty),
                 one_line(why)
             ));
@@ -279,9 +279,9 @@ fn unheard(events: u64) -> Option<String> {
 /// Returns the reason for which an author is not in the session, and a remedy.
 fn shut_out(address: &Address, status: &Status) -> Option<String> {
     match (&status.connection, status.author) {
-        (Connection::Crowded, _) => Some(format!(
-            "this member has not joined {address}: too many have joined before it; try again later"
-        )),
+        (Connection::Crowded, _) => {
+            Some(format!("this member has not joined {address}: too many have joined; try again later"))
+        }
         (Connection::Full, None) => Some(format!(
             "{address} is full, nobody can join it: watch it with --watch, or begin a session of another name"
         )),
@@ -306,7 +306,7 @@ pub(super) fn described(address: &Address, status: &Status) -> String {
         Connection::Live => format!("connected to {address}"),
         Connection::Silent => format!("{address} does not answer; your events stay here and are sent later"),
         Connection::Crowded => {
-            format!("{address}: too many have joined before this member, which joins once there is room")
+            format!("{address}: too many have joined; this member joins when there is room")
         }
         Connection::Full => format!("{address} is full: no more events are accepted"),
     };

@@ -27,10 +27,9 @@ use osp_session::recording::Pace;
   osp join nats://127.0.0.1/house --play recordings/portrait.ron --name Ann
   osp join tls://ann:word@nats.example.org/house --tls-ca ca.pem
 
-FILE may be the beginning of the session: it is continued. It is never replaced by another session without
---force.
-The connection is not encrypted on this machine (nats://127.0.0.1, nats://localhost). To another machine it
-has to be (tls://), unless --unencrypted is given.
+If FILE has the beginning of the session, osp appends the rest. Other files are replaced only with --force.
+A connection to this machine is not encrypted (nats://127.0.0.1, nats://localhost). A connection to another
+machine must be encrypted (tls://), unless --unencrypted is given.
 Credentials: nats://TOKEN@HOST/NAME, nats://USER:PASSWORD@HOST/NAME, or --credentials with a file of one
 line, TOKEN or USER:PASSWORD, which no list of processes shows.
 Ctrl-C leaves the session.

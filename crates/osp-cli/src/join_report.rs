@@ -127,8 +127,8 @@ impl Report {
         ));
         if counts.passed_over() > 0 {
             lines.push(format!(
-                "  {:<11} {} duplicates, {} gaps, {} strangers', {} garbage, {} refused, {} beyond limits",
-                "passed over",
+                "  {:<11} {} duplicates, {} gaps, {} of strangers, {} garbage, {} refused, {} beyond limits",
+                "ignored",
                 thousands(counts.duplicates),
                 thousands(counts.gaps),
                 thousands(counts.strangers),
@@ -151,7 +151,7 @@ impl Report {
         }
         if self.recording.beyond > 0 {
             lines.push(format!(
-                "  {:<11} the file has {} bytes more than the session on the server; they are left as they are",
+                "  {:<11} the file has {} bytes more than the session on the server; osp keeps these bytes",
                 "beyond",
                 thousands(self.recording.beyond)
             ));

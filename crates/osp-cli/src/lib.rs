@@ -173,8 +173,8 @@ use clap::{
     error::{ContextKind, ContextValue, ErrorKind},
 };
 
-/// Keep a 3D model drawable in real time while somebody draws it. The commands replay recorded sketching sessions
-/// through the OSP tree and rival structures, and show the cost of each frame.
+/// Cull 3D models in real time while somebody draws them. The commands replay recorded sketching sessions through the
+/// OSP tree and rival structures, and show the cost of each frame.
 #[derive(Parser, Debug)]
 #[command(name = "osp", version = version::VERSION.as_str(), arg_required_else_help = true, after_help = EXAMPLES)]
 struct Cli {
@@ -299,7 +299,7 @@ pub fn run() -> ExitCode {
     };
     #[cfg(unix)]
     if let Err(error) = osp_session::atomic_file::remove_unfinished_on_signals() {
-        output::warn(&format!("warning: an unfinished file will stay behind if a signal ends this: {error}"));
+        output::warn(&format!("warning: if a signal ends osp, an unfinished file will remain: {error}"));
     }
     let outcome = built::check(&matches).and_then(|()| command.run());
     match outcome {
@@ -348,7 +348,7 @@ fn usage_error(error: &clap::Error) -> String {
         && name.contains(['.', '/', '\\'])
         && !Path::new(name).exists()
     {
-        return format!("error: {name}: no such file, and no command (osp --help lists the commands)");
+        return format!("error: {name}: neither a file nor a command (osp --help lists the commands)");
     }
     let mut text = error.render().to_string();
     if let Some(cause) = error.source().and_then(|cause| cause.downcast_ref::<ParseIntError>()) {

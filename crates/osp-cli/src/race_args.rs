@@ -21,9 +21,9 @@ use osp_session::{recording::Pace, replay::CameraChoice};
   osp race sketch.tilt --index osp,octree-rebuild,bvh-sah,dynamic-bvh --csv race.csv
   osp race --synth 400000 --pace samples:64 --runs 3 --film race.gif
 
-On a terminal each structure shows the time of the latest frame, a strip chart of the frames
-before, its longest frame, and how many frames took longer than 11.1 ms. The full height of the
-chart is 11.1 ms, a frame at 90 Hz; longer frames are red. At the end comes the verdict in one
+On a terminal osp shows for each structure the time of the latest frame, a strip chart of the
+frames before, the longest frame, and the number of frames over 11.1 ms. The full height of the
+chart is 11.1 ms, a frame at 90 Hz; longer frames are red. At the end osp prints the verdict in one
 sentence, and a table.
 The exit code is 1 if two structures saw different polygons.
 `osp replay --help` describes the indexes.")]
@@ -59,7 +59,7 @@ pub(super) struct RaceArgs {
     /// Print one JSON object instead of the summary and the table.
     #[arg(long)]
     pub(super) json: bool,
-    /// Let an output replace a file of another type than its own, even a session, but never the file that is read.
+    /// Let an output replace a file of another type, even a session, but never the input.
     #[arg(long)]
     pub(super) force: bool,
     #[command(flatten)]

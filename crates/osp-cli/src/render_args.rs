@@ -32,8 +32,8 @@ pub(super) const MOMENT_S: f32 = 5.6;
 
 /// Draw frames of a session to PNG files, without a window.
 ///
-/// The command plays the session up to the frame like `osp replay`, culls by the index, and draws the rest on the
-/// graphics adapter. A software adapter suffices.
+/// The command plays the session up to the frame like `osp replay`, culls by the index, and draws the remaining
+/// polygons on the graphics adapter. A software adapter suffices.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp render recordings/portrait.ron portrait.png
@@ -47,12 +47,13 @@ pub(super) const MOMENT_S: f32 = 5.6;
   osp render recordings/class.ron class.png --color-by authors
   osp render recordings/room.ron room.png --rig dual-wall --stereo mono --camera recorded
 
-With --rig there is a picture for each screen and eye, with their names: room-front-right-eye.png is what the right eye sees on the screen `front`. --size gives the height; the width follows the screen.
-The camera's eye is the head in front of the screens.
+With --rig osp writes a picture for each screen and eye: room-front-right-eye.png is the picture on
+the screen `front` for the right eye. --size gives the height; the width follows from the screen.
+The tracked head is at the camera's eye.
 
 With --occlusion hzb each picture is drawn twice, as two frames of a camera at rest; the figures
-are those of the second. --check compares both with the picture without culling. The first frame starts from the visibility data of the previous
-picture, which shows another view and an earlier model.
+are those of the second. --check compares both with the picture without culling. The first frame
+starts from the visibility data of the previous picture, which shows another view and an earlier model.
 --painter draws every polygon solid in its plain colour, whatever brush has painted it. The picture
 for comparison is drawn in the same way. A pixel counts as explained by an edge if its colour lies
 between those of the 3 x 3 pixels at its place in the other picture.
@@ -87,14 +88,14 @@ pub(super) struct RenderArgs {
     #[arg(long)]
     pub(super) check: bool,
     /// Draw by the painter's algorithm: polygons in view from back to front, without a depth test. `bsp` finds the
-    /// order by a BSP tree, and cuts polygons that have no order; `centre` sorts by the distance of their middles. The
+    /// order by a BSP tree, and cuts polygons that have no order; `centre` sorts by the distance of their centres. The
     /// picture is compared with the picture of the depth buffer. With --check, the exit code is 1 if more than one
     /// pixel in 10,000 differs away from edges.
     #[arg(long, value_name = "ORDER", conflicts_with = "rig", value_parser = PAINTERS)]
     pub(super) painter: Option<String>,
     /// Also draw each frame with its opaque polygons in other orders, separated by commas, and print a table of their
     /// costs. The table has the time of drawing, overdraw, draw calls and changes of material. The picture uses the
-    /// first order. `none` is the renderer's own order, by number.
+    /// first order. `none` is the renderer's own order, by polygon number.
     #[arg(long, value_delimiter = ',', value_parser = ORDERS)]
     #[arg(conflicts_with_all = ["painter", "check", "rig"])]
     pub(super) order: Vec<String>,
@@ -135,7 +136,7 @@ pub(super) struct ShownArgs {
     pub(super) time: f32,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
-    /// Let the output replace a file of another type than its own, but never the session.
+    /// Let the output replace a file of another type, but never the session.
     #[arg(long)]
     pub(super) force: bool,
 }

@@ -44,48 +44,48 @@ The table has a line for each index (times of this machine, one thread):
   frame    insert and cull together: median, 95th and 99th percentile, slowest frame
   visible  polygons in the frustum, mean over the frames
   culled   the other polygons, mean over the frames
-  frames measured   a slow index is measured on evenly spaced stretches of the session (--budget)
-  ratio    time of a frame against the fastest index, over the frames that both were measured in
+  frames measured   a slow index is measured on evenly spaced ranges of the session (--budget)
+  ratio    time of a frame divided by that of the fastest index, over the frames measured with both
   input    time to apply the frame's events to the model, median; it is no part of the frame
 Columns that do not fit the terminal (or COLUMNS) are left out, from the right. The line below the
-table says which index is the fastest.
+table names the fastest index.
 With --occlusion the table has a line for each index and method, and more columns:
   occluded   polygons in the frustum that the method culled because others hide them, mean
   occlusion  time to choose occluders, build the culler and test: median of the frames that used it
   occluders, build, tests   these three stages one by one, as far as the method has them
   used       share of the frames that used the method
   with drawing   time of the frame plus --polygon-ns for each polygon that is drawn, median
-With --rig each frame is culled for every screen and eye of the rig. The camera's eye (--camera: the
-recorded head, where the session has one) is the tracked head; its room goes along with it, or stands
-(--room). visible, culled, occluded and all times are those of all views together. A second table has
-for each screen and eye the polygons in view and drawn (means of the frames with this view), and:
+With --rig each frame is culled for every screen and eye of the rig. The tracked head is at the eye
+of --camera, by default the recorded head; --room sets whether the room moves with it. visible,
+culled, occluded and all times are those of all views together. A second table has for each screen
+and eye the polygons in view and drawn (means of the frames with this view), and:
   all views     time of a frame with all its views, mean without the slowest hundredth
   views x one   time of a frame with a single view, mean, times the number of views
   all against one   the first divided by the second
 With --draw:
   draw     time from submission to completion on the graphics adapter: median and 99th percentile
-  send     time to upload new polygons and the list of those to draw, median
-With --draw and --occlusion hzb: the groups of polygons tested, the polygons drawn in the depth pass
-and in the colour pass (means), and the times of the depth pass, the test and the colour pass as the
-adapter reports them (medians).
+  send     time to upload new polygons and the draw list, median
+With --draw and --occlusion hzb the table also has means of the groups of polygons tested, and of the
+polygons drawn in the depth pass and in the colour pass. It has medians of the adapter's own times of
+the depth pass, the test and the colour pass.
 
 Indexes:
   brute-force      tests every polygon: the reference
   brute-simd       one pass over all boxes with SIMD
-  time-order       a hierarchy of boxes over the order of arrival
+  time-order       a hierarchy of boxes over the order of insertion
   osp-paper        the paper's preallocated binary tree, as printed
   osp              our own form of it
-  octree-rebuild   an adaptive octree, rebuilt in every frame that brings a polygon
+  octree-rebuild   an adaptive octree, rebuilt in every frame that inserts a polygon
   octree-paper     the paper's octree: rebuilt, tests each of the eight children
   octree-every-child
                    an octree that holds a polygon in every child that it touches, rebuilt as well
   octree-bvh       an octree above, a hierarchy of boxes within each of its cells, rebuilt
   bvh-midpoint, bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh
-                   bounding volume hierarchies, rebuilt in every frame that brings a polygon
+                   bounding volume hierarchies, rebuilt in every frame that inserts a polygon
   bvh-two-level, dynamic-bvh
-                   bounding volume hierarchies that polygons are inserted into
+                   bounding volume hierarchies that insert polygons in place
   loose-octree, kd-tree, quadtree
-                   trees that polygons are inserted into
+                   trees that insert polygons in place
   bsp              a binary space partition along the polygons' planes, rebuilt like the hierarchies
 
 Methods of --occlusion:
@@ -94,7 +94,7 @@ Methods of --occlusion:
   svbsp            the shadow-volume BSP tree of Chin and Feiner
   svbsp-paper      the paper's variant: inserts single planes
   msvbsp           the paper's modified tree, made conservative
-  depth            a masked depth buffer in software, of pixels that are covered wholly
+  depth            a masked depth buffer in software; only pixels that a polygon wholly covers count
   depth-last       a depth buffer of the polygons that were visible in the last frame, joined at
                    shared edges
   auto             in each frame the cheapest of none, msvbsp, depth-last, and hzb with --draw
@@ -128,18 +128,18 @@ pub(super) struct ReplayArgs {
     /// hidden.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion", value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
     pub(super) verify_frames: u64,
-    /// Let an output replace a file of another type than its own, even a session, but never a file that is read.
+    /// Let an output replace a file of another type, even a session, but never an input.
     #[arg(long)]
     pub(super) force: bool,
     #[command(flatten)]
     pub(super) rig: RigPathArgs,
     #[command(flatten)]
     pub(super) world: WorldArgs,
-    /// Also draw the remaining polygons of each frame on the graphics adapter, and measure the time for it [default
-    /// size: 1280x720].
+    /// Also draw each frame's polygons that are left after culling on the graphics adapter, and measure the time
+    /// [default size: 1280x720].
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
     pub(super) draw: Option<Size>,
-    /// Play the session in a window, with its times and counts. It starts at once, unless --paused is given.
+    /// Play the session in a window, with times and counts. The replay starts at once, unless --paused is given.
     #[arg(long, conflicts_with_all = ["csv", "chart", "json", "check", "pin"])]
     pub(super) window: bool,
     /// With --window: wait before the first frame until somebody presses play.

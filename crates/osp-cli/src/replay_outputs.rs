@@ -27,7 +27,7 @@ impl ReplayOutputs {
             && matches!(Destination::of(path), Ok(Destination::Special(_)))
         {
             bail!(
-                "{}: pins are added to what is there: expected a regular file; found a pipe or a device",
+                "{}: pins are added to the pins in the file: expected a regular file; found a pipe or a device",
                 path.display()
             );
         }

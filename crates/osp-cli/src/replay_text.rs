@@ -35,7 +35,7 @@ pub(super) fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
     }
     for run in report.runs.iter().filter(|run| !run.is_complete()) {
         lines.push(format!(
-            "{} was slow: measured on {} of {} frames, in evenly spaced stretches (--budget {}).",
+            "{} was slow: measured on {} of {} frames, in evenly spaced ranges (--budget {}).",
             run.name(),
             thousands(run.measured_frames()),
             thousands(report.frames),

@@ -106,8 +106,8 @@ fn views(args: &ReplayArgs, world: &World) -> anyhow::Result<(String, Views)> {
         let flight = Flight::new(&world.bounds(), *seed, speed.map(|speed| speed / FRAMES_A_SECOND), *far);
         return Ok((format!("flight with seed {seed}"), Box::new(flight.take(frames as usize))));
     }
-    ensure!(camera != CameraChoice::Follow, "--camera follow: a world has no hand: it needs --path");
-    ensure!(speed.is_none(), "--speed: only the flight (--camera auto) has one");
+    ensure!(camera != CameraChoice::Follow, "--camera follow needs --path: a world has no hand");
+    ensure!(speed.is_none(), "--speed: expected --camera auto, the synthetic flight");
     let path = CameraPath::new(camera, None, &world.bounds());
     let view = move |frame| not_beyond(path.view(&Moment { frame, ..Moment::default() }));
     Ok((camera.name().to_owned(), Box::new((0..frames).map(view))))

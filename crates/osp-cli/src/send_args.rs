@@ -35,7 +35,7 @@ pub(super) struct SendArgs {
     /// OSP_TRACKER_KEY, if it is set.
     #[arg(long, value_name = "FILE", conflicts_with = "key")]
     pub(super) key_file: Option<PathBuf>,
-    /// Send OSC messages instead of lines.
+    /// Send OSC messages instead of lines of text.
     #[arg(long)]
     pub(super) osc: bool,
     #[command(flatten)]

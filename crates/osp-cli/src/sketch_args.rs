@@ -26,9 +26,9 @@ use osp_rivals::IndexKind;
 /// The menus and F1 list all keys. The window stores recent sessions, colours and letter size in osp/window.settings in
 /// the folder XDG_CONFIG_HOME (else ~/.config). You may delete that file.
 ///
-/// Only one window at a time draws on a session. A second window shows the owner and offers to look at the session or to
-/// draw on a copy; --read-only and --copy choose in advance. If the file is removed, replaced or changed, or the disk is
-/// full, the window reports that. It leaves the file alone and continues in an autosave file.
+/// Only one window at a time draws on a session. A second window shows the owner and offers to view the session or to
+/// draw on a copy; --read-only and --copy choose in advance. If the file is removed, replaced or changed, or the disk
+/// is full, the window reports that. It no longer changes the file, and continues in an autosave file.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp sketch
@@ -46,14 +46,14 @@ A tracker sends lines of text (or the same as OSC), metres and unit quaternions,
   brush TOOL WIDTH  R G B A  [HAND] [NORMAL]     ribbon, wall, tube or a brush name, such as Light
   erase X Y Z | undo | redo
   key WORD                                       first in each packet, if --tracker-key is given
-The window listens to the first sender until it has been silent for 5 s; it counts the packets of
-others and does not read them.
-Packets of ART's DTrack (ASCII) are understood, too: body 0 is the head, Flysticks are the hands, and a
+The window accepts one sender, until this sender has been silent for 5 s. It counts and drops the
+packets of other senders.
+The window also reads packets of ART's DTrack (ASCII): body 0 is the head, Flysticks are the hands, and a
 hand draws while the first button is pressed (--tracker udp://0.0.0.0:5000).
 As OSC: /osp/head, /osp/hand and so on; the key as /osp/key, the first message of a bundle.
-`osp send SESSION --to 127.0.0.1:9327` plays a session as such a tracker.")]
+`osp send SESSION --to 127.0.0.1:9327` sends a recorded session as a tracker does.")]
 pub(super) struct SketchArgs {
-    /// The session to continue, or a new one (.ron). osp opens a copy of a session that is write-protected, in another
+    /// The session to continue, or a new one (.ron). osp opens a copy of a session that is write-protected, has another
     /// format, or was not drawn with `osp sketch`.
     pub(super) file: Option<PathBuf>,
     #[command(flatten)]

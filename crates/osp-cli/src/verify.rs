@@ -49,7 +49,7 @@ use osp_session::{
 ///
 /// At evenly spaced frames of each session, the command draws a picture of polygon numbers at high resolution. A
 /// polygon is visible if some pixel shows its number, or if a ray from the eye reaches it. Then each method culls the
-/// same view. A conservative method promises never to cull a visible polygon; if one does, the exit code is 1.
+/// same view. A conservative method must never cull a visible polygon; if one does, the exit code is 1.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp verify recordings/room.ron

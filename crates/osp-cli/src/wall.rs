@@ -96,7 +96,7 @@ impl WallArgs {
             }
             let now = hub.trouble();
             if now != trouble {
-                warn(now.as_deref().unwrap_or("the session is there"));
+                warn(now.as_deref().unwrap_or("the session is available"));
                 trouble = now;
             }
             if let Some(news) = head.as_mut().and_then(TrackedHead::news) {
@@ -206,8 +206,8 @@ impl TrackedHead {
         let is_missed = self.heard.elapsed() > Duration::from_secs(1);
         let is_new = std::mem::replace(&mut self.is_missed, is_missed) != is_missed;
         is_new.then_some(match is_missed {
-            true => "no pose of the head has come from the tracker for a second",
-            false => "the tracker has the head",
+            true => "the tracker has sent no pose of the head for a second",
+            false => "the tracker sends poses of the head",
         })
     }
 }

@@ -15,7 +15,7 @@ use osp_session::replay::RoomMotion;
 /// A hub chooses the moment of the session. For each screen of the rig, a computer shows the model at this moment. The
 /// hub waits until every active computer has drawn a frame, then lets all of them show it. The hub also has the model,
 /// and names a computer that shows something else. A computer that misses three frames in a row becomes inactive: the
-/// hub does not wait for this computer until it has drawn 20 frames in time.
+/// hub no longer waits for it. A computer that then draws 20 frames in time becomes active again.
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -56,8 +56,8 @@ pub(super) struct WallArgs {
     /// Largest frame rate of the hub.
     #[arg(long, default_value_t = 90.0, value_name = "FRAMES", conflicts_with = "node", value_parser = rate)]
     pub(super) rate: f64,
-    /// Longest time that the hub waits for a computer in a frame, milliseconds. So a slow computer does not delay the
-    /// others.
+    /// Longest time that the hub waits for a computer in a frame, milliseconds. So a slow computer delays the others no
+    /// longer than this.
     #[arg(long, default_value_t = 1000.0, value_name = "MS", conflicts_with = "node", value_parser = patience)]
     pub(super) patience: f64,
     #[command(flatten)]

@@ -208,9 +208,9 @@ impl WorldReport {
             );
         } else {
             row(
-                "not there yet",
+                "missing blocks",
                 match self.missing.frames {
-                    0 => "nothing in any frame".to_owned(),
+                    0 => "in no frame".to_owned(),
                     frames => format!(
                         "in {} frames: at most {} blocks of {} polygons",
                         thousands(frames),

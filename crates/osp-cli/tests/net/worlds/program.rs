@@ -118,7 +118,7 @@ fn without_waiting_it_says_what_is_not_there_yet() {
     assert!(report["missing"]["frames"].as_u64().expect("a number") > 0, "{report}");
     assert!(report["missing"]["polygons_max"].as_u64().expect("a number") > 0, "{report}");
     assert_eq!((&report["fingerprint"], &report["waited"]["frames"]), (&Value::Null, &Value::from(0)));
-    assert!(OSP.done_in(folder.path(), flight).contains("not there yet"));
+    assert!(OSP.done_in(folder.path(), flight).contains("missing blocks"));
 }
 
 #[test]

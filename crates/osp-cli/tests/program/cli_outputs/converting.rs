@@ -180,7 +180,7 @@ fn only_what_osp_makes_counts_as_finished_and_no_session_is_replaced_through_a_l
         let session = fs::read(write_session(folder.path(), "b.ron")).expect("a session");
         std::os::unix::fs::symlink("b.ron", at("a.glb")).expect("linked");
         let refused = convert(&["b.ron", "--force"]);
-        assert_refused(&refused, &["a.glb: is a link to a session that is read"]);
+        assert_refused(&refused, &["a.glb: this target is a link to an input"]);
         assert_eq!(fs::read(at("b.ron")).expect("a session"), session);
         fs::remove_file(at("a.glb")).expect("removed");
         // A pipe would take the model only when somebody reads it.

@@ -124,7 +124,7 @@ fn a_film_of_insertions_counts_planes_and_filed_polygons() {
         said.contains("4 polygons: osp-paper tests 15 planes and moves none; octree-paper tests "),
         "{said}"
     );
-    assert!(said.contains(" and files 10 polygons -> fall.gif, "), "{said}");
+    assert!(said.contains(" and inserts 10 polygons -> fall.gif, "), "{said}");
     let film = fs::read(folder.path().join("fall.gif")).expect("a film");
     assert!(film.starts_with(b"GIF89a") && film.len() < 300_000, "{}", film.len());
 }
