@@ -27,7 +27,7 @@ use osp_session::{
 #[command(after_help = "\
 Examples:
   osp synth room --polygons 12000 --seed 1 room.ron
-  osp synth brushes --polygons 2400 brushes.ron
+  osp synth brushes --polygons 2304 brushes.ron
   osp synth class --authors 5 --polygons 6000 class.ron
   osp synth scribble --polygons 1000000 --seed 7 long.ron.zst
 
@@ -35,7 +35,7 @@ Kinds:
   portrait   dense small strokes on a bust; the artist walks around it
   room       walls, furniture and ribbons in several rooms; the artist walks through them
   scribble   long loose strokes that fill the whole 4 m volume
-  brushes    a card of samples: each brush draws a wave, in rows (--polygons 2400: each once)
+  brushes    a card of samples: each brush draws a wave, in rows (--polygons 2304: each once)
   class      several artists (--authors) scribble at once; sometimes one moves another's strokes")]
 pub(super) struct SynthArgs {
     /// Kind of the session.
