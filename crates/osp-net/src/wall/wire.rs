@@ -1,7 +1,7 @@
 //! The connection for messages of hub and computers. It has its own thread, because hub and computers wait only for
 //! frames.
 //!
-//! Without a server, messages are dropped, because they concern a frame that will be over.
+//! Without a server, messages are dropped, because their frame is over when the server answers again.
 
 use std::path::PathBuf;
 use std::sync::{Arc, mpsc};

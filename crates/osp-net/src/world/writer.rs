@@ -15,8 +15,8 @@ use osp::{
 };
 use osp_session::scene::Scene;
 
-/// Number of blocks of an object, which then takes 13 MB. If it is larger, a world has fewer objects and requests, but a
-/// pack takes more memory, and a killed pack loses more work.
+/// Number of blocks of an object, which then takes 13 MB. With more blocks, a world has fewer objects and requests, but
+/// a pack takes more memory, and a killed pack loses more work.
 const OBJECT_BLOCKS: u64 = 64;
 
 /// If a session (or copy) ends in a block with at least this number of polygons, the block ends there. The next session
