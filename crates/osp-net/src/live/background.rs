@@ -31,7 +31,7 @@ impl Background {
                     _ = closing => {}
                 }
             });
-            // The runtime is not waited for, because a look-up of a name may hang.
+            // The shutdown does not wait, because a DNS look-up may hang.
             runtime.shutdown_background();
         };
         let thread = Builder::new().name(name.to_owned()).spawn(run)?;

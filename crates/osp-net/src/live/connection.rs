@@ -39,10 +39,10 @@ const TICK: Duration = Duration::from_millis(25);
 /// Interval between checks of the length of the server's log.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// Time for which an error that seems permanent is retried.
+/// Time for which requests are repeated after an error that seems permanent.
 const BENEFIT: Duration = Duration::from_secs(3);
 
-/// Largest number of events that wait for the program. With more, the thread does not read the log.
+/// Largest number of events that wait for the program. If more wait, the thread does not read the log.
 const MOST_UNTAKEN: usize = 1 << 18;
 
 /// Largest number of messages that are processed at once.
@@ -130,7 +130,6 @@ pub(super) async fn talk(
     Ok(())
 }
 
-/// The connection to the server.
 struct Server {
     client: Client,
     logs: Context,
@@ -339,7 +338,7 @@ impl Talk<'_> {
         Ok(())
     }
 
-    /// Whether the log is not yet read up to its end at the time of opening.
+    /// Whether messages that the log had when it was opened are still unread.
     fn is_reading(&self) -> bool {
         self.member.last_sequence() < self.read_up_to
     }

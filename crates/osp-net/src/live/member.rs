@@ -311,7 +311,8 @@ impl Member {
         if let (true, Some(outbox)) = (is_own, &mut self.outbox) {
             match passed {
                 Passed::Gap | Passed::TooFast | Passed::Crowded => outbox.passed_over(),
-                // The session counts as full only for an own message, because others can use this member's sender number.
+                // Only a message that this member sent marks the session as full, because others can use its sender
+                // number.
                 Passed::Full => self.is_full |= is_next,
                 Passed::Duplicate | Passed::Stranger => {}
             }

@@ -134,7 +134,6 @@ impl Outbox {
         self.author
     }
 
-    /// Number of events that are not in the log yet.
     pub(super) fn pending(&self) -> usize {
         self.pending
     }
@@ -149,12 +148,10 @@ impl Outbox {
         std::mem::take(&mut self.too_long)
     }
 
-    /// Sets the largest message that the server accepts, bytes.
     pub(super) fn set_limit_bytes(&mut self, bytes: usize) {
         self.limit_bytes = bytes.min(packet::MAX_BYTES);
     }
 
-    /// Sets the session's time minus this member's, seconds.
     pub(super) fn set_later_secs(&mut self, later_secs: f64) {
         self.later_secs = later_secs;
     }

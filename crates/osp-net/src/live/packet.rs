@@ -63,7 +63,6 @@ pub(super) fn presence(sender: Sender) -> String {
     format!("{MARK} {:016x}", sender.0)
 }
 
-/// The sender of a presence message.
 pub(super) fn read_presence(bytes: &[u8]) -> Option<Sender> {
     let text = std::str::from_utf8(bytes).ok().filter(|text| text.len() <= HEAD_BYTES)?;
     Some(read_head(&format!("{text} 0"))?.0)

@@ -1,5 +1,5 @@
-//! The computers of a wall: those for which the hub waits, and those whose pictures differ. This module uses no clock
-//! and no network.
+//! The computers of a wall. This module determines for which computers the hub waits, and whose pictures differ. It
+//! uses no clock and no network.
 //!
 //! Times are durations since the hub has started.
 
@@ -77,7 +77,7 @@ struct Turn {
     /// The expected answer of each screen's computer.
     expected: Vec<Answer>,
     swapped: bool,
-    /// Screens whose computers were waited for at the swap, and have not shown the frame yet.
+    /// Screens for whose computers the hub waited at the swap, and which have not shown the frame yet.
     to_show: Vec<usize>,
     /// Time at which the first computer showed the frame.
     first_shown: Option<Duration>,
@@ -251,7 +251,7 @@ impl Barrier {
                     self.events.push(HubEvent::Differs { screen, host, frame, what });
                 }
             }
-            // A computer that agrees only in every other frame is not reported.
+            // A computer that agrees only in every other frame does not count as agreeing.
             (Some((_, last)), None) if now.saturating_sub(last) >= WELL => {
                 member.difference = None;
                 self.events.push(HubEvent::Agrees { screen, host });

@@ -100,7 +100,6 @@ impl Residents {
         Ok(this)
     }
 
-    /// Size of the cache, bytes.
     pub(super) fn room(&self) -> u64 {
         self.room
     }

@@ -23,7 +23,7 @@ pub(super) struct Object {
     pub(super) parts: BTreeMap<usize, Part>,
 }
 
-/// Length of a part of the binary chunk whose contents have this length, bytes.
+/// Padded length of a part of the binary chunk with contents of this length, bytes.
 pub(super) fn aligned(bytes: usize) -> usize {
     bytes.next_multiple_of(4)
 }

@@ -18,12 +18,13 @@ pub(super) struct Part {
     pub(super) indices: Vec<u32>,
     pub(super) min: Vec3,
     pub(super) max: Vec3,
-    /// Numbers of the vertices, by their bytes, if equal vertices are one. Then they have neither time nor stroke.
+    /// Numbers of the vertices, by their bytes, if equal vertices are merged. Merged vertices have neither time nor
+    /// stroke.
     known: Option<HashMap<[u8; DRAWN_BYTES], u32>>,
 }
 
 impl Part {
-    /// A part whose equal vertices are one, without times and strokes.
+    /// A part whose equal vertices are merged, without times and strokes.
     pub(super) fn welded() -> Self {
         Self { known: Some(HashMap::new()), ..Self::default() }
     }
