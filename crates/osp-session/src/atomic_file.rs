@@ -332,11 +332,11 @@ fn own_copy(stream: &impl std::os::windows::io::AsHandle) -> io::Result<File> {
     stream.as_handle().try_clone_to_owned().map(File::from)
 }
 
-/// Prints the program's message before a signal ends it.
+/// Prints a message before a signal ends the program.
 type LastWords = Box<dyn Fn() + Send>;
 static LAST_WORDS: Mutex<Option<LastWords>> = Mutex::new(None);
 
-/// Sets the function that prints a message before a signal ends the program, or removes it.
+/// Sets the function that prints a message before a signal ends the program; `None` removes the function.
 pub fn before_a_signal_ends(words: Option<LastWords>) {
     *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = words;
 }

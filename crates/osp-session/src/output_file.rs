@@ -40,7 +40,6 @@ pub enum OutputKind {
     Pvs,
     /// A model, binary glTF.
     Glb,
-    /// A page for `man`.
     /// The results of a study: one line of JSON for each session.
     Study,
     /// A session.
@@ -61,7 +60,7 @@ const MODEL_HEADS: usize = 20;
 use OutputKind::{Csv, Dot, Gif, Glb, Html, Mp4, Pins, Png, Pvs, Recording, Study, Svg, Tilt, Trace};
 
 impl OutputKind {
-    /// The kinds that the contents of a file distinguish. A sketch counts as a recording, because it is a session.
+    /// The kinds that are recognised by a file's contents. A sketch counts as a recording, because it is a session.
     const ALL: [Self; 13] = [Png, Gif, Mp4, Glb, Pvs, Html, Svg, Dot, Pins, Trace, Study, Csv, Recording];
 
     /// The kind's name in messages.
@@ -191,7 +190,7 @@ pub fn is_there(path: &Path, kind: OutputKind) -> bool {
     start_of(path).is_ok_and(|start| kind_of(&start, path) == Some(Ok(kind)))
 }
 
-/// Whether a file of this kind exists that osp may have written: a model of another program is none.
+/// Whether a file of this kind exists that osp may have written. A model of another program does not count.
 pub fn is_made(path: &Path, kind: OutputKind) -> bool {
     start_of(path).is_ok_and(|start| match kind {
         Glb => is_own_model(&start),
@@ -201,7 +200,7 @@ pub fn is_made(path: &Path, kind: OutputKind) -> bool {
 
 /// The reason why an output cannot be written.
 #[derive(Debug, Error)]
-#[allow(missing_docs, reason = "their messages tell")]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum OutputError {
     /// The file name has the ending of another kind of file.
     #[error("{}: expected a name that ends in {expected}", path.display())]

@@ -5,10 +5,10 @@ use std::thread::{Builder, JoinHandle};
 
 use tokio::{runtime, sync::oneshot};
 
-/// Work on a thread of its own. The thread ends with the work, or when this is dropped.
+/// Work on a thread of its own. The thread ends with the work, or when this value is dropped.
 #[derive(Debug)]
 pub(crate) struct Background {
-    /// A sender whose drop ends the work.
+    /// Dropping this sender ends the work.
     close: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -31,7 +31,7 @@ impl Background {
                     _ = closing => {}
                 }
             });
-            // The runtime is not waited for, because a look-up of a name may hang.
+            // The shutdown does not wait, because a DNS look-up may hang.
             runtime.shutdown_background();
         };
         let thread = Builder::new().name(name.to_owned()).spawn(run)?;
@@ -43,7 +43,7 @@ impl Drop for Background {
     fn drop(&mut self) {
         drop(self.close.take());
         if let Some(thread) = self.thread.take() {
-            // A panic of the thread was printed there.
+            // If the thread has panicked, it has printed the panic itself.
             let _ = thread.join();
         }
     }

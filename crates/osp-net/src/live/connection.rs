@@ -39,10 +39,10 @@ const TICK: Duration = Duration::from_millis(25);
 /// Interval between checks of the length of the server's log.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// Time for which an error that seems permanent is retried.
+/// Time for which requests are repeated after an error that seems permanent.
 const BENEFIT: Duration = Duration::from_secs(3);
 
-/// Largest number of events that wait for the program. With more, the thread does not read the log.
+/// Largest number of events that wait for the program. If more wait, the thread does not read the log.
 const MOST_UNTAKEN: usize = 1 << 18;
 
 /// Largest number of messages that are processed at once.
@@ -130,7 +130,6 @@ pub(super) async fn talk(
     Ok(())
 }
 
-/// The connection to the server.
 struct Server {
     client: Client,
     logs: Context,
@@ -223,7 +222,7 @@ impl Talk<'_> {
         }
     }
 
-    /// Checks that the server's log is the log that was read, up to message `known`, the last one at the time of the
+    /// Checks that the server still has the log that was read. `known` is the last message that was read before the
     /// request.
     fn check(&self, info: &Info, known: u64) -> Result<(), LiveError> {
         let made = info.created.unix_timestamp_nanos();
@@ -263,7 +262,7 @@ impl Talk<'_> {
         ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let (mut ticked, mut looked_at, mut look_known) = (self.now(), self.now(), u64::MAX);
         let (answer, mut looked) = queue::channel::<Looked>(1);
-        // The last known message when the server's state was requested.
+        // Number of the last message that was read before the server's state was requested.
         let mut looking: Option<u64> = None;
         self.show();
         while !self.is_alone {
@@ -285,8 +284,7 @@ impl Talk<'_> {
                         Ok(info) => {
                             self.check(&info, asked_at)?;
                             let known = self.member.last_sequence();
-                            // The last check found the same number of known messages, so the missing messages do not
-                            // arrive.
+                            // No message was read since the last check, so the missing messages do not arrive.
                             if can_read && info.state.last_sequence > known && known == look_known {
                                 return Ok(());
                             }
@@ -340,19 +338,20 @@ impl Talk<'_> {
         Ok(())
     }
 
-    /// Whether the log is not yet read up to its end at the time of opening.
+    /// Whether messages that the log had when it was opened are still unread.
     fn is_reading(&self) -> bool {
         self.member.last_sequence() < self.read_up_to
     }
 
-    /// Whether the log is being read for the first time. The member joins after that, because its messages would not come
-    /// back soon before.
+    /// Whether the log is being read for the first time. The member joins after that, because its messages come back
+    /// behind the rest of the log.
     fn is_reading_first(&self) -> bool {
         !self.has_caught_up && self.is_reading()
     }
 
-    /// Whether the first message of a log that was opened again continues the messages read. It must be the last message
-    /// that was read, or the first message of all. `false`: a message was lost on the way.
+    /// Whether a message continues the messages read; `false` if a message was lost on the way. After the log is
+    /// opened, its first message must be the last one read or, if none was read, number 1. Otherwise the server has
+    /// another log.
     fn goes_on(&mut self, sequence: u64, stamp: u64, payload: &[u8]) -> Result<bool, LiveError> {
         let is_first = std::mem::take(&mut self.is_just_opened);
         let known = self.member.last_sequence();
@@ -478,7 +477,7 @@ impl Talk<'_> {
         if self.member.news.is_empty() {
             return;
         }
-        // The state is updated first, so that a program that receives its events finds them no longer pending.
+        // The state is updated first, so that events that the program receives no longer count as pending.
         self.show();
         for news in self.member.news.drain(..) {
             if let News::Events { events, .. } = &news {

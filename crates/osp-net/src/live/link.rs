@@ -53,8 +53,8 @@ impl Hand {
     }
 }
 
-/// A member's connection; see the [module](super). Dropping it closes the connection. Call [`Hand::leave`] before, so that
-/// the other members are informed.
+/// A member's connection; see the [module](super). Dropping it closes the connection. Call [`Hand::leave`] first, so
+/// that the other members are informed.
 #[derive(Debug)]
 pub struct Link {
     /// Dropping it closes the connection.
@@ -133,7 +133,7 @@ impl Link {
         lock(&self.shared.status).clone()
     }
 
-    /// Times of this member's messages until they came back.
+    /// Round-trip times of this member's messages.
     pub fn latency(&self) -> Latency {
         Latency::of(&lock(&self.shared.latency_us))
     }

@@ -1,5 +1,5 @@
-//! The log of a session, as the server stores it, and the rules by which its messages count. Every member applies the same
-//! rules: they depend only on the contents of the log and on the server's time stamps.
+//! The log of a session, as the server stores it, and the rules that decide which messages count. Every member applies
+//! the same rules: they depend only on the contents of the log and on the server's time stamps.
 
 use super::{
     ME, packet,
@@ -115,8 +115,8 @@ impl Log {
         }
     }
 
-    /// Counts the contents of a message as readers of the recording will. Events that end an open stroke or leave the
-    /// session are allowed in a full session, too.
+    /// Whether the session has room for a message. Its contents are counted as readers of the recording count them.
+    /// Events that end an open stroke or leave the session are allowed in a full session, too.
     fn has_room(&mut self, message: &Message) -> bool {
         message.events.iter().all(|event| {
             let is_farewell = match event {
@@ -171,7 +171,7 @@ mod tests {
             }
         };
         assert_eq!(passed, Judged::PassedOver(Sender(5), Passed::TooFast));
-        // An end is small, but messages count only in their order.
+        // The end of a stroke is small enough, but a message counts only after the sender's earlier ones.
         let end = Event::End { t: 0.0, stroke: StrokeId(1 << 20) };
         let too_early = log.take(&bytes(5, number + 1, std::slice::from_ref(&end)), 0, &mut out);
         assert_eq!(too_early, Judged::PassedOver(Sender(5), Passed::Gap));

@@ -17,12 +17,12 @@ use osp_session::recording::{Author, Event, Sender};
 /// News for a member's program.
 #[derive(Clone, Debug, PartialEq)]
 pub enum News {
-    /// The next events of the session. If they are this member's own, `own` of the events that it has sent are among them,
-    /// in the same order.
+    /// The next events of the session.
     Events {
         /// The events.
         events: Vec<Event>,
-        /// Number of sent events among them.
+        /// Number of events sent by this member that are done: they are among `events`, in the same order, or they end
+        /// a stroke that had ended already.
         own: usize,
     },
     /// This member's events that will never be in the session.
@@ -120,7 +120,7 @@ impl Member {
         self.outbox.is_some() && !self.has_left
     }
 
-    /// Sets the estimated age of the session. Used until the first own message comes back.
+    /// Sets the estimated age of the session, which is used until the first own message comes back.
     pub(super) fn set_age(&mut self, age_secs: f64, now: Duration) {
         if let Some(outbox) = self.outbox.as_mut().filter(|outbox| outbox.author().is_none()) {
             outbox.set_later_secs(age_secs - now.as_secs_f64());
@@ -183,7 +183,7 @@ impl Member {
         (!self.has_left && outbox.awaits_answers()).then(|| now.saturating_sub(self.progress))
     }
 
-    /// Restarts this waiting time, because no answer can have come until now.
+    /// Restarts the time of [`Self::waits_for`], because no answer can have come until now.
     pub(super) fn hold(&mut self, now: Duration) {
         self.progress = now;
     }
@@ -311,7 +311,8 @@ impl Member {
         if let (true, Some(outbox)) = (is_own, &mut self.outbox) {
             match passed {
                 Passed::Gap | Passed::TooFast | Passed::Crowded => outbox.passed_over(),
-                // The session counts as full only for an own message, because others can use this member's sender number.
+                // Only a message that this member sent marks the session as full, because others can use its sender
+                // number.
                 Passed::Full => self.is_full |= is_next,
                 Passed::Duplicate | Passed::Stranger => {}
             }
@@ -361,7 +362,7 @@ fn round(t: f64) -> f64 {
 /// A random sender number that no other member has.
 pub(crate) fn new_sender() -> Sender {
     use std::hash::{BuildHasher, RandomState};
-    // The standard library keys its hashes with random numbers of the system; two keys differ.
+    // The standard library gives each hasher another seed, from random numbers of the system.
     let (a, b) = (RandomState::new().hash_one(std::process::id()), RandomState::new().hash_one(1u8));
     Sender((a ^ b.rotate_left(32)).max(1))
 }

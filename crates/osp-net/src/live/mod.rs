@@ -16,9 +16,9 @@
 //! groups are numbered as [`ME`]'s until they are sent: `ME.number(n)`. Without a server a member can continue to draw;
 //! its events are sent when the server is back. No call waits for the network.
 //!
-//! A client with write access can write any data. Data that is no message is skipped and counted. So are messages that
-//! come out of order, exceed the limits, or come from senders that have not joined. The server controls read and write
-//! access.
+//! A client with write access can write any data. Members skip and count data that is no message. They also skip
+//! messages that come out of order, exceed the limits, or come from senders that have not joined. The server controls
+//! read and write access.
 
 mod address;
 mod background;

@@ -24,7 +24,7 @@ pub(super) struct Outgoing {
     pub(super) bytes: Vec<u8>,
 }
 
-/// A event of this member that is not in the log yet.
+/// An event of this member that is not in the log yet.
 #[derive(Clone, Debug)]
 struct Waiting {
     event: Event,
@@ -64,7 +64,7 @@ impl InFlight {
 pub(super) struct Answered {
     /// Number of its events that the program sent.
     pub(super) handed: usize,
-    /// Time at which the program sent the first of them.
+    /// Time at which the program sent the first of these events.
     pub(super) since: Option<Duration>,
 }
 
@@ -90,7 +90,8 @@ pub(super) struct Outbox {
     waiting: VecDeque<Waiting>,
     /// Number of events that the program sent and that are not in the log.
     pending: usize,
-    /// A part of the message ids. It is raised if the server must accept a message again that did not count before.
+    /// A part of the message ids. It increases before messages that did not count are sent again, because the server
+    /// drops known ids.
     attempt: u32,
     has_to_say_again: bool,
     /// The session's time minus this member's clock, seconds.
@@ -133,7 +134,6 @@ impl Outbox {
         self.author
     }
 
-    /// Number of events that are not in the log yet.
     pub(super) fn pending(&self) -> usize {
         self.pending
     }
@@ -148,12 +148,10 @@ impl Outbox {
         std::mem::take(&mut self.too_long)
     }
 
-    /// Sets the largest message that the server accepts, bytes.
     pub(super) fn set_limit_bytes(&mut self, bytes: usize) {
         self.limit_bytes = bytes.min(packet::MAX_BYTES);
     }
 
-    /// Sets the session's time minus this member's, seconds.
     pub(super) fn set_later_secs(&mut self, later_secs: f64) {
         self.later_secs = later_secs;
     }
@@ -252,7 +250,7 @@ impl Outbox {
     }
 
     fn start(&mut self, events: Vec<Waiting>) -> Option<Outgoing> {
-        // An author that has not joined yet gets a number with the answer.
+        // A member that has not joined yet gets its author number with the answer.
         let author = self.author.unwrap_or(Author(1));
         let mut text = packet::head(self.sender, self.next);
         for waiting in &events {
@@ -286,8 +284,8 @@ impl Outbox {
         self.has_to_say_again = true;
     }
 
-    /// Whether this is the own message that has to come back next. The bytes are compared, because sender numbers are not
-    /// secret: anybody with write access can use them.
+    /// Whether these bytes are this member's message that has to come back next. The bytes are compared, because sender
+    /// numbers are not secret: anybody with write access can use them.
     pub(super) fn is_next(&self, bytes: &[u8]) -> bool {
         self.in_flight.front().is_some_and(|message| message.bytes == bytes)
     }

@@ -38,7 +38,7 @@ fn shared(number: u32, known: &BTreeMap<u32, Author>, author: Author) -> u32 {
 }
 
 impl Own {
-    /// A event of this member in the form of the log, with its author and with its time shifted.
+    /// An event of this member in the form of the log, with its author and with its time shifted.
     pub(super) fn event(&self, event: &Event, author: Author, later_secs: f64) -> Event {
         let mut event = event.clone();
         let stroke = |id: &mut StrokeId| id.0 = shared(id.0, &self.strokes, author);
@@ -107,15 +107,16 @@ impl Own {
         }
     }
 
-    /// Records that the author was declared gone, which ends its strokes for all members. If this member continues a
-    /// stroke, it becomes a stroke of the next author.
+    /// Records that the author was declared gone, which ends its strokes for all members. A stroke that this member
+    /// continues later gets the member's next author number.
     pub(super) fn interrupt(&mut self) {
         self.interrupted.append(&mut self.open);
         self.old_faces.append(&mut self.faces);
     }
 
-    /// The events to send for an event of this member that was not sent yet. The beginning of a continued stroke comes
-    /// before its next point. `None` if nothing has to be sent, because the event ends a stroke that has ended already.
+    /// Prepares an event that was not sent yet. Returns the events to send before it, and the event. A stroke that was
+    /// interrupted begins again before its next point. `None` if nothing has to be sent, because the event ends a
+    /// stroke that has ended already.
     pub(super) fn admit(&mut self, event: Event) -> Option<(Vec<Event>, Event)> {
         let mut before = Vec::new();
         match &event {

@@ -29,7 +29,7 @@ pub(super) fn push(lines: &mut String, event: &Event) -> bool {
     is_written
 }
 
-/// Reads a message. The error is the expected form. Each event has been checked by itself.
+/// Reads a message. The error is the expected form. The numbers of each event are checked.
 pub(super) fn read(bytes: &[u8]) -> Result<Message, &'static str> {
     if bytes.len() > MAX_BYTES {
         return Err("a message of at most 512 KiB");
@@ -63,7 +63,6 @@ pub(super) fn presence(sender: Sender) -> String {
     format!("{MARK} {:016x}", sender.0)
 }
 
-/// The sender of a presence message.
 pub(super) fn read_presence(bytes: &[u8]) -> Option<Sender> {
     let text = std::str::from_utf8(bytes).ok().filter(|text| text.len() <= HEAD_BYTES)?;
     Some(read_head(&format!("{text} 0"))?.0)

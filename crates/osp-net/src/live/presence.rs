@@ -53,8 +53,8 @@ impl Presence {
         self.up_since = now;
     }
 
-    /// Returns an author who has been silent too long, except `me`. `None` for a while after each such author, so that
-    /// the caller does not report the authors too often.
+    /// Returns an author who has been silent too long, except `me`. After each such author it returns `None` for a
+    /// while, so that the caller does not report authors too often.
     pub(super) fn gone(&mut self, now: Duration, me: Option<Sender>) -> Option<Author> {
         if self.tried.is_some_and(|tried| now.saturating_sub(tried) < TRY_EVERY) {
             return None;

@@ -61,13 +61,13 @@ impl Rates {
     }
 }
 
-/// Waiting time that a join takes, nanoseconds.
+/// Waiting time that each join uses up, nanoseconds.
 const JOIN_NANOS: u64 = SECS_A_JOIN * 1_000_000_000;
 
 /// The allowance for joins.
 #[derive(Clone, Debug, Default)]
 pub(super) struct JoinRate {
-    /// Nanoseconds of waiting that no join has taken; `None` before the first join.
+    /// Waiting time that no join has used up, nanoseconds; `None` before the first join.
     waited: Option<Allowance>,
 }
 

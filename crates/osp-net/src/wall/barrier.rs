@@ -1,5 +1,5 @@
-//! The computers of a wall. Decides for which computers the hub waits, and which pictures differ, without a clock or a
-//! network.
+//! The computers of a wall. This module determines for which computers the hub waits, and whose pictures differ. It
+//! uses no clock and no network.
 //!
 //! Times are durations since the hub has started.
 
@@ -17,7 +17,7 @@ use super::{
 pub const MISSES: u32 = 3;
 /// Number of consecutive answers in time after which the hub waits for a computer.
 const ANSWERS: u32 = 20;
-/// Least time that a frame waits.
+/// Least time for which the hub waits for a computer.
 const LEAST_PATIENCE: Duration = Duration::from_millis(15);
 /// A computer whose result differed counts as correct again after this time without a difference.
 const WELL: Duration = Duration::from_secs(1);
@@ -77,7 +77,7 @@ struct Turn {
     /// The expected answer of each screen's computer.
     expected: Vec<Answer>,
     swapped: bool,
-    /// Screens whose computers were waited for at the swap, and have not shown the frame yet.
+    /// Screens for whose computers the hub waited at the swap, and which have not shown the frame yet.
     to_show: Vec<usize>,
     /// Time at which the first computer showed the frame.
     first_shown: Option<Duration>,
@@ -239,8 +239,8 @@ impl Barrier {
         }
         let what = match answer {
             answer if answer == expected => None,
-            Answer { log, .. } if log != expected.log => Some("its events are others"),
-            _ => Some("it sees other polygons"),
+            Answer { log, .. } if log != expected.log => Some("its events differ"),
+            _ => Some("its visible polygons differ"),
         };
         self.counts[slot].differed += u64::from(what.is_some());
         let (screen, host) = (self.screens[slot].clone(), member.host.clone());
@@ -251,7 +251,7 @@ impl Barrier {
                     self.events.push(HubEvent::Differs { screen, host, frame, what });
                 }
             }
-            // A computer that agrees only in every other frame is not reported.
+            // A computer that agrees only in every other frame does not count as agreeing.
             (Some((_, last)), None) if now.saturating_sub(last) >= WELL => {
                 member.difference = None;
                 self.events.push(HubEvent::Agrees { screen, host });
@@ -267,14 +267,14 @@ impl Barrier {
         members.all(|member| member.answered == Some(turn.number))
     }
 
-    /// Time at which the last frame stops to wait.
+    /// Time at which the hub stops waiting for answers to the last frame.
     pub(super) fn deadline(&self) -> Duration {
         let Some(turn) = self.turns.back() else { return Duration::ZERO };
         let members = self.members.iter().flatten().filter(|member| member.is_in);
         turn.began + members.map(|member| member.patience(self.most_patience)).max().unwrap_or_default()
     }
 
-    /// Records that the last frame is shown. Nodes that have not answered it have missed it.
+    /// Records that the last frame is shown. Computers that have not answered it have missed it.
     pub(super) fn swap(&mut self, now: Duration) {
         let Some(turn) = self.turns.back_mut() else { return };
         (turn.swapped, self.frames) = (true, self.frames + 1);
@@ -337,8 +337,8 @@ impl Barrier {
         if secs > 0.0 { (count - 1) as f64 / secs } else { 0.0 }
     }
 
-    /// Times from a frame's beginning to its swap, between two swaps, and from the first to the last computer's
-    /// display.
+    /// Three times: from a frame's beginning to its swap, between two swaps, and from the first computer that shows a
+    /// frame to the last one.
     pub(super) fn times(&self) -> [Times; 3] {
         [&self.frame_us, &self.period_us, &self.skew_us].map(Times::of)
     }
@@ -469,9 +469,9 @@ mod tests {
         let differs =
             |frame, what| HubEvent::Differs { screen: "right".into(), host: "pc2".into(), frame, what };
         let events = frame(&mut barrier, 20, &[(1, 5, SAME), (2, 5, other)]);
-        assert_eq!(events, [differs(20, "it sees other polygons")]);
+        assert_eq!(events, [differs(20, "its visible polygons differ")]);
         assert_eq!(frame(&mut barrier, 21, &[(1, 5, SAME), (2, 5, other)]), []);
-        assert_eq!(barrier.nodes(0)[1].difference.as_deref(), Some("it sees other polygons"));
+        assert_eq!(barrier.nodes(0)[1].difference.as_deref(), Some("its visible polygons differ"));
         // The report comes after a second. A computer that agrees only in every other frame is not reported each time.
         for n in 22..31 {
             assert_eq!(frame(&mut barrier, n, &[(1, 5, SAME), (2, 5, SAME)]), [], "{n}");
@@ -480,7 +480,7 @@ mod tests {
         assert_eq!(events, [HubEvent::Agrees { screen: "right".into(), host: "pc2".into() }]);
         let other = Answer { log: 9, seen: 9 };
         let events = frame(&mut barrier, 32, &[(1, 5, SAME), (2, 5, other)]);
-        assert_eq!(events, [differs(32, "its events are others")]);
+        assert_eq!(events, [differs(32, "its events differ")]);
         let differed =
             |barrier: &Barrier| barrier.nodes(0).iter().map(|node| node.differed).collect::<Vec<_>>();
         assert_eq!(differed(&barrier), [0, 3]);

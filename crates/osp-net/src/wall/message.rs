@@ -18,9 +18,9 @@ pub(super) const MAX_NAME_BYTES: usize = 256;
 /// A message of the hub to all computers. All of them have one subject, so that computers receive them in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum FromHub {
-    /// Nodes have to draw this frame.
+    /// Computers have to draw this frame.
     Frame(Frame),
-    /// Nodes have to show the frame that they have drawn.
+    /// Computers have to show the frame that they have drawn.
     Swap { hub: u64, frame: u64 },
     /// The hub refuses a computer.
     Refused { hub: u64, node: u64, why: String, is_for_good: bool },

@@ -275,8 +275,8 @@ impl Node {
         let status = self.follower.link().status();
         let text = match (status.trouble, self.has_hub()) {
             (Some(trouble), _) => trouble,
-            (None, false) => "no hub speaks (osp wall --hub)".to_owned(),
-            (None, true) => "a hub leads".to_owned(),
+            (None, false) => "no hub sends frames (osp wall --hub)".to_owned(),
+            (None, true) => "a hub sends frames".to_owned(),
         };
         if text == self.said {
             return None;

@@ -72,7 +72,7 @@ pub struct NodeReport {
     pub behind: u64,
     /// Number of frames that were shown without the computer's answer.
     pub missed: u64,
-    /// Number of times that frames stopped waiting for the computer.
+    /// Number of times that the hub stopped waiting for the computer.
     pub dropped: u64,
     /// Number of answers that differed from the hub's own.
     pub differed: u64,
@@ -116,8 +116,8 @@ pub struct WallReport {
     pub frame: Times,
     /// Time between two commands to show a frame.
     pub period: Times,
-    /// Time from the first to the last message of a computer that it shows a frame, by the hub's clock. It includes the
-    /// transfer of these messages.
+    /// Time from the first to the last computer's message that it shows a frame, by the hub's clock. The transfer of
+    /// these messages is included.
     pub skew: Times,
     /// A computer for each screen of the rig.
     pub nodes: Vec<NodeReport>,

@@ -1,7 +1,7 @@
 //! The connection for messages of hub and computers. It has its own thread, because hub and computers wait only for
 //! frames.
 //!
-//! Without a server, messages are dropped, because they concern a frame that will be over.
+//! Without a server, messages are dropped, because their frame is over when the server answers again.
 
 use std::path::PathBuf;
 use std::sync::{Arc, mpsc};
@@ -86,7 +86,7 @@ impl Wire {
 
     /// Publishes a reply to a request.
     pub(super) fn answer(&self, reply: String, text: String) {
-        // If the thread has ended, the next received message is the reason.
+        // If the thread has ended, the next call of `receive` returns the reason.
         let _ = self.said.as_ref().map(|said| said.send((reply, text)));
     }
 
@@ -209,7 +209,7 @@ pub(super) fn ask(
             },
         })
     });
-    // The runtime is not waited for, because a look-up of a name may hang.
+    // The shutdown does not wait, because a DNS look-up may hang.
     runtime.shutdown_background();
     answer
 }

@@ -27,8 +27,8 @@ use osp::{
 };
 use osp_session::replay::SetFingerprint;
 
-/// Largest number of polygons of a block. If it is larger, flights need fewer requests and boxes, but load more polygons
-/// out of view.
+/// Largest number of polygons of a block. With larger blocks, flights need fewer requests and boxes, but load more
+/// polygons out of view.
 pub const BLOCK_POLYGONS: usize = 4096;
 
 const MAGIC: &[u8; 4] = b"OSPB";
@@ -181,7 +181,8 @@ impl Block {
         (polygons * (PIECE_BYTES + POLYGON_BYTES + 2 * size_of::<Aabb>()) + (2 << 10)) as u64
     }
 
-    /// Reads a block. `polygons` and `bounds`, which must contain all its polygons, are those of the manifest.
+    /// Reads a block. `polygons` and `bounds` are those of the manifest; the box must contain all polygons of the
+    /// block.
     ///
     /// # Errors
     /// The bytes are damaged. The error names the object by `object`; the block begins at the object's byte `start`.
@@ -271,8 +272,9 @@ impl Block {
         })
     }
 
-    /// Sets `seen` to the positions of the polygons that the frustum may see. `how` is the outcome of the frustum test of
-    /// the block's box. Returns `false`, and sets nothing, if the frustum contains all of them.
+    /// Sets `seen` to the positions of the polygons that the frustum may see. `how` is the outcome of the frustum test
+    /// of the block's box. Returns `false` if the frustum may see all polygons of the block; `seen` then need not be
+    /// set.
     pub(super) fn cull(&self, frustum: &Frustum, how: Containment, seen: &mut VisibleBlocks) -> bool {
         if how == Containment::Inside {
             return false;

@@ -89,7 +89,7 @@ impl Iterator for Flight {
         let forward = forward.as_vec3();
         let near_m = NEAR_M.min(self.far_m * 1.0e-3);
         let projection = Projection::symmetric(FOV_DEGREES, ASPECT, near_m, self.far_m);
-        // The target is a metre from the origin, not from the eye, because far from the origin it would be rounded.
+        // The target is a metre from the origin, because a target near a far-off eye would be rounded.
         let view = View { eye_in_world, ..View::look_at(Vec3::ZERO, forward, projection) };
         // Where the spline hardly moves, the eye moves by at most the distance to the next point.
         let speed_m = direction.length().max(self.step_m);

@@ -94,7 +94,7 @@ pub(super) struct Shared {
     pub(super) queue: Mutex<Queue>,
     /// Signals new requests, and that arrivals were taken.
     pub(super) wishes: Condvar,
-    /// Signals that a block is loaded that a frame waits for.
+    /// Signals that a block for which a frame waits is loaded.
     pub(super) arrivals: Condvar,
     pub(super) held: Arc<Held>,
     pub(super) bytes_read: AtomicU64,
@@ -167,7 +167,7 @@ pub(super) fn run(shared: &Shared, load: Load) {
 
 pub(super) fn load(shared: &Shared, number: u32) -> Result<Arc<Block>, WorldError> {
     let entry = shared.world.entry(number);
-    // The memory of the bytes, and of the boxes before they are put in rows.
+    // Memory of the block's bytes, and of its boxes before they are grouped by sixteen.
     let raw = Share::new(&shared.held, entry.bytes as usize + entry.polygons as usize * size_of::<Aabb>());
     let (block, bytes) = shared.world.load(number)?;
     let block = Arc::new(block.held_by(&shared.held));

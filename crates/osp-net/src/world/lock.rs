@@ -31,7 +31,8 @@ impl PackLock {
         let file = File::options().write(true).create(true).truncate(false).open(&path)?;
         match file.try_lock() {
             Ok(()) if is_at(&file, &path) => Ok(Locked::Taken(Self { path, file })),
-            // A pack that ended just now has removed this file, so that others lock the next one.
+            // If a pack that has just ended has removed this file, the lock does not exclude packs that create a new
+            // one.
             Ok(()) | Err(TryLockError::WouldBlock) => Ok(Locked::Busy),
             Err(TryLockError::Error(_)) => {
                 let _ = fs::remove_file(&path);

@@ -100,7 +100,6 @@ impl Residents {
         Ok(this)
     }
 
-    /// Size of the cache, bytes.
     pub(super) fn room(&self) -> u64 {
         self.room
     }
@@ -114,7 +113,7 @@ impl Residents {
         self.shared.cache.contains_key(&block)
     }
 
-    /// Replaces the requests of the frame before by these blocks, the most important first. If the frame waits for the
+    /// Replaces the previous frame's requests by these blocks, the most important first. If the frame waits for the
     /// first `awaited` of them, [`Residents::next`] returns them.
     pub(super) fn wish(&self, blocks: &[u32], awaited: usize) {
         let mut queue = self.shared.queue();

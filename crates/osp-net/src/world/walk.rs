@@ -105,7 +105,7 @@ impl Walk {
     /// if the memory has room for both.
     ///
     /// # Errors
-    /// A block of this frame cannot be loaded, or a block of an earlier frame, because blocks are loaded in the background.
+    /// A block cannot be loaded: a block of this frame, or one of an earlier frame that is loaded in the background.
     pub fn frame(
         &mut self,
         view: &View,

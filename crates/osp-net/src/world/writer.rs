@@ -15,8 +15,8 @@ use osp::{
 };
 use osp_session::scene::Scene;
 
-/// Number of blocks of an object, which then takes 13 MB. If it is larger, a world has fewer objects and requests, but a
-/// pack takes more memory, and a killed pack loses more work.
+/// Number of blocks of an object, which then takes 13 MB. With more blocks, a world has fewer objects and requests, but
+/// a pack takes more memory, and a killed pack loses more work.
 const OBJECT_BLOCKS: u64 = 64;
 
 /// If a session (or copy) ends in a block with at least this number of polygons, the block ends there. The next session
@@ -87,8 +87,8 @@ impl WorldWriter {
         })
     }
 
-    /// Adds the present polygons of a model, once for each offset (metres). A polygon's number in the world is its number
-    /// in the model plus the number of ids of all models and copies before.
+    /// Adds the present polygons of a model, once for each offset (metres). A polygon's number in the world is its
+    /// number in the model plus the number of ids of all models and copies added before.
     ///
     /// # Errors
     /// The blocks cannot be written, or [`WorldError::TooMany`].
@@ -158,9 +158,8 @@ impl WorldWriter {
     /// to no world.
     ///
     /// # Errors
-    /// An object cannot be written. Or another world has appeared at the place meanwhile ([`WorldError::Exists`]). Or
-    /// written blocks are gone because another pack has ended here, which can happen at an address. The other world then
-    /// stays.
+    /// An object cannot be written, or another world has appeared at the place ([`WorldError::Exists`]). At an address,
+    /// another pack may also have removed written blocks. The other world then stays.
     pub fn finish(mut self) -> Result<Packed, WorldError> {
         if self.block.polygons() > 0 {
             self.end_block()?;

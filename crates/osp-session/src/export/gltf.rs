@@ -47,8 +47,8 @@ pub struct GltfCounts {
 /// was drawn (with [`ExportOptions::times`]), and `_STROKE`, the number of the stroke, -1 for polygons without one.
 /// [`Objects::Whole`] has neither, and its vertices are smaller (`KHR_mesh_quantization`).
 ///
-/// Brushes look as at time 0: [`Still`](crate::brush::Still). glTF has no additive light. So strokes of light are blended,
-/// with an alpha that is as large as their light is bright, and dark light covers nothing.
+/// Brushes look as at time 0: [`Still`](crate::brush::Still). glTF has no additive blending. So additive strokes are
+/// blended with an alpha that is as large as their light is bright: dark light covers nothing.
 ///
 /// The lights of the file light a matte surface as the session's lights and ambient light do. The scene's `extras` have
 /// the sky and the fog.
@@ -182,7 +182,7 @@ fn shrink(object: &mut Object, options: &ExportOptions) -> Result<(), ExportErro
 
 /// Light on a matte surface, the mean over all directions.
 fn mean_light(environment: &Environment) -> Vec3 {
-    // The mean over a sphere of the part of it that a light shines on is a quarter.
+    // Over all normals, the mean of the cosine to a light, clamped to 0, is a quarter.
     environment.ambient + environment.lights.iter().map(|(_, color)| *color * 0.25).sum::<Vec3>()
 }
 
@@ -205,7 +205,7 @@ fn object_of<'a>(
         (Objects::Whole, _) => 0,
         (Objects::Layers, _) => u64::from(stroke.layer()),
         (Objects::Strokes, Some(stroke)) => u64::from(stroke.0),
-        // Polygons that came without a stroke are one each.
+        // Each polygon without a stroke is an object of its own.
         (Objects::Strokes, None) => 1 << 32 | u64::from(id.0),
     };
     let name = move || match (options.objects, stroke.id(), stroke.brush()) {

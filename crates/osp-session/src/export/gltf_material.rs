@@ -27,9 +27,9 @@ pub(super) struct Material {
 /// The materials of a file.
 #[derive(Default)]
 pub(super) struct Materials {
-    /// Whether brushes whose materials differ in nothing but their names share one.
+    /// Whether brushes share a material if their materials differ only in name.
     is_shared: bool,
-    /// Numbers of the materials, by the number of the brush, if there is one, and whether they are blended.
+    /// Numbers of the materials, by brush number (`None` without a brush) and by whether the material is blended.
     places: BTreeMap<(Option<u16>, bool), usize>,
     all: Vec<Material>,
     /// Place of each material in the file.
@@ -40,7 +40,7 @@ pub(super) struct Materials {
 }
 
 impl Materials {
-    /// Materials of which brushes share those that are equal.
+    /// Materials that brushes share if they differ only in name.
     pub(super) fn shared() -> Self {
         Self { is_shared: true, ..Self::default() }
     }
@@ -76,7 +76,6 @@ impl Materials {
         number
     }
 
-    /// A material by its number.
     pub(super) fn get(&self, number: usize) -> &Material {
         &self.all[number]
     }

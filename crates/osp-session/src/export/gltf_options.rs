@@ -11,8 +11,8 @@ pub enum Objects {
     Layers,
     /// A stroke.
     Strokes,
-    /// The whole model, for viewers that only show it: brushes share materials, equal vertices are one, and a vertex has
-    /// neither time nor stroke.
+    /// The whole model, for viewers that only show it: brushes share materials, equal vertices are merged, and a vertex
+    /// has neither time nor stroke.
     Whole,
 }
 
@@ -27,8 +27,8 @@ pub struct ExportOptions {
     pub layer_names: Vec<String>,
     /// The times at which the polygons were drawn, if the file is to contain them.
     pub times: Option<PolygonTimes>,
-    /// The eye, world space, metres, to which the polygons that face the eye are turned, and for which soap films
-    /// shine. A mesh cannot turn, so both are fixed in the file.
+    /// Position of the eye, world space, metres. Polygons that face the eye are turned to it, and soap films have the
+    /// colours that it sees. A mesh cannot turn, so both are fixed in the file.
     pub eye_in_world: Option<Vec3>,
     /// The camera of the file.
     pub camera: Option<Camera>,

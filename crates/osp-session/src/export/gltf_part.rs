@@ -115,12 +115,13 @@ pub(super) struct Part {
     /// Least and greatest position, metres, or numbers of the grid.
     pub(super) min: Vec3,
     pub(super) max: Vec3,
-    /// Numbers of the vertices, by their bytes, if equal vertices are one. Then they have neither time nor stroke.
+    /// Numbers of the vertices, by their bytes, if equal vertices are merged. Merged vertices have neither time nor
+    /// stroke.
     known: Option<HashMap<[u8; DRAWN_BYTES], u32>>,
 }
 
 impl Part {
-    /// An empty part. If `is_welded`, equal vertices are one, and have neither time nor stroke.
+    /// An empty part. If `is_welded`, equal vertices are merged, and have neither time nor stroke.
     pub(super) fn new(is_welded: bool) -> Self {
         Self {
             layout: Layout { has_tail: !is_welded, ..Layout::default() },
@@ -196,7 +197,7 @@ impl Part {
     }
 }
 
-/// Length of a part of the binary chunk whose contents have this length, bytes.
+/// Padded length of a part of the binary chunk with contents of this length, bytes.
 pub(super) fn aligned(bytes: usize) -> usize {
     bytes.next_multiple_of(4)
 }

@@ -36,12 +36,11 @@ impl Textures {
         }))
     }
 
-    /// The pictures, PNG.
     pub(super) fn images(&self) -> &[Vec<u8>] {
         &self.images
     }
 
-    /// The samplers: the one of textures that repeat, then the one of textures that end.
+    /// The samplers: first for textures that repeat along the stroke, then for textures that do not.
     pub(super) fn samplers() -> Vec<Value> {
         let sampler = |along: u32| json!({ "magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR, "wrapS": along, "wrapT": CLAMP_TO_EDGE });
         vec![sampler(REPEAT), sampler(CLAMP_TO_EDGE)]

@@ -39,8 +39,8 @@ pub(super) struct KeptStroke {
 /// for each control point. It makes no polygons.
 #[derive(Debug, Default)]
 pub struct KeptStrokes {
-    /// A scene without control points. It determines which strokes are erased, undone, moved, grouped and on
-    /// which layer.
+    /// A scene without control points. It determines each stroke's layer, and whether the stroke is erased, undone,
+    /// moved or grouped.
     scene: Scene,
     strokes: Vec<KeptStroke>,
     places: HashMap<StrokeId, usize>,
@@ -167,7 +167,7 @@ mod tests {
             }
             assert!(kept.strokes.len() > 8);
             for stroke in &kept.strokes {
-                // None: it is out of reach of undo.
+                // `None` if undo no longer reaches the stroke.
                 let state = |scene: &Scene| {
                     let state = scene.stroke(stroke.id)?;
                     let seen = (state.is_taken_away(), state.is_hidden(), state.layer(), state.offset());

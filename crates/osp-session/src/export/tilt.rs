@@ -102,14 +102,14 @@ pub fn write_tilt(
     counts.notes.extend(rewritten);
     if out_of_time > 0 {
         counts.notes.push(format!(
-            "times of control points before the start, or later than 49 days: {out_of_time} are the nearest that .tilt has"
+            "control points before the start or later than 49 days, with the nearest time that .tilt can store: {out_of_time}"
         ));
     }
     let mut zip = ZipWriter::new(Cursor::new(Vec::with_capacity(sketch.len() + 4096)));
     let thumbnail = thumbnail.map(|png| ("thumbnail.png", png));
     let files = [("data.sketch", sketch.as_slice()), ("metadata.json", metadata.as_bytes())];
     for (name, bytes) in thumbnail.into_iter().chain(files) {
-        // The programs write their files so, and some of their tools read no others.
+        // Tilt Brush and Open Brush write uncompressed files, and some of their tools read no others.
         let stored = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
         zip.start_file(name, stored).map_err(std::io::Error::from)?;
         zip.write_all(bytes)?;

@@ -27,8 +27,8 @@ fn stand_in(stroke: &KeptStroke) -> Option<&'static Brush> {
     })
 }
 
-/// The inverse of a factor is searched within this number of units in the last place around the nearest number. Two
-/// products round by one unit each, and a unit before them is up to two after them.
+/// A reader multiplies by two factors and rounds each product. So the inverse is searched among the numbers within this
+/// number of units in the last place of the nearest one.
 const INVERSE_REACH: u32 = 8;
 
 /// A stroke that is ready to be written.
@@ -117,7 +117,7 @@ impl<'s> TiltStroke<'s> {
             let p = axes::position_from_unity(p).to_array().map(|x| unscaled(x, 1.0));
             let q = axes::rotation_from_unity(q).to_array();
             words.extend(p.into_iter().chain(q).chain([pressure]).map(f32::to_bits));
-            // A cast ends at the least and the greatest number.
+            // The cast clamps the time to the range of `u32`.
             words.push(milliseconds(t) as u32);
         }
         out.extend(words.iter().flat_map(|word| word.to_le_bytes()));
@@ -172,7 +172,6 @@ impl<'s> TiltStroke<'s> {
     }
 }
 
-/// Converts seconds to whole milliseconds.
 fn milliseconds(secs: f64) -> f64 {
     (secs * 1000.0).round()
 }

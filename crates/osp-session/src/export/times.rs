@@ -58,7 +58,7 @@ impl PolygonTimes {
             for (at, (_, id)) in of_stroke.iter().enumerate() {
                 // The last polygon ends at the last sample.
                 let sample = ((at + 1) * (to - from)).div_ceil(of_stroke.len()).saturating_sub(1);
-                // Without a sample it was made after the last one.
+                // Without a sample, the polygon keeps the time of the last event.
                 if let Some((_, secs)) = self.samples[from..to].get(sample) {
                     self.secs[id.index()] = *secs;
                 }

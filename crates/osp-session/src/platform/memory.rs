@@ -50,7 +50,7 @@ struct Node {
 struct Content {
     bytes: Vec<u8>,
     modified: u64,
-    /// Number of bytes at the beginning that the page's script has stored already, unchanged since.
+    /// Length of the unchanged beginning that the page's script has stored already, bytes.
     kept: usize,
 }
 
@@ -256,7 +256,7 @@ impl OpenOptions {
         let name = without_dots(path.as_ref());
         let node = match files.by_name.get(&name) {
             Some(_) if self.create_new => {
-                return Err(io::Error::new(ErrorKind::AlreadyExists, "it is there already"));
+                return Err(io::Error::new(ErrorKind::AlreadyExists, "the file exists already"));
             }
             Some(node) => Arc::clone(node),
             None if self.create || self.create_new => {
@@ -395,7 +395,9 @@ impl Seek for &File {
             SeekFrom::Current(by) => (*at as u64).checked_add_signed(by),
         };
         let place = place.and_then(|place| usize::try_from(place).ok());
-        *at = place.ok_or_else(|| io::Error::new(ErrorKind::InvalidInput, "a place before the file"))?;
+        *at = place.ok_or_else(|| {
+            io::Error::new(ErrorKind::InvalidInput, "a position before the start of the file")
+        })?;
         Ok(*at as u64)
     }
 }

@@ -198,7 +198,7 @@ pub enum Event {
         /// The stroke.
         stroke: StrokeId,
     },
-    /// A stroke is erased. A polygon without a stroke has one of its own.
+    /// A stroke is erased.
     Erase {
         /// Time, seconds.
         t: f64,
@@ -419,8 +419,8 @@ impl Event {
     /// Longest name of a group or layer, bytes.
     pub const MAX_GROUP_NAME_BYTES: usize = 256;
 
-    /// Largest number of strokes that one event may list. With it an event fits into a line, whatever the strokes'
-    /// numbers.
+    /// Largest number of strokes that one event may list. An event with so many strokes fits into a line, whatever
+    /// their numbers.
     pub const MAX_STROKES_NAMED: usize = (MAX_LINE_BYTES - 2048) / 11;
 
     /// The event's time stamp, seconds.
@@ -481,8 +481,7 @@ impl Event {
         matches!(self, Self::Point { .. } | Self::Polygon { .. } | Self::Move { .. } | Self::Place { .. })
     }
 
-    /// Number of strokes that an edit lists, or of a polygon's corners. It determines an event's memory beyond its own
-    /// size.
+    /// Number of strokes that an edit lists, or of corners of a polygon. An event's memory grows with this number.
     pub fn list_len(&self) -> usize {
         match self {
             Self::Move { strokes, .. } | Self::Group { strokes, .. } | Self::Assign { strokes, .. } => {

@@ -35,13 +35,12 @@ impl Members {
         Some(Author(self.last + 1)).filter(|next| next.is_valid())
     }
 
-    /// Whether an author has joined and not left.
     pub(super) fn is_present(&self, author: Author) -> bool {
         self.present.contains(&author)
     }
 
-    /// Processes the next event of a session. If its author has no right to it, returns a text that names what was
-    /// expected. Otherwise updates the members, which [`Members::take_back`] reverts.
+    /// Processes the next event of a session. If its author has no right to it, returns the expected form as text.
+    /// Otherwise updates the members, which [`Members::take_back`] reverts.
     pub(super) fn admit(&mut self, event: &Event, numbers: Numbers) -> Result<Admitted, String> {
         let author = match event {
             Event::Join { author, .. } => return self.join(*author, numbers),
@@ -50,7 +49,7 @@ impl Members {
         let Some(author) = author else { return Ok(Admitted::Nothing) };
         if !author.is_sole() && !self.is_present(author) {
             let expected = if author.0 <= self.last {
-                format!("an author who is there: author {author} has left, or has never joined")
+                format!("an author who is present: author {author} has left, or has never joined")
             } else {
                 format!("author {author} to have joined before")
             };

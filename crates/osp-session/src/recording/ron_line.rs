@@ -177,7 +177,7 @@ fn explain(line: &str, error: &SpannedError) -> Mismatch {
             _ => Mismatch::new("a name", rest()),
         },
         RonError::IntegerOutOfBounds => Mismatch::new("a whole number from 0 to 4294967295", rest()),
-        RonError::ExceededRecursionLimit => Mismatch::new("fewer brackets in each other", rest()),
+        RonError::ExceededRecursionLimit => Mismatch::new("fewer nested brackets", rest()),
         other => {
             let text = other.to_string();
             match text.strip_prefix("Expected ") {

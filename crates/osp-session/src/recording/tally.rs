@@ -28,7 +28,7 @@ impl Amount {
             (self.polygons, limits.polygons, "polygons"),
             (self.strokes, limits.strokes(), "strokes"),
             (self.groupings, limits.strokes(), "groupings"),
-            (self.events, limits.events(), "events and strokes that edits name"),
+            (self.events, limits.events(), "events and strokes in edits"),
         ]
         .into_iter()
         .find_map(|(read, most, what)| (read > most).then_some((most, what)))

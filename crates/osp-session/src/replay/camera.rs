@@ -61,8 +61,8 @@ pub struct Moment {
     pub head: Option<(Vec3, Quat)>,
     /// Latest sample of the hand.
     pub hand: Option<Vec3>,
-    /// The author of head and hand: the author of the first head pose. After that author has left, the author of the
-    /// next head pose. `None` before the first head pose.
+    /// The author of head and hand: the author of the first head pose since the start, or since the previous author
+    /// left. `None` before this pose.
     pub author: Option<Author>,
 }
 
@@ -113,9 +113,9 @@ impl ArtistSide {
         }
     }
 
-    /// The direction from the model to the eye of the session's own camera. Without a camera the direction to the
-    /// artist, horizontal and slightly raised, whatever the tilt of the head: the mean over the first samples, or the
-    /// direction of the latest head pose if no sample follows one. `None` without camera and head pose.
+    /// The direction from the model to the eye of the session's own camera. Without a camera, it is the direction to
+    /// the artist: the mean over the first samples, or the latest head pose if no sample follows one. This direction is
+    /// slightly raised from the horizontal, whatever the tilt of the head. `None` without camera and head pose.
     pub fn backwards(&self, camera: Option<Camera>) -> Option<Vec3> {
         if let Some(camera) = camera {
             return Some(rotate(unit(camera.q), Vec3::Z));
@@ -127,7 +127,7 @@ impl ArtistSide {
 }
 
 /// The main part of `bounds`, world space, metres, without polygons far from all others, such as stray particles. Along
-/// each axis it spans the centres of the middle 98 % of the polygons. A margin of half of its longest side is added on
+/// each axis it spans the centres of the middle 98 % of the polygons. A margin of half of the longest side is added on
 /// all sides. O(polygons) in time and memory.
 pub fn main_bounds(scene: &Scene, bounds: &Aabb) -> Aabb {
     let middles: Vec<Vec3> = scene.visible_ids().map(|id| scene.bounds(id).center()).collect();

@@ -42,7 +42,7 @@ pub(super) struct Named<T> {
     pub(super) of: T,
 }
 
-/// Translation of a stroke, in the space of its group, and its offset before.
+/// Translation of a stroke, and the stroke's former offset, in the space of its group.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way {
     pub(super) by: Vec3,
@@ -75,10 +75,10 @@ pub(super) type Parent = Option<usize>;
 #[derive(Clone, Debug)]
 pub(super) struct Grouping {
     pub(super) group: usize,
-    /// The members, with the group of each before.
+    /// The members, each with its former group.
     pub(super) members: Vec<Named<Option<usize>>>,
-    /// The group's parent, unless a later grouping has made it final; [`Hangings`](super::hanging::Hangings) stores the
-    /// effect.
+    /// The parent that the grouping sets, unless a later grouping that sets one is permanent.
+    /// [`Hangings`](super::hanging::Hangings) stores whether it has an effect.
     pub(super) hanging: Option<Parent>,
     /// The group's names before and after, if the grouping sets the name.
     pub(super) names: Option<[Option<String>; 2]>,

@@ -126,8 +126,8 @@ impl Scene {
     }
 
     pub(super) fn move_strokes(&mut self, author: Author, ids: &[StrokeId], by: Vec3) -> Option<()> {
-        // Only in a group does a move depend on parents. Otherwise earlier undo and redo are processed at the end of
-        // the frame.
+        // Moves depend on the parents of groups only for strokes in groups. For other strokes, earlier undo and redo
+        // are processed at the end of the frame.
         if ids.iter().any(|&id| self.stroke(id).is_some_and(|stroke| stroke.group.is_some())) {
             self.hangings.settle(&mut self.groups);
         }

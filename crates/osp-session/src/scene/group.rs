@@ -87,7 +87,6 @@ impl Groups {
         self.groups[group].reach
     }
 
-    /// Number of groups.
     pub(super) fn len(&self) -> usize {
         self.groups.len()
     }
@@ -121,7 +120,6 @@ impl Groups {
         std::mem::replace(&mut self.groups[group].name, name)
     }
 
-    /// The children of a group.
     pub(super) fn children(&self, group: usize) -> impl Iterator<Item = usize> + '_ {
         self.groups[group].children.iter().copied()
     }
@@ -280,8 +278,8 @@ impl Groups {
         self.note_moved(group);
     }
 
-    /// Updates heights after a child of `group` has changed from height `was` to height `is`. `None` means that it was
-    /// or is not a child.
+    /// Updates heights after a child of `group` has changed from height `was` to height `is`. `None` means that there
+    /// was or is no such child.
     fn follow_height(&mut self, mut group: usize, mut was: Option<usize>, mut is: Option<usize>) {
         loop {
             self.steps += 1;
@@ -391,7 +389,6 @@ impl Groups {
     }
 }
 
-/// Transforms a point.
 pub(super) fn apply(to: &Transform, p: Vec3) -> Vec3 {
     rotate(to.q, p * to.s) + to.p
 }

@@ -240,7 +240,7 @@ impl Hangings {
                 let holds = before == parent || groups.try_hang(group, parent);
                 self.insert(time, group, parent, holds, now);
                 if !holds && !self.is_as_kept() {
-                    // The current state refuses the grouping, but the stored timeline does not lead to this state.
+                    // The current parents refuse the grouping, but they differ from the stored timeline.
                     self.fresh.insert(time, group);
                 }
                 if before != parent {
@@ -320,8 +320,9 @@ impl Hangings {
         self.make_constant(groups, group);
     }
 
-    /// Updates all parents after undo and redo. The cost depends on the groups that differ at any later time: on their
-    /// descendants, and on the later groupings of these and of their ancestors.
+    /// Updates all parents after undo and redo. The cost grows with the number of groups that differ at a later time,
+    /// and of their descendants. It also grows with the number of later groupings of these groups and of their
+    /// ancestors.
     pub(super) fn settle(&mut self, groups: &mut Groups) {
         if !std::mem::take(&mut self.is_due) {
             return;

@@ -237,7 +237,7 @@ impl Scene {
         self.stroke_of(id).brush().is_none() || self.polygon(id).area_vector() != Vec3::ZERO
     }
 
-    /// All strokes in order of their beginnings, without freed ones; the length counts those, too.
+    /// All strokes in order of their beginnings. Freed strokes are skipped, but included in the length.
     pub fn strokes(&self) -> &Paged<Stroke, 256> {
         &self.strokes
     }

@@ -10,8 +10,8 @@ use osp::{
     polygon::{Change, PLACE_ROUNDING, PolygonId, SpaceId, SpacePlace, bits},
 };
 
-/// Largest number of frames between the first and second placement of a group for the group to move as a whole. It does
-/// so from the second placement on.
+/// If at most this number of frames lies between two placements of a group, the group moves as a whole from the second
+/// one on.
 const SOON: u64 = 64;
 
 /// Range of scales, and largest translation in metres, for which a group moves as a whole. Beyond it, rounding is so

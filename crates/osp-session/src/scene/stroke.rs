@@ -25,7 +25,8 @@ pub struct Stroke {
     pub(super) layer: u32,
     /// Whether the stroke is hidden.
     pub(super) is_hidden: bool,
-    /// Whether the stroke was hidden at its beginning; an event that shows its layer ends that.
+    /// Whether the stroke was hidden at its beginning. If an event has hidden or shown its layer, that takes
+    /// precedence.
     pub(super) was_hidden: bool,
     pub(super) points: u32,
     /// Ranges of the stroke's polygons; several if strokes overlap in time.

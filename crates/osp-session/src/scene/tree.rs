@@ -23,8 +23,8 @@ pub struct GroupNode {
     pub strokes: u64,
     /// Number of visible polygons in the subtree.
     pub polygons: u64,
-    /// The box of all these polygons, world space; empty if there are none. For a group that moves as a whole, it is
-    /// the box of the transformed box in the group's space.
+    /// The box of all these polygons, world space; empty if there are none. For a group that moves as a whole, the box
+    /// encloses the transformed box of the group's own space.
     pub bounds: Aabb,
 }
 

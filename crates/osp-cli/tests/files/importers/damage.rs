@@ -103,7 +103,13 @@ fn half_a_sketch_is_half_the_strokes() {
         assert!(lenient.error.is_none(), "{:?}", lenient.error);
         assert!(lenient.events.len() > 3, "{} events", lenient.events.len());
         assert!(lenient.events.len() < whole.len());
-        assert!(lenient.notes.warnings.iter().any(|warning| warning.contains("read from the front")));
+        assert!(
+            lenient
+                .notes
+                .warnings
+                .iter()
+                .any(|warning| warning.contains("entries are read from the start of the file"))
+        );
     }
 }
 

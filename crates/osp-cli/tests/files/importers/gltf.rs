@@ -83,7 +83,7 @@ fn camera_and_lights_are_those_of_the_file() {
     assert_eq!(
         header.left_out,
         [
-            "1 light that is not one of the two brightest from far away".to_owned(),
+            "1 light that is not one of the two brightest directional ones".to_owned(),
             "1 mesh of points or lines".to_owned()
         ]
     );

@@ -160,8 +160,7 @@ fn times_beyond_the_numbers_of_a_sketch_are_reported() {
     // Seconds since 1970.
     events.extend([point(1.0e9), point(-1.0), point(-1.0e-4), point(4_294_967.295)]);
     let (_, counts) = written(folder.path(), "b.tilt", &Header::new("a", ""), &events);
-    let times =
-        "times of control points before the start, or later than 49 days: 2 are the nearest that .tilt has";
+    let times = "control points before the start or later than 49 days, with the nearest time that .tilt can store: 2";
     assert_eq!(counts.notes, [times]);
 }
 

@@ -1,8 +1,8 @@
 //! The zip archive inside a `.tilt` file.
 //!
-//! The `zip` crate reads the central directory. An entry of that crate borrows its archive, so a stream of events
-//! could not own both. Hence the bytes of the sketch's entry are read from the file itself. A file whose end is missing has no central directory. A
-//! lenient reader then finds the entries by their local headers, from the start of the file.
+//! The `zip` crate reads the central directory. An entry of that crate borrows its archive, so a stream of events could
+//! not own both. Hence the bytes of the sketch's entry are read from the file itself. A file whose end is missing has
+//! no central directory. A lenient reader then finds the entries by their local headers, from the start of the file.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 
@@ -75,7 +75,10 @@ impl Archive {
         if on_damage == OnDamage::Note {
             let entries =
                 local_headers(&mut file, zip_start).map_err(|error| RecordingError::io(path, error))?;
-            let warning = format!("{}: no usable zip directory ({why}); read from the front", path.display());
+            let warning = format!(
+                "{}: no usable zip directory ({why}); entries are read from the start of the file",
+                path.display()
+            );
             return Ok(Self { entries, warning: Some(warning) });
         }
         Err(RecordingError::Byte {

@@ -7,11 +7,11 @@
 //!
 //! - `creation_time` is the **end** of a stroke, and the time of the action "add stroke". At that time the hand is
 //!   within 4 mm of the stroke's last sample (median 1 mm), and 5 to 17 cm (median) from its first.
-//! - Samples have no time. They are 2 to 4 cm apart, so the reader sets each [`SAMPLE_SECS`] before the next, or less
-//!   if the previous stroke ended later. Two strokes of the same time (mirror) overlap in time.
+//! - Samples have no time. They are 2 to 4 cm apart, so the reader puts [`SAMPLE_SECS`] between them, or less if the
+//!   previous stroke would overlap. Two strokes of the same time (mirror) overlap in time.
 //! - Samples are in canvas space, head and hand in room space. The user grabs and scales the canvas; canvasPos,
-//!   canvasRot and canvasScale are its transform: room = pos + rot * (scale * canvas). With the inverse the hand lies
-//!   on the stroke, and the stroke lies before the eyes at arm's length (0.24 to 0.6 m in the room). In canvas space
+//!   canvasRot and canvasScale are its transform: room = pos + rot * (scale * canvas). After the inverse transform the
+//!   hand lies on the stroke, and the stroke lies in front of the eyes, 0.24 to 0.6 m away in the room. In canvas space
 //!   the head is nearer to the strokes if the canvas is scaled up.
 //! - Until the headset is tracked its position is exactly zero; the reader makes no head event of such states.
 //! - No orientation was recorded, so ribbons have a rotation-minimising frame. No width and no brush was recorded
@@ -33,7 +33,7 @@ use crate::recording::{
 };
 use osp::math::rotate;
 
-/// Width of a stroke's ribbon, metres, because CASSIE draws thin tubes.
+/// Width of a stroke, metres; CASSIE draws thin tubes.
 const WIDTH_M: f32 = 0.005;
 /// The brush that is most similar to CASSIE's tubes.
 const BRUSH: &str = "Wire";
@@ -184,7 +184,7 @@ fn merge(heads: Vec<Event>, strokes: Vec<Stroke>) -> Vec<Event> {
         }
         push_stroke(&mut events, stroke, number, free_from);
     }
-    // Erasures come last before the sort. Because it is stable, an erasure never comes before the end of its stroke.
+    // Erasures are appended last. The sort is stable, so an erasure never comes before the end of its stroke.
     events.append(&mut erased);
     events.sort_by(|a, b| a.time_secs().total_cmp(&b.time_secs()));
     let start_secs = events.first().map_or(0.0, Event::time_secs);
@@ -192,8 +192,8 @@ fn merge(heads: Vec<Event>, strokes: Vec<Stroke>) -> Vec<Event> {
     events
 }
 
-/// Appends the events of a stroke. It ends at its creation, and starts at `free_from`, when the hand was free, or
-/// later.
+/// Appends the events of a stroke. The stroke ends at its creation time, and does not start before `free_from`, the
+/// time at which the hand became free.
 fn push_stroke(events: &mut Vec<Event>, stroke: Stroke, number: StrokeId, free_from: f64) {
     let end = stroke.created_secs;
     let steps = stroke.samples.len().saturating_sub(1) as f64;

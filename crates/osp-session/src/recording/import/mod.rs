@@ -16,7 +16,8 @@
 //!
 //! # Damage
 //! A reader returns the events before the damage, then one error with the byte or line and the expected form. A lenient
-//! reader notes the error instead. Binary formats and JSON end there; text formats continue with the next line.
+//! reader notes the error instead. In binary formats and JSON the reading ends there; in text formats it continues with
+//! the next line.
 
 mod apa;
 mod archive;

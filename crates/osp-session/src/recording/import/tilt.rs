@@ -79,7 +79,8 @@ pub(in crate::recording) fn open_tilt(
     Ok(Session::new(header, "tilt", Box::new(stream), path, options))
 }
 
-/// The picture in a `.tilt`, file or folder, a PNG; none if there is none of at most 16 MiB, or the path is no `.tilt`.
+/// The thumbnail of a `.tilt` file or folder, a PNG. `None` if the path is no `.tilt`, or has no thumbnail of at most
+/// 16 MiB.
 pub fn tilt_thumbnail(path: &Path) -> Option<Vec<u8>> {
     let input = Input::on_disk(path);
     let picture = |mut png: ByteReader| png.rest(MOST_THUMBNAIL_BYTES, "a picture of at most 16 MiB").ok();

@@ -144,7 +144,6 @@ impl Artist {
         }
     }
 
-    /// Waits at a stance.
     pub(super) fn wait(&mut self, secs: f64, stance: Stance) {
         if self.has_finished() {
             return;

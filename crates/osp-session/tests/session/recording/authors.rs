@@ -104,7 +104,7 @@ fn what_is_not_the_authors_is_refused_with_its_line() {
         ),
         (
             "Leave(t:1,author:2)\nUndo(t:1,author:2)\n",
-            "line 5: expected an author who is there: author 2 has left",
+            "line 5: expected an author who is present: author 2 has left",
         ),
         ("Join(t:0,author:2)\n", "line 4: expected author 3 to join"),
     ];

@@ -89,7 +89,7 @@ fn strokes_groups_and_events_are_limited() {
     let group = "Group(t:0,group:1,strokes:[])\n";
     refuses(&group.repeat(8), group, "8 groupings", "0 strokes, 0 points, 0 faces, 8 groupings");
     let undo = "Undo(t:0)\n";
-    refuses(&undo.repeat(128), undo, "128 events and strokes that edits name", "0 strokes");
+    refuses(&undo.repeat(128), undo, "128 events and strokes in edits", "0 strokes");
 }
 
 /// Undo stores the strokes that a move lists, so many moves of many strokes take memory.

@@ -58,8 +58,8 @@ pub(super) fn fill(file: &File, seen: &[Seen], header: &mut Header) {
     );
     leave_out(
         missing,
-        "light that is not one of the two brightest from far away",
-        "lights that are not among the two brightest from far away",
+        "light that is not one of the two brightest directional ones",
+        "lights that are not among the two brightest directional ones",
     );
     leave_out(root.textures.len(), "texture", "textures");
     leave_out(

@@ -244,7 +244,6 @@ pub(super) fn similarity(m: DMat3) -> Option<(DQuat, f64)> {
     (is_even && is_square).then(|| (DQuat::from_mat3(&unit).normalize(), scale))
 }
 
-/// Whether a transform is the identity.
 fn is_identity(to: &Transform) -> bool {
     *to == Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0 }
 }
