@@ -4,12 +4,12 @@
 //! [`polygon`](crate::polygon), [`index`](crate::index), [`view`](crate::view) and [`occlusion`](crate::occlusion).
 
 mod clock;
+mod idle_backoff;
 mod occlusion_pass;
 mod pass;
 mod pipeline;
 mod previous_frame_pass;
 mod record;
-mod rest;
 mod spaces;
 
 pub use occlusion_pass::PassConfig;

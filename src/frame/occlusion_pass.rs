@@ -1,7 +1,7 @@
 use std::ops::Range;
 
 use crate::{
-    frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass, rest::Rest},
+    frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass, idle_backoff::IdleBackoff},
     occlusion::{
         AutoConfig, AutoSwitch, CullConfig, MakeCuller, NodeTest, Occlusion, OcclusionConfig, OcclusionStage,
         Outcome, Score, SelectConfig, ShadowVolume, ViewInput, work_ns,
@@ -117,12 +117,12 @@ pub struct OcclusionPass {
     stage: OcclusionStage,
     switch: Option<AutoSwitch>,
     /// Pauses after frames without hidden polygons; used only if `switch` is `None`.
-    rest: Rest,
+    idle: IdleBackoff,
     /// Whether many polygons were inserted while no occluders were selected. The best occluders may then not be
     /// candidates yet.
     came_unseen: bool,
     /// The method [`Occlusion::PreviousFrame`] for `switch`, if it can ever save enough time.
-    last: Option<PreviousFramePass>,
+    previous_frame: Option<PreviousFramePass>,
     /// Number of frames since `last` was used.
     since_last: u32,
     /// Whether the last frame was culled by `last`.
@@ -151,13 +151,13 @@ impl OcclusionPass {
         let auto = AutoConfig { polygon_ns: config.polygon_ns, ..AutoConfig::default() };
         let is_auto = config.choice == Occlusion::Auto;
         let switch = is_auto.then(|| AutoSwitch::new(auto));
-        let has_last = switch.as_ref().is_some_and(|switch| switch.can_previous_frame_pay());
+        let has_previous_frame = switch.as_ref().is_some_and(|switch| switch.can_previous_frame_pay());
         Self {
             stage,
             switch,
-            rest: Rest::default(),
+            idle: IdleBackoff::default(),
             came_unseen: false,
-            last: has_last.then(|| PreviousFramePass::new(capacity)),
+            previous_frame: has_previous_frame.then(|| PreviousFramePass::new(capacity)),
             since_last: u32::MAX,
             by_last: false,
             occluders: config.occluders(),
@@ -191,7 +191,7 @@ impl OcclusionPass {
 
     /// Passes every change to the previous-frame method, even if the frame does not use this method.
     fn follow_last(&mut self, changes: &[Change]) {
-        if let Some(last) = &mut self.last {
+        if let Some(last) = &mut self.previous_frame {
             last.follow(changes);
         }
     }
@@ -296,7 +296,7 @@ impl Pass for OcclusionPass {
         if self.switch.is_none() {
             let stage = &self.stage;
             let comes_large = || stage.comes_large(geometry, changes, views);
-            if self.rest.leaves_out(seen, views, comes_large) {
+            if self.idle.leaves_out(seen, views, comes_large) {
                 self.stage.follow_roughly(geometry, changes, 0.0);
                 record.select = clock.since(start);
                 return record;
@@ -324,7 +324,7 @@ impl Pass for OcclusionPass {
         if is_off {
             return record;
         }
-        if let Some(last) = self.last.as_mut().filter(|_| is_by_last) {
+        if let Some(last) = self.previous_frame.as_mut().filter(|_| is_by_last) {
             let start = clock.start();
             if self.since_last > LONGEST_MEMORY {
                 last.forget(in_view.len());
@@ -351,19 +351,19 @@ impl Pass for OcclusionPass {
         record.occluded = seen - drawn.min(seen);
         self.came_unseen &= self.stage.is_behind(geometry);
         if !self.came_unseen {
-            self.rest.note(record.occluded, seen, views);
+            self.idle.note(record.occluded, seen, views);
         }
         self.note(&record, work_cost_ns);
         record
     }
 
     fn drawn(&self) -> &[VisibleBlocks] {
-        self.last.as_ref().filter(|_| self.by_last).map_or(&self.drawn, |last| last.drawn())
+        self.previous_frame.as_ref().filter(|_| self.by_last).map_or(&self.drawn, |last| last.drawn())
     }
 
     fn set_occluders(&mut self, occluders: Option<usize>) {
         self.config.occluders = occluders;
-        self.rest = Rest::default();
+        self.idle = IdleBackoff::default();
         self.occluders = self.config.occluders();
         self.stage.set_culler((self.make)(self.occluders), self.occluders);
     }
@@ -378,8 +378,8 @@ impl Pass for OcclusionPass {
             self.occluders = self.config.occluders();
             self.stage.set_culler((self.make)(self.occluders), self.occluders);
         }
-        if self.last.is_none() && switch.can_previous_frame_pay() {
-            self.last = Some(PreviousFramePass::new(self.capacity));
+        if self.previous_frame.is_none() && switch.can_previous_frame_pay() {
+            self.previous_frame = Some(PreviousFramePass::new(self.capacity));
         }
     }
 }

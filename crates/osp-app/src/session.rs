@@ -156,7 +156,7 @@ impl Session {
             return StrokeId(live.new_number());
         }
         // In a session of several authors each one has a range of numbers. This window has the first range.
-        let last = if self.knows_authors() { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };
+        let last = if self.has_authors() { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };
         self.model.new_stroke(last)
     }
 
@@ -170,7 +170,7 @@ impl Session {
     }
 
     /// Whether the session can have several authors.
-    pub fn knows_authors(&self) -> bool {
+    pub fn has_authors(&self) -> bool {
         self.header().format >= AUTHORS_FORMAT
     }
 
@@ -283,7 +283,7 @@ impl Session {
 
     /// Appends the changes since the last call to `out`.
     pub fn take_changes(&mut self, out: &mut Vec<Change>) {
-        self.model.scene.let_go();
+        self.model.scene.free_unreachable();
         out.append(&mut self.model.changes);
     }
 

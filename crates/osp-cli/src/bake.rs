@@ -116,7 +116,7 @@ fn model(args: &BakeArgs) -> anyhow::Result<(Scene, Aabb)> {
         }
         scene.apply(&event, &mut changes);
         changes.clear();
-        scene.let_go();
+        scene.free_unreachable();
     }
     session.warn();
     Ok((scene, heads))

@@ -44,7 +44,7 @@ const MOST_MOVING: u32 = 1_000_000;
 
 pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     ensure!(
-        !args.files.is_empty() || !args.no_growth || args.paper.is_asked(),
+        !args.files.is_empty() || !args.no_growth || args.paper.is_given(),
         "nothing to measure: name a session, or leave --no-growth out"
     );
     let rig = args.rig.path()?;
@@ -72,12 +72,12 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
                 rays.append(cast_rays(args, &kinds, &model, &progress));
             }
         }
-        if args.paper.is_asked() {
+        if args.paper.is_given() {
             let events = OpenSession::open(file, &args.reading)?;
             paper.append(measure_paper(args, &opened, events, adapter.as_ref(), &progress)?);
         }
     }
-    if args.files.is_empty() && args.paper.is_asked() {
+    if args.files.is_empty() && args.paper.is_given() {
         let events = || synthesize(SynthKind::Room, bench_paper::SYNTHETIC, 1);
         let (summary, scene, read) = summarize(events(), args.pace);
         read?;
@@ -247,7 +247,7 @@ fn cast_rays(args: &BenchArgs, kinds: &[Contender], model: &RaysModel, progress:
     let config = RaysConfig {
         kinds: kinds.to_vec(),
         reference: args.reference,
-        questions: if args.quick { 64 } else { 512 },
+        queries: if args.quick { 64 } else { 512 },
         budget_secs: if args.quick { 0.004 } else { 0.15 },
     };
     let shown = one_line(&model.recording).into_owned();

@@ -8,7 +8,7 @@ use osp_rivals::MAX_MAX_DEPTH;
 
 /// Whether `--paper` also runs the other parts of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Which {
+enum PaperParts {
     /// Only the paper's experiments.
     Alone,
     /// Also the other parts of the report.
@@ -21,7 +21,7 @@ pub(super) struct PaperArgs {
     /// Repeat the experiments of the paper, on a synthetic session if none is given. They run alone, or after the other
     /// parts (`--paper=also`).
     #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "alone", require_equals = true)]
-    paper: Option<Which>,
+    paper: Option<PaperParts>,
     /// With --paper: draw the frames on the graphics adapter, so that their times include drawing [default size: 1280x720].
     /// Without an adapter, or without the feature `render`, osp draws nothing and reports that.
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true,
@@ -49,12 +49,12 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 
 impl PaperArgs {
     /// Whether to run the paper's experiments.
-    pub(super) fn is_asked(&self) -> bool {
+    pub(super) fn is_given(&self) -> bool {
         self.paper.is_some()
     }
 
     /// Whether to measure nothing else.
     pub(super) fn is_alone(&self) -> bool {
-        self.paper == Some(Which::Alone)
+        self.paper == Some(PaperParts::Alone)
     }
 }

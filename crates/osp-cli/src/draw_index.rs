@@ -3,7 +3,7 @@
 use anyhow::{anyhow, ensure};
 
 use super::{
-    draw_index_args::{Colors, DrawIndexArgs, From, Shown},
+    draw_index_args::{Colors, DrawIndexArgs, Shown, SideArg},
     outcome::Outcome,
     output::{file_name, one_line, print_result, warn},
     outputs::{Outputs, ending},
@@ -141,7 +141,7 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-impl From {
+impl SideArg {
     /// The side from which a picture shows the space.
     pub(super) fn side(self) -> Side {
         match self {

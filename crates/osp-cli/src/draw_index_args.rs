@@ -39,8 +39,8 @@ pub(super) struct DrawIndexArgs {
     #[arg(long = "as", value_enum, default_value_t = Shown::Space)]
     pub(super) shown: Shown,
     /// Side from which the cells are seen.
-    #[arg(long, value_enum, default_value_t = From::Front)]
-    pub(super) from: From,
+    #[arg(long, value_enum, default_value_t = SideArg::Front)]
+    pub(super) from: SideArg,
     /// Draw at most the upper N levels.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) levels: Option<u32>,
@@ -72,7 +72,7 @@ pub(super) enum Shown {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum From {
+pub(super) enum SideArg {
     /// x to the right, y up.
     Front,
     /// From above: x to the right, z down.

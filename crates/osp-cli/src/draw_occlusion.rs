@@ -3,7 +3,7 @@
 use anyhow::{Context, anyhow, ensure};
 
 use super::{
-    draw_index_args::From,
+    draw_index_args::SideArg,
     draw_occlusion_args::{DrawOcclusionArgs, Form},
     gif_file::GifFile,
     outcome::Outcome,
@@ -121,8 +121,8 @@ fn most_planes(trees: &[ShadowSteps]) -> usize {
 
 /// Selects the side from which the picture shows the shadows. If the eye looks down, its shadows lie below it, so a
 /// view from above would not show them.
-fn side_of(asked: Option<From>, view: &View) -> Side {
-    match asked {
+fn side_of(given: Option<SideArg>, view: &View) -> Side {
+    match given {
         Some(from) => from.side(),
         None => {
             let along = view.forward_in_world().abs();
@@ -175,6 +175,6 @@ mod tests {
         assert_eq!(side(Vec3::new(0.6, -2.0, 0.5)), Side::Front);
         assert_eq!(side(Vec3::new(0.1, 2.0, 0.5)), Side::Right);
         let down = View::look_at(Vec3::ZERO, Vec3::NEG_Y, Projection::symmetric(60.0, 1.0, 0.1, 9.0));
-        assert_eq!(side_of(Some(From::Top), &down), Side::Top);
+        assert_eq!(side_of(Some(SideArg::Top), &down), Side::Top);
     }
 }

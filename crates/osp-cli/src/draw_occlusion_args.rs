@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::{
-    draw_index_args::From, numbers, occlusion_test_args::score_parser, parsers::camera_parser,
+    draw_index_args::SideArg, numbers, occlusion_test_args::score_parser, parsers::camera_parser,
     played::FrameArgs,
 };
 use osp::occlusion::Score;
@@ -51,7 +51,7 @@ pub(super) struct DrawOcclusionArgs {
     pub(super) score: Score,
     /// The side from which the shadows are seen [default: top, or a side if the eye looks up or down].
     #[arg(long, value_enum)]
-    pub(super) from: Option<From>,
+    pub(super) from: Option<SideArg>,
     /// Planes that each picture of a .gif adds [default: 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) every: Option<u32>,

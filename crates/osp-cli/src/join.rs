@@ -28,7 +28,7 @@ use osp_net::live::{Address, Connection, Link, News, Status, header};
 use osp_session::{output_file::is_same_file, recording::Event};
 
 /// Longest wait at the end until the session has all of this program's strokes.
-const FAREWELL: Duration = Duration::from_secs(3);
+const CLOSING_TIME: Duration = Duration::from_secs(3);
 /// Longest time for the final report after a signal.
 const REPORT: Duration = Duration::from_secs(20);
 /// Interval at which the recording is flushed to its file and the connection is checked.
@@ -68,7 +68,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
     let link = Link::open(&address, &args.server.options(args.watch, &args.name), || {})?;
     let ending = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
-    shared::end_on_signals(&ending, FAREWELL + REPORT);
+    shared::end_on_signals(&ending, CLOSING_TIME + REPORT);
     let is_done = AtomicBool::new(false);
     let mut member = Member {
         args,
@@ -110,7 +110,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
         Ok(played) => played,
         Err(error) => {
             let undelivered = link.status().pending as u64 + member.refused;
-            if let Some(problem) = unheard(undelivered) {
+            if let Some(problem) = missing_events(undelivered) {
                 warn(&format!("error: {problem}"));
             }
             return Err(error);
@@ -172,7 +172,7 @@ impl Member<'_> {
                     self.link.hand().leave();
                 }
             }
-            let is_late = leaving.is_some_and(|since: Instant| since.elapsed() >= FAREWELL);
+            let is_late = leaving.is_some_and(|since: Instant| since.elapsed() >= CLOSING_TIME);
             // An event that has not been written yet may be the arrival of another author.
             let is_empty = is_quiet && self.was_there && self.there == 0 && self.link.status().has_caught_up;
             let is_enough = match self.args.until_empty {
@@ -250,7 +250,7 @@ impl Member<'_> {
     fn report(self, played: Option<u64>) -> anyhow::Result<Outcome> {
         let status = self.link.status();
         let undelivered = status.pending as u64 + self.refused;
-        let shut_out = if self.args.watch { None } else { shut_out(self.address, &status) };
+        let refusal = if self.args.watch { None } else { refusal(self.address, &status) };
         let report = Report {
             address: self.address.to_string(),
             latency: self.link.latency(),
@@ -265,19 +265,19 @@ impl Member<'_> {
             true => report.print_json()?,
             false => print_result(&report.text())?,
         }
-        let problems = [unheard(undelivered), shut_out];
+        let problems = [missing_events(undelivered), refusal];
         problems.iter().flatten().for_each(|problem| warn(&format!("error: {problem}")));
         Ok(if problems.iter().any(Option::is_some) { Outcome::CheckFailed } else { Outcome::Done })
     }
 }
 
 /// Returns the error text if some of this program's events are not in the session.
-fn unheard(events: u64) -> Option<String> {
+fn missing_events(events: u64) -> Option<String> {
     (events > 0).then(|| format!("{} events of this member are not in the session", thousands(events)))
 }
 
 /// Returns the reason for which an author is not in the session, and a remedy.
-fn shut_out(address: &Address, status: &Status) -> Option<String> {
+fn refusal(address: &Address, status: &Status) -> Option<String> {
     match (&status.connection, status.author) {
         (Connection::Crowded, _) => {
             Some(format!("this member has not joined {address}: too many have joined; try again later"))
@@ -327,7 +327,7 @@ mod tests {
         let address: Address = "nats://127.0.0.1/house".parse().expect("an address");
         let told = |connection: Connection, author: Option<u32>| {
             let status = Status { connection, author: author.map(Author), ..Status::default() };
-            shut_out(&address, &status).unwrap_or_default()
+            refusal(&address, &status).unwrap_or_default()
         };
         let newcomer = told(Connection::Full, None);
         assert!(

@@ -125,7 +125,7 @@ impl Report {
             thousands(counts.reopened),
             thousands(counts.connections),
         ));
-        if counts.passed_over() > 0 {
+        if counts.ignored() > 0 {
             lines.push(format!(
                 "  {:<11} {} duplicates, {} gaps, {} of strangers, {} garbage, {} refused, {} beyond limits",
                 "ignored",

@@ -101,7 +101,7 @@ fn finished(file: &Path, reading: &ReadArgs) -> anyhow::Result<Scene> {
     for event in &mut session {
         scene.apply(&event?, &mut changes);
         changes.clear();
-        scene.let_go();
+        scene.free_unreachable();
     }
     session.warn();
     let skipped = session.notes().skipped;

@@ -188,15 +188,15 @@ pub(super) struct PlayArgs {
     /// Index for the polygons of a group that moves. `polygons` updates each polygon in every frame in which the group
     /// moves. `whole` keeps the polygons in a second index, in the group's own space. The results are the same. A
     /// window always uses `whole`.
-    #[arg(long, value_enum, default_value_t = GroupFiling::Polygons)]
-    pub(super) groups: GroupFiling,
+    #[arg(long, value_enum, default_value_t = GroupIndexing::Polygons)]
+    pub(super) groups: GroupIndexing,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
 }
 
 /// Index for the polygons of groups that move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum GroupFiling {
+pub(super) enum GroupIndexing {
     /// In the main index, each by its box in the world.
     Polygons,
     /// In an index of their own for each group.
@@ -244,7 +244,7 @@ impl PlayArgs {
             self.pace,
             self.camera.name(),
             self.budget,
-            if self.groups == GroupFiling::Whole { "whole" } else { "polygons" },
+            if self.groups == GroupIndexing::Whole { "whole" } else { "polygons" },
         );
         line += &self.settings.in_one_line();
         if let Some(cut_nodes) = self.cut_nodes.cut_nodes {

@@ -9,7 +9,7 @@ use super::{
     allocations,
     output::{file_name, warn},
     progress,
-    replay_args::{GroupFiling, PlayArgs, ReplayArgs},
+    replay_args::{GroupIndexing, PlayArgs, ReplayArgs},
     session::{OpenSession, Reader},
 };
 use osp::{
@@ -132,7 +132,7 @@ pub(super) fn replay(
     let mut verified = 0;
     let progress = (around.progress)(summary.frames, &name);
     let mut player = Player::new(session, args.play.pace);
-    if args.play.groups == GroupFiling::Whole {
+    if args.play.groups == GroupIndexing::Whole {
         player = player.keeping_groups_whole();
     }
     let mut replay = Replay::new(player, camera, lanes);

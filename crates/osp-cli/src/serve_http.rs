@@ -45,7 +45,7 @@ const STALL_TIME: Duration = Duration::from_secs(10);
 /// again to end.
 const CONNECTION_TIME: Duration = Duration::from_secs(300);
 /// Time for unfinished answers when a signal arrives.
-const FAREWELL: Duration = Duration::from_secs(2);
+const CLOSING_TIME: Duration = Duration::from_secs(2);
 /// Pause after an attempt to accept a connection has failed.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 /// Files smaller than this are sent uncompressed.
@@ -103,7 +103,7 @@ async fn serve(args: &ServeArgs, folder: PathBuf) -> anyhow::Result<()> {
     }
     drop(listener);
     // All places are free when all answers have ended. Slower answers are cut off.
-    let _ = timeout(FAREWELL, free.acquire_many(MOST_CONNECTIONS as u32)).await;
+    let _ = timeout(CLOSING_TIME, free.acquire_many(MOST_CONNECTIONS as u32)).await;
     Ok(())
 }
 
@@ -143,11 +143,11 @@ async fn hold(
     let _ = timeout(CONNECTION_TIME, connection).await;
 }
 
-/// Ends the server on Ctrl-C and other signals. Unfinished answers then have `FAREWELL` to end.
+/// Ends the server on Ctrl-C and other signals. Unfinished answers then have `CLOSING_TIME` to end.
 fn end_on_signals(end: watch::Sender<bool>) {
-    osp_session::atomic_file::before_a_signal_ends(Some(Box::new(move || {
+    osp_session::atomic_file::on_signal(Some(Box::new(move || {
         end.send_replace(true);
         // The program normally ends by itself before this; if it does not, the signal ends it.
-        std::thread::sleep(2 * FAREWELL);
+        std::thread::sleep(2 * CLOSING_TIME);
     })));
 }

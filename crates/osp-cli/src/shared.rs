@@ -52,7 +52,7 @@ impl ServerArgs {
 #[cfg(unix)]
 pub(super) fn end_on_signals(ending: &Arc<AtomicBool>, time: Duration) {
     let ending = Arc::clone(ending);
-    osp_session::atomic_file::before_a_signal_ends(Some(Box::new(move || {
+    osp_session::atomic_file::on_signal(Some(Box::new(move || {
         // The program normally ends by itself before this; if it does not, the signal ends it.
         ending.store(true, Ordering::Relaxed);
         thread::sleep(time);

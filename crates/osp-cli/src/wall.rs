@@ -15,7 +15,7 @@ use super::{
     outcome::Outcome,
     output::{print_result, warn},
     shared,
-    wall_args::{WallArgs, WayArgs, What},
+    wall_args::{ConnectionArgs, WallArgs, What},
     wall_text::{counts_text, text},
 };
 use osp_net::{
@@ -32,8 +32,8 @@ use osp_session::{
 const NAP: Duration = Duration::from_millis(20);
 
 pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
-    if let Some(What::Status { address, way }) = &args.what {
-        return status(address, way);
+    if let Some(What::Status { address, connection }) = &args.what {
+        return status(address, connection);
     }
     #[cfg(feature = "window")]
     anyhow::ensure!(
@@ -41,7 +41,7 @@ pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
         "--tracker: expected --hub, which sends the head's position to the computers of the wall"
     );
     let Some(address) = &args.address else { bail!("expected an ADDRESS") };
-    let address = args.way.server.address(address)?;
+    let address = args.connection.server.address(address)?;
     let Some((rig, stereo)) = args.rig.open()? else {
         bail!("expected --rig, with the screens of the wall");
     };
@@ -54,9 +54,9 @@ pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
     }
 }
 
-fn status(address: &str, way: &WayArgs) -> anyhow::Result<Outcome> {
-    let report = ask(&way.server.address(address)?, way.server.tls_ca.clone())?;
-    print_result(&if way.json { serde_json::to_string_pretty(&report)? } else { text(&report) })?;
+fn status(address: &str, connection: &ConnectionArgs) -> anyhow::Result<Outcome> {
+    let report = ask(&connection.server.address(address)?, connection.server.tls_ca.clone())?;
+    print_result(&if connection.json { serde_json::to_string_pretty(&report)? } else { text(&report) })?;
     Ok(if report.is_well() { Outcome::Done } else { Outcome::CheckFailed })
 }
 
@@ -68,7 +68,7 @@ impl WallArgs {
 
     fn hub_options(&self, rig: Rig, stereo: Stereo, motion: RoomMotion) -> HubOptions {
         HubOptions {
-            certificates: self.way.server.tls_ca.clone(),
+            certificates: self.connection.server.tls_ca.clone(),
             rig,
             stereo,
             motion,
@@ -104,7 +104,11 @@ impl WallArgs {
             }
         }
         let report = hub.report();
-        print_result(&if self.way.json { serde_json::to_string_pretty(&report)? } else { text(&report) })?;
+        print_result(&if self.connection.json {
+            serde_json::to_string_pretty(&report)?
+        } else {
+            text(&report)
+        })?;
         Ok(Outcome::Done)
     }
 
@@ -116,7 +120,7 @@ impl WallArgs {
         screen: &str,
         ending: &AtomicBool,
     ) -> anyhow::Result<Outcome> {
-        let certificates = self.way.server.tls_ca.clone();
+        let certificates = self.connection.server.tls_ca.clone();
         let host = host_name();
         let options = NodeOptions { certificates, rig, stereo, screen: screen.to_owned(), host };
         let started = Instant::now();
@@ -130,7 +134,7 @@ impl WallArgs {
                 super::built::refuse("osp wall --node without --headless", &needed)?
             }
         };
-        print_result(&if self.way.json {
+        print_result(&if self.connection.json {
             serde_json::to_string_pretty(&counts)?
         } else {
             counts_text(&counts)
@@ -167,7 +171,7 @@ struct TrackedHead {
     #[cfg(feature = "window")]
     rig: Rig,
     head: (Vec3, Quat),
-    heard: Instant,
+    last_pose: Instant,
     /// Whether the lack of messages has been reported.
     is_missed: bool,
 }
@@ -180,7 +184,7 @@ impl TrackedHead {
         args.tracker.check()?;
         let tracker = Tracker::open(address, &args.tracker.options()?, || {})?;
         let head = (rig.head, Quat::IDENTITY);
-        Ok(Some(Self { tracker, rig: rig.clone(), head, heard: Instant::now(), is_missed: false }))
+        Ok(Some(Self { tracker, rig: rig.clone(), head, last_pose: Instant::now(), is_missed: false }))
     }
 
     #[cfg(not(feature = "window"))]
@@ -195,7 +199,7 @@ impl TrackedHead {
             if let osp_app::tracker::Message::Head { p, q } = message {
                 let of_rig = self.rig.room_from_tracker;
                 self.head = (of_rig.point(p), of_rig.turn(q));
-                self.heard = Instant::now();
+                self.last_pose = Instant::now();
             }
         }
         self.head
@@ -203,7 +207,7 @@ impl TrackedHead {
 
     /// Returns a new message about the tracker, if any.
     fn news(&mut self) -> Option<&'static str> {
-        let is_missed = self.heard.elapsed() > Duration::from_secs(1);
+        let is_missed = self.last_pose.elapsed() > Duration::from_secs(1);
         let is_new = std::mem::replace(&mut self.is_missed, is_missed) != is_missed;
         is_new.then_some(match is_missed {
             true => "the tracker has sent no pose of the head for a second",

@@ -69,12 +69,12 @@ pub(super) struct WallArgs {
     #[arg(long = "for", value_name = "SECS", value_parser = numbers::seconds)]
     pub(super) for_secs: Option<f64>,
     #[command(flatten)]
-    pub(super) way: WayArgs,
+    pub(super) connection: ConnectionArgs,
 }
 
 /// Access to the server, and form of the output.
 #[derive(Args, Debug)]
-pub(super) struct WayArgs {
+pub(super) struct ConnectionArgs {
     #[command(flatten)]
     pub(super) server: ServerArgs,
     /// Print the summary as one JSON object.
@@ -91,7 +91,7 @@ pub(super) enum What {
         #[arg(value_name = "ADDRESS")]
         address: String,
         #[command(flatten)]
-        way: WayArgs,
+        connection: ConnectionArgs,
     },
 }
 

@@ -138,7 +138,7 @@ pub struct Oracle {
     sight: Vec<Sight>,
 }
 
-const NOBODY: u32 = u32::MAX;
+const NO_FACET: u32 = u32::MAX;
 
 impl std::fmt::Debug for Oracle {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -162,7 +162,7 @@ impl Oracle {
             facets: Vec::new(),
             facets_of: Vec::new(),
             ids: Vec::new(),
-            owner: vec![NOBODY; width * height],
+            owner: vec![NO_FACET; width * height],
             depth: vec![0.0; width * height],
             bins: Vec::new(),
             binned: Vec::new(),
@@ -253,7 +253,7 @@ impl Oracle {
             }
         }
         for &facet in &self.owner {
-            if facet != NOBODY {
+            if facet != NO_FACET {
                 self.sight[self.facets[facet as usize].subject as usize] = Sight::Visible;
             }
         }
@@ -353,7 +353,7 @@ impl Oracle {
         };
         // The owner of the pixel is tested first, because it most likely blocks the ray.
         let owner = self.owner[py * self.width + px];
-        if owner != NOBODY && stops(owner) {
+        if owner != NO_FACET && stops(owner) {
             return true;
         }
         let bin = py / BIN * self.width.div_ceil(BIN) + px / BIN;

@@ -44,7 +44,7 @@ pub(super) struct GpuScene {
     /// For each chunk, whether the scene has released all its polygons, so that the placeholder replaces it.
     is_free: Vec<bool>,
     /// Number of polygons that the scene had released at the last [`GpuScene::flush`].
-    let_go: u64,
+    free_unreachable: u64,
     pages: Vec<wgpu::BindGroup>,
     /// A buffer that is bound instead of chunks that do not exist.
     placeholder: wgpu::Buffer,
@@ -79,7 +79,7 @@ impl GpuScene {
             indices: create_indices(gpu, FIRST_LEN.min(draw_len.max(1))),
             chunks: Vec::new(),
             is_free: Vec::new(),
-            let_go: 0,
+            free_unreachable: 0,
             pages: Vec::new(),
             placeholder: create_chunk(gpu, 1),
             layout,
@@ -213,8 +213,8 @@ impl GpuScene {
     /// Sends polygons that are new or have moved; returns the number of bytes sent.
     pub(super) fn flush(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
         let mut bytes = 0;
-        if self.let_go != scene.let_go_count() {
-            self.let_go = scene.let_go_count();
+        if self.free_unreachable != scene.let_go_count() {
+            self.free_unreachable = scene.let_go_count();
             self.free_chunks(gpu, scene);
         }
         let mut placed = std::mem::take(&mut self.placed);
@@ -275,7 +275,7 @@ impl GpuScene {
             let (chunk, first) = (at / self.chunk_len, at % self.chunk_len);
             let count = (range.end - at).min(self.chunk_len - first).min(TRANSFER);
             if self.is_free[chunk] {
-                if scene.are_let_go(at..at + count) {
+                if scene.are_freed(at..at + count) {
                     at += count;
                     continue;
                 }
@@ -298,7 +298,7 @@ impl GpuScene {
     fn free_chunks(&mut self, gpu: &Gpu, scene: &Scene) {
         for chunk in 0..self.uploaded / self.chunk_len {
             let polygons = chunk * self.chunk_len..(chunk + 1) * self.chunk_len;
-            if !self.is_free[chunk] && scene.are_let_go(polygons) {
+            if !self.is_free[chunk] && scene.are_freed(polygons) {
                 self.put_chunk(gpu, chunk, self.placeholder.clone(), true);
             }
         }

@@ -333,12 +333,12 @@ fn own_copy(stream: &impl std::os::windows::io::AsHandle) -> io::Result<File> {
 }
 
 /// Prints a message before a signal ends the program.
-type LastWords = Box<dyn Fn() + Send>;
-static LAST_WORDS: Mutex<Option<LastWords>> = Mutex::new(None);
+type SignalMessage = Box<dyn Fn() + Send>;
+static SIGNAL_MESSAGE: Mutex<Option<SignalMessage>> = Mutex::new(None);
 
 /// Sets the function that prints a message before a signal ends the program; `None` removes the function.
-pub fn before_a_signal_ends(words: Option<LastWords>) {
-    *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = words;
+pub fn on_signal(words: Option<SignalMessage>) {
+    *SIGNAL_MESSAGE.lock().unwrap_or_else(PoisonError::into_inner) = words;
 }
 
 /// Removes the unfinished files when a signal ends the program. The signal's default action then follows.
@@ -364,7 +364,7 @@ pub fn remove_unfinished_on_signals() -> io::Result<()> {
             for path in all.iter() {
                 let _ = fs::remove_file(path);
             }
-            if let Some(words) = &*LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) {
+            if let Some(words) = &*SIGNAL_MESSAGE.lock().unwrap_or_else(PoisonError::into_inner) {
                 words();
             }
             // For these signals this call does not return.

@@ -99,7 +99,7 @@ fn groups_that_move_as_a_whole_are_seen_as_if_each_polygon_were_filed_anew() {
             let mut answers = Vec::new();
             for (scene, pipeline) in scenes.iter_mut().zip(&mut pipelines) {
                 let mut changes = Vec::new();
-                scene.let_go();
+                scene.free_unreachable();
                 scene.apply_all(&events, &mut changes);
                 places += changes.iter().filter(|change| matches!(change, Change::Place(_))).count();
                 let record = pipeline.frame_of_views(scene, &changes, &views);

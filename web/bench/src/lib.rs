@@ -35,7 +35,7 @@ const SESSION_SECS: f64 = 0.1;
 const GROWTH_SECS: f64 = 0.15;
 const RAYS_SECS: f64 = 0.004;
 const MOVING_SECS: f64 = 0.01;
-const QUESTIONS: usize = 64;
+const QUERIES: usize = 64;
 const BATCH: u32 = 8;
 const FLIGHT_FRAMES: u64 = 360;
 /// Number of frames between two progress reports.
@@ -98,7 +98,7 @@ fn run(path: &str, browser: &str, tell: &dyn Fn(&str)) -> Result<BenchReport, Js
         budget_secs: GROWTH_SECS,
     };
     rows.append(bench::grow(&growth, |what| tell(what))?);
-    let rays = RaysConfig { kinds: kinds.clone(), reference, questions: QUESTIONS, budget_secs: RAYS_SECS };
+    let rays = RaysConfig { kinds: kinds.clone(), reference, queries: QUERIES, budget_secs: RAYS_SECS };
     let mut models = vec![RaysModel::of_scene(&name, &scene, root)];
     for size in SIZES {
         models.push(RaysModel::synthetic(size)?);

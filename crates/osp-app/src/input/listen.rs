@@ -127,7 +127,7 @@ impl Studio {
         message: &Message,
     ) -> Option<(Author, Option<Vec3>)> {
         let session = &mut self.session;
-        let is_of_several = session.knows_authors() && !session.is_shared();
+        let is_of_several = session.has_authors() && !session.is_shared();
         let Some((senders, from)) = self.input.senders.as_mut().zip(from).filter(|_| is_of_several) else {
             let next = || session.new_stroke();
             let erased = self.input.hands.take(t, message, next, &mut self.events);

@@ -81,6 +81,6 @@ impl Model {
     pub(super) fn apply_read(&mut self, events: &[Event]) {
         self.apply(events);
         self.changes.clear();
-        self.scene.let_go();
+        self.scene.free_unreachable();
     }
 }

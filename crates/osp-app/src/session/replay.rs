@@ -194,7 +194,7 @@ impl Replay {
         while state.moment.frame < frames {
             // `difference` below includes these changes.
             self.changes.clear();
-            state.scene.let_go();
+            state.scene.free_unreachable();
             state.play(self.recorded.of(state.moment.frame), &mut self.changes);
         }
         let jump = difference(&model.scene, &state.scene);

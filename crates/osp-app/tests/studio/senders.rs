@@ -152,14 +152,14 @@ fn a_file_that_is_new_is_begun_as_one_of_several_authors_if_that_is_asked_for() 
         let how = Opening { of_several, ..Opening::with(Access::Write) };
         let (mut document, _) =
             Session::open_as(&folder.path().join(name), &autosaves, how).expect("a session");
-        assert_eq!(document.knows_authors(), of_several);
+        assert_eq!(document.has_authors(), of_several);
         let head = Event::Head { author: Author::SOLE, t: 0.0, p: Vec3::ZERO, q: Quat::IDENTITY };
         assert!(document.apply(head));
         document.close().expect("written");
         // The session keeps its number of authors.
         let how = Opening { of_several: !of_several, ..how };
         let (document, _) = Session::open_as(&folder.path().join(name), &autosaves, how).expect("a session");
-        assert_eq!(document.knows_authors(), of_several);
+        assert_eq!(document.has_authors(), of_several);
         document.close().expect("written");
     }
 }

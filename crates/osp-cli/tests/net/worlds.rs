@@ -35,7 +35,7 @@ fn session(kind: SynthKind, polygons: u32, seed: u64) -> Scene {
     for event in synthesize(kind, polygons, seed) {
         scene.apply(&event.expect("an event"), &mut changes);
         changes.clear();
-        scene.let_go();
+        scene.free_unreachable();
     }
     scene
 }

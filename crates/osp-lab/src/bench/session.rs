@@ -11,7 +11,7 @@ use osp::{
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Event, Pace, RecordingError},
-    replay::{Budget, CameraPath, Lane, Player, Replay, RigPath, STRETCHES, Summary, stretch_of_frame},
+    replay::{Budget, CameraPath, Lane, PARTS_OF_SESSION, Player, Replay, RigPath, Summary, part_of_frame},
 };
 
 const PART: &str = "session";
@@ -157,12 +157,12 @@ fn balanced(records: &[FrameRecord], frames: u64) -> Vec<FrameRecord> {
     if records.len() as u64 == frames {
         return records.to_vec();
     }
-    let stretch = |record: &FrameRecord| stretch_of_frame(record.frame, frames);
-    let chunks = || records.chunk_by(|a, b| stretch(a) == stretch(b));
+    let part = |record: &FrameRecord| part_of_frame(record.frame, frames);
+    let chunks = || records.chunk_by(|a, b| part(a) == part(b));
     // The last parts of a short session have fewer frames, or none.
     let mut lengths: Vec<usize> = chunks().map(<[FrameRecord]>::len).collect();
     lengths.sort_unstable();
-    debug_assert!(lengths.len() as u64 <= STRETCHES);
+    debug_assert!(lengths.len() as u64 <= PARTS_OF_SESSION);
     let Some(&few) = lengths.get(lengths.len() / 8) else { return Vec::new() };
     let some = |chunk: &[FrameRecord]| {
         let count = few.min(chunk.len());
@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn each_stretch_counts_alike_and_a_disturbed_one_does_not_empty_the_others() {
         // Every eighth frame of the second half, and one frame of the very last part.
-        let frames = 64 * STRETCHES;
+        let frames = 64 * PARTS_OF_SESSION;
         let is_measured = |&frame: &u64| match frame {
             early if early < frames / 2 => true,
             late if late < frames - 64 => late % 8 == 0,
@@ -241,8 +241,8 @@ mod tests {
             (0..frames).filter(is_measured).map(|frame| record(frame, 1)).collect();
         let fair = balanced(&records, frames);
         let late = fair.iter().filter(|record| record.frame >= frames / 2).count() as u64;
-        assert_eq!(fair.len() as u64 - late, 8 * STRETCHES / 2);
-        assert_eq!(late, 8 * (STRETCHES / 2 - 1) + 1);
+        assert_eq!(fair.len() as u64 - late, 8 * PARTS_OF_SESSION / 2);
+        assert_eq!(late, 8 * (PARTS_OF_SESSION / 2 - 1) + 1);
         assert!(balanced(&[], frames).is_empty());
     }
 

@@ -5,7 +5,7 @@ use osp::{
     frame::{FrameRecord, OcclusionRecord, Stage},
     occlusion::{NodeTest, Score},
 };
-use osp_session::replay::{LaneFrame, STRETCHES, SessionFingerprint, stretch_of_frame};
+use osp_session::replay::{LaneFrame, PARTS_OF_SESSION, SessionFingerprint, part_of_frame};
 
 /// Fraction of the session during which allocations count as warm-up.
 const WARM_UP: (u64, u64) = (1, 2);
@@ -153,14 +153,14 @@ impl RunReport {
 
     /// For each measured frame, the number of the session's frames that it represents.
     pub(super) fn weights(&self) -> Vec<f64> {
-        let stretch = |frame| stretch_of_frame(frame, self.session_frames) as usize;
-        let mut of_session = vec![0u32; STRETCHES as usize];
-        (0..self.session_frames).for_each(|frame| of_session[stretch(frame)] += 1);
-        let mut measured = vec![0u32; STRETCHES as usize];
-        self.measured.iter().for_each(|m| measured[stretch(m.frame)] += 1);
+        let part = |frame| part_of_frame(frame, self.session_frames) as usize;
+        let mut of_session = vec![0u32; PARTS_OF_SESSION as usize];
+        (0..self.session_frames).for_each(|frame| of_session[part(frame)] += 1);
+        let mut measured = vec![0u32; PARTS_OF_SESSION as usize];
+        self.measured.iter().for_each(|m| measured[part(m.frame)] += 1);
         self.measured
             .iter()
-            .map(|m| f64::from(of_session[stretch(m.frame)]) / f64::from(measured[stretch(m.frame)]))
+            .map(|m| f64::from(of_session[part(m.frame)]) / f64::from(measured[part(m.frame)]))
             .collect()
     }
 

@@ -3,7 +3,7 @@
 //!
 //! The client library takes a quarter of a minute to notice a lost subscription, so this thread checks more often. It
 //! requests the log again, from the last message read, in two cases: a message of this member does not come back within
-//! [`PATIENCE`], or the server has messages that were not received. Unacknowledged messages are sent again.
+//! [`RESEND_AFTER`], or the server has messages that were not received. Unacknowledged messages are sent again.
 
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
@@ -26,9 +26,9 @@ use super::{
 };
 
 /// Time after which a message of this member that has not come back is sent again. It is doubled each time, up to
-/// [`LONGEST_PATIENCE`].
-const PATIENCE: Duration = Duration::from_millis(400);
-const LONGEST_PATIENCE: Duration = Duration::from_millis(3200);
+/// [`LONGEST_RESEND_AFTER`].
+const RESEND_AFTER: Duration = Duration::from_millis(400);
+const LONGEST_RESEND_AFTER: Duration = Duration::from_millis(3200);
 
 /// Time without an answer after which the connection is closed and opened again.
 const GIVE_UP: Duration = Duration::from_secs(4);
@@ -37,10 +37,10 @@ const GIVE_UP: Duration = Duration::from_secs(4);
 const TICK: Duration = Duration::from_millis(25);
 
 /// Interval between checks of the length of the server's log.
-const LOOK: Duration = Duration::from_secs(1);
+const CHECK_EVERY: Duration = Duration::from_secs(1);
 
 /// Time for which requests are repeated after an error that seems permanent.
-const BENEFIT: Duration = Duration::from_secs(3);
+const RETRY_FOR: Duration = Duration::from_secs(3);
 
 /// Largest number of events that wait for the program. If more wait, the thread does not read the log.
 const MOST_UNTAKEN: usize = 1 << 18;
@@ -51,11 +51,11 @@ const AT_ONCE: usize = 256;
 /// The state of the log on the server, or the reason why it is not known.
 type Looked = Result<Info, NoAnswer>;
 
-struct Talk<'a> {
+struct Exchange<'a> {
     address: &'a Address,
     options: &'a LinkOptions,
     todo: queue::UnboundedReceiver<Command>,
-    tell: &'a mpsc::Sender<Result<News, LiveError>>,
+    out: &'a mpsc::Sender<Result<News, LiveError>>,
     wake: &'a (dyn Fn() + Send),
     shared: &'a Shared,
     complaints: Arc<Complaints>,
@@ -75,11 +75,11 @@ struct Talk<'a> {
 }
 
 /// Exchanges messages with the server until the connection fails for good.
-pub(super) async fn talk(
+pub(super) async fn exchange(
     address: &Address,
     options: &LinkOptions,
     todo: queue::UnboundedReceiver<Command>,
-    tell: &mpsc::Sender<Result<News, LiveError>>,
+    out: &mpsc::Sender<Result<News, LiveError>>,
     wake: &(dyn Fn() + Send),
     shared: &Shared,
 ) -> Result<(), LiveError> {
@@ -87,11 +87,11 @@ pub(super) async fn talk(
         Role::Author(who) => Some((who.clone(), new_sender())),
         Role::Watcher => None,
     };
-    let mut talk = Talk {
+    let mut exchange = Exchange {
         address,
         options,
         todo,
-        tell,
+        out,
         wake,
         shared,
         complaints: Arc::default(),
@@ -104,28 +104,28 @@ pub(super) async fn talk(
         last_read: None,
         is_alone: false,
     };
-    let complaints = Arc::clone(&talk.complaints);
-    let client = talk.meanwhile(server::connect(address, options, &complaints)).await?;
+    let complaints = Arc::clone(&exchange.complaints);
+    let client = exchange.meanwhile(server::connect(address, options, &complaints)).await?;
     let presence = client.subscribe(address.presence()).await;
     let presence = presence
         .map_err(|error| LiveError::NotAllowed { server: address.server(), why: error.to_string() })?;
     let mut server =
         Server { logs: server::logs(&client), client, presence, connections: 0, forced: Duration::ZERO };
     // Headers count towards the limit, too.
-    talk.member.set_limit_bytes(server.client.max_payload().saturating_sub(1024));
-    let mut patience = PATIENCE;
-    while !talk.is_alone {
-        let messages = talk.open(&mut server).await?;
-        let again = talk.member.again();
-        talk.publish(&server, again).await;
-        let answered = talk.member.counts.own_messages;
-        talk.read(&mut server, messages, patience).await?;
+    exchange.member.set_limit_bytes(server.client.max_payload().saturating_sub(1024));
+    let mut resend_after = RESEND_AFTER;
+    while !exchange.is_alone {
+        let messages = exchange.open(&mut server).await?;
+        let again = exchange.member.again();
+        exchange.publish(&server, again).await;
+        let answered = exchange.member.counts.own_messages;
+        exchange.read(&mut server, messages, resend_after).await?;
         if let Some(why) = complaints.forbids(&address.subject()) {
             return Err(LiveError::NotAllowed { server: address.server(), why });
         }
-        let is_better = talk.member.counts.own_messages > answered;
-        patience = if is_better { PATIENCE } else { LONGEST_PATIENCE.min(patience * 2) };
-        talk.member.counts.reopened += 1;
+        let is_better = exchange.member.counts.own_messages > answered;
+        resend_after = if is_better { RESEND_AFTER } else { LONGEST_RESEND_AFTER.min(resend_after * 2) };
+        exchange.member.counts.reopened += 1;
     }
     Ok(())
 }
@@ -146,7 +146,7 @@ impl Server {
     }
 }
 
-impl Talk<'_> {
+impl Exchange<'_> {
     fn now(&self) -> Duration {
         self.shared.started.elapsed()
     }
@@ -192,7 +192,8 @@ impl Talk<'_> {
             if !is_for_good {
                 failing_since = None;
             }
-            let is_hopeless = is_for_good && now.saturating_sub(*failing_since.get_or_insert(now)) > BENEFIT;
+            let is_hopeless =
+                is_for_good && now.saturating_sub(*failing_since.get_or_insert(now)) > RETRY_FOR;
             match looked {
                 Ok(info) => {
                     let known = self.member.last_sequence();
@@ -256,7 +257,7 @@ impl Talk<'_> {
         &mut self,
         server: &mut Server,
         mut messages: pull::Stream,
-        patience: Duration,
+        resend_after: Duration,
     ) -> Result<(), LiveError> {
         let mut ticks = tokio::time::interval(TICK);
         ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -277,7 +278,7 @@ impl Talk<'_> {
                         return Ok(());
                     }
                 }
-                Some(heard) = server.presence.next() => self.member.receive(&heard.payload, self.now()),
+                Some(received) = server.presence.next() => self.member.receive(&received.payload, self.now()),
                 Some(info) = looked.recv() => {
                     let asked_at = looking.take().unwrap_or_default();
                     match info {
@@ -307,11 +308,11 @@ impl Talk<'_> {
                     if self.complaints.get().1 > server.connections {
                         return Ok(());
                     }
-                    if self.member.waits_for(now).is_some_and(|waits| waits > patience) && server.is_connected() {
+                    if self.member.waits_for(now).is_some_and(|waits| waits > resend_after) && server.is_connected() {
                         self.force(server).await;
                         return Ok(());
                     }
-                    if looking.is_none() && now.saturating_sub(looked_at) > LOOK && server.is_connected() {
+                    if looking.is_none() && now.saturating_sub(looked_at) > CHECK_EVERY && server.is_connected() {
                         (looking, looked_at) = (Some(self.member.last_sequence()), now);
                         let (logs, address, answer) = (server.logs.clone(), self.address.clone(), answer.clone());
                         tokio::spawn(async move {
@@ -406,8 +407,8 @@ impl Talk<'_> {
             return;
         }
         if let Some(text) = self.member.presence(now) {
-            let said = server.client.publish(self.address.presence(), text.into());
-            let _ = tokio::time::timeout(PATIENCE, said).await;
+            let sent = server.client.publish(self.address.presence(), text.into());
+            let _ = tokio::time::timeout(RESEND_AFTER, sent).await;
         }
         if let Some(message) = self.member.message_of_absence(now) {
             self.publish(server, vec![message]).await;
@@ -420,7 +421,7 @@ impl Talk<'_> {
         let is_silent = self.member.waits_for(now).is_some_and(|waits| waits > GIVE_UP);
         if is_silent && server.is_connected() && now.saturating_sub(server.forced) > GIVE_UP {
             server.forced = now;
-            let _ = tokio::time::timeout(PATIENCE, server.client.force_reconnect()).await;
+            let _ = tokio::time::timeout(RESEND_AFTER, server.client.force_reconnect()).await;
         }
     }
 
@@ -432,7 +433,7 @@ impl Talk<'_> {
             }
             let message = PublishMessage::build().payload(bytes.into()).message_id(id);
             let sent = server.logs.send_publish(self.address.subject(), message);
-            match tokio::time::timeout(PATIENCE, sent).await {
+            match tokio::time::timeout(RESEND_AFTER, sent).await {
                 Ok(Ok(stored)) => {
                     let complaints = Arc::clone(&self.complaints);
                     tokio::spawn(async move {
@@ -483,7 +484,7 @@ impl Talk<'_> {
             if let News::Events { events, .. } = &news {
                 self.shared.note_untaken(events.len());
             }
-            self.is_alone |= self.tell.send(Ok(news)).is_err();
+            self.is_alone |= self.out.send(Ok(news)).is_err();
         }
         (self.wake)();
     }

@@ -34,7 +34,7 @@ pub struct Counts {
 
 impl Counts {
     /// Number of messages that do not count.
-    pub fn passed_over(&self) -> u64 {
+    pub fn ignored(&self) -> u64 {
         self.duplicates + self.gaps + self.faulty()
     }
 

@@ -75,7 +75,7 @@ impl Link {
         wake: impl Fn() + Send + 'static,
     ) -> Result<Self, LiveError> {
         let (commands, todo) = queue::unbounded_channel();
-        let (tell, news) = mpsc::channel();
+        let (out, news) = mpsc::channel();
         let shared = Arc::new(Shared {
             started: Instant::now(),
             status: Mutex::default(),
@@ -84,8 +84,8 @@ impl Link {
         });
         let (address, options, with) = (address.clone(), options.clone(), Arc::clone(&shared));
         let work = move || async move {
-            if let Err(error) = connection::talk(&address, &options, todo, &tell, &wake, &with).await {
-                let _ = tell.send(Err(error));
+            if let Err(error) = connection::exchange(&address, &options, todo, &out, &wake, &with).await {
+                let _ = out.send(Err(error));
                 wake();
             }
         };

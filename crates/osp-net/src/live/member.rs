@@ -10,7 +10,7 @@ use super::{
     log::{Judged, Log, Passed},
     outbox::{Outbox, Outgoing, Who},
     packet,
-    presence::{Presence, SAY_EVERY},
+    presence::{PRESENCE_EVERY, Presence},
 };
 use osp_session::recording::{Author, Event, Sender};
 
@@ -59,7 +59,7 @@ pub(super) struct Member {
     is_crowded: bool,
     /// Time at which the member began to wait for an answer, or received the last one.
     progress: Duration,
-    said: Duration,
+    announced: Duration,
     /// Description of the last faulty message.
     pub(super) last_passed: Option<String>,
 }
@@ -82,7 +82,7 @@ impl Member {
             is_full: false,
             is_crowded: false,
             progress: Duration::ZERO,
-            said: Duration::ZERO,
+            announced: Duration::ZERO,
             last_passed: None,
         }
     }
@@ -172,7 +172,7 @@ impl Member {
             self.news.push(News::Refused { why, own: usize::try_from(too_long).unwrap_or(usize::MAX) });
         }
         if !out.is_empty() {
-            self.said = now;
+            self.announced = now;
         }
         out
     }
@@ -201,10 +201,10 @@ impl Member {
     /// A presence message for the other members, if it is due.
     pub(super) fn presence(&mut self, now: Duration) -> Option<String> {
         let outbox = self.outbox.as_ref().filter(|outbox| outbox.author().is_some() && !self.has_left)?;
-        if now.saturating_sub(self.said) < SAY_EVERY {
+        if now.saturating_sub(self.announced) < PRESENCE_EVERY {
             return None;
         }
-        self.said = now;
+        self.announced = now;
         Some(packet::presence(outbox.sender()))
     }
 
@@ -310,7 +310,7 @@ impl Member {
         }
         if let (true, Some(outbox)) = (is_own, &mut self.outbox) {
             match passed {
-                Passed::Gap | Passed::TooFast | Passed::Crowded => outbox.passed_over(),
+                Passed::Gap | Passed::TooFast | Passed::Crowded => outbox.ignored(),
                 // Only a message that this member sent marks the session as full, because others can use its sender
                 // number.
                 Passed::Full => self.is_full |= is_next,

@@ -280,7 +280,7 @@ impl Outbox {
 
     /// Records that a message of this member did not count, although it can count later. The server has stored it, and
     /// would drop it if it came again under the same id.
-    pub(super) fn passed_over(&mut self) {
+    pub(super) fn ignored(&mut self) {
         self.has_to_say_again = true;
     }
 
@@ -317,9 +317,9 @@ impl Outbox {
 
     /// Joins again under a new sender number, because the author was declared gone. The missing events are sent after that.
     pub(super) fn join_again(&mut self, sender: Sender) {
-        let unheard = self.in_flight.drain(..).flat_map(|message| message.events);
-        let unheard = unheard.filter(|waiting| !matches!(waiting.event, Event::Join { .. }));
-        let mut waiting: Vec<Waiting> = unheard.collect();
+        let unacknowledged = self.in_flight.drain(..).flat_map(|message| message.events);
+        let unacknowledged = unacknowledged.filter(|waiting| !matches!(waiting.event, Event::Join { .. }));
+        let mut waiting: Vec<Waiting> = unacknowledged.collect();
         waiting.extend(self.waiting.drain(..));
         self.own.interrupt();
         waiting.into_iter().for_each(|waiting| self.admit(waiting));

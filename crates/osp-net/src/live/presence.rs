@@ -9,7 +9,7 @@ use osp_session::recording::{Author, Event, Sender};
 pub(super) const SILENCE: Duration = Duration::from_secs(10);
 
 /// Interval of the presence messages of each author.
-pub(super) const SAY_EVERY: Duration = Duration::from_secs(2);
+pub(super) const PRESENCE_EVERY: Duration = Duration::from_secs(2);
 
 /// Interval between two reports that an author is gone.
 const TRY_EVERY: Duration = Duration::from_secs(1);
@@ -17,7 +17,7 @@ const TRY_EVERY: Duration = Duration::from_secs(1);
 /// The last signs of all authors; see the [module](self).
 #[derive(Debug, Default)]
 pub(super) struct Presence {
-    heard: BTreeMap<Sender, (Author, Duration)>,
+    received: BTreeMap<Sender, (Author, Duration)>,
     /// Time since which the connection carries messages of other members.
     up_since: Duration,
     tried: Option<Duration>,
@@ -26,13 +26,13 @@ pub(super) struct Presence {
 impl Presence {
     /// Number of authors that are present.
     pub(super) fn authors(&self) -> usize {
-        self.heard.len()
+        self.received.len()
     }
 
     /// Records a message of a sender. Senders that are not present are ignored.
     pub(super) fn receive(&mut self, sender: Sender, now: Duration) {
-        if let Some((_, heard)) = self.heard.get_mut(&sender) {
-            *heard = now;
+        if let Some((_, received)) = self.received.get_mut(&sender) {
+            *received = now;
         }
     }
 
@@ -41,8 +41,8 @@ impl Presence {
         self.receive(sender, now);
         for event in events {
             match event {
-                Event::Join { .. } => _ = self.heard.insert(sender, (author, now)),
-                Event::Leave { author, .. } => self.heard.retain(|_, (of, _)| of != author),
+                Event::Join { .. } => _ = self.received.insert(sender, (author, now)),
+                Event::Leave { author, .. } => self.received.retain(|_, (of, _)| of != author),
                 _ => {}
             }
         }
@@ -59,10 +59,10 @@ impl Presence {
         if self.tried.is_some_and(|tried| now.saturating_sub(tried) < TRY_EVERY) {
             return None;
         }
-        let is_silent = |&(sender, (_, heard)): &(&Sender, &(Author, Duration))| {
-            Some(*sender) != me && now.saturating_sub((*heard).max(self.up_since)) > SILENCE
+        let is_silent = |&(sender, (_, received)): &(&Sender, &(Author, Duration))| {
+            Some(*sender) != me && now.saturating_sub((*received).max(self.up_since)) > SILENCE
         };
-        let gone = self.heard.iter().find(is_silent).map(|(_, (author, _))| *author)?;
+        let gone = self.received.iter().find(is_silent).map(|(_, (author, _))| *author)?;
         self.tried = Some(now);
         Some(gone)
     }

@@ -30,22 +30,22 @@ const MOST_REFUSALS: usize = 64;
 /// The last error of the server or the client, and the number of connections.
 #[derive(Debug, Default)]
 pub(crate) struct Complaints {
-    said: Mutex<(Option<String>, u64)>,
+    status: Mutex<(Option<String>, u64)>,
     /// Refusals of the server since the beginning of this connection.
     forbidden: Mutex<Vec<String>>,
 }
 
 impl Complaints {
     fn with<T>(&self, what: impl FnOnce(&mut (Option<String>, u64)) -> T) -> T {
-        what(&mut self.said.lock().unwrap_or_else(PoisonError::into_inner))
+        what(&mut self.status.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     pub(super) fn set(&self, text: impl Into<String>) {
-        self.with(|(said, _)| *said = Some(text.into()));
+        self.with(|(status, _)| *status = Some(text.into()));
     }
 
     pub(super) fn clear(&self) {
-        self.with(|(said, _)| *said = None);
+        self.with(|(status, _)| *status = None);
     }
 
     fn note_refusal(&self, text: String) {
@@ -72,7 +72,7 @@ impl Complaints {
 
     /// The last error, and the number of connections so far.
     pub(crate) fn get(&self) -> (Option<String>, u64) {
-        self.with(|said| said.clone())
+        self.with(|status| status.clone())
     }
 }
 

@@ -113,8 +113,8 @@ impl Follower {
     }
 
     /// Frees strokes that undo and redo cannot reach. Changes that were not processed yet may refer to such strokes.
-    pub(super) fn let_go(&mut self) {
-        self.state.scene.let_go();
+    pub(super) fn free_unreachable(&mut self) {
+        self.state.scene.free_unreachable();
     }
 
     /// Culls the views of a frame.

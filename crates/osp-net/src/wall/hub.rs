@@ -133,7 +133,7 @@ impl Hub {
         self.due = self.due.max(self.now());
         self.follower.take()?;
         self.changes.clear();
-        self.follower.let_go();
+        self.follower.free_unreachable();
         self.follower.advance(u64::MAX, EVENTS_A_FRAME, &mut self.changes);
         for change in &self.changes {
             if let Change::Insert(id) | Change::Update(id) = change {

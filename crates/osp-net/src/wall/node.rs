@@ -27,7 +27,7 @@ const TAKEN: Duration = Duration::from_secs(5);
 /// Silence after which a computer no longer follows a hub.
 const SILENCE: Duration = Duration::from_secs(1);
 /// Interval of checks for the events that a frame waits for.
-const LOOK: Duration = Duration::from_micros(500);
+const CHECK_EVERY: Duration = Duration::from_micros(500);
 
 /// Options of a computer.
 #[derive(Clone, Debug)]
@@ -85,11 +85,11 @@ pub struct Node {
     swapped: Option<(u64, u64)>,
     is_ready: bool,
     is_shown: bool,
-    told: Option<Instant>,
+    reported_at: Option<Instant>,
     /// Time since which the hub refuses the computer, and time of the last refusal.
     refused: Option<(Instant, Instant)>,
     /// Last text about the hub and the session.
-    said: String,
+    last_report: String,
     frames: u64,
     garbage: u64,
 }
@@ -131,9 +131,9 @@ impl Node {
             swapped: None,
             is_ready: false,
             is_shown: false,
-            told: None,
+            reported_at: None,
             refused: None,
-            said: String::new(),
+            last_report: String::new(),
             frames: 0,
             garbage: 0,
         })
@@ -146,7 +146,7 @@ impl Node {
     pub fn step(&mut self, wait: Duration) -> Result<Step, WallError> {
         self.follower.take()?;
         self.announce_presence();
-        let wait = if self.wanted.is_some() { wait.min(LOOK) } else { wait };
+        let wait = if self.wanted.is_some() { wait.min(CHECK_EVERY) } else { wait };
         let mut heard = self.wire.receive(wait)?;
         for _ in 0..MESSAGES_AT_ONCE {
             let Some(one) = heard else { break };
@@ -189,8 +189,8 @@ impl Node {
     }
 
     fn announce_presence(&mut self) {
-        if self.told.is_none_or(|told| told.elapsed() >= HERE) {
-            self.told = Some(Instant::now());
+        if self.reported_at.is_none_or(|reported_at| reported_at.elapsed() >= HERE) {
+            self.reported_at = Some(Instant::now());
             self.wire.publish(message::write(&FromNode::Here {
                 node: self.number,
                 screen: self.screen.clone(),
@@ -211,7 +211,7 @@ impl Node {
                     Some((hub, _)) if hub == frame.hub => {}
                     // A computer follows one hub at a time.
                     Some(_) if self.has_hub() => return Ok(()),
-                    _ => self.told = None,
+                    _ => self.reported_at = None,
                 }
                 self.hub = Some((frame.hub, now));
                 self.newest = Some(frame.number);
@@ -248,7 +248,7 @@ impl Node {
         self.is_ready = true;
         self.frames += 1;
         self.changes.clear();
-        self.follower.let_go();
+        self.follower.free_unreachable();
         self.wire.publish(message::write(&FromNode::Ready {
             node: self.number,
             hub,
@@ -278,10 +278,10 @@ impl Node {
             (None, false) => "no hub sends frames (osp wall --hub)".to_owned(),
             (None, true) => "a hub sends frames".to_owned(),
         };
-        if text == self.said {
+        if text == self.last_report {
             return None;
         }
-        self.said.clone_from(&text);
+        self.last_report.clone_from(&text);
         Some(text)
     }
 

@@ -101,14 +101,14 @@ impl Wire {
 }
 
 /// Longest time for the last messages to reach the server.
-const FAREWELL: Duration = Duration::from_millis(300);
+const CLOSING_TIME: Duration = Duration::from_millis(300);
 
 impl Drop for Wire {
     fn drop(&mut self) {
         drop(self.said.take());
         // The thread ends after it has sent the waiting messages, if the server answers.
         let ending = Instant::now();
-        while ending.elapsed() < FAREWELL && self.heard.recv_timeout(FAREWELL).is_ok() {}
+        while ending.elapsed() < CLOSING_TIME && self.heard.recv_timeout(CLOSING_TIME).is_ok() {}
     }
 }
 
@@ -151,7 +151,7 @@ async fn carry(
             said = to_say.recv() => {
                 let Some((subject, text)) = said else {
                     // The server may be gone.
-                    let _ = tokio::time::timeout(FAREWELL, client.flush()).await;
+                    let _ = tokio::time::timeout(CLOSING_TIME, client.flush()).await;
                     return Ok(());
                 };
                 publish(&client, subject, text).await;

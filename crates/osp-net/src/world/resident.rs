@@ -186,7 +186,7 @@ mod tests {
         let (mut scene, mut changes) = (Scene::new(), Vec::new());
         for event in synthesize(SynthKind::Scribble, 500, 1) {
             scene.apply(&event.expect("an event"), &mut changes);
-            scene.let_go();
+            scene.free_unreachable();
         }
         let folder = tempfile::tempdir().expect("a folder");
         let text = folder.path().to_str().expect("UTF-8");

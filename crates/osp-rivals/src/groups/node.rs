@@ -194,7 +194,7 @@ impl GroupIndex {
     ///
     /// # Errors
     /// A node does not exist, or the parent is the node itself or below it.
-    pub fn hang(&mut self, node: NodeId, parent: Option<NodeId>) -> Result<(), GroupError> {
+    pub fn set_parent(&mut self, node: NodeId, parent: Option<NodeId>) -> Result<(), GroupError> {
         self.node(node)?;
         if let Some(parent) = parent {
             self.node(parent)?;

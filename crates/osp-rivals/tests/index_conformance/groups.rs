@@ -139,7 +139,7 @@ fn what_is_in_view_is_found_wherever_groups_are_moved() {
                 (count, 2) => {
                     let (node, parent) = (random.below(count), random.below(count + 1));
                     let parent = (parent < count).then_some(parent);
-                    let hung = index.hang(NodeId(node as u32), parent.map(|at| NodeId(at as u32)));
+                    let hung = index.set_parent(NodeId(node as u32), parent.map(|at| NodeId(at as u32)));
                     let is_ring = parent.is_some_and(|parent| model.is_below(parent, node));
                     assert_eq!(
                         hung,
@@ -300,8 +300,8 @@ fn what_makes_no_sense_is_refused_and_changes_nothing() {
     assert_eq!(index.add_node(None, nowhere, None), Err(GroupError::NotFinite(NodeId(2))));
     assert_eq!(index.place(below, nowhere), Err(GroupError::NotFinite(below)));
     assert_eq!(index.place(no_node, here), Err(GroupError::NoNode(no_node)));
-    assert_eq!(index.hang(top, Some(below)), Err(GroupError::Ring(top)));
-    assert_eq!(index.hang(top, Some(top)), Err(GroupError::Ring(top)));
+    assert_eq!(index.set_parent(top, Some(below)), Err(GroupError::Ring(top)));
+    assert_eq!(index.set_parent(top, Some(top)), Err(GroupError::Ring(top)));
     assert_eq!(index.bounds(no_node), Err(GroupError::NoNode(no_node)));
     let empty = Aabb::EMPTY;
     assert!(matches!(index.set_polygon(mesh, PolygonId(0), Some(&empty)), Err(GroupError::Index(..))));

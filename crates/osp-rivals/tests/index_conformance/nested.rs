@@ -35,7 +35,7 @@ impl Followed {
                     return;
                 };
                 assert!(strokes.is_empty(), "this session puts strokes into new groups only");
-                self.index.hang(node, parent).expect("a tree");
+                self.index.set_parent(node, parent).expect("a tree");
             }
             Event::Place { group, to, .. } => {
                 let to = Affine3A::from_scale_rotation_translation(Vec3::splat(to.s), to.q.normalize(), to.p);

@@ -77,14 +77,14 @@ pub fn write_glb_watched(
     go_on: &dyn Fn(u64) -> bool,
 ) -> Result<GltfCounts, ExportError> {
     /// Number of polygons between two calls of `go_on`: a few milliseconds.
-    const ASKED_AFTER: usize = 4096;
+    const POLLED_AFTER: usize = 4096;
     let mut counts = GltfCounts::default();
     let mut objects = BTreeMap::<u64, Object>::new();
     let light = options.environment.as_ref().map_or(Vec3::ONE, mean_light);
     let is_whole = options.objects == Objects::Whole;
     let mut materials = if is_whole { Materials::shared() } else { Materials::default() };
     for (at, id) in scene.visible_ids().enumerate() {
-        if at % ASKED_AFTER == 0 && !go_on(at as u64) {
+        if at % POLLED_AFTER == 0 && !go_on(at as u64) {
             return Err(ExportError::Cancelled);
         }
         let surface = scene.surface(id);

@@ -35,7 +35,7 @@ pub struct RonWriter<W: Write> {
     /// Number of lines, written or pending.
     lines: u64,
     /// Whether the header's format supports authors.
-    knows_authors: bool,
+    has_authors: bool,
     /// Whether a write has failed, perhaps in the middle of a line. No write may follow, because the incomplete line
     /// must be the last.
     failed: bool,
@@ -60,8 +60,8 @@ impl<W: Write> RonWriter<W> {
 
     /// A writer that continues a recording of `lines` lines.
     fn resume(out: W, path: PathBuf, flush: Flush, lines: u64, header: &Header) -> Self {
-        let knows_authors = header.format >= AUTHORS_FORMAT;
-        Self { out, path, flush, pending: String::new(), lines, knows_authors, failed: false }
+        let has_authors = header.format >= AUTHORS_FORMAT;
+        Self { out, path, flush, pending: String::new(), lines, has_authors, failed: false }
     }
 
     /// Writes an event. After an error of the output every further call fails, because an incomplete
@@ -71,7 +71,7 @@ impl<W: Write> RonWriter<W> {
     /// The event does not pass [`Event::check`], has an author in a format without authors, or does not fit into a
     /// line. Then nothing is written, and the writer can continue. It is also an error if the output fails.
     pub fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
-        let is_known = self.knows_authors || !event.names_author();
+        let is_known = self.has_authors || !event.names_author();
         let check = event.check().and(if is_known { Ok(()) } else { Err(NO_AUTHORS) });
         self.push_line(check, |line| write_event(line, event))
     }

@@ -11,11 +11,11 @@ use osp::{
 };
 
 /// Number of equal parts of a session. A lane may spend the same share of its budget in each part.
-pub const STRETCHES: u64 = 40;
+pub const PARTS_OF_SESSION: u64 = 40;
 
 /// The index, from 0, of the part in which a frame of a session of `frames` frames lies.
-pub fn stretch_of_frame(frame: u64, frames: u64) -> u64 {
-    (frame.saturating_mul(STRETCHES) / frames.max(1)).min(STRETCHES - 1)
+pub fn part_of_frame(frame: u64, frames: u64) -> u64 {
+    (frame.saturating_mul(PARTS_OF_SESSION) / frames.max(1)).min(PARTS_OF_SESSION - 1)
 }
 
 /// Limit of the time that a lane spends on measured frames.
@@ -68,11 +68,11 @@ impl Lane {
         applying: Stage,
         views: &[View],
     ) -> Option<LaneFrame> {
-        let stretch = stretch_of_frame(frame, self.budget.frames);
+        let stretch = part_of_frame(frame, self.budget.frames);
         if stretch != self.stretch {
             (self.stretch, self.spent_ns) = (stretch, 0);
         }
-        if self.spent_ns > self.budget.ns / STRETCHES {
+        if self.spent_ns > self.budget.ns / PARTS_OF_SESSION {
             self.pipeline.skip(scene, changes);
             self.behind = true;
             return None;
@@ -216,13 +216,13 @@ mod tests {
         let looked_at = |applying_ns: u64| {
             let index: Box<dyn SpatialIndex> = Box::new(BruteForce::default());
             let pipeline = Pipeline::new(index, 1);
-            let budget = Budget { ns: u64::MAX / 2, frames: 2 * STRETCHES };
+            let budget = Budget { ns: u64::MAX / 2, frames: 2 * PARTS_OF_SESSION };
             let mut lane = Lane::new(pipeline, budget);
             let applying = Stage { ns: applying_ns, allocations: 0 };
             [0, 1, 2].map(|frame| lane.step(frame, &Scene::new(), &[], applying, &[]).is_some())
         };
         // A part has two frames here.
         assert_eq!(looked_at(0), [true, true, true]);
-        assert_eq!(looked_at(u64::MAX / 2 / STRETCHES + 1), [true, false, true]);
+        assert_eq!(looked_at(u64::MAX / 2 / PARTS_OF_SESSION + 1), [true, false, true]);
     }
 }

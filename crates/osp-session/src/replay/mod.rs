@@ -13,7 +13,7 @@ mod summary;
 
 pub use camera::{ArtistSide, CameraChoice, CameraPath, Moment, main_bounds, still_view, whole_view};
 pub use fingerprint::{SessionFingerprint, SetFingerprint, fingerprint_of_frame, fingerprint_of_views};
-pub use lanes::{Budget, Lane, LaneFrame, Replay, STRETCHES, stretch_of_frame};
+pub use lanes::{Budget, Lane, LaneFrame, PARTS_OF_SESSION, Replay, part_of_frame};
 pub use player::{Player, SessionState};
 pub use rig_path::{NEAREST_EYE_M, RigPath, RigView, RoomMotion, far_m};
 pub use root_cube::root_cube;

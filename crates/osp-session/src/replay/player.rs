@@ -84,7 +84,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
             return read;
         }
         let start = self.clock.start();
-        self.state.scene.let_go();
+        self.state.scene.free_unreachable();
         self.state.play(&self.events, &mut self.changes);
         self.applying = self.clock.since(start);
         read

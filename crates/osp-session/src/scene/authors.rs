@@ -20,7 +20,7 @@ const COLORS: [(f32, f32, f32); 8] = [
 ];
 /// Colour of strokes without an author: drawn before the first join, or in a window that continues a session of several
 /// authors.
-const NOBODY: (f32, f32, f32) = (0.6, 0.6, 0.6);
+const NO_AUTHOR: (f32, f32, f32) = (0.6, 0.6, 0.6);
 
 impl Scene {
     /// The colour for an author's work: red, green, blue, sRGB. It is the author's chosen colour, or else one of
@@ -28,7 +28,7 @@ impl Scene {
     pub fn author_color(&self, author: Author) -> (f32, f32, f32) {
         match self.author(author) {
             Some(AuthorInfo { color: Some(color), .. }) => *color,
-            _ if author.is_sole() => NOBODY,
+            _ if author.is_sole() => NO_AUTHOR,
             _ => COLORS[(author.0 as usize - 1) % COLORS.len()],
         }
     }

@@ -78,8 +78,8 @@ pub(super) struct Grouping {
     /// The members, each with its former group.
     pub(super) members: Vec<Named<Option<usize>>>,
     /// The parent that the grouping sets, unless a later grouping that sets one is permanent.
-    /// [`Hangings`](super::hanging::Hangings) stores whether it has an effect.
-    pub(super) hanging: Option<Parent>,
+    /// [`GroupParents`](super::parents::GroupParents) stores whether it has an effect.
+    pub(super) new_parent: Option<Parent>,
     /// The group's names before and after, if the grouping sets the name.
     pub(super) names: Option<[Option<String>; 2]>,
 }

@@ -6,7 +6,7 @@ use super::{
     Scene, Stroke,
     edit::{Arrangement, Edit, Grouping, Named, Way},
     group,
-    model::Untold,
+    model::Unreported,
 };
 use crate::{
     brush::Surface,
@@ -18,7 +18,7 @@ impl Scene {
     /// Frees the strokes that were out of reach of undo and redo at the previous call. So receivers of changes may
     /// still query strokes that became unreachable since then. Call it once a frame in long sessions, after all changes
     /// from before the previous call have been processed.
-    pub fn let_go(&mut self) {
+    pub fn free_unreachable(&mut self) {
         self.gone.swap(0, 1);
         let mut gone = std::mem::take(&mut self.gone[0]);
         for at in gone.drain(..) {
@@ -28,7 +28,7 @@ impl Scene {
                 self.bounds.release(id as usize);
                 self.surfaces.release(id as usize);
                 self.owner.release(id as usize);
-                self.let_go += 1;
+                self.freed += 1;
             }
             self.strokes.release(at as usize);
         }
@@ -98,14 +98,18 @@ impl Scene {
             self.counts.visible -= count;
         }
         if !std::mem::replace(&mut stroke.is_untold, true) {
-            self.to_tell.push(Untold { stroke: at, was_visible: was, first_new: self.bounds.len() as u32 });
+            self.to_report.push(Unreported {
+                stroke: at,
+                was_visible: was,
+                first_new: self.bounds.len() as u32,
+            });
         }
     }
 
     /// Reports the strokes that became visible or invisible in this frame.
     pub(super) fn note_visibility(&mut self, changes: &mut Vec<Change>) {
-        let mut to_tell = std::mem::take(&mut self.to_tell);
-        for Untold { stroke: at, was_visible, first_new } in to_tell.drain(..) {
+        let mut to_report = std::mem::take(&mut self.to_report);
+        for Unreported { stroke: at, was_visible, first_new } in to_report.drain(..) {
             let Some(stroke) = self.strokes.get_mut(at as usize) else { continue };
             stroke.is_untold = false;
             {
@@ -122,14 +126,14 @@ impl Scene {
                 self.displace(at);
             }
         }
-        self.to_tell = to_tell;
+        self.to_report = to_report;
     }
 
     pub(super) fn move_strokes(&mut self, author: Author, ids: &[StrokeId], by: Vec3) -> Option<()> {
         // Moves depend on the parents of groups only for strokes in groups. For other strokes, earlier undo and redo
         // are processed at the end of the frame.
         if ids.iter().any(|&id| self.stroke(id).is_some_and(|stroke| stroke.group.is_some())) {
-            self.hangings.settle(&mut self.groups);
+            self.parents.settle(&mut self.groups);
         }
         let groups = &self.groups;
         let moved = self.named(author, ids, |stroke| {
@@ -244,7 +248,7 @@ impl Scene {
         parent: Option<GroupId>,
         name: Option<&str>,
     ) -> Option<()> {
-        self.hangings.settle(&mut self.groups);
+        self.parents.settle(&mut self.groups);
         let parent = match parent {
             Some(parent) => Some(self.groups.find(parent)?),
             None => None,
@@ -261,14 +265,14 @@ impl Scene {
         let group = self.groups.find_or_make(id, parent)?;
         let members = self.named(author, strokes, |stroke| Some(stroke.group));
         let before = self.groups.parent(group);
-        self.groups.hang(group, parent);
+        self.groups.set_parent(group, parent);
         members.iter().for_each(|named| self.set_group(named.stroke, Some(group)));
         let names = name.map(|name| {
             let name = Some(name.to_owned()).filter(|name| !name.is_empty());
             [self.groups.set_name(group, name.clone()), name]
         });
-        let grouping = Grouping { group, members, hanging: Some(parent), names };
-        self.hangings.add(self.log.next_place(), group, before, parent);
+        let grouping = Grouping { group, members, new_parent: Some(parent), names };
+        self.parents.add(self.log.next_place(), group, before, parent);
         self.arrange(author, Arrangement::Group(Box::new(grouping)));
         Some(())
     }
@@ -284,7 +288,7 @@ impl Scene {
 
     pub(super) fn place(&mut self, author: Author, id: GroupId, to: Transform) -> Option<()> {
         if !self.closed_layers.is_empty() {
-            self.hangings.settle(&mut self.groups);
+            self.parents.settle(&mut self.groups);
         }
         let group = self.groups.find(id).filter(|&group| self.may_place(author, group))?;
         let before = self.groups.transform(group);

@@ -217,7 +217,7 @@ impl Groups {
     pub(super) fn try_hang(&mut self, group: usize, parent: Option<usize>) -> bool {
         let can = self.groups[group].parent == parent || self.can_hang(Some(group), parent);
         if can {
-            self.hang(group, parent);
+            self.set_parent(group, parent);
         }
         can
     }
@@ -259,7 +259,7 @@ impl Groups {
         self.note_moved(group);
     }
 
-    pub(super) fn hang(&mut self, group: usize, parent: Option<usize>) {
+    pub(super) fn set_parent(&mut self, group: usize, parent: Option<usize>) {
         let before = std::mem::replace(&mut self.groups[group].parent, parent);
         if before == parent {
             return;

@@ -175,9 +175,9 @@ impl Log {
     }
 
     /// The group whose parent an active arrangement sets, and that parent.
-    pub(super) fn hanging(&self, at: u64) -> Option<(usize, Parent)> {
+    pub(super) fn new_parent(&self, at: u64) -> Option<(usize, Parent)> {
         match self.active.get(&at)? {
-            Arrangement::Group(grouping) => Some((grouping.group, grouping.hanging?)),
+            Arrangement::Group(grouping) => Some((grouping.group, grouping.new_parent?)),
             _ => None,
         }
     }
@@ -309,7 +309,7 @@ impl Log {
                 if hangs {
                     self.change_earlier(at, Key::Parent(forgotten.group), |what| {
                         if let Arrangement::Group(grouping) = what {
-                            grouping.hanging = None;
+                            grouping.new_parent = None;
                         }
                     });
                 }
@@ -383,7 +383,7 @@ fn for_each_key(what: &Arrangement, of_strokes: bool, mut each: impl FnMut(Key))
         Arrangement::Nothing => {}
         Arrangement::Move(moved) => strokes(moved, of_strokes).map(Key::Offset).for_each(each),
         Arrangement::Group(grouping) => {
-            if grouping.hanging.is_some() {
+            if grouping.new_parent.is_some() {
                 each(Key::Parent(grouping.group));
             }
             if grouping.names.is_some() {

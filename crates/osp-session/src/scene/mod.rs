@@ -15,7 +15,7 @@
 //! # Memory
 //! [Undo](Scene::UNDO_DEPTH) reaches a thousand edits back. The limit is constant, because the meaning of a recording
 //! depends on it. An erased stroke that undo and redo no longer reach is gone: events about it are ignored, its number
-//! stays used, and [`Scene::let_go`] frees its memory.
+//! stays used, and [`Scene::free_unreachable`] frees its memory.
 //!
 //! # Several authors
 //! Undo and redo are [each author's own](crate::recording::Author): the model results from all edits that are not
@@ -37,12 +37,12 @@ mod edit;
 mod editing;
 mod geometry;
 mod group;
-mod hanging;
 mod history;
 mod layer_state;
 mod layers;
 mod log;
 mod model;
+mod parents;
 mod pieces;
 mod remembered;
 mod solid;

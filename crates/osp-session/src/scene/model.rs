@@ -9,10 +9,10 @@ use super::{
     author_state::AuthorState,
     edit::Edit,
     group::Groups,
-    hanging::Hangings,
     history::{History, Lost},
     layer_state::LayerState,
     log::Log,
+    parents::GroupParents,
     remembered::Remembered,
     stroke::Stroke,
     used::UsedNumbers,
@@ -29,7 +29,7 @@ use osp::{
 
 /// A stroke that became visible or invisible in this frame: its reported state, and its first unreported polygon.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Untold {
+pub(super) struct Unreported {
     pub(super) stroke: u32,
     pub(super) was_visible: bool,
     pub(super) first_new: u32,
@@ -113,7 +113,7 @@ pub struct Scene {
     /// Arrangements that authors can undo or redo.
     pub(super) log: Log,
     /// The parents that the groupings of `log` set.
-    pub(super) hangings: Hangings,
+    pub(super) parents: GroupParents,
     pub(super) authors: BTreeMap<Author, AuthorState>,
     /// Sizes of all histories together.
     pub(super) remembered: Remembered,
@@ -122,15 +122,15 @@ pub struct Scene {
     pub(super) counts: SceneCounts,
     pub(super) displaced: u64,
     pub(super) looked_at: u64,
-    pub(super) let_go: u64,
-    /// Strokes that have become unreachable since the last call of [`Scene::let_go`], and since the one before.
+    pub(super) freed: u64,
+    /// Strokes that have become unreachable since the last call of [`Scene::free_unreachable`], and since the one before.
     pub(super) gone: [Vec<u32>; 2],
     /// Strokes whose polygons must be transformed again.
     pub(super) to_place: Vec<u32>,
     /// Scratch of [`Scene::place_displaced`].
     pub(super) moved_groups: Vec<usize>,
     /// Strokes that became visible or invisible in this frame.
-    pub(super) to_tell: Vec<Untold>,
+    pub(super) to_report: Vec<Unreported>,
     /// Scratch: the transforms of a stroke's groups.
     pub(super) chain: Vec<Transform>,
     /// Strokes to repaint after the frame's samples.
@@ -168,7 +168,7 @@ impl Scene {
     /// [`Scene::apply_within`].
     pub fn work(&self) -> SceneWork {
         SceneWork {
-            group_steps: self.groups.steps() + self.hangings.steps(),
+            group_steps: self.groups.steps() + self.parents.steps(),
             displaced: self.displaced,
             looked_at: self.looked_at + self.log.looked_at(),
         }
@@ -176,11 +176,11 @@ impl Scene {
 
     /// Number of polygons freed so far.
     pub fn let_go_count(&self) -> u64 {
-        self.let_go
+        self.freed
     }
 
     /// Whether all of these polygons were freed.
-    pub fn are_let_go(&self, ids: Range<usize>) -> bool {
+    pub fn are_freed(&self, ids: Range<usize>) -> bool {
         self.owner.all_released(ids)
     }
 
@@ -319,7 +319,7 @@ impl Scene {
     }
 
     fn end_batch(&mut self, changes: &mut Vec<Change>) {
-        self.hangings.settle(&mut self.groups);
+        self.parents.settle(&mut self.groups);
         self.paint(changes);
         self.note_visibility(changes);
         self.place_displaced(changes);
@@ -436,7 +436,7 @@ impl Scene {
         if stroke.brush.is_some() && !std::mem::replace(&mut stroke.is_unpainted, true) {
             self.to_paint.push(at);
         }
-        self.file_fresh(at, changes);
+        self.assign_ids(at, changes);
         Some(())
     }
 
@@ -451,7 +451,7 @@ impl Scene {
         let stroke = &self.strokes[at as usize];
         self.fresh.begin(stroke.used, stroke.fixed);
         builder.finish(&mut self.fresh, &mut self.counts.drops);
-        self.file_fresh(at, changes);
+        self.assign_ids(at, changes);
         self.paint_stroke(at, &mut builder, changes);
         Some(())
     }
@@ -478,7 +478,7 @@ impl Scene {
         self.fresh.begin(stroke.used, stroke.fixed);
         let drops = &mut self.counts.drops;
         self.fresh.push_all(drops, |out, drops| split_into_convex(vertices, out, drops));
-        self.file_fresh(at, changes);
+        self.assign_ids(at, changes);
         let stroke = &mut self.strokes[at as usize];
         stroke.fixed = stroke.used;
         Some(())

@@ -14,9 +14,9 @@ use osp::{
 /// about eight polygons.
 const RECENT: usize = 64;
 
-/// Whether one of the changes `told` makes `change` redundant, because receivers read the polygon's state at the end of
+/// Whether one of the changes `covered` makes `change` redundant, because receivers read the polygon's state at the end of
 /// the batch.
-fn is_told(change: Change, told: &[Change]) -> bool {
+fn is_covered(change: Change, covered: &[Change]) -> bool {
     let is_told_by = |earlier: &Change| match (change, *earlier) {
         (Change::Update(id), Change::Insert(other) | Change::Update(other)) => id == other,
         (Change::Repaint(id), Change::Insert(other) | Change::Update(other) | Change::Repaint(other)) => {
@@ -24,7 +24,7 @@ fn is_told(change: Change, told: &[Change]) -> bool {
         }
         _ => false,
     };
-    told.iter().rev().any(is_told_by)
+    covered.iter().rev().any(is_told_by)
 }
 
 impl Scene {
@@ -38,7 +38,7 @@ impl Scene {
             if let Some(mut builder) = stroke.builder.take() {
                 self.fresh.begin(stroke.used, stroke.fixed);
                 builder.settle(&mut self.fresh, &mut self.counts.drops);
-                self.file_fresh(at, changes);
+                self.assign_ids(at, changes);
                 self.paint_stroke(at, &mut builder, changes);
                 self.strokes[at as usize].builder = Some(builder);
             }
@@ -60,7 +60,7 @@ impl Scene {
     }
 
     /// Replaces the polygons of a stroke that its last sample has changed, and assigns ids to new ones.
-    pub(super) fn file_fresh(&mut self, at: u32, changes: &mut Vec<Change>) {
+    pub(super) fn assign_ids(&mut self, at: u32, changes: &mut Vec<Change>) {
         let fresh = std::mem::take(&mut self.fresh);
         let used_before = std::mem::replace(&mut self.strokes[at as usize].used, fresh.len());
         let count = self.strokes[at as usize].polygons.iter().map(|r| r.end - r.start).sum::<u32>();
@@ -113,8 +113,8 @@ impl Scene {
         if stroke.is_untold {
             self.displace(at);
         } else if stroke.is_visible() {
-            let told = &changes[self.batch_start..];
-            if !is_told(change, &told[told.len().saturating_sub(RECENT)..]) {
+            let covered = &changes[self.batch_start..];
+            if !is_covered(change, &covered[covered.len().saturating_sub(RECENT)..]) {
                 changes.push(change);
             }
         } else {

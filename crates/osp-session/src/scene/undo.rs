@@ -63,10 +63,10 @@ impl Scene {
                 }
                 Edit::Arrange { at, .. } => {
                     let mut hangs = false;
-                    if let Some((group, parent)) = self.log.hanging(*at) {
-                        self.hangings.settle(&mut self.groups);
-                        hangs = self.hangings.holds(*at, group);
-                        self.hangings.forget(&self.groups, *at, group, parent);
+                    if let Some((group, parent)) = self.log.new_parent(*at) {
+                        self.parents.settle(&mut self.groups);
+                        hangs = self.parents.holds(*at, group);
+                        self.parents.forget(&self.groups, *at, group, parent);
                     }
                     for (stroke, offset) in self.log.forget(*at, hangs) {
                         self.set_offset(stroke, offset);
@@ -157,8 +157,8 @@ impl Scene {
                         self.groups.set_name(group, name);
                     }
                 }
-                if let Some(parent) = grouping.hanging {
-                    self.hangings.turn(&mut self.groups, at, group, parent, turn);
+                if let Some(parent) = grouping.new_parent {
+                    self.parents.turn(&mut self.groups, at, group, parent, turn);
                 }
                 let strokes = &self.strokes;
                 let now = |at: u32| strokes.get(at as usize).and_then(|stroke| stroke.group);

@@ -22,7 +22,7 @@ fn draw(strokes: std::ops::Range<u32>, mut then: impl FnMut(StrokeId, &mut Scene
         scene.apply_all(&events, &mut changes);
         changes.clear();
         then(stroke, scene);
-        scene.let_go();
+        scene.free_unreachable();
     }
 }
 
@@ -68,7 +68,7 @@ fn what_is_left_here_and_there_does_not_hold_the_rest() {
     // All but each twentieth stroke are erased, so no page is empty.
     for stroke in (0..STROKES).filter(|stroke| stroke % 20 != 0) {
         apply(&mut scene, Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(stroke) });
-        scene.let_go();
+        scene.free_unreachable();
     }
     assert_eq!(scene.counts().visible, 900_000 / 20);
     let held = held_bytes() - before;

@@ -22,7 +22,7 @@ const EVENTS_A_FRAME: usize = 8192;
 /// Number of changed polygons after which a frame applies no more events.
 const CHANGES_A_FRAME: usize = 1 << 16;
 /// Longest time for which a closing window waits for the server to return all of the user's events.
-const FAREWELL: Duration = Duration::from_secs(3);
+const CLOSING_TIME: Duration = Duration::from_secs(3);
 
 /// The file of a shared session that has not been joined yet.
 #[derive(Debug)]
@@ -111,7 +111,7 @@ impl Session {
         live.link.hand().leave();
         let since = Instant::now();
         while is_answered
-            && since.elapsed() < FAREWELL
+            && since.elapsed() < CLOSING_TIME
             && self.live().is_some_and(|live| !live.has_left && live.ended.is_none())
         {
             self.follow();
@@ -124,7 +124,7 @@ impl Session {
         // These events are added to the file, but the model lacks them. Own events among them still count as missing,
         // because another file has them. The loop has a time limit, because other authors may draw continuously.
         let since = Instant::now();
-        while since.elapsed() < FAREWELL
+        while since.elapsed() < CLOSING_TIME
             && let Some(rest) = live.take_rest(&mut said)
         {
             write_ordered(&mut self.journal, &rest, &mut said);

@@ -214,7 +214,7 @@ impl FirstPlay {
             self.stroke_starts.push(frame);
         }
         self.edit_weight += events.iter().map(kept_by_undo).sum::<usize>();
-        state.scene.let_go();
+        state.scene.free_unreachable();
         state.play(events, changes);
         for change in changes {
             self.bounds = self.bounds.union(&state.scene.bounds_of_change(*change));

@@ -27,7 +27,7 @@ impl Recorded {
         let mut changes = Vec::new();
         for frame in (0..end).take_while(|_| goes_on()) {
             changes.clear();
-            state.scene.let_go();
+            state.scene.free_unreachable();
             state.play(self.of(frame), &mut changes);
             times.note(self.of(frame), &state.scene);
         }

@@ -75,7 +75,7 @@ fn whatever_is_edited_the_picture_is_a_fresh_drawers() {
         picture(&mut follower, &scene);
         for frame in 0..40 {
             let mut changes: Vec<Change> = Vec::new();
-            scene.let_go();
+            scene.free_unreachable();
             scene.apply_all(&editor.frame(), &mut changes);
             follower.follow(&changes);
             // Some frames are not drawn.
@@ -167,7 +167,7 @@ fn what_the_scene_lets_go_takes_no_memory_of_the_gpu() {
         let (mut scene, mut number) = (Scene::new(), 0);
         let frame = |scene: &mut Scene, follower: &mut Offscreen, events: &[Event]| {
             let mut changes = Vec::new();
-            scene.let_go();
+            scene.free_unreachable();
             scene.apply_all(events, &mut changes);
             follower.follow(&changes);
             compare(&gpu, follower, scene, &format!("{occlusion:?}"));

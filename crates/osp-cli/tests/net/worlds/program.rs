@@ -38,7 +38,7 @@ pub(crate) fn finished(file: &str) -> Scene {
     while let Some(event) = session.events.next_event().expect("whole") {
         scene.apply(&event, &mut changes);
         changes.clear();
-        scene.let_go();
+        scene.free_unreachable();
     }
     scene
 }

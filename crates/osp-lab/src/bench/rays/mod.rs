@@ -15,7 +15,7 @@ use osp_session::platform::time::Instant;
 use glam::Vec3;
 
 use self::{
-    model::Questions,
+    model::Queries,
     outline::{Order, Outline, Steps, walk},
 };
 use super::Contender;
@@ -73,7 +73,7 @@ pub struct RaysConfig {
     /// The reference, with which the others are compared.
     pub reference: IndexKind,
     /// Number of rays from outside, of rays from inside, of boxes and of points.
-    pub questions: usize,
+    pub queries: usize,
     /// Time for each kind of query with a structure, seconds.
     pub budget_secs: f64,
 }
@@ -87,16 +87,15 @@ pub fn cast_rays(config: &RaysConfig, model: &RaysModel, mut progress: impl FnMu
     }
     rows.part(PART, "Rays, ranges and neighbours: figures of a query, exact tests included");
     NOTES.iter().for_each(|note| rows.note(PART, *note));
-    let questions = Questions::new(model, config.questions.max(1));
+    let queries = Queries::new(model, config.queries.max(1));
     let reference = model.filled(Contender::Own(config.reference), model.boxes.len());
-    let expected = answers(reference.as_ref(), model, &questions);
+    let expected = answers(reference.as_ref(), model, &queries);
     let share = |rays: &[Ray]| {
         let hits = rays.iter().filter(|ray| nearest_hit(reference.as_ref(), model, ray).is_some()).count();
         100.0 * hits as f64 / rays.len() as f64
     };
-    for (task, rays) in TASKS
-        .into_iter()
-        .zip([Some(&questions.outside), Some(&questions.inside)].into_iter().chain([None; 4]))
+    for (task, rays) in
+        TASKS.into_iter().zip([Some(&queries.outside), Some(&queries.inside)].into_iter().chain([None; 4]))
     {
         rows.of(task, &model.recording, "").value("polygons", "polygons", model.boxes.len() as f64).maybe(
             "hit",
@@ -107,15 +106,15 @@ pub fn cast_rays(config: &RaysConfig, model: &RaysModel, mut progress: impl FnMu
     for &kind in &config.kinds {
         progress(kind.name());
         let index = model.filled(kind, model.boxes.len());
-        if answers(index.as_ref(), model, &questions) != expected {
+        if answers(index.as_ref(), model, &queries) != expected {
             let (name, reference) = (kind.name(), config.reference.name());
             rows.faults.push(format!("NOT THE SAME ANSWERS AS {reference} in {}: {name}.", model.recording));
         }
         let pair = Pair { index: index.as_ref(), reference: reference.as_ref(), model, config };
-        pair.measure(&mut rows, kind, &questions);
+        pair.measure(&mut rows, kind, &queries);
     }
     progress("moving polygons");
-    moves::refit_against_rebuild(&mut rows, model, &questions);
+    moves::refit_against_rebuild(&mut rows, model, &queries);
     rows
 }
 
@@ -131,8 +130,8 @@ struct Answers {
     near: Vec<Vec<(PolygonId, f32)>>,
 }
 
-fn answers(index: &dyn SpatialIndex, model: &RaysModel, questions: &Questions) -> Answers {
-    let rays = questions.outside.iter().chain(&questions.inside);
+fn answers(index: &dyn SpatialIndex, model: &RaysModel, queries: &Queries) -> Answers {
+    let rays = queries.outside.iter().chain(&queries.inside);
     let in_box = |bounds: &Aabb| {
         let mut ids = Vec::new();
         index.box_query(bounds, &mut ids);
@@ -147,8 +146,8 @@ fn answers(index: &dyn SpatialIndex, model: &RaysModel, questions: &Questions) -
     };
     Answers {
         hits: rays.map(|ray| nearest_hit(index, model, ray)).collect(),
-        in_boxes: questions.boxes.iter().map(in_box).collect(),
-        near: questions.points.iter().map(near).collect(),
+        in_boxes: queries.boxes.iter().map(in_box).collect(),
+        near: queries.points.iter().map(near).collect(),
     }
 }
 
@@ -189,8 +188,8 @@ fn in_turns(budget_secs: f64, most: usize, mut one: impl FnMut(usize, bool) -> u
 }
 
 impl Pair<'_> {
-    fn measure(&self, rows: &mut Rows, kind: Contender, questions: &Questions) {
-        let Questions { outside, inside, boxes, points } = questions;
+    fn measure(&self, rows: &mut Rows, kind: Contender, queries: &Queries) {
+        let Queries { outside, inside, boxes, points } = queries;
         let name = self.model.recording.as_str();
         let [from_outside, from_inside, any, in_box, near, growing] = TASKS;
         let mut of = |task: &str, asked: &TaskTimes| {
@@ -227,7 +226,7 @@ impl Pair<'_> {
         );
         of(growing, &self.grow(kind, inside));
         let outline = Outline::of(self.index, &self.model.boxes);
-        walk_both(rows, kind, &outline, self.model, questions);
+        walk_both(rows, kind, &outline, self.model, queries);
     }
 
     fn nearest(&self, index: &dyn SpatialIndex, ray: &Ray, asked: &mut u64) -> WorkCounts {
@@ -251,15 +250,15 @@ impl Pair<'_> {
     /// Measures the time of queries, and counts the nodes and boxes per query.
     fn time<Q>(
         &self,
-        questions: &[Q],
+        queries: &[Q],
         ask: impl Fn(&dyn SpatialIndex, &Q, &mut u64) -> WorkCounts,
     ) -> TaskTimes {
         let (mut work, mut asked) = (WorkCounts::default(), 0);
-        for question in questions {
+        for question in queries {
             work += ask(self.index, question, &mut asked);
         }
-        let count = questions.len() as f64;
-        let shares: Vec<&[Q]> = questions.chunks(TOGETHER).collect();
+        let count = queries.len() as f64;
+        let shares: Vec<&[Q]> = queries.chunks(TOGETHER).collect();
         let ask_all = |index: &dyn SpatialIndex, share: &[Q]| {
             let mut unused = 0;
             for question in share {
@@ -309,16 +308,16 @@ impl Pair<'_> {
 }
 
 /// Measures work and times of the two traversal orders, in turns.
-fn walk_both(rows: &mut Rows, kind: Contender, outline: &Outline, model: &RaysModel, questions: &Questions) {
+fn walk_both(rows: &mut Rows, kind: Contender, outline: &Outline, model: &RaysModel, queries: &Queries) {
     const REPEATS: usize = 3;
-    let count = (questions.outside.len() + questions.inside.len()) as f64;
+    let count = (queries.outside.len() + queries.inside.len()) as f64;
     let mut best_secs = [f64::INFINITY; 2];
     let mut steps = [Steps::default(); 2];
     for _ in 0..REPEATS {
         for (at, order) in [Order::InOrder, Order::BestFirst].into_iter().enumerate() {
             steps[at] = Steps::default();
             let start = Instant::now();
-            walk(outline, order, &model.polygons, questions, &mut steps[at]);
+            walk(outline, order, &model.polygons, queries, &mut steps[at]);
             best_secs[at] = best_secs[at].min(start.elapsed().as_secs_f64());
         }
     }
@@ -342,14 +341,14 @@ mod tests {
     #[test]
     fn an_outline_holds_every_polygon_and_finds_what_the_structure_finds_in_both_orders() {
         let model = model();
-        let questions = Questions::new(&model, 60);
+        let queries = Queries::new(&model, 60);
         let mut hits = 0;
         for kind in Contender::all() {
             let index = model.filled(kind, model.boxes.len());
             let outline = Outline::of(index.as_ref(), &model.boxes);
             assert_eq!(outline.len(), model.boxes.len(), "{}", kind.name());
             let (mut in_order, mut best_first) = (Steps::default(), Steps::default());
-            for ray in questions.outside.iter().chain(&questions.inside) {
+            for ray in queries.outside.iter().chain(&queries.inside) {
                 let expected = nearest_hit(index.as_ref(), &model, ray);
                 let mut hit = |id: PolygonId| model.polygons[id.index()].meet(ray);
                 assert_eq!(
@@ -375,7 +374,7 @@ mod tests {
     #[test]
     fn a_tree_that_prunes_tests_far_fewer_boxes_than_no_tree() {
         let model = model();
-        let questions = Questions::new(&model, 60);
+        let queries = Queries::new(&model, 60);
         let boxes = |kind: IndexKind| {
             let index = model.filled(Contender::Own(kind), model.boxes.len());
             let mut steps = Steps::default();
@@ -383,7 +382,7 @@ mod tests {
                 &Outline::of(index.as_ref(), &model.boxes),
                 Order::InOrder,
                 &model.polygons,
-                &questions,
+                &queries,
                 &mut steps,
             );
             steps.boxes
@@ -397,16 +396,16 @@ mod tests {
     #[test]
     fn osp_looks_at_few_boxes_for_neighbours_and_at_few_polygons_for_any_hit() {
         let model = model();
-        let questions = Questions::new(&model, 60);
+        let queries = Queries::new(&model, 60);
         let index = model.filled(Contender::Own(IndexKind::Osp), model.boxes.len());
         let mut boxes = 0;
-        for &point in &questions.points {
+        for &point in &queries.points {
             let mut distance_m = |id: PolygonId| model.polygons[id.index()].distance_m(point);
             boxes += index.nearest(point, NEIGHBOURS, &mut distance_m, &mut Vec::new()).boxes;
         }
-        let all = (questions.points.len() * model.boxes.len()) as u64;
+        let all = (queries.points.len() * model.boxes.len()) as u64;
         assert!(boxes > 0 && boxes * 10 < all, "{boxes} of {all}");
-        for ray in &questions.outside {
+        for ray in &queries.outside {
             let asked = |any: bool| {
                 let mut asked = 0;
                 let mut hit = |id: PolygonId| {
@@ -426,12 +425,8 @@ mod tests {
 
     #[test]
     fn all_structures_give_the_same_answers_and_a_model_without_polygons_none() {
-        let config = RaysConfig {
-            kinds: Contender::all(),
-            reference: IndexKind::Osp,
-            questions: 20,
-            budget_secs: 0.0,
-        };
+        let config =
+            RaysConfig { kinds: Contender::all(), reference: IndexKind::Osp, queries: 20, budget_secs: 0.0 };
         let model = RaysModel::synthetic(700).expect("it is whole");
         let rows = cast_rays(&config, &model, |_| {});
         assert_eq!(rows.faults, Vec::<String>::new());

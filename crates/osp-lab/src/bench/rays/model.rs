@@ -71,7 +71,7 @@ impl RaysModel {
 }
 
 /// The queries, the same for every structure.
-pub(super) struct Questions {
+pub(super) struct Queries {
     /// Rays from a sphere around the model to the centres of polygons.
     pub(super) outside: Vec<Ray>,
     /// Rays from positions in the model in random directions.
@@ -81,7 +81,7 @@ pub(super) struct Questions {
     pub(super) points: Vec<Vec3>,
 }
 
-impl Questions {
+impl Queries {
     pub(super) fn new(model: &RaysModel, count: usize) -> Self {
         let around = model.around();
         let mut random = Random::new(1);
@@ -90,7 +90,7 @@ impl Questions {
         let last = model.boxes.len() - 1;
         let polygon = |random: &mut Random| ((random.unit() * (last + 1) as f64) as usize).min(last);
         let far_m = around.extent().length();
-        let mut questions = Self {
+        let mut queries = Self {
             outside: Vec::with_capacity(count),
             inside: Vec::with_capacity(count),
             boxes: Vec::with_capacity(count),
@@ -99,14 +99,14 @@ impl Questions {
         for _ in 0..count {
             let from = around.center() + random.direction().as_vec3() * far_m;
             let aim = model.boxes[polygon(&mut random)].center();
-            questions.outside.push(Ray::new(from, aim - from));
+            queries.outside.push(Ray::new(from, aim - from));
             let from = place(&mut random);
-            questions.inside.push(Ray::new(from, random.direction().as_vec3()));
+            queries.inside.push(Ray::new(from, random.direction().as_vec3()));
             let half = around.extent() * 0.05;
             let middle = model.boxes[polygon(&mut random)].center();
-            questions.boxes.push(Aabb::new(middle - half, middle + half));
-            questions.points.push(place(&mut random));
+            queries.boxes.push(Aabb::new(middle - half, middle + half));
+            queries.points.push(place(&mut random));
         }
-        questions
+        queries
     }
 }

@@ -5,7 +5,7 @@ use osp_session::platform::time::Instant;
 use glam::Vec3;
 
 use super::{
-    model::{Questions, RaysModel},
+    model::{Queries, RaysModel},
     outline::{Order, Outline, Steps, walk},
 };
 use crate::{
@@ -32,7 +32,7 @@ const TREES: [&str; 5] = ["bvh-sah", "dynamic-bvh", "osp", "sah-refitted", "sah-
 const TASK: &str = "rays/moved";
 
 /// Moves all polygons repeatedly and measures the trees in between. Larger models are skipped.
-pub(super) fn refit_against_rebuild(rows: &mut Rows, model: &RaysModel, questions: &Questions) {
+pub(super) fn refit_against_rebuild(rows: &mut Rows, model: &RaysModel, queries: &Queries) {
     if model.boxes.len() > MOST_POLYGONS {
         return;
     }
@@ -69,8 +69,8 @@ pub(super) fn refit_against_rebuild(rows: &mut Rows, model: &RaysModel, question
         let rebuilt = moved.filled(kinds[0], moved.boxes.len());
         let tests = |outline: &Outline| {
             let mut steps = Steps::default();
-            walk(outline, Order::InOrder, &moved.polygons, questions, &mut steps);
-            steps.boxes as f64 / (questions.outside.len() + questions.inside.len()) as f64
+            walk(outline, Order::InOrder, &moved.polygons, queries, &mut steps);
+            steps.boxes as f64 / (queries.outside.len() + queries.inside.len()) as f64
         };
         let [bvh_sah, dynamic_bvh, osp] =
             indexes.each_ref().map(|index| tests(&Outline::of(index.as_ref(), &moved.boxes)));
@@ -106,7 +106,7 @@ mod tests {
     fn a_refitted_tree_gets_worse_and_a_rebuilt_one_does_not() {
         let model = RaysModel::synthetic(2000).expect("it is whole");
         let mut rows = Rows::default();
-        refit_against_rebuild(&mut rows, &model, &Questions::new(&model, 50));
+        refit_against_rebuild(&mut rows, &model, &Queries::new(&model, 50));
         let boxes = |tree: &str, moves: u32| {
             rows.value(TASK, "scribble-2000", tree, &format!("boxes_after_{moves}_moves")).expect("a look")
         };

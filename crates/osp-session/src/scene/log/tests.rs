@@ -26,7 +26,7 @@ fn grouped(group: usize, strokes: impl IntoIterator<Item = u32>) -> Arrangement 
     Arrangement::Group(Box::new(Grouping {
         group,
         members: named(strokes, None),
-        hanging: Some(None),
+        new_parent: Some(None),
         names,
     }))
 }

@@ -303,7 +303,7 @@ proptest! {
             let (of_scene, groups_of_scene) = state_of(&mut scene);
             prop_assert_eq!(&of_scene, &strokes);
             prop_assert_eq!(&groups_of_scene, &groups);
-            scene.let_go();
+            scene.free_unreachable();
         }
         // With frames of any length and with groups that move as a whole, the model is the same.
         batched.apply_all(&waiting, &mut changes);

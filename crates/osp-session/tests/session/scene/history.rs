@@ -88,13 +88,13 @@ fn what_was_erased_before_that_is_gone_and_its_number_stays_used() {
         begin(1, Tool::Ribbon, NormalRule::LocalX),
         polygon(Some(StrokeId(1)), [Vec3::ZERO, Vec3::X, Vec3::Y], (1.0, 1.0, 1.0, 1.0)),
     ];
-    for let_go in [false, true] {
+    for free_unreachable in [false, true] {
         assert!(play(&mut scene, &of_gone).is_empty());
-        assert_eq!(ignored(&scene), of_gone.len() as u64 * (1 + u64::from(let_go)));
+        assert_eq!(ignored(&scene), of_gone.len() as u64 * (1 + u64::from(free_unreachable)));
         assert!(scene.is_used(StrokeId(1)) && scene.is_used(StrokeId(3)) && !scene.is_used(StrokeId(4)));
         assert_eq!((scene.counts().strokes, scene.counts().erased_strokes), (3, 2));
         assert_eq!(scene.visible_ids().collect::<Vec<_>>(), [PolygonId(2), PolygonId(3)]);
-        (0..2).for_each(|_| scene.let_go());
+        (0..2).for_each(|_| scene.free_unreachable());
     }
     assert_eq!(scene.strokes().iter().count(), 1);
     // Groups accept only existing strokes, and numbers are not reused.
@@ -126,7 +126,7 @@ fn what_was_taken_back_and_drawn_over_is_gone() {
     for _ in 0..2 {
         assert_eq!(scene.polygon(PolygonId(0)).vertices().len(), 4);
         assert!(scene.bounds(PolygonId(1)).is_valid() && !scene.is_visible(PolygonId(0)));
-        scene.let_go();
+        scene.free_unreachable();
     }
     assert!(scene.bounds(PolygonId(0)).is_empty() && !scene.is_visible(PolygonId(0)));
     assert_eq!(scene.polygon(PolygonId(1)).area_m2(), 0.0);
@@ -150,7 +150,7 @@ fn when_it_is_let_go_makes_no_difference() {
             let changes = (play(&mut kept, &events), play(&mut freed, &events));
             assert_eq!(changes.0, changes.1, "seed {seed}");
             if editor.below(3) > 0 {
-                freed.let_go();
+                freed.free_unreachable();
             }
             assert_eq!(kept.counts(), freed.counts());
             events = editor.edit();

@@ -47,8 +47,8 @@ fn more_edits_than_undo_reaches_are_taken_back_as_one_step_and_made_again() {
     assert_eq!(visible(&scene), new);
     // A new edit after an undo makes the copies unreachable, the old strokes not.
     play(&mut scene, &[UNDO, moved(0)]);
-    scene.let_go();
-    scene.let_go();
+    scene.free_unreachable();
+    scene.free_unreachable();
     assert_eq!(visible(&scene), old);
     assert!(scene.stroke(StrokeId(count)).is_none() && scene.is_used(StrokeId(count)));
     assert_eq!(scene.counts().ignored_events, 0);

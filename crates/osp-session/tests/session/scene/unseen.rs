@@ -103,7 +103,7 @@ impl Followers {
 
     fn frame(&mut self, events: Vec<Event>) {
         let mut changes = Vec::new();
-        self.scene.let_go();
+        self.scene.free_unreachable();
         self.scene.apply_all(&events, &mut changes);
         for change in &changes {
             let bounds = |id| self.scene.bounds(id);

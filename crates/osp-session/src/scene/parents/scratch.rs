@@ -18,7 +18,7 @@ pub(super) enum Reason {
     Above,
 }
 
-/// Scratch of [`Hangings::settle`](super::Hangings::settle).
+/// Scratch of [`GroupParents::settle`](super::GroupParents::settle).
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     /// The groups that differ, with their parents on the old timeline.

@@ -14,7 +14,7 @@ const CHANGED_PART: u64 = 8;
 ///
 /// The pauses depend on counts and views alone, so they are the same on every machine.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Rest {
+pub(super) struct IdleBackoff {
     /// Number of frames still to skip.
     left: u32,
     /// Number of frames skipped after the last test.
@@ -25,7 +25,7 @@ pub(super) struct Rest {
     view: Option<View>,
 }
 
-impl Rest {
+impl IdleBackoff {
     /// Whether the frame skips occlusion culling. `comes_large` returns whether a polygon was inserted that
     /// may be a large occluder.
     pub(super) fn leaves_out(
@@ -78,12 +78,12 @@ mod tests {
     }
 
     /// Runs `frames` frames, each with `found` hidden polygons, and counts the tests.
-    fn looks(rest: &mut Rest, frames: u32, found: u64) -> u32 {
+    fn looks(idle: &mut IdleBackoff, frames: u32, found: u64) -> u32 {
         let views = [view(Vec3::NEG_Z)];
         let mut looks = 0;
         for _ in 0..frames {
-            if !rest.leaves_out(1000, &views, || false) {
-                rest.note(found, 1000, &views);
+            if !idle.leaves_out(1000, &views, || false) {
+                idle.note(found, 1000, &views);
                 looks += 1;
             }
         }
@@ -92,20 +92,20 @@ mod tests {
 
     #[test]
     fn it_looks_seldom_where_nothing_is_found_and_always_where_something_is() {
-        let mut rest = Rest::default();
-        assert_eq!(looks(&mut rest, 1000, 0), 6 + (1000 - 6 - 63) / 33 + 1);
-        assert!(looks(&mut rest, 1000, 1) >= 1000 - LONGEST);
-        assert_eq!(looks(&mut rest, 100, 1), 100);
+        let mut idle = IdleBackoff::default();
+        assert_eq!(looks(&mut idle, 1000, 0), 6 + (1000 - 6 - 63) / 33 + 1);
+        assert!(looks(&mut idle, 1000, 1) >= 1000 - LONGEST);
+        assert_eq!(looks(&mut idle, 100, 1), 100);
     }
 
     #[test]
     fn what_changes_much_ends_the_rest() {
         let ahead = [view(Vec3::NEG_Z)];
         let resting = || {
-            let mut rest = Rest::default();
-            looks(&mut rest, 100, 0);
-            assert!(rest.leaves_out(1000, &ahead, || false));
-            rest
+            let mut idle = IdleBackoff::default();
+            looks(&mut idle, 100, 0);
+            assert!(idle.leaves_out(1000, &ahead, || false));
+            idle
         };
         assert!(resting().leaves_out(1100, &[view(Vec3::new(0.1, 0.0, -1.0))], || false));
         assert!(!resting().leaves_out(1200, &ahead, || false));
@@ -113,9 +113,9 @@ mod tests {
         assert!(!resting().leaves_out(1000, &[view(Vec3::new(0.3, 0.0, -1.0))], || false));
         assert!(!resting().leaves_out(1000, &[ahead[0], ahead[0]], || false));
         assert!(!resting().leaves_out(1000, &[], || false));
-        let mut rest = resting();
-        assert!(!rest.leaves_out(1000, &ahead, || true));
-        rest.note(0, 1000, &ahead);
-        assert_eq!(rest.left, LONGEST);
+        let mut idle = resting();
+        assert!(!idle.leaves_out(1000, &ahead, || true));
+        idle.note(0, 1000, &ahead);
+        assert_eq!(idle.left, LONGEST);
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! All active groupings apply in order. A grouping that would close a cycle or make a chain too long has no effect. So
 //! the effect of a grouping depends on earlier ones, and undoing a grouping may change the effect of any later one.
-//! [`Hangings::settle`] visits the later groupings in order of time. It compares two timelines: the old one, which is
+//! [`GroupParents::settle`] visits the later groupings in order of time. It compares two timelines: the old one, which is
 //! stored, and the new one. It follows three kinds of groups:
 //! * A group *differs* if its parents on the two timelines differ.
 //! * A group is *reached* if it differs or descends from one that differs. Only reached groups may have other ancestors.
@@ -58,7 +58,7 @@ impl Line {
 
 /// See the [module](self).
 #[derive(Clone, Debug, Default)]
-pub(super) struct Hangings {
+pub(super) struct GroupParents {
     /// The timelines by group.
     lines: Vec<Option<Box<Line>>>,
     /// Number of active groupings that set a parent.
@@ -75,8 +75,8 @@ pub(super) struct Hangings {
     /// Whether too many entries are outdated to list them; the next walk then rebuilds all parents.
     is_all_outdated: bool,
     /// Groups of the groupings that were undone since the last walk.
-    let_go: Vec<usize>,
-    /// Whether [`Hangings::settle`] must run before a parent is read.
+    to_detach: Vec<usize>,
+    /// Whether [`GroupParents::settle`] must run before a parent is read.
     is_due: bool,
     /// Number of the current walk.
     walk: u64,
@@ -84,7 +84,7 @@ pub(super) struct Hangings {
     scratch: Scratch,
 }
 
-impl Hangings {
+impl GroupParents {
     /// Number of groups and groupings visited so far.
     pub(super) fn steps(&self) -> u64 {
         self.steps
@@ -223,7 +223,7 @@ impl Hangings {
     }
 
     /// Undoes or redoes a grouping. If no later grouping depends on it, the group's parent is set at once. Otherwise
-    /// [`Hangings::settle`] updates all dependent groupings in one walk for all undo and redo of a frame.
+    /// [`GroupParents::settle`] updates all dependent groupings in one walk for all undo and redo of a frame.
     pub(super) fn turn(
         &mut self,
         groups: &mut Groups,
@@ -271,7 +271,7 @@ impl Hangings {
                 if self.remove(time, group, parent) && !was_fresh {
                     self.outdated.entry(time).or_insert((group, parent));
                 }
-                self.let_go.push(group);
+                self.to_detach.push(group);
             }
         }
         if !is_pure {
@@ -333,13 +333,13 @@ impl Hangings {
         if !self.is_all_outdated && self.walk_through(groups, &mut scratch) {
             self.hang_differing(groups, &scratch.differs);
         } else {
-            self.hang_anew(groups);
+            self.rebuild(groups);
         }
         self.is_all_outdated = false;
         self.outdated.clear();
         self.fresh.clear();
         self.found.clear();
-        for group in std::mem::take(&mut self.let_go) {
+        for group in std::mem::take(&mut self.to_detach) {
             self.make_constant(groups, group);
         }
         scratch.end();
@@ -347,24 +347,24 @@ impl Hangings {
     }
 
     fn hang_differing(&mut self, groups: &mut Groups, differs: &BTreeMap<usize, Option<usize>>) {
-        let mut to_hang = Vec::new();
+        let mut to_attach = Vec::new();
         for &group in differs.keys() {
             let parent = self.link(groups, group, END);
             if parent != groups.parent(group) {
-                to_hang.push((group, parent));
+                to_attach.push((group, parent));
             }
         }
         // All groups are detached first, so that no intermediate state has a cycle.
-        to_hang.iter().for_each(|&(group, _)| groups.hang(group, None));
-        to_hang.iter().for_each(|&(group, parent)| groups.hang(group, parent));
+        to_attach.iter().for_each(|&(group, _)| groups.set_parent(group, None));
+        to_attach.iter().for_each(|&(group, parent)| groups.set_parent(group, parent));
     }
 
     /// Rebuilds all parents: resets the groups of all groupings to their base parents, then applies the groupings in order.
-    fn hang_anew(&mut self, groups: &mut Groups) {
+    fn rebuild(&mut self, groups: &mut Groups) {
         let mut all = Vec::new();
         for (group, line) in self.lines.iter().enumerate() {
             let Some(line) = line.as_deref().filter(|line| !line.is_constant()) else { continue };
-            groups.hang(group, None);
+            groups.set_parent(group, None);
             all.extend(line.held.iter().map(|(&time, &parent)| (time, group, parent)));
             all.extend(line.refused.iter().map(|(&time, &parent)| (time, group, Some(parent))));
         }

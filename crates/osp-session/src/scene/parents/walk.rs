@@ -7,12 +7,12 @@ use std::{
 
 use super::{
     super::group::{Groups, MAX_GROUP_DEPTH},
-    Hangings,
+    GroupParents,
     scratch::{Reason, Scratch},
     time::{END, Time, place_at},
 };
 
-impl Hangings {
+impl GroupParents {
     /// Processes the queued groupings in order of time. Returns `false` if rebuilding all parents costs less
     /// than the rest of the walk.
     pub(super) fn walk_through(&mut self, groups: &Groups, scratch: &mut Scratch) -> bool {

@@ -70,7 +70,7 @@ impl Anew {
             Turn::MadeAgain => self.active.insert(place, grouping),
         };
         let Some(base) = base else { return };
-        base.keys().for_each(|&group| self.groups.hang(group, None));
+        base.keys().for_each(|&group| self.groups.set_parent(group, None));
         for (&group, &parent) in &base {
             self.groups.try_hang(group, parent);
         }
@@ -93,7 +93,7 @@ impl Anew {
 struct Both {
     anew: Anew,
     groups: Groups,
-    hangings: Hangings,
+    parents: GroupParents,
     next: u64,
 }
 
@@ -103,21 +103,21 @@ impl Both {
         for group in 0..count {
             anew.groups.find_or_make(GroupId(group), None).expect("a new group");
         }
-        Self { groups: anew.groups.clone(), anew, hangings: Hangings::default(), next: 0 }
+        Self { groups: anew.groups.clone(), anew, parents: GroupParents::default(), next: 0 }
     }
 
     /// Makes a grouping; `None` if it is refused.
     fn group(&mut self, group: usize, parent: Option<usize>) -> Option<u64> {
-        self.hangings.settle(&mut self.groups);
+        self.parents.settle(&mut self.groups);
         let id = self.groups.id(group);
         let can = self.groups.find_or_make(id, parent).is_some();
         assert_eq!(self.anew.groups.find_or_make(id, parent).is_some(), can);
         can.then(|| {
             let (place, before) = (self.next, self.groups.parent(group));
             self.next += 1;
-            self.hangings.add(place, group, before, parent);
-            self.groups.hang(group, parent);
-            self.anew.groups.hang(group, parent);
+            self.parents.add(place, group, before, parent);
+            self.groups.set_parent(group, parent);
+            self.anew.groups.set_parent(group, parent);
             let grouping = Grouping { group, before, parent, holds: true, is_settled: false };
             self.anew.active.insert(place, grouping);
             place
@@ -128,33 +128,33 @@ impl Both {
         let from = if turn == Turn::TakenBack { &self.anew.active } else { &self.anew.taken_back };
         let Some(&grouping) = from.get(&place) else { return };
         if !grouping.is_settled {
-            self.hangings.turn(&mut self.groups, place, grouping.group, grouping.parent, turn);
+            self.parents.turn(&mut self.groups, place, grouping.group, grouping.parent, turn);
         }
         self.anew.turn(place, turn);
     }
 
     fn forget(&mut self, place: u64) {
-        self.hangings.settle(&mut self.groups);
+        self.parents.settle(&mut self.groups);
         let Some(&grouping) = self.anew.active.get(&place) else { return };
         if !grouping.is_settled {
-            self.hangings.forget(&self.groups, place, grouping.group, grouping.parent);
+            self.parents.forget(&self.groups, place, grouping.group, grouping.parent);
         }
         self.anew.forget(place);
     }
 
     fn compare(&mut self, of: &str) {
-        self.hangings.settle(&mut self.groups);
+        self.parents.settle(&mut self.groups);
         for group in 0..self.groups.len() {
             assert_eq!(self.groups.parent(group), self.anew.groups.parent(group), "{of}: group {group}");
         }
         let mut count = 0;
         for (&place, grouping) in self.anew.active.iter().filter(|(_, grouping)| !grouping.is_settled) {
-            assert_eq!(self.hangings.holds(place, grouping.group), grouping.holds, "{of}: grouping {place}");
+            assert_eq!(self.parents.holds(place, grouping.group), grouping.holds, "{of}: grouping {place}");
             count += 1;
         }
-        assert_eq!(self.hangings.count, count, "{of}");
-        let is_left = self.hangings.lines.iter().any(Option::is_some);
-        assert!(count > 0 || !is_left || !self.hangings.is_as_kept(), "{of}: nothing is kept of nothing");
+        assert_eq!(self.parents.count, count, "{of}");
+        let is_left = self.parents.lines.iter().any(Option::is_some);
+        assert!(count > 0 || !is_left || !self.parents.is_as_kept(), "{of}: nothing is kept of nothing");
     }
 }
 
