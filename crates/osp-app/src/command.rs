@@ -32,7 +32,7 @@ pub enum Command {
     Color([f32; 4]),
     /// Set the drawing aids.
     Aids(Aids),
-    /// Set where in depth new strokes are drawn.
+    /// Set the rule for the depth of new strokes.
     Snap(Snap),
     /// Erase the selected strokes.
     EraseSelected,

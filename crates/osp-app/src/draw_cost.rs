@@ -23,7 +23,7 @@ pub(super) struct DrawCost {
 }
 
 impl DrawCost {
-    /// Adds the drawing time of a number of polygons. Times may arrive some frames late, because the number of polygons
+    /// Adds the drawing time of a number of polygons. The time may belong to an earlier frame: the number of polygons
     /// changes slowly.
     pub(super) fn note(&mut self, polygons: u64, ns: u64) {
         self.frames = self.frames.saturating_add(1);

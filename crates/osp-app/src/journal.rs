@@ -81,7 +81,7 @@ pub struct Unwritten {
 fn rest(missing: u64, kept_in: Option<&Path>) -> String {
     match kept_in {
         Some(path) => {
-            format!("the whole session is in {}, and the next `osp sketch` brings it back", path.display())
+            format!("the whole session is in {}, and the next `osp sketch` restores it", path.display())
         }
         None => format!("{missing} events are in no file"),
     }
@@ -391,7 +391,7 @@ impl Journal {
         }
     }
 
-    /// Continues in the autosave file, because the user has not chosen the lost path.
+    /// Makes the shelter the session's file, because the user did not choose the path of the lost file.
     fn stay_in_shelter(&mut self) {
         let Some(shelter) = self.shelter.take() else { return };
         self.path = shelter.path().to_owned();
@@ -443,7 +443,7 @@ impl Journal {
             }
         };
         if let Some(old) = self.file.replace(file) {
-            // The user has not chosen the old path, and the new file has all events.
+            // A file whose path the user did not choose is removed, because the new file has all events.
             if self.is_named || is_own { old.release() } else { old.remove() }
         }
         if let Some(shelter) = self.shelter.take() {

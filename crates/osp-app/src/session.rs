@@ -32,7 +32,8 @@ pub use replay::{Jump, Replay, ReplayReader};
 /// Finds the time at which each polygon was drawn. It stops when its argument returns `false`.
 pub(super) type FindTimes = Box<dyn FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send>;
 
-/// Finds the strokes of a session. It returns `None` once its argument, which gets the number of events, returns `false`.
+/// Finds the strokes of a session. Calls its argument with the number of events, and returns `None` once this call
+/// returns `false`.
 pub(super) type FindStrokes =
     Box<dyn FnOnce(&dyn Fn(u64) -> bool) -> Result<Option<KeptStrokes>, RecordingError> + Send>;
 
@@ -59,7 +60,7 @@ pub struct Session {
     news: Vec<String>,
     /// An earlier copy of the same session with edits, if this is a copy.
     earlier: Option<Autosave>,
-    /// Whether this is a new copy of a session of another program, which the user opened to see.
+    /// Whether this is a new copy of a session of another program, which the user opened to view.
     is_import: bool,
 }
 
@@ -134,7 +135,7 @@ impl Session {
         self.model.tally.excess(limits)
     }
 
-    /// [`Session::excess`] if these events were added.
+    /// The limit that the session would exceed with these events, like [`Session::excess`].
     pub(super) fn excess_with(&self, events: &[Event], limits: &Limits) -> Option<(u64, &'static str)> {
         let mut tally = self.model.tally.clone();
         events.iter().for_each(|event| tally.add(event));
@@ -427,7 +428,7 @@ impl Session {
         }
     }
 
-    /// Whether the server has not returned an event of the user yet that erases the stroke.
+    /// Whether an event of the user erases the stroke, and the server has not returned this event yet.
     pub(super) fn is_erasing(&self, stroke: StrokeId) -> bool {
         match &self.source {
             #[cfg(feature = "live")]

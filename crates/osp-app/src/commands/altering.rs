@@ -188,7 +188,7 @@ impl Studio {
         }
         self.events.extend(events);
         self.apply_events();
-        // The step does not count an edit without effect, so it may still be open.
+        // The step does not count edits without effect, so the step may still be open.
         if self.scene().is_step_open() || (edits > 1 && self.session.may_have_open_step()) {
             self.events.push(Event::Step { author: Author::SOLE, t, edits: 0 });
             self.apply_events();

@@ -267,8 +267,8 @@ impl Studio {
         PenPoint { view, at, height_px, surface, target: self.navigator.target(), pressure }
     }
 
-    /// The point of the model under a point of a screen. It ignores the unfinished stroke, which would otherwise climb
-    /// towards the eye on itself.
+    /// The point of the model under a point of a screen. The unfinished stroke is ignored; otherwise it would be drawn
+    /// on its own surface, ever closer to the eye.
     fn surface_under(&mut self, view: &View, at: Vec2) -> Option<Vec3> {
         if self.input.snap == Snap::Off {
             return None;

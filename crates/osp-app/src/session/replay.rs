@@ -172,8 +172,8 @@ impl Replay {
         move |goes_on| recorded.polygon_times(end, goes_on)
     }
 
-    /// Returns a function that finds the strokes of the current model. It may run on another thread, and returns `None` once
-    /// its argument, which gets the number of events, returns `false`.
+    /// Returns a function that finds the strokes of the current model. It may run on another thread. It calls its
+    /// argument with the number of events, and returns `None` once this call returns `false`.
     pub(super) fn find_strokes(
         &self,
     ) -> impl FnOnce(&dyn Fn(u64) -> bool) -> Option<KeptStrokes> + Send + use<> {
