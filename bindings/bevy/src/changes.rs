@@ -51,7 +51,7 @@ pub(crate) enum Received {
     /// The entity is new or has changed.
     Changed {
         entity: Entity,
-        /// Whether its components give its place and allow culling by it.
+        /// Whether the entity has a box or a sphere, and no component that forbids culling by it.
         has_bounds: bool,
     },
     /// The entity is no longer tracked.

@@ -34,16 +34,16 @@ pub enum OccluderError {
 /// The sides of an occluder's polygons that are drawn, and so hide things behind them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OccluderSides {
-    /// The front: corners run counter-clockwise as seen from the eye. For materials that leave out back faces, which is
-    /// Bevy's default. A mirrored transform hides nothing.
+    /// The front: corners run counter-clockwise as seen from the eye. Use this for materials that cull back faces,
+    /// Bevy's default. With a mirrored transform the occluder hides nothing.
     #[default]
     Front,
     /// Both sides, for materials without `cull_mode`.
     Both,
 }
 
-/// The drawn polygons of this entity hide things behind them: for a wall, a floor, a hill, or another large, opaque
-/// thing.
+/// The drawn polygons of this entity hide things behind them. Add it to a wall, a floor, a hill, or another large,
+/// opaque thing.
 ///
 /// The polygons are in the entity's space. Every view that draws the entity must draw their whole area opaque: no
 /// holes, no transparency, and no shader that moves them. The conservative MSVBSP of [`osp::occlusion`] then leaves

@@ -103,12 +103,12 @@ export class Culler<K extends Key = number> {
   hidden(camera?: number): number;
   /** The refusals between the last two calls of `cull`, with the reasons. A very long list is cut off. */
   readonly refused: { key: K; why: string }[];
-  /** Applies all changes, so that `inBox`, `inSphere`, `onRay`, `pick` and `nearest` use them. `cull` does this, too. */
+  /** Applies all changes, so that `inBox`, `inSphere`, `onRay`, `pick` and `nearest` use them. `cull` applies them, too. */
   commit(): void;
 
   /** Whether an object has this key. */
   has(key: K): boolean;
-  /** A copy of an object's box that was set last; undefined if there is none. */
+  /** A copy of the box that was last set for an object; undefined if there is none. */
   box(key: K): Float32Array | undefined;
 
   /** The objects whose boxes have a point in common with the box from `min` to `max`; touching counts. */
