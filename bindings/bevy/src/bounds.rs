@@ -14,8 +14,8 @@ use osp::{
 };
 
 /// Share of a coordinate, an extent or a plane's distance by which a box or a plane is enlarged. Each of the two tests
-/// rounds less than sixteen times, each time by at most 2^-24 of a number that is not larger than this coordinate,
-/// extent or distance.
+/// rounds less than sixteen times. Each rounding is at most 2^-24 of a number not larger than the coordinate, extent or
+/// distance.
 const MARGIN: f32 = 1.0 / (1 << 19) as f32;
 
 /// Margin in metres that is added to each coordinate, extent and distance, for numbers so small that their products

@@ -122,7 +122,7 @@ impl Changes<'_, '_> {
                 aabbs.map(|aabbs| aabbs.changed_ticks_slice()),
                 spheres.map(|spheres| spheres.changed_ticks_slice()),
                 no_culling.map(|no_culling| no_culling.added_ticks_slice()),
-                // Of the components that the query requires, this one is added last.
+                // This component is added last of those that the query requires.
                 Some(view_visibilities.added_ticks_slice()),
             ];
             let is_newer = |tick: &Tick| tick.is_newer_than(last_run, this_run);

@@ -137,7 +137,8 @@ pub(crate) struct Conditions<'a> {
 }
 
 impl Conditions<'_> {
-    /// Whether an entity fulfils the conditions of Bevy's systems: inherited visibility, layers, and the range of distances.
+    /// Whether an entity fulfils the conditions of Bevy's systems: inherited visibility, layers, and the range of
+    /// distances.
     #[inline]
     pub(crate) fn admit(
         &self,

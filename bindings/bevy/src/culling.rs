@@ -56,7 +56,8 @@ pub struct OspCullingCounts {
     pub views_by_index: usize,
     /// Number of views that were culled by a plain pass.
     pub views_by_pass: usize,
-    /// Number of shadow views of lights that were culled by the index: cascades, six faces of a point light, spot lights.
+    /// Number of shadow views of lights that were culled by the index: cascades, six faces of a point light, spot
+    /// lights.
     pub shadows_by_index: usize,
     /// Number of shadow views that were culled by a plain pass.
     pub shadows_by_pass: usize,

@@ -93,8 +93,8 @@ type Spot = (
     Option<&'static RenderLayers>,
 );
 
-/// Finds the entities that cast shadows into each cascade, with the results of Bevy's `check_dir_light_mesh_visibility`.
-/// The index only chooses the entities to test; the test is Bevy's own.
+/// Finds the entities that cast shadows into each cascade, with the results of Bevy's
+/// `check_dir_light_mesh_visibility`. The index only chooses the entities to test; the test is Bevy's own.
 pub(crate) fn check_cascades(
     settings: Res<'_, OspCullingSettings>,
     mut culling: ResMut<'_, OspCulling>,
@@ -281,8 +281,8 @@ impl ShadowViews<'_> {
             || range.intersects_obb(aabb, &transform.affine()) && self.cube.as_ref().is_none_or(is_in_cube)
     }
 
-    /// Whether the box of an entity reaches into a view. The near plane of a cascade culls nothing, because a thing in front of
-    /// it casts shadows, too.
+    /// Whether the box of an entity reaches into a view. The near plane of a cascade culls nothing, because a thing in
+    /// front of it casts shadows, too.
     fn reaches(&self, caster: &CasterItem<'_, '_>, frustum: &Frustum) -> bool {
         let (Some(aabb), Some(transform)) = (caster.aabb, caster.transform) else { return true };
         caster.no_frustum_culling

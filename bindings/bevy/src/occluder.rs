@@ -50,7 +50,8 @@ pub enum OccluderSides {
 /// entities behind them out of the `VisibleEntities` of that view. An entity stays visible if even one pixel of it can
 /// be seen.
 ///
-/// * An entity that is hidden, in no layer of the view, or has a `VisibilityRange` (it may be dithered) hides nothing there.
+/// * An entity that is hidden, in no layer of the view, or has a `VisibilityRange` (it may be dithered) hides nothing
+///   there.
 /// * Without an `InheritedVisibility` the occluder is a *stand-in* that is not drawn itself. It must lie inside a drawn
 ///   thing.
 /// * Only perspective cameras leave entities out. They never leave out an entity without `Aabb`, or with

@@ -18,8 +18,8 @@ pub struct OspCullingSettings {
     pub most_moved: f32,
     /// Largest share of the entities that may change in a single frame. If more change, the index is given up at once.
     pub most_moved_at_once: f32,
-    /// Largest share of the entities that the index may find for a view. If it finds more, the view is culled by a
-    /// plain pass, because looking up each of so many takes longer than a pass over all.
+    /// Largest share of the entities that the index may find for a view. If it finds more, a plain pass culls the view,
+    /// because looking up so many entities takes longer than a pass over all.
     pub most_found: f32,
     /// Number of frames without a change after which an entity is put into the index. Until then it is tested in every
     /// frame.

@@ -192,8 +192,8 @@ typedef struct OspCuller OspCuller;
 typedef struct {
     /**
      * Matrix from world to clip space, in column-major order; x and y are from -w to w in view. The projection may be
-     * perspective or parallel, on-axis or off-axis, mirrored, y up or down, with an oblique near plane, with a far
-     * plane or without. The numbers are taken as exact, even for an eye far from the origin.
+     * perspective or parallel, on-axis or off-axis, mirrored, y up or down. Its near plane may be oblique, and it
+     * needs no far plane. The numbers are taken as exact, even for an eye far from the origin.
      */
     double clip_from_world[16];
     /**

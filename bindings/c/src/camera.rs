@@ -25,8 +25,8 @@ pub enum OspDepth {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OspCamera {
     /// Matrix from world to clip space, in column-major order; x and y are from -w to w in view. The projection may be
-    /// perspective or parallel, on-axis or off-axis, mirrored, y up or down, with an oblique near plane, with a far
-    /// plane or without. The numbers are taken as exact, even for an eye far from the origin.
+    /// perspective or parallel, on-axis or off-axis, mirrored, y up or down. Its near plane may be oblique, and it
+    /// needs no far plane. The numbers are taken as exact, even for an eye far from the origin.
     pub clip_from_world: [f64; 16],
     /// One of OspDepth. For a perspective projection, the near and the far end may be exchanged.
     pub depth: i32,

@@ -204,7 +204,7 @@ impl Culling {
         self.reaches
     }
 
-    /// The plan of the current index and of every later one.
+    /// The settings of the current index; an index that is built later gets them, too.
     pub fn plan(&self) -> &CullingPlan {
         &self.plan
     }

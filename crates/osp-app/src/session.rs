@@ -91,8 +91,8 @@ impl Session {
         }
     }
 
-    /// Writes a new event to the file and applies it to the model. Returns `false` if the event is invalid or the session
-    /// is read-only.
+    /// Writes a new event to the file and applies it to the model. Returns `false` if the event is invalid or the
+    /// session is read-only.
     pub fn apply(&mut self, event: Event) -> bool {
         let mut events = vec![event];
         self.apply_all(&mut events);
@@ -230,8 +230,8 @@ impl Session {
         self.replay_mut().map(|(replay, model)| replay.seek(model, frames))
     }
 
-    /// Plays one frame of a replay and appends its changes to `out`. Returns `false` at the end, or if the session is no
-    /// replay.
+    /// Plays one frame of a replay and appends its changes to `out`. Returns `false` at the end, or if the session is
+    /// no replay.
     pub fn step(&mut self, out: &mut Vec<Change>) -> bool {
         let is_played = self.replay_mut().is_some_and(|(replay, model)| replay.step(model));
         out.append(&mut self.model.changes);
@@ -262,7 +262,8 @@ impl Session {
         }
     }
 
-    /// The background colour: linear red, green, blue. It contrasts with the model; in a replay, with the finished model.
+    /// The background colour: linear red, green, blue. It contrasts with the model; in a replay, with the finished
+    /// model.
     pub fn background(&self) -> [f64; 3] {
         self.replay().map_or_else(|| background_for(self.scene()), Replay::background)
     }
@@ -303,8 +304,8 @@ impl Session {
         &self.model.times
     }
 
-    /// Returns a function that finds the time at which each polygon of the current model was drawn. It may run on another
-    /// thread.
+    /// Returns a function that finds the time at which each polygon of the current model was drawn. It may run on
+    /// another thread.
     pub(super) fn find_times(&self) -> FindTimes {
         if let Some(replay) = self.replay() {
             return Box::new(replay.polygon_times());
@@ -313,8 +314,8 @@ impl Session {
         Box::new(|_| times)
     }
 
-    /// Returns the number of events so far, and a function that finds the strokes of the current model with their control
-    /// points. It may run on another thread.
+    /// Returns the number of events so far, and a function that finds the strokes of the current model with their
+    /// control points. It may run on another thread.
     pub(super) fn find_strokes(&self) -> (u64, FindStrokes) {
         if let Some(replay) = self.replay() {
             let find = replay.find_strokes();
@@ -440,7 +441,8 @@ impl Session {
         }
     }
 
-    /// Whether a step of edits may be open. In a shared session this is unknown until the server has returned the events.
+    /// Whether a step of edits may be open. In a shared session this is unknown until the server has returned the
+    /// events.
     pub(super) fn may_have_open_step(&self) -> bool {
         !self.is_replay() && (self.model.scene.is_step_open() || self.is_shared())
     }

@@ -81,7 +81,8 @@ impl Studio {
                 self.report_file(Ok(format!("{} is open already", path.display())));
                 return;
             }
-            // Another program has replaced the file. Our session must release its lock before the new file can be opened.
+            // Another program has replaced the file. Our session must release its lock before the new file can be
+            // opened.
             self.begin();
         }
         self.open_beside(path, how);

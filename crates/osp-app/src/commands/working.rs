@@ -211,7 +211,7 @@ impl Studio {
                 self.show_remarks(opened);
                 self.replace(session, indexed);
                 let text = if is_new {
-                    format!("{}: there was no such file: an empty session begins there", path.display())
+                    format!("{}: there was no such file, so an empty session begins there", path.display())
                 } else {
                     String::new()
                 };

@@ -282,7 +282,8 @@ impl Studio {
         Some(ray.origin + ray.direction * t)
     }
 
-    /// The stroke under or close to a point of the window, and the point on the stroke. Ignores strokes on locked layers.
+    /// The stroke under or close to a point of the window, and the point on the stroke. Ignores strokes on locked
+    /// layers.
     pub(crate) fn stroke_under(&mut self, at: Vec2, size_px: Vec2) -> Option<(StrokeId, Vec3)> {
         /// Offsets to try: the point itself, then the points around it.
         const BESIDE: [(f32, f32); 9] = [

@@ -212,8 +212,8 @@ impl SessionLock {
                 let owner = Some(owner);
                 return Err(NotTaken::Held(OpenElsewhere { session: session.to_owned(), owner }));
             }
-            // The former holder may have removed the lock file between the opening and the locking. The locked file then has
-            // no name, and the next program would create a new lock file.
+            // The former holder may have removed the lock file between the opening and the locking. The locked file
+            // then has no name, and the next program would create a new lock file.
             if !is_at(&file, &lock_file) {
                 continue;
             }

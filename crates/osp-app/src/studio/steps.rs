@@ -22,8 +22,8 @@ impl Studio {
         self.steps.as_ref()
     }
 
-    /// The names of the steps' occluders on a window of this aspect ratio (width divided by height). Occluders outside the
-    /// views have none.
+    /// The names of the steps' occluders on a window of this aspect ratio (width divided by height). Occluders outside
+    /// the views have none.
     pub fn occluder_labels(&self, aspect: f32) -> Vec<OccluderLabel> {
         let Some(steps) = &self.steps else { return Vec::new() };
         let hands = self.hands_before_screens();
