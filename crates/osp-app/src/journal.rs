@@ -243,8 +243,8 @@ impl Journal {
         self.file.iter().chain(&self.shelter).all(SessionFile::is_synced)
     }
 
-    /// A message with the path of the drawing, if it is an autosave file whose name the user has not chosen. `None` for
-    /// an autosave file that was opened by its name and not changed.
+    /// A message with the path of the drawing, if this is an autosave file whose name the user has not chosen. `None`
+    /// for an autosave file that was opened by its name and not changed.
     pub(super) fn place_of_edits(&self) -> Option<String> {
         let is_made = self.file.as_ref().is_some_and(SessionFile::is_made) && self.trouble.is_none();
         let is_news = self.is_changed || !self.is_named;

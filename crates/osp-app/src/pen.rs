@@ -11,7 +11,7 @@ use osp_session::{
 /// between neighbouring pixels is noise.
 const SAMPLE_PX: f32 = 2.5;
 /// Smallest distance between a wall's corners, pixels, because the wall is split into convex pieces, and each corner
-/// costs one.
+/// adds a piece.
 const CORNER_PX: f32 = 14.0;
 /// Smallest distance between samples, as a fraction of the width, at which a stroke does not fold over itself.
 const SAMPLE_WIDTH: f32 = 0.15;

@@ -73,7 +73,7 @@ export class Culler<K extends Key = number> {
   /**
    * Gives an object an occluder in world space, which hides things behind it and replaces the previous occluder. It is a flat, convex
    * quad: x, y, z of the four corners, in order around it. Or it is the six numbers of a box, or the vertices of a mesh, with three
-   * indices for each triangle. An occluder is opaque and hides from both sides. It must be drawn itself, or lie inside drawn things. It
+   * indices for each triangle. An occluder is opaque and hides the things behind it, seen from either side. It must be drawn itself, or lie inside drawn things. It
    * stays in place until the object moves or is removed. A key without a box may have an occluder, which hides but is in no result.
    * @throws RangeError numbers that are not finite, a bent or crossed quad, an index without a vertex, no area
    */
