@@ -1,5 +1,5 @@
-//! The index alone: boxes in, what a camera may see out. No features needed:
-//! `cargo run --example cull_boxes`.
+//! The index alone: it takes boxes and returns those that a camera may see. It needs no features: `cargo run --example
+//! cull_boxes`.
 
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
@@ -16,7 +16,7 @@ use osp::{
 };
 
 fn main() -> Result<(), IndexError> {
-    // A hundred thousand cubes of 10 cm on a floor of 100 m; the numbers are ours.
+    // A hundred thousand cubes of 10 cm on a floor of 100 m; we choose their ids.
     let root = Aabb::cube(Vec3::ZERO, 100.0);
     let mut index = Osp::new(&IndexConfig { root, capacity: 100_000 });
     for i in 0..100_000u32 {
@@ -35,7 +35,7 @@ fn main() -> Result<(), IndexError> {
     let view =
         View::from_matrix(&(clip_from_view * view_from_world), Depth::OneToZero).expect("a perspective");
 
-    // Kept from frame to frame: then no frame allocates.
+    // A program keeps this list from frame to frame, so that no frame allocates.
     let mut visible = VisibleBlocks::new();
     visible.clear();
     let work = index.frustum_cull_blocks(&view.frustum(), &mut visible);

@@ -10,7 +10,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     culler.set("wall", [[-4.0_f32, 0.0, -6.0], [4.0, 3.0, -5.9]]);
     let corners = [[-4.0_f32, 0.0, -6.0], [4.0, 0.0, -6.0], [4.0, 3.0, -6.0], [-4.0, 3.0, -6.0]];
     culler.set_occluder("wall", Occluder::quad(corners)?);
-    // From an eye at a height of 1 m, along -z: 90 degrees, near plane at 0.1, depth reversed, no far plane; and from above.
+    // The eye is at a height of 1 m and looks along -z: 90 degrees, reversed depth, no far plane. The sun looks down.
     let clip = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, -1.0, 0.1, 0.0_f32];
     let ortho = [0.1, 0.0, 0.0, 0.0, 0.0, 0.0, -0.1, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.5, 1.0_f32];
     let eye = Camera::from_matrix(clip, Depth::OneToZero)?.hide_by_occluders();

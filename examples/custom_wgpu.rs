@@ -1,5 +1,6 @@
-//! An engine's own wgpu renderer: polygons lie in a buffer by their numbers, and each frame draws the visible blocks with
-//! indirect draws, a draw for every run of neighbouring numbers. `cargo run -p osp-render --example custom_wgpu [OUT.png]`.
+//! An engine's own wgpu renderer. A buffer has the polygons in the order of their ids. Each frame draws the visible
+//! blocks, with an indirect draw for each run of consecutive ids. `cargo run -p osp-render --example custom_wgpu
+//! [OUT.png]`.
 
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
@@ -30,7 +31,7 @@ struct Out { @builtin(position) position: vec4<f32>, @location(0) color: vec3<f3
 @fragment fn fragment(in: Out) -> @location(0) vec4<f32> { return vec4(in.color, 1.0); }
 ";
 
-/// The corners of an upright quad of 20 cm; they stand on a spiral.
+/// The corners of an upright quad of 20 cm. The quads stand on a spiral.
 fn quad(i: u32) -> [Vec3; 4] {
     let (angle, radius) = (i as f32 * 0.05, 1.0 + i as f32 * 0.001);
     let foot = Vec3::new(angle.sin() * radius, (i % 7) as f32 * 0.2, angle.cos() * radius);
@@ -38,7 +39,7 @@ fn quad(i: u32) -> [Vec3; 4] {
     [foot - across, foot + across, foot + across + Vec3::Y * 0.2, foot - across + Vec3::Y * 0.2]
 }
 
-/// A draw for each run of neighbouring numbers in the visible blocks.
+/// A draw for each run of consecutive ids in the visible blocks.
 fn draws(visible: &VisibleBlocks) -> Vec<DrawIndirectArgs> {
     let mut draws: Vec<DrawIndirectArgs> = Vec::new();
     for (block, mask) in visible.blocks() {

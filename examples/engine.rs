@@ -1,5 +1,5 @@
-//! An engine's own keys and geometry, culled by the frustum and by what hides what. No features needed:
-//! `cargo run --example engine`.
+//! An engine's own keys and geometry, culled by the frustum and by occluders. It needs no features: `cargo run
+//! --example engine`.
 
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
@@ -15,19 +15,19 @@ use osp::{
     view::{Projection, View},
 };
 
-/// What the engine has: meshes, known by their boxes, and walls, known by their corners.
+/// An object of the engine: a mesh with its box, or a wall with its corners.
 enum Object {
     Mesh(Aabb),
     Wall([Vec3; 4]),
 }
 
-/// The engine's keys are 64 bits and sparse. Each object also gets a place in an array: that is its `PolygonId`.
+/// The engine's keys are 64 bits and sparse. Each object also has a place in an array, which is its `PolygonId`.
 #[derive(Default)]
 struct World {
     places: Vec<Option<(u64, Object)>>,
     free: Vec<u32>,
     place_of: HashMap<u64, u32>,
-    /// Since the last frame.
+    /// Changes since the last frame.
     changes: Vec<Change>,
 }
 
@@ -84,7 +84,7 @@ impl Geometry for World {
 }
 
 fn main() {
-    // A wall of 6 m by 4 m, and behind it, and beside it, a thousand meshes.
+    // A wall of 6 m by 4 m, with a thousand meshes behind and beside it.
     const WALL: u64 = 0xBEEF << 40;
     let mut world = World::default();
     for i in 0..1000 {
@@ -103,7 +103,8 @@ fn main() {
     let mut hidden = Vec::new();
     for frame in 0..2 {
         if frame == 1 {
-            // The wall is taken down: what it hid is drawn in the same frame. A new mesh gets its place.
+            // The wall is removed, and the meshes that it hid are drawn in the same frame. A new mesh gets the wall's
+            // place.
             world.despawn(WALL);
             world.spawn(1 << 63, Object::Mesh(Aabb::cube(Vec3::new(0.0, 1.0, -4.0), 0.3)));
         }

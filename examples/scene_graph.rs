@@ -1,5 +1,5 @@
-//! Nested groups that move: the solar system of a lecture on scene graphs. The engine multiplies the matrices. The culler
-//! keeps each body in a space of its own and needs one change for each body that moves.
+//! Nested groups that move: the solar system of a lecture on scene graphs. The engine multiplies the matrices. The
+//! culler keeps each body in a space of its own and needs one change for each body that moves.
 //!
 //! `cargo run --example scene_graph`
 
@@ -14,7 +14,7 @@ use osp::{
     view::{Projection, View},
 };
 
-/// Number of plates of a body. The culler knows each plate by its box.
+/// Number of plates of a body. The culler has the box of each plate.
 const PLATES: usize = 1000;
 
 const NAMES: [&str; 3] = ["sun", "planet", "moon"];

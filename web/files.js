@@ -3,7 +3,7 @@
 /// The shipped sessions.
 export const EXAMPLES = ['room', 'portrait', 'grow', 'scribble', 'nested', 'class'];
 
-/// The files of a field or of what was dropped.
+/// Reads the files of an input field or of a drop.
 export function readFiles(list) {
   const read = async (file) => ({
     name: file.webkitRelativePath || file.name,
@@ -12,7 +12,7 @@ export function readFiles(list) {
   return Promise.all([...list].map(read));
 }
 
-/// The files of what was dropped; those of a folder with the folder's name.
+/// Reads dropped files and folders. The name of a file in a folder begins with the folder's name.
 export async function droppedFiles(data) {
   const entries = [...data.items].map((item) => item.webkitGetAsEntry?.());
   if (!entries.some((entry) => entry?.isDirectory)) return readFiles(data.files);
@@ -34,21 +34,21 @@ export async function droppedFiles(data) {
   return found;
 }
 
-/// A file of the page's own server, as a set.
+/// Fetches a file from the page's own server, as a set.
 export async function fetchFile(address) {
   const url = new URL(address, location.href);
   if (url.origin !== location.origin) throw new Error(`${url.href}: this page opens files of its own server only`);
   const answer = await fetch(url);
-  if (!answer.ok) throw new Error(`${url.pathname}: the server says ${answer.status} ${answer.statusText}`);
+  if (!answer.ok) throw new Error(`${url.pathname}: the server returned ${answer.status} ${answer.statusText}`);
   const name = decodeURIComponent(url.pathname.split('/').pop());
   return [{ name, bytes: new Uint8Array(await answer.arrayBuffer()) }];
 }
 
-/// Places a set in a folder of its own: its `files` as `{path, bytes}`, and the `path` of the session among them, the first that
-/// can be one. `null`: there is none.
+/// Places a set in its own folder. Returns its `files` as `{path, bytes}`, and the `path` of the first file that can be
+/// a session. Returns `null` for an empty set.
 export function placeFiles(set, folder) {
   const place = ({ name, bytes }) => {
-    // CASSIE's two files of a sketch have one name; what they contain tells them apart.
+    // CASSIE's two files of a sketch have the same name; their first characters distinguish them.
     const first = String.fromCharCode(bytes.find((byte) => byte > 32) ?? 0);
     const isPart = name.toLowerCase().endsWith('.json') && !name.includes('/');
     const part = isPart ? { '[': 'sketch_history/', '{': 'raw_data/' }[first] ?? '' : '';
@@ -57,7 +57,7 @@ export function placeFiles(set, folder) {
   const files = set.map(place);
   const session = files.find(({ name }) => !/(^|\/)\.|\.(bin|png|jpe?g|mtl|txt|md)$/i.test(name)) ?? files[0];
   if (!session) return null;
-  // The unpacked form of a .tilt is opened by its folder.
+  // An unpacked .tilt is opened by its folder.
   const inFolder = files.find(({ name }) => /\/data\.sketch(\.bytes)?$/.test(name));
   return { files, path: inFolder ? inFolder.path.replace(/\/[^/]*$/, '') : session.path };
 }

@@ -1,13 +1,13 @@
 // Keeps the program's own files (autosaves, settings) in the browser's private file system from one visit to the next.
-// Each open page has its own folder, which it holds by a lock. A new page takes over the folder of a closed one: the
-// one that was written last, among those with a drawing in it. A page that is being left has no time for that file
-// system. Its unwritten changes go into the browser's local storage, which is fast but small, and from there into the
-// files at the next visit.
+// Each open page has its own folder, which it holds by a lock. A new page takes over a closed page's folder: the one
+// that was written last, preferably one with a drawing. A page that is being left has no time to write files. Its
+// unwritten changes (the tail) go into the browser's local storage, which is fast but small. The next visit writes them
+// into the files.
 
 const PREFIX = 'visit-';
 const TAIL = 'osp-tail-';
-/// The file with the number of the last tail that was written. An older tail must not be put onto newer files, and a
-/// browser that was killed may still have one.
+/// The file with the number of the last tail that was written. An older tail must not be applied to newer files, but a
+/// browser that was killed may still have an older one.
 const WRITTEN = 'tail';
 /// Browsers store about 5 MB for a site, with two bytes for each letter. The changes between two flushes take a few kB.
 const MOST_TAIL = 2_000_000;
@@ -83,9 +83,9 @@ async function readAll(folder) {
   return files.sort((a, b) => a.written - b.written);
 }
 
-/// Returns the changes that a page had left to write when it was left, unless they have been written since. Also
-/// returns the tail's number and the time at which the page was left. Without a tail, the number is that of the last
-/// one that was written.
+/// Returns the changes that a page had not written when it was left, unless they have been written since. Also returns
+/// the tail's number and the time at which the page was left. Without a tail, the number is that of the last tail that
+/// was written.
 export async function tailOf(folder) {
   const handle = await folder.getFileHandle(WRITTEN).catch(() => null);
   const text = handle ? await (await handle.getFile()).text() : '';
@@ -97,7 +97,7 @@ export async function tailOf(folder) {
     const change = ({ path, from, text }) => ({ path, from, bytes: text === null ? undefined : bytesOf(text) });
     return { number, written, changes: changes.map(change) };
   } catch (error) {
-    console.warn(`what was drawn last is not brought back: ${error.message}`);
+    console.warn(`the last changes are not restored: ${error.message}`);
     return none;
   }
 }
@@ -144,8 +144,8 @@ export class Writer {
 
   add(changes) {
     for (const change of changes) {
-      // The first change may be in progress, and a tail is written before newer changes. A change that continues the
-      // last one in the same file is written with it.
+      // A change that continues the last waiting one in the same file is joined with it. The first change, which may be
+      // in progress, and the changes of the tail stay as they are.
       const last = this.waiting.length > Math.max(1, this.inTail ?? 0) ? this.waiting.at(-1) : null;
       if (last?.bytes && change.bytes && last.path === change.path && last.from + last.bytes.length === change.from) {
         const bytes = new Uint8Array(last.bytes.length + change.bytes.length);
@@ -176,12 +176,12 @@ export class Writer {
     }
   }
 
-  /// All changes that wait now are in the local storage; later ones are not.
+  /// Marks all changes that wait now as stored in the local storage.
   endTail() {
     this.inTail = this.waiting.length;
   }
 
-  /// The tail has been written. Its number is stored before any newer change is written.
+  /// Removes the tail after it was written to the files. Its number is stored before any newer change is written.
   async dropTail() {
     this.inTail = null;
     if (this.tailNumber === 0) return;

@@ -39,7 +39,7 @@ typed.addEventListener('beforeinput', (event) => {
 let folders = 0;
 let opened = null;
 
-/// Puts files into the program's memory, each set into its own folder, and replays the first one that may be a session.
+/// Puts a set of files into a new folder in the program's memory, and opens the first file that may be a session.
 async function open(set) {
   folders += 1;
   const placed = placeFiles(set, `/input/${folders}`);
@@ -49,7 +49,7 @@ async function open(set) {
   wrong.hidden = true;
   said.textContent = `reading ${path.split('/').pop()}…`;
   await nextFrame();
-  // Sketches of other programs are first shown; recordings are played.
+  // A sketch of another program is shown as the finished model; a recording is played.
   if (/\.ron(\.zst)?$/i.test(path)) osp.replay(path);
   else osp.show(path);
 }
@@ -99,20 +99,20 @@ function showState() {
 async function start() {
   if (!isSecureContext) {
     said.textContent = '';
-    complain('Browsers offer WebGPU to pages from https or from this machine only, and osp cannot draw without it.');
+    complain('Browsers offer WebGPU only to pages from https or from this machine, and osp cannot draw without it.');
     return;
   }
   const adapter = await navigator.gpu?.requestAdapter();
   if (!adapter) {
     said.textContent = '';
-    complain('This browser offers no WebGPU adapter, and osp cannot draw without one. Use a current Chrome, Edge, Safari or Firefox on a machine with a driver for its graphics; chrome://gpu and about:support say whether it is in use. Or install osp: `osp sketch` opens its window without a browser.');
+    complain('This browser offers no WebGPU adapter, and osp cannot draw without one. Use a current Chrome, Edge, Safari or Firefox on a machine with a driver for its graphics; chrome://gpu and about:support show whether the driver is in use. Or install osp: `osp sketch` opens its window without a browser.');
     return;
   }
   await init({ module_or_path: 'osp_web_bg.wasm' });
   try {
     store = await openStore();
   } catch (error) {
-    complain(`The browser gives no place to keep drawings (${error.message}): save them before the page is closed.`);
+    complain(`The browser has no storage for drawings (${error.message}): save them before the page is closed.`);
   }
   for (const { path, bytes } of store?.files ?? []) osp.put(path, bytes);
   osp.start();

@@ -1,4 +1,5 @@
-// The race: two to four structures on one session, in a worker on one thread in turns. This page shows the figures of its frames.
+// A race: two to four structures take turns on one session, on the one thread of a worker. This page shows the figures
+// of each frame.
 import { EXAMPLES, droppedFiles, fetchFile, placeFiles, readFiles } from './files.js';
 import { drawStrip } from './strip.js';
 
@@ -6,12 +7,12 @@ const byId = (id) => document.getElementById(id);
 const [run, session, pace, runs, add, status, wrong, verdict, files] =
   ['run', 'session', 'pace', 'runs', 'add', 'status', 'wrong', 'verdict', 'files'].map(byId);
 const [FEWEST, MOST] = [2, 4];
-/// As `osp race` has it, and for synthetic sessions as in the film of the README.
+/// Samples in a frame: as in `osp race`, and for synthetic sessions as in the film of the README.
 const [SAMPLES, SYNTHETIC_SAMPLES] = [16, 64];
 const SYNTHETIC = [100_000, 400_000];
-/// Nobody reads a figure that changes in every frame.
+/// Time between two changes of the figures; nobody can read faster ones.
 const FIGURES_EVERY_MS = 100;
-/// As `osp race --runs` takes.
+/// The limit of `osp race --runs`.
 const MOST_RUNS = 100;
 const count = (number) => number.toLocaleString('en-US');
 
@@ -21,7 +22,7 @@ let [structures, mostNs, stepNs, pictureWidth] = [[], 0, 0, 1];
 let state = 'idle';
 let [frames, latest] = [0, null];
 let given = null;
-/// How often the session is raced.
+/// Number of runs of the race.
 let many = 1;
 const panes = [];
 
@@ -35,7 +36,7 @@ addEventListener('unhandledrejection', ({ reason }) => complain(String(reason?.m
 
 class Pane {
   times = [];
-  /// The frame at which the structure is ready for the next one. A frame of 12 ms takes two.
+  /// The first frame that the structure can begin in time. A frame of 12 ms takes the time of two.
   readyAt = 0;
   isFrozen = false;
 
@@ -106,13 +107,13 @@ class Pane {
 
 const sessionName = () => (given && session.value === 'given' ? given.path.split('/').pop() : session.selectedOptions[0].text);
 
-/// Takes the number of runs from its field, and says what the times are then: of one race, or the least of several.
+/// Reads the number of runs from its field, and describes the times: of one run, or the least of several.
 function takeRuns() {
   many = Math.min(Math.max(Math.floor(runs.valueAsNumber) || 1, 1), MOST_RUNS);
   runs.value = many;
   byId('times').textContent = many === 1
-    ? 'The times contain what other programs took of the core.'
-    : `Each run shows its own times. At the end a frame's time is the least of ${many} runs: in longer ones other programs took the core.`;
+    ? 'The times include delays by other programs on the core.'
+    : `Each run shows its own times. At the end a frame's time is the least of ${many} runs, because other programs may delay single runs.`;
 }
 
 /// The run that the figures belong to, if there are several.
@@ -130,7 +131,7 @@ function showState() {
 let isScheduled = false;
 let shownAt = -Infinity;
 
-/// Draws what has come since the last picture.
+/// Draws the frames that were received since the last call.
 function redraw() {
   if (isScheduled) return;
   isScheduled = true;
@@ -148,7 +149,7 @@ function receive(data) {
   if (data.structures) ({ structures, mostNs, stepNs, pictureWidth } = data);
   if (data.frames !== undefined) frames = data.frames;
   for (const frame of data.latest ?? []) {
-    // After a failure the latest frame comes again.
+    // After a failure the worker sends the latest frame again.
     if (latest && frame.run === latest.run && frame.frame <= latest.frame) continue;
     if (frame.run !== latest?.run) for (const pane of panes) pane.begin();
     latest = frame;
@@ -156,7 +157,7 @@ function receive(data) {
   }
   if (data.picture) {
     const picture = new ImageData(new Uint8ClampedArray(data.picture.buffer), pictureWidth);
-    // The last picture is the finished model, for all.
+    // The last picture, the finished model, is shown in every pane.
     for (const pane of panes) if (!pane.isFrozen || data.verdict) pane.showPicture(picture);
   }
   if (data.least && latest) {
@@ -208,7 +209,7 @@ function reset() {
   showState();
 }
 
-/// What the worker reads: files with the session among them, or a number of polygons.
+/// Returns the session for the worker: files with the path of the session, or a number of synthetic polygons.
 async function subject() {
   if (session.value === 'given') return { ...given, samples: SAMPLES };
   const polygons = Number(session.value);
@@ -236,7 +237,7 @@ async function begin() {
   mine.postMessage({ begin: { ...read, runs: many, structures: chosen }, isPaced: pace.value === 'paced', isRunning: state === 'running' });
 }
 
-/// Takes files, and the path of the session among them, for the next race.
+/// Stores files, and the path of the session among them, for the next race.
 function take(placed) {
   if (!placed) return;
   given = placed;

@@ -1,5 +1,6 @@
-// A worker of the race's page: plays a session through all structures on this one thread, frame by frame, and sends the figures of
-// each frame, and now and then a picture of the model. After several runs it sends the least time of each frame.
+// A worker of the race's page. It plays a session through all structures on this one thread, frame by frame. It sends
+// the figures of each frame, and at intervals a picture of the model. After several runs it sends the least time of
+// each frame.
 import init, * as osp from './osp_web_bench.js';
 
 const FRAME_MS = 1000 / 90;
@@ -7,7 +8,7 @@ const FRAME_MS = 1000 / 90;
 const SLICE_MS = 16;
 /// Time between two pictures of the model.
 const PICTURE_MS = 30;
-/// Polygons and samples in a frame of the race that is not counted.
+/// Polygons, and samples in a frame, of the warm-up race, which is not counted.
 const WARMING = [2000, 16];
 
 let race = null;
@@ -18,7 +19,7 @@ let due = 0;
 let timer = null;
 let pictured = -Infinity;
 
-/// The model, if the last picture is old enough. Drawing it belongs to no structure's time.
+/// Returns a picture of the model if the last one is old enough. Drawing it counts for no structure.
 function picture(isLast) {
   const now = performance.now();
   if (!isLast && now < pictured + PICTURE_MS) return undefined;
@@ -36,22 +37,23 @@ function run() {
       else latest.push(JSON.parse(race.latest()));
     } while (!end && !isPaced && performance.now() < since + SLICE_MS);
   } catch (error) {
-    // The figures of this frame say what is wrong, if two structures differ in it. A program that has stopped has none.
+    // If two structures differ in this frame, its figures show the difference. A program that has stopped has no
+    // figures.
     if (!(error instanceof WebAssembly.RuntimeError)) latest.push(JSON.parse(race.latest()));
     end = { failure: String(error.message ?? error) };
   }
-  // A program that has stopped draws nothing either.
+  // After a failure no picture is drawn.
   const shown = end?.failure ? undefined : picture(Boolean(end));
   postMessage({ latest, picture: shown, ...end }, shown ? [shown.buffer] : []);
   if (end) return;
-  // The clock waits for frames that take longer.
+  // A late frame delays all later ones.
   due = Math.max(due + FRAME_MS, performance.now());
   timer = setTimeout(run, isPaced ? due - performance.now() : 0);
 }
 
 function begin({ files, path, polygons, samples, runs, structures }) {
   for (const { path, bytes } of files ?? []) osp.put(path, bytes);
-  // Browsers compile a program while it runs: the first frames of all would show that.
+  // Browsers compile a program while it runs, which would slow down the first frames.
   const warming = osp.Race.on_synthetic(...WARMING, 1, structures);
   while (warming.step());
   warming.free();

@@ -1,4 +1,5 @@
-// A strip chart of the times of a race's frames: the whole session from left to right, the time upwards on a logarithmic axis.
+// A strip chart of the times of a race's frames: the whole session from left to right, the time upwards on a
+// logarithmic axis.
 
 const LOWEST_NS = 1e3;
 const HIGHEST_NS = 1e8;
@@ -7,7 +8,8 @@ const MARGIN = 48;
 const LABELS = [[1e4, '10 µs'], [1e5, '100 µs'], [1e6, '1 ms']];
 const COLOURS = { ground: '#1b1b1b', unmeasured: '#242424', grid: '#3a3a3a', text: '#999', line: '#ffd166', time: '#8ecbff', late: '#ff5c5c' };
 
-/// Draws the times (nanoseconds) of the frames that were played of so many. Times below the clock's step lie in the lighter band.
+/// Draws the times (nanoseconds) of the played frames, of `frames` in all. Times below the clock's step lie in the
+/// lighter band.
 export function drawStrip(canvas, { times, frames, mostNs, stepNs }) {
   const scale = globalThis.devicePixelRatio || 1;
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
@@ -42,7 +44,7 @@ export function drawStrip(canvas, { times, frames, mostNs, stepNs }) {
 }
 
 function drawTimes(context, { times, frames, mostNs }, width, yOf) {
-  // A column holds one frame or more: from their least time to their longest.
+  // A column shows one or more frames, from the least time to the longest.
   const columns = Math.max(1, Math.min(frames, Math.floor(width)));
   const step = width / columns;
   let at = 0;

@@ -319,13 +319,13 @@ namespace OspCulling
             Osp.Check(Native.osp_culler_remove_occluder(handle, key));
         }
 
-        /// <summary>Applies all changes, so that InBox, InSphere, OnRay and Nearest use them. Cull does this, too.</summary>
+        /// <summary>Applies all changes, so that InBox, InSphere, OnRay and Nearest use them. Cull applies them, too.</summary>
         public void Commit()
         {
             Osp.Check(Native.osp_culler_commit(handle));
         }
 
-        /// <summary>Returns the box of an object that was set last.</summary>
+        /// <summary>Returns the box that was last set for an object.</summary>
         public OspBox Box(ulong key)
         {
             OspBox box;

@@ -14,10 +14,12 @@ use osp::{
 };
 
 /// Share of a coordinate, an extent or a plane's distance by which a box or a plane is enlarged. Each of the two tests
-/// rounds less than sixteen times, each time by at most 2^-24 of a number not larger than these.
+/// rounds less than sixteen times. Each rounding is at most 2^-24 of a number not larger than the coordinate, extent or
+/// distance.
 const MARGIN: f32 = 1.0 / (1 << 19) as f32;
 
-/// Margin in metres that is added to each of them, for numbers so small that their products vanish.
+/// Margin in metres that is added to each coordinate, extent and distance, for numbers so small that their products
+/// vanish.
 const LEAST_MARGIN_M: f32 = 1.0e-30;
 
 /// Limit in metres of boxes and planes for the index. Beyond it, products of their numbers could overflow.
@@ -26,7 +28,7 @@ const FARTHEST_M: f32 = 1.0e15;
 /// Largest difference from 1 of the squared length of a plane's normal for which the index tests the plane.
 const UNIT_TOLERANCE: f32 = 1.0e-5;
 
-/// Returns the box of an entity in world space. `None` if there is no finite one; then Bevy's own test must decide.
+/// Returns the box of an entity in world space. `None` without a finite box; Bevy's own test must then decide.
 #[inline]
 pub(crate) fn world_box(
     transform: &GlobalTransform,
@@ -87,7 +89,7 @@ pub(crate) fn osp_frustum(frustum: &Frustum, used: &[usize]) -> OspFrustum {
         let half_space = &frustum.half_spaces[*number];
         let (normal, d) = (half_space.normal(), half_space.d());
         let is_unit = (normal.length_squared() - 1.0).abs() < UNIT_TOLERANCE;
-        // Otherwise the plane stays as it is, with everything inside.
+        // Otherwise the plane keeps its initial value, with everything inside.
         if is_unit && d.abs() < FARTHEST_M {
             let normal = Vec3::from(normal.to_array());
             *plane = Plane { normal, d: d + d.abs() * MARGIN + LEAST_MARGIN_M };

@@ -51,7 +51,7 @@ pub(crate) enum Received {
     /// The entity is new or has changed.
     Changed {
         entity: Entity,
-        /// Whether its components give its place and allow culling by it.
+        /// Whether the entity has a box or a sphere, and no component that forbids culling by it.
         has_bounds: bool,
     },
     /// The entity is no longer tracked.
@@ -122,7 +122,7 @@ impl Changes<'_, '_> {
                 aabbs.map(|aabbs| aabbs.changed_ticks_slice()),
                 spheres.map(|spheres| spheres.changed_ticks_slice()),
                 no_culling.map(|no_culling| no_culling.added_ticks_slice()),
-                // Of the components that the query requires, this one is added last.
+                // This component is added last of those that the query requires.
                 Some(view_visibilities.added_ticks_slice()),
             ];
             let is_newer = |tick: &Tick| tick.is_newer_than(last_run, this_run);

@@ -117,7 +117,7 @@ pub(crate) fn check_visibility(
     }
 }
 
-/// Reads a little of each component of an entity that the check will read.
+/// Reads a part of each component that the check of an entity will read.
 #[inline]
 fn touch(item: &CheckedItem<'_, '_>) -> u32 {
     u32::from(item.inherited_visibility.get())
@@ -129,15 +129,16 @@ fn touch(item: &CheckedItem<'_, '_>) -> u32 {
 
 /// The conditions of a view, or of a light for a view, that do not depend on an entity's box.
 pub(crate) struct Conditions<'a> {
-    /// The view whose distance to an entity decides whether the entity is in its range. Without a view, each entity with a
-    /// range is out of it.
+    /// The view whose distance to an entity decides whether the entity is in its range. Without a view, every entity
+    /// with a range is out of range.
     pub(crate) view: Option<Entity>,
     pub(crate) layers: &'a RenderLayers,
     pub(crate) ranges: Option<&'a VisibleEntityRanges>,
 }
 
 impl Conditions<'_> {
-    /// Whether an entity fulfils the conditions of Bevy's systems: inherited visibility, layers, and the range of distances.
+    /// Whether an entity fulfils the conditions of Bevy's systems: inherited visibility, layers, and the range of
+    /// distances.
     #[inline]
     pub(crate) fn admit(
         &self,
@@ -217,7 +218,7 @@ fn gather(queues: &mut Parallel<Queue>, visible: &mut VisibleEntities) {
             visible.get_mut(*class).append(entities);
         }
     }
-    // Later systems in the frame compare the lists with those of the frame before, and need them sorted.
+    // Later systems in the frame compare the lists with those of the previous frame, and require sorted lists.
     for entities in visible.entities.values_mut() {
         entities.sort_unstable();
     }

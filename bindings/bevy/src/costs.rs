@@ -1,18 +1,18 @@
-//! Measured times, by which the plugin takes the faster way: the index, or a plain pass over all entities. They depend
-//! on the processor's caches, and on what else uses them, more than on the numbers of entities.
+//! Measured times, by which the plugin chooses the faster method: the index, or a plain pass over all entities. The
+//! times depend more on the load of the processor's caches than on the number of entities.
 
 use std::time::Instant;
 
 /// Number of candidates whose tests take about as long as the fixed work for a view.
 const FIXED: usize = 64;
 
-/// Number of more frames with a loss than without after which an index is given up.
+/// The index is given up once frames with a loss outnumber those without by more than this.
 const MOST_LOSSES: u32 = 16;
 
-/// Share of the time of all views that following the changes may take without a loss.
+/// A frame is a loss if updating the index takes longer than the time saved plus this share of the time of all views.
 const TOLERANCE: f32 = 1.0 / 16.0;
 
-/// The kinds of views. The tests of an entity differ.
+/// The kinds of views, which test an entity differently.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(not(feature = "light"), expect(dead_code, reason = "only lights have the others"))]
 pub(crate) enum Kind {
@@ -34,9 +34,9 @@ impl Median {
 /// The times of one kind of view.
 #[derive(Debug, Default)]
 struct Costs {
-    /// For each of all entities, in a plain pass.
+    /// Time per entity in a plain pass.
     pass: Median,
-    /// For each candidate of the index.
+    /// Time per candidate of the index.
     found: Median,
 }
 
@@ -66,14 +66,13 @@ impl Meter {
         let Costs { pass, found: each } = &mut self.kinds[kind as usize];
         let is_faster = pass.0 > 0.0 && (found + FIXED) as f32 * each.0 > entities as f32 * pass.0;
         if is_faster {
-            // So the index is tried again some time.
+            // The estimate decays, so that the index is tried again later.
             each.0 *= 0.995;
         }
         is_faster
     }
 
-    /// Ends the measurement of a view with a number of candidates, or of a plain pass for some parts that the index culls
-    /// one by one.
+    /// Ends the measurement of a view with `found` candidates, or of `parts` plain passes over `entities`.
     pub(crate) fn end_views(&mut self, kind: Kind, parts: usize, found: Option<usize>, entities: usize) {
         let Some(nanos) = self.stop() else { return };
         self.views_ns += nanos;
@@ -84,7 +83,7 @@ impl Meter {
             if costs.pass.0 > 0.0 {
                 self.saved_ns += tests * costs.pass.0 - nanos;
             }
-            // So a pass is tried again some time.
+            // The estimate decays, so that a pass is tried again later.
             costs.pass.0 *= 0.999;
         } else {
             costs.pass.note(nanos / tests);

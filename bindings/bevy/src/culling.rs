@@ -17,24 +17,24 @@ use crate::{
     settings::OspCullingSettings,
 };
 
-/// Number of frames without an index before the changes are examined again, after one was given up or was not worth
-/// filling. Each failed attempt doubles it.
+/// Number of frames to wait before the changes are examined again, after an index was given up or was not worth
+/// filling. Each failed attempt doubles the number.
 const LEAST_WAIT_FRAMES: u32 = 16;
 
-/// Largest number of these frames.
+/// Largest number of frames to wait.
 const MOST_WAIT_FRAMES: u32 = 4096;
 
 /// An index that existed for this many frames was worth it. The next wait is short again.
 const KEPT_FRAMES: u32 = 512;
 
-/// Part of the entities that may be loose in an index that counts as filled: 1 of this many.
+/// An index counts as filled if at most one of this many entities is loose.
 const LOOSE_PART: usize = 16;
 
 /// Approximate number of frames over which the mean number of changes is taken.
 const MEAN_FRAMES: f32 = 16.0;
 
-/// Largest mean number of entities that may change in a frame, for any number of entities. Tracking one that lies far
-/// away in memory takes some microseconds. With more changes, a plain pass over a million entities is as fast.
+/// Largest mean number of entities that may change in a frame, for any number of entities. Tracking an entity that lies
+/// far away in memory takes some microseconds. With more changes, a plain pass over a million entities is as fast.
 const MOST_CHANGED: usize = 6000;
 
 /// Least number of entities that may settle in a frame, so that a small index is filled soon.
@@ -45,7 +45,7 @@ const LEAST_SETTLED: usize = 64;
 pub struct OspCullingCounts {
     /// Number of entities whose visibility is tracked: with a `ViewVisibility` and without `NoCpuCulling`.
     pub entities: usize,
-    /// Number of these in the index; 0 while there is none.
+    /// Number of these entities in the index; 0 without an index.
     pub indexed: usize,
     /// Number of entities that have changed lately, or wait for the index to be filled. They are tested for every view.
     /// Some of them are also in the index, at an old place.
@@ -56,7 +56,8 @@ pub struct OspCullingCounts {
     pub views_by_index: usize,
     /// Number of views that were culled by a plain pass.
     pub views_by_pass: usize,
-    /// Number of shadow views of lights that were culled by the index: cascades, six faces of a point light, spot lights.
+    /// Number of shadow views of lights that were culled by the index: cascades, six faces of a point light, spot
+    /// lights.
     pub shadows_by_index: usize,
     /// Number of shadow views that were culled by a plain pass.
     pub shadows_by_pass: usize,
@@ -72,7 +73,7 @@ pub struct OspCulling {
     entities: Entities,
     /// Whether the system is in the schedule.
     is_in_place: bool,
-    /// Whether the system for the cascades of lights is.
+    /// Whether the systems for lights are in the schedule.
     #[cfg(feature = "light")]
     pub(crate) are_lights_in_place: bool,
     is_indexed: bool,
@@ -81,7 +82,7 @@ pub struct OspCulling {
     frames: u32,
     /// Mean number of entities that change in a frame, over the last frames.
     mean_changed: f32,
-    /// Number of changes in a frame at which no index is started, because one has cost more than it saved.
+    /// Number of changes in a frame from which on no index is started, because an index has cost more than it saved.
     too_many: Option<usize>,
     meter: Meter,
     counts: OspCullingCounts,
@@ -112,7 +113,7 @@ impl OspCulling {
         &mut self.counts
     }
 
-    /// Counts some views that have been culled by the index, which found a number of candidates, or by one plain pass.
+    /// Counts views that were culled by the index, which found `found` candidates, or by one plain pass.
     pub(crate) fn end_views(&mut self, kind: Kind, views: usize, found: Option<usize>) {
         let counts = &mut self.counts;
         let count = match (kind, found.is_some()) {
@@ -122,7 +123,7 @@ impl OspCulling {
             (_, false) => &mut counts.shadows_by_pass,
         };
         *count += views;
-        // One pass is for all faces of a lamp.
+        // One pass tests all faces of a lamp.
         let parts = if matches!(kind, Kind::Lamp) { 1 } else { views };
         self.meter.end_views(kind, parts, found, counts.entities);
     }
@@ -227,8 +228,8 @@ impl OspCulling {
         self.wait_frames = (self.wait_frames * 2).clamp(LEAST_WAIT_FRAMES, MOST_WAIT_FRAMES);
     }
 
-    /// Returns the entities that may lie within the frustum. `None` if a plain pass is faster. `end_views` comes after the
-    /// tests.
+    /// Returns the entities that may lie within the frustum. `None` if a plain pass is faster. Call `end_views` after
+    /// the tests.
     pub(crate) fn candidates(
         &mut self,
         settings: &OspCullingSettings,

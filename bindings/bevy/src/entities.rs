@@ -131,7 +131,8 @@ impl Entities {
         self.frame = self.frame.wrapping_add(1);
     }
 
-    /// Adds or updates an entity. `has_bounds` is whether its components give its place and allow culling by it.
+    /// Adds or updates an entity. `has_bounds` is whether it has a box or a sphere, and no component that forbids
+    /// culling by it.
     #[inline]
     pub(crate) fn note(&mut self, entity: Entity, has_bounds: bool) -> Result<(), BeyondLimit> {
         let number = entity.index_u32();
@@ -189,7 +190,7 @@ impl Entities {
         }
     }
 
-    /// Puts entities into the index that have not changed for `frames` frames, at most `most` of them.
+    /// Puts at most `most` entities that have not changed for `frames` frames into the index.
     pub(crate) fn settle(&mut self, most: usize, frames: u32, mut bounds_of: impl FnMut(Entity) -> Bounds) {
         let mut settled = 0;
         // The same number of entities that still change may also be examined.

@@ -9,8 +9,8 @@ use osp::math::{Aabb, Sphere};
 
 use crate::occlusion::{Occluders, Shadows, window};
 
-/// A system parameter that tests whether places are hidden from a camera, for example sounds, characters and triggers. A
-/// place need not belong to an entity.
+/// A system parameter that tests whether places are hidden from a camera, for example sounds, characters and triggers.
+/// A place need not belong to an entity.
 #[derive(SystemParam)]
 pub struct OspHidden<'w, 's> {
     cameras: Query<
@@ -47,8 +47,8 @@ pub struct CameraOccluders {
 }
 
 impl CameraOccluders {
-    /// Whether the occluders certainly hide all of a box in view, world space, metres. `false` means that the box may be
-    /// visible, or lies out of view. A box that is not finite is never hidden. O(log occluders).
+    /// Whether the occluders certainly hide all of a box in view, world space, metres. `false` means that the box may
+    /// be visible, or lies out of view. A box that is not finite is never hidden. O(log occluders).
     pub fn hides_box(&self, min: Vec3, max: Vec3) -> bool {
         let [min, max] = [min, max].map(|corner| corner.to_array().into());
         let bounds = Aabb::new(min, max);

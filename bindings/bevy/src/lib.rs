@@ -29,8 +29,8 @@
 //!
 //! * An entity that has changed lately is *loose*: it is a candidate for every view until it has rested for some
 //!   frames. So an entity that moves in every frame costs the index nothing.
-//! * If a plain pass over all entities is faster (few entities, many that move, a view of most of the world), the
-//!   system makes one. [`OspCullingSettings`] are the limits.
+//! * A plain pass over all entities is faster for few entities, many that move, or a view of most of the world. The
+//!   system then makes that pass. [`OspCullingSettings`] has the limits.
 //! * An entity that cannot be culled by a finite box is a candidate for every view.
 //!
 //! # Hidden behind walls

@@ -1,6 +1,6 @@
-//! The systems that replace Bevy's `check_dir_light_mesh_visibility` and `check_point_light_mesh_visibility`: the entities
-//! that cast shadows into each shadow view of a light. A directional light has a view for each cascade, a point light one
-//! for each face of a cube, a spot light one.
+//! The systems that replace Bevy's `check_dir_light_mesh_visibility` and `check_point_light_mesh_visibility`. They find
+//! the entities that cast shadows into each shadow view of a light. A directional light has a view for each cascade, a
+//! point light one for each face of a cube, a spot light one.
 
 use std::any::TypeId;
 
@@ -56,7 +56,7 @@ type IsCaster = (Without<NotShadowCaster>, Without<DirectionalLight>, Without<No
 /// Entities that are not in the index, or only by a sphere, which Bevy's light systems do not use.
 type IsUnbounded = Or<(Without<Aabb>, Without<GlobalTransform>, Without<ViewVisibility>)>;
 
-/// All casters, and those whose place the index does not know.
+/// All casters, and those without a box in the index.
 type Casters<'w, 's> = ParamSet<
     'w,
     's,
@@ -75,7 +75,7 @@ type Sun = (
     &'static ViewVisibility,
 );
 
-/// Those of a point light.
+/// The components of a point light that the check needs.
 type Bulb = (
     &'static PointLight,
     &'static GlobalTransform,
@@ -84,7 +84,7 @@ type Bulb = (
     Option<&'static RenderLayers>,
 );
 
-/// Those of a spot light.
+/// The components of a spot light that the check needs.
 type Spot = (
     &'static SpotLight,
     &'static GlobalTransform,
@@ -93,8 +93,8 @@ type Spot = (
     Option<&'static RenderLayers>,
 );
 
-/// Finds the entities that cast shadows into each cascade, with the results of Bevy's `check_dir_light_mesh_visibility`.
-/// The index only chooses the entities to test; the test is Bevy's own.
+/// Finds the entities that cast shadows into each cascade, with the results of Bevy's
+/// `check_dir_light_mesh_visibility`. The index only chooses the entities to test; the test is Bevy's own.
 pub(crate) fn check_cascades(
     settings: Res<'_, OspCullingSettings>,
     mut culling: ResMut<'_, OspCulling>,
@@ -136,8 +136,8 @@ pub(crate) fn check_cascades(
 }
 
 /// Finds the entities that cast shadows for each point light and spot light in view, as Bevy's
-/// `check_point_light_mesh_visibility` does. For point lights it leaves out entities beyond the range that Bevy's test of a
-/// sphere and a box does not notice.
+/// `check_point_light_mesh_visibility` does. For point lights it also leaves out entities beyond the range that Bevy's
+/// test of a sphere against a box keeps.
 #[expect(clippy::too_many_arguments, reason = "each is a parameter of the system")]
 pub(crate) fn check_lamps(
     settings: Res<'_, OspCullingSettings>,
@@ -281,8 +281,8 @@ impl ShadowViews<'_> {
             || range.intersects_obb(aabb, &transform.affine()) && self.cube.as_ref().is_none_or(is_in_cube)
     }
 
-    /// Whether the box of an entity reaches into a view. The near plane of a cascade culls nothing, because a thing in front of
-    /// it casts shadows, too.
+    /// Whether the box of an entity reaches into a view. The near plane of a cascade culls nothing, because a thing in
+    /// front of it casts shadows, too.
     fn reaches(&self, caster: &CasterItem<'_, '_>, frustum: &Frustum) -> bool {
         let (Some(aabb), Some(transform)) = (caster.aabb, caster.transform) else { return true };
         caster.no_frustum_culling
@@ -290,14 +290,14 @@ impl ShadowViews<'_> {
     }
 }
 
-/// Reads a little of each component of an entity that the check will read.
+/// Reads a part of each component that the check of an entity will read.
 fn touch(caster: &CasterItem<'_, '_>) -> u32 {
     u32::from(caster.inherited_visibility.get())
         ^ caster.aabb.map_or(0, |aabb| aabb.center.x.to_bits())
         ^ caster.transform.map_or(0, |transform| transform.affine().translation.x.to_bits())
 }
 
-/// Whether the index knows the box of an entity that it has found.
+/// Whether the index has the box of an entity that it has found.
 fn is_bounded(caster: &CasterItem<'_, '_>) -> bool {
     caster.aabb.is_some() && caster.transform.is_some()
 }

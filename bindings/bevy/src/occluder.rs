@@ -34,23 +34,24 @@ pub enum OccluderError {
 /// The sides of an occluder's polygons that are drawn, and so hide things behind them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OccluderSides {
-    /// The front: corners run counter-clockwise as seen from the eye. For materials that leave out back faces, which is
-    /// Bevy's default. A mirrored transform hides nothing.
+    /// The front: corners run counter-clockwise as seen from the eye. Use this for materials that cull back faces,
+    /// Bevy's default. With a mirrored transform the occluder hides nothing.
     #[default]
     Front,
     /// Both sides, for materials without `cull_mode`.
     Both,
 }
 
-/// The drawn polygons of this entity hide things behind them: for a wall, a floor, a hill, or another large, opaque
-/// thing.
+/// The drawn polygons of this entity hide things behind them. Add it to a wall, a floor, a hill, or another large,
+/// opaque thing.
 ///
 /// The polygons are in the entity's space. Every view that draws the entity must draw their whole area opaque: no
 /// holes, no transparency, and no shader that moves them. The conservative MSVBSP of [`osp::occlusion`] then leaves
 /// entities behind them out of the `VisibleEntities` of that view. An entity stays visible if even one pixel of it can
 /// be seen.
 ///
-/// * An entity that is hidden, in no layer of the view, or has a `VisibilityRange` (it may be dithered) hides nothing there.
+/// * An entity that is hidden, in no layer of the view, or has a `VisibilityRange` (it may be dithered) hides nothing
+///   there.
 /// * Without an `InheritedVisibility` the occluder is a *stand-in* that is not drawn itself. It must lie inside a drawn
 ///   thing.
 /// * Only perspective cameras leave entities out. They never leave out an entity without `Aabb`, or with

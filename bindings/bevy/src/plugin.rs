@@ -58,7 +58,7 @@ impl Plugin for OspCullingPlugin {
     }
 }
 
-/// Puts the system in place of Bevy's, unless that has been done.
+/// Replaces Bevy's system by the plugin's, unless this has been done.
 fn replace(app: &mut App) {
     if app.world().resource::<OspCulling>().is_in_place() {
         return;
@@ -70,7 +70,7 @@ fn replace(app: &mut App) {
     }
 }
 
-/// Puts the systems for lights in place of Bevy's, if the app has Bevy's lights, unless that has been done.
+/// Replaces Bevy's systems for lights, if the app has them, unless this has been done.
 #[cfg(feature = "light")]
 fn replace_lights(app: &mut App) {
     if app.world().resource::<OspCulling>().are_lights_in_place || !app.is_plugin_added::<LightPlugin>() {

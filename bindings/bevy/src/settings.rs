@@ -5,8 +5,8 @@ use bevy_reflect::{Reflect, std_traits::ReflectDefault};
 /// are the same with both.
 ///
 /// At the default limits, both methods take about the same time (`cargo bench -- limits`). Set `is_measured` to `false`
-/// where the same frames have to take the same way, as in tests. The resource may be changed
-/// at any time, also through reflection, as editors and inspectors do.
+/// if equal frames must use the same method, as in tests. The resource may be changed at any time, also through
+/// reflection, as editors and inspectors do.
 #[derive(Resource, Clone, Debug, PartialEq, Reflect)]
 #[reflect(Resource, Default)]
 pub struct OspCullingSettings {
@@ -18,15 +18,15 @@ pub struct OspCullingSettings {
     pub most_moved: f32,
     /// Largest share of the entities that may change in a single frame. If more change, the index is given up at once.
     pub most_moved_at_once: f32,
-    /// Largest share of the entities that the index may find for a view. If it finds more, the view is culled by a
-    /// plain pass, because looking up each of so many takes longer than a pass over all.
+    /// Largest share of the entities that the index may find for a view. If it finds more, a plain pass culls the view,
+    /// because looking up so many entities takes longer than a pass over all.
     pub most_found: f32,
     /// Number of frames without a change after which an entity is put into the index. Until then it is tested in every
     /// frame.
     pub settle_frames: u32,
     /// Approximate number of frames in which a new index is filled.
     pub fill_frames: u32,
-    /// Whether measured times decide, too: within the limits, the plugin takes the way that has been faster in the last
+    /// Whether measured times decide, too: within the limits, the plugin takes the method that was faster in the last
     /// frames. The default is `true`, except on `wasm32`, which has no clock.
     pub is_measured: bool,
 }

@@ -16,8 +16,8 @@
  * errors give a status.
  *
  * Threads. Any thread may use any handle. Functions with a const handle may run at the same time with the same handle. A function with
- * another handle changes the culler: if it meets another call with that handle, one of the two returns OSP_STATUS_BUSY and has done
- * nothing. Nobody waits. Only free must not meet any other call. Messages are kept for each thread.
+ * a handle that is not const changes the culler. If it meets another call with this handle, one of the two returns OSP_STATUS_BUSY and
+ * has done nothing. Nobody waits. Only osp_culler_free must never meet another call. Messages are kept for each thread.
  *
  * Space. World space, right-handed or left-handed, in metres. Another unit of a similar size is also possible (two points that are
  * closer than 1e-7 may count as one in the search for occluders).
@@ -102,12 +102,11 @@ enum OspStatus
      */
     OSP_STATUS_UNKNOWN_KEY = 8,
     /**
-     * Another thread is changing this culler. If this call would change the culler, another thread may also be reading
-     * it.
+     * Another thread is changing this culler, or is reading it while this call would change it.
      */
     OSP_STATUS_BUSY = 9,
     /**
-     * An earlier call that changed this culler has failed inside osp. Only free it.
+     * An earlier call that changed this culler has failed inside osp. The culler can only be freed.
      */
     OSP_STATUS_POISONED = 10,
     /**
@@ -193,12 +192,12 @@ typedef struct OspCuller OspCuller;
 typedef struct {
     /**
      * Matrix from world to clip space, in column-major order; x and y are from -w to w in view. The projection may be
-     * perspective or parallel, on-axis or off-axis, mirrored, y up or down, with an oblique near plane, with a far
-     * plane or without. The numbers are taken as exact, even for an eye far from the origin.
+     * perspective or parallel, on-axis or off-axis, mirrored, y up or down. Its near plane may be oblique, and it
+     * needs no far plane. The numbers are taken as exact, even for an eye far from the origin.
      */
     double clip_from_world[16];
     /**
-     * One of OspDepth. For a perspective projection, its direction may be wrong.
+     * One of OspDepth. For a perspective projection, the near and the far end may be exchanged.
      */
     int32_t depth;
     /**
@@ -345,9 +344,9 @@ OspStatus osp_culler_set_layers(OspCuller *culler, const uint64_t *keys, const u
  * Gives an object a flat, convex quad that hides things behind it. It replaces the object's previous occluder. corners
  * has x y z of its four corners in order around it, in either direction; world space, metres.
  *
- * An occluder is opaque and hides from both sides. It must be drawn itself, or lie inside drawn things. It stays in
- * place until the object moves or is removed. A key without a box may have an occluder: a stand-in, which hides and is
- * never listed. A few large occluders hide more in less time than many small ones.
+ * An occluder is opaque and hides the things behind it, seen from either side. It must be drawn itself, or lie inside
+ * drawn things. It stays in place until the object moves or is removed. A key without a box may have an occluder: a
+ * stand-in, which hides and is never listed. A few large occluders hide more in less time than many small ones.
  */
 OspStatus osp_culler_set_occluder_quad(OspCuller *culler, uint64_t key, const float *corners);
 
@@ -374,7 +373,7 @@ OspStatus osp_culler_remove_occluder(OspCuller *culler, uint64_t key);
 
 /**
  * Applies all changes, so that osp_culler_in_box, osp_culler_in_sphere, osp_culler_on_ray and osp_culler_nearest use
- * them. osp_culler_cull does this, too.
+ * them. osp_culler_cull applies them, too.
  */
 OspStatus osp_culler_commit(OspCuller *culler);
 
@@ -384,7 +383,7 @@ OspStatus osp_culler_commit(OspCuller *culler);
 OspStatus osp_culler_count(const OspCuller *culler, size_t *count);
 
 /**
- * Returns the box of an object that was set last.
+ * Returns the box that was last set for an object.
  */
 OspStatus osp_culler_box(const OspCuller *culler, uint64_t key, OspBox *bounds);
 
@@ -399,15 +398,15 @@ OspStatus osp_culler_cull(OspCuller *culler, const OspCamera *cameras, size_t ca
 /**
  * Lists the objects that a camera of the last osp_culler_cull sees; cameras count from 0. keys gets the keys of the
  * objects to draw, each once, in no particular order. *count gets their number. Objects that were removed since then
- * are not included. After an osp_culler_commit of changes there is no camera.
+ * are not included. An osp_culler_commit that applies changes discards the results of osp_culler_cull.
  */
 OspStatus osp_culler_visible(const OspCuller *culler, size_t camera, uint64_t *keys, size_t room, size_t *count);
 
 /**
  * Finds for each box whether it is completely off a camera's screen or, with hide_by_occluders, behind the occluders.
  * The boxes do not belong to a culler: they may be those of a sound, a character, a trigger. hidden gets 1 or 0 for
- * each. An empty or infinite box, or one with NaN, is not hidden. Applies all changes, like osp_culler_cull. If there
- * are none, the results of the last osp_culler_cull stay.
+ * each. An empty or infinite box, or one with NaN, is not hidden. Applies all changes, like osp_culler_cull. Without
+ * changes, the results of the last osp_culler_cull stay.
  */
 OspStatus osp_culler_are_hidden(OspCuller *culler,
                                 const OspCamera *camera,

@@ -72,8 +72,8 @@ pub(crate) unsafe fn numbers<T: Copy, const N: usize>(pointer: *const T, name: &
     Ok(unsafe { pointer.cast::<[T; N]>().read() })
 }
 
-/// Copies a list. Its pointer may be NULL if it is empty. It is copied, because the results may be written into the
-/// same memory.
+/// Copies a list. Its pointer may be NULL if the list is empty. The list is copied, because the results may be written
+/// into the same memory.
 ///
 /// # Safety
 /// See the module.
@@ -180,7 +180,7 @@ impl<T: Copy> Answer<T> {
         count
     }
 
-    /// Does the same, but fails if there is not room for all values.
+    /// Like [`Self::write_first`], but fails if there is not room for all values.
     pub(crate) fn write(&self, values: impl Iterator<Item = T>) -> Outcome<()> {
         let (count, room) = (self.write_first(values), self.list.room);
         if count <= room {

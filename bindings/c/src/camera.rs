@@ -25,10 +25,10 @@ pub enum OspDepth {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OspCamera {
     /// Matrix from world to clip space, in column-major order; x and y are from -w to w in view. The projection may be
-    /// perspective or parallel, on-axis or off-axis, mirrored, y up or down, with an oblique near plane, with a far
-    /// plane or without. The numbers are taken as exact, even for an eye far from the origin.
+    /// perspective or parallel, on-axis or off-axis, mirrored, y up or down. Its near plane may be oblique, and it
+    /// needs no far plane. The numbers are taken as exact, even for an eye far from the origin.
     pub clip_from_world: [f64; 16],
-    /// One of OspDepth. For a perspective projection, its direction may be wrong.
+    /// One of OspDepth. For a perspective projection, the near and the far end may be exchanged.
     pub depth: i32,
     /// If this is not 0, objects behind occluders are left out. It has no effect for a parallel projection, an oblique
     /// near plane or a sheared screen.

@@ -132,9 +132,9 @@ unsafe fn set_occluder(
 /// Gives an object a flat, convex quad that hides things behind it. It replaces the object's previous occluder. corners
 /// has x y z of its four corners in order around it, in either direction; world space, metres.
 ///
-/// An occluder is opaque and hides from both sides. It must be drawn itself, or lie inside drawn things. It stays in
-/// place until the object moves or is removed. A key without a box may have an occluder: a stand-in, which hides and is
-/// never listed. A few large occluders hide more in less time than many small ones.
+/// An occluder is opaque and hides the things behind it, seen from either side. It must be drawn itself, or lie inside
+/// drawn things. It stays in place until the object moves or is removed. A key without a box may have an occluder: a
+/// stand-in, which hides and is never listed. A few large occluders hide more in less time than many small ones.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_set_occluder_quad(
     culler: *mut OspCuller,
@@ -197,7 +197,7 @@ pub unsafe extern "C" fn osp_culler_remove_occluder(culler: *mut OspCuller, key:
 }
 
 /// Applies all changes, so that osp_culler_in_box, osp_culler_in_sphere, osp_culler_on_ray and osp_culler_nearest use
-/// them. osp_culler_cull does this, too.
+/// them. osp_culler_cull applies them, too.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_commit(culler: *mut OspCuller) -> OspStatus {
     border(|| {
@@ -218,7 +218,7 @@ pub unsafe extern "C" fn osp_culler_count(culler: *const OspCuller, count: *mut 
     })
 }
 
-/// Returns the box of an object that was set last.
+/// Returns the box that was last set for an object.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_box(
     culler: *const OspCuller,
@@ -265,7 +265,7 @@ pub unsafe extern "C" fn osp_culler_cull(
 
 /// Lists the objects that a camera of the last osp_culler_cull sees; cameras count from 0. keys gets the keys of the
 /// objects to draw, each once, in no particular order. *count gets their number. Objects that were removed since then
-/// are not included. After an osp_culler_commit of changes there is no camera.
+/// are not included. An osp_culler_commit that applies changes discards the results of osp_culler_cull.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_visible(
     culler: *const OspCuller,
@@ -290,8 +290,8 @@ pub unsafe extern "C" fn osp_culler_visible(
 
 /// Finds for each box whether it is completely off a camera's screen or, with hide_by_occluders, behind the occluders.
 /// The boxes do not belong to a culler: they may be those of a sound, a character, a trigger. hidden gets 1 or 0 for
-/// each. An empty or infinite box, or one with NaN, is not hidden. Applies all changes, like osp_culler_cull. If there
-/// are none, the results of the last osp_culler_cull stay.
+/// each. An empty or infinite box, or one with NaN, is not hidden. Applies all changes, like osp_culler_cull. Without
+/// changes, the results of the last osp_culler_cull stay.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_are_hidden(
     culler: *mut OspCuller,

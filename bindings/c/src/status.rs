@@ -26,10 +26,9 @@ pub enum OspStatus {
     InvalidArgument = 7,
     /// No object has this key.
     UnknownKey = 8,
-    /// Another thread is changing this culler. If this call would change the culler, another thread may also be reading
-    /// it.
+    /// Another thread is changing this culler, or is reading it while this call would change it.
     Busy = 9,
-    /// An earlier call that changed this culler has failed inside osp. Only free it.
+    /// An earlier call that changed this culler has failed inside osp. The culler can only be freed.
     Poisoned = 10,
     /// An error inside osp, which should be reported. It is also written to standard error.
     Internal = 11,

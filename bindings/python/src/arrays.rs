@@ -75,7 +75,7 @@ fn finite(v: Vec3, what: impl Fn() -> String) -> PyResult<Vec3> {
     )))
 }
 
-/// Reads one vector a row.
+/// Reads a vector from each row.
 pub(crate) fn vectors(value: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<Vec3>> {
     let Numbers { shape, values } = floats(value, what)?;
     if shape.len() != 2 || shape[1] != 3 {
@@ -92,8 +92,8 @@ fn rows_of_three(values: &[f64], what: &str) -> PyResult<Vec<Vec3>> {
     rows.iter().enumerate().map(vector).collect()
 }
 
-/// Reads three corners for each triangle. The input is an array of the shape (n, 3, 3), or corners of the shape (n, 3)
-/// and faces (m, 3) with their numbers.
+/// Reads three corners for each triangle. The input is an array of the shape (n, 3, 3), or vertices of the shape (n, 3)
+/// and faces (m, 3) of vertex numbers.
 pub(crate) fn triangles(
     corners: &Bound<'_, PyAny>,
     faces: Option<&Bound<'_, PyAny>>,

@@ -109,9 +109,9 @@ impl Culler {
     /// (2, 3) is a box from its smallest to its largest corner. With `faces` of (m, 3), `corners` are the vertices of a
     /// mesh.
     ///
-    /// An occluder is opaque and hides from both sides. It must be drawn itself, or lie inside drawn things. It stays
-    /// in place until the object moves or is removed. A key without a box may have an occluder, which hides but is in
-    /// no result.
+    /// An occluder is opaque and hides the things behind it, seen from either side. It must be drawn itself, or lie
+    /// inside drawn things. It stays in place until the object moves or is removed. A key without a box may have an
+    /// occluder, which hides but is in no result.
     ///
     /// `ValueError`: another shape, numbers that are not finite, a bent or crossed quad, a face without a vertex, no
     /// area.
@@ -189,8 +189,8 @@ impl Culler {
         Ok(hidden.into_pyarray(py))
     }
 
-    /// Applies all changes, so that `in_box`, `in_sphere`, `on_ray`, `pick`, `rays` and `nearest` use them. `cull` does
-    /// this, too.
+    /// Applies all changes, so that `in_box`, `in_sphere`, `on_ray`, `pick`, `rays` and `nearest` use them. `cull`
+    /// applies them, too.
     fn commit(&self, py: Python<'_>) -> PyResult<()> {
         py.detach(|| {
             self.change()?.commit();
@@ -204,7 +204,7 @@ impl Culler {
         py.detach(|| Ok(self.read()?.refused().map(|(key, why)| (key, why.to_string())).collect()))
     }
 
-    /// The box of an object that was set last: the smallest and the largest corner, float32, of the shape (2, 3).
+    /// The box that was last set for an object: the smallest and the largest corner, float32, of the shape (2, 3).
     ///
     /// `KeyError`: no object has this key.
     fn bounds<'py>(&self, py: Python<'py>, key: u64) -> PyResult<Bound<'py, PyArray2<f32>>> {

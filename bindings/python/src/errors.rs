@@ -21,7 +21,7 @@ create_exception!(
     osp,
     AdapterError,
     PyRuntimeError,
-    "There is no graphics adapter, it cannot do what is asked, or its driver has failed. The message says which."
+    "There is no graphics adapter, it lacks a feature, or its driver has failed. The message gives the reason."
 );
 
 /// Returns the exception for an error of the renderer.

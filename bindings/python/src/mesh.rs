@@ -23,7 +23,7 @@ const MOST_OCCLUDERS: usize = 4096;
 /// `triangles` are the corners, an array of the shape (n, 3, 3); or, with `faces`, vertices of the shape (n, 3). Faces
 /// are the numbers of their vertices (m, 3), like those of trimesh (`osp.Mesh(mesh.vertices, mesh.faces)`). Float64
 /// becomes float32. `opaque` is an array of truth values, one for each triangle: whether it hides things behind it
-/// (default: all do). Triangles hide from both sides.
+/// (default: all do). A triangle hides the things behind it, seen from either side.
 ///
 /// `ValueError`: another shape, numbers that are not finite, a face without a vertex. `TypeError`: not numbers.
 ///

@@ -229,7 +229,7 @@ impl Recording {
                 strokes.push(stroke.id().map_or(-1, |id| i64::from(id.0)));
                 counts.push(vertices.len() as u8);
                 colors.push([r, g, b, a]);
-                // A brush with holes hides with only a part of the polygon.
+                // Only a part of the polygon of a brush with holes hides things.
                 opaque.push(self.scene.occluder(id) == Some(polygon));
             }
         });

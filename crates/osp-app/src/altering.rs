@@ -1,7 +1,7 @@
 //! Changes of the selected strokes: colour, width, rotation, scale, mirror, copies.
 //!
-//! A changed copy replaces each stroke, all as one [step](Event::Step) for undo. So a replay, and the file after a
-//! crash, contain the same change.
+//! Each stroke is replaced by a changed copy, all in one [step](Event::Step) of undo. The file stores the copies and
+//! erasures as ordinary events.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ pub enum Altering {
     Motion(Motion),
 }
 
-/// Copied strokes in world space, the clipboard.
+/// The clipboard: copied strokes in world space.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Clip {
     pub(super) strokes: Vec<ClipStroke>,
@@ -51,6 +51,6 @@ pub(super) struct ClipGroup {
     pub(super) parent: Option<usize>,
 }
 
-/// Strokes and the changed copies that replaced them, so that undo and redo keep them selected.
+/// The changed copy of each replaced stroke. Undo and redo move the selection between the stroke and its copy.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Replaced(pub(super) BTreeMap<StrokeId, StrokeId>);

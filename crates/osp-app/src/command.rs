@@ -32,7 +32,7 @@ pub enum Command {
     Color([f32; 4]),
     /// Set the drawing aids.
     Aids(Aids),
-    /// Set where in depth new strokes are drawn.
+    /// Set the rule for the depth of new strokes.
     Snap(Snap),
     /// Erase the selected strokes.
     EraseSelected,
@@ -118,7 +118,8 @@ pub enum Command {
     RetrySaving,
     /// Discard everything drawn since the session was opened or saved under a name, after the user has confirmed it.
     Discard,
-    /// Write the model as glTF, or as a sketch if the name ends in `.tilt`; the user confirms the replacement of a file.
+    /// Write the model as glTF, or as a sketch if the name ends in `.tilt`; the user confirms the replacement of a
+    /// file.
     Export(PathBuf),
     /// Write the model as [`Command::Export`] does, and replace a file there.
     ExportOver(PathBuf),

@@ -204,7 +204,7 @@ impl Culling {
         self.reaches
     }
 
-    /// The plan of the current index and of every later one.
+    /// The settings of the current index; an index that is built later gets them, too.
     pub fn plan(&self) -> &CullingPlan {
         &self.plan
     }
@@ -352,7 +352,7 @@ impl Culling {
         self.found.iter().filter_map(|&id| scene.stroke_of(id).id()).collect()
     }
 
-    /// The polygon whose box is nearest to a point, within `reach_m` along each axis; of several, that with the
+    /// The polygon whose box is nearest to a point, within `reach_m` along each axis. Among several, the one with the
     /// smallest id. `waiting` are the changes that no frame has applied to the index yet.
     pub fn nearest_box(
         &mut self,

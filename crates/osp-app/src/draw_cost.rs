@@ -10,8 +10,8 @@ const LEAST_SPREAD: f64 = 0.05;
 /// Number of standard errors that are subtracted from the slope, so that noise does not count as a cost.
 const ERRORS_OFF: f64 = 3.0;
 
-/// Linear regression of frame times over numbers of polygons. The slope is the cost of a polygon, because even an empty
-/// frame costs some time, which culling does not save. The weights of the least squares decrease with a frame's age.
+/// Linear regression of frame times over numbers of polygons. The slope is the cost of a polygon. The intercept is the
+/// time of an empty frame, which culling does not save. The weights of the least squares decrease with a frame's age.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DrawCost {
     frames: u32,
@@ -23,7 +23,7 @@ pub(super) struct DrawCost {
 }
 
 impl DrawCost {
-    /// Adds the drawing time of a number of polygons. Times may arrive some frames late, because the number of polygons
+    /// Adds the drawing time of a number of polygons. The time may belong to an earlier frame: the number of polygons
     /// changes slowly.
     pub(super) fn note(&mut self, polygons: u64, ns: u64) {
         self.frames = self.frames.saturating_add(1);

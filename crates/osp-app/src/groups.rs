@@ -15,10 +15,9 @@ use osp_session::{
 pub struct Placing {
     /// Translation, metres.
     pub by: Vec3,
-    /// Direction of the axis of rotation, in the parent's space, of any length. About an axis without a direction nothing
-    /// turns.
+    /// Direction of the axis of rotation, in the parent's space, of any length. An axis of length 0 gives no rotation.
     pub axis: Vec3,
-    /// Rotation, degrees, counter-clockwise seen from where the axis points to.
+    /// Rotation, degrees, counter-clockwise seen from the tip of the axis.
     pub turn_degrees: f32,
     /// Scale factor.
     pub scale: f32,

@@ -81,7 +81,7 @@ pub struct Unwritten {
 fn rest(missing: u64, kept_in: Option<&Path>) -> String {
     match kept_in {
         Some(path) => {
-            format!("the whole session is in {}, and the next `osp sketch` brings it back", path.display())
+            format!("the whole session is in {}, and the next `osp sketch` restores it", path.display())
         }
         None => format!("{missing} events are in no file"),
     }
@@ -243,8 +243,8 @@ impl Journal {
         self.file.iter().chain(&self.shelter).all(SessionFile::is_synced)
     }
 
-    /// A message with the path of the drawing, if it is an autosave file whose name the user has not chosen. `None` for
-    /// an autosave file that was opened by its name and not changed.
+    /// A message with the path of the drawing, if this is an autosave file whose name the user has not chosen. `None`
+    /// for an autosave file that was opened by its name and not changed.
     pub(super) fn place_of_edits(&self) -> Option<String> {
         let is_made = self.file.as_ref().is_some_and(SessionFile::is_made) && self.trouble.is_none();
         let is_news = self.is_changed || !self.is_named;
@@ -391,7 +391,7 @@ impl Journal {
         }
     }
 
-    /// Continues in the autosave file, because the user has not chosen the lost path.
+    /// Makes the shelter the session's file, because the user did not choose the path of the lost file.
     fn stay_in_shelter(&mut self) {
         let Some(shelter) = self.shelter.take() else { return };
         self.path = shelter.path().to_owned();
@@ -443,7 +443,7 @@ impl Journal {
             }
         };
         if let Some(old) = self.file.replace(file) {
-            // The user has not chosen the old path, and the new file has all events.
+            // A file whose path the user did not choose is removed, because the new file has all events.
             if self.is_named || is_own { old.release() } else { old.remove() }
         }
         if let Some(shelter) = self.shelter.take() {

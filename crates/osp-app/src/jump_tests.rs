@@ -1,4 +1,4 @@
-//! The changes for a window's GPU when a replay jumps, between frames and within them.
+//! Tests of the changes that a window sends to its GPU when a replay jumps, between frames or within one.
 
 use std::path::Path;
 

@@ -7,7 +7,7 @@ use osp::{
 
 /// Vertical field of view without a camera in the file, degrees.
 const FOV_DEGREES: f32 = 55.0;
-/// Limits of the vertical field of view, degrees: a file may have one in which nobody finds the way.
+/// Limits of the vertical field of view, degrees, because a file may have an unusable one.
 const FOVS_DEGREES: (f32, f32) = (10.0, 120.0);
 /// Steepest angle up or down, radians, slightly less than vertical, so that "up" stays defined.
 const STEEPEST: f32 = 1.55;
@@ -16,7 +16,7 @@ const NEAR_PART: f32 = 0.01;
 /// Limits of the distance to the centre of the view, metres.
 const DISTANCES_M: (f32, f32) = (1.0e-4, 1.0e7);
 
-/// Position and direction of the eye, as the few numbers that orbit, pan, zoom and flight change.
+/// Position and direction of the eye, stored as the numbers that orbit, pan, zoom and flight change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Navigator {
     target: Vec3,

@@ -14,11 +14,12 @@ use osp_lab::{
 use osp_render::{Depth, LineBatch, LineColor};
 use osp_session::{recording::Motion, scene::Scene};
 
-/// The number of occluders at first, as of `osp draw-occlusion`.
+/// Initial number of occluders, the same as in `osp draw-occlusion`.
 const FEW: usize = 6;
 
-/// Pixels by which the truth about the printed form is found, and polygons in view up to which it is.
+/// Size of the picture that determines which polygons are visible, to find errors of the printed form.
 const TRUTH: OracleConfig = OracleConfig { width: 1280, height: 720 };
+/// Largest number of polygons in view for which this picture is drawn.
 const MOST_JUDGED: usize = 50_000;
 
 const TAKEN: LineColor = [255, 190, 60, 255];
@@ -35,7 +36,7 @@ const VISIBLE: LineColor = [255, 60, 60, 255];
 /// A change of the steps that are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StepsEdit {
-    /// Show the steps, or end that.
+    /// Show or hide the steps.
     Show(bool),
     /// Go forwards or back by this number of steps.
     By(i64),
@@ -52,7 +53,7 @@ pub enum StepsEdit {
 pub struct StepOccluder {
     /// Its name and its score.
     pub text: String,
-    /// Whether the step has one of its planes, or its shadow.
+    /// Whether the step's tree contains a plane or the shadow of the occluder.
     pub is_taken: bool,
     /// The middle of its corners, world space.
     pub middle: Vec3,
@@ -65,7 +66,7 @@ pub struct StepCounts {
     pub in_view: u64,
     /// Polygons in view that the step hides.
     pub hidden: u64,
-    /// Hidden polygons that the step before does not hide.
+    /// Hidden polygons that the previous step does not hide.
     pub newly_hidden: u64,
     /// Hidden polygons that the eye sees; `None` if they are not known. The conservative form hides none.
     pub visible: Option<u64>,
@@ -81,7 +82,7 @@ pub struct OcclusionSteps {
     look: Option<Look>,
     /// The view in the last frame.
     seen: Option<View>,
-    /// Whether `look` does not belong to the view, the model or the settings any more.
+    /// Whether `look` belongs to an earlier view, model or setting.
     is_stale: bool,
     /// Whether the last frame has found steps that the panel does not show yet.
     is_new: bool,
@@ -94,7 +95,7 @@ struct Look {
     view: ShadowView,
     steps: ShadowSteps,
     step: ShadowStep,
-    /// The polygons that the step hides. The last ones are those that the step before does not hide.
+    /// The polygons that the step hides. Polygons that the previous step does not hide are at the end.
     hidden: Vec<PolygonId>,
     hidden_before: usize,
     /// The polygons that the eye sees, in increasing order. Only for the printed form, and not for too many polygons.
@@ -139,7 +140,8 @@ impl OcclusionSteps {
         self.look.as_ref().map_or(0, |look| look.steps.planes())
     }
 
-    /// Whether the steps belong to an earlier view or model. They are found again as soon as both rest.
+    /// Whether the steps belong to an earlier view or model. New steps are found as soon as view and model stop
+    /// changing.
     pub fn is_stale(&self) -> bool {
         self.is_stale
     }
@@ -209,7 +211,7 @@ impl OcclusionSteps {
             }
         }
         self.planes = self.planes.min(self.planes_in_all());
-        // Also in steps of an earlier view: they are shown until others are found.
+        // Steps of an earlier view are edited, too, because they are shown until new ones are found.
         if let Some(look) = &mut self.look {
             look.go_to(self.planes, scene);
         }
@@ -282,7 +284,7 @@ impl Look {
     fn draw(&self, scene: &Scene, bounds: &Aabb, out: &mut LineBatch) {
         let eye = self.view.window().eye_in_world();
         let here = eye.as_vec3();
-        // Just beyond the model.
+        // The planes are drawn to just beyond the model.
         let reach_m = f64::from((bounds.center() - here).length() + bounds.extent().length() * 0.5);
         if !reach_m.is_finite() {
             return;
@@ -321,7 +323,7 @@ impl Look {
             let is_taken = taken.binary_search(&number).is_ok();
             out.outline(&corners, if is_taken { TAKEN } else { NOT_TAKEN }, Depth::Through);
         }
-        // Last, because a side of an occluder lies in the plane.
+        // The latest plane is drawn last, because a side of an occluder lies in it.
         if let Some(corners) = latest {
             out.face(&corners, LATEST_FACE);
             out.outline(&corners, LATEST, Depth::Through);

@@ -47,7 +47,7 @@ pub(super) fn name_or_number(author: Author, name: &str) -> String {
     if name.trim().is_empty() { format!("author {author}") } else { name.to_owned() }
 }
 
-/// The layer of a new stroke: a stroke without a brush gets an empty brush on this layer.
+/// Sets the layer of a new stroke. A stroke without a brush gets an empty brush, which stores the layer.
 pub(super) fn on_layer(paint: Option<Box<Paint>>, layer: u32) -> Option<Box<Paint>> {
     if layer == 0 {
         return paint;

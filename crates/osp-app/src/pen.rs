@@ -11,7 +11,7 @@ use osp_session::{
 /// between neighbouring pixels is noise.
 const SAMPLE_PX: f32 = 2.5;
 /// Smallest distance between a wall's corners, pixels, because the wall is split into convex pieces, and each corner
-/// costs one.
+/// adds a piece.
 const CORNER_PX: f32 = 14.0;
 /// Smallest distance between samples, as a fraction of the width, at which a stroke does not fold over itself.
 const SAMPLE_WIDTH: f32 = 0.15;
@@ -60,11 +60,11 @@ impl Default for Brush {
 /// Rule for the depth of a stroke.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Snap {
-    /// At the start of the stroke, the point of the model under the cursor, or else the centre of the view. Then the
-    /// plane through this point parallel to the window.
+    /// The plane parallel to the window through the stroke's first point: the point of the model under the cursor, or
+    /// else the centre of the view.
     #[default]
     Start,
-    /// The surface under the cursor along the whole stroke; where there is none, the plane of the start.
+    /// The surface under the cursor along the whole stroke; where there is none, the plane of [`Snap::Start`].
     Surface,
     /// The plane through the centre of the view.
     Off,
@@ -130,7 +130,7 @@ impl PenPoint<'_> {
     }
 
     /// Orientation of a stroke that lies parallel to the window. The x axis of the pose is a plain ribbon's normal and
-    /// points to the viewer. For a brush, the pose is a hand's that points into the picture.
+    /// points to the viewer. For a brush, the pose is that of a hand that points into the picture.
     fn orientation(&self, brush: &Brush) -> Quat {
         let q = self.view.world_from_view;
         if brush.paint().is_some() {
@@ -248,7 +248,7 @@ impl Pen {
         out.push(sample.event(t, drawing.stroke));
     }
 
-    /// Ends the stroke at the pointer, if there is one.
+    /// Ends the stroke, if there is one, at the pointer.
     pub fn release(&mut self, t: f64, out: &mut Vec<Event>) {
         let Some(mut drawing) = self.drawing.take() else { return };
         drawing.draw_line(t, out);

@@ -88,7 +88,7 @@ impl Question {
     pub fn title(&self) -> &'static str {
         match self {
             Self::Held { .. } => "Open in another window",
-            Self::Edits(_) => "Go on with the edits?",
+            Self::Edits(_) => "Continue with the edits?",
             Self::Damaged { .. } => "Damaged session",
             Self::SaveOver(_) | Self::ExportOver(_) | Self::PictureOver(_) => "Replace the file?",
             Self::Unwritten { .. } => "Not everything is written",
@@ -138,7 +138,7 @@ impl Question {
                 (Answer::Cancel, "Cancel"),
             ],
             Self::Edits(_) => {
-                &[(Answer::GoOn, "Go on with the edits"), (Answer::Cancel, "Open the original")]
+                &[(Answer::GoOn, "Continue with the edits"), (Answer::Cancel, "Open the original")]
             }
             Self::Damaged { .. } => {
                 &[(Answer::Lenient, "Open the readable part"), (Answer::Cancel, "Cancel")]
@@ -148,12 +148,12 @@ impl Question {
             }
             Self::Unwritten { is_kept: true, .. } => &[
                 (Answer::SaveAs, "Save elsewhere…"),
-                (Answer::GoOn, "Continue, keep it there"),
+                (Answer::GoOn, "Continue, keep that file"),
                 (Answer::Cancel, "Back"),
             ],
             Self::Unwritten { is_kept: false, .. } => &[
                 (Answer::SaveAs, "Save elsewhere…"),
-                (Answer::GoOn, "Continue, lose them"),
+                (Answer::GoOn, "Continue, lose the events"),
                 (Answer::Cancel, "Back"),
             ],
             Self::Discard { .. } => &[(Answer::Discard, "Discard"), (Answer::Cancel, "Cancel")],

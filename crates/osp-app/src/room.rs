@@ -108,7 +108,7 @@ impl Room {
         test_pattern::draw(&rig.screens[view.screen], view.screen, view.eye, &|p| place.to_world(p), out);
     }
 
-    /// The eye at whose place on the screen the picture of `eye` is shown.
+    /// The eye whose place on the screen shows the picture of `eye`.
     pub(super) fn shown_at(&self, eye: Eye) -> Eye {
         if self.swaps_eyes { eye.other() } else { eye }
     }

@@ -32,7 +32,8 @@ pub use replay::{Jump, Replay, ReplayReader};
 /// Finds the time at which each polygon was drawn. It stops when its argument returns `false`.
 pub(super) type FindTimes = Box<dyn FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send>;
 
-/// Finds the strokes of a session. It returns `None` once its argument, which gets the number of events, returns `false`.
+/// Finds the strokes of a session. Calls its argument with the number of events, and returns `None` once this call
+/// returns `false`.
 pub(super) type FindStrokes =
     Box<dyn FnOnce(&dyn Fn(u64) -> bool) -> Result<Option<KeptStrokes>, RecordingError> + Send>;
 
@@ -59,7 +60,7 @@ pub struct Session {
     news: Vec<String>,
     /// An earlier copy of the same session with edits, if this is a copy.
     earlier: Option<Autosave>,
-    /// Whether this is a new copy of a session of another program, which the user opened to see.
+    /// Whether this is a new copy of a session of another program, which the user opened to view.
     is_import: bool,
 }
 
@@ -90,8 +91,8 @@ impl Session {
         }
     }
 
-    /// Writes a new event to the file and applies it to the model. Returns `false` if the event is invalid or the session
-    /// is read-only.
+    /// Writes a new event to the file and applies it to the model. Returns `false` if the event is invalid or the
+    /// session is read-only.
     pub fn apply(&mut self, event: Event) -> bool {
         let mut events = vec![event];
         self.apply_all(&mut events);
@@ -134,7 +135,7 @@ impl Session {
         self.model.tally.excess(limits)
     }
 
-    /// [`Session::excess`] if these events were added.
+    /// The limit that the session would exceed with these events, like [`Session::excess`].
     pub(super) fn excess_with(&self, events: &[Event], limits: &Limits) -> Option<(u64, &'static str)> {
         let mut tally = self.model.tally.clone();
         events.iter().for_each(|event| tally.add(event));
@@ -229,8 +230,8 @@ impl Session {
         self.replay_mut().map(|(replay, model)| replay.seek(model, frames))
     }
 
-    /// Plays one frame of a replay and appends its changes to `out`. Returns `false` at the end, or if the session is no
-    /// replay.
+    /// Plays one frame of a replay and appends its changes to `out`. Returns `false` at the end, or if the session is
+    /// no replay.
     pub fn step(&mut self, out: &mut Vec<Change>) -> bool {
         let is_played = self.replay_mut().is_some_and(|(replay, model)| replay.step(model));
         out.append(&mut self.model.changes);
@@ -261,7 +262,8 @@ impl Session {
         }
     }
 
-    /// The background colour: linear red, green, blue. It contrasts with the model; in a replay, with the finished model.
+    /// The background colour: linear red, green, blue. It contrasts with the model; in a replay, with the finished
+    /// model.
     pub fn background(&self) -> [f64; 3] {
         self.replay().map_or_else(|| background_for(self.scene()), Replay::background)
     }
@@ -302,8 +304,8 @@ impl Session {
         &self.model.times
     }
 
-    /// Returns a function that finds the time at which each polygon of the current model was drawn. It may run on another
-    /// thread.
+    /// Returns a function that finds the time at which each polygon of the current model was drawn. It may run on
+    /// another thread.
     pub(super) fn find_times(&self) -> FindTimes {
         if let Some(replay) = self.replay() {
             return Box::new(replay.polygon_times());
@@ -312,8 +314,8 @@ impl Session {
         Box::new(|_| times)
     }
 
-    /// Returns the number of events so far, and a function that finds the strokes of the current model with their control
-    /// points. It may run on another thread.
+    /// Returns the number of events so far, and a function that finds the strokes of the current model with their
+    /// control points. It may run on another thread.
     pub(super) fn find_strokes(&self) -> (u64, FindStrokes) {
         if let Some(replay) = self.replay() {
             let find = replay.find_strokes();
@@ -427,7 +429,7 @@ impl Session {
         }
     }
 
-    /// Whether the server has not returned an event of the user yet that erases the stroke.
+    /// Whether an event of the user erases the stroke, and the server has not returned this event yet.
     pub(super) fn is_erasing(&self, stroke: StrokeId) -> bool {
         match &self.source {
             #[cfg(feature = "live")]
@@ -439,7 +441,8 @@ impl Session {
         }
     }
 
-    /// Whether a step of edits may be open. In a shared session this is unknown until the server has returned the events.
+    /// Whether a step of edits may be open. In a shared session this is unknown until the server has returned the
+    /// events.
     pub(super) fn may_have_open_step(&self) -> bool {
         !self.is_replay() && (self.model.scene.is_step_open() || self.is_shared())
     }

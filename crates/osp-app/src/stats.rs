@@ -72,8 +72,8 @@ impl History {
     /// Number of frames that are stored.
     pub const LENGTH: usize = 240;
 
-    /// Number of frames for mean times: about a second. If a stage is shorter than the clock's resolution, it takes
-    /// either no time or a whole step. The mean over so many frames approximates the true time.
+    /// Number of frames for mean times: about a second. If a stage is shorter than the clock's resolution, its measured
+    /// time is zero or a whole step. The mean over so many frames approximates the true time.
     pub const MEAN_OF: usize = 60;
 
     /// Adds a frame and drops the oldest one.

@@ -143,7 +143,8 @@ impl Studio {
         if self.input.tool == ToolChoice::Look {
             self.set_tool(ToolChoice::Draw(self.input.brush.tool));
         }
-        // The sketch of another program is shown without a grid, as in that program. Who draws in it gets one.
+        // A sketch of another program is shown without a grid, as in that program. In a copy, the first tool shows the
+        // grid.
         let camera = self.session.header().camera;
         self.layers.grid = camera.is_none() || self.session.is_import();
         if self.session.is_import() {

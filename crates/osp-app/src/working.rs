@@ -65,7 +65,7 @@ impl Way {
 pub(super) enum Kind {
     /// Reads a session, whose number of events is unknown.
     Reading,
-    /// Writes a file from this number of things, which have this name.
+    /// Writes `count` items to a file; `of` is their name, such as polygons.
     Writing { count: u64, of: &'static str },
 }
 

@@ -25,7 +25,7 @@ fn note(allocations: u64, bytes: i64) {
 #[derive(Debug)]
 pub struct Counting;
 
-#[allow(unsafe_code, reason = "a global allocator cannot be written without; it only counts and passes on")]
+#[allow(unsafe_code, reason = "a global allocator needs it; this one only counts and passes calls on")]
 // SAFETY: every call is passed to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {

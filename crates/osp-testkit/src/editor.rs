@@ -98,7 +98,7 @@ impl Editor {
             10..=12 => Event::Undo { author: Author::SOLE, t },
             13..=14 => Event::Redo { author: Author::SOLE, t },
             15 => return self.stroke(),
-            // The move is invisible, and only the erasure may be undone.
+            // The erasure hides the move, and an undo may restore the erasure alone.
             16 => {
                 return vec![
                     Event::Move { author: Author::SOLE, t, strokes: vec![a], by: self.way() },

@@ -29,7 +29,7 @@ use wasm_bindgen::prelude::*;
 
 use files::open;
 
-/// Those of `osp bench --quick`.
+/// The settings of `osp bench --quick`.
 const SIZES: [u32; 2] = [1000, 10_000];
 const SESSION_SECS: f64 = 0.1;
 const GROWTH_SECS: f64 = 0.15;
@@ -41,8 +41,8 @@ const FLIGHT_FRAMES: u64 = 360;
 /// Number of frames between two progress reports.
 const SAID_EVERY: u64 = 64;
 
-/// Measures all structures on a session, as `osp bench FILE --quick` does. `browser` stands in the report where
-/// a processor would; `say` is told what is measured. Returns the report: a whole page of HTML.
+/// Measures all structures on a session, as `osp bench FILE --quick` does. The report names `browser` in place of a
+/// processor. `say` gets the progress as text. Returns the report, a whole page of HTML.
 ///
 /// # Errors
 /// The session cannot be read.

@@ -71,7 +71,7 @@ impl Source {
     }
 }
 
-/// A race that is on, or several of them one after the other.
+/// A race with one run, or several runs one after the other.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct Race {
@@ -89,8 +89,8 @@ pub struct Race {
 
 #[wasm_bindgen]
 impl Race {
-    /// A race of these structures on a session that was [put](crate::put) here, with so many samples of the hand in a
-    /// frame, that is run so many times. The session is read once for its summary, and once for each run.
+    /// A race of these structures on a session that was [put](crate::put) here, with `samples` of the hand in a frame,
+    /// and `runs` runs. The session is read once for its summary, and once for each run.
     ///
     /// # Errors
     /// The session cannot be read, or there is no structure with a name.
@@ -156,7 +156,7 @@ impl Race {
         self.run.race().frames() as f64
     }
 
-    /// Plays a frame. `false`: the last run has ended.
+    /// Plays a frame. Returns `false` once the last run has ended.
     ///
     /// # Errors
     /// The session is damaged here, or two structures do not see the same polygons.
@@ -179,9 +179,9 @@ impl Race {
         Ok(true)
     }
 
-    /// The figures of the latest frame as JSON: the number of its run and its own, from 1, the polygons in the model, and for each structure the
-    /// time of the frame (`ns`, and `figure` in milliseconds), the polygons in view, the frames that missed 90 Hz, and
-    /// the longest frame, milliseconds.
+    /// The figures of the latest frame as JSON: the numbers of its run and of the frame, from 1, and the polygons in
+    /// the model. Each structure has the time of the frame (`ns`, and `figure` in milliseconds) and the polygons in
+    /// view. It also has the frames that missed 90 Hz, and the longest frame, milliseconds.
     pub fn latest(&self) -> String {
         let race = self.run.race();
         let frame = race.racers().first().map_or(0, |racer| racer.times_ns().len());
@@ -191,7 +191,7 @@ impl Race {
     }
 
     /// The figures of the least times of all frames as JSON: for each structure those of [`Race::latest`], and all its
-    /// `times` in nanoseconds. Without a run that has ended there are no structures.
+    /// `times` in nanoseconds. Before the first run has ended there are no structures.
     pub fn least(&self) -> String {
         let of = |racer: &Racer| {
             let mut figures = figures(racer);

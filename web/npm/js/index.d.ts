@@ -73,7 +73,7 @@ export class Culler<K extends Key = number> {
   /**
    * Gives an object an occluder in world space, which hides things behind it and replaces the previous occluder. It is a flat, convex
    * quad: x, y, z of the four corners, in order around it. Or it is the six numbers of a box, or the vertices of a mesh, with three
-   * indices for each triangle. An occluder is opaque and hides from both sides. It must be drawn itself, or lie inside drawn things. It
+   * indices for each triangle. An occluder is opaque and hides the things behind it, seen from either side. It must be drawn itself, or lie inside drawn things. It
    * stays in place until the object moves or is removed. A key without a box may have an occluder, which hides but is in no result.
    * @throws RangeError numbers that are not finite, a bent or crossed quad, an index without a vertex, no area
    */
@@ -103,12 +103,12 @@ export class Culler<K extends Key = number> {
   hidden(camera?: number): number;
   /** The refusals between the last two calls of `cull`, with the reasons. A very long list is cut off. */
   readonly refused: { key: K; why: string }[];
-  /** Applies all changes, so that `inBox`, `inSphere`, `onRay`, `pick` and `nearest` use them. `cull` does this, too. */
+  /** Applies all changes, so that `inBox`, `inSphere`, `onRay`, `pick` and `nearest` use them. `cull` applies them, too. */
   commit(): void;
 
   /** Whether an object has this key. */
   has(key: K): boolean;
-  /** A copy of an object's box that was set last; undefined if there is none. */
+  /** A copy of the box that was last set for an object; undefined if there is none. */
   box(key: K): Float32Array | undefined;
 
   /** The objects whose boxes have a point in common with the box from `min` to `max`; touching counts. */

@@ -71,8 +71,8 @@ impl Studio {
         self.take_copies(&alteration);
     }
 
-    /// The event that moves the selection if it is a whole group. The event is one line of the file, instead of copies
-    /// of all strokes.
+    /// The event that moves the selection if it is a whole group. This event takes one line of the file, while copies
+    /// of all strokes would take many.
     fn placed_group(&self, motion: &Motion) -> Option<Event> {
         let (group, scene) = (self.selected_group()?, self.scene());
         let own = Motion { is_mirrored: false, to: scene.group_transform(group)? };
@@ -188,7 +188,7 @@ impl Studio {
         }
         self.events.extend(events);
         self.apply_events();
-        // The step does not count an edit without effect, so it may still be open.
+        // The step does not count edits without effect, so the step may still be open.
         if self.scene().is_step_open() || (edits > 1 && self.session.may_have_open_step()) {
             self.events.push(Event::Step { author: Author::SOLE, t, edits: 0 });
             self.apply_events();
@@ -335,7 +335,8 @@ impl Studio {
 }
 
 /// Two transforms for a copy that moves in the world but stays in its group. The first leads from the space of the
-/// stroke's samples to the copy's space, the second from the copy's space to world space. `None` if the group has scale 0.
+/// stroke's samples to the copy's space, the second from the copy's space to world space. `None` if the group has scale
+/// 0.
 fn spaces(scene: &Scene, id: StrokeId, motion: &Motion) -> Option<(Motion, Motion)> {
     let stroke = scene.stroke(id)?;
     let home = match scene.groups_of(stroke).first() {

@@ -81,7 +81,8 @@ impl Studio {
                 self.report_file(Ok(format!("{} is open already", path.display())));
                 return;
             }
-            // Another program has replaced the file. Our session must release its lock before the new file can be opened.
+            // Another program has replaced the file. Our session must release its lock before the new file can be
+            // opened.
             self.begin();
         }
         self.open_beside(path, how);
@@ -114,8 +115,7 @@ impl Studio {
         }
     }
 
-    /// Exports the model. A question comes first if the file is another model or sketch. The export refuses to replace any
-    /// other file.
+    /// Exports the model. If the path has a file that an export may replace, shows a question first.
     pub(crate) fn ask_to_export(&mut self, path: PathBuf) {
         if fs::is_file(&path) && self.may_export(&path).is_ok() {
             self.ask(Question::ExportOver(path));
@@ -124,7 +124,7 @@ impl Studio {
         }
     }
 
-    /// Saves a picture with the next frame. A question comes first if the file is another picture.
+    /// Saves a picture with the next frame. If the path has a picture already, shows a question first.
     pub(crate) fn ask_for_picture(&mut self, path: PathBuf) {
         match check_output(&path, OutputKind::Png, false) {
             Err(error) => self.report_file(Err(error.to_string())),
@@ -133,7 +133,7 @@ impl Studio {
         }
     }
 
-    /// Saves a picture with the next frame. It replaces another picture, but no other file.
+    /// Saves a picture with the next frame. It replaces an existing picture, but no other file.
     pub(crate) fn picture_over(&mut self, path: PathBuf) {
         match check_output(&path, OutputKind::Png, false) {
             Ok(()) => self.work.picture = Some(path),

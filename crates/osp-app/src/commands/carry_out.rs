@@ -267,7 +267,7 @@ impl Studio {
                     "the server has not confirmed {missing} of your events yet; all others are in {path}"
                 ));
             }
-            Ok(()) => self.show_message(format!("saved: all of it is in {path}")),
+            Ok(()) => self.show_message(format!("saved: the whole session is in {path}")),
             Err(unwritten) => self.show_message(unwritten.to_string()),
         }
     }

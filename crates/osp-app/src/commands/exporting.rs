@@ -36,8 +36,8 @@ impl Studio {
         }
     }
 
-    /// Checks that an export may write this file. The session that the window shows is not replaced: a recording of it has
-    /// more than the export.
+    /// Checks that an export may write this file. An export must not replace the session that the window shows, because
+    /// the session contains more.
     pub(super) fn may_export(&self, path: &Path) -> Result<(), String> {
         if is_same_file(path, self.session.path()) {
             return Err(format!("{}: expected another file; the window shows this session", path.display()));
@@ -71,13 +71,13 @@ impl Studio {
         self.write_beside(path, kind, move |file, progress| {
             let found = strokes(&|events| progress.note(events)).map_err(io::Error::other)?;
             let strokes = found.ok_or(ExportError::Cancelled)?;
-            // The picture of a sketch that was read shows it without the edits.
+            // No thumbnail: that of the sketch that was read lacks the edits.
             let counts = write_tilt(&strokes, &header, None, file)?;
             Ok((count, Exported::Sketch(counts)))
         });
     }
 
-    /// Starts to write a file. `write` returns the progress at its end with the result.
+    /// Starts to write a file. `write` returns its final progress and its result.
     fn write_beside(
         &mut self,
         path: &Path,

@@ -117,7 +117,7 @@ impl Studio {
                 self.events.push(event);
             }
             LayerEdit::TakeSelection => {
-                // The header's setting of the layer becomes an event, so that new strokes on this layer also get it.
+                // An event repeats the header's setting of the layer, so that the setting also applies to new strokes.
                 let state = self.scene().layer_states().get(&chosen.layer);
                 if state.is_none_or(|state| state.hidden.is_none()) {
                     self.events.push(change(chosen.layer, None, Some(chosen.is_hidden), None));

@@ -49,7 +49,7 @@ impl Studio {
         self.work.working.as_ref().is_some_and(Working::is_in_turns)
     }
 
-    /// Whether another session is being read. Until then the current session accepts no events or commands.
+    /// Whether another session is being read. Meanwhile the current session accepts no events or commands.
     pub fn is_reading(&self) -> bool {
         self.work.working.as_ref().is_some_and(Working::is_reading)
     }
@@ -91,7 +91,7 @@ impl Studio {
         true
     }
 
-    /// Waits for a model that is being written. Cancels the reading of a session and releases its file.
+    /// Ends the background work: waits until a model is written, or cancels the reading of a session and closes it.
     pub(crate) fn end_work(&mut self) -> Result<(), String> {
         let Some(work) = self.work.working.take() else { return Ok(()) };
         if work.is_reading() {
@@ -211,7 +211,7 @@ impl Studio {
                 self.show_remarks(opened);
                 self.replace(session, indexed);
                 let text = if is_new {
-                    format!("{}: there was no such file: an empty session begins there", path.display())
+                    format!("{}: there was no such file, so an empty session begins there", path.display())
                 } else {
                     String::new()
                 };

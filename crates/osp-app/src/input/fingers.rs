@@ -20,7 +20,7 @@ impl Studio {
     }
 
     /// Moves the camera with several fingers; `None` as soon as fewer than two are left. While a mouse or a pen draws,
-    /// fingers are ignored, because they belong to the hand that holds it.
+    /// fingers are ignored, because they belong to the hand that draws.
     pub fn take_fingers(&mut self, fingers: Option<Fingers>) {
         let is_other = self.is_dragging() && !self.input.gestures.is_touch;
         let Some(Fingers { count, moved, spread }) = fingers.filter(|_| !is_other && !self.is_reading())
@@ -48,8 +48,8 @@ impl Studio {
         self.input.gestures.finger_came = has_come;
     }
 
-    /// Delays a press of the pointer at `at` if it comes from a finger, until it is clear that no second finger
-    /// follows. Returns whether it came from a finger.
+    /// If a finger causes the press of the pointer at `at`, delays the press until it is clear that no second finger
+    /// follows. Returns whether a finger caused the press.
     pub fn touch(&mut self, at: Option<Vec2>) -> bool {
         let is_finger = std::mem::take(&mut self.input.gestures.finger_came);
         if is_finger && let Some(at) = at {

@@ -16,7 +16,7 @@ use osp_session::{
 /// Largest number of tracker messages that a frame handles; the others wait for the next frame. At 60 frames a second a
 /// hundred trackers send fewer.
 const MESSAGES_A_FRAME: u32 = 4096;
-/// Largest number of erasures, undos and redos among them, because a single one may change the whole model.
+/// Largest number of erasures, undos and redos that a frame handles, because a single one may change the whole model.
 const EDITS_A_FRAME: u32 = 64;
 /// Number of changed polygons after which the frame handles no more messages.
 const CHANGES_A_FRAME: usize = 1 << 16;
@@ -38,7 +38,7 @@ impl Studio {
         self.input.tracker_waits = !self.take_messages(t, &tracker);
         let first = self.events.len();
         self.input.hands.rest(t, &mut self.events);
-        // While messages wait, a sender need not be inactive.
+        // Waiting messages may be from any sender, so no sender counts as inactive yet.
         if let Some(senders) = self.input.senders.as_mut().filter(|_| !self.input.tracker_waits) {
             senders.rest(Instant::now(), t, &mut self.events);
         }

@@ -267,8 +267,8 @@ impl Studio {
         PenPoint { view, at, height_px, surface, target: self.navigator.target(), pressure }
     }
 
-    /// The point of the model under a point of a screen. It ignores the unfinished stroke, which would otherwise climb
-    /// towards the eye on itself.
+    /// The point of the model under a point of a screen. The unfinished stroke is ignored; otherwise it would be drawn
+    /// on its own surface, ever closer to the eye.
     fn surface_under(&mut self, view: &View, at: Vec2) -> Option<Vec3> {
         if self.input.snap == Snap::Off {
             return None;
@@ -282,7 +282,8 @@ impl Studio {
         Some(ray.origin + ray.direction * t)
     }
 
-    /// The stroke under or close to a point of the window, and the point on the stroke. Ignores strokes on locked layers.
+    /// The stroke under or close to a point of the window, and the point on the stroke. Ignores strokes on locked
+    /// layers.
     pub(crate) fn stroke_under(&mut self, at: Vec2, size_px: Vec2) -> Option<(StrokeId, Vec3)> {
         /// Offsets to try: the point itself, then the points around it.
         const BESIDE: [(f32, f32); 9] = [

@@ -153,7 +153,7 @@ impl Autosaves {
         found
     }
 
-    /// The last written copy of this session, which has edits.
+    /// The copy of this session that was written last. Every copy has edits.
     pub(crate) fn edits_of(&self, session: &Path) -> Option<Autosave> {
         let stem = session.file_stem().unwrap_or_default().to_string_lossy();
         let from = format!("{}: ", true_path(session).display());
@@ -179,7 +179,7 @@ impl Autosaves {
                 Ok(data) if data.len() > 0 => {
                     found.push((data.modified().unwrap_or(SystemTime::UNIX_EPOCH), session));
                 }
-                // The session has no event, so only the lock file exists. It is removed if its program has ended.
+                // The session has no events, only a lock file, which is removed if its program has ended.
                 _ => {
                     if let Some(lock) = SessionLock::take_over(&session) {
                         release_if_empty(lock, &session);

@@ -12,8 +12,8 @@ use osp_session::{
     },
 };
 
-/// Size of a block of text that is compressed at once, bytes. It takes about a quarter of a millisecond on the window's
-/// thread.
+/// Size of a block of text that is compressed at once, bytes. Compressing a block takes the window's thread about a
+/// quarter of a millisecond.
 const BLOCK_BYTES: usize = 1 << 16;
 /// Longest line that is kept unchanged from the file, bytes.
 const KEPT_LINE_BYTES: usize = 512;
@@ -81,7 +81,7 @@ impl History {
             Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. } => {
                 self.strokes.entry(*stroke).or_insert((start, end)).1 = end;
             }
-            // Strokes without a beginning, of which damaged files have millions, take no memory.
+            // Damaged files have millions of strokes without a beginning; these must take no memory.
             Event::Point { stroke, .. } | Event::End { stroke, .. } => {
                 if let Some(lines) = self.strokes.get_mut(stroke) {
                     lines.1 = end;
@@ -183,8 +183,8 @@ pub(crate) struct Lines {
 }
 
 impl Lines {
-    /// Adds an event, and the line that it was read from. A very long line is not kept, but written again from its
-    /// event: it may consist of a comment, to which no limit applies.
+    /// Adds an event, and the line that it was read from. A very long line is not kept but written again from its
+    /// event, because the line may contain a comment of any length.
     pub(crate) fn push(&mut self, event: Event, line: Option<&str>) {
         self.events.push(event);
         self.bytes += line.map_or(0, str::len);

@@ -106,7 +106,7 @@ pub(crate) enum NotTaken {
 /// on the old file, which no other program opens.
 ///
 /// The lock file's name is derived from the session's canonical path, so symbolic links to one session share a lock
-/// file. Hard links do not; therefore an existing session is locked, too (see
+/// file. Hard links do not; therefore the file of an existing session is locked, too (see
 /// [`SessionFile`](super::session_file::SessionFile)). The lock file contains the number of the process that has the
 /// session. A regular closing of the session removes the lock file; after a crash it stays, but unlocked.
 ///
@@ -212,8 +212,8 @@ impl SessionLock {
                 let owner = Some(owner);
                 return Err(NotTaken::Held(OpenElsewhere { session: session.to_owned(), owner }));
             }
-            // The former holder may have removed the lock file between the opening and the locking. The locked file then has
-            // no name, and the next program would create a new lock file.
+            // The former holder may have removed the lock file between the opening and the locking. The locked file
+            // then has no name, and the next program would create a new lock file.
             if !is_at(&file, &lock_file) {
                 continue;
             }

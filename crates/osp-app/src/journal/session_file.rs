@@ -113,7 +113,7 @@ struct OpenFile {
     contents: Contents,
     /// Time of this program's last change.
     touched: Stamp,
-    /// Whether another program may have changed the file, and it has not been compared since.
+    /// Whether another program may have changed the file since the last comparison.
     is_suspect: bool,
     compared_at: Option<Instant>,
     /// Whether the last line has no newline yet.
@@ -435,7 +435,7 @@ impl SessionFile {
     /// Closes the file, and removes it if no other program has changed it.
     pub(super) fn remove(mut self) {
         if self.open.is_some() && self.check().is_ok() {
-            // An unnecessary copy does no harm.
+            // If this fails, the unneeded file does no harm.
             let _ = fs::remove_file(&self.path);
         }
         self.release();

@@ -179,8 +179,8 @@ impl Session {
         Ok(Started::Reads(Box::new(reader.remarking(Some(remark), None))))
     }
 
-    /// Opens the file of a shared session with this header, or begins a new file. For an existing file it also returns a
-    /// second reader.
+    /// Opens the file of a shared session with this header, or begins a new file. For an existing file it also returns
+    /// a second reader.
     ///
     /// # Errors
     /// The file cannot be read or written, another window has it open, or it has other contents.

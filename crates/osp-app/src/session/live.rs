@@ -49,7 +49,7 @@ pub struct OtherPen {
 pub struct Live {
     link: Link,
     has_news: Arc<AtomicBool>,
-    /// Whether events were taken after the panels of that frame were laid out.
+    /// Whether events were taken after the frame's panels were laid out.
     was_taken: bool,
     /// Events that were received but are not in the model yet.
     inbox: Inbox,
@@ -67,7 +67,7 @@ pub struct Live {
     overlay: Overlay,
     /// The events that the session's file had before joining.
     known: Option<Known>,
-    /// Strokes that the user's events erase which the server has not returned yet.
+    /// Strokes erased by events of the user that the server has not returned yet.
     erasing: BTreeSet<StrokeId>,
     /// Number of the user's events that the server refused, and of the user's strokes that the model skipped because of
     /// their layer.

@@ -17,7 +17,7 @@ pub(super) struct Model {
     /// A box around all polygons drawn so far.
     pub(super) bounds: Aabb,
     pub(super) times: PolygonTimes,
-    /// The next stroke number: one more than the largest of a stroke without an author.
+    /// The next stroke number: one more than the largest number of a stroke without an author.
     pub(super) next_stroke: u32,
     pub(super) last_secs: f64,
     pub(super) events: u64,
@@ -44,7 +44,7 @@ impl Model {
     /// An unused stroke number up to `last`, which must be a power of two minus one.
     pub(super) fn new_stroke(&mut self, last: u32) -> StrokeId {
         self.next_stroke &= last;
-        // After the last number it continues with unused numbers from 0.
+        // The last number is followed by unused numbers from 0 on.
         for _ in 0..last {
             if !self.scene.is_used(StrokeId(self.next_stroke)) {
                 break;

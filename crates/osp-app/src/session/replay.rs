@@ -26,7 +26,7 @@ use osp_session::{
 pub struct Jump {
     /// The changes for the index, from the old model to the new one.
     pub changes: Vec<Change>,
-    /// Polygons that have moved, visible or not, including earlier movements that no change reported.
+    /// Polygons that have moved, visible or not, including those that moved earlier without a reported change.
     pub moved: Vec<PolygonId>,
     /// Number of polygons after the jump. New polygons reuse the numbers from here on.
     pub polygon_count: usize,
@@ -165,15 +165,16 @@ impl Replay {
         true
     }
 
-    /// Returns a function that finds the time at which each polygon of the current model was drawn. The function plays the
-    /// session again up to the current frame. It may run on another thread, and stops when its argument returns `false`.
+    /// Returns a function that finds the time at which each polygon of the current model was drawn. The function plays
+    /// the session again up to the current frame. It may run on another thread, and stops when its argument returns
+    /// `false`.
     pub fn polygon_times(&self) -> impl FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send + use<> {
         let (recorded, end) = (Arc::clone(&self.recorded), self.position());
         move |goes_on| recorded.polygon_times(end, goes_on)
     }
 
-    /// Returns a function that finds the strokes of the current model. It may run on another thread, and returns `None` once
-    /// its argument, which gets the number of events, returns `false`.
+    /// Returns a function that finds the strokes of the current model. It may run on another thread. It calls its
+    /// argument with the number of events, and returns `None` once this call returns `false`.
     pub(super) fn find_strokes(
         &self,
     ) -> impl FnOnce(&dyn Fn(u64) -> bool) -> Option<KeptStrokes> + Send + use<> {
@@ -378,7 +379,8 @@ mod tests {
         }
     }
 
-    /// The group and a stroke in it move in opposite directions. The stroke stays in place, but moves in the group's space.
+    /// The group and a stroke in it move in opposite directions. The stroke stays in place, but moves in the group's
+    /// space.
     #[test]
     fn a_jump_tells_of_a_stroke_that_moved_against_its_group() {
         let (t, stroke, group) = (0.0, StrokeId(0), GroupId(0));

@@ -46,13 +46,13 @@ impl Studio {
         self.culling.set_tests(node_test, score);
     }
 
-    /// Sets the settings of the index, before the method of occlusion culling is chosen.
+    /// Sets the settings of the index. Call it before the method of occlusion culling is chosen.
     pub fn set_index_settings(&mut self, settings: IndexSettings) {
         self.culling.set_index_settings(settings);
     }
 
-    /// Sets the measure by which `auto` finds the cheapest method of occlusion culling, before it is chosen. Times are
-    /// measured here; counts give the same decision on every machine.
+    /// Sets the measure by which `auto` finds the cheapest method of occlusion culling. Call it before `auto` is
+    /// chosen. Times are measured here; counts give the same decision on every machine.
     pub fn set_auto_basis(&mut self, basis: AutoBasis) {
         self.culling.set_auto_basis(basis);
     }

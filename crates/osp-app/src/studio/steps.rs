@@ -22,8 +22,8 @@ impl Studio {
         self.steps.as_ref()
     }
 
-    /// The names of the steps' occluders on a window of this aspect ratio (width divided by height). Occluders outside the
-    /// views have none.
+    /// The names of the steps' occluders on a window of this aspect ratio (width divided by height). Occluders outside
+    /// the views have none.
     pub fn occluder_labels(&self, aspect: f32) -> Vec<OccluderLabel> {
         let Some(steps) = &self.steps else { return Vec::new() };
         let hands = self.hands_before_screens();
@@ -56,7 +56,7 @@ impl Studio {
         }
     }
 
-    /// Notes a change of the model that no frame passes on.
+    /// Marks the steps as those of an earlier model, after a change that no frame applies.
     pub(crate) fn forget_steps(&mut self) {
         if let Some(steps) = &mut self.steps {
             steps.forget();
@@ -73,7 +73,7 @@ impl Studio {
         }
     }
 
-    /// Whether a later frame finds the steps, or shows those that were found.
+    /// Whether a further frame is needed to find or show the steps.
     pub(super) fn steps_wait(&self) -> bool {
         self.steps.as_ref().is_some_and(OcclusionSteps::waits)
     }

@@ -1,4 +1,4 @@
-//! Matthew Wright, "The Open Sound Control 1.0 Specification", 2002.
+//! OSC packets (Matthew Wright, "The Open Sound Control 1.0 Specification", 2002).
 //!
 //! No library is used, because nested bundles must not be parsed by unlimited recursion: anybody on the network can
 //! send them.
@@ -200,7 +200,7 @@ pub fn osc_packet(message: &Message) -> Vec<u8> {
     bytes
 }
 
-/// A packet with a key: a bundle of both, for immediate processing.
+/// A bundle of a key and a packet, for immediate processing.
 pub fn osc_keyed(key: &str, packet: &[u8]) -> Vec<u8> {
     let mut said = Vec::new();
     put_text(KEY, &mut said);

@@ -86,7 +86,7 @@ impl Senders {
         self.present.is_empty()
     }
 
-    /// In the order in which the senders joined.
+    /// Removes these senders in the order in which they joined.
     fn leave_if(&mut self, is_over: impl Fn(&Sender) -> bool, t: f64, out: &mut Vec<Event>) {
         let over = self.present.iter().filter(|(_, sender)| is_over(sender));
         let mut over: Vec<_> = over.map(|(&from, sender)| (sender.author, from)).collect();

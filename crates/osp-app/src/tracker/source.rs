@@ -343,7 +343,7 @@ impl Output {
         let mut packet = vec![0; 1 << 16];
         let mut messages = Vec::new();
         while !self.is_over() {
-            // A timeout, and on some systems the refusal of an earlier answer, arrive as errors and are ignored.
+            // A timeout arrives as an error. All errors are ignored.
             let Ok((length, from)) = socket.recv_from(&mut packet) else { continue };
             let packet = &packet[..length];
             let now = Instant::now();

@@ -38,7 +38,7 @@ pub enum Action {
     TogglePanel,
     /// Show the depth pyramid instead of the picture, or the picture.
     TogglePyramid,
-    /// Show occlusion culling step by step, or end that.
+    /// Show or hide occlusion culling step by step.
     ToggleSteps,
     /// Switch between straight lines and freehand.
     ToggleStraight,

@@ -86,7 +86,7 @@ fn suggestion(ask: Ask, studio: &Studio) -> PathBuf {
     };
     let session = studio.session();
     match session.journal().is_named() {
-        // A sketch that is only looked at stays as it is.
+        // The suggested path must not replace a sketch that is open read-only.
         true if ask == Ask::ExportTilt && session.is_read_only() => {
             let stem = session.path().file_stem().unwrap_or_default().to_string_lossy();
             session.path().with_file_name(format!("{stem}-copy.tilt"))

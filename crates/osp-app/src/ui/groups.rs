@@ -20,7 +20,7 @@ pub(super) struct GroupList {
     name: Option<(GroupId, String)>,
     /// The change of a group's transform that is being entered.
     placing: Option<(GroupId, Placing)>,
-    /// The axis of the next turn, if it is not the usual one.
+    /// The axis of the next rotation, if it is not the default one.
     axis: Option<Vec3>,
 }
 

@@ -12,8 +12,8 @@ pub(super) struct IndexSettingsPanel {
 }
 
 impl IndexSettingsPanel {
-    /// Shows the settings that the index has; nothing for an index without settings. The model is inserted again only when
-    /// they are applied, because this takes long for a large model.
+    /// Shows the settings that the index has; nothing for an index without settings. The model is inserted again only
+    /// when they are applied, because this takes long for a large model.
     pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         let (kind, applied) = (studio.culling().kind(), *studio.culling().index_settings());
         let has = |setting: &IndexSetting| kind.has(*setting);

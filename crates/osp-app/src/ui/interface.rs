@@ -471,7 +471,7 @@ fn help(ui: &Ui, is_open: &mut bool) {
 /// The introduction in a new window, which is also the beginning of the help.
 const LESSON: [&str; 5] = [
     "1  Drag with the left button to draw; Shift makes it straight.",
-    "2  Drag with the right button to orbit; the wheel goes nearer.",
+    "2  Drag with the right button to orbit; turn the wheel to come nearer.",
     "3  Choose tools, brushes and colours on the left. Ctrl+Z undoes the last step.",
     "4  Press V and click strokes to move, turn, scale or recolour them.",
     "5  All is saved as you draw; Ctrl+S gives it a name. F1: this and all keys.",

@@ -136,7 +136,7 @@ pub const HINTS: &[(&str, &str)] = &[
     ("Alt + right", "look around"),
     ("two fingers", "orbit; spread or pinch to come nearer or go away"),
     ("three fingers", "move sideways, up and down"),
-    ("wheel", "nearer to the point under the pointer, farther"),
+    ("wheel", "towards the point under the pointer, or away"),
     ("Shift + wheel", "wider or narrower brush"),
     ("W A S D Q E", "fly"),
     ("Shift while drawing", "a straight line"),

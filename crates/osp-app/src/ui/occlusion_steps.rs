@@ -27,7 +27,8 @@ pub(super) fn show(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, wishes:
     });
 }
 
-/// Draws the tree: planes are circles, the latest one bright; filled squares are cells in a shadow, empty ones lit cells.
+/// Draws the tree: planes are circles, the latest one bright; filled squares are cells in a shadow, empty ones lit
+/// cells.
 fn draw_tree(ui: &mut Ui, tree: &ShadowStructure) {
     let (response, painter) = ui.allocate_painter(Vec2::new(TREE.0 as f32, TREE.1 as f32), Sense::hover());
     response.widget_info(|| {

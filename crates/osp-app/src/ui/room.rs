@@ -85,7 +85,7 @@ fn state(ui: &mut Ui, studio: &Studio, tracker: &Tracker) {
         ui.weak("latency");
         let latency = watch.latency().map_or("–".to_owned(), |time| duration(time.as_secs_f32()));
         ui.label(latency).on_hover_text(
-            "from the arrival of a pose to the submission of the picture that shows it (median); the delays of the tracker and the display come on top",
+            "from the arrival of a pose to the submission of the picture that shows it (median), without the delays of the tracker and the display",
         );
         ui.weak("lost");
         let lost = counts.lost.map_or("not numbered".to_owned(), count);

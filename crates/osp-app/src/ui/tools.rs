@@ -170,7 +170,6 @@ fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             ),
         ];
         for (mut is_on, name, hint, action) in toggles {
-            // A button for the selection performs the mirror, too.
             let toggle = ui.toggle_value(&mut is_on, name).on_hover_text(hint);
             if toggle.clicked() {
                 action.perform(studio, wishes);

@@ -19,7 +19,7 @@ use crate::{
     panel::{Person, sketch, window},
 };
 
-const OFFER: &str = "Go on with the edits?";
+const OFFER: &str = "Continue with the edits?";
 
 fn autosaves(folder: &Path) -> Autosaves {
     Autosaves::new(Some(folder.join("autosaves")))

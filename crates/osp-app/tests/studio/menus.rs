@@ -59,7 +59,7 @@ fn the_first_save_asks_for_a_name_and_the_next_ones_do_not() {
     harness.press_with(Modifiers::COMMAND, Key::S);
     assert!(harness.query_by_role(Role::TextInput).is_none());
     let said = harness.state().studio.messages().last().cloned().expect("a message");
-    assert!(said.contains("all of it is in") && said.contains("mine.ron"), "{said}");
+    assert!(said.contains("the whole session is in") && said.contains("mine.ron"), "{said}");
     // For another name, the own one is suggested.
     harness.press_with(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
     let suggested = harness.get_by_role(Role::TextInput).accesskit_node().value().expect("text");
@@ -244,7 +244,7 @@ fn save_says_where_the_session_is_only_if_it_is_there() {
     harness.run_steps(2);
     drag(&mut harness, &across());
     harness.state_mut().studio.command(Command::Save);
-    assert!(last(&harness).contains("all of it is in") && folder.join("empty.ron").exists());
+    assert!(last(&harness).contains("the whole session is in") && folder.join("empty.ron").exists());
     // A name without a file is reported, and so is the drawing without a name.
     harness.command(Command::New);
     drag(&mut harness, &across());

@@ -72,8 +72,8 @@ impl Overlay {
         }
     }
 
-    /// Determines the polygons to show. `in_session` returns how many polygons of a stroke of the user the session's
-    /// scene has.
+    /// Determines the polygons to show. `in_session` returns the number of polygons of a user's stroke in the session's
+    /// scene.
     pub(super) fn show(&mut self, in_session: impl Fn(StrokeId) -> usize) {
         self.shown.clear();
         for &id in self.strokes.keys() {

@@ -34,7 +34,8 @@ impl Recorded {
         times
     }
 
-    /// Returns the strokes after `end` frames, or `None` once `goes_on`, which gets the number of events, returns `false`.
+    /// Returns the strokes after `end` frames. Calls `goes_on` with the number of events, and returns `None` once it
+    /// returns `false`.
     pub(super) fn strokes(&self, end: u64, goes_on: &dyn Fn(u64) -> bool) -> Option<KeptStrokes> {
         let (mut kept, mut events) = (KeptStrokes::default(), 0);
         for frame in 0..end {

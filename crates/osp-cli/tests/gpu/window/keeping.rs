@@ -255,7 +255,7 @@ fn edits_of_a_copy_lead_back_to_it_after_the_window_has_closed() {
 
     // The question has the keyboard at the answer that changes nothing; the one before it goes on.
     let mut window = desk.open(&["sketch", model, "--window", "1280x800"]);
-    window.until_last("a question", |frame| frame["question"] == "Go on with the edits?");
+    window.until_last("a question", |frame| frame["question"] == "Continue with the edits?");
     window.settle();
     window.keep_picture("edits.png");
     slowly(&mut window, &["Tab", "Return"]);
