@@ -63,7 +63,8 @@ impl WithKernel for TestBoxes<'_> {
                 Ok(i) => {
                     let node = tree.node(i);
                     (steps, planes) = (steps + lanes.count_ones(), planes + 1);
-                    let (beyond, before) = kernel.beyond_and_before(node.normal.to_array(), 0.0, &eye_boxes);
+                    let (beyond, before) =
+                        kernel.beyond_and_in_front(node.normal.to_array(), 0.0, &eye_boxes);
                     // A NaN fails both comparisons and goes both ways.
                     let (to_front, to_back) = (lanes & (beyond | !before), lanes & !beyond);
                     if to_front == 0 {
@@ -131,7 +132,7 @@ impl Leaf {
             }
             let cap = tree.cap(at);
             (*steps, *planes) = (*steps + left.count_ones(), *planes + 1);
-            let (beyond, before) = kernel.beyond_and_before(cap.normal.to_array(), cap.distance_m, boxes);
+            let (beyond, before) = kernel.beyond_and_in_front(cap.normal.to_array(), cap.distance_m, boxes);
             self.beyond_one |= left & beyond;
             self.beyond_all &= beyond;
             self.before_one |= lanes & before;

@@ -34,10 +34,31 @@ pub trait Kernel: Copy {
         numbers.iter().enumerate().fold(0, |lanes, (i, &number)| lanes | u32::from(number >= 0.0) << i)
     }
 
+    /// The cells of a square of 8 x 8, row by row, at which `at + across * x + up * y` is at least 0 for every line; NaN
+    /// does not count. The cell in column `x` and row `y` has bit `8 y + x`.
+    #[inline(always)]
+    fn half_planes<const N: usize>(self, at: [f32; N], across: [f32; N], up: [f32; N]) -> u64 {
+        let mut cells = u64::MAX;
+        for line in 0..N {
+            let (step, mut over, mut values) = (2.0 * up[line], 0, [0.0; 16]);
+            for (k, value) in values.iter_mut().enumerate() {
+                *value = at[line] + (across[line] * (k % 8) as f32 + up[line] * (k / 8) as f32);
+            }
+            for pair in 0..4 {
+                over |= u64::from(self.not_negative(&values)) << (16 * pair);
+                for value in &mut values {
+                    *value += step;
+                }
+            }
+            cells &= over;
+        }
+        cells
+    }
+
     /// The lanes whose boxes lie beyond a plane by at least their slack, and the lanes whose boxes lie as far on its
     /// other side. The plane has a unit normal and the signed distance `distance` from the eye.
     #[inline(always)]
-    fn beyond_and_before(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
+    fn beyond_and_in_front(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
         let [x, y, z] = normal;
         let (mut beyond, mut before) = (0, 0);
         for lane in 0..16 {

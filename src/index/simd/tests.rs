@@ -14,6 +14,7 @@ struct Said {
     behind: [u32; 6],
     behind_any: u32,
     not_negative: [u32; 2],
+    half_planes: [u64; 2],
     sides: [(u32, u32); 12],
     sides_of_eight: [(u32, u32); 6],
     ids: Vec<u32>,
@@ -67,6 +68,11 @@ impl WithKernel for &Case {
                 kernel.not_negative(&self.boxes.rows[0]),
                 kernel.not_negative(self.boxes.rows[1][4..].first_chunk::<8>().expect("twelve")),
             ],
+            half_planes: {
+                let [at, across, up] =
+                    [0, 1, 2].map(|row| *self.boxes.rows[row].first_chunk::<3>().expect("eight"));
+                [kernel.half_planes(at, across, up), kernel.half_planes([at[0]], [across[0]], [up[0]])]
+            },
             sides: std::array::from_fn(|i| kernel.sides(&self.planes[i / 2], &self.boxes, i % 2 * 8)),
             sides_of_eight: std::array::from_fn(|i| kernel.sides(&self.planes[i], &eight, 0)),
             ids: written(write(&mut |out| kernel.write_ids(self.first, self.mask, out))),
@@ -162,6 +168,26 @@ fn the_plain_kernel_says_what_the_frustum_says() {
         }
         let ids = (0..16).filter(|lane| case.mask >> lane & 1 == 1).map(|lane| case.first.wrapping_add(lane));
         assert_eq!(said.ids, ids.collect::<Vec<_>>());
+    }
+}
+
+/// The cells right of a line, and those of them above another one.
+struct Cells;
+
+impl WithKernel for Cells {
+    type Output = [u64; 2];
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> [u64; 2] {
+        let right = kernel.half_planes([-3.5], [1.0], [0.0]);
+        [right, kernel.half_planes([-3.5, -6.0], [1.0, 0.0], [0.0, 1.0])]
+    }
+}
+
+#[test]
+fn half_planes_are_cut_out_of_the_cells_row_by_row() {
+    for &backend in Backend::ALL.iter().filter(|backend| backend.is_available()) {
+        assert_eq!(backend.run(Cells), [0xF0F0_F0F0_F0F0_F0F0, 0xF0F0_0000_0000_0000], "{}", backend.name());
     }
 }
 

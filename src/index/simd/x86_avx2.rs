@@ -188,14 +188,17 @@ impl Kernel for Avx2 {
 
     #[inline(always)]
     fn not_negative<const N: usize>(self, numbers: &[f32; N]) -> u32 {
-        (0..N / 8).fold(0, |lanes, part| {
+        let mut lanes = 0;
+        // A closure would not be compiled for the instruction set.
+        for part in 0..N / 8 {
             // SAFETY: the token proves AVX2; the load lies within the N numbers.
-            lanes | unsafe { not_negative(_mm256_loadu_ps(numbers.as_ptr().add(8 * part))) } << (8 * part)
-        })
+            lanes |= unsafe { not_negative(_mm256_loadu_ps(numbers.as_ptr().add(8 * part))) } << (8 * part);
+        }
+        lanes
     }
 
     #[inline(always)]
-    fn beyond_and_before(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
+    fn beyond_and_in_front(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
         let (mut beyond, mut before) = (0, 0);
         for at in [0, 4, 8, 12] {
             // SAFETY: the token proves AVX2; `at` is at most 12, so each load lies within its row of sixteen.

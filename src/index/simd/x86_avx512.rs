@@ -74,14 +74,40 @@ impl Kernel for Avx512 {
 
     #[inline(always)]
     fn not_negative<const N: usize>(self, numbers: &[f32; N]) -> u32 {
-        (0..N / 8).fold(0, |lanes, part| {
+        let mut lanes = 0;
+        // A closure would not be compiled for the instruction set.
+        for part in 0..N / 8 {
             // SAFETY: the token proves AVX-512VL; the load lies within the N numbers.
             let outcome = unsafe {
                 let part = _mm256_loadu_ps(numbers.as_ptr().add(8 * part));
                 _mm256_cmp_ps_mask::<_CMP_GE_OQ>(part, _mm256_setzero_ps())
             };
-            lanes | u32::from(outcome) << (8 * part)
-        })
+            lanes |= u32::from(outcome) << (8 * part);
+        }
+        lanes
+    }
+
+    #[inline(always)]
+    fn half_planes<const N: usize>(self, at: [f32; N], across: [f32; N], up: [f32; N]) -> u64 {
+        let mut cells = [0xFFFF_u16; 4];
+        for line in 0..N {
+            // SAFETY: the token proves AVX-512F.
+            unsafe {
+                let x = _mm512_setr_ps(0., 1., 2., 3., 4., 5., 6., 7., 0., 1., 2., 3., 4., 5., 6., 7.);
+                let y = _mm512_setr_ps(0., 0., 0., 0., 0., 0., 0., 0., 1., 1., 1., 1., 1., 1., 1., 1.);
+                let (across, up) = (_mm512_set1_ps(across[line]), _mm512_set1_ps(up[line]));
+                let step = _mm512_add_ps(up, up);
+                let relative = _mm512_add_ps(_mm512_mul_ps(across, x), _mm512_mul_ps(up, y));
+                let mut values = _mm512_add_ps(_mm512_set1_ps(at[line]), relative);
+                for cells in &mut cells {
+                    let zero = _mm512_setzero_ps();
+                    *cells = _mm512_mask_cmp_ps_mask::<_CMP_GE_OQ>(*cells, values, zero);
+                    values = _mm512_add_ps(values, step);
+                }
+            }
+        }
+        let [a, b, c, d] = cells.map(u64::from);
+        a | b << 16 | c << 32 | d << 48
     }
 
     #[inline(always)]
@@ -148,7 +174,7 @@ impl Kernel for Avx512 {
     }
 
     #[inline(always)]
-    fn beyond_and_before(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
+    fn beyond_and_in_front(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
         // SAFETY: the token proves AVX-512F; the places 0 and 8 leave eight lanes of a row of sixteen.
         unsafe {
             let (low, high) =
@@ -158,7 +184,7 @@ impl Kernel for Avx512 {
     }
 }
 
-/// Does the work of [`Kernel::beyond_and_before`] for the eight lanes from `at` on.
+/// Does the work of [`Kernel::beyond_and_in_front`] for the eight lanes from `at` on.
 ///
 /// # Safety
 /// AVX-512F is available; `at` is at most 8.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{
     facet::Facet,
     facets::Facets,
-    fill::{Fill, Strips},
+    fill::{Fill, is_hidden},
     picture::Picture,
     slope::SIDE,
     surfaces::{SIDES, Surfaces},
@@ -26,9 +26,6 @@ use crate::{
 /// Number of boxes that are tested at once.
 const LANES: usize = 16;
 
-/// Largest error of a box's pixel coordinates from rounding, pixels, for boxes that [`nearest_sine`] admits.
-const PIXEL_SLACK: f64 = 1.0e-6;
-
 /// Bound of the relative error of a box's depth from rounding.
 const DEPTH_SLACK: f64 = 1.0e-6;
 
@@ -36,14 +33,9 @@ const DEPTH_SLACK: f64 = 1.0e-6;
 /// exact enough.
 const LARGEST_TANGENT: f64 = 1.0e4;
 
-/// Least distance of a box in front of the eye's plane, relative to the box's size, at which the test is exact enough.
-/// The bound is derived as in [`super::super::depth`], with twice as many roundings.
-fn nearest_sine(raster: &Raster) -> f64 {
-    const U: f64 = 0.5 * f64::EPSILON;
-    let tangent = raster.largest_tangent();
-    let pixels = 64.0 * (1.0 + tangent) * U * raster.pixels_a_unit().max_element();
-    if tangent <= LARGEST_TANGENT { (pixels / PIXEL_SLACK).max(1.0e-6) } else { f64::INFINITY }
-}
+/// Least distance of a box in front of the eye's plane, relative to the box's size, at which the test is exact enough: the
+/// distances of its corners then err by less than a hundredth in `f32`.
+const NEAREST_SINE: f64 = 1.0e-4;
 
 /// A picture of the surfaces before the eye: the pixels that they cover wholly, and their largest distance.
 #[derive(Clone, Debug)]
@@ -103,7 +95,8 @@ impl CoverageBuffer {
     }
 
     fn fill(&mut self, raster: &Raster) -> BuildCounts {
-        self.nearest_sine = nearest_sine(raster);
+        let is_exact = raster.largest_tangent() <= LARGEST_TANGENT;
+        self.nearest_sine = if is_exact { NEAREST_SINE } else { f64::INFINITY };
         self.backend.run(Fill { facets: self.facets.all(), tiles: &mut self.tiles });
         let (occluders, nodes) = (self.facets.drawn() as u32, self.tiles.covered() as u32);
         BuildCounts { occluders, nodes, ..BuildCounts::default() }
@@ -144,16 +137,26 @@ impl CoverageBuffer {
 
     /// Tests the first `count` boxes. Calls `each` with the position and the result of each box.
     #[inline(always)]
-    fn test_seen(
+    fn test_seen<K: Kernel>(
         &self,
+        kernel: K,
         seen: &SeenBoxes,
         count: usize,
         picture: &Picture,
         needed: Needed,
         mut each: impl FnMut(usize, Tested),
     ) {
-        let raster = &picture.raster;
-        let (width, height) = ((self.tiles.columns * SIDE) as i32, (self.tiles.rows * SIDE) as i32);
+        let [width, height] = self.pixels().map(|pixels| pixels as f32);
+        let outlines = seen.outlines(&picture.raster);
+        let (mut columns, mut rows) = ([[0; LANES]; 2], [[0; LANES]; 2]);
+        for (axis, (range, end)) in [(&mut columns, width), (&mut rows, height)].into_iter().enumerate() {
+            let [low, high] = &outlines[axis];
+            for lane in 0..LANES {
+                range[0][lane] = low[lane].clamp(0.0, end) as i32;
+                // Rounded down, also below 0.
+                range[1][lane] = (high[lane].clamp(-1.0, end - 1.0) + 1.0) as i32;
+            }
+        }
         for lane in 0..count {
             let verdict = |verdict, steps| Tested { verdict, steps };
             // A box that reaches back to the eye's plane has no outline, nor has one that is not finite. NaN ends
@@ -163,28 +166,25 @@ impl CoverageBuffer {
                 continue;
             }
             let near = (1.0 / seen.near[lane] * (1.0 + DEPTH_SLACK)) as f32;
-            // Most tested polygons are visible, and so is the middle of their boxes, or a pixel next to it.
-            if needed == Needed::Hidden
-                && !self.tiles.hides_pixel(seen.pixel(lane, raster, [width, height]), near)
-            {
-                each(lane, verdict(Verdict::PartlyHidden, 1));
-                continue;
-            }
-            let [[x0, y0], [x1, y1]] = seen.outline(lane, raster);
-            let floor = |v: f64, end: i32| (v - PIXEL_SLACK).clamp(0.0, f64::from(end)) as i32;
-            let ceil =
-                |v: f64, end: i32| (v + PIXEL_SLACK).clamp(-1.0, f64::from(end - 1)).floor() as i32 + 1;
-            let (x, y) = ([floor(x0, width), ceil(x1, width)], [floor(y0, height), ceil(y1, height)]);
+            let (x, y) = (columns.map(|ends| ends[lane]), rows.map(|ends| ends[lane]));
             if x[0] >= x[1] || y[0] >= y[1] {
                 each(lane, verdict(Verdict::Unoccluded, 0));
                 continue;
             }
-            if !picture.shows([x0 - PIXEL_SLACK, y0 - PIXEL_SLACK], [x1 + PIXEL_SLACK, y1 + PIXEL_SLACK]) {
+            // Most tested polygons are visible, and so is the middle of their boxes.
+            if needed == Needed::Hidden
+                && !self.tiles.hides_pixel([x, y].map(|[from, end]| (from + end) as usize / 2), near)
+            {
+                each(lane, verdict(Verdict::PartlyHidden, 1));
+                continue;
+            }
+            let [[x0, x1], [y0, y1]] = outlines.map(|ends| ends.map(|end| f64::from(end[lane])));
+            if !picture.shows([x0, y0], [x1, y1]) {
                 each(lane, verdict(Verdict::PartlyHidden, 0));
                 continue;
             }
             let far = (1.0 / seen.far[lane] * (1.0 - DEPTH_SLACK)) as f32;
-            let (is_hidden, may_hide, steps) = self.tiles.test(x, y, near, far, needed);
+            let (is_hidden, may_hide, steps) = self.tiles.test(kernel, x, y, near, far, needed);
             let found = match (is_hidden, may_hide) {
                 (true, _) => Verdict::Hidden,
                 (false, true) => Verdict::PartlyHidden,
@@ -233,10 +233,10 @@ impl<F: FnMut(usize, Tested)> WithKernel for TestBoxes<'_, F> {
     type Output = ();
 
     #[inline(always)]
-    fn run<K: Kernel>(self, _: K) {
+    fn run<K: Kernel>(self, kernel: K) {
         let seen = SeenBoxes::new(self.boxes, &self.picture.raster);
         let count = self.boxes.len().min(LANES);
-        self.buffer.test_seen(&seen, count, self.picture, self.needed, self.each);
+        self.buffer.test_seen(kernel, &seen, count, self.picture, self.needed, self.each);
     }
 }
 
@@ -251,7 +251,7 @@ impl WithKernel for TestPolygon<'_> {
     type Output = bool;
 
     #[inline(always)]
-    fn run<K: Kernel>(self, _: K) -> bool {
+    fn run<K: Kernel>(self, kernel: K) -> bool {
         let Self { tiles, picture, polygon } = self;
         let raster = &picture.raster;
         let mut eyes = [DVec3::ZERO; SIDES];
@@ -267,7 +267,7 @@ impl WithKernel for TestPolygon<'_> {
             *seen = (at, nearness);
         }
         let facet = Facet::of_tested(&eyes[..corners.len()], &seen[..corners.len()], picture);
-        facet.is_some_and(|facet| Strips::new(&facet).is_hidden(tiles, picture))
+        facet.is_some_and(|facet| is_hidden(kernel, &facet, tiles, picture))
     }
 }
 
@@ -314,53 +314,54 @@ impl SeenBoxes {
         seen
     }
 
-    /// A pixel inside the picture that a box before the eye touches: the pixel of the box's centre, or the pixel
-    /// nearest to it. The picture has `size` pixels.
+    /// Ranges of the pixel coordinates of the boxes' corners, across and up: the lowest coordinates and the highest
+    /// ones, widened by the rounding error. Only for boxes before the eye.
+    ///
+    /// With `u = 2^-24`, the size `s` and the nearest distance `z` of a box, `r = s / z`, and `m` pixels a unit: a
+    /// corner's coordinate relative to the eye errs by at most `5 u s`, its distance, too. So their ratio errs by less
+    /// than `6 u r (1 + r)`. The last two roundings err by less than `2 u m (1 + r)`, as the ratio and the tangent of the
+    /// window's corner are at most `r` and `t`. Together less than `16 u m (1 + r)^2 + 4 u m t`.
     #[inline(always)]
-    fn pixel(&self, lane: usize, raster: &Raster, size: [i32; 2]) -> [usize; 2] {
-        let [x, y, z] = [0, 1, 2].map(|axis| self.middle[axis][lane]);
-        let nearness = 1.0 / z;
-        let at = raster.flat_in_pixels(x * nearness, y * nearness);
-        let within = |v: f64, end: i32| v.clamp(0.0, f64::from(end - 1)) as usize;
-        [within(at.x, size[0]), within(at.y, size[1])]
-    }
-
-    /// Range of the pixel coordinates of a box's corners: the lowest coordinates, and the highest ones. The
-    /// box lies before the eye.
-    #[inline(always)]
-    fn outline(&self, lane: usize, raster: &Raster) -> [[f64; 2]; 2] {
-        const CORNERS: usize = 8;
-        const SIGNS: [[f64; CORNERS]; 3] = [
-            [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0],
-            [-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0],
-            [-1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0],
-        ];
-        let half = [0, 1, 2].map(|axis| self.half[axis][lane]);
-        let middle = [0, 1, 2].map(|axis| self.middle[axis][lane]);
-        let [right, up, forward] = raster.axes();
-        let (corner, pixels) = (raster.flat_in_pixels(0.0, 0.0), raster.pixels_a_unit());
-        let mut low = [[0.0_f64; CORNERS]; 2];
-        for k in 0..CORNERS {
-            let [hx, hy, hz] = [0, 1, 2].map(|axis| SIGNS[axis][k] * half[axis]);
-            let x = middle[0] + (right.x * hx + right.y * hy + right.z * hz);
-            let y = middle[1] + (up.x * hx + up.y * hy + up.z * hz);
-            let z = middle[2] + (forward.x * hx + forward.y * hy + forward.z * hz);
-            let nearness = 1.0 / z;
-            low[0][k] = x * nearness * pixels.x + corner.x;
-            low[1][k] = y * nearness * pixels.y + corner.y;
-        }
-        let mut high = low;
-        for step in [4, 2, 1] {
-            for axis in 0..2 {
-                for k in 0..step {
-                    let (a, b) = (low[axis][k], low[axis][k + step]);
-                    low[axis][k] = if a < b { a } else { b };
-                    let (a, b) = (high[axis][k], high[axis][k + step]);
-                    high[axis][k] = if a > b { a } else { b };
-                }
+    fn outlines(&self, raster: &Raster) -> [[[f32; LANES]; 2]; 2] {
+        const U: f32 = 0.5 * f32::EPSILON;
+        let pixels = raster.pixels_a_unit().as_vec2();
+        let origin = raster.flat_in_pixels(0.0, 0.0).as_vec2();
+        let axes = raster.axes().map(|axis| axis.as_vec3().to_array());
+        let mut half = [[0.0_f32; LANES]; 3];
+        let mut middle = [[0.0_f32; LANES]; 3];
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                half[axis][lane] = self.half[axis][lane] as f32;
+                middle[axis][lane] = self.middle[axis][lane] as f32;
             }
         }
-        [[low[0][0], low[1][0]], [high[0][0], high[1][0]]]
+        let (mut low, mut high) = ([[f32::INFINITY; LANES]; 2], [[f32::NEG_INFINITY; LANES]; 2]);
+        for corner in 0..8 {
+            let sign = [0, 1, 2].map(|axis| if corner >> axis & 1 == 1 { 1.0_f32 } else { -1.0 });
+            let [a, b, c] = axes.map(|axis| [axis[0] * sign[0], axis[1] * sign[1], axis[2] * sign[2]]);
+            for lane in 0..LANES {
+                let [x, y, z] = [half[0][lane], half[1][lane], half[2][lane]];
+                let right = middle[0][lane] + (a[0] * x + a[1] * y + a[2] * z);
+                let up = middle[1][lane] + (b[0] * x + b[1] * y + b[2] * z);
+                let nearness = 1.0 / (middle[2][lane] + (c[0] * x + c[1] * y + c[2] * z));
+                let (right, up) = (right * nearness, up * nearness);
+                low[0][lane] = if right < low[0][lane] { right } else { low[0][lane] };
+                low[1][lane] = if up < low[1][lane] { up } else { low[1][lane] };
+                high[0][lane] = if right > high[0][lane] { right } else { high[0][lane] };
+                high[1][lane] = if up > high[1][lane] { up } else { high[1][lane] };
+            }
+        }
+        let most = pixels.max_element();
+        let fixed = 4.0 * U * most * (1.0 + raster.largest_tangent() as f32);
+        for lane in 0..LANES {
+            let ratio = 1.0 + (self.size[lane] / self.near[lane]) as f32;
+            let slack = 16.0 * U * most * (ratio * ratio) + fixed;
+            for axis in 0..2 {
+                low[axis][lane] = low[axis][lane] * pixels[axis] + origin[axis] - slack;
+                high[axis][lane] = high[axis][lane] * pixels[axis] + origin[axis] + slack;
+            }
+        }
+        [[low[0], high[0]], [low[1], high[1]]]
     }
 }
 

@@ -206,17 +206,21 @@ impl Facet {
         }
     }
 
-    /// Bounds of the facet's depth, prepared for evaluation in each tile.
+    /// Bounds of the facet's depth, prepared for evaluation in tiles that begin at `most` pixels at most.
     #[inline(always)]
-    pub(super) fn depths(&self) -> Depths<'_> {
-        let [_, by_x, by_y] = self.plane;
+    pub(super) fn depths(&self, most: [f64; 2]) -> Depths {
+        let [base, by_x, by_y] = self.plane;
         let across = [by_x * SQUARE, by_y * SQUARE];
+        let slack = self.slack(most[0], most[1]);
+        if !self.has_plane {
+            let level = self.end;
+            return Depths { plane: [level, 0.0, 0.0], low: 0.0, across: [0.0; 2], end: level };
+        }
         Depths {
-            facet: self,
-            low: across.map(|v| v.min(0.0)),
-            middle: 0.5 * (across[0].abs() + across[1].abs()),
+            plane: [base - slack, by_x, by_y],
+            low: across[0].min(0.0) + across[1].min(0.0),
             across: across.map(|v| v as f32),
-            level: Slope::level(self.end as f32),
+            end: self.end,
         }
     }
 
@@ -248,31 +252,24 @@ impl Facet {
 }
 
 /// Bounds of a facet's depth, with the terms that are equal for all tiles.
-pub(super) struct Depths<'a> {
-    facet: &'a Facet,
-    /// Difference between the plane's least value in a tile and its value at the tile's first corner, for x
-    /// and y. `middle` is the difference between the least value and the value in the middle.
-    low: [f64; 2],
-    middle: f64,
+pub(super) struct Depths {
+    /// The facet's plane, farther by the rounding error.
+    plane: [f64; 3],
+    /// Difference between the plane's least value in a tile and its value at the tile's first corner.
+    low: f64,
     across: [f32; 2],
-    level: Slope,
+    end: f64,
 }
 
-impl Depths<'_> {
+impl Depths {
     /// A lower bound of the facet's reciprocal depth, in the tile that begins at pixel (x, y).
     #[inline(always)]
     pub(super) fn behind(&self, x: f64, y: f64) -> Slope {
-        let Facet { plane: [base, by_x, by_y], end, has_plane, .. } = *self.facet;
-        if !has_plane {
-            return self.level;
-        }
-        let (from, slack) = (base + by_x * x + by_y * y, self.facet.slack(x, y));
-        let least = from - slack + self.low[0] + self.low[1];
-        if least + self.middle > end {
-            Slope { from: (from - slack) as f32, across: self.across, end: least.max(end) as f32 }
-        } else {
-            self.level
-        }
+        let [base, by_x, by_y] = self.plane;
+        let from = base + by_x * x + by_y * y;
+        let least = from + self.low;
+        let end = if least > self.end { least } else { self.end };
+        Slope { from: from as f32, across: self.across, end: end as f32 }
     }
 }
 

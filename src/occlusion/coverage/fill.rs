@@ -2,11 +2,12 @@
 //! touch.
 
 use super::{
-    facet::{Depths, FACET_SIDES, Facet},
+    facet::{FACET_SIDES, Facet},
     picture::{MARGIN, Picture, STEPS},
     slope::SIDE,
+    surfaces::SIDES,
     table::NONE,
-    tiles::{Entry, Tiles},
+    tiles::{Part, Tiles, pixels_within},
 };
 use crate::index::simd::{Kernel, WithKernel};
 
@@ -14,9 +15,23 @@ use crate::index::simd::{Kernel, WithKernel};
 /// horizontal or vertical edge passes through it.
 const SAMPLE: f64 = 0.5 + 0.5 / STEPS;
 
-/// A sample counts as covered if it lies at least this far inside each edge, pixels along the row. This is larger than
-/// the rounding error: an edge's position in a row is a sum of terms below 2^25 pixels, so its error is below 1e-8.
-const INSIDE: f64 = 1.0e-6;
+/// A sample counts as covered if it lies at least this far inside each edge. See [`Edges`] for the unit and the
+/// rounding error.
+const INSIDE: f32 = 2.0e-5;
+
+/// Largest distance of a sample from an edge that comes within [`MARGIN`] of the sample's pixel.
+const TOUCH: f32 = (SAMPLE + MARGIN) as f32 + INSIDE;
+
+/// The number of lanes for the edges of a facet, a full register.
+const EDGES: usize = 8;
+
+/// The distance of an edge that bounds nothing.
+const NOWHERE: f64 = 1.0e9;
+
+/// The bits of all edges.
+const ALL: u32 = (1 << EDGES) - 1;
+
+const SIZE: f64 = SIDE as f64;
 
 /// Fills all facets into tiles.
 pub(super) struct Fill<'a> {
@@ -28,326 +43,228 @@ impl WithKernel for Fill<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<K: Kernel>(self, _: K) {
-        let mut spans = Spans::NONE;
+    fn run<K: Kernel>(self, kernel: K) {
         for (facet, number) in self.facets.iter().zip(0..) {
             if facet.len > 0 {
-                Strips::new(facet).fill(number, self.tiles, &mut spans);
+                fill(kernel, facet, number, self.tiles);
+            } else {
+                self.tiles.begin_facet([[0; 2]; 2]);
             }
         }
-        self.tiles.join(self.facets);
+        self.tiles.join(kernel, self.facets.len());
     }
 }
 
-/// An edge as a line: its x for each y, pixels.
-#[derive(Clone, Copy)]
-struct Line {
-    x: f64,
-    y: f64,
-    /// Increase of x from row to row, pixels; 0 for a horizontal line.
-    slope: f64,
-}
-
-impl Line {
-    const NONE: Self = Self { x: 0.0, y: 0.0, slope: 0.0 };
-
-    #[inline(always)]
-    fn at(&self, y: f64) -> f64 {
-        self.x + (y - self.y) * self.slope
+/// Fills one facet into all tiles that it reaches.
+#[inline(always)]
+fn fill<K: Kernel>(kernel: K, facet: &Facet, number: u32, tiles: &mut Tiles) {
+    let edges = Edges::new(facet);
+    let reach = edges.reach(tiles);
+    if !tiles.begin_facet(reach) {
+        return;
+    }
+    let depths = facet.depths(reach.map(|[_, end]| (end * SIDE) as f64));
+    let mut earlier = 0;
+    for (edge, &mate) in facet.mates.iter().enumerate() {
+        earlier |= u32::from(mate < number) << edge;
+    }
+    let [columns, rows] = reach;
+    for row in rows[0]..rows[1] {
+        for column in columns[0]..columns[1] {
+            let (x, y) = (column * SIDE, row * SIDE);
+            let Some(part) = edges.in_tile(kernel, x as f64, y as f64) else { continue };
+            let tile = row * tiles.columns + column;
+            let depth = depths.behind(x as f64, y as f64);
+            if part.cut == 0 {
+                tiles.fill_whole(tile, number, &depth);
+                continue;
+            }
+            let covered = edges.inside(kernel, &part, INSIDE);
+            let (mut open, mut left) = (0, part.cut & edges.open);
+            while left != 0 {
+                open |= edges.touched(kernel, &part, left.trailing_zeros() as usize, [x as i32, y as i32]);
+                left &= left - 1;
+            }
+            tiles.push([column, row], number, Part { covered, open, depth });
+            let mut left = part.cut & earlier;
+            while left != 0 {
+                tiles.unite([column, row], facet.mates[left.trailing_zeros() as usize]);
+                left &= left - 1;
+            }
+        }
     }
 }
 
-/// A list of lines, at most one for each side of a facet.
-struct Lines {
-    lines: [Line; FACET_SIDES],
-    len: usize,
+/// Whether all pixels that a tested polygon touches are covered before the polygon's nearest depth.
+#[inline(always)]
+pub(super) fn is_hidden<K: Kernel>(kernel: K, facet: &Facet, tiles: &Tiles, picture: &Picture) -> bool {
+    let edges = Edges::new(facet);
+    if !picture.shows(edges.low.map(|v| v - MARGIN), edges.high.map(|v| v + MARGIN)) {
+        return false;
+    }
+    let [columns, rows] = edges.reach(tiles);
+    for row in rows[0]..rows[1] {
+        for column in columns[0]..columns[1] {
+            let (x, y) = (column * SIDE, row * SIDE);
+            let Some(part) = edges.in_tile(kernel, x as f64, y as f64) else { continue };
+            let tile = row * tiles.columns + column;
+            let near = facet.before(x as f64, y as f64);
+            if tiles.hides_all(tile, &near) {
+                continue;
+            }
+            let [columns, rows] = edges.pixels;
+            let pixels =
+                edges.inside(kernel, &part, -TOUCH) & pixels_within(columns, rows, x as i32, y as i32);
+            if !tiles.hides(kernel, tile, pixels, &near) {
+                return false;
+            }
+        }
+    }
+    true
 }
 
-impl Lines {
-    const NONE: Self = Self { lines: [Line::NONE; FACET_SIDES], len: 0 };
-
-    #[inline(always)]
-    fn push(&mut self, line: Line) {
-        self.lines[self.len] = line;
-        self.len += 1;
-    }
-
-    #[inline(always)]
-    fn iter(&self) -> std::slice::Iter<'_, Line> {
-        self.lines[..self.len].iter()
-    }
-}
-
-/// A number for each row of a tile.
-type Rows = [i32; SIDE];
-
-/// A facet, prepared for filling strips of tiles.
-pub(super) struct Strips<'a> {
-    facet: &'a Facet,
-    /// Lines that bound the facet on the left, and on the right.
-    left: Lines,
-    right: Lines,
-    /// Edges without a neighbour. `ends` are the ranges of their x and y.
-    open: Lines,
-    ends: [[[f64; 2]; 2]; FACET_SIDES],
+/// The edges of a facet as linear functions of the position in the picture, `a x + b y + c`, positive on the facet's
+/// side. They are scaled so that `|a| + |b| = 1`: then the function changes by at most 1 over a pixel, and by
+/// [`MARGIN`] if the edge moves by that much across and up.
+///
+/// A function's value at a sample is wrong by less than [`INSIDE`], or has the right sign: corners are exact, `c` is
+/// wrong by less than 2^-27, and values in a tile are computed in `f32`. If `c` at the tile is at most 24, each of
+/// nine roundings errs by at most 2^-19.9, together 1e-5. If it is larger, the function is larger than 16 everywhere
+/// in the tile, and so it keeps its sign.
+struct Edges {
+    a: [f64; EDGES],
+    b: [f64; EDGES],
+    /// The value at the first sample of the tile at the origin.
+    c: [f64; EDGES],
+    /// The range of the values at a tile's corners, relative to the value at its first sample, narrowed and widened by
+    /// twice [`MARGIN`]: below 0, the edge may come near the tile, or the facet does not.
+    ends: [[f32; EDGES]; 2],
+    /// Bits of the edges without a neighbour, and of the edges without length.
+    open: u32,
+    points: u32,
+    /// The columns and rows of pixels within [`MARGIN`] of each open edge, and of the facet.
+    near: [[[i32; 2]; 2]; FACET_SIDES],
+    pixels: [[i32; 2]; 2],
     low: [f64; 2],
     high: [f64; 2],
 }
 
-impl<'a> Strips<'a> {
+/// The edges of a facet in a tile that the facet reaches.
+struct EdgesInTile {
+    /// Value of each edge at the first sample.
+    at: [f32; EDGES],
+    /// Bits of the edges that pass the tile or come near it.
+    cut: u32,
+}
+
+/// The pixels in a range of coordinates, widened by [`MARGIN`].
+#[inline(always)]
+fn pixels_of(low: f64, high: f64) -> [i32; 2] {
+    [(low - MARGIN).floor() as i32, (high + MARGIN).floor() as i32 + 1]
+}
+
+impl Edges {
     #[inline(always)]
-    pub(super) fn new(facet: &'a Facet) -> Self {
-        let mut strips = Self {
-            facet,
-            left: Lines::NONE,
-            right: Lines::NONE,
-            open: Lines::NONE,
-            ends: [[[0.0; 2]; 2]; FACET_SIDES],
+    fn new(facet: &Facet) -> Self {
+        let len = usize::from(facet.len);
+        let mut edges = Self {
+            a: [0.0; EDGES],
+            b: [0.0; EDGES],
+            c: [NOWHERE; EDGES],
+            ends: [[0.0; EDGES]; 2],
+            open: 0,
+            points: 0,
+            near: [[[0; 2]; 2]; FACET_SIDES],
+            pixels: [[0; 2]; 2],
             low: [f64::INFINITY; 2],
             high: [f64::NEG_INFINITY; 2],
         };
-        let len = usize::from(facet.len);
         let px = |i: usize| facet.at[i].map(|v| f64::from(v) * (1.0 / STEPS));
-        let mut from = px(len - 1);
-        for corner in 0..len {
-            let to = px(corner);
-            let rise = to[1] - from[1];
-            let slope = if rise == 0.0 { 0.0 } else { (to[0] - from[0]) / rise };
-            let line = Line { x: from[0], y: from[1], slope };
-            // Counterclockwise: edges that go down are on the left.
-            if rise < 0.0 {
-                strips.left.push(line);
-            } else if rise > 0.0 {
-                strips.right.push(line);
+        let mut from = px(0);
+        for i in 0..len {
+            let to = px(if i + 1 == len { 0 } else { i + 1 });
+            for axis in 0..2 {
+                edges.low[axis] = smaller(edges.low[axis], to[axis]);
+                edges.high[axis] = larger(edges.high[axis], to[axis]);
             }
-            if facet.mates[if corner == 0 { len - 1 } else { corner - 1 }] == NONE {
-                strips.ends[strips.open.len] =
-                    [0, 1].map(|axis| [smaller(from[axis], to[axis]), larger(from[axis], to[axis])]);
-                strips.open.push(line);
+            let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+            let length = dx.abs() + dy.abs();
+            if facet.mates[i] == NONE {
+                edges.open |= 1 << i;
+                edges.near[i] =
+                    [0, 1].map(|axis| pixels_of(smaller(from[axis], to[axis]), larger(from[axis], to[axis])));
             }
-            for (axis, &at) in to.iter().enumerate() {
-                strips.low[axis] = smaller(strips.low[axis], at);
-                strips.high[axis] = larger(strips.high[axis], at);
+            if length == 0.0 {
+                edges.points |= 1 << i;
+            } else {
+                // Counterclockwise: the facet lies on the left of its edges.
+                let (a, b) = (-dy / length, dx / length);
+                (edges.a[i], edges.b[i]) = (a, b);
+                edges.c[i] = a * (SAMPLE - from[0]) + b * (SAMPLE - from[1]);
             }
             from = to;
         }
-        strips
+        for i in 0..EDGES {
+            let (a, b) = (edges.a[i], edges.b[i]);
+            let first = -SAMPLE * (a + b);
+            edges.ends[0][i] = (first + SIZE * (smaller(a, 0.0) + smaller(b, 0.0)) - 2.0 * MARGIN) as f32;
+            edges.ends[1][i] = (first + SIZE * (larger(a, 0.0) + larger(b, 0.0)) + 2.0 * MARGIN) as f32;
+        }
+        edges.pixels = [0, 1].map(|axis| pixels_of(edges.low[axis], edges.high[axis]));
+        edges
     }
 
+    /// The columns and rows of tiles that the facet may reach.
     #[inline(always)]
-    fn fill(&self, number: u32, tiles: &mut Tiles, spans: &mut Spans) {
-        let [first, end] = self.strips(tiles);
-        let depths = self.facet.depths();
-        for strip in first..end {
-            self.fill_strip(strip, number, &depths, tiles, spans);
-        }
+    fn reach(&self, tiles: &Tiles) -> [[usize; 2]; 2] {
+        let [columns, rows] = self.pixels;
+        let range = |[from, end]: [i32; 2], count: usize| {
+            let (from, end) = (from.max(0) as usize / SIDE, end.max(0) as usize);
+            [from, end.div_ceil(SIDE).min(count)]
+        };
+        [range(columns, tiles.columns), range(rows, tiles.rows)]
     }
 
-    /// Range of the strips of tiles that the facet reaches.
+    /// The edges in the tile that begins at pixel (x, y). `None` if the facet is farther than [`MARGIN`] from the tile.
     #[inline(always)]
-    fn strips(&self, tiles: &Tiles) -> [i32; 2] {
-        let height = (tiles.rows * SIDE) as f64;
-        let (low, high) = (self.low[1] - MARGIN, self.high[1] + MARGIN);
-        if high < 0.0 || low >= height {
-            return [0; 2];
+    fn in_tile<K: Kernel>(&self, kernel: K, x: f64, y: f64) -> Option<EdgesInTile> {
+        let (mut at, mut least, mut most) = ([0.0; EDGES], [0.0; EDGES], [0.0; EDGES]);
+        for i in 0..EDGES {
+            at[i] = (self.a[i] * x + self.b[i] * y + self.c[i]) as f32;
+            least[i] = at[i] + self.ends[0][i];
+            most[i] = at[i] + self.ends[1][i];
         }
-        let strip_of = |y: f64| (smaller(larger(y, 0.0), height - 1.0) * (1.0 / SIDE as f64)) as i32;
-        [strip_of(low), strip_of(high) + 1]
+        // An edge without length is near all tiles; its pixels decide.
+        let cut = !kernel.not_negative(&least) & ALL | self.points;
+        (kernel.not_negative(&most) == ALL).then_some(EdgesInTile { at, cut })
     }
 
-    /// Fills the facet's part in a strip of tiles.
+    /// The pixels whose samples lie at least `least` inside all edges.
     #[inline(always)]
-    fn fill_strip(&self, strip: i32, number: u32, depths: &Depths<'_>, tiles: &mut Tiles, spans: &mut Spans) {
-        const SIZE: f64 = SIDE as f64;
-        let width = (tiles.columns * SIDE) as f64;
-        let low = f64::from(strip) * SIZE;
-        let Some([from, to]) = self.reach(low, low + SIZE, width) else { return };
-        let [whole_first, whole_end] = self.whole(low, width);
-        if from < whole_first || to > whole_end || whole_first >= whole_end {
-            self.set_spans(low, width, spans);
+    fn inside<K: Kernel>(&self, kernel: K, part: &EdgesInTile, least: f32) -> u64 {
+        let (mut at, mut a, mut b) = ([0.0; SIDES], [0.0; SIDES], [0.0; SIDES]);
+        for edge in 0..SIDES {
+            (at[edge], a[edge], b[edge]) = (part.at[edge] - least, self.a[edge] as f32, self.b[edge] as f32);
         }
-        for column in from..to {
-            let tile = strip as usize * tiles.columns + column;
-            let depth = depths.behind((column * SIDE) as f64, low);
-            if column >= whole_first && column < whole_end {
-                tiles.fill_whole(tile, number, &depth);
-                continue;
-            }
-            let x = (column * SIDE) as i32;
-            let mut open = 0;
-            for (from, to) in &spans.open[..spans.open_count] {
-                open |= pixels(from, to, x);
-            }
-            tiles.push(
-                tile,
-                Entry {
-                    facet: number,
-                    before: NONE,
-                    covered: pixels(&spans.from, &spans.to, x),
-                    open,
-                    depth,
-                },
-            );
+        let inside = kernel.half_planes(at, a, b);
+        let [a, b] = [self.a[SIDES], self.b[SIDES]];
+        if a == 0.0 && b == 0.0 {
+            return inside;
         }
+        inside & kernel.half_planes([part.at[SIDES] - least], [a as f32], [b as f32])
     }
 
-    /// Range of the tiles of a strip that the facet fills wholly.
+    /// The pixels within [`MARGIN`] of an edge, in the tile that begins at pixel `first`.
     #[inline(always)]
-    fn whole(&self, low: f64, width: f64) -> [usize; 2] {
-        const SIZE: f64 = SIDE as f64;
-        let (y0, y1) = (low - MARGIN, low + (SIZE + MARGIN));
-        if self.high[0] - self.low[0] < SIZE || self.low[1] > y0 || self.high[1] < y1 {
-            return [0; 2];
+    fn touched<K: Kernel>(&self, kernel: K, part: &EdgesInTile, edge: usize, first: [i32; 2]) -> u64 {
+        let [columns, rows] = self.near[edge];
+        let within = pixels_within(columns, rows, first[0], first[1]);
+        if self.points >> edge & 1 == 1 {
+            return within;
         }
-        let (mut from, mut to) = (-SIZE, width);
-        for line in self.left.iter() {
-            from = larger(from, larger(line.at(y0), line.at(y1)) + 2.0 * MARGIN);
-        }
-        for line in self.right.iter() {
-            to = smaller(to, smaller(line.at(y0), line.at(y1)) - 2.0 * MARGIN);
-        }
-        let first = if from < 0.0 { 0 } else { (smaller(from, width) * (1.0 / SIZE)) as usize + 1 };
-        [first, (larger(to, 0.0) * (1.0 / SIZE)) as usize]
+        let (at, a, b) = (part.at[edge], self.a[edge] as f32, self.b[edge] as f32);
+        within & kernel.half_planes([TOUCH + at, TOUCH - at], [a, -a], [b, -b])
     }
-
-    /// Range of the tiles of a strip that the facet reaches. `None` if there are none.
-    #[inline(always)]
-    fn reach(&self, low: f64, high: f64, width: f64) -> Option<[usize; 2]> {
-        let (y0, y1) = (larger(low - MARGIN, self.low[1]), smaller(high + MARGIN, self.high[1]));
-        let (mut from, mut to) = (self.low[0], self.high[0]);
-        for line in self.left.iter() {
-            from = larger(from, smaller(line.at(y0), line.at(y1)));
-        }
-        for line in self.right.iter() {
-            to = smaller(to, larger(line.at(y0), line.at(y1)));
-        }
-        let (from, to) = (from - MARGIN, to + MARGIN);
-        if to < 0.0 || from >= width || from > to {
-            return None;
-        }
-        let tile_of = |x: f64| (smaller(larger(x, 0.0), width - 1.0) * (1.0 / SIDE as f64)) as usize;
-        Some([tile_of(from), tile_of(to) + 1])
-    }
-
-    /// For each row of a strip, finds the pixels whose samples are covered, and the pixels that each edge without a
-    /// neighbour touches.
-    #[inline(always)]
-    fn set_spans(&self, low: f64, width: f64, spans: &mut Spans) {
-        let (mut from, mut to) = ([0.0_f64; SIDE], [width; SIDE]);
-        let ys: [f64; SIDE] = std::array::from_fn(|k| low + k as f64 + SAMPLE);
-        for line in self.left.iter() {
-            for k in 0..SIDE {
-                from[k] = larger(from[k], line.at(ys[k]) + (INSIDE + 1.0 - SAMPLE));
-            }
-        }
-        for line in self.right.iter() {
-            for k in 0..SIDE {
-                to[k] = smaller(to[k], line.at(ys[k]) + (1.0 - INSIDE - SAMPLE));
-            }
-        }
-        spans.open_count = 0;
-        for k in 0..SIDE {
-            let is_in = ys[k] > self.low[1] && ys[k] < self.high[1];
-            // The first pixel whose sample lies beyond a line, and one more than the last before a line.
-            spans.from[k] = whole_part(smaller(from[k], width));
-            spans.to[k] = whole_part(if is_in { larger(to[k], 0.0) } else { 0.0 }).max(spans.from[k]);
-        }
-        for (line, ends) in self.open.iter().zip(&self.ends) {
-            let [[left, right], [bottom, top]] = *ends;
-            if top < low - MARGIN || bottom > low + (SIDE as f64 + MARGIN) {
-                continue;
-            }
-            let (from, to) = &mut spans.open[spans.open_count];
-            spans.open_count += 1;
-            // A level line has no part in any row.
-            let (level_left, level_right) =
-                if top == bottom { (left, right) } else { (f64::INFINITY, f64::NEG_INFINITY) };
-            for k in 0..SIDE {
-                let (y0, y1) = (low + k as f64 - MARGIN, low + (k as f64 + 1.0 + MARGIN));
-                let is_in = y1 >= bottom && y0 <= top;
-                let (y0, y1) = (larger(y0, bottom), smaller(y1, top));
-                let (a, b) = (line.at(y0), line.at(y1));
-                let first = smaller(level_left, smaller(a, b)) - MARGIN;
-                let last = larger(level_right, larger(a, b)) + MARGIN;
-                from[k] = whole_part(smaller(larger(first, 0.0), width));
-                to[k] = whole_part(if is_in { larger(smaller(last, width) + 1.0, 0.0) } else { 0.0 })
-                    .max(from[k]);
-            }
-        }
-    }
-
-    /// For each row of a strip, the range of all pixels that the facet may touch.
-    #[inline(always)]
-    fn touched(&self, low: f64, width: f64) -> (Rows, Rows) {
-        let (mut from, mut to) = ([0.0_f64; SIDE], [width; SIDE]);
-        let (mut y0, mut y1) = ([0.0; SIDE], [0.0; SIDE]);
-        for k in 0..SIDE {
-            y0[k] = larger(low + k as f64 - MARGIN, self.low[1]);
-            y1[k] = smaller(low + (k as f64 + 1.0 + MARGIN), self.high[1]);
-        }
-        for line in self.left.iter() {
-            for k in 0..SIDE {
-                from[k] = larger(from[k], smaller(line.at(y0[k]), line.at(y1[k])) - MARGIN);
-            }
-        }
-        for line in self.right.iter() {
-            for k in 0..SIDE {
-                to[k] = smaller(to[k], larger(line.at(y0[k]), line.at(y1[k])) + MARGIN);
-            }
-        }
-        let mut rows = ([0; SIDE], [0; SIDE]);
-        for k in 0..SIDE {
-            let is_in = y0[k] <= y1[k];
-            rows.0[k] = whole_part(smaller(from[k], width));
-            rows.1[k] = whole_part(if is_in { larger(to[k] + 1.0, 0.0) } else { 0.0 }).max(rows.0[k]);
-        }
-        rows
-    }
-
-    /// Whether all pixels that the facet touches are covered before the facet's nearest depth in their tile.
-    #[inline(always)]
-    pub(super) fn is_hidden(&self, tiles: &Tiles, picture: &Picture) -> bool {
-        if !picture.shows(self.low.map(|v| v - MARGIN), self.high.map(|v| v + MARGIN)) {
-            return false;
-        }
-        const SIZE: f64 = SIDE as f64;
-        let width = (tiles.columns * SIDE) as f64;
-        let [first, end] = self.strips(tiles);
-        for strip in first..end {
-            let low = f64::from(strip) * SIZE;
-            let Some([from, to]) = self.reach(low, low + SIZE, width) else { continue };
-            let mut rows = None;
-            for column in from..to {
-                let tile = strip as usize * tiles.columns + column;
-                let near = self.facet.before((column * SIDE) as f64, low);
-                if tiles.hides_all(tile, &near) {
-                    continue;
-                }
-                let (from, to) = match &rows {
-                    Some(rows) => rows,
-                    None => &*rows.insert(self.touched(low, width)),
-                };
-                if !tiles.hides(tile, pixels(from, to, (column * SIDE) as i32), &near) {
-                    return false;
-                }
-            }
-        }
-        true
-    }
-}
-
-/// For each row of a strip, the range of covered pixels, and the range of pixels that each edge without a neighbour
-/// touches.
-struct Spans {
-    from: Rows,
-    to: Rows,
-    open: [(Rows, Rows); FACET_SIDES],
-    open_count: usize,
-}
-
-impl Spans {
-    const NONE: Self =
-        Self { from: [0; SIDE], to: [0; SIDE], open: [([0; SIDE], [0; SIDE]); FACET_SIDES], open_count: 0 };
 }
 
 /// The larger number; unspecified for NaN.
@@ -360,22 +277,4 @@ fn larger(a: f64, b: f64) -> f64 {
 #[inline(always)]
 fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
-}
-
-/// Rounds a number from 0 to 2^20 down, with an error of 1e-9.
-#[inline(always)]
-fn whole_part(v: f64) -> i32 {
-    // Next to one and a half times 2^52, numbers are whole: the last bits are the number.
-    const LAST_BITS: f64 = (3_u64 << 51) as f64;
-    (v - (0.5 - 1.0e-9) + LAST_BITS).to_bits() as i32
-}
-
-/// The pixels of a tile within one interval in each row, from bit 0, row by row. Each interval ends at its
-/// beginning or later.
-#[inline(always)]
-fn pixels(from: &Rows, to: &Rows, x: i32) -> u64 {
-    const ROW: u32 = (1 << SIDE) - 1;
-    let beyond = |at: i32| ROW << (at - x).clamp(0, SIDE as i32);
-    let rows: [u8; SIDE] = std::array::from_fn(|k| (beyond(from[k]) ^ beyond(to[k])) as u8);
-    u64::from_le_bytes(rows)
 }

@@ -1,7 +1,12 @@
 //! Linear bounds of the depths in a tile.
 
+use super::tiles::ROWS;
+
 /// Width of a tile, pixels.
 pub(super) const SIDE: usize = 8;
+
+/// Width of a pixel, relative to a tile.
+const PIXEL: f32 = 1.0 / SIDE as f32;
 
 /// A bound of the reciprocal depths in a tile: a linear function, and a constant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,6 +29,42 @@ impl Slope {
     #[inline(always)]
     pub(super) fn at(&self, x: f32, y: f32) -> f32 {
         self.from + self.across[0] * x + self.across[1] * y
+    }
+
+    /// The values at the first corners of the pixels of a group of rows.
+    #[inline(always)]
+    fn first_in_pixels(&self, group: usize) -> [f32; ROWS] {
+        let [x, y] = self.across.map(|across| across * PIXEL);
+        let mut values = [0.0; ROWS];
+        for (k, value) in values.iter_mut().enumerate() {
+            *value = self.from + (x * (k % SIDE) as f32 + y * (group * (ROWS / SIDE) + k / SIDE) as f32);
+        }
+        values
+    }
+
+    /// A lower bound in each pixel of a group of rows.
+    ///
+    /// Each of the six operations errs by at most 2^-24 of the sum of the terms, which
+    /// [`Facet::slack`](super::facet::Facet::slack) contains.
+    #[inline(always)]
+    pub(super) fn least_in_pixels(&self, group: usize) -> [f32; ROWS] {
+        let least = (self.across[0].min(0.0) + self.across[1].min(0.0)) * PIXEL;
+        let mut bounds = self.first_in_pixels(group);
+        for bound in &mut bounds {
+            *bound = if *bound + least > self.end { *bound + least } else { self.end };
+        }
+        bounds
+    }
+
+    /// An upper bound in each pixel of a group of rows. Rounding: see [`Slope::least_in_pixels`].
+    #[inline(always)]
+    pub(super) fn most_in_pixels(&self, group: usize) -> [f32; ROWS] {
+        let most = (self.across[0].max(0.0) + self.across[1].max(0.0)) * PIXEL;
+        let mut bounds = self.first_in_pixels(group);
+        for bound in &mut bounds {
+            *bound = if *bound + most < self.end { *bound + most } else { self.end };
+        }
+        bounds
     }
 
     /// Largest amount by which this bound exceeds `other` in the tile; negative if it is always less.

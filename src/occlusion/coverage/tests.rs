@@ -5,14 +5,17 @@ use glam::{DVec3, Quat, Vec3};
 use super::{
     buffer::CoverageBuffer,
     facet::Facet,
-    fill::Strips,
+    fill::is_hidden,
+    picture::Picture,
     slope::Slope,
     surfaces::Surfaces,
-    table::NONE,
-    tiles::{Entry, Tiles},
+    tiles::{Part, Tiles},
 };
 use crate::{
-    index::Backend,
+    index::{
+        Backend,
+        simd::{Kernel, WithKernel},
+    },
     math::Aabb,
     occlusion::{Cell, Needed, OcclusionCuller, Verdict, raster::Raster},
     polygon::{ConvexPolygon, Geometry, PolygonId},
@@ -120,7 +123,22 @@ fn is_hidden_by_all_pixels(buffer: &CoverageBuffer, polygon: &ConvexPolygon) -> 
     let seen: Vec<_> = eyes.iter().map(|eye| picture.project(*eye)).collect();
     seen.iter().all(|(_, nearness)| *nearness > 0.0)
         && Facet::of_tested(&eyes, &seen, picture)
-            .is_some_and(|facet| Strips::new(&facet).is_hidden(tiles, picture))
+            .is_some_and(|facet| Backend::detect().run(AllPixels { facet: &facet, tiles, picture }))
+}
+
+struct AllPixels<'a> {
+    facet: &'a Facet,
+    tiles: &'a Tiles,
+    picture: &'a Picture,
+}
+
+impl WithKernel for AllPixels<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> bool {
+        is_hidden(kernel, self.facet, self.tiles, self.picture)
+    }
 }
 
 #[test]
@@ -175,38 +193,70 @@ fn a_short_cut_gives_the_answer_of_the_whole_test() {
     assert!(hidden > 500 && visible > 500 && hidden_boxes > 300, "{hidden}, {visible}, {hidden_boxes}");
 }
 
-#[test]
-fn two_facets_of_a_tile_are_joined_as_any_number_is() {
-    let mut random = Random(2);
-    let (mut joined, mut parted) = (0, 0);
-    for _ in 0..2000 {
-        let are_neighbours = random.next() < 0.5;
-        let mut facets = [Facet { len: 3, ..Facet::NONE }; 3];
-        if are_neighbours {
-            (facets[0].mates[1], facets[1].mates[2]) = (1, 0);
+/// One tile with three facets: the first and the second halves of it at two depths, neighbours or not, and a border in it.
+struct OneTile {
+    are_neighbours: bool,
+    depths: [f32; 2],
+    open: u64,
+}
+
+impl WithKernel for &OneTile {
+    type Output = (Tiles, [bool; 2]);
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> Self::Output {
+        let mut tiles = Tiles::new(1, 1);
+        let halves = [u64::MAX >> 32, !(u64::MAX >> 32)];
+        for (number, (covered, depth)) in halves.into_iter().zip(self.depths).enumerate() {
+            assert!(tiles.begin_facet([[0, 1], [0, 1]]));
+            let open = if number == 0 { self.open } else { 0 };
+            tiles.push([0, 0], number as u32, Part { covered, open, depth: Slope::level(depth) });
+            if number == 1 && self.are_neighbours {
+                tiles.unite([0, 0], 0);
+            }
         }
-        let half = if random.next() < 0.5 { u64::MAX >> 32 } else { random.0 };
-        let entries = [(0, half), (1, !half)].map(|(facet, covered)| {
-            let (from, across) = (0.5 + 0.5 * random.next(), [random.within(0.1), random.within(0.1)]);
-            let end = from + across[0].min(0.0) + across[1].min(0.0);
-            let open = if random.next() < 0.5 { 0 } else { 1 << (random.next() * 63.0) as u32 };
-            Entry { facet, before: NONE, covered, open, depth: Slope { from, across, end } }
-        });
-        // Covers nothing, and is nobody's neighbour.
-        let third = Entry { facet: 2, covered: 0, ..entries[0] };
-        let of = |entries: &[Entry]| {
-            let mut tiles = Tiles::new(1, 1);
-            entries.iter().for_each(|entry| tiles.push(0, *entry));
-            tiles.join(&facets);
-            let useful = [0, 1].map(|facet| tiles.is_useful(facet));
-            (format!("{tiles:?}").split(" last").next().map(str::to_owned), useful)
-        };
-        let by_two = of(&entries);
-        assert_eq!(by_two, of(&[third, entries[0], entries[1]]));
-        joined += usize::from(are_neighbours && by_two.1 == [true; 2]);
-        parted += usize::from(!are_neighbours && by_two.1 != [false; 2]);
+        tiles.join(kernel, 2);
+        let useful = [0, 1].map(|facet| tiles.is_useful(facet));
+        (tiles, useful)
     }
-    assert!(joined > 500 && parted > 500, "{joined}, {parted}");
+}
+
+#[test]
+fn neighbours_cover_a_tile_together_from_the_farther_depth_on_and_strangers_each_from_their_own() {
+    let hidden_before = |tiles: &Tiles, pixel: [usize; 2], near: f32| tiles.hides_pixel(pixel, near);
+    for &backend in Backend::ALL.iter().filter(|backend| backend.is_available()) {
+        let run = |are_neighbours, depths, open| backend.run(&OneTile { are_neighbours, depths, open });
+        let (tiles, useful) = run(true, [0.5, 0.25], 0);
+        assert_eq!(useful, [true; 2]);
+        assert!(tiles.hides_all(0, &Slope::level(0.25)) && !hidden_before(&tiles, [0, 0], 0.4));
+        let (tiles, useful) = run(false, [0.5, 0.25], 0);
+        assert_eq!(useful, [true; 2]);
+        assert!(hidden_before(&tiles, [0, 0], 0.4) && !hidden_before(&tiles, [0, 7], 0.4));
+        assert!(hidden_before(&tiles, [0, 7], 0.25) && tiles.hides_all(0, &Slope::level(0.25)));
+        // A border of one facet takes the pixel from the whole surface, but not from others.
+        let border = 1 << 40;
+        let [mut joined, mut parted] = [true, false].map(|are| run(are, [0.5, 0.25], border).0);
+        assert!(!hidden_before(&joined, [0, 5], 0.2) && hidden_before(&parted, [0, 5], 0.2));
+        for tiles in [&mut joined, &mut parted] {
+            tiles.clear();
+            assert!(!hidden_before(tiles, [0, 0], 0.1) && !tiles.hides_all(0, &Slope::level(0.1)));
+        }
+    }
+}
+
+#[test]
+fn large_neighbours_leave_no_gap_at_the_edge_that_they_share() {
+    // Bent along the diagonal, so that they stay two facets of hundreds of tiles each.
+    let [a, c] = [Vec3::new(-6.0, -4.0, -5.0), Vec3::new(6.0, 4.0, -5.0)];
+    let [b, d] = [Vec3::new(6.0, -4.0, -6.0), Vec3::new(-6.0, 4.0, -6.0)];
+    let polygons = Polygons(vec![ConvexPolygon::triangle(a, b, c), ConvexPolygon::triangle(a, c, d)]);
+    let buffer = built(&polygons, &window(Vec3::ZERO));
+    assert_eq!(buffer.facets(), 2);
+    for step in -20..=20 {
+        let middle = Vec3::new(0.2 * step as f32, 0.2 * step as f32 * 2.0 / 3.0, -8.0);
+        let tested = buffer.test_box(&Aabb::cube(middle, 0.3));
+        assert_eq!(tested.verdict, Verdict::Hidden, "{middle}");
+    }
 }
 
 /// A flat grid of quads, or of two triangles each.

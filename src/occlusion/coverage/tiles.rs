@@ -2,12 +2,11 @@
 //! that cover some pixels.
 
 use super::{
-    facet::Facet,
     picture::STEPS,
     slope::{SIDE, Slope},
     table::NONE,
 };
-use crate::occlusion::Needed;
+use crate::{index::simd::Kernel, occlusion::Needed};
 
 /// Largest number of entries of a frame, 48 bytes each. [`RESERVED_ENTRIES`] is the number for which memory
 /// is reserved.
@@ -21,25 +20,84 @@ const RESERVED_LOCALS: usize = 1 << 10;
 const STEP_BITS: u32 = (STEPS as u32).trailing_zeros();
 const TILE_STEPS: i32 = SIDE as i32 * STEPS as i32 - 1;
 
-/// Covered pixels of a tile, and a lower bound of the reciprocal depth at which all of them are covered.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Layer {
-    pub(super) pixels: u64,
-    pub(super) depth: Slope,
-}
+/// Number of pixels of two rows of a tile, a full register.
+pub(super) const ROWS: usize = 2 * SIDE;
 
-/// The part of one facet in a tile's pixels.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Entry {
-    pub(super) facet: u32,
-    /// The previous entry of the same tile.
-    pub(super) before: u32,
-    /// Pixels whose samples the facet covers.
+/// The part of a facet, or of a surface, in a tile.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Part {
+    /// Pixels whose samples it covers.
     pub(super) covered: u64,
     /// Pixels through which an edge without a neighbour passes.
     pub(super) open: u64,
-    /// A lower bound of the facet's reciprocal depth in the tile.
+    /// A lower bound of its reciprocal depth in the tile.
     pub(super) depth: Slope,
+}
+
+/// See [`Entry::before`].
+const USEFUL: u32 = NONE - 1;
+
+/// The part of one facet in a tile.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    part: Part,
+    facet: u32,
+    tile: u32,
+    /// An earlier entry of the same surface in the tile. The first one, the surface's root, refers to itself.
+    parent: u32,
+    /// Of a root: the root before it in the tile; at last [`USEFUL`], if the surface hides anything.
+    before: u32,
+}
+
+/// The tiles that a facet reaches.
+#[derive(Clone, Copy, Debug)]
+struct Reach {
+    /// The facet's first entry.
+    first: u32,
+    column: u32,
+    row: u32,
+    width: u32,
+    /// Bits of the tiles with an entry, row by row, for the first 64 tiles.
+    present: u64,
+}
+
+impl Reach {
+    /// The number of a tile, row by row; `None` for a column or row before or beyond the facet's columns, or before its
+    /// rows.
+    #[inline(always)]
+    fn place(&self, column: usize, row: usize) -> Option<u32> {
+        let (column, row) = ((column as u32).wrapping_sub(self.column), (row as u32).wrapping_sub(self.row));
+        // There are at most 1,024 rows.
+        if column < self.width && row <= 1024 { Some(row * self.width + column) } else { None }
+    }
+}
+
+/// Number of groups of rows of a tile.
+pub(super) const GROUPS: usize = SIDE * SIDE / ROWS;
+
+/// A number for each pixel of a tile, from the lowest row up.
+#[derive(Clone, Debug)]
+#[repr(align(64))]
+struct Depths([[f32; ROWS]; GROUPS]);
+
+impl Depths {
+    /// The lowest and the highest number.
+    fn ends(&self) -> [f32; 2] {
+        let (mut low, mut high) = ([f32::INFINITY; ROWS], [0.0; ROWS]);
+        for depths in &self.0 {
+            for k in 0..ROWS {
+                low[k] = if depths[k] < low[k] { depths[k] } else { low[k] };
+                high[k] = if depths[k] > high[k] { depths[k] } else { high[k] };
+            }
+        }
+        for step in [8, 4, 2, 1] {
+            for k in 0..step {
+                low[k] = if low[k + step] < low[k] { low[k + step] } else { low[k] };
+                high[k] = if high[k + step] > high[k] { high[k + step] } else { high[k] };
+            }
+        }
+        [low[0], high[0]]
+    }
 }
 
 /// See the [module](self).
@@ -54,21 +112,21 @@ pub(super) struct Tiles {
     slopes: Vec<Slope>,
     /// For each tile, the nearest depth at which any pixel is covered.
     nearest: Vec<f32>,
-    /// For each tile, two layers nearer than `all`, the nearest first.
-    layers: Vec<[Layer; 2]>,
-    /// For each tile, its last entry.
+    /// For each tile, whether some pixels are covered nearer than by the linear bound, and the reciprocal depth at which
+    /// each pixel is covered. The depths are valid only in these tiles.
+    is_fine: Vec<bool>,
+    depths: Vec<Depths>,
+    /// For each tile, its last root.
     last: Vec<u32>,
+    /// The entries of the facets, one facet after the other, ordered by tile.
     entries: Vec<Entry>,
+    /// For each facet begun so far, its tiles.
+    reaches: Vec<Reach>,
     /// Marks tiles that have too many entries, so that their lists are incomplete.
     broken: Vec<bool>,
     is_broken: bool,
-    /// The facets in the tile that is being processed. The parent of a facet is another facet of its surface,
-    /// or the facet itself.
-    locals: Vec<Entry>,
-    parents: Vec<u32>,
-    /// For each facet, its index in `locals`. It is valid only if that entry has the facet's number.
-    local_of: Vec<u32>,
-    surfaces: Vec<(Layer, u32)>,
+    /// Working memory: the surfaces of the tile that is being processed.
+    surfaces: Vec<(f32, u32)>,
     /// For each tile, the facet that set `all`, if this facet alone fills the tile.
     whole: Vec<u32>,
     /// For each facet, whether it hides anything.
@@ -84,13 +142,12 @@ impl Tiles {
             all: vec![0.0; count],
             slopes: vec![Slope::default(); count],
             nearest: vec![0.0; count],
-            layers: vec![[Layer::default(); 2]; count],
+            is_fine: vec![false; count],
+            depths: vec![Depths([[0.0; ROWS]; GROUPS]); count],
             last: vec![NONE; count],
             whole: vec![NONE; count],
             broken: vec![false; count],
             entries: Vec::with_capacity(RESERVED_ENTRIES),
-            locals: Vec::with_capacity(RESERVED_LOCALS),
-            parents: Vec::with_capacity(RESERVED_LOCALS),
             surfaces: Vec::with_capacity(RESERVED_LOCALS),
             ..Self::default()
         }
@@ -98,18 +155,19 @@ impl Tiles {
 
     /// Makes room for this many facets.
     pub(super) fn reserve(&mut self, facets: usize) {
-        self.local_of.reserve(facets);
+        self.reaches.reserve(facets);
         self.useful.reserve(facets);
     }
 
     /// Empties the picture.
     pub(super) fn clear(&mut self) {
         self.all.fill(0.0);
-        self.nearest.fill(0.0);
-        self.layers.fill([Layer::default(); 2]);
+        self.slopes.fill(Slope::default());
+        self.is_fine.fill(false);
         self.last.fill(NONE);
         self.whole.fill(NONE);
         self.entries.clear();
+        self.reaches.clear();
         if std::mem::take(&mut self.is_broken) {
             self.broken.fill(false);
         }
@@ -138,211 +196,196 @@ impl Tiles {
         self.useful[facet]
     }
 
-    /// Adds a facet's entry to a tile.
+    /// Begins the next facet, which may reach these columns and rows of tiles. Returns whether there is room for its
+    /// entries; otherwise its tiles hide nothing.
     #[inline(always)]
-    pub(super) fn push(&mut self, tile: usize, entry: Entry) {
-        if self.entries.len() == MOST_ENTRIES {
-            (self.broken[tile], self.is_broken) = (true, true);
-            return;
-        }
-        let before = std::mem::replace(&mut self.last[tile], self.entries.len() as u32);
-        self.entries.push(Entry { before, ..entry });
-    }
-
-    /// Joins the entries of each tile to surfaces, and adds the surfaces to the tile's layers.
-    #[inline(always)]
-    pub(super) fn join(&mut self, facets: &[Facet]) {
-        self.local_of.resize(self.local_of.len().max(facets.len()), 0);
-        self.useful.clear();
-        self.useful.resize(facets.len(), false);
-        for tile in 0..self.all.len() {
-            let at = self.last[tile];
-            if at != NONE && !self.broken[tile] {
-                self.surfaces.clear();
-                let entry = self.entries[at as usize];
-                match self.entries.get(entry.before as usize) {
-                    None => self.add_alone(tile, &entry),
-                    // Most often the two halves of a quad.
-                    Some(&before) if before.before == NONE => self.join_two(tile, facets, [entry, before]),
-                    Some(_) => {
-                        self.gather(at);
-                        self.join_locals(facets);
-                        self.add_surfaces(tile);
-                    }
-                }
-                // A surface no nearer than the one that covers everything is useless.
-                let all = self.all[tile];
-                for layer in &mut self.layers[tile] {
-                    if layer.depth.end <= all {
-                        *layer = Layer::default();
-                    }
-                }
+    pub(super) fn begin_facet(&mut self, [columns, rows]: [[usize; 2]; 2]) -> bool {
+        let [width, height] = [columns, rows].map(|[from, end]| end.saturating_sub(from));
+        let first = self.entries.len();
+        let has_room = first + width * height <= MOST_ENTRIES;
+        if !has_room {
+            self.is_broken = true;
+            for row in rows[0]..rows[1] {
+                self.broken[row * self.columns..][columns[0]..columns[1]].fill(true);
             }
-            if let Some(useful) = self.useful.get_mut(self.whole[tile] as usize) {
-                *useful = true;
+        }
+        let [column, row, width] = [columns[0], rows[0], width].map(|v| v as u32);
+        self.reaches.push(Reach { first: first as u32, column, row, width, present: 0 });
+        has_room
+    }
+
+    /// Adds an entry of the facet begun last. The tiles of a facet must come in order, row by row.
+    #[inline(always)]
+    pub(super) fn push(&mut self, [column, row]: [usize; 2], facet: u32, part: Part) {
+        let parent = self.entries.len() as u32;
+        let tile = (row * self.columns + column) as u32;
+        self.entries.push(Entry { part, facet, tile, parent, before: NONE });
+        let reach = &mut self.reaches[facet as usize];
+        let bit = |place| 1_u64.checked_shl(place);
+        reach.present |= reach.place(column, row).and_then(bit).unwrap_or(0);
+    }
+
+    /// Joins the last entry, in this tile, with the entry that an earlier facet has there, if it has one.
+    #[inline(always)]
+    pub(super) fn unite(&mut self, [column, row]: [usize; 2], facet: u32) {
+        let reach = self.reaches[facet as usize];
+        let Some(place) = reach.place(column, row) else { return };
+        let own = self.entries.len() as u32 - 1;
+        let at = if place < u64::BITS {
+            if reach.present >> place & 1 == 0 {
+                return;
             }
-            self.nearest[tile] = self.layers[tile][0].depth.end.max(self.all[tile]);
-        }
-    }
-
-    /// Adds the only entry of a tile as a surface.
-    #[inline(always)]
-    fn add_alone(&mut self, tile: usize, entry: &Entry) {
-        let layer = Layer { pixels: entry.covered & !entry.open, depth: entry.depth };
-        if layer.pixels != 0 && self.add_surface(tile, &layer) {
-            self.useful[entry.facet as usize] = true;
-        }
-    }
-
-    /// Joins the only two entries of a tile, the last one first. The result is that of [`Tiles::join_locals`] and
-    /// [`Tiles::add_surfaces`].
-    #[inline(always)]
-    fn join_two(&mut self, tile: usize, facets: &[Facet], [a, b]: [Entry; 2]) {
-        // Neighbours refer to each other.
-        if facets[a.facet as usize].mates.contains(&b.facet) {
-            let pixels = (a.covered | b.covered) & !(a.open | b.open);
-            let layer = Layer { pixels, depth: a.depth.behind_both(&b.depth) };
-            if pixels != 0 && self.add_surface(tile, &layer) {
-                self.useful[a.facet as usize] = true;
-                self.useful[b.facet as usize] = true;
-            }
-            return;
-        }
-        let [near, far] = if a.depth.end.total_cmp(&b.depth.end).is_lt() { [b, a] } else { [a, b] };
-        self.add_alone(tile, &near);
-        self.add_alone(tile, &far);
-    }
-
-    /// Lists the entries of a tile.
-    #[inline(always)]
-    fn gather(&mut self, mut at: u32) {
-        self.locals.clear();
-        self.parents.clear();
-        while at != NONE {
-            let entry = self.entries[at as usize];
-            let place = self.locals.len() as u32;
-            self.local_of[entry.facet as usize] = place;
-            self.locals.push(entry);
-            self.parents.push(place);
-            at = entry.before;
-        }
+            reach.first + (reach.present & ((1 << place) - 1)).count_ones()
+        } else {
+            let end = self.reaches[facet as usize + 1].first;
+            let tile = self.entries[own as usize].tile;
+            let entries = &self.entries[reach.first as usize..end as usize];
+            let Ok(at) = entries.binary_search_by_key(&tile, |entry| entry.tile) else { return };
+            reach.first + at as u32
+        };
+        let (a, b) = (self.root(own), self.root(at));
+        self.entries[a.max(b) as usize].parent = a.min(b);
     }
 
     #[inline(always)]
-    fn root(parents: &mut [u32], mut at: u32) -> u32 {
+    fn root(&mut self, mut at: u32) -> u32 {
         loop {
-            let parent = parents[at as usize];
+            let parent = self.entries[at as usize].parent;
             if parent == at {
                 return at;
             }
-            let next = parents[parent as usize];
-            parents[at as usize] = next;
+            let next = self.entries[parent as usize].parent;
+            self.entries[at as usize].parent = next;
             at = next;
         }
     }
 
-    /// Joins neighbouring facets to surfaces, and finds the pixels that each surface covers wholly.
+    /// Joins the entries of each tile to surfaces, and adds the surfaces to the tile's depths. There are `facets` facets.
     #[inline(always)]
-    fn join_locals(&mut self, facets: &[Facet]) {
-        let (locals, parents) = (&mut *self.locals, &mut *self.parents);
-        for i in 0..locals.len() {
-            let own = locals[i].facet;
-            let facet = &facets[own as usize];
-            for &mate in &facet.mates[..usize::from(facet.len)] {
-                // Neighbours refer to each other: once is enough. The other facet's place confirms it, or the facet is
-                // not in this tile.
-                if mate < own
-                    && let place = self.local_of[mate as usize]
-                    && locals.get(place as usize).is_some_and(|local| local.facet == mate)
-                {
-                    let (a, b) = (Self::root(parents, i as u32), Self::root(parents, place));
-                    parents[a.max(b) as usize] = a.min(b);
-                }
+    pub(super) fn join<K: Kernel>(&mut self, kernel: K, facets: usize) {
+        for number in 0..self.entries.len() {
+            // A root comes before all others of its surface.
+            let root = self.root(number as u32);
+            let part = self.entries[number].part;
+            if root as usize == number {
+                let last = &mut self.last[self.entries[number].tile as usize];
+                self.entries[number].before = std::mem::replace(last, root);
+            } else {
+                self.entries[number].parent = root;
+                let sum = &mut self.entries[root as usize].part;
+                sum.covered |= part.covered;
+                sum.open |= part.open;
+                sum.depth = sum.depth.behind_both(&part.depth);
             }
         }
-        // A root comes before all others of its surface.
-        for i in 1..locals.len() {
-            let root = Self::root(parents, i as u32) as usize;
-            if root != i {
-                let Entry { covered, open, depth, .. } = locals[i];
-                let sum = &mut locals[root];
-                sum.covered |= covered;
-                sum.open |= open;
-                sum.depth = sum.depth.behind_both(&depth);
+        self.useful.clear();
+        self.useful.resize(facets, false);
+        for tile in 0..self.all.len() {
+            if self.last[tile] != NONE && !self.broken[tile] {
+                self.add_surfaces(kernel, tile);
+            }
+            if let Some(useful) = self.useful.get_mut(self.whole[tile] as usize) {
+                *useful = true;
+            }
+            self.nearest[tile] = self.all[tile];
+            if self.is_fine[tile] {
+                let [low, high] = self.depths[tile].ends();
+                self.all[tile] = self.all[tile].max(low);
+                self.nearest[tile] = high;
             }
         }
-        for ((local, parent), i) in locals.iter().zip(parents.iter()).zip(0..) {
-            let Entry { covered, open, depth, .. } = *local;
-            let pixels = covered & !open;
-            if *parent == i && pixels != 0 {
-                self.surfaces.push((Layer { pixels, depth }, i));
-            }
+        for entry in &self.entries {
+            self.useful[entry.facet as usize] |= self.entries[entry.parent as usize].before == USEFUL;
         }
     }
 
-    /// Adds the surfaces of a tile to its layers.
+    /// Adds the surfaces of a tile, the nearest first.
     #[inline(always)]
-    fn add_surfaces(&mut self, tile: usize) {
+    fn add_surfaces<K: Kernel>(&mut self, kernel: K, tile: usize) {
+        self.surfaces.clear();
+        let mut at = self.last[tile];
+        while at != NONE {
+            let Entry { part: Part { covered, open, depth }, before, .. } = self.entries[at as usize];
+            if covered & !open != 0 {
+                self.surfaces.push((depth.end, at));
+            }
+            at = before;
+        }
         if self.surfaces.len() > 1 {
-            self.surfaces.sort_unstable_by(|(a, _), (b, _)| b.depth.end.total_cmp(&a.depth.end));
+            self.surfaces.sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
         }
         for k in 0..self.surfaces.len() {
-            let (surface, root) = self.surfaces[k];
-            if self.add_surface(tile, &surface) {
-                for i in 0..self.locals.len() {
-                    if Self::root(&mut self.parents, i as u32) == root {
-                        self.useful[self.locals[i].facet as usize] = true;
-                    }
-                }
+            let (_, root) = self.surfaces[k];
+            let part = self.entries[root as usize].part;
+            if self.add_surface(kernel, tile, &part) {
+                self.entries[root as usize].before = USEFUL;
             }
         }
     }
 
-    /// Adds a surface to a tile. The surface must not be nearer than the surfaces added before. Returns whether
-    /// it hides anything more.
+    /// Adds a surface to a tile. Returns whether it covers a pixel nearer than the surfaces added before.
     #[inline(always)]
-    fn add_surface(&mut self, tile: usize, surface: &Layer) -> bool {
-        let [first, second] = &mut self.layers[tile];
+    fn add_surface<K: Kernel>(&mut self, kernel: K, tile: usize, surface: &Part) -> bool {
         if surface.depth.end <= self.all[tile] {
             return false;
         }
-        if surface.pixels == u64::MAX {
+        let covered = surface.covered & !surface.open;
+        let is_whole = covered == u64::MAX;
+        if is_whole && !self.is_fine[tile] {
             (self.all[tile], self.slopes[tile], self.whole[tile]) = (surface.depth.end, surface.depth, NONE);
             return true;
         }
-        if first.pixels == 0 {
-            *first = *surface;
-            return true;
-        }
-        let before = first.pixels | second.pixels;
-        if surface.pixels & !before == 0 {
-            return false;
-        }
-        let depth = if second.pixels == 0 { surface.depth } else { second.depth.behind_both(&surface.depth) };
-        *second = Layer { pixels: second.pixels | surface.pixels, depth };
-        if first.pixels | second.pixels == u64::MAX {
-            let depth = first.depth.behind_both(&second.depth);
-            if depth.end > self.all[tile] {
-                (self.all[tile], self.slopes[tile], self.whole[tile]) = (depth.end, depth, NONE);
+        if !std::mem::replace(&mut self.is_fine[tile], true) {
+            let whole = self.slopes[tile];
+            for group in 0..GROUPS {
+                self.depths[tile].0[group] = whole.least_in_pixels(group);
             }
         }
-        true
+        let mut is_useful = false;
+        for group in 0..GROUPS {
+            let pixels = (covered >> (group * ROWS)) as u32 & 0xFFFF;
+            let (depths, bound) = (&mut self.depths[tile].0[group], surface.depth.least_in_pixels(group));
+            let mut behind = [0.0; ROWS];
+            for k in 0..ROWS {
+                behind[k] = depths[k] - bound[k];
+            }
+            let raised = pixels & !kernel.not_negative(&behind);
+            is_useful |= raised != 0;
+            for k in 0..ROWS {
+                depths[k] = if raised >> k & 1 == 1 { bound[k] } else { depths[k] };
+            }
+        }
+        if is_whole {
+            (self.all[tile], self.slopes[tile], self.whole[tile]) = (surface.depth.end, surface.depth, NONE);
+        }
+        is_useful
     }
 
     /// Whether a single bound covers the whole tile before the upper bound `near` of an object's reciprocal
     /// depth.
     #[inline(always)]
     pub(super) fn hides_all(&self, tile: usize, near: &Slope) -> bool {
-        self.all[tile] > 0.0 && (self.all[tile] >= near.end || self.slopes[tile].is_before(near))
+        let (all, slope) = (self.all[tile], &self.slopes[tile]);
+        all > 0.0 && (all >= near.end || slope.end > 0.0 && slope.is_before(near))
     }
 
-    /// Whether the layers cover these pixels of a tile before the upper bound `near`. Call it only if
-    /// [`Tiles::hides_all`] fails.
+    /// Whether these pixels of a tile are covered before the upper bound `near`. Call it only if [`Tiles::hides_all`]
+    /// fails.
     #[inline(always)]
-    pub(super) fn hides(&self, tile: usize, pixels: u64, near: &Slope) -> bool {
-        let covered = |layer: &Layer| if layer.depth.is_before(near) { layer.pixels } else { 0 };
-        let [first, second] = &self.layers[tile];
-        pixels & !(covered(first) | covered(second)) == 0
+    pub(super) fn hides<K: Kernel>(&self, kernel: K, tile: usize, pixels: u64, near: &Slope) -> bool {
+        if !self.is_fine[tile] {
+            return false;
+        }
+        let mut hidden = 0;
+        for group in 0..GROUPS {
+            let (depths, bound) = (&self.depths[tile].0[group], near.most_in_pixels(group));
+            let mut before = [0.0; ROWS];
+            for k in 0..ROWS {
+                before[k] = depths[k] - bound[k];
+            }
+            hidden |= u64::from(kernel.not_negative(&before)) << (group * ROWS);
+        }
+        pixels & !hidden == 0
     }
 
     /// Whether the pixel of a polygon's corner may be covered before the corner. `at` is the corner's position in
@@ -363,23 +406,25 @@ impl Tiles {
         let [u, v] = at.map(|v| (v & TILE_STEPS) as f32 * (1.0 / (TILE_STEPS + 1) as f32));
         let near = nearness as f32;
         let is_before = |bound: &Slope| bound.end >= near || bound.at(u, v) >= near;
-        self.all[tile] > 0.0 && is_before(&self.slopes[tile])
-            || self.layers[tile].iter().any(|layer| layer.pixels >> bit & 1 == 1 && is_before(&layer.depth))
+        self.all[tile] > 0.0 && (self.all[tile] >= near || is_before(&self.slopes[tile]))
+            || self.is_fine[tile] && self.depths[tile].0[bit / ROWS][bit % ROWS] >= near
     }
 
     /// Whether a pixel of the picture is covered before the reciprocal depth `near`, which is positive.
     #[inline(always)]
     pub(super) fn hides_pixel(&self, [x, y]: [usize; 2], near: f32) -> bool {
         let tile = y / SIDE * self.columns + x / SIDE;
-        self.all[tile] >= near || self.hides(tile, 1 << (y % SIDE * SIDE + x % SIDE), &Slope::level(near))
+        let bit = y % SIDE * SIDE + x % SIDE;
+        self.all[tile] >= near || self.is_fine[tile] && self.depths[tile].0[bit / ROWS][bit % ROWS] >= near
     }
 
     /// Tests the pixels in these columns and rows; both ranges lie in the picture and are not empty. Returns whether
     /// all are covered before the reciprocal depth `near`, whether any may hide something at `far`, and the number of
     /// tiles read. The second result is computed only if `needed` includes it.
     #[inline(always)]
-    pub(super) fn test(
+    pub(super) fn test<K: Kernel>(
         &self,
+        kernel: K,
         x: [i32; 2],
         y: [i32; 2],
         near: f32,
@@ -398,6 +443,7 @@ impl Tiles {
                     let tile = first + column;
                     is_hidden = self.all[tile] >= near
                         || self.hides(
+                            kernel,
                             tile,
                             pixels_within(x, y, column as i32 * side, row * side),
                             &Slope::level(near),
@@ -419,7 +465,7 @@ impl Tiles {
 /// The pixels of a tile that lie in these columns and rows, as a mask. The tile begins at pixel (`left`,
 /// `low`).
 #[inline(always)]
-fn pixels_within(x: [i32; 2], y: [i32; 2], left: i32, low: i32) -> u64 {
+pub(super) fn pixels_within(x: [i32; 2], y: [i32; 2], left: i32, low: i32) -> u64 {
     let within = |v: i32, at: i32| (v - at).clamp(0, SIDE as i32) as u32;
     let (from, to) = (within(x[0], left), within(x[1], left));
     let row = ((1_u64 << to) - 1) & !((1_u64 << from) - 1);
