@@ -218,7 +218,7 @@ impl Culling {
 
     /// Takes over a model that another thread has inserted. If there is none, or it was inserted with another plan,
     /// inserts the model on this thread.
-    pub fn meet(&mut self, indexed: Option<Indexed>, scene: &Scene, bounds: &Aabb) {
+    pub fn take_indexed(&mut self, indexed: Option<Indexed>, scene: &Scene, bounds: &Aabb) {
         match indexed.filter(|indexed| indexed.plan == self.plan) {
             Some(indexed) => self.take(indexed, true),
             None => self.take(self.plan.clone().index(scene, bounds), false),

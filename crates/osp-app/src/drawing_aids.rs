@@ -18,4 +18,4 @@ pub struct Aids {
 
 /// Unfinished strokes with their mirror images.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Twins(pub(super) BTreeMap<StrokeId, (StrokeId, Motion)>);
+pub(super) struct MirrorStrokes(pub(super) BTreeMap<StrokeId, (StrokeId, Motion)>);

@@ -312,7 +312,7 @@ impl Journal {
         let Some(file) = &mut self.file else { return };
         if self.trouble.is_none() {
             if let Err(trouble) = file.check().and_then(|()| file.sync_at_pauses(now)) {
-                self.meet(trouble, now);
+                self.handle(trouble, now);
             }
             return;
         }
@@ -337,7 +337,7 @@ impl Journal {
         let outcome = if self.is_changed { file.catch_up(&self.history) } else { file.check() };
         match outcome {
             Ok(()) => self.leave_shelter(),
-            Err(trouble) => self.meet(trouble, now),
+            Err(trouble) => self.handle(trouble, now),
         }
     }
 
@@ -357,7 +357,7 @@ impl Journal {
         }
     }
 
-    fn meet(&mut self, trouble: Trouble, now: Instant) {
+    fn handle(&mut self, trouble: Trouble, now: Instant) {
         self.tried_at = now;
         let is_new = self.trouble.as_ref().is_none_or(|old| discriminant(old) != discriminant(&trouble));
         if is_new {
@@ -416,7 +416,7 @@ impl Journal {
         if is_own {
             self.catch_up(Instant::now());
             if self.trouble.is_none() && self.file.as_ref().is_some_and(SessionFile::is_made) {
-                self.call_it(to);
+                self.note_name(to);
                 return Ok(());
             }
         }
@@ -449,12 +449,12 @@ impl Journal {
         if let Some(shelter) = self.shelter.take() {
             shelter.remove();
         }
-        self.call_it(to);
+        self.note_name(to);
         Ok(())
     }
 
     /// Records that the session was saved under a name: only later events count as unsaved.
-    fn call_it(&mut self, to: &Path) {
+    fn note_name(&mut self, to: &Path) {
         self.path = to.to_owned();
         (self.is_named, self.is_changed, self.has_lost_origin) = (true, false, false);
         self.first_events = self.history.events();
@@ -486,7 +486,7 @@ impl Journal {
         }
         let now = Instant::now();
         match self.file.as_mut().map(SessionFile::revert) {
-            Some(Err(trouble)) if self.history.events() > 0 => self.meet(trouble, now),
+            Some(Err(trouble)) if self.history.events() > 0 => self.handle(trouble, now),
             Some(Err(trouble)) => self.trouble = Some(trouble),
             Some(Ok(())) | None => self.trouble = None,
         }
@@ -509,7 +509,7 @@ impl Journal {
                 && let Some(file) = &mut self.file
                 && let Err(trouble) = file.check_all().and_then(|()| file.sync())
             {
-                self.meet(trouble, now);
+                self.handle(trouble, now);
             }
         } else {
             self.trouble = None;

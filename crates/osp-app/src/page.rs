@@ -85,7 +85,7 @@ const SET_DEPTH: usize = 3;
 struct Page {
     typed: Vec<Typed>,
     wake: Option<EventLoopProxy<Wake>>,
-    wishes: Vec<Wish>,
+    panel_commands: Vec<Wish>,
     wants_file: bool,
     state: State,
 }
@@ -102,7 +102,7 @@ pub fn state() -> State {
 /// Stores a request for the next frame.
 pub fn wish(wish: Wish) {
     PAGE.with_borrow_mut(|page| {
-        page.wishes.push(wish);
+        page.panel_commands.push(wish);
         page.state.refused = None;
         // Before the window is open there is no receiver; the first frame then finds the request.
         let _ = page.wake.as_ref().map(|wake| wake.send_event(Wake));
@@ -207,15 +207,15 @@ fn replay(studio: &mut Studio, path: &Path, start: ReplayStart) {
 }
 
 pub(super) fn before_frame(studio: &mut Studio) {
-    let wishes = PAGE.with_borrow_mut(|page| std::mem::take(&mut page.wishes));
+    let panel_commands = PAGE.with_borrow_mut(|page| std::mem::take(&mut page.panel_commands));
     let is_end =
         |wish: &Wish| matches!(wish, Wish::Replay(_) | Wish::Show(_) | Wish::Do(Command::CancelWork));
     // A user who opens another session should not wait for the current one.
-    if studio.is_reading() && wishes.iter().any(is_end) {
+    if studio.is_reading() && panel_commands.iter().any(is_end) {
         studio.command(Command::CancelWork);
     }
-    let mut wishes = wishes.into_iter().peekable();
-    while let Some(wish) = wishes.next_if(|_| !studio.is_reading()) {
+    let mut panel_commands = panel_commands.into_iter().peekable();
+    while let Some(wish) = panel_commands.next_if(|_| !studio.is_reading()) {
         match wish {
             Wish::Replay(path) => replay(studio, &path, ReplayStart::Playing),
             Wish::Show(path) => replay(studio, &path, ReplayStart::Finished),
@@ -224,8 +224,9 @@ pub(super) fn before_frame(studio: &mut Studio) {
         }
     }
     // The other requests wait until the session has been read.
-    let waiting: Vec<Wish> = wishes.filter(|wish| !matches!(wish, Wish::Do(Command::CancelWork))).collect();
-    PAGE.with_borrow_mut(|page| page.wishes.splice(..0, waiting).for_each(drop));
+    let waiting: Vec<Wish> =
+        panel_commands.filter(|wish| !matches!(wish, Wish::Do(Command::CancelWork))).collect();
+    PAGE.with_borrow_mut(|page| page.panel_commands.splice(..0, waiting).for_each(drop));
 }
 
 pub(super) fn after_frame(studio: &mut Studio, adapter: String, clock_step_ns: u64, is_shown: bool) {

@@ -138,7 +138,7 @@ impl Studio {
         self.forget_steps();
         self.frozen = None;
         let bounds = self.session.bounds();
-        self.culling.meet(indexed, self.session.scene(), &bounds);
+        self.culling.take_indexed(indexed, self.session.scene(), &bounds);
         self.navigator = Navigator::default();
         if self.input.tool == ToolChoice::Look {
             self.set_tool(ToolChoice::Draw(self.input.brush.tool));
@@ -223,7 +223,7 @@ impl Studio {
     /// The session's part of [`Studio::tend`].
     fn look_after_session(&mut self) -> bool {
         #[cfg(feature = "live")]
-        self.session.follow_for(self.work.way.turn());
+        self.session.follow_for(self.work.mode.turn());
         self.session.tend(Instant::now());
         let news = self.session.take_news();
         let is_news = !news.is_empty();

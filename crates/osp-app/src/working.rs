@@ -40,7 +40,7 @@ pub(super) const TURN: Duration = Duration::from_millis(12);
 
 /// Mode in which a command reads or writes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Way {
+pub(super) enum WorkMode {
     /// At once, before the command returns.
     #[default]
     AtOnce,
@@ -50,7 +50,7 @@ pub(super) enum Way {
     Turns(Duration),
 }
 
-impl Way {
+impl WorkMode {
     /// Duration of a turn of work between frames.
     #[cfg(feature = "live")]
     pub(super) fn turn(self) -> Duration {
@@ -70,12 +70,12 @@ pub(super) enum Kind {
 }
 
 /// The thread or the turns that do the work.
-enum By {
+enum Runner {
     Thread(Receiver<Done>),
     Turns(Turns, Box<dyn Task>),
 }
 
-impl std::fmt::Debug for By {
+impl std::fmt::Debug for Runner {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Thread(_) => f.write_str("Thread"),
@@ -91,7 +91,7 @@ pub(super) struct Working {
     what: String,
     kind: Kind,
     progress: Arc<Progress>,
-    by: By,
+    runner: Runner,
     since: Instant,
 }
 
@@ -104,7 +104,7 @@ impl Working {
         // If the window is closed, the result is dropped.
         threads::beside("work", move || drop(send.send(task.run(&of_thread))))
             .map_err(|error| format!("{what}: {error}"))?;
-        Ok(Self { what, kind, progress, by: By::Thread(done), since: Instant::now() })
+        Ok(Self { what, kind, progress, runner: Runner::Thread(done), since: Instant::now() })
     }
 
     /// Starts work that runs in turns of this duration.
@@ -113,7 +113,7 @@ impl Working {
             what,
             kind,
             progress: Arc::default(),
-            by: By::Turns(Turns::of(turn), task),
+            runner: Runner::Turns(Turns::of(turn), task),
             since: Instant::now(),
         }
     }
@@ -123,9 +123,9 @@ impl Working {
     /// # Errors
     /// The work ended without a result. The text is for the user.
     pub(super) fn poll(&mut self) -> Option<Result<Done, String>> {
-        let polled = match &mut self.by {
-            By::Thread(done) => done.try_recv(),
-            By::Turns(turns, task) => {
+        let polled = match &mut self.runner {
+            Runner::Thread(done) => done.try_recv(),
+            Runner::Turns(turns, task) => {
                 let since = Instant::now();
                 let turn = turns.next(since);
                 loop {
@@ -152,9 +152,9 @@ impl Working {
     /// The work ended without a result. The text is for the user.
     pub(super) fn finish(self) -> Result<Done, String> {
         let failed = self.failed();
-        match self.by {
-            By::Thread(done) => done.recv().map_err(|_| failed),
-            By::Turns(_, mut task) => loop {
+        match self.runner {
+            Runner::Thread(done) => done.recv().map_err(|_| failed),
+            Runner::Turns(_, mut task) => loop {
                 if let Some(done) = task.step(&self.progress) {
                     break Ok(done);
                 }
@@ -209,7 +209,7 @@ impl Working {
     }
 
     pub(super) fn is_in_turns(&self) -> bool {
-        matches!(self.by, By::Turns(..))
+        matches!(self.runner, Runner::Turns(..))
     }
 }
 
@@ -251,7 +251,7 @@ impl Reading {
 
     /// Waits until the session is read, at most for `at_most`; `None` waits without limit.
     pub fn wait(self, at_most: Option<Duration>) -> Waited {
-        let By::Thread(done) = &self.0.by else { return Waited::GoesOn(self) };
+        let Runner::Thread(done) = &self.0.runner else { return Waited::GoesOn(self) };
         let done = match at_most {
             Some(time) => done.recv_timeout(time),
             None => done.recv().map_err(|_| RecvTimeoutError::Disconnected),

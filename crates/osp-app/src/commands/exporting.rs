@@ -7,7 +7,7 @@ use std::{
 
 use crate::{
     studio::Studio,
-    working::{Done, Exported, Kind, Progress, Way, Whole, check_export, is_sketch},
+    working::{Done, Exported, Kind, Progress, Whole, WorkMode, check_export, is_sketch},
 };
 use osp_session::{
     atomic_file::AtomicFile,
@@ -119,7 +119,7 @@ impl Studio {
             }
             Err(error) => (Err(format!("{path}: {error}")), 0),
         };
-        if self.work.way != Way::AtOnce {
+        if self.work.mode != WorkMode::AtOnce {
             let (Ok(said) | Err(said)) = said;
             self.show_message(said);
         } else {

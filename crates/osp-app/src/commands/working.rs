@@ -10,8 +10,8 @@ use crate::{
     session::{OpenError, Opening},
     studio::Studio,
     working::{
-        Done, Kind, Progress, ReadSession, Reading, ReplayStart, TURN, Task, ToDraw, Way, WorkShown, Working,
-        reading, to_play,
+        Done, Kind, Progress, ReadSession, Reading, ReplayStart, TURN, Task, ToDraw, WorkMode, WorkShown,
+        Working, reading, to_play,
     },
 };
 use osp_session::{
@@ -23,15 +23,15 @@ impl Studio {
     /// From now on commands read and write in the background. Before this call a command finishes its work before it
     /// returns.
     pub fn work_beside(&mut self) {
-        self.work.way = match cfg!(target_arch = "wasm32") {
-            true => Way::Turns(TURN),
-            false => Way::Thread,
+        self.work.mode = match cfg!(target_arch = "wasm32") {
+            true => WorkMode::Turns(TURN),
+            false => WorkMode::Thread,
         };
     }
 
     /// Like [`Studio::work_beside`], but without a thread: each call of [`Studio::tend`] works for the time `turn`.
     pub fn work_in_turns(&mut self, turn: Duration) {
-        self.work.way = Way::Turns(turn);
+        self.work.mode = WorkMode::Turns(turn);
     }
 
     /// The progress of background work, once it has taken a while.
@@ -113,17 +113,17 @@ impl Studio {
     }
 
     pub(super) fn start(&mut self, what: String, kind: Kind, task: Box<dyn Task>) {
-        match self.work.way {
-            Way::AtOnce => {
+        match self.work.mode {
+            WorkMode::AtOnce => {
                 let done = task.run(&Progress::default());
                 self.take_done(done);
                 return;
             }
-            Way::Thread => match Working::on_thread(what, kind, task) {
+            WorkMode::Thread => match Working::on_thread(what, kind, task) {
                 Ok(working) => self.wait_for(working),
                 Err(error) => self.report_file(Err(error)),
             },
-            Way::Turns(turn) => self.wait_for(Working::in_turns(what, kind, turn, task)),
+            WorkMode::Turns(turn) => self.wait_for(Working::in_turns(what, kind, turn, task)),
         }
         // Short work may have ended already.
         self.take_work();

@@ -6,7 +6,7 @@ use crate::{
     paint_layers::on_layer,
     session::Session,
     studio::Studio,
-    tracker::{Came, Message, Tracker},
+    tracker::{Message, ReceivedMessage, Tracker},
 };
 use osp_session::{
     platform::time::Instant,
@@ -54,7 +54,9 @@ impl Studio {
             && edits < EDITS_A_FRAME
             && self.session.changes().len() < CHANGES_A_FRAME
         {
-            let Some(Came { at, from, message: sent }) = tracker.take_received() else { return true };
+            let Some(ReceivedMessage { at, from, message: sent }) = tracker.take_received() else {
+                return true;
+            };
             let mut in_room = self.room.message_to_room(sent);
             self.input.watch.note(at, &sent, &in_room);
             if let (Message::Hand { pressure, .. }, true) = (&mut in_room, self.input.is_calibrating) {

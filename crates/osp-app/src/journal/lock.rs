@@ -16,9 +16,9 @@ use osp_session::platform::{
 };
 
 /// Largest lock file that is read, bytes; a longer file is not a lock file of osp.
-const MOST_MARK_BYTES: u64 = 4096;
+const MOST_LOCK_BYTES: u64 = 4096;
 /// Beginning of the text in every lock file.
-const WORD_START: &[u8] = b"Open(";
+const LOCK_TEXT_START: &[u8] = b"Open(";
 /// Largest number of lock files that may vanish one after the other while they are opened, before an error is reported.
 const MOST_ATTEMPTS: u32 = 100;
 
@@ -139,14 +139,14 @@ enum Content {
 impl Content {
     fn of(file: &mut File) -> Self {
         let mut bytes = Vec::new();
-        if file.rewind().is_err() || file.take(MOST_MARK_BYTES + 1).read_to_end(&mut bytes).is_err() {
+        if file.rewind().is_err() || file.take(MOST_LOCK_BYTES + 1).read_to_end(&mut bytes).is_err() {
             return Self::Foreign;
         }
         // After a power failure a file may exist without its contents: empty, or with zeros only.
         let is_blank = bytes.iter().all(|&byte| byte == 0);
         // A disk image begins with zeros, too.
-        let is_short = bytes.len() as u64 <= MOST_MARK_BYTES;
-        let is_ours = is_short && (is_blank || bytes.starts_with(WORD_START));
+        let is_short = bytes.len() as u64 <= MOST_LOCK_BYTES;
+        let is_ours = is_short && (is_blank || bytes.starts_with(LOCK_TEXT_START));
         match is_ours {
             true => Self::Ours(str::from_utf8(&bytes).ok().and_then(LockOwner::parse)),
             false => Self::Foreign,
@@ -219,7 +219,7 @@ impl SessionLock {
             }
             if is_writable && !is_foreign {
                 // If the lock file's text cannot be written, the lock is still valid.
-                let _ = write_word(&mut file);
+                let _ = write_lock_text(&mut file);
             }
             return Ok(Self { lock_file: Some(LockFile { path: lock_file, file, is_foreign }) });
         }
@@ -252,7 +252,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     held.is_some() && held == identity(fs::metadata(path))
 }
 
-fn write_word(file: &mut File) -> io::Result<()> {
+fn write_lock_text(file: &mut File) -> io::Result<()> {
     let text = ron::to_string(&LockOwner::ours()).map_err(io::Error::other)?;
     file.set_len(0)?;
     file.rewind()?;
@@ -410,7 +410,7 @@ mod tests {
             assert_eq!(fs::read(&lock_file).ok().as_deref(), (!is_ours).then_some(content));
         }
         let escapes = "Open(process:1,host:\"a\\u{1b}[31m\",since:\"b\")";
-        assert!(escapes.as_bytes().starts_with(WORD_START));
+        assert!(escapes.as_bytes().starts_with(LOCK_TEXT_START));
         assert_eq!(LockOwner::parse(escapes), None, "nothing of it controls a terminal");
         fs::remove_file(&lock_file).expect("a lock file");
         fs::create_dir(&lock_file).expect("a folder");

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::{
     altering::{Clip, Replaced},
-    drawing_aids::{Aids, Twins},
+    drawing_aids::{Aids, MirrorStrokes},
     frames::FrameWriter,
     gestures::Gestures,
     journal::Unwritten,
@@ -17,7 +17,7 @@ use crate::{
     session::OpenError,
     tool::ToolChoice,
     tracker::{Hands, Senders, Tracker, Watch},
-    working::{Way, Working},
+    working::{WorkMode, Working},
 };
 use osp::{
     frame::FrameRecord,
@@ -59,7 +59,7 @@ pub(crate) struct Input {
     pub(crate) brush: Brush,
     pub(crate) snap: Snap,
     pub(crate) aids: Aids,
-    pub(crate) twins: Twins,
+    pub(crate) twins: MirrorStrokes,
     pub(crate) pen: Pen,
     pub(crate) selection: Selection,
     pub(crate) replaced: Replaced,
@@ -84,7 +84,7 @@ pub(crate) struct Input {
 impl Input {
     /// Drops all state that belongs to the previous session.
     pub(crate) fn take_session(&mut self) {
-        (self.brush.layer, self.twins) = (0, Twins::default());
+        (self.brush.layer, self.twins) = (0, MirrorStrokes::default());
         (self.selection, self.bounds_of) = (Selection::default(), None);
         (self.replaced, self.measured) = (Replaced::default(), None);
         (self.pen, self.gestures) = (Pen::default(), Gestures::default());
@@ -104,7 +104,7 @@ pub(crate) struct Work {
     /// Writes each frame to a picture file, if set.
     pub(crate) frames: Option<FrameWriter>,
     /// Mode in which commands read and write: at once or in the background.
-    pub(crate) way: Way,
+    pub(crate) mode: WorkMode,
     pub(crate) working: Option<Working>,
     /// The error of a session that could not be read.
     pub(crate) unread: Option<OpenError>,

@@ -34,7 +34,7 @@
 //! Messages do not depend on each other, so a lost packet costs only a sample. Malformed messages are counted and
 //! dropped. [`Hands`] converts messages to the events of a session; [`EventEncoder`] does the opposite.
 
-mod door;
+mod admittance;
 mod dtrack;
 mod event_encoder;
 mod hands;
@@ -45,7 +45,7 @@ mod senders;
 mod source;
 mod watch;
 
-pub use door::{Listening, TrackerKey, TrackerOptions};
+pub use admittance::{Listening, TrackerKey, TrackerOptions};
 pub use dtrack::parse_dtrack;
 pub use event_encoder::EventEncoder;
 pub use hands::{Hands, HandsState};
@@ -53,5 +53,5 @@ pub use line::{parse_line, write_line};
 pub use message::{BrushChoice, Message};
 pub use osc::{osc_keyed, osc_packet, parse_osc};
 pub use senders::Senders;
-pub use source::{Came, Counts, Tracker, TrackerAddress, TrackerError};
+pub use source::{Counts, ReceivedMessage, Tracker, TrackerAddress, TrackerError};
 pub use watch::{Received, Watch};

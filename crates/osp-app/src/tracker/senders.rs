@@ -3,7 +3,7 @@ use std::net::SocketAddr;
 
 use glam::Vec3;
 
-use super::{Hands, Message, door::Door};
+use super::{Hands, Message, admittance::Admittance};
 use osp_session::{
     platform::time::Instant,
     recording::{Author, Event, StrokeId},
@@ -25,7 +25,7 @@ struct Sender {
     hands: Hands,
     /// Number of strokes that the sender has begun.
     strokes: u32,
-    heard: Instant,
+    received: Instant,
 }
 
 impl Senders {
@@ -50,10 +50,10 @@ impl Senders {
             self.last = author;
             out.push(Event::Join { t, author, name: from.to_string(), color: None });
             let hands = Hands::default().of_author(author);
-            self.present.insert(from, Sender { author, hands, strokes: 0, heard: at });
+            self.present.insert(from, Sender { author, hands, strokes: 0, received: at });
         }
-        let Sender { author, hands, strokes, heard } = self.present.get_mut(&from)?;
-        *heard = at.max(*heard);
+        let Sender { author, hands, strokes, received } = self.present.get_mut(&from)?;
+        *received = at.max(*received);
         let next_stroke = || {
             *strokes += 1;
             StrokeId(author.number(*strokes - 1).expect("looked at above: a message begins one stroke"))
@@ -72,7 +72,7 @@ impl Senders {
         for sender in self.present.values_mut() {
             sender.hands.rest(t, out);
         }
-        self.leave_if(|sender| now.saturating_duration_since(sender.heard) >= Door::SILENCE, t, out);
+        self.leave_if(|sender| now.saturating_duration_since(sender.received) >= Admittance::SILENCE, t, out);
     }
 
     /// Removes all senders, because their later strokes belong to another session.

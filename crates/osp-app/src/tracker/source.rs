@@ -16,7 +16,7 @@ use thiserror::Error;
 
 use super::{
     Listening, Message, TrackerOptions,
-    door::{Admission, Door, is_osc},
+    admittance::{Admission, Admittance, is_osc},
     dtrack::{is_dtrack, parse_dtrack},
     line::{frame_number, parse_line_noting},
     osc::parse_osc_noting,
@@ -156,7 +156,7 @@ impl Shared {
 
 /// A received message, with its time and sender.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Came {
+pub struct ReceivedMessage {
     /// Time of arrival.
     pub at: Instant,
     /// Sender of a message to a socket.
@@ -168,7 +168,7 @@ pub struct Came {
 /// A tracker that is read on a separate thread.
 #[derive(Debug)]
 pub struct Tracker {
-    messages: Receiver<Came>,
+    messages: Receiver<ReceivedMessage>,
     shared: Arc<Shared>,
     local_address: Option<SocketAddr>,
     listening: Listening,
@@ -199,8 +199,8 @@ impl Tracker {
                 let socket = UdpSocket::bind(address).map_err(failed(name.clone()))?;
                 socket.set_read_timeout(Some(NAP)).map_err(failed(name.clone()))?;
                 local_address = socket.local_addr().ok();
-                let (door, z_up) = (Door::new(options.clone()), options.z_up);
-                builder.spawn(move || output.listen(&socket, door, z_up)).map_err(failed(name))
+                let (admittance, z_up) = (Admittance::new(options.clone()), options.z_up);
+                builder.spawn(move || output.listen(&socket, admittance, z_up)).map_err(failed(name))
             }
             TrackerAddress::StandardInput => {
                 builder.spawn(move || _ = output.read_lines(io::stdin())).map_err(failed("-".to_owned()))
@@ -232,7 +232,7 @@ impl Tracker {
     }
 
     /// The next message, if one was received, with its time and sender.
-    pub fn take_received(&self) -> Option<Came> {
+    pub fn take_received(&self) -> Option<ReceivedMessage> {
         self.shared.is_woken.store(false, Ordering::SeqCst);
         self.messages.try_recv().ok()
     }
@@ -271,7 +271,7 @@ enum LinesEnd {
 }
 
 struct Output {
-    sender: SyncSender<Came>,
+    sender: SyncSender<ReceivedMessage>,
     shared: Arc<Shared>,
     wake: Box<dyn Fn() + Send>,
 }
@@ -284,7 +284,7 @@ impl Output {
     /// Queues a message of a socket if there is room; otherwise drops it, because newer messages follow.
     fn pass_on(&self, from: SocketAddr, message: Message) {
         self.shared.tally().counts.messages += 1;
-        if self.sender.try_send(Came { at: Instant::now(), from: Some(from), message }).is_err() {
+        if self.sender.try_send(ReceivedMessage { at: Instant::now(), from: Some(from), message }).is_err() {
             self.note_dropped(1);
         }
     }
@@ -292,12 +292,12 @@ impl Output {
     /// Queues a message of a stream, and waits for room, because a stream is a complete drawing and can wait.
     fn pass_on_patiently(&self, message: Message) {
         self.shared.tally().counts.messages += 1;
-        let mut heard = Came { at: Instant::now(), from: None, message };
-        while let Err(TrySendError::Full(back)) = self.sender.try_send(heard) {
+        let mut received = ReceivedMessage { at: Instant::now(), from: None, message };
+        while let Err(TrySendError::Full(back)) = self.sender.try_send(received) {
             if self.is_over() {
                 return;
             }
-            heard = back;
+            received = back;
             thread::sleep(NAP);
         }
     }
@@ -338,7 +338,7 @@ impl Output {
         }
     }
 
-    fn listen(&self, socket: &UdpSocket, mut door: Door, z_up: bool) {
+    fn listen(&self, socket: &UdpSocket, mut admittance: Admittance, z_up: bool) {
         // Larger than any datagram.
         let mut packet = vec![0; 1 << 16];
         let mut messages = Vec::new();
@@ -347,7 +347,7 @@ impl Output {
             let Ok((length, from)) = socket.recv_from(&mut packet) else { continue };
             let packet = &packet[..length];
             let now = Instant::now();
-            match door.admit(from, packet, now) {
+            match admittance.admit(from, packet, now) {
                 Admission::Read => {}
                 Admission::Refused => {
                     self.shared.tally().counts.refused += 1;
@@ -360,7 +360,7 @@ impl Output {
             }
             self.read_packet(packet, z_up, &mut messages);
             if !messages.is_empty() {
-                door.note_understood(from, now);
+                admittance.note_understood(from, now);
             }
             self.note_dropped(messages.len().saturating_sub(MESSAGES_A_DATAGRAM) as u64);
             messages.drain(..).take(MESSAGES_A_DATAGRAM).for_each(|message| self.pass_on(from, message));

@@ -1,6 +1,6 @@
 use super::{
     numbers,
-    wishes::{Ask, Wishes},
+    panel_commands::{PanelCommands, PathPurpose},
 };
 use crate::{
     command::Command, drawing_aids::Aids, layers::LayerChoice, occlusion_steps::StepsEdit, studio::Studio,
@@ -71,64 +71,68 @@ impl Action {
     }
 
     /// Performs the action, or queues it until all panels are laid out.
-    pub(super) fn perform(&self, studio: &Studio, wishes: &mut Wishes) {
+    pub(super) fn perform(&self, studio: &Studio, panel_commands: &mut PanelCommands) {
         if !self.is_possible(studio) {
             return;
         }
         match self {
-            Self::Do(command) => wishes.commands.push(command.clone()),
-            Self::ToggleFreeze => wishes.commands.push(Command::Freeze(!studio.is_frozen())),
+            Self::Do(command) => panel_commands.commands.push(command.clone()),
+            Self::ToggleFreeze => panel_commands.commands.push(Command::Freeze(!studio.is_frozen())),
             Self::NextIndex => {
                 let next = next_of(IndexKind::ALL, studio.culling().kind());
-                wishes.commands.push(Command::Index(next));
+                panel_commands.commands.push(Command::Index(next));
             }
             Self::NextOcclusion => {
                 let next = next_of(&numbers::sound_occlusion(), studio.culling().occlusion());
-                wishes.commands.push(Command::Occlusion(next));
+                panel_commands.commands.push(Command::Occlusion(next));
             }
             Self::Save if studio.session().journal().is_named() && !studio.session().is_read_only() => {
-                wishes.commands.push(Command::Save);
+                panel_commands.commands.push(Command::Save);
             }
-            Self::Save => wishes.ask = Some(Ask::SaveAs),
-            Self::AskOpen => wishes.ask = Some(Ask::Open),
-            Self::AskSaveAs => wishes.ask = Some(Ask::SaveAs),
-            Self::AskExport => wishes.ask = Some(Ask::Export),
-            Self::AskExportTilt => wishes.ask = Some(Ask::ExportTilt),
-            Self::AskPicture => wishes.ask = Some(Ask::Picture),
+            Self::Save => panel_commands.ask = Some(PathPurpose::SaveAs),
+            Self::AskOpen => panel_commands.ask = Some(PathPurpose::Open),
+            Self::AskSaveAs => panel_commands.ask = Some(PathPurpose::SaveAs),
+            Self::AskExport => panel_commands.ask = Some(PathPurpose::Export),
+            Self::AskExportTilt => panel_commands.ask = Some(PathPurpose::ExportTilt),
+            Self::AskPicture => panel_commands.ask = Some(PathPurpose::Picture),
             Self::TogglePlay => {
                 if let Some(replay) = studio.session().replay() {
-                    wishes.commands.push(Command::Play(!replay.is_playing()));
+                    panel_commands.commands.push(Command::Play(!replay.is_playing()));
                 }
             }
             Self::TogglePyramid => {
                 let layers = studio.layers();
-                wishes.commands.push(Command::Layers(LayerChoice { pyramid: !layers.pyramid, ..layers }));
+                panel_commands
+                    .commands
+                    .push(Command::Layers(LayerChoice { pyramid: !layers.pyramid, ..layers }));
             }
             Self::ToggleSteps => {
-                wishes.commands.push(Command::Steps(StepsEdit::Show(studio.steps().is_none())));
+                panel_commands.commands.push(Command::Steps(StepsEdit::Show(studio.steps().is_none())));
             }
             Self::ToggleStraight => {
                 let aids = studio.aids();
-                wishes.commands.push(Command::Aids(Aids { straight: !aids.straight, ..aids }));
+                panel_commands.commands.push(Command::Aids(Aids { straight: !aids.straight, ..aids }));
             }
             Self::ToggleMirror => {
                 let aids = studio.aids();
                 let mirror_x = if aids.mirror_x.is_none() { Some(0.0) } else { None };
-                wishes.commands.push(Command::Aids(Aids { mirror_x, ..aids }));
+                panel_commands.commands.push(Command::Aids(Aids { mirror_x, ..aids }));
             }
             Self::ToggleScreenWidth => {
                 let aids = studio.aids();
                 let width_px = if aids.width_px.is_none() { Some(studio.width_px()) } else { None };
-                wishes.commands.push(Command::Aids(Aids { width_px, ..aids }));
+                panel_commands.commands.push(Command::Aids(Aids { width_px, ..aids }));
             }
-            Self::ToggleBrushes => wishes.brushes = true,
-            Self::TogglePanel => wishes.panel = !wishes.panel,
-            Self::ToggleHelp => wishes.help = !wishes.help,
-            Self::ToggleFullscreen => wishes.fullscreen = !wishes.fullscreen,
-            Self::Escape if wishes.help => wishes.help = false,
-            Self::Escape if studio.is_working() => wishes.commands.push(Command::CancelWork),
-            Self::Escape if !studio.selection().is_empty() => wishes.commands.push(Command::SelectNone),
-            Self::Escape => wishes.fullscreen = false,
+            Self::ToggleBrushes => panel_commands.brushes = true,
+            Self::TogglePanel => panel_commands.panel = !panel_commands.panel,
+            Self::ToggleHelp => panel_commands.help = !panel_commands.help,
+            Self::ToggleFullscreen => panel_commands.fullscreen = !panel_commands.fullscreen,
+            Self::Escape if panel_commands.help => panel_commands.help = false,
+            Self::Escape if studio.is_working() => panel_commands.commands.push(Command::CancelWork),
+            Self::Escape if !studio.selection().is_empty() => {
+                panel_commands.commands.push(Command::SelectNone)
+            }
+            Self::Escape => panel_commands.fullscreen = false,
         }
     }
 }

@@ -1,6 +1,6 @@
 use egui::{CollapsingHeader, Color32, Sense, Ui, Vec2};
 
-use super::wishes::Wishes;
+use super::panel_commands::PanelCommands;
 use crate::{command::Command, layers::LayerChoice, studio::Studio};
 use osp_session::recording::Author;
 
@@ -10,7 +10,7 @@ const MOST_SHOWN: usize = 100;
 const MOST_BYTES: usize = 40;
 
 /// The authors of a shared session, with their colours; nothing for a session without authors.
-pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+pub(super) fn show(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     let scene = studio.scene();
     let count = scene.authors().count();
     if count == 0 {
@@ -23,7 +23,7 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             let mut is_shown = layers.authors;
             let choice = ui.checkbox(&mut is_shown, "colour by author");
             if choice.on_hover_text("show every stroke in the colour of its author").changed() {
-                wishes.commands.push(Command::Layers(LayerChoice { authors: is_shown, ..layers }));
+                panel_commands.commands.push(Command::Layers(LayerChoice { authors: is_shown, ..layers }));
             }
             for (author, info) in scene.authors().take(MOST_SHOWN) {
                 ui.horizontal(|ui| {

@@ -6,7 +6,7 @@ use egui::{
     WidgetInfo, style::ScrollStyle, vec2,
 };
 
-use super::wishes::Wishes;
+use super::panel_commands::PanelCommands;
 use crate::{command::Command, studio::Studio};
 use osp_session::brush::{self, Brush, Draw, Family};
 
@@ -110,7 +110,7 @@ impl BrushList {
     }
 
     /// Shows the button and the list for the brush of ribbons.
-    pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
         let chosen = studio.brush().paint();
         let name = chosen.map_or("plain", |brush| brush.name.as_str());
         let label = ui.label("brush (B)");
@@ -126,7 +126,7 @@ impl BrushList {
             info
         });
         let response = response.labelled_by(label.id);
-        let toggle = wishes.brushes && ui.is_enabled();
+        let toggle = panel_commands.brushes && ui.is_enabled();
         // A click into the filter text leaves the list open.
         let popup = Popup::from_toggle_button_response(&response)
             .close_behavior(PopupCloseBehavior::CloseOnClickOutside);
@@ -143,7 +143,7 @@ impl BrushList {
             let list = ScrollArea::vertical().max_height((room - 30.0).min(560.0)).auto_shrink([false, true]);
             let choice = list.show(ui, |ui| self.rows(ui, studio, is_moved || is_new)).inner;
             if let Some(choice) = choice {
-                wishes.commands.push(Command::Paint(choice));
+                panel_commands.commands.push(Command::Paint(choice));
                 ui.close();
             }
         });

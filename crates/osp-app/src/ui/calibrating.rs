@@ -3,7 +3,7 @@
 use egui::{Align2, ComboBox, Context, Window};
 use glam::Vec3;
 
-use super::wishes::Wishes;
+use super::panel_commands::PanelCommands;
 use crate::{command::Command, studio::Studio, tracker::Received};
 use osp_session::{
     platform::time::Instant,
@@ -28,7 +28,12 @@ pub(super) struct Calibrating {
 
 impl Calibrating {
     /// Shows the dialog; returns whether it continues.
-    pub(super) fn show(&mut self, ctx: &Context, studio: &Studio, wishes: &mut Wishes) -> bool {
+    pub(super) fn show(
+        &mut self,
+        ctx: &Context,
+        studio: &Studio,
+        panel_commands: &mut PanelCommands,
+    ) -> bool {
         let Some(rig) = studio.room().rig() else { return false };
         let mut is_open = true;
         let pressed = |key| ctx.input_mut(|input| input.consume_key(egui::Modifiers::NONE, key));
@@ -97,7 +102,7 @@ impl Calibrating {
                     Some(Err(expected)) => {
                         ui.colored_label(ui.visuals().error_fg_color, format!("expected {expected}"));
                     }
-                    Some(Ok(found)) => is_done |= result(ui, &found, wishes),
+                    Some(Ok(found)) => is_done |= result(ui, &found, panel_commands),
                 }
             });
         is_open && !is_done
@@ -112,7 +117,7 @@ impl Calibrating {
 }
 
 /// Shows the result. Returns whether the user has accepted it.
-fn result(ui: &mut egui::Ui, found: &Calibration, wishes: &mut Wishes) -> bool {
+fn result(ui: &mut egui::Ui, found: &Calibration, panel_commands: &mut PanelCommands) -> bool {
     let error = format!("The points fit the corners to {:.0} mm.", found.error_m * 1000.0);
     match found.error_m <= GOOD_M {
         true => ui.label(error),
@@ -138,7 +143,7 @@ fn result(ui: &mut egui::Ui, found: &Calibration, wishes: &mut Wishes) -> bool {
         }
         let is_taken = ui.button("Use it now").clicked();
         if is_taken {
-            wishes.commands.push(Command::Calibrate(found.room_from_tracker));
+            panel_commands.commands.push(Command::Calibrate(found.room_from_tracker));
         }
         is_taken
     })

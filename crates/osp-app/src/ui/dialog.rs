@@ -8,7 +8,7 @@ use egui::{
     text::{CCursor, CCursorRange},
 };
 
-use super::wishes::{ALARM, Ask};
+use super::panel_commands::{ALARM, PathPurpose};
 use crate::{command::Command, studio::Studio};
 use osp_session::platform::fs;
 
@@ -16,7 +16,7 @@ use osp_session::platform::fs;
 /// For a desktop portal this is unknown, and one question too many is better than a lost file.
 const ASKS_ITSELF: bool = cfg!(any(windows, target_os = "macos"));
 
-impl Ask {
+impl PathPurpose {
     fn title(self) -> &'static str {
         match self {
             Self::Open => "Open a session",
@@ -77,17 +77,17 @@ fn with_ending(path: PathBuf, ending: &str) -> PathBuf {
 
 /// Suggested path of a file: the session's own file, or a file with its name beside it; for an unnamed session, a file
 /// in the home folder.
-fn suggestion(ask: Ask, studio: &Studio) -> PathBuf {
+fn suggestion(ask: PathPurpose, studio: &Studio) -> PathBuf {
     let ending = match ask {
-        Ask::Open | Ask::SaveAs => "ron",
-        Ask::Export => "glb",
-        Ask::ExportTilt => "tilt",
-        Ask::Picture => "png",
+        PathPurpose::Open | PathPurpose::SaveAs => "ron",
+        PathPurpose::Export => "glb",
+        PathPurpose::ExportTilt => "tilt",
+        PathPurpose::Picture => "png",
     };
     let session = studio.session();
     match session.journal().is_named() {
         // The suggested path must not replace a sketch that is open read-only.
-        true if ask == Ask::ExportTilt && session.is_read_only() => {
+        true if ask == PathPurpose::ExportTilt && session.is_read_only() => {
             let stem = session.path().file_stem().unwrap_or_default().to_string_lossy();
             session.path().with_file_name(format!("{stem}-copy.tilt"))
         }
@@ -117,7 +117,7 @@ fn select_all(ctx: &Context, edit: egui::Id, text: &str) {
 /// A dialog for a path, which is typed, or chosen in the system's dialog if there is one.
 #[derive(Debug)]
 pub(super) struct PathDialog {
-    ask: Ask,
+    ask: PathPurpose,
     text: String,
     is_new: bool,
     /// Reason of the last failure.
@@ -135,9 +135,9 @@ pub(super) enum Answer {
 
 impl PathDialog {
     /// A dialog that suggests a path: the session's name beside its file; an empty path for opening a session.
-    pub(super) fn new(ask: Ask, studio: &Studio) -> Self {
+    pub(super) fn new(ask: PathPurpose, studio: &Studio) -> Self {
         let text = match ask {
-            Ask::Open => String::new(),
+            PathPurpose::Open => String::new(),
             _ => suggestion(ask, studio).display().to_string(),
         };
         Self { ask, text, is_new: true, reason: None, chosen: None }
@@ -226,13 +226,13 @@ impl PathDialog {
         let dialog = move || {
             let dialog = rfd::FileDialog::new().set_title(ask.title());
             let path = match ask {
-                Ask::Open => dialog
+                PathPurpose::Open => dialog
                     .add_filter("sessions", &["ron", "zst", "tilt", "apa", "json", "poses", "obj", "gz"])
                     .pick_file(),
-                Ask::SaveAs => dialog.add_filter("recording", &["ron"]).save_file(),
-                Ask::Export => dialog.add_filter("binary glTF", &["glb"]).save_file(),
-                Ask::ExportTilt => dialog.add_filter("Tilt Brush", &["tilt"]).save_file(),
-                Ask::Picture => dialog.add_filter("picture", &["png"]).save_file(),
+                PathPurpose::SaveAs => dialog.add_filter("recording", &["ron"]).save_file(),
+                PathPurpose::Export => dialog.add_filter("binary glTF", &["glb"]).save_file(),
+                PathPurpose::ExportTilt => dialog.add_filter("Tilt Brush", &["tilt"]).save_file(),
+                PathPurpose::Picture => dialog.add_filter("picture", &["png"]).save_file(),
             };
             // The receiver is gone if the window was closed meanwhile.
             let _ = sender.send(path);

@@ -1,6 +1,6 @@
 use egui::{Button, Ui};
 
-use super::{actions::Action, keys::SHORTCUTS, wishes::Wishes};
+use super::{actions::Action, keys::SHORTCUTS, panel_commands::PanelCommands};
 use crate::studio::Studio;
 
 /// A menu entry with its shortcut.
@@ -9,7 +9,7 @@ pub(super) fn entry(
     name: &str,
     action: Action,
     studio: &Studio,
-    wishes: &mut Wishes,
+    panel_commands: &mut PanelCommands,
 ) -> egui::Response {
     let mut button = Button::new(name);
     if let Some(shortcut) = SHORTCUTS.iter().find(|shortcut| shortcut.action == action) {
@@ -17,7 +17,7 @@ pub(super) fn entry(
     }
     let response = ui.add_enabled(action.is_possible(studio), button);
     if response.clicked() {
-        action.perform(studio, wishes);
+        action.perform(studio, panel_commands);
         ui.close();
     }
     response

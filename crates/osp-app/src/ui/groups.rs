@@ -1,7 +1,7 @@
 use egui::{Button, DragValue, RichText, TextEdit, Ui};
 use glam::Vec3;
 
-use super::wishes::Wishes;
+use super::panel_commands::PanelCommands;
 use crate::{command::Command, groups::Placing, studio::Studio};
 use osp_session::{
     recording::{Event, GroupId},
@@ -25,7 +25,7 @@ pub(super) struct GroupList {
 }
 
 impl GroupList {
-    pub(super) fn show(&mut self, ui: &mut Ui, studio: &mut Studio, wishes: &mut Wishes) {
+    pub(super) fn show(&mut self, ui: &mut Ui, studio: &mut Studio, panel_commands: &mut PanelCommands) {
         let groups = studio.group_tree();
         let can_group = studio.can(&Command::GroupSelected);
         if ui
@@ -33,7 +33,7 @@ impl GroupList {
             .on_hover_text("make a group of the selection; select it in the list below, drag it, name it")
             .clicked()
         {
-            wishes.commands.push(Command::GroupSelected);
+            panel_commands.commands.push(Command::GroupSelected);
         }
         let selected = studio.selected_group();
         for node in groups.iter().take(MOST_SHOWN) {
@@ -42,7 +42,7 @@ impl GroupList {
                 let row = ui.selectable_label(selected == Some(node.id), name_of(node));
                 let hint = format!("{} strokes, {} polygons", node.strokes, node.polygons);
                 if row.on_hover_text(hint).clicked() {
-                    wishes.commands.push(Command::SelectGroup(node.id));
+                    panel_commands.commands.push(Command::SelectGroup(node.id));
                 }
             });
         }
@@ -51,12 +51,12 @@ impl GroupList {
         }
         let node = groups.iter().find(|node| Some(node.id) == selected);
         if let Some(node) = node.filter(|_| studio.can_draw()) {
-            self.name(ui, node, wishes);
-            self.place(ui, node, wishes);
+            self.name(ui, node, panel_commands);
+            self.place(ui, node, panel_commands);
         }
     }
 
-    fn name(&mut self, ui: &mut Ui, node: &GroupNode, wishes: &mut Wishes) {
+    fn name(&mut self, ui: &mut Ui, node: &GroupNode, panel_commands: &mut PanelCommands) {
         let known = node.name.clone().unwrap_or_default();
         let mut name = match self.name.take() {
             Some((of, name)) if of == node.id => name,
@@ -67,13 +67,13 @@ impl GroupList {
             TextEdit::singleline(&mut name).char_limit(Event::MAX_GROUP_NAME_BYTES / 4).desired_width(140.0);
         let response = ui.add(edit).labelled_by(label.id);
         if response.lost_focus() && name != known {
-            wishes.commands.push(Command::NameGroup(node.id, name));
+            panel_commands.commands.push(Command::NameGroup(node.id, name));
         } else if response.has_focus() {
             self.name = Some((node.id, name));
         }
     }
 
-    fn place(&mut self, ui: &mut Ui, node: &GroupNode, wishes: &mut Wishes) {
+    fn place(&mut self, ui: &mut Ui, node: &GroupNode, panel_commands: &mut PanelCommands) {
         let mut placing = match self.placing.take() {
             Some((of, placing)) if of == node.id => placing,
             _ => Placing::STAY,
@@ -117,7 +117,7 @@ impl GroupList {
         });
         placing.scale = percent / 100.0;
         if is_done && placing != Placing::STAY {
-            wishes.commands.push(Command::PlaceGroup(node.id, Placing { axis: *axis, ..placing }));
+            panel_commands.commands.push(Command::PlaceGroup(node.id, Placing { axis: *axis, ..placing }));
         } else if is_changing {
             self.placing = Some((node.id, placing));
         }

@@ -1,6 +1,6 @@
 use egui::{Button, ComboBox, Slider, Ui, emath::Numeric};
 
-use super::wishes::Wishes;
+use super::panel_commands::PanelCommands;
 use crate::{command::Command, studio::Studio};
 use osp_rivals::{CutNodes, IndexKind, IndexSetting, IndexSettings};
 
@@ -14,7 +14,7 @@ pub(super) struct IndexSettingsPanel {
 impl IndexSettingsPanel {
     /// Shows the settings that the index has; nothing for an index without settings. The model is inserted again only
     /// when they are applied, because this takes long for a large model.
-    pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
         let (kind, applied) = (studio.culling().kind(), *studio.culling().index_settings());
         let has = |setting: &IndexSetting| kind.has(*setting);
         if !IndexSetting::ALL.iter().any(has) {
@@ -26,7 +26,7 @@ impl IndexSettingsPanel {
         }
         ui.horizontal(|ui| {
             if ui.add_enabled(settings != applied, Button::new("Apply")).clicked() {
-                wishes.commands.push(Command::IndexSettings(settings));
+                panel_commands.commands.push(Command::IndexSettings(settings));
             }
             let usual = IndexSettings::default();
             if ui.add_enabled(settings != usual, Button::new("Defaults")).clicked() {

@@ -22,12 +22,12 @@ use super::{
     numbers::{self, Measured},
     occlusion_steps,
     paint_layers::LayerList,
+    panel_commands::PanelCommands,
     questions,
     recent::RecentList,
     replay_bar, room,
     selected::SelectionPanel,
     tools,
-    wishes::Wishes,
 };
 use crate::{
     command::Command,
@@ -139,16 +139,16 @@ impl Interface {
 
     /// Lays out the interface, executes the user's commands, and returns the model's part of the window, in points.
     pub fn show(&mut self, ui: &mut Ui, studio: &mut Studio) -> Rect {
-        let mut wishes = Wishes {
+        let mut panel_commands = PanelCommands {
             panel: self.shows_panel,
             help: self.shows_help,
             fullscreen: self.is_fullscreen,
-            ..Wishes::default()
+            ..PanelCommands::default()
         };
         self.settle(ui.ctx(), studio);
-        self.shortcuts(ui, studio, &mut wishes);
+        self.shortcuts(ui, studio, &mut panel_commands);
         if self.dialog.is_none() && studio.question().is_none() {
-            take_dropped(ui, &mut wishes);
+            take_dropped(ui, &mut panel_commands);
         }
         let is_narrow = ui.available_width() < NARROW;
         let is_looking = studio.tool() == ToolChoice::Look;
@@ -157,35 +157,35 @@ impl Interface {
                 if is_narrow && !is_looking {
                     ui.toggle_value(&mut self.shows_tools, "Tools");
                 }
-                menu::show(ui, studio, &mut self.settings, &mut self.recent, &mut wishes);
-                menu::mode(ui, studio, &mut wishes);
+                menu::show(ui, studio, &mut self.settings, &mut self.recent, &mut panel_commands);
+                menu::mode(ui, studio, &mut panel_commands);
             });
         });
         Panel::bottom("status").resizable(false).show(ui, |ui| {
             if let Some(replay) = studio.session().replay() {
-                replay_bar::show(ui, replay, studio.follows_replay_camera(), &mut wishes);
+                replay_bar::show(ui, replay, studio.follows_replay_camera(), &mut panel_commands);
             }
             if !studio.is_reading() {
-                work(ui, studio, &mut wishes);
+                work(ui, studio, &mut panel_commands);
             }
             status(ui, studio);
         });
         if studio.room().rig().is_some() || studio.tracker().is_some() {
             Panel::bottom("room").resizable(false).show(ui, |ui| {
                 ScrollArea::horizontal()
-                    .show(ui, |ui| room::show(ui, studio, &mut self.calibrating, &mut wishes));
+                    .show(ui, |ui| room::show(ui, studio, &mut self.calibrating, &mut panel_commands));
             });
         }
         if let Some(steps) = studio.steps() {
             Panel::bottom("occlusion steps").resizable(false).show(ui, |ui| {
                 let is_frozen = studio.is_frozen();
                 ScrollArea::horizontal()
-                    .show(ui, |ui| occlusion_steps::show(ui, steps, is_frozen, &mut wishes));
+                    .show(ui, |ui| occlusion_steps::show(ui, steps, is_frozen, &mut panel_commands));
             });
         }
         let is_aside = self.dialog.is_some() || studio.question().is_some();
         if let Some(calibrating) = self.calibrating.as_mut().filter(|_| !is_aside) {
-            let goes_on = calibrating.show(ui.ctx(), studio, &mut wishes);
+            let goes_on = calibrating.show(ui.ctx(), studio, &mut panel_commands);
             if !goes_on {
                 self.calibrating = None;
             }
@@ -194,17 +194,17 @@ impl Interface {
         if (self.shows_tools || !is_narrow) && !is_looking {
             Panel::left("tools").resizable(false).exact_size(168.0).show(ui, |ui| {
                 ScrollArea::vertical().show(ui, |ui| {
-                    tools::show(ui, studio, &mut self.brushes, &mut wishes);
+                    tools::show(ui, studio, &mut self.brushes, &mut panel_commands);
                     ui.separator();
-                    authors::show(ui, studio, &mut wishes);
-                    self.selected.show(ui, studio, &mut wishes);
-                    self.groups.show(ui, studio, &mut wishes);
+                    authors::show(ui, studio, &mut panel_commands);
+                    self.selected.show(ui, studio, &mut panel_commands);
+                    self.groups.show(ui, studio, &mut panel_commands);
                     ui.separator();
-                    self.layers.show(ui, studio, &mut wishes);
+                    self.layers.show(ui, studio, &mut panel_commands);
                 });
             });
         }
-        if wishes.panel {
+        if panel_commands.panel {
             Panel::right("numbers").resizable(false).exact_size(268.0).show(ui, |ui| {
                 let measured = Measured {
                     history: &self.history,
@@ -214,7 +214,7 @@ impl Interface {
                 };
                 let settings = &mut self.index_settings;
                 ScrollArea::vertical()
-                    .show(ui, |ui| numbers::show(ui, studio, &measured, settings, &mut wishes));
+                    .show(ui, |ui| numbers::show(ui, studio, &measured, settings, &mut panel_commands));
             });
         }
         let area = ui.available_rect_before_wrap();
@@ -225,35 +225,36 @@ impl Interface {
         occlusion_steps::show_names(ui, area, studio);
         #[cfg(feature = "live")]
         others::show(ui, area, studio);
-        if wishes.help {
-            help(ui, &mut wishes.help);
+        if panel_commands.help {
+            help(ui, &mut panel_commands.help);
         }
         if studio.is_reading() && studio.work_shown().is_some() {
-            egui::Modal::new(egui::Id::unique("reading")).show(ui.ctx(), |ui| work(ui, studio, &mut wishes));
+            egui::Modal::new(egui::Id::unique("reading"))
+                .show(ui.ctx(), |ui| work(ui, studio, &mut panel_commands));
         }
         if studio.question().is_none() {
-            questions::trouble(ui.ctx(), studio, &mut wishes);
+            questions::trouble(ui.ctx(), studio, &mut panel_commands);
         }
-        self.question(ui.ctx(), studio, &mut wishes);
-        self.take_wishes(ui, studio, wishes);
+        self.question(ui.ctx(), studio, &mut panel_commands);
+        self.take_wishes(ui, studio, panel_commands);
         area
     }
 
-    fn question(&mut self, ctx: &Context, studio: &Studio, wishes: &mut Wishes) {
+    fn question(&mut self, ctx: &Context, studio: &Studio, panel_commands: &mut PanelCommands) {
         let asked = studio.question();
         let is_new = self.asked.as_ref() != asked;
         if is_new {
             self.asked = asked.cloned();
         }
         if let Some(question) = asked {
-            questions::question(ctx, question, is_new, wishes);
+            questions::question(ctx, question, is_new, panel_commands);
         }
     }
 
-    fn take_wishes(&mut self, ui: &Ui, studio: &mut Studio, wishes: Wishes) {
-        (self.shows_panel, self.shows_help) = (wishes.panel, wishes.help);
-        self.is_fullscreen = wishes.fullscreen;
-        if let Some(ask) = wishes.ask {
+    fn take_wishes(&mut self, ui: &Ui, studio: &mut Studio, panel_commands: PanelCommands) {
+        (self.shows_panel, self.shows_help) = (panel_commands.panel, panel_commands.help);
+        self.is_fullscreen = panel_commands.fullscreen;
+        if let Some(ask) = panel_commands.ask {
             // An earlier result must not be taken for the result of this dialog.
             studio.take_file_outcome();
             self.dialog = Some(PathDialog::new(ask, studio));
@@ -277,10 +278,10 @@ impl Interface {
             (Some(Err(reason)), Some(dialog)) => dialog.fail(reason),
             _ => {}
         }
-        if let Some(follow) = wishes.follow_camera {
+        if let Some(follow) = panel_commands.follow_camera {
             studio.follow_replay_camera(follow);
         }
-        for command in wishes.commands {
+        for command in panel_commands.commands {
             // The dialog belonged to the previous session.
             if matches!(command, Command::New | Command::Open(_) | Command::OpenAs(..)) {
                 self.dialog = None;
@@ -319,10 +320,10 @@ impl Interface {
         }
     }
 
-    fn shortcuts(&mut self, ui: &Ui, studio: &mut Studio, wishes: &mut Wishes) {
+    fn shortcuts(&mut self, ui: &Ui, studio: &mut Studio, panel_commands: &mut PanelCommands) {
         if studio.is_reading() {
             if ui.input(|input| input.key_pressed(egui::Key::Escape)) {
-                wishes.commands.push(Command::CancelWork);
+                panel_commands.commands.push(Command::CancelWork);
             }
             return;
         }
@@ -337,7 +338,7 @@ impl Interface {
             // The shortcut is consumed even if it has no effect now, so that the same key with fewer modifiers does not
             // act.
             if !is_taken && ui.input_mut(|input| input.consume_shortcut(&shortcut.keys)) {
-                shortcut.action.perform(studio, wishes);
+                shortcut.action.perform(studio, panel_commands);
             }
         }
         // A desktop reports these keys as separate events.
@@ -350,7 +351,7 @@ impl Interface {
             })
         });
         if let Some(command) = clipped {
-            Action::Do(command).perform(studio, wishes);
+            Action::Do(command).perform(studio, panel_commands);
         }
         studio.set_flight(flight(ui));
     }
@@ -379,9 +380,9 @@ impl Interface {
 }
 
 /// Opens a file that was dropped on the window.
-fn take_dropped(ui: &Ui, wishes: &mut Wishes) {
+fn take_dropped(ui: &Ui, panel_commands: &mut PanelCommands) {
     let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
-    wishes.commands.extend(dropped.map(Command::Open));
+    panel_commands.commands.extend(dropped.map(Command::Open));
 }
 
 /// The flight direction from the pressed keys: right, up, back.
@@ -399,7 +400,7 @@ fn flight(ui: &Ui) -> Vec3 {
 }
 
 /// Shows the progress of background work.
-fn work(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+fn work(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     let Some(shown) = studio.work_shown() else { return };
     ui.horizontal(|ui| {
         // No spinner, because it would request continuous frames, which take time from the work.
@@ -407,7 +408,7 @@ fn work(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             ui.add(egui::ProgressBar::new(part).desired_width(120.0).show_percentage());
         }
         if ui.button("Cancel").clicked() {
-            wishes.commands.push(Command::CancelWork);
+            panel_commands.commands.push(Command::CancelWork);
         }
         ui.label(shown.text);
     });

@@ -4,8 +4,8 @@ use super::{
     actions::Action,
     entry::entry,
     keys::{LARGER, SMALLER, TURN_LEFT, TURN_RIGHT},
+    panel_commands::PanelCommands,
     recent::RecentList,
-    wishes::Wishes,
 };
 use crate::{
     altering::Altering,
@@ -22,18 +22,20 @@ pub(super) fn show(
     studio: &Studio,
     settings: &mut Settings,
     recent: &mut RecentList,
-    wishes: &mut Wishes,
+    panel_commands: &mut PanelCommands,
 ) {
     MenuBar::new().ui(ui, |ui| {
-        ui.menu_button("File", |ui| file(ui, studio, settings, recent, wishes));
-        ui.menu_button("Edit", |ui| edit(ui, studio, wishes));
-        ui.menu_button("View", |ui| view(ui, studio, settings, wishes));
-        ui.menu_button("Help", |ui| entry(ui, "Keys and pointer", Action::ToggleHelp, studio, wishes));
+        ui.menu_button("File", |ui| file(ui, studio, settings, recent, panel_commands));
+        ui.menu_button("Edit", |ui| edit(ui, studio, panel_commands));
+        ui.menu_button("View", |ui| view(ui, studio, settings, panel_commands));
+        ui.menu_button("Help", |ui| {
+            entry(ui, "Keys and pointer", Action::ToggleHelp, studio, panel_commands)
+        });
     });
 }
 
 /// A button that shows the tools, to draw, or hides them, to look.
-pub(super) fn mode(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+pub(super) fn mode(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     if !studio.can_draw() {
         return;
     }
@@ -45,70 +47,76 @@ pub(super) fn mode(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         let fill = if is_looking { ui.visuals().selection.bg_fill } else { Color32::TRANSPARENT };
         if ui.add(Button::new(name).fill(fill)).on_hover_text(hint).clicked() {
-            wishes.commands.push(Command::Tool(tool));
+            panel_commands.commands.push(Command::Tool(tool));
         }
     });
 }
 
-fn file(ui: &mut Ui, studio: &Studio, settings: &Settings, recent: &mut RecentList, wishes: &mut Wishes) {
-    entry(ui, "New", Action::Do(Command::New), studio, wishes);
-    entry(ui, "Open…", Action::AskOpen, studio, wishes);
-    recent.show(ui, settings, studio, wishes);
+fn file(
+    ui: &mut Ui,
+    studio: &Studio,
+    settings: &Settings,
+    recent: &mut RecentList,
+    panel_commands: &mut PanelCommands,
+) {
+    entry(ui, "New", Action::Do(Command::New), studio, panel_commands);
+    entry(ui, "Open…", Action::AskOpen, studio, panel_commands);
+    recent.show(ui, settings, studio, panel_commands);
     ui.separator();
-    entry(ui, "Save", Action::Save, studio, wishes);
-    entry(ui, "Save as…", Action::AskSaveAs, studio, wishes);
-    entry(ui, "Export glTF…", Action::AskExport, studio, wishes);
-    entry(ui, "Export .tilt…", Action::AskExportTilt, studio, wishes)
+    entry(ui, "Save", Action::Save, studio, panel_commands);
+    entry(ui, "Save as…", Action::AskSaveAs, studio, panel_commands);
+    entry(ui, "Export glTF…", Action::AskExport, studio, panel_commands);
+    entry(ui, "Export .tilt…", Action::AskExportTilt, studio, panel_commands)
         .on_hover_text("a sketch for Tilt Brush and Open Brush");
     let frames = if studio.writes_frames() { "End writing frames" } else { "Write frames" };
-    entry(ui, frames, Action::Do(Command::Frames), studio, wishes)
+    entry(ui, frames, Action::Do(Command::Frames), studio, panel_commands)
         .on_hover_text("each frame becomes a numbered picture, for a video");
-    entry(ui, "Save picture…", Action::AskPicture, studio, wishes);
+    entry(ui, "Save picture…", Action::AskPicture, studio, panel_commands);
     ui.separator();
-    entry(ui, "Discard…", Action::Do(Command::Discard), studio, wishes)
+    entry(ui, "Discard…", Action::Do(Command::Discard), studio, panel_commands)
         .on_hover_text("throw away everything drawn since the session was opened or saved under a name");
-    entry(ui, "Quit", Action::Do(Command::Quit), studio, wishes);
+    entry(ui, "Quit", Action::Do(Command::Quit), studio, panel_commands);
 }
 
-fn edit(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
-    entry(ui, "Undo", Action::Do(Command::Undo), studio, wishes);
-    entry(ui, "Redo", Action::Do(Command::Redo), studio, wishes);
+fn edit(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
+    entry(ui, "Undo", Action::Do(Command::Undo), studio, panel_commands);
+    entry(ui, "Redo", Action::Do(Command::Redo), studio, panel_commands);
     ui.separator();
-    entry(ui, "Cut", Action::Do(Command::Cut), studio, wishes);
-    entry(ui, "Copy", Action::Do(Command::Copy), studio, wishes);
-    entry(ui, "Paste", Action::Do(Command::Paste), studio, wishes);
-    entry(ui, "Duplicate", Action::Do(Command::Duplicate), studio, wishes);
-    entry(ui, "Erase selection", Action::Do(Command::EraseSelected), studio, wishes);
-    entry(ui, "Group selection", Action::Do(Command::GroupSelected), studio, wishes);
+    entry(ui, "Cut", Action::Do(Command::Cut), studio, panel_commands);
+    entry(ui, "Copy", Action::Do(Command::Copy), studio, panel_commands);
+    entry(ui, "Paste", Action::Do(Command::Paste), studio, panel_commands);
+    entry(ui, "Duplicate", Action::Do(Command::Duplicate), studio, panel_commands);
+    entry(ui, "Erase selection", Action::Do(Command::EraseSelected), studio, panel_commands);
+    entry(ui, "Group selection", Action::Do(Command::GroupSelected), studio, panel_commands);
     ui.menu_button("Change selection", |ui| {
         let alter = |altering| Action::Do(Command::Alter(altering));
-        entry(ui, "Colour of the brush", alter(Altering::Color), studio, wishes);
-        entry(ui, "Width of the brush", alter(Altering::Width), studio, wishes);
-        entry(ui, "Turn left", Action::Do(TURN_LEFT), studio, wishes);
-        entry(ui, "Turn right", Action::Do(TURN_RIGHT), studio, wishes);
-        entry(ui, "Larger", Action::Do(LARGER), studio, wishes);
-        entry(ui, "Smaller", Action::Do(SMALLER), studio, wishes);
-        entry(ui, "Mirror", alter(Altering::Mirror), studio, wishes);
+        entry(ui, "Colour of the brush", alter(Altering::Color), studio, panel_commands);
+        entry(ui, "Width of the brush", alter(Altering::Width), studio, panel_commands);
+        entry(ui, "Turn left", Action::Do(TURN_LEFT), studio, panel_commands);
+        entry(ui, "Turn right", Action::Do(TURN_RIGHT), studio, panel_commands);
+        entry(ui, "Larger", Action::Do(LARGER), studio, panel_commands);
+        entry(ui, "Smaller", Action::Do(SMALLER), studio, panel_commands);
+        entry(ui, "Mirror", alter(Altering::Mirror), studio, panel_commands);
     });
     ui.menu_button("Drawing", |ui| {
-        entry(ui, "Straight lines", Action::ToggleStraight, studio, wishes);
-        entry(ui, "Mirror while drawing", Action::ToggleMirror, studio, wishes);
-        entry(ui, "Width on the screen", Action::ToggleScreenWidth, studio, wishes);
+        entry(ui, "Straight lines", Action::ToggleStraight, studio, panel_commands);
+        entry(ui, "Mirror while drawing", Action::ToggleMirror, studio, panel_commands);
+        entry(ui, "Width on the screen", Action::ToggleScreenWidth, studio, panel_commands);
     });
     ui.menu_button("Layer", |ui| {
         let edit = |edit| Action::Do(Command::Layer(edit));
-        entry(ui, "New layer", edit(LayerEdit::New), studio, wishes);
-        entry(ui, "Move the selection here", edit(LayerEdit::TakeSelection), studio, wishes);
-        entry(ui, "Hide or show", edit(LayerEdit::ToggleHidden), studio, wishes);
-        entry(ui, "Lock or unlock", edit(LayerEdit::ToggleLocked), studio, wishes);
+        entry(ui, "New layer", edit(LayerEdit::New), studio, panel_commands);
+        entry(ui, "Move the selection here", edit(LayerEdit::TakeSelection), studio, panel_commands);
+        entry(ui, "Hide or show", edit(LayerEdit::ToggleHidden), studio, panel_commands);
+        entry(ui, "Lock or unlock", edit(LayerEdit::ToggleLocked), studio, panel_commands);
     });
     ui.separator();
-    entry(ui, "Select all", Action::Do(Command::SelectAll), studio, wishes);
-    entry(ui, "Select nothing", Action::Do(Command::SelectNone), studio, wishes);
+    entry(ui, "Select all", Action::Do(Command::SelectAll), studio, panel_commands);
+    entry(ui, "Select nothing", Action::Do(Command::SelectNone), studio, panel_commands);
 }
 
-fn view(ui: &mut Ui, studio: &Studio, settings: &mut Settings, wishes: &mut Wishes) {
-    entry(ui, "Whole model", Action::Do(Command::ShowAll), studio, wishes);
+fn view(ui: &mut Ui, studio: &Studio, settings: &mut Settings, panel_commands: &mut PanelCommands) {
+    entry(ui, "Whole model", Action::Do(Command::ShowAll), studio, panel_commands);
     ui.menu_button("Saved views", |ui| {
         for slot in 0..4 {
             entry(
@@ -116,7 +124,7 @@ fn view(ui: &mut Ui, studio: &Studio, settings: &mut Settings, wishes: &mut Wish
                 &format!("Go to view {}", slot + 1),
                 Action::Do(Command::GoToView(slot)),
                 studio,
-                wishes,
+                panel_commands,
             );
         }
         ui.separator();
@@ -126,16 +134,16 @@ fn view(ui: &mut Ui, studio: &Studio, settings: &mut Settings, wishes: &mut Wish
                 &format!("Keep view {}", slot + 1),
                 Action::Do(Command::KeepView(slot)),
                 studio,
-                wishes,
+                panel_commands,
             );
         }
     });
-    entry(ui, "Full screen", Action::ToggleFullscreen, studio, wishes);
-    let panel = if wishes.panel { "Hide culling panel" } else { "Show culling panel" };
-    entry(ui, panel, Action::TogglePanel, studio, wishes);
+    entry(ui, "Full screen", Action::ToggleFullscreen, studio, panel_commands);
+    let panel = if panel_commands.panel { "Hide culling panel" } else { "Show culling panel" };
+    entry(ui, panel, Action::TogglePanel, studio, panel_commands);
     let steps =
         if studio.steps().is_some() { "End occlusion, step by step" } else { "Occlusion, step by step" };
-    entry(ui, steps, Action::ToggleSteps, studio, wishes);
+    entry(ui, steps, Action::ToggleSteps, studio, panel_commands);
     ui.separator();
     ui.menu_button("Colours", |ui| {
         for theme in Theme::ALL {

@@ -19,6 +19,7 @@ mod occlusion_steps;
 #[cfg(feature = "live")]
 mod others;
 mod paint_layers;
+mod panel_commands;
 mod plot;
 mod questions;
 mod recent;
@@ -26,7 +27,6 @@ mod replay_bar;
 mod room;
 mod selected;
 mod tools;
-mod wishes;
 
 pub use actions::Action;
 pub use brushes::PreviewGrid;

@@ -2,8 +2,8 @@ use egui::{CollapsingHeader, ComboBox, Grid, RichText, Slider, Ui};
 
 use super::{
     index_settings::IndexSettingsPanel,
+    panel_commands::PanelCommands,
     plot::{frame_plot, stage_color},
-    wishes::Wishes,
 };
 use crate::{
     command::Command,
@@ -76,19 +76,19 @@ pub(super) fn show(
     studio: &Studio,
     measured: &Measured<'_>,
     settings: &mut IndexSettingsPanel,
-    wishes: &mut Wishes,
+    panel_commands: &mut PanelCommands,
 ) {
     ui.add_space(4.0);
     ui.heading("Culling");
-    index(ui, studio, measured.clock_step_ns, wishes);
-    settings.show(ui, studio, wishes);
-    switches(ui, studio, wishes);
+    index(ui, studio, measured.clock_step_ns, panel_commands);
+    settings.show(ui, studio, panel_commands);
+    switches(ui, studio, panel_commands);
     ui.separator();
     times(ui, measured);
     ui.separator();
     counts(ui, studio, measured.passes);
     ui.separator();
-    layers(ui, studio, wishes);
+    layers(ui, studio, panel_commands);
     CollapsingHeader::new("Picking").show(ui, |ui| picking(ui, studio, measured.clock_step_ns));
     ui.label(RichText::new(measured.adapter).weak().small());
 }
@@ -188,12 +188,12 @@ fn counts(ui: &mut Ui, studio: &Studio, passes: Option<PassTimes>) {
     table(ui, "only some methods", &rows.map(|(name, value)| (name, value.unwrap_or("–".to_owned()))));
 }
 
-fn index(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishes) {
+fn index(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, panel_commands: &mut PanelCommands) {
     let culling = studio.culling();
     ComboBox::from_label("index (I)").selected_text(culling.kind().name()).show_ui(ui, |ui| {
         for &kind in IndexKind::ALL {
             if ui.selectable_label(culling.kind() == kind, kind.name()).clicked() {
-                wishes.commands.push(Command::Index(kind));
+                panel_commands.commands.push(Command::Index(kind));
             }
         }
     });
@@ -204,13 +204,13 @@ fn index(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishes) 
     ui.label(RichText::new(line).weak().small());
 }
 
-fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+fn switches(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     let culling = studio.culling();
     let now = culling.occlusion();
     ComboBox::from_label("occlusion (O)").selected_text(now.name()).show_ui(ui, |ui| {
         for choice in sound_occlusion() {
             if ui.selectable_label(now == choice, choice.name()).clicked() {
-                wishes.commands.push(Command::Occlusion(choice));
+                panel_commands.commands.push(Command::Occlusion(choice));
             }
         }
     });
@@ -218,18 +218,18 @@ fn switches(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let mut wanted = most.unwrap_or(1);
     let slider = Slider::new(&mut wanted, 1..=256).logarithmic(true).text("max. occluders");
     if ui.add_enabled(most.is_some(), slider).changed() {
-        wishes.commands.push(Command::Occluders(Some(wanted)));
+        panel_commands.commands.push(Command::Occluders(Some(wanted)));
     }
     let mut stages = culling.stages();
     ui.checkbox(&mut stages.frustum, "frustum culling");
     if stages != culling.stages() {
-        wishes.commands.push(Command::Stages(stages));
+        panel_commands.commands.push(Command::Stages(stages));
     }
     let mut is_frozen = studio.is_frozen();
     let freeze = ui.checkbox(&mut is_frozen, "freeze the culling camera (C)");
     freeze.on_hover_text("then move the camera away to see what is culled");
     if is_frozen != studio.is_frozen() {
-        wishes.commands.push(Command::Freeze(is_frozen));
+        panel_commands.commands.push(Command::Freeze(is_frozen));
     }
 }
 
@@ -238,7 +238,7 @@ pub(super) fn sound_occlusion() -> Vec<Method> {
     Method::all().filter(|choice| choice.soundness() == Soundness::Conservative).collect()
 }
 
-fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+fn layers(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     let mut layers = studio.layers();
     ui.checkbox(&mut layers.grid, "floor");
     ui.checkbox(&mut layers.culled, "show culled polygons (while frozen)");
@@ -249,7 +249,7 @@ fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     ui.checkbox(&mut layers.shadows, "occluders and shadow volumes");
     let mut steps = studio.steps().is_some();
     if ui.checkbox(&mut steps, "occlusion, step by step (F4)").changed() {
-        wishes.commands.push(Command::Steps(StepsEdit::Show(steps)));
+        panel_commands.commands.push(Command::Steps(StepsEdit::Show(steps)));
     }
     ui.checkbox(&mut layers.straddlers, "polygons on the root's split planes");
     ui.checkbox(&mut layers.cut, "polygons that the frustum cuts");
@@ -264,7 +264,7 @@ fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         }
     }
     if layers != studio.layers() {
-        wishes.commands.push(Command::Layers(layers));
+        panel_commands.commands.push(Command::Layers(layers));
     }
 }
 

@@ -2,7 +2,7 @@ use egui::{Align2, Color32, ComboBox, FontId, Rect, RichText, Sense, Slider, Str
 
 use super::{
     numbers::count,
-    wishes::{ALARM, Wishes},
+    panel_commands::{ALARM, PanelCommands},
 };
 use crate::{
     command::Command,
@@ -18,9 +18,9 @@ use osp_lab::{
 const TREE: (u32, u32) = (360, 84);
 
 /// Shows buttons for the steps, the description of the step, the occluders and the tree.
-pub(super) fn show(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, wishes: &mut Wishes) {
+pub(super) fn show(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, panel_commands: &mut PanelCommands) {
     ui.horizontal(|ui| {
-        ui.vertical(|ui| rows(ui, steps, is_frozen, wishes));
+        ui.vertical(|ui| rows(ui, steps, is_frozen, panel_commands));
         if let Some(tree) = steps.tree() {
             draw_tree(ui, tree);
         }
@@ -69,8 +69,8 @@ fn draw_tree(ui: &mut Ui, tree: &ShadowStructure) {
     }
 }
 
-fn rows(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, wishes: &mut Wishes) {
-    let mut wish = |edit| wishes.commands.push(Command::Steps(edit));
+fn rows(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, panel_commands: &mut PanelCommands) {
+    let mut wish = |edit| panel_commands.commands.push(Command::Steps(edit));
     ui.horizontal(|ui| {
         ui.strong("Occlusion, step by step");
         let (planes, all) = (steps.planes(), steps.planes_in_all());

@@ -3,7 +3,7 @@ use egui::{
     Ui, Vec2, WidgetInfo,
 };
 
-use super::{authors, wishes::Wishes};
+use super::{authors, panel_commands::PanelCommands};
 use crate::{
     command::Command,
     paint_layers::{LayerEdit, LayerRow, name_or_number},
@@ -21,7 +21,7 @@ pub(super) struct LayerList {
 }
 
 impl LayerList {
-    pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
         let rows = studio.session_layers();
         let chosen = studio.chosen_layer();
         let shown = CollapsingHeader::new(format!("Layers ({})", rows.len())).id_salt("layers");
@@ -29,13 +29,15 @@ impl LayerList {
             ScrollArea::vertical().id_salt("layer list").max_height(LIST_HEIGHT).show(ui, |ui| {
                 // The last layer is at the top, as in other programs.
                 for row in rows.iter().rev() {
-                    ui.horizontal(|ui| self::row(ui, studio, row, row.layer == chosen, wishes));
+                    ui.horizontal(|ui| self::row(ui, studio, row, row.layer == chosen, panel_commands));
                 }
             });
             ui.add_enabled_ui(studio.can_draw(), |ui| {
                 if let Some(row) = rows.iter().find(|row| row.layer == chosen) {
-                    ui.add_enabled_ui(!studio.is_layer_of_others(chosen), |ui| self.name(ui, row, wishes));
-                    close(ui, studio, row, wishes);
+                    ui.add_enabled_ui(!studio.is_layer_of_others(chosen), |ui| {
+                        self.name(ui, row, panel_commands)
+                    });
+                    close(ui, studio, row, panel_commands);
                 }
                 ui.horizontal(|ui| {
                     let buttons = [
@@ -50,7 +52,7 @@ impl LayerList {
                         let command = Command::Layer(edit);
                         let button = ui.add_enabled(studio.can(&command), Button::new(name));
                         if button.on_hover_text(hint).clicked() {
-                            wishes.commands.push(command);
+                            panel_commands.commands.push(command);
                         }
                     }
                 });
@@ -58,7 +60,7 @@ impl LayerList {
         });
     }
 
-    fn name(&mut self, ui: &mut Ui, row: &LayerRow, wishes: &mut Wishes) {
+    fn name(&mut self, ui: &mut Ui, row: &LayerRow, panel_commands: &mut PanelCommands) {
         let mut name = match self.name.take() {
             Some((of, name)) if of == row.layer => name,
             _ => row.name.clone(),
@@ -68,7 +70,7 @@ impl LayerList {
         let response = ui.add(edit);
         response.widget_info(|| WidgetInfo::labeled(egui::Role::TextInput, true, "name of the layer"));
         if response.lost_focus() && name != row.name {
-            wishes.commands.push(Command::Layer(LayerEdit::Name(row.layer, name)));
+            panel_commands.commands.push(Command::Layer(LayerEdit::Name(row.layer, name)));
         } else if response.has_focus() {
             self.name = Some((row.layer, name));
         }
@@ -76,7 +78,7 @@ impl LayerList {
 }
 
 /// Shows the owner of the current layer, and the switch that closes it to other authors.
-fn close(ui: &mut Ui, studio: &Studio, row: &LayerRow, wishes: &mut Wishes) {
+fn close(ui: &mut Ui, studio: &Studio, row: &LayerRow, panel_commands: &mut PanelCommands) {
     if studio.can_close_layer(row.layer) {
         let mut is_closed = row.is_closed;
         let choice = ui.checkbox(&mut is_closed, "only I may edit");
@@ -84,7 +86,7 @@ fn close(ui: &mut Ui, studio: &Studio, row: &LayerRow, wishes: &mut Wishes) {
             .on_hover_text("nobody else may draw on this layer or change it while you are here")
             .changed()
         {
-            wishes.commands.push(Command::Layer(LayerEdit::Close(row.layer, is_closed)));
+            panel_commands.commands.push(Command::Layer(LayerEdit::Close(row.layer, is_closed)));
         }
     }
 }
@@ -96,7 +98,7 @@ fn owner_of(row: &LayerRow) -> Option<String> {
     Some(if row.is_closed { format!("only {name}") } else { name })
 }
 
-fn row(ui: &mut Ui, studio: &Studio, row: &LayerRow, is_chosen: bool, wishes: &mut Wishes) {
+fn row(ui: &mut Ui, studio: &Studio, row: &LayerRow, is_chosen: bool, panel_commands: &mut PanelCommands) {
     ui.spacing_mut().item_spacing.x = 3.0;
     let name = &row.name;
     let switches = [
@@ -115,7 +117,7 @@ fn row(ui: &mut Ui, studio: &Studio, row: &LayerRow, is_chosen: bool, wishes: &m
         sign(ui.painter(), rect.center(), is_off, Stroke::new(1.2, color));
         response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &what));
         if response.on_hover_text(&what).clicked() {
-            wishes.commands.push(Command::Layer(edit));
+            panel_commands.commands.push(Command::Layer(edit));
         }
     }
     let owner = owner_of(row);
@@ -125,7 +127,7 @@ fn row(ui: &mut Ui, studio: &Studio, row: &LayerRow, is_chosen: bool, wishes: &m
     let text = if row.is_hidden { RichText::new(shown).weak() } else { RichText::new(shown) };
     let label = Button::selectable(is_chosen, text).truncate();
     if ui.add_enabled(studio.can_draw(), label).on_hover_text(hint).clicked() {
-        wishes.commands.push(Command::Layer(LayerEdit::Choose(row.layer)));
+        panel_commands.commands.push(Command::Layer(LayerEdit::Choose(row.layer)));
     }
 }
 

@@ -1,6 +1,6 @@
 use egui::{Align2, Context, Frame, Id, Key, Modal, RichText, Ui, Vec2, Window};
 
-use super::wishes::{ALARM, Ask, Wishes};
+use super::panel_commands::{ALARM, PanelCommands, PathPurpose};
 use crate::{
     command::Command,
     question::{Answer, Question},
@@ -18,7 +18,7 @@ fn set_width(ui: &mut Ui) {
 }
 
 /// Shows a question that the user must answer before any other action.
-pub(super) fn question(ctx: &Context, question: &Question, is_new: bool, wishes: &mut Wishes) {
+pub(super) fn question(ctx: &Context, question: &Question, is_new: bool, panel_commands: &mut PanelCommands) {
     let mut given = None;
     let shown = Modal::new(Id::unique("question")).show(ctx, |ui| {
         set_width(ui);
@@ -43,14 +43,14 @@ pub(super) fn question(ctx: &Context, question: &Question, is_new: bool, wishes:
     }
     if let Some(answer) = given {
         if answer == Answer::SaveAs {
-            wishes.ask = Some(Ask::SaveAs);
+            panel_commands.ask = Some(PathPurpose::SaveAs);
         }
-        wishes.commands.push(Command::Answer(answer));
+        panel_commands.commands.push(Command::Answer(answer));
     }
 }
 
 /// Shows the warning that the session's file cannot be written, above the model, while the error lasts.
-pub(super) fn trouble(ctx: &Context, studio: &Studio, wishes: &mut Wishes) {
+pub(super) fn trouble(ctx: &Context, studio: &Studio, panel_commands: &mut PanelCommands) {
     let journal = studio.session().journal();
     let Some(trouble) = journal.trouble() else { return };
     Window::new("trouble")
@@ -71,14 +71,14 @@ pub(super) fn trouble(ctx: &Context, studio: &Studio, wishes: &mut Wishes) {
             };
             ui.horizontal_wrapped(|ui| {
                 if ui.button("Save elsewhere…").clicked() {
-                    wishes.ask = Some(Ask::SaveAs);
+                    panel_commands.ask = Some(PathPurpose::SaveAs);
                 }
                 if ui.button("Try again").clicked() {
-                    wishes.commands.push(Command::RetrySaving);
+                    panel_commands.commands.push(Command::RetrySaving);
                 }
                 let path = journal.path().to_owned();
                 if trouble.is_lost() && ui.button("Write the file again").clicked() {
-                    wishes.commands.push(Command::SaveAs(path));
+                    panel_commands.commands.push(Command::SaveAs(path));
                 }
             });
         });

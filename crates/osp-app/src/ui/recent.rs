@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use egui::{RichText, Ui};
 
-use super::{actions::Action, entry::entry, wishes::Wishes};
+use super::{actions::Action, entry::entry, panel_commands::PanelCommands};
 use crate::{command::Command, journal::Autosave, settings::Settings, studio::Studio};
 use osp_session::platform::fs;
 
@@ -21,13 +21,19 @@ pub(super) struct RecentList {
 
 impl RecentList {
     /// Shows the menu of recent sessions, disabled if there are none.
-    pub(super) fn show(&mut self, ui: &mut Ui, settings: &Settings, studio: &Studio, wishes: &mut Wishes) {
+    pub(super) fn show(
+        &mut self,
+        ui: &mut Ui,
+        settings: &Settings,
+        studio: &Studio,
+        panel_commands: &mut PanelCommands,
+    ) {
         self.refresh(ui.ctx().cumulative_pass_nr(), studio);
         let is_any = !settings.recent.is_empty() || !self.autosaves.is_empty();
         ui.add_enabled_ui(is_any, |ui| {
             ui.menu_button("Open recent", |ui| {
-                self.named(ui, settings, studio, wishes);
-                self.without_name(ui, studio, wishes);
+                self.named(ui, settings, studio, panel_commands);
+                self.without_name(ui, studio, panel_commands);
             });
         });
     }
@@ -48,20 +54,20 @@ impl RecentList {
         open.clone_into(&mut self.open);
     }
 
-    fn named(&self, ui: &mut Ui, settings: &Settings, studio: &Studio, wishes: &mut Wishes) {
+    fn named(&self, ui: &mut Ui, settings: &Settings, studio: &Studio, panel_commands: &mut PanelCommands) {
         for path in &settings.recent {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let action = Action::Do(Command::Open(path.clone()));
             // A missing file is disabled, because it would be opened as an empty session.
             ui.add_enabled_ui(fs::is_there(path), |ui| {
-                entry(ui, &name, action, studio, wishes)
+                entry(ui, &name, action, studio, panel_commands)
                     .on_hover_text(path.display().to_string())
                     .on_disabled_hover_text(format!("{}: the file is gone", path.display()));
             });
         }
     }
 
-    fn without_name(&self, ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    fn without_name(&self, ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
         if self.autosaves.is_empty() {
             return;
         }
@@ -70,7 +76,7 @@ impl RecentList {
             .on_hover_text(format!("all of them are in {}", studio.autosaves.folder().display()));
         for autosave in &self.autosaves {
             let action = Action::Do(Command::Open(autosave.path().to_owned()));
-            entry(ui, &autosave.to_string(), action, studio, wishes)
+            entry(ui, &autosave.to_string(), action, studio, panel_commands)
                 .on_hover_text(autosave.path().display().to_string());
         }
     }

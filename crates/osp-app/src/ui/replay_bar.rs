@@ -1,34 +1,34 @@
 use egui::{Rect, Response, RichText, Slider, Stroke, Ui};
 
-use super::wishes::Wishes;
+use super::panel_commands::PanelCommands;
 use crate::{command::Command, session::Replay};
 
 /// Shows the buttons to play, pause and step, and the position in the session.
-pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, wishes: &mut Wishes) {
+pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, panel_commands: &mut PanelCommands) {
     ui.horizontal(|ui| {
         let is_playing = replay.is_playing();
         if ui.button(if is_playing { "Pause" } else { "Play" }).on_hover_text("Space").clicked() {
-            wishes.commands.push(Command::Play(!is_playing));
+            panel_commands.commands.push(Command::Play(!is_playing));
         }
         if ui.button("<").on_hover_text("previous frame (,)").clicked() {
-            wishes.commands.push(Command::Step(-1));
+            panel_commands.commands.push(Command::Step(-1));
         }
         if ui.button(">").on_hover_text("next frame (.)").clicked() {
-            wishes.commands.push(Command::Step(1));
+            panel_commands.commands.push(Command::Step(1));
         }
         let finished = ui.button("Finished").on_hover_text("the finished model, as its artist last saw it");
         if finished.clicked() {
-            wishes.commands.push(Command::ShowFinished);
+            panel_commands.commands.push(Command::ShowFinished);
         }
         let mut speed = replay.speed();
         let slider = Slider::new(&mut speed, 0.1..=100.0).logarithmic(true).suffix(" x").max_decimals(1);
         ui.spacing_mut().slider_width = 70.0;
         if ui.add(slider).on_hover_text("number of recorded frames for each frame shown").changed() {
-            wishes.commands.push(Command::Speed(speed));
+            panel_commands.commands.push(Command::Speed(speed));
         }
         let mut follows = follows_camera;
         if ui.checkbox(&mut follows, "recorded camera").changed() {
-            wishes.follow_camera = Some(follows);
+            panel_commands.follow_camera = Some(follows);
         }
     });
     ui.horizontal(|ui| {
@@ -40,7 +40,7 @@ pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, wishes: &
         let slider = ui.add(Slider::new(&mut position, 0..=count).show_value(false)).labelled_by(label.id);
         marks(ui, &slider, replay);
         if slider.on_hover_text("position in the session; a mark for each stroke").changed() {
-            wishes.commands.push(Command::Seek(position));
+            panel_commands.commands.push(Command::Seek(position));
         }
         ui.label(RichText::new(format!("frame {position} of {count}")).weak());
     });

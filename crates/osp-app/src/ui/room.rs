@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 use super::{
     calibrating::{Calibrating, LOST_SECS, age_secs},
     numbers::count,
-    wishes::Wishes,
+    panel_commands::PanelCommands,
 };
 use crate::{
     command::Command,
@@ -29,7 +29,12 @@ const HEAD: Color32 = Color32::from_rgb(90, 200, 120);
 const HAND: Color32 = Color32::from_rgb(80, 170, 240);
 const LOST: Color32 = Color32::from_rgb(235, 90, 80);
 
-pub(super) fn show(ui: &mut Ui, studio: &Studio, calibrating: &mut Option<Calibrating>, wishes: &mut Wishes) {
+pub(super) fn show(
+    ui: &mut Ui,
+    studio: &Studio,
+    calibrating: &mut Option<Calibrating>,
+    panel_commands: &mut PanelCommands,
+) {
     ui.horizontal(|ui| {
         plan(ui, studio);
         if let Some(tracker) = studio.tracker() {
@@ -37,7 +42,7 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, calibrating: &mut Option<Calibr
             ui.separator();
         }
         if let Some(rig) = studio.room().rig() {
-            ui.vertical(|ui| screens(ui, studio, rig, calibrating, wishes));
+            ui.vertical(|ui| screens(ui, studio, rig, calibrating, panel_commands));
         }
     });
     let behind: Vec<&str> = studio.screens_behind().collect();
@@ -118,7 +123,7 @@ fn screens(
     studio: &Studio,
     rig: &Rig,
     calibrating: &mut Option<Calibrating>,
-    wishes: &mut Wishes,
+    panel_commands: &mut PanelCommands,
 ) {
     let room = studio.room();
     ui.horizontal(|ui| {
@@ -128,7 +133,7 @@ fn screens(
                 Stereo::ALL.iter().filter(|&&way| way != Stereo::Windows || rig.stereo == Stereo::Windows);
             for &way in choices {
                 if ui.selectable_label(room.stereo() == way, way.name()).clicked() {
-                    wishes.commands.push(Command::Stereo(way));
+                    panel_commands.commands.push(Command::Stereo(way));
                 }
             }
         });
@@ -137,18 +142,18 @@ fn screens(
         let apart =
             DragValue::new(&mut apart_mm).range(0.0..=1000.0).speed(0.2).max_decimals(1).suffix(" mm");
         if ui.add(apart).changed() {
-            wishes.commands.push(Command::EyeSeparation(apart_mm * 0.001));
+            panel_commands.commands.push(Command::EyeSeparation(apart_mm * 0.001));
         }
     });
     let mut swaps = room.swaps_eyes();
     ui.checkbox(&mut swaps, "swap the eyes");
     if swaps != room.swaps_eyes() {
-        wishes.commands.push(Command::SwapEyes(swaps));
+        panel_commands.commands.push(Command::SwapEyes(swaps));
     }
     let mut pattern = room.shows_pattern();
     ui.checkbox(&mut pattern, "test pattern");
     if pattern != room.shows_pattern() {
-        wishes.commands.push(Command::TestPattern(pattern));
+        panel_commands.commands.push(Command::TestPattern(pattern));
     }
     let can_calibrate = studio.tracker().is_some() && calibrating.is_none();
     let button = ui.add_enabled(can_calibrate, egui::Button::new("Calibrate the tracker…"));

@@ -1,6 +1,6 @@
 use egui::{Button, DragValue, Ui};
 
-use super::wishes::Wishes;
+use super::panel_commands::PanelCommands;
 use crate::{
     altering::Altering,
     command::Command,
@@ -18,8 +18,8 @@ pub(super) struct SelectionPanel {
 }
 
 impl SelectionPanel {
-    pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
-        self.follow_brush(ui, studio, wishes);
+    pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
+        self.follow_brush(ui, studio, panel_commands);
         if !studio.can(&Command::Duplicate) {
             (self.turn_degrees, self.percent) = (0.0, None);
             return;
@@ -31,18 +31,18 @@ impl SelectionPanel {
                 [("Duplicate", Command::Duplicate), ("Mirror", Command::Alter(Altering::Mirror))]
             {
                 if ui.add(Button::new(name)).clicked() {
-                    wishes.commands.push(command);
+                    panel_commands.commands.push(command);
                 }
             }
         });
         // A whole group has its own number fields.
         if studio.selected_group().is_none() {
-            self.numbers(ui, wishes);
+            self.numbers(ui, panel_commands);
         }
         ui.separator();
     }
 
-    fn numbers(&mut self, ui: &mut Ui, wishes: &mut Wishes) {
+    fn numbers(&mut self, ui: &mut Ui, panel_commands: &mut PanelCommands) {
         let mut percent = self.percent.unwrap_or(100.0);
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 3.0;
@@ -50,7 +50,7 @@ impl SelectionPanel {
             let turn = DragValue::new(&mut self.turn_degrees).speed(1.0).range(-360.0..=360.0).suffix("°");
             let turn = ui.add(turn).labelled_by(label.id);
             if (turn.drag_stopped() || turn.lost_focus()) && self.turn_degrees != 0.0 {
-                wishes.commands.push(Command::Alter(Altering::Turn(self.turn_degrees)));
+                panel_commands.commands.push(Command::Alter(Altering::Turn(self.turn_degrees)));
                 self.turn_degrees = 0.0;
             }
             let label = ui.label("size");
@@ -58,7 +58,7 @@ impl SelectionPanel {
             let size = ui.add(size).labelled_by(label.id);
             self.percent = Some(percent);
             if (size.drag_stopped() || size.lost_focus()) && percent != 100.0 {
-                wishes.commands.push(Command::Alter(Altering::Scale(percent / 100.0)));
+                panel_commands.commands.push(Command::Alter(Altering::Scale(percent / 100.0)));
                 self.percent = None;
             }
         });
@@ -66,14 +66,14 @@ impl SelectionPanel {
 
     /// While strokes are selected, a new colour or width of the brush also changes the strokes, as one step at the
     /// pointer's release.
-    fn follow_brush(&mut self, ui: &Ui, studio: &Studio, wishes: &mut Wishes) {
+    fn follow_brush(&mut self, ui: &Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
         let is_selecting =
             matches!(studio.tool(), ToolChoice::Select | ToolChoice::Span(Span::Box | Span::Sphere));
         if !is_selecting || studio.selection().is_empty() {
             self.waiting = None;
             return;
         }
-        let chosen = wishes.commands.iter().rev().find_map(|command| match command {
+        let chosen = panel_commands.commands.iter().rev().find_map(|command| match command {
             Command::Color(_) => Some(Altering::Color),
             Command::Width(_) => Some(Altering::Width),
             _ => None,
@@ -82,7 +82,7 @@ impl SelectionPanel {
         if !ui.input(|input| input.pointer.any_down())
             && let Some(altering) = self.waiting.take()
         {
-            wishes.commands.push(Command::Alter(altering));
+            panel_commands.commands.push(Command::Alter(altering));
         }
     }
 }

@@ -3,7 +3,7 @@ use egui::{Button, Color32, ComboBox, DragValue, RichText, Slider, Ui, Vec2};
 use super::{
     actions::Action,
     brushes::BrushList,
-    wishes::{ALARM, Wishes},
+    panel_commands::{ALARM, PanelCommands},
 };
 use crate::{
     command::Command,
@@ -32,26 +32,31 @@ const SWATCHES: [[u8; 3]; 12] = [
 ];
 
 /// Shows tools, colours, brush, undo, and the session's path.
-pub(super) fn show(ui: &mut Ui, studio: &Studio, brushes: &mut BrushList, wishes: &mut Wishes) {
+pub(super) fn show(
+    ui: &mut Ui,
+    studio: &Studio,
+    brushes: &mut BrushList,
+    panel_commands: &mut PanelCommands,
+) {
     ui.add_space(4.0);
-    tool_buttons(ui, studio, wishes);
+    tool_buttons(ui, studio, panel_commands);
     ui.separator();
     ui.add_enabled_ui(studio.can_draw(), |ui| {
-        brushes.show(ui, studio, wishes);
-        brush(ui, studio, wishes);
+        brushes.show(ui, studio, panel_commands);
+        brush(ui, studio, panel_commands);
         ui.separator();
         ui.horizontal(|ui| {
             for (name, command) in [("Undo", Command::Undo), ("Redo", Command::Redo)] {
                 if ui.add_enabled(studio.can(&command), Button::new(name)).clicked() {
-                    wishes.commands.push(command);
+                    panel_commands.commands.push(command);
                 }
             }
         });
     });
-    session(ui, studio, wishes);
+    session(ui, studio, panel_commands);
 }
 
-fn tool_buttons(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+fn tool_buttons(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     let tools = [
         (ToolChoice::Draw(Tool::Ribbon), "Ribbon (1)", "drag to draw a ribbon"),
         (ToolChoice::Draw(Tool::Wall), "Wall (2)", "drag along the outline of a flat surface"),
@@ -79,7 +84,7 @@ fn tool_buttons(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             Button::selectable(studio.tool() == tool, name).min_size(Vec2::new(ui.available_width(), 24.0));
         let command = Command::Tool(tool);
         if ui.add_enabled(studio.can(&command), button).on_hover_text(hint).clicked() {
-            wishes.commands.push(command);
+            panel_commands.commands.push(command);
         }
     }
     if let Some((from, to)) = studio.measured() {
@@ -87,7 +92,7 @@ fn tool_buttons(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     }
 }
 
-fn brush(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+fn brush(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     let brush = studio.brush();
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing = Vec2::splat(3.0);
@@ -100,7 +105,7 @@ fn brush(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             });
             if response.clicked() {
                 let [r, g, b] = [r, g, b].map(|c| f32::from(c) / 255.0);
-                wishes.commands.push(Command::Color([r, g, b, brush.color[3]]));
+                panel_commands.commands.push(Command::Color([r, g, b, brush.color[3]]));
             }
         }
     });
@@ -109,11 +114,11 @@ fn brush(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         let mut color = Color32::from_rgba_unmultiplied(r, g, b, a);
         if ui.color_edit_button_srgba(&mut color).on_hover_text("any colour and opacity").changed() {
             let color = color.to_srgba_unmultiplied().map(|c| f32::from(c) / 255.0);
-            wishes.commands.push(Command::Color(color));
+            panel_commands.commands.push(Command::Color(color));
         }
         ui.label("colour");
     });
-    width(ui, studio, wishes);
+    width(ui, studio, panel_commands);
     let snap_name = |snap| match snap {
         Snap::Start => "start on surfaces",
         Snap::Surface => "follow surfaces",
@@ -124,21 +129,21 @@ fn brush(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let shown = choice.show_ui(ui, |ui| {
         for snap in [Snap::Start, Snap::Surface, Snap::Off] {
             if ui.selectable_label(studio.snap() == snap, snap_name(snap)).clicked() {
-                wishes.commands.push(Command::Snap(snap));
+                panel_commands.commands.push(Command::Snap(snap));
             }
         }
     });
     shown.response.labelled_by(label.id);
 }
 
-fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+fn width(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     let aids = studio.aids();
     let mut is_on_screen = aids.width_px.is_some();
     let label = ui.horizontal(|ui| {
         let label = ui.label("width ([ and ])");
         let toggle = ui.toggle_value(&mut is_on_screen, "px");
         if toggle.on_hover_text("constant width on the screen at any distance (J)").clicked() {
-            Action::ToggleScreenWidth.perform(studio, wishes);
+            Action::ToggleScreenWidth.perform(studio, panel_commands);
         }
         label
     });
@@ -152,7 +157,7 @@ fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     ui.spacing_mut().slider_width = 84.0;
     if ui.add(slider).labelled_by(label.inner.id).changed() {
         let (narrowest, widest) = Brush::WIDTHS_M;
-        wishes.commands.push(Command::Width((width * unit_m).clamp(narrowest, widest)));
+        panel_commands.commands.push(Command::Width((width * unit_m).clamp(narrowest, widest)));
     }
     ui.horizontal(|ui| {
         let toggles = [
@@ -172,20 +177,20 @@ fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         for (mut is_on, name, hint, action) in toggles {
             let toggle = ui.toggle_value(&mut is_on, name).on_hover_text(hint);
             if toggle.clicked() {
-                action.perform(studio, wishes);
+                action.perform(studio, panel_commands);
             }
         }
         if let Some(mut x) = aids.mirror_x {
             let at = DragValue::new(&mut x).speed(0.01).range(-1.0e4..=1.0e4).max_decimals(2).suffix(" m");
             if ui.add(at).on_hover_text("position of the mirror on the x axis").changed() {
-                wishes.commands.push(Command::Aids(Aids { mirror_x: Some(x), ..aids }));
+                panel_commands.commands.push(Command::Aids(Aids { mirror_x: Some(x), ..aids }));
             }
         }
     });
 }
 
 /// Shows the path of the session, and whether it is completely saved.
-fn session(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+fn session(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     let session = studio.session();
     if session.is_replay() {
         return;
@@ -205,7 +210,7 @@ fn session(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         line(ui, format!("read-only: {name}"));
         if ui.button("Draw on a copy").clicked() {
             let copy = Opening::with(Access::Copy);
-            wishes.commands.push(Command::OpenAs(journal.path().to_owned(), copy));
+            panel_commands.commands.push(Command::OpenAs(journal.path().to_owned(), copy));
         }
     } else if journal.trouble().is_some() {
         let text = match (journal.shelter(), journal.missing()) {

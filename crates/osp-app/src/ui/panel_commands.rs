@@ -7,7 +7,7 @@ pub(super) const ALARM: Color32 = Color32::from_rgb(255, 120, 100);
 
 /// The purpose of a path in a file dialog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Ask {
+pub(super) enum PathPurpose {
     Open,
     SaveAs,
     Export,
@@ -17,9 +17,9 @@ pub(super) enum Ask {
 
 /// Commands of the panels, which are executed after all panels are laid out.
 #[derive(Debug, Default)]
-pub(super) struct Wishes {
+pub(super) struct PanelCommands {
     pub(super) commands: Vec<Command>,
-    pub(super) ask: Option<Ask>,
+    pub(super) ask: Option<PathPurpose>,
     pub(super) panel: bool,
     pub(super) help: bool,
     pub(super) fullscreen: bool,

@@ -80,21 +80,21 @@ pub(super) enum Admission {
 
 /// Checks every datagram before it is read.
 #[derive(Debug)]
-pub(super) struct Door {
+pub(super) struct Admittance {
     options: TrackerOptions,
     /// The accepted senders, and the time of each one's last valid message.
-    heard: BTreeMap<SocketAddr, Instant>,
+    received: BTreeMap<SocketAddr, Instant>,
     second_began: Option<Instant>,
     this_second: u32,
 }
 
-impl Door {
+impl Admittance {
     /// Time without messages after which another sender may replace the accepted one, for example the same sender
     /// restarted on another port.
     pub(crate) const SILENCE: Duration = Duration::from_secs(5);
 
     pub(super) fn new(options: TrackerOptions) -> Self {
-        Self { options, heard: BTreeMap::new(), second_began: None, this_second: 0 }
+        Self { options, received: BTreeMap::new(), second_began: None, this_second: 0 }
     }
 
     pub(super) fn admit(&mut self, from: SocketAddr, packet: &[u8], now: Instant) -> Admission {
@@ -103,9 +103,9 @@ impl Door {
             Listening::Everybody => usize::MAX,
             Listening::Authors => MOST_AUTHORS,
         };
-        let is_there = |heard: &Instant| now.duration_since(*heard) < Self::SILENCE;
-        let is_stranger = self.heard.values().filter(|heard| is_there(heard)).count() >= most
-            && !self.heard.get(&from).is_some_and(is_there);
+        let is_there = |received: &Instant| now.duration_since(*received) < Self::SILENCE;
+        let is_stranger = self.received.values().filter(|received| is_there(received)).count() >= most
+            && !self.received.get(&from).is_some_and(is_there);
         let knows_key = match &self.options.key {
             None => true,
             Some(key) => key_of(packet).is_some_and(|said| key.is(said)),
@@ -124,8 +124,8 @@ impl Door {
     /// Records that an admitted sender has sent a valid message: its datagrams are accepted from now on.
     pub(super) fn note_understood(&mut self, from: SocketAddr, now: Instant) {
         if self.options.listening != Listening::Everybody {
-            self.heard.retain(|_, heard| now.duration_since(*heard) < Self::SILENCE);
-            self.heard.insert(from, now);
+            self.received.retain(|_, received| now.duration_since(*received) < Self::SILENCE);
+            self.received.insert(from, now);
         }
     }
 }
@@ -159,26 +159,26 @@ mod tests {
 
     #[test]
     fn the_first_who_is_understood_is_listened_to_until_it_is_silent() {
-        let mut door = Door::new(TrackerOptions::default());
+        let mut admittance = Admittance::new(TrackerOptions::default());
         let start = Instant::now();
         let at = |millis| start + Duration::from_millis(millis);
         // A malformed datagram does not make its sender the accepted one.
-        assert_eq!(door.admit(sender(1), b"noise", at(0)), Admission::Read);
-        assert_eq!(door.admit(sender(2), b"undo", at(1)), Admission::Read);
-        door.note_understood(sender(2), at(1));
-        assert_eq!(door.admit(sender(1), b"undo", at(2)), Admission::Refused);
-        assert_eq!(door.admit(sender(2), b"undo", at(4_000)), Admission::Read);
-        door.note_understood(sender(2), at(4_000));
-        assert_eq!(door.admit(sender(1), b"undo", at(8_999)), Admission::Refused);
-        assert_eq!(door.admit(sender(1), b"undo", at(9_000)), Admission::Read);
-        door.note_understood(sender(1), at(9_000));
-        assert_eq!(door.admit(sender(2), b"undo", at(9_001)), Admission::Refused);
+        assert_eq!(admittance.admit(sender(1), b"noise", at(0)), Admission::Read);
+        assert_eq!(admittance.admit(sender(2), b"undo", at(1)), Admission::Read);
+        admittance.note_understood(sender(2), at(1));
+        assert_eq!(admittance.admit(sender(1), b"undo", at(2)), Admission::Refused);
+        assert_eq!(admittance.admit(sender(2), b"undo", at(4_000)), Admission::Read);
+        admittance.note_understood(sender(2), at(4_000));
+        assert_eq!(admittance.admit(sender(1), b"undo", at(8_999)), Admission::Refused);
+        assert_eq!(admittance.admit(sender(1), b"undo", at(9_000)), Admission::Read);
+        admittance.note_understood(sender(1), at(9_000));
+        assert_eq!(admittance.admit(sender(2), b"undo", at(9_001)), Admission::Refused);
         let mut open =
-            Door::new(TrackerOptions { listening: Listening::Everybody, ..TrackerOptions::default() });
+            Admittance::new(TrackerOptions { listening: Listening::Everybody, ..TrackerOptions::default() });
         open.note_understood(sender(2), at(1));
         assert_eq!(open.admit(sender(1), b"undo", at(2)), Admission::Read);
         let listening = Listening::Authors;
-        let mut several = Door::new(TrackerOptions { listening, ..TrackerOptions::default() });
+        let mut several = Admittance::new(TrackerOptions { listening, ..TrackerOptions::default() });
         for port in 1..=16 {
             assert_eq!(several.admit(sender(port), b"undo", at(0)), Admission::Read);
             several.note_understood(sender(port), at(u64::from(port)));
@@ -191,9 +191,9 @@ mod tests {
     #[test]
     fn only_who_knows_the_key_comes_in() {
         let key = Some("a-key".parse().expect("a key"));
-        let mut door = Door::new(TrackerOptions { key, ..TrackerOptions::default() });
+        let mut admittance = Admittance::new(TrackerOptions { key, ..TrackerOptions::default() });
         let now = Instant::now();
-        let mut admits = |packet: &[u8]| door.admit(sender(1), packet, now) == Admission::Read;
+        let mut admits = |packet: &[u8]| admittance.admit(sender(1), packet, now) == Admission::Read;
         for packet in [&b"key a-key\nundo"[..], b"key a-key", b"  key   a-key \r\nundo"] {
             assert!(admits(packet), "{packet:?}");
         }
@@ -217,17 +217,20 @@ mod tests {
 
     #[test]
     fn a_flood_is_cut_off_and_strangers_do_not_count() {
-        let mut door = Door::new(TrackerOptions::default());
+        let mut admittance = Admittance::new(TrackerOptions::default());
         let start = Instant::now();
-        door.note_understood(sender(2), start);
+        admittance.note_understood(sender(2), start);
         for _ in 0..3 * DATAGRAMS_A_SECOND {
-            assert_eq!(door.admit(sender(1), b"undo", start), Admission::Refused);
+            assert_eq!(admittance.admit(sender(1), b"undo", start), Admission::Refused);
         }
-        let read =
-            (0..3 * DATAGRAMS_A_SECOND).filter(|_| door.admit(sender(2), b"undo", start) == Admission::Read);
+        let read = (0..3 * DATAGRAMS_A_SECOND)
+            .filter(|_| admittance.admit(sender(2), b"undo", start) == Admission::Read);
         assert_eq!(read.count() as u32, DATAGRAMS_A_SECOND);
-        assert_eq!(door.admit(sender(2), b"undo", start + Duration::from_millis(999)), Admission::TooMany);
-        assert_eq!(door.admit(sender(2), b"undo", start + Duration::from_secs(1)), Admission::Read);
+        assert_eq!(
+            admittance.admit(sender(2), b"undo", start + Duration::from_millis(999)),
+            Admission::TooMany
+        );
+        assert_eq!(admittance.admit(sender(2), b"undo", start + Duration::from_secs(1)), Admission::Read);
     }
 
     #[test]
