@@ -49,7 +49,7 @@ pub(super) struct ConvertArgs {
     /// The folder for the files. They get the same subfolders as the sessions [default: beside each session].
     #[arg(long, value_name = "FOLDER", requires = "to")]
     out: Option<PathBuf>,
-    /// Of .glb: write one object with few draw calls and smaller vertices, as `osp export --static`.
+    /// Write each .glb as one object with few draw calls and smaller vertices, as `osp export --static` does.
     #[arg(long = "static")]
     is_static: bool,
     /// Replace files, even newer ones, but never a session that is read.
