@@ -110,6 +110,7 @@ const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["film"], &[], Feature::Render),
     (&["thumbs"], &[], Feature::Render),
     (&["export"], &["compress"], Feature::Render),
+    (&["convert"], &["compress"], Feature::Render),
     (&["rig", "monitors"], &[], Feature::Window),
     (&["serve"], &[], Feature::Serve),
     (&["sketch"], &[], Feature::Window),

@@ -36,7 +36,7 @@ use osp_session::{
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp convert edited.ron sketch.tilt
-  osp convert sketches --to glb --out models
+  osp convert sketches --to glb --static --out models
   osp convert sketches more/*.apa --to ron.zst
   osp convert recordings --to tilt --out tilt")]
 pub(super) struct ConvertArgs {
@@ -49,6 +49,12 @@ pub(super) struct ConvertArgs {
     /// The folder for the files. They get the same subfolders as the sessions [default: beside each session].
     #[arg(long, value_name = "FOLDER", requires = "to")]
     out: Option<PathBuf>,
+    /// Write each .glb as one object with few draw calls and smaller vertices, as `osp export --static` does.
+    #[arg(long = "static")]
+    is_static: bool,
+    /// Compress each .glb, as `osp export --compress` does.
+    #[arg(long)]
+    compress: bool,
     /// Replace files, even newer ones, but never an input.
     #[arg(long)]
     force: bool,
@@ -87,6 +93,7 @@ impl Format {
 
 pub(super) fn run(args: &ConvertArgs) -> anyhow::Result<Outcome> {
     let Some(format) = args.to else { return one(args) };
+    check(args, format)?;
     let kind = (format.ending(), format.kind());
     let batch = Batch::plan(&args.paths, args.out.as_deref(), kind, args.force)?;
     batch.run(every_core(), ["converted", format.ending()], || {
@@ -104,7 +111,20 @@ fn one(args: &ConvertArgs) -> anyhow::Result<Outcome> {
     let Some(&format) = format else {
         bail!("{}: expected a name that ends in .glb, .ron, .ron.zst or .tilt", target.display());
     };
+    check(args, format)?;
     converted(args, &Job { source: source.clone(), target: target.clone() }, format)?.print(target)
+}
+
+/// Rejects options that the format lacks.
+fn check(args: &ConvertArgs, format: Format) -> anyhow::Result<()> {
+    let given =
+        [("--static", args.is_static), ("--compress", args.compress)].into_iter().find(|(_, given)| *given);
+    match given {
+        Some((option, _)) if format != Format::Glb => {
+            bail!("{option} is for .glb only; found {}", format.ending())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Converts one session.
@@ -114,7 +134,8 @@ fn converted(args: &ConvertArgs, job: &Job, format: Format) -> anyhow::Result<Mo
     match format {
         Format::Glb => {
             let session = FrameArgs::end_of(job.source.clone(), args.reading);
-            write_model(&session, Objects::Layers, false, &output)
+            let objects = if args.is_static || args.compress { Objects::Whole } else { Objects::Layers };
+            write_model(&session, objects, args.compress, &output)
         }
         Format::Ron | Format::RonZst => {
             let mut session = OpenSession::read_by(Reader::Here, &job.source, &args.reading)?;

@@ -12,6 +12,7 @@ pub(super) enum Bloom {
     Off,
     /// The light loses a quarter of its brightness.
     Reduced,
+    /// The light gains a quarter of its brightness.
     Full,
 }
 

@@ -52,9 +52,10 @@ fn ridges(u: f32, v: f32) -> f32 {
     (1.0 - (octaves(u, v, (7, 7), 3, 46) - 0.5).abs() * 14.0).max(0.0)
 }
 
-/// A smooth height of about 0 that varies at random, faster across a stroke than along it.
+/// The slope across a stroke of furrows along it, of random depth: about 0, and 0 on average over a few furrows.
 fn furrows(u: f32, v: f32, cells: (i32, i32), seed: u32) -> f32 {
-    2.0 * (octaves(u, v, cells, 2, seed) - 0.5)
+    let half = 0.5 / cells.1 as f32;
+    octaves(u, v + half, cells, 2, seed) - octaves(u, v - half, cells, 2, seed)
 }
 
 /// Relief of ink: each of the picture's four rows is cushioned across its width, with a few long hairs

@@ -84,9 +84,9 @@ fn cut_off(in: Corner) -> @location(0) vec4<f32> {
 }
 
 fn with_octaves(c: vec3<f32>, in: Corner) -> vec4<f32> {
-    // The full bloom has eight octaves of equal weight, from a half of the picture's size on. These are their parts that
-    // spread about as far as each of the four.
-    let parts = select(0.34 * vec4(0.5, 0.6, 0.6, 0.45), vec4(0.17, 0.31, 0.19, 0.33), in.size == 1u);
+    // The full bloom has six octaves, from a half of the picture's size on. Each of the four takes over those that spread
+    // about as far, with their weights.
+    let parts = select(0.34 * vec4(0.5, 0.6, 0.6, 0.45), vec4(0.5, 0.273, 0.285, 0.183), in.size == 1u);
     let octaves = parts.x * textureSampleLevel(octave_0, smooth_sampler, in.uv, 0.0).rgb
         + parts.y * textureSampleLevel(octave_1, smooth_sampler, in.uv, 0.0).rgb
         + parts.z * textureSampleLevel(octave_2, smooth_sampler, in.uv, 0.0).rgb

@@ -207,8 +207,8 @@ struct Lamp {
 }
 
 const LAMPS: array<Lamp, 2> = array(
-    Lamp(vec3(-0.615, 0.707, -0.348), vec3(1.45, 1.16, 0.95), 0.0009),
-    Lamp(vec3(0.0, 0.508, 0.862), vec3(2.4, 2.4, 2.94), 0.003),
+    Lamp(vec3(-0.615, 0.707, -0.348), vec3(1.45, 1.16, 0.95), 0.02),
+    Lamp(vec3(0.0, 0.508, 0.862), vec3(2.4, 2.4, 2.94), 0.03),
 );
 
 // What is mirrored in a direction by a surface of this roughness: a dark room with two lamps, or one even light.

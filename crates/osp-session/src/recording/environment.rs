@@ -28,8 +28,8 @@ pub struct Environment {
     /// Strength of reflections on shiny surfaces.
     #[serde(default)]
     pub reflection: f32,
-    /// Whether light that spreads (bloom) keeps all its brightness, as in early versions of Tilt Brush; else it keeps
-    /// three quarters.
+    /// Whether light that spreads (bloom) gains a quarter of its brightness, as in early versions of Tilt Brush; else it
+    /// loses a quarter.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub has_full_bloom: bool,
 }

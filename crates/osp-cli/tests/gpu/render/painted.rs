@@ -279,7 +279,7 @@ fn light_spreads_around_what_shines() {
 }
 
 #[test]
-fn the_full_bloom_keeps_the_brightness_of_paint() {
+fn the_full_bloom_brightens_paint_and_the_reduced_darkens_it() {
     let Some(gpu) = gpu() else { return };
     let mut drawer = drawer(&gpu);
     let mut sky = |has_full_bloom| {
@@ -288,8 +288,8 @@ fn the_full_bloom_keeps_the_brightness_of_paint() {
         drawer.draw(&Scene::new(), &ahead(), &[]).expect("a drawn frame");
         pixel(&drawer.image().expect("a picture"), SIZE.0 / 2, SIZE.1 / 2)[1]
     };
-    // A fourth of the twentieth that spreads.
-    assert_eq!([sky(true), sky(false)], [204, 201]);
+    // A fourth of the twentieth that spreads, more or less.
+    assert_eq!([sky(true), sky(false)], [206, 201]);
 }
 
 /// A stroke of every brush, around the origin.

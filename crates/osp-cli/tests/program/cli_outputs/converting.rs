@@ -27,6 +27,23 @@ fn changed(path: &Path) -> SystemTime {
 }
 
 #[test]
+fn static_models_are_those_of_export() {
+    let folder = temp();
+    fs::create_dir(folder.path().join("in")).expect("a folder");
+    write_session(&folder.path().join("in"), "a.ron");
+    OSP.done_in(folder.path(), ["convert", "in", "--to", "glb", "--static"]);
+    OSP.done_in(folder.path(), ["export", "in/a.ron", "a.glb", "--static"]);
+    let bytes = |name: &str| fs::read(folder.path().join(name)).expect("a model");
+    assert_eq!(bytes("in/a.glb"), bytes("a.glb"));
+    OSP.done_in(folder.path(), ["convert", "in", "--to", "glb", "--force"]);
+    assert_ne!(bytes("in/a.glb"), bytes("a.glb"));
+
+    let output = OSP.run_in(folder.path(), ["convert", "in", "--to", "tilt", "--static"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("--static is for .glb only; found .tilt"), "{}", stderr(&output));
+}
+
+#[test]
 fn folders_are_converted_and_continued_and_errors_come_last() {
     let folder = temp();
     let at = |name: &str| folder.path().join(name);
