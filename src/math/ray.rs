@@ -32,8 +32,8 @@ impl Ray {
     }
 
     /// The slab test: the `t` at which the ray enters the box (0 if the ray starts inside), if it is at most `t_max`.
-    /// Faces, edges and corners belong to the box, and the box may be flat. A result for a box holds for every box inside
-    /// it.
+    /// Faces, edges and corners belong to the box, and the box may be flat. If the ray enters a
+    /// box inside this one, its `t` is not smaller.
     pub fn enter_box(&self, bounds: &Aabb, t_max: f32) -> Option<f32> {
         let mut near = 0.0f32;
         let mut far = t_max;

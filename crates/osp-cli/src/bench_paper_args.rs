@@ -27,7 +27,7 @@ pub(super) struct PaperArgs {
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true,
         requires = "paper", value_parser = size)]
     pub(super) draw: Option<(u32, u32)>,
-    /// With --paper: maximum depths of the paper's tree, binary levels, separated by commas [default: 3,6,9,12,15,18;
+    /// With --paper: maximum depths of the paper's tree in binary levels. Separate them by commas [default: 3,6,9,12,15,18;
     /// with --quick up to 12]. If there is a single depth, the other experiments also use it; else they use 15.
     #[arg(long, value_delimiter = ',', requires = "paper", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_MAX_DEPTH)))]
     pub(super) depth: Vec<u32>,

@@ -14,7 +14,7 @@ use osp_session::replay::RoomMotion;
 ///
 /// A hub chooses the moment of the session. For each screen of the rig, a computer shows the model at this moment. The
 /// hub waits until every active computer has drawn a frame, then lets all of them show it. The hub also has the model,
-/// and names a computer that shows something else. A computer that misses three frames in a row becomes inactive: the
+/// and reports each computer that shows other polygons. A computer that misses three frames in a row becomes inactive: the
 /// hub no longer waits for it. A computer that then draws 20 frames in time becomes active again.
 #[derive(Args, Debug)]
 #[command(

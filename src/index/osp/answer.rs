@@ -70,8 +70,11 @@ pub(super) trait Filling: Answer {
     /// Adds all polygons of the id map.
     fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap);
 
-    /// Adds the ids in `lanes`, which may belong to any blocks.
-    fn listed<K: Kernel>(&mut self, kernel: K, ids: &[u32; BLOCK], lanes: u32);
+    /// Adds the polygons `seen` of at most sixteen blocks with these numbers.
+    fn numbered<K: Kernel>(&mut self, kernel: K, numbers: &[u32], seen: &[u16; BLOCK]);
+
+    /// Adds the ids whose lanes are set in `seen`, from at most sixteen groups. They may belong to any blocks.
+    fn listed<K: Kernel>(&mut self, kernel: K, groups: &[[u32; BLOCK]], seen: &[u16; BLOCK]);
 }
 
 /// Output as a list of ids.
@@ -118,10 +121,13 @@ impl Filling for Ids<'_> {
     }
 
     #[inline(always)]
-    fn listed<K: Kernel>(&mut self, kernel: K, ids: &[u32; BLOCK], lanes: u32) {
-        if lanes != 0 {
-            self.0.push_packed(kernel, ids, lanes);
-        }
+    fn numbered<K: Kernel>(&mut self, kernel: K, numbers: &[u32], seen: &[u16; BLOCK]) {
+        self.0.push_numbered(kernel, numbers, seen);
+    }
+
+    #[inline(always)]
+    fn listed<K: Kernel>(&mut self, kernel: K, groups: &[[u32; BLOCK]], seen: &[u16; BLOCK]) {
+        self.0.push_groups(kernel, groups, seen);
     }
 }
 
@@ -194,11 +200,20 @@ impl Filling for Blocks<'_> {
     }
 
     #[inline(always)]
-    fn listed<K: Kernel>(&mut self, kernel: K, ids: &[u32; BLOCK], lanes: u32) {
-        let mut left = lanes;
-        while left != 0 {
-            self.run(kernel, ids[left.trailing_zeros() as usize % BLOCK], 1);
-            left &= left - 1;
+    fn numbered<K: Kernel>(&mut self, kernel: K, numbers: &[u32], seen: &[u16; BLOCK]) {
+        for (&number, &seen) in numbers.iter().zip(seen) {
+            self.run(kernel, number * BLOCK as u32, u32::from(seen));
+        }
+    }
+
+    #[inline(always)]
+    fn listed<K: Kernel>(&mut self, kernel: K, groups: &[[u32; BLOCK]], seen: &[u16; BLOCK]) {
+        for (ids, &seen) in groups.iter().zip(seen) {
+            let mut left = seen;
+            while left != 0 {
+                self.run(kernel, ids[left.trailing_zeros() as usize % BLOCK], 1);
+                left &= left - 1;
+            }
         }
     }
 }

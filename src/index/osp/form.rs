@@ -7,7 +7,7 @@ use super::{
     tuning::{LONGER, REST},
 };
 use crate::{
-    index::simd::Wide,
+    math::Aabb,
     polygon::{BLOCK, PolygonId, ids_of},
 };
 
@@ -21,18 +21,16 @@ impl Osp {
         self.ids.blocks() + self.movers.group_count() < self.linear_blocks / BACK_TO_LINEAR
     }
 
-    /// Inserts a polygon into the plain list. If the list is full, its limit rises as long as its polygons are scattered
-    /// and few come in a frame.
-    pub(super) fn insert_into_list(&mut self, id: PolygonId, bounds: Wide) -> Inserted {
-        let inserted = self.linear.insert(id.0, bounds, self.list_blocks);
+    /// Inserts a polygon into the full plain list, if its limit may rise. It rises as long as its polygons are scattered and
+    /// few come in a frame.
+    #[inline(never)]
+    pub(super) fn insert_into_full_list(&mut self, id: PolygonId, bounds: &Aabb) -> Inserted {
         let may_be_longer =
             self.list_blocks < self.linear_blocks.saturating_mul(LONGER) && self.came < AT_ONCE;
-        if inserted == Inserted::Full && may_be_longer && self.movers.len() == 0 && self.linear.is_scattered()
-        {
+        if may_be_longer && self.movers.len() == 0 && self.linear.is_scattered() {
             self.list_blocks = self.list_blocks.saturating_add(self.linear_blocks);
-            return self.linear.insert(id.0, bounds, self.list_blocks);
         }
-        inserted
+        self.linear.insert(id.0, bounds, self.list_blocks)
     }
 
     /// Makes a tree from the plain list. If `is_at_once`, its blocks are inserted now. Otherwise they become flat rows
@@ -61,7 +59,7 @@ impl Osp {
     pub(super) fn make_linear(&mut self) {
         // The open block is read instead of closed, because closing it could build a tree from the list of runs.
         for id in ids_of(self.open.block() as usize, self.open.lanes()) {
-            self.linear.insert(id.0, Wide::from_box(&self.open.bounds(id.index() % BLOCK)), usize::MAX);
+            self.linear.insert(id.0, &self.open.bounds(id.index() % BLOCK), usize::MAX);
         }
         let mut at = self.nodes[self.top].own;
         while at != NONE {
@@ -75,7 +73,7 @@ impl Osp {
                         } else {
                             self.ids.boxes(run.store).get(id.index() % BLOCK)
                         };
-                        self.linear.insert(id.0, Wide::from_box(&own), usize::MAX);
+                        self.linear.insert(id.0, &own, usize::MAX);
                     }
                 }
             }

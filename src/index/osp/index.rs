@@ -266,6 +266,25 @@ impl Osp {
         Ok(())
     }
 
+    /// Puts a polygon that is neither in the list nor in the flat rows into the open block. It is a function of its own, so
+    /// that [`SpatialIndex::insert`] saves few registers in the list.
+    #[inline(never)]
+    fn insert_into_tree(&mut self, id: PolygonId, bounds: Wide) -> Result<(), IndexError> {
+        let (block, lane) = (id.0 / 16, id.index() % 16);
+        if !self.open.is(block) {
+            if self.holds(id) {
+                return Err(IndexError::Duplicate(id));
+            }
+            self.open_block(block);
+        }
+        if self.open.present() >> lane & 1 == 1 {
+            return Err(IndexError::Duplicate(id));
+        }
+        self.open.add(lane, bounds);
+        self.len += 1;
+        Ok(())
+    }
+
     /// Puts a polygon that is not in the tree into the open block.
     pub(super) fn put(&mut self, block: u32, lane: usize, bounds: Wide) {
         if !self.open.is(block) {
@@ -306,15 +325,19 @@ impl SpatialIndex for Osp {
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         admit_id(id)?;
-        let bounds = Wide::from_box(bounds);
-        if !bounds.is_valid() {
+        let wide = Wide::from_box(bounds);
+        if !wide.is_valid() {
             return Err(IndexError::InvalidBounds(id));
         }
         if self.movers.slot(id).is_some() {
             return Err(IndexError::Duplicate(id));
         }
         if self.is_linear {
-            match self.insert_into_list(id, bounds) {
+            let inserted = match self.linear.insert(id.0, bounds, self.list_blocks) {
+                Inserted::Full => self.insert_into_full_list(id, bounds),
+                inserted => inserted,
+            };
+            match inserted {
                 Inserted::Done => {
                     (self.len, self.came) = (self.len + 1, self.came + 1);
                     return Ok(());
@@ -323,19 +346,7 @@ impl SpatialIndex for Osp {
                 Inserted::Full => self.make_tree(self.came >= AT_ONCE),
             }
         }
-        let (block, lane) = (id.0 / 16, id.index() % 16);
-        if !self.open.is(block) {
-            if self.holds(id) {
-                return Err(IndexError::Duplicate(id));
-            }
-            self.open_block(block);
-        }
-        if self.open.present() >> lane & 1 == 1 {
-            return Err(IndexError::Duplicate(id));
-        }
-        self.open.add(lane, bounds);
-        self.len += 1;
-        Ok(())
+        self.insert_into_tree(id, wide)
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {

@@ -10,10 +10,10 @@ use super::{
 use crate::{
     index::{
         WorkCounts,
-        simd::{Boxes, Kernel, PlaneSet, Wide, WithKernel},
+        simd::{Boxes, Kernel, PlaneSet, PreparedPlane, Wide, WithKernel},
     },
     math::{Aabb, Frustum},
-    polygon::{BLOCK, PolygonId},
+    polygon::{BLOCK, PolygonId, bits::bits_of},
 };
 
 /// A list of blocks of sixteen ids with the boxes of their polygons, in any order. No block is empty.
@@ -27,22 +27,26 @@ pub(super) struct Linear {
     lanes: Vec<u16>,
     /// For each block, the boxes of its polygons; unused lanes are unspecified.
     boxes: Vec<Boxes<BLOCK>>,
-    /// For each group of sixteen blocks, the box around each block.
+    /// For each group of sixteen blocks, the box around each block. It is out of date if the block is in `changed`.
     around: Vec<Boxes<BLOCK>>,
-    /// For each group, the blocks whose box may be too large.
-    loose: Vec<u16>,
+    /// For each group, the blocks that have changed since [`Linear::refresh`].
+    changed: Vec<u16>,
+    is_changed: bool,
+    /// Whether `bounds` may be too large.
     is_loose: bool,
-    /// Number of commits since a box may be too large.
+    /// Number of commits since a block has changed, and their number before [`Linear::refresh`].
     commits: u32,
+    wait: u32,
     /// Largest number of blocks so far. The system commits memory only when the memory is written to.
     most: usize,
-    /// Box around all polygons; it is too large if the boxes of blocks are.
+    /// Box that contains all polygons.
     bounds: Wide,
 }
 
-/// Number of commits after which boxes are tightened. It is more than one, because polygons being drawn change again in the
-/// next frame.
-const COMMITS_BETWEEN: u32 = 16;
+/// Number of commits after which the boxes around changed blocks are computed. It is more than one, because polygons being
+/// drawn change again in the next frame. It is larger if most blocks have changed, because their boxes are soon out of date.
+const WAIT: u32 = 4;
+const LONG_WAIT: u32 = 64;
 
 /// Number of blocks in the sample that decides whether polygons are scattered. Each sampled polygon is compared with the
 /// `BEFORE` polygons before it, because strokes that are drawn at the same time take turns.
@@ -70,9 +74,11 @@ impl Linear {
             lanes: vec![0; blocks],
             boxes: vec![Boxes::EMPTY; blocks],
             around: vec![Boxes::EMPTY; groups],
-            loose: vec![0; groups],
+            changed: vec![0; groups],
+            is_changed: false,
             is_loose: false,
             commits: 0,
+            wait: WAIT,
             most: blocks,
             bounds: Wide::EMPTY,
         };
@@ -83,7 +89,7 @@ impl Linear {
             linear.lanes.reserve(most);
             linear.boxes.reserve(most);
             linear.around.reserve(most.div_ceil(BLOCK));
-            linear.loose.reserve(most.div_ceil(BLOCK));
+            linear.changed.reserve(most.div_ceil(BLOCK));
         }
         linear
     }
@@ -93,8 +99,9 @@ impl Linear {
         self.lanes.clear();
         self.boxes.clear();
         self.around.clear();
-        self.loose.clear();
-        (self.highest, self.is_loose, self.commits, self.bounds) = (0, false, 0, Wide::EMPTY);
+        self.changed.clear();
+        (self.is_changed, self.is_loose) = (false, false);
+        (self.highest, self.commits, self.wait, self.bounds) = (0, 0, WAIT, Wide::EMPTY);
     }
 
     /// Moves all blocks to the flat rows beside the tree. Returns `false` if the rows are not empty.
@@ -150,18 +157,27 @@ impl Linear {
     }
 
     /// The boxes around the blocks of a group.
-    pub(super) fn around_each(&self, group: usize) -> &Boxes<BLOCK> {
-        &self.around[group]
+    pub(super) fn around_each(&self, group: usize) -> Boxes<BLOCK> {
+        let mut around = self.around[group];
+        for lane in bits_of(u64::from(self.changed[group])) {
+            around.set(lane, &self.measure(group * BLOCK + lane));
+        }
+        around
     }
 
     /// The box around the block at position `at` of [`Linear::blocks`].
     pub(super) fn around(&self, at: usize) -> Aabb {
-        self.around[at / BLOCK].get(at % BLOCK)
+        let is_changed = self.changed[at / BLOCK] >> (at % BLOCK) & 1 == 1;
+        if is_changed { self.measure(at) } else { self.around[at / BLOCK].get(at % BLOCK) }
+    }
+
+    fn measure(&self, at: usize) -> Aabb {
+        self.boxes[at].around(u32::from(self.lanes[at]))
     }
 
     /// Upper bound of all ids.
     pub(super) fn ids_end(&self) -> usize {
-        self.numbers.iter().max().map_or(0, |&last| (last as usize + 1) * BLOCK)
+        if self.numbers.is_empty() { 0 } else { (self.highest as usize + 1) * BLOCK }
     }
 
     /// Memory held, bytes. Room that was never written to does not count, because the system has not committed it.
@@ -203,9 +219,9 @@ impl Linear {
         self.place(id).map(|(at, lane)| self.boxes[at].get(lane))
     }
 
-    /// Inserts a polygon, unless the list would have more than `most` blocks.
-    #[inline]
-    pub(super) fn insert(&mut self, id: u32, bounds: Wide, most: usize) -> Inserted {
+    /// Inserts a polygon with a valid box, unless the list would have more than `most` blocks.
+    #[inline(always)]
+    pub(super) fn insert(&mut self, id: u32, bounds: &Aabb, most: usize) -> Inserted {
         let (number, lane) = (id / 16, id as usize % BLOCK);
         let at = match self.find(number) {
             Some(at) => at,
@@ -216,11 +232,13 @@ impl Linear {
             return Inserted::Present;
         }
         self.lanes[at] |= 1 << lane;
-        self.boxes[at].set_wide(lane, bounds);
-        self.widen(at, &bounds.to_box());
+        self.boxes[at].set(lane, bounds);
+        self.bounds = self.bounds.union(Wide::from_box(bounds));
+        self.mark_changed(at);
         Inserted::Done
     }
 
+    #[inline(never)]
     fn add_block(&mut self, number: u32) -> usize {
         let at = self.len();
         self.most = self.most.max(at + 1);
@@ -230,7 +248,7 @@ impl Linear {
         self.boxes.push(Boxes::EMPTY);
         if at.is_multiple_of(BLOCK) {
             self.around.push(Boxes::EMPTY);
-            self.loose.push(0);
+            self.changed.push(0);
         }
         at
     }
@@ -239,12 +257,14 @@ impl Linear {
     #[inline]
     pub(super) fn update(&mut self, id: u32, bounds: &Aabb) -> bool {
         let Some((at, lane)) = self.place(id) else { return false };
-        if !Wide::from_box(bounds).is_valid() {
+        let wide = Wide::from_box(bounds);
+        if !wide.is_valid() {
             return false;
         }
         self.boxes[at].set(lane, bounds);
-        self.widen(at, bounds);
-        self.mark_loose(at);
+        self.bounds = self.bounds.union(wide);
+        self.is_loose = true;
+        self.mark_changed(at);
         true
     }
 
@@ -254,7 +274,6 @@ impl Linear {
     pub(super) fn update_block(&mut self, number: u32, updates: &[(PolygonId, Aabb)]) -> bool {
         let Some(at) = self.find(number) else { return false };
         let (there, boxes) = (self.lanes[at], &mut self.boxes[at]);
-        let mut around = Wide::EMPTY;
         let mut is_right = true;
         for (id, bounds) in updates {
             let (lane, wide) = (id.index() % BLOCK, Wide::from_box(bounds));
@@ -263,12 +282,10 @@ impl Linear {
                 break;
             }
             boxes.set(lane, bounds);
-            around = around.union(wide);
+            self.bounds = self.bounds.union(wide);
         }
-        if around != Wide::EMPTY {
-            self.widen(at, &around.to_box());
-            self.mark_loose(at);
-        }
+        self.is_loose = true;
+        self.mark_changed(at);
         is_right
     }
 
@@ -277,30 +294,22 @@ impl Linear {
     pub(super) fn remove(&mut self, id: u32) -> bool {
         let Some((at, lane)) = self.place(id) else { return false };
         self.lanes[at] &= !(1 << lane);
+        self.is_loose = true;
         if self.lanes[at] == 0 {
             self.remove_block(at)
         } else {
-            self.mark_loose(at)
+            self.mark_changed(at)
         }
         true
     }
 
-    /// Widens the boxes around a block so that they contain `bounds`.
     #[inline]
-    fn widen(&mut self, at: usize, bounds: &Aabb) {
-        // The box around everything contains the box around each block.
-        if self.around[at / BLOCK].widen(at % BLOCK, bounds) {
-            self.bounds = self.bounds.union(Wide::from_box(bounds));
-        }
-    }
-
-    #[inline]
-    fn mark_loose(&mut self, at: usize) {
-        let loose = &mut self.loose[at / BLOCK];
-        // Updates of one block would otherwise wait for each other's writes.
-        if *loose >> (at % BLOCK) & 1 == 0 {
-            *loose |= 1 << (at % BLOCK);
-            self.is_loose = true;
+    fn mark_changed(&mut self, at: usize) {
+        let changed = &mut self.changed[at / BLOCK];
+        // Changes of one block would otherwise wait for each other's writes.
+        if *changed >> (at % BLOCK) & 1 == 0 {
+            *changed |= 1 << (at % BLOCK);
+            self.is_changed = true;
         }
     }
 
@@ -310,43 +319,41 @@ impl Linear {
         self.numbers.swap_remove(at);
         self.lanes.swap_remove(at);
         self.boxes.swap_remove(at);
-        let bounds = self.around(last);
-        self.around[at / BLOCK].set(at % BLOCK, &bounds);
-        if self.loose[last / BLOCK] >> (last % BLOCK) & 1 == 1 {
-            self.mark_loose(at);
-        }
+        self.mark_changed(at);
         self.around[last / BLOCK].set(last % BLOCK, &Aabb::EMPTY);
-        self.loose[last / BLOCK] &= !(1 << (last % BLOCK));
+        self.changed[last / BLOCK] &= !(1 << (last % BLOCK));
         let groups = last.div_ceil(BLOCK);
         self.around.truncate(groups);
-        self.loose.truncate(groups);
-        self.is_loose = true;
+        self.changed.truncate(groups);
     }
 
-    /// Ends a batch of changes. Every [`COMMITS_BETWEEN`] commits it tightens the boxes of blocks that have lost a polygon.
+    /// Ends a batch of changes. After some commits it computes the boxes around the blocks that have changed.
     #[inline]
     pub(super) fn commit(&mut self) {
-        if self.is_loose {
+        if self.is_changed {
             self.commits += 1;
-            if self.commits >= COMMITS_BETWEEN {
-                self.tighten();
+            if self.commits >= self.wait {
+                self.refresh();
             }
         }
     }
 
     #[inline(never)]
-    fn tighten(&mut self) {
-        (self.is_loose, self.commits, self.bounds) = (false, 0, Wide::EMPTY);
-        for (group, loose) in self.loose.iter_mut().enumerate() {
-            let mut left = std::mem::take(loose);
-            while left != 0 {
-                let lane = left.trailing_zeros() as usize;
-                left &= left - 1;
-                let at = group * BLOCK + lane;
-                // `at` exists, because removing a block clears its bit.
-                self.around[group].set(lane, &self.boxes[at].around(u32::from(self.lanes[at])));
+    fn refresh(&mut self) {
+        (self.is_changed, self.commits) = (false, 0);
+        let mut count = 0;
+        for group in 0..self.changed.len() {
+            let changed = std::mem::take(&mut self.changed[group]);
+            for lane in bits_of(u64::from(changed)) {
+                let bounds = self.measure(group * BLOCK + lane);
+                self.around[group].set(lane, &bounds);
             }
-            self.bounds = self.bounds.union(Wide::from_box(&self.around[group].around(0xFFFF)));
+            count += changed.count_ones() as usize;
+        }
+        self.wait = if self.is_loose && count > self.len() / 2 { LONG_WAIT } else { WAIT };
+        if std::mem::take(&mut self.is_loose) {
+            let each = self.around.iter().map(|around| Wide::from_box(&around.around(0xFFFF)));
+            self.bounds = each.fold(Wide::EMPTY, Wide::union);
         }
     }
 
@@ -358,24 +365,28 @@ impl Linear {
         }
         let blocks = self.len();
         let groups = blocks.div_ceil(BLOCK);
-        if (self.lanes.len(), self.boxes.len(), self.around.len(), self.loose.len())
+        if (self.lanes.len(), self.boxes.len(), self.around.len(), self.changed.len())
             != (blocks, blocks, groups, groups)
         {
             return Err(format!("{blocks} blocks with other numbers of boxes"));
         }
         for (at, (number, lanes, boxes)) in self.blocks().enumerate() {
             let bounds = boxes.around(u32::from(lanes));
-            let loose = self.loose[at / BLOCK] >> (at % BLOCK) & 1 == 1;
-            let around = self.around(at);
             if lanes == 0 || self.find(number) != Some(at) {
                 return Err(format!("block {number} is empty or there twice"));
             }
             if !self.bounds.contains(Wide::from_box(&bounds)) {
                 return Err(format!("block {number} lies outside the box around everything"));
             }
-            if !(around == bounds || loose && self.is_loose && around.contains(&bounds)) {
-                return Err(format!("the box around block {number} is {around:?}, not {bounds:?}"));
+            if self.around(at) != bounds {
+                return Err(format!(
+                    "the box around block {number} is {:?}, not {bounds:?}",
+                    self.around(at)
+                ));
             }
+        }
+        if !self.is_changed && self.changed.iter().any(|&changed| changed != 0) {
+            return Err("a changed block that no commit sees".to_owned());
         }
         let unused = self.around.last().map_or(Aabb::EMPTY, |last| {
             let used = (1 << ((blocks + BLOCK - 1) % BLOCK + 1)) - 1;
@@ -388,6 +399,8 @@ impl Linear {
 /// The frustum query of the linear form.
 pub(super) struct Pass<'a, A> {
     pub(super) linear: &'a Linear,
+    /// Number of polygons in the list.
+    pub(super) polygons: usize,
     pub(super) frustum: &'a Frustum,
     pub(super) answer: A,
 }
@@ -396,22 +409,41 @@ impl<A: Answer> WithKernel for Pass<'_, A> {
     type Output = (WorkCounts, A::Done);
 
     #[inline(always)]
-    fn run<K: Kernel>(mut self, kernel: K) -> Self::Output {
+    fn run<K: Kernel>(self, kernel: K) -> Self::Output {
+        // As a local variable the answer stays in registers.
+        let Self { linear, polygons, frustum, mut answer } = self;
         let mut work = WorkCounts::default();
-        if !self.linear.numbers.is_empty() {
-            let before = self.answer.count();
-            (work.nodes, work.boxes) = (1, 1);
-            let is_inside = is_inside(self.frustum, &self.linear.bounds.to_box());
-            if is_inside {
-                self.all(kernel)
+        if polygons > 0 {
+            let before = answer.count();
+            work.nodes = 1;
+            let bounds = linear.bounds.to_box();
+            let (planes, count) = if linear.len() > FEW {
+                // Planes that do not cut the box around everything cut no polygon.
+                PlaneSet::new(frustum).cutting(&bounds)
+            } else if is_inside(frustum, &bounds) {
+                (PlaneSet::new(frustum).planes, 0)
             } else {
-                self.each(kernel, &mut work)
+                (PlaneSet::new(frustum).planes, 6)
+            };
+            if count == 0 {
+                for (number, lanes, _) in linear.blocks() {
+                    answer.run(kernel, number * 16, u32::from(lanes));
+                }
+            } else {
+                let [a, b, c, d, e, _] = planes;
+                work.boxes = polygons as u64;
+                match count {
+                    ..=4 => linear.test_each(kernel, &[a, b, c, d], &mut answer, &mut work),
+                    5 => linear.test_each(kernel, &[a, b, c, d, e], &mut answer, &mut work),
+                    _ => linear.test_each(kernel, &planes, &mut answer, &mut work),
+                }
+                work.planes = work.boxes * count as u64;
             }
-            work.planes = work.boxes * 6;
-            work.reported = (self.answer.count() - before) as u64;
-            work.taken_whole = if is_inside { work.reported } else { 0 };
+            (work.boxes, work.planes) = (work.boxes + 1, work.planes + 6);
+            work.reported = (answer.count() - before) as u64;
+            work.taken_whole = if count == 0 { work.reported } else { 0 };
         }
-        (work, self.answer.finish())
+        (work, answer.finish())
     }
 }
 
@@ -421,70 +453,42 @@ fn is_inside(frustum: &Frustum, bounds: &Aabb) -> bool {
     frustum.planes().iter().all(|plane| plane.signed_distance(plane.negative_vertex(bounds)) >= 0.0)
 }
 
-impl<A: Answer> Pass<'_, A> {
-    /// Takes all blocks without a test.
-    #[inline(always)]
-    fn all<K: Kernel>(&mut self, kernel: K) {
-        for (number, lanes, _) in self.linear.blocks() {
-            self.answer.run(kernel, number * 16, u32::from(lanes));
-        }
-    }
-
+impl Linear {
     /// Tests the polygons of all blocks that are not behind a plane. It does not compute which planes cut a block, because
     /// this costs as much as testing the polygons. It tests the blocks of a group first only if enough blocks lie behind a
     /// plane. Every [`SAMPLE`]th group is tested to estimate this.
+    /// `work` counts all polygons beforehand.
     #[inline(always)]
-    fn each<K: Kernel>(&mut self, kernel: K, work: &mut WorkCounts) {
-        let planes = PlaneSet::new(self.frustum);
-        let Linear { numbers, lanes, boxes, around, .. } = self.linear;
-        let mut tested = 0;
-        if numbers.len() > LINEAR_BLOCKS {
-            // The polygons of a long list are scattered, so hardly any block lies behind a plane.
-            for ((&number, &lanes), boxes) in numbers.iter().zip(lanes).zip(boxes) {
-                tested += self.look(kernel, &planes, number, lanes, boxes);
-            }
-            work.boxes += u64::from(tested);
-            return;
-        }
-        let mut is_worth_it = numbers.len() > FEW;
-        for (group, around) in around.iter().enumerate() {
+    fn test_each<K: Kernel, A: Answer, const N: usize>(
+        &self,
+        kernel: K,
+        planes: &[PreparedPlane; N],
+        answer: &mut A,
+        work: &mut WorkCounts,
+    ) {
+        // The polygons of a long list are scattered, so hardly any block lies behind a plane.
+        let is_long = self.numbers.len() > LINEAR_BLOCKS;
+        let mut is_worth_it = !is_long && self.numbers.len() > FEW;
+        for (group, numbers) in self.numbers.chunks(BLOCK).enumerate() {
             let from = group * BLOCK;
-            let to = (from + BLOCK).min(numbers.len());
-            let (numbers, lanes, boxes) = (&numbers[from..to], &lanes[from..to], &boxes[from..to]);
-            let blocks = numbers.iter().zip(lanes).zip(boxes);
-            if !is_worth_it && (group % SAMPLE != 0 || group == 0) {
-                for ((&number, &lanes), boxes) in blocks {
-                    tested += self.look(kernel, &planes, number, lanes, boxes);
-                }
-                continue;
+            let to = from + numbers.len();
+            let mut behind = 0;
+            if is_worth_it || !is_long && group != 0 && group % SAMPLE == 0 {
+                work.nodes += 1;
+                work.boxes += numbers.len() as u64;
+                behind = kernel.behind_any(planes, &self.around[group]) & !u32::from(self.changed[group]);
+                is_worth_it = behind.count_ones() >= WORTH_IT;
             }
-            work.nodes += 1;
-            work.boxes += numbers.len() as u64;
-            let behind = planes.behind_any(kernel, around);
-            is_worth_it = behind.count_ones() >= WORTH_IT;
+            let blocks = numbers.iter().zip(&self.lanes[from..to]).zip(&self.boxes[from..to]);
             for (i, ((&number, &lanes), boxes)) in blocks.enumerate() {
                 if behind >> i & 1 == 0 {
-                    tested += self.look(kernel, &planes, number, lanes, boxes);
+                    let seen = u32::from(lanes) & !kernel.behind_any(planes, boxes);
+                    answer.run(kernel, number * 16, seen);
+                } else {
+                    work.boxes -= u64::from(lanes.count_ones());
                 }
             }
         }
-        work.boxes += u64::from(tested);
-    }
-
-    /// Tests the polygons of a block; returns their number. This is a method, because a closure would not be compiled for
-    /// the kernel's instruction set.
-    #[inline(always)]
-    fn look<K: Kernel>(
-        &mut self,
-        kernel: K,
-        planes: &PlaneSet,
-        number: u32,
-        lanes: u16,
-        boxes: &Boxes<BLOCK>,
-    ) -> u32 {
-        let lanes = u32::from(lanes);
-        self.answer.run(kernel, number * 16, lanes & !planes.behind_any(kernel, boxes));
-        lanes.count_ones()
     }
 }
 

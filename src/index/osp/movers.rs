@@ -430,17 +430,17 @@ impl Movers {
     /// All groups, the shared ones first.
     #[inline(always)]
     pub(super) fn groups(&self) -> impl Iterator<Item = Group<'_>> {
-        let shared = self.shared_groups();
-        let shared = shared.map(|(ids, lanes, boxes)| Group { boxes, lanes, ids: GroupIds::Each(ids) });
-        let own = self.own_groups();
-        shared.chain(own.map(|(block, lanes, boxes)| Group { boxes, lanes, ids: GroupIds::Block(block) }))
+        let (ids, lanes, boxes) = self.shared_rows();
+        let shared = ids.iter().map(GroupIds::Each).zip(lanes).zip(boxes);
+        let (blocks, lanes, boxes) = self.own_rows();
+        let own = blocks.iter().map(|&block| GroupIds::Block(block)).zip(lanes).zip(boxes);
+        shared.chain(own).map(|((ids, &lanes), boxes)| Group { boxes, lanes, ids })
     }
 
-    /// The groups of one block each: number of the block, lanes in use, boxes.
+    /// The groups of one block each: numbers of the blocks, lanes in use, boxes.
     #[inline(always)]
-    pub(super) fn own_groups(&self) -> impl Iterator<Item = (u32, u16, &Boxes<BLOCK>)> {
-        let groups = self.blocks.iter().zip(&self.own.lanes).zip(&self.own.boxes);
-        groups.map(|((&block, &lanes), boxes)| (block, lanes, boxes))
+    pub(super) fn own_rows(&self) -> (&[u32], &[u16], &[Boxes<BLOCK>]) {
+        (&self.blocks, &self.own.lanes, &self.own.boxes)
     }
 
     /// Number of groups that belong to one block each.
@@ -455,9 +455,8 @@ impl Movers {
 
     /// The shared groups: ids, lanes in use, boxes.
     #[inline(always)]
-    pub(super) fn shared_groups(&self) -> impl Iterator<Item = (&[u32; BLOCK], u16, &Boxes<BLOCK>)> {
-        let groups = self.ids.iter().zip(&self.shared.lanes).zip(&self.shared.boxes);
-        groups.map(|((ids, &lanes), boxes)| (ids, lanes, boxes))
+    pub(super) fn shared_rows(&self) -> (&[[u32; BLOCK]], &[u16], &[Boxes<BLOCK>]) {
+        (&self.ids, &self.shared.lanes, &self.shared.boxes)
     }
 
     /// Starts a round in which every group is examined once.

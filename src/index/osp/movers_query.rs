@@ -9,7 +9,7 @@ use super::{
 use crate::{
     index::{
         WorkCounts,
-        simd::{Kernel, PlaneSet, WithKernel},
+        simd::{Boxes, Kernel, PlaneSet, WithKernel},
     },
     math::Frustum,
     polygon::{BLOCK, PolygonId, VisibleBlocks},
@@ -48,20 +48,38 @@ impl<A: Filling> WithKernel for Pass<'_, A> {
     type Output = (WorkCounts, A::Done);
 
     #[inline(always)]
-    fn run<K: Kernel>(mut self, kernel: K) -> Self::Output {
+    fn run<K: Kernel>(self, kernel: K) -> Self::Output {
+        // As a local variable the answer stays in registers.
+        let Self { movers, planes, mut answer } = self;
         let mut work = WorkCounts::default();
-        let before = self.answer.count();
-        for (block, lanes, boxes) in self.movers.own_groups() {
-            let seen = u32::from(lanes) & !self.planes.behind_any(kernel, boxes);
-            self.answer.run(kernel, block * BLOCK as u32, seen);
+        let before = answer.count();
+        // Sixteen groups are tested before their polygons are added. With both in one loop, the planes would not stay in
+        // registers.
+        let (numbers, lanes, boxes) = movers.own_rows();
+        let rows = lanes.chunks(BLOCK).zip(boxes.chunks(BLOCK));
+        for (numbers, (lanes, boxes)) in numbers.chunks(BLOCK).zip(rows) {
+            answer.numbered(kernel, numbers, &seen(kernel, &planes, lanes, boxes));
         }
-        for (ids, lanes, boxes) in self.movers.shared_groups() {
-            let seen = u32::from(lanes) & !self.planes.behind_any(kernel, boxes);
-            self.answer.listed(kernel, ids, seen);
+        let (ids, lanes, boxes) = movers.shared_rows();
+        let rows = lanes.chunks(BLOCK).zip(boxes.chunks(BLOCK));
+        for (ids, (lanes, boxes)) in ids.chunks(BLOCK).zip(rows) {
+            answer.listed(kernel, ids, &seen(kernel, &planes, lanes, boxes));
         }
-        count(&mut work, self.movers.len() as u32, PlaneSet::ALL);
-        work.nodes = self.movers.group_count() as u64;
-        work.reported = (self.answer.count() - before) as u64;
-        (work, self.answer.finish())
+        count(&mut work, movers.len() as u32, PlaneSet::ALL);
+        work.nodes = movers.group_count() as u64;
+        work.reported = (answer.count() - before) as u64;
+        (work, answer.finish())
     }
+}
+
+/// For each of at most sixteen groups, those of the polygons `lanes` that no plane excludes.
+#[inline(always)]
+fn seen<K: Kernel>(kernel: K, planes: &PlaneSet, lanes: &[u16], boxes: &[Boxes<BLOCK>]) -> [u16; BLOCK] {
+    // Without this, the compiler would prepare the planes of all groups once, in more registers than there are.
+    let planes = std::hint::black_box(planes);
+    let mut seen = [0; BLOCK];
+    for ((seen, lanes), boxes) in seen.iter_mut().zip(lanes).zip(boxes) {
+        *seen = lanes & !(planes.behind_any(kernel, boxes) as u16);
+    }
+    seen
 }

@@ -44,7 +44,7 @@ impl Osp {
     pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         let answer = Ids::new(draw_list);
         if self.is_linear {
-            return self.backend.run(Pass { linear: &self.linear, frustum, answer }).0;
+            return self.backend.run(Pass { linear: &self.linear, polygons: self.len, frustum, answer }).0;
         }
         let planes = PlaneSet::new(frustum);
         let (top, plan, mut work) = self.plan(frustum, &planes);
@@ -71,7 +71,8 @@ impl Osp {
     pub(super) fn cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
         if self.is_linear {
             let answer = Blocks::new(visible.masks_for(self.ids_end()));
-            let (work, (blocks, found)) = self.backend.run(Pass { linear: &self.linear, frustum, answer });
+            let (work, (blocks, found)) =
+                self.backend.run(Pass { linear: &self.linear, polygons: self.len, frustum, answer });
             visible.note_filled(blocks, found);
             return work;
         }

@@ -196,7 +196,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
         let linear = &self.osp.linear;
         for group in 0..linear.groups() {
             let blocks = (linear.len() - group * 16).min(16);
-            for (lane, t) in self.reach(linear.around_each(group), (1 << blocks) - 1).lanes() {
+            for (lane, t) in self.reach(&linear.around_each(group), (1 << blocks) - 1).lanes() {
                 self.stack.push(Waiting { t, place: Place::Block((group * 16 + lane) as u32) });
             }
         }

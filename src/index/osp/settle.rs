@@ -95,7 +95,7 @@ impl Osp {
         if !self.is_linear {
             return false;
         }
-        match self.linear.insert(id.0, bounds, self.list_blocks) {
+        match self.linear.insert(id.0, &bounds.to_box(), self.list_blocks) {
             Inserted::Full => self.make_tree(true),
             _ => self.len += 1,
         }

@@ -40,7 +40,8 @@ impl WithKernel for Thin<'_> {
     fn run<K: Kernel>(mut self, kernel: K) {
         let osp = self.osp;
         self.flat_rows(&osp.movers);
-        for (ids, lanes, boxes) in osp.movers.shared_groups() {
+        let (ids, lanes, boxes) = osp.movers.shared_rows();
+        for ((ids, &lanes), boxes) in ids.iter().zip(lanes).zip(boxes) {
             self.shared(ids, lanes, boxes);
         }
         if osp.is_linear {

@@ -4,7 +4,7 @@ use std::arch::aarch64::*;
 
 use super::narrow::{Four, Narrow};
 
-/// The kernel for NEON. Every 64-bit ARM processor that a target of Rust names has NEON.
+/// The kernel for NEON, which all 64-bit ARM targets of Rust have.
 pub(super) type Neon = Narrow<float32x4_t>;
 
 impl Four for float32x4_t {

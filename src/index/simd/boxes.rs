@@ -24,8 +24,8 @@ impl<const N: usize> Boxes<N> {
         Aabb { min: Vec3::new(at(0), at(1), at(2)), max: Vec3::new(at(3), at(4), at(5)) }
     }
 
-    #[inline]
     /// Replaces the box of a lane.
+    #[inline(always)]
     pub fn set(&mut self, lane: usize, bounds: &Aabb) {
         let numbers = [bounds.min.x, bounds.min.y, bounds.min.z, bounds.max.x, bounds.max.y, bounds.max.z];
         for (row, number) in self.rows.iter_mut().zip(numbers) {

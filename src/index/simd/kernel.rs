@@ -7,8 +7,8 @@ pub trait Kernel: Copy {
     /// The lanes whose boxes lie wholly behind the plane. Lanes without a box have unspecified results.
     fn behind(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> u32;
 
-    /// The lanes whose boxes lie wholly behind at least one of six planes.
-    fn behind_any(self, planes: &[PreparedPlane; 6], boxes: &Boxes<16>) -> u32;
+    /// The lanes whose boxes lie wholly behind at least one of the planes.
+    fn behind_any<const N: usize>(self, planes: &[PreparedPlane; N], boxes: &Boxes<16>) -> u32;
 
     /// Among the eight lanes from `at` (at most `N - 8`): the lanes wholly behind the plane, and the lanes wholly on
     /// its inner side.

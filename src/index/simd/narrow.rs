@@ -84,7 +84,7 @@ impl<V: Four> Kernel for Narrow<V> {
     }
 
     #[inline(always)]
-    fn behind_any(self, planes: &[PreparedPlane; 6], boxes: &Boxes<16>) -> u32 {
+    fn behind_any<const N: usize>(self, planes: &[PreparedPlane; N], boxes: &Boxes<16>) -> u32 {
         let mut behind = [0, 4, 8, 12].map(|at| Self::far(&planes[0], boxes, at));
         let bits = |b: &[V::Mask; 4]| V::bits(b[0], b[1]) | V::bits(b[2], b[3]) << 8;
         for (i, plane) in planes.iter().enumerate().skip(1) {

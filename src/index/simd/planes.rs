@@ -4,7 +4,7 @@ use crate::math::{Aabb, Frustum};
 /// The six planes of a frustum, prepared for tests of many boxes at once.
 #[derive(Clone, Copy, Debug)]
 pub struct PlaneSet {
-    planes: [PreparedPlane; 6],
+    pub(crate) planes: [PreparedPlane; 6],
 }
 
 impl PlaneSet {
@@ -103,6 +103,22 @@ impl PlaneSet {
     #[inline(always)]
     pub fn behind_any<K: Kernel>(&self, kernel: K, boxes: &Boxes<16>) -> u32 {
         kernel.behind_any(&self.planes, boxes)
+    }
+
+    /// The planes that do not have a box wholly on their inner side, and their number. Other planes follow them.
+    #[inline(always)]
+    pub(crate) fn cutting(&self, bounds: &Aabb) -> ([PreparedPlane; 6], usize) {
+        let (min, max) = (bounds.min, bounds.max);
+        let rows = [min.x, min.y, min.z, max.x, max.y, max.z];
+        let (mut planes, mut count) = (self.planes, 0);
+        for plane in &self.planes {
+            let at = |axis: usize| plane.normal[axis] * rows[plane.near[axis] / 8 % 6];
+            let distance = ((at(0) + at(1)) + at(2)) + plane.d;
+            planes[count] = *plane;
+            let is_inside = distance >= 0.0;
+            count += usize::from(!is_inside);
+        }
+        (planes, count)
     }
 
     /// One of the planes.

@@ -33,7 +33,7 @@ impl Kernel for Scalar {
     }
 
     #[inline(always)]
-    fn behind_any(self, planes: &[PreparedPlane; 6], boxes: &Boxes<16>) -> u32 {
+    fn behind_any<const N: usize>(self, planes: &[PreparedPlane; N], boxes: &Boxes<16>) -> u32 {
         let mut behind = 0;
         for plane in planes {
             behind |= self.behind(plane, boxes);

@@ -99,7 +99,7 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
-    fn behind_any(self, planes: &[PreparedPlane; 6], boxes: &Boxes<16>) -> u32 {
+    fn behind_any<const N: usize>(self, planes: &[PreparedPlane; N], boxes: &Boxes<16>) -> u32 {
         // SAFETY: the token proves AVX2; both halves of sixteen lanes.
         unsafe {
             let zero = _mm256_setzero_ps();

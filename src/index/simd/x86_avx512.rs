@@ -111,15 +111,22 @@ impl Kernel for Avx512 {
     }
 
     #[inline(always)]
-    fn behind_any(self, planes: &[PreparedPlane; 6], boxes: &Boxes<16>) -> u32 {
-        let mut behind = 0;
-        for pair in planes.chunks_exact(2) {
-            behind |= self.behind(&pair[0], boxes) | self.behind(&pair[1], boxes);
-            if behind == 0xFFFF {
+    fn behind_any<const N: usize>(self, planes: &[PreparedPlane; N], boxes: &Boxes<16>) -> u32 {
+        let mut seen = 0xFFFF;
+        for pair in planes.chunks(2) {
+            for plane in pair {
+                // SAFETY: the token proves AVX-512F.
+                unsafe {
+                    let distances = distance16(plane, plane.far, boxes);
+                    // Lanes that are behind an earlier plane stay 0.
+                    seen = _mm512_mask_cmp_ps_mask::<_CMP_NLT_UQ>(seen, distances, _mm512_setzero_ps());
+                }
+            }
+            if seen == 0 {
                 break;
             }
         }
-        behind
+        u32::from(!seen)
     }
 
     #[inline(always)]

@@ -50,7 +50,7 @@ impl Studio {
         }
         let command = ffmpeg_command(frames.folder(), "", VIDEO_RATE);
         self.show_message(format!(
-            "{count} frames are in {}; a video of them: {command}",
+            "{count} frames are in {}; this command makes a video: {command}",
             frames.folder().display()
         ));
     }

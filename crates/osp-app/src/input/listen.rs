@@ -134,7 +134,7 @@ impl Studio {
             let next = || session.new_stroke();
             let erased = self.input.hands.take(t, message, next, &mut self.events);
             if self.input.senders.is_some() && !is_of_several {
-                self.show_once("tracker: this session is of one author: all senders draw as one");
+                self.show_once("tracker: this session has one author, who draws with all trackers");
             }
             return Some((Author::SOLE, erased));
         };

@@ -86,7 +86,7 @@ impl OpenElsewhere {
             Some(LockOwner { process, host, since }) => {
                 write!(f, "process {process} on {host}, since {since}")
             }
-            None => f.write_str("perhaps under another file name, or by another program"),
+            None => f.write_str("another program has it, perhaps under another file name"),
         })
     }
 }

@@ -139,7 +139,7 @@ fn in_a_session_of_one_author_all_senders_draw_as_one() {
     say(&mut table, &ada, &stroke(0.0));
     say(&mut table, &ben, &stroke(0.1));
     assert_eq!(seen(table.studio.scene()), [(0, 2)]);
-    let said = "tracker: this session is of one author: all senders draw as one";
+    let said = "tracker: this session has one author, who draws with all trackers";
     let told = table.studio.messages().iter().filter(|message| **message == said).count();
     assert_eq!(told, 1, "{:?}", table.studio.messages());
 }

@@ -65,7 +65,7 @@ impl Default for Log {
 const WITHOUT_END: Limits = Limits { polygons: u64::MAX / 64, ..Limits::DEFAULT };
 
 impl Log {
-    /// Processes the next message, and appends its events to `out` if it counts. `stamp_nanos` is the server's time stamp.
+    /// Processes the next message, and appends its events to `out` if it is valid. `stamp_nanos` is the server's time stamp.
     pub(super) fn take(&mut self, bytes: &[u8], stamp_nanos: u64, out: &mut Vec<Event>) -> Judged {
         let message = match packet::read(bytes) {
             Ok(message) => message,

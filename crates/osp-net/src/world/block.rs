@@ -3,8 +3,8 @@
 //! | byte | contents |
 //! |---|---|
 //! | 0 | `OSPB` |
-//! | 4 | polygons, pieces, boxes: 32 bits each |
-//! | 16 | the pieces: first number, polygons (32 bits each), red, green, blue, opacity (32-bit floats) |
+//! | 4 | numbers of polygons, pieces and boxes: 32 bits each |
+//! | 16 | for each piece (polygons of one colour): its first polygon, number of polygons (32 bits each), red, green, blue, opacity (32-bit floats) |
 //! | then | the polygons: four corners, 32-bit floats; a triangle has its last corner twice |
 //! | then | the boxes of polygons that are larger than their corners require, because the polygons are animated: place in the block (32 bits), least and greatest corner |
 

@@ -78,7 +78,7 @@ struct Task {
 #[derive(Clone, Debug)]
 pub(super) struct SortedPlanes {
     node_budget: usize,
-    /// Largest number of directions, and of planes with their parts.
+    /// Largest length of the list of points and of the list of planes.
     list_budget: usize,
     points: Vec<DVec3>,
     planes: Vec<Plane>,

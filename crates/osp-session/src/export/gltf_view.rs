@@ -30,8 +30,8 @@ pub(super) fn camera(camera: &Camera) -> (Value, Value) {
 }
 
 /// Lights of glTF and their nodes. The program adds lights and ambient light as sRGB numbers. Light of glTF is linear,
-/// without ambient light. So the file has the session's two lights and six along the axes. With their colours, a matte
-/// surface in any direction looks most like in the program.
+/// without ambient light. So the file has the session's two lights and six lights along the axes. Their colours are
+/// fitted so that a matte surface of any direction looks as in the program.
 pub(super) fn lights(environment: &Environment) -> (Vec<Value>, Vec<Value>) {
     let own = environment.lights.map(|(way, _)| -way.normalize_or(Vec3::NEG_Y));
     let axes = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];

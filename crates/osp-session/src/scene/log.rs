@@ -329,8 +329,8 @@ impl Log {
         Vec::new()
     }
 
-    /// Removes a property from all arrangements before `at`: `change` removes it from the arrangement, this function
-    /// from the index.
+    /// Removes a property from all arrangements before `at`. `change` removes it from an arrangement; this function then
+    /// removes the entry of the index.
     fn change_earlier(&mut self, at: u64, key: Key, change: impl Fn(&mut Arrangement)) {
         for turn in [Turn::MadeAgain, Turn::TakenBack] {
             for at in self.in_index(turn, key, [0, at - 1], usize::MAX) {
