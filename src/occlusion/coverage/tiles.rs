@@ -1,5 +1,5 @@
-//! The picture as tiles of 8 x 8 pixels. Each tile has a depth beyond which all of it is covered, and two nearer layers
-//! that cover some pixels.
+//! The picture as tiles of 8 x 8 pixels. Each tile has a linear bound of the depth beyond which all of it is covered, and
+//! if surfaces cover some pixels nearer, a depth for each pixel.
 
 use super::{
     picture::STEPS,
