@@ -49,8 +49,7 @@ const MOST_RESERVED: usize = 1 << 17;
 /// Largest number of changed polygons that are read in a frame.
 const MOST_READS: u32 = 1 << 14;
 
-/// A polygon that was visible in the last frame is mostly visible in this frame, too. So it is tested in only one of
-/// this many frames. Polygons beyond the largest number of occluders are compared with the others as rarely.
+/// Polygons beyond the largest number of occluders are compared with the others in one of this many frames.
 const TURNS: usize = 4;
 
 /// In a jump, the eye moves by more than this share of the mean distance of the view's occluders, or turns by more than
@@ -309,18 +308,14 @@ impl PreviousFrameOccluders {
                 drawn,
             );
             counts.tests += tested.node_tests + tested.polygon_tests;
-            let seen = &self.views[view];
             for (block, mask) in in_view.blocks() {
-                let left = mask & drawn.mask(block);
-                let tested = if seen.is_turn(block) { left } else { left & !seen.drawn.mask(block) };
-                let mut hidden = 0;
-                for id in ids_of(block, tested) {
-                    counts.tests += 1;
-                    if geometry.polygon(id).is_some_and(|polygon| self.buffer.hides_polygon(&polygon)) {
-                        hidden |= 1 << (id.index() % BLOCK);
-                    }
+                let tested = mask & drawn.mask(block);
+                counts.tests += u64::from(tested.count_ones());
+                if tested != 0 {
+                    let masks = [tested, self.read.mask(block)];
+                    let hidden = self.buffer.hidden_of_block(&self.surfaces, geometry, block, masks);
+                    drawn.remove_block(block, hidden);
                 }
-                drawn.remove_block(block, hidden);
             }
         } else {
             drawn.copy_from(in_view);

@@ -19,7 +19,7 @@ use crate::{
         BuildCounts, Cell, Needed, OcclusionCuller, ShadowVolume, Tested, TestedBoxes, Verdict,
         raster::Raster,
     },
-    polygon::{ConvexPolygon, PolygonId},
+    polygon::{BLOCK, ConvexPolygon, Geometry, PolygonId},
     view::ViewWindow,
 };
 
@@ -194,11 +194,25 @@ impl CoverageBuffer {
         }
     }
 
-    /// Whether all pixels that a polygon touches are covered before its nearest depth. The test finds every
+    /// Whether all pixels that a polygon touches are covered before its nearest depth. The test finds nearly every
     /// polygon hidden whose box it finds hidden.
     pub fn hides_polygon(&self, polygon: &ConvexPolygon) -> bool {
         let Some(picture) = self.facets.picture() else { return false };
         self.backend.run(TestPolygon { tiles: &self.tiles, picture, polygon })
+    }
+
+    /// Which of a block's polygons are hidden, as [`CoverageBuffer::hides_polygon`] finds it. The surfaces contain the
+    /// current form of the polygons in `read`; their corners are projected once in a frame.
+    pub(in crate::occlusion) fn hidden_of_block(
+        &mut self,
+        surfaces: &Surfaces,
+        geometry: &dyn Geometry,
+        block: usize,
+        [tested, read]: [u16; 2],
+    ) -> u16 {
+        let Self { facets, tiles, backend, .. } = self;
+        let Some(picture) = facets.picture().copied() else { return 0 };
+        backend.run(TestBlock { facets, tiles, picture: &picture, surfaces, geometry, block, tested, read })
     }
 
     fn test_all(&self, boxes: &[Aabb], needed: Needed, each: impl FnMut(usize, Tested)) {
@@ -254,20 +268,85 @@ impl WithKernel for TestPolygon<'_> {
     fn run<K: Kernel>(self, kernel: K) -> bool {
         let Self { tiles, picture, polygon } = self;
         let raster = &picture.raster;
-        let mut eyes = [DVec3::ZERO; SIDES];
-        let mut seen = [([0; 2], 0.0); SIDES];
-        let corners = polygon.vertices();
-        for ((eye, seen), p) in eyes.iter_mut().zip(&mut seen).zip(corners) {
-            *eye = raster.in_axes(p.as_dvec3() - raster.eye_in_world);
-            let (at, nearness) = picture.project(*eye);
-            // Most tested polygons are visible, and so is one of their corners.
-            if nearness == 0.0 || !tiles.may_hide_corner(at, nearness) {
+        let mut corners = TestedCorners::NONE;
+        for p in polygon.vertices() {
+            let eye = raster.in_axes(p.as_dvec3() - raster.eye_in_world);
+            if !corners.push(eye, picture.project(eye), tiles) {
                 return false;
             }
-            *seen = (at, nearness);
         }
-        let facet = Facet::of_tested(&eyes[..corners.len()], &seen[..corners.len()], picture);
-        facet.is_some_and(|facet| is_hidden(kernel, &facet, tiles, picture))
+        corners.are_hidden(kernel, tiles, picture)
+    }
+}
+
+/// Tests polygons of one block.
+struct TestBlock<'a> {
+    facets: &'a mut Facets,
+    tiles: &'a Tiles,
+    picture: &'a Picture,
+    surfaces: &'a Surfaces,
+    geometry: &'a dyn Geometry,
+    block: usize,
+    tested: u16,
+    read: u16,
+}
+
+impl WithKernel for TestBlock<'_> {
+    type Output = u16;
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> u16 {
+        let Self { facets, tiles, picture, surfaces, geometry, block, tested, read } = self;
+        let (mut hidden, mut left) = (0, tested);
+        while left != 0 {
+            let bit = left & left.wrapping_neg();
+            left ^= bit;
+            let id = PolygonId((block * BLOCK) as u32 + bit.trailing_zeros());
+            let whole = if read & bit != 0 { surfaces.whole_corners_of(id) } else { &[] };
+            let is_hidden = if whole.is_empty() {
+                match geometry.polygon(id) {
+                    Some(polygon) => TestPolygon { tiles, picture, polygon: &polygon }.run(kernel),
+                    None => false,
+                }
+            } else {
+                let (mut corners, mut may_be) = (TestedCorners::NONE, true);
+                for &corner in whole {
+                    let (eye, seen) = facets.see(surfaces, corner, picture);
+                    may_be = may_be && corners.push(eye, seen, tiles);
+                }
+                may_be && corners.are_hidden(kernel, tiles, picture)
+            };
+            hidden |= if is_hidden { bit } else { 0 };
+        }
+        hidden
+    }
+}
+
+/// The corners of a tested polygon.
+struct TestedCorners {
+    eyes: [DVec3; SIDES],
+    seen: [([i32; 2], f64); SIDES],
+    len: usize,
+}
+
+impl TestedCorners {
+    const NONE: Self = Self { eyes: [DVec3::ZERO; SIDES], seen: [([0; 2], 0.0); SIDES], len: 0 };
+
+    /// Adds a corner. Returns `false` if the polygon is visible there. Most tested polygons are visible, and so is one of
+    /// their corners.
+    #[inline(always)]
+    fn push(&mut self, eye: DVec3, seen: ([i32; 2], f64), tiles: &Tiles) -> bool {
+        (self.eyes[self.len], self.seen[self.len]) = (eye, seen);
+        self.len += 1;
+        seen.1 != 0.0 && tiles.may_hide_corner(seen.0, seen.1)
+    }
+
+    #[inline(always)]
+    fn are_hidden<K: Kernel>(&self, kernel: K, tiles: &Tiles, picture: &Picture) -> bool {
+        match Facet::of_tested(&self.eyes[..self.len], &self.seen[..self.len], picture) {
+            Some(facet) => is_hidden(kernel, &facet, tiles, picture),
+            None => false,
+        }
     }
 }
 

@@ -190,17 +190,16 @@ impl Facet {
             [a, b, c, d] => (c - a).cross(d - b),
             _ => return,
         };
-        let Some(mut normal) = normal.try_normalize() else { return };
-        if normal.dot(eyes[0]) < 0.0 {
-            normal = -normal;
-        }
+        let normal = if normal.dot(eyes[0]) < 0.0 { -normal } else { normal };
         let (mut nearest, mut distance, mut far) = (f64::INFINITY, 0.0_f64, 0.0_f64);
         for eye in eyes {
             let away = normal.dot(*eye);
             (nearest, distance) = (nearest.min(away), distance.max(away));
             far = far.max(eye.length_squared());
         }
-        if nearest > EDGE_ON_SINE * far.sqrt() {
+        // Distances are multiples of the normal's length. Squared, numbers in `f32` neither overflow nor vanish.
+        let least = EDGE_ON_SINE * EDGE_ON_SINE * far * normal.length_squared();
+        if nearest > 0.0 && nearest * nearest > least {
             let distance = if pushed == Pushed::Back { distance } else { nearest };
             (self.plane, self.has_plane) = (plane_in_pixels(normal, distance, raster), true);
         }
@@ -273,8 +272,8 @@ impl Depths {
     }
 }
 
-/// The reciprocal depth of a plane as a linear function of pixels. The plane has this unit normal and this
-/// distance from the eye.
+/// The reciprocal depth of a plane as a linear function of pixels. The plane has this normal and this
+/// scalar product with it.
 #[inline(always)]
 pub(super) fn plane_in_pixels(normal: DVec3, distance: f64, raster: &Raster) -> [f64; 3] {
     let [by_x, by_y, base] = raster.axes_in_pixels(normal);

@@ -95,11 +95,9 @@ impl Facets {
                 continue;
             }
             for &corner in corners {
-                let place = self.seen_of[corner as usize] as usize;
-                if self.seen.get(place).is_none_or(|seen| seen.corner != corner) {
-                    self.seen_of[corner as usize] = self.seen.len() as u32;
+                if self.seen(corner).is_none() {
                     let eye = raster.in_axes(surfaces.position(corner).as_dvec3() - raster.eye_in_world);
-                    self.seen.push(Seen { corner, eye, at: [0; 2], nearness: 0.0 });
+                    self.add_seen(Seen { corner, eye, at: [0; 2], nearness: 0.0 });
                 }
             }
             self.facet_of[id.index()] = self.facets.len() as u32;
@@ -108,6 +106,39 @@ impl Facets {
         self.taken = self.facets.len();
         let sum: f64 = self.seen.iter().map(|seen| seen.eye.abs().element_sum()).sum();
         sum / self.seen.len().max(1) as f64
+    }
+
+    /// The entry of a corner in `seen`, if it has one.
+    #[inline(always)]
+    fn seen(&self, corner: u32) -> Option<&Seen> {
+        self.seen.get(self.seen_of[corner as usize] as usize).filter(|seen| seen.corner == corner)
+    }
+
+    #[inline(always)]
+    fn add_seen(&mut self, seen: Seen) {
+        self.seen_of[seen.corner as usize] = self.seen.len() as u32;
+        self.seen.push(seen);
+    }
+
+    /// A corner relative to the eye, and its position and reciprocal depth in the last picture. It is stored while there
+    /// is room.
+    #[inline(always)]
+    pub(super) fn see(
+        &mut self,
+        surfaces: &Surfaces,
+        corner: u32,
+        picture: &Picture,
+    ) -> (DVec3, ([i32; 2], f64)) {
+        if let Some(Seen { eye, at, nearness, .. }) = self.seen(corner) {
+            return (*eye, (*at, *nearness));
+        }
+        let Picture { raster, .. } = picture;
+        let eye = raster.in_axes(surfaces.position(corner).as_dvec3() - raster.eye_in_world);
+        let (at, nearness) = picture.project(eye);
+        if self.seen.len() < self.seen.capacity() {
+            self.add_seen(Seen { corner, eye, at, nearness });
+        }
+        (eye, (at, nearness))
     }
 
     /// The lowest and highest tangents of all corners; `None` if a corner is nearer than `near_m`.

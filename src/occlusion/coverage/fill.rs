@@ -183,9 +183,9 @@ impl Edges {
         let mut from = px(0);
         for i in 0..len {
             let to = px(if i + 1 == len { 0 } else { i + 1 });
-            for axis in 0..2 {
-                edges.low[axis] = smaller(edges.low[axis], to[axis]);
-                edges.high[axis] = larger(edges.high[axis], to[axis]);
+            for (axis, &at) in to.iter().enumerate() {
+                edges.low[axis] = smaller(edges.low[axis], at);
+                edges.high[axis] = larger(edges.high[axis], at);
             }
             let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
             let length = dx.abs() + dy.abs();

@@ -30,8 +30,9 @@
 //!    sum of all outlines. In this sum, an edge that two neighbours share cancels, because they pass it in opposite
 //!    directions. Only open edges remain, and edges whose neighbour is not in `S`.
 //! 2. *Only open edges come near.* If an edge comes within `MARGIN` of the tile, the neighbouring facet does, too. So
-//!    this facet has an entry there (`reach`), unless it fills the whole tile (`whole`, by twice the margin). In that
-//!    case its edge is not near the tile. Facets whose entries found no room break the tile, which then hides nothing.
+//!    this facet has an entry there, unless it fills the whole tile (`in_tile`, by twice the margin). In that case its
+//!    edge is not near the tile. The two entries are joined if their edge may come near the tile. Facets whose entries
+//!    find no room break their tiles, which then hide nothing.
 //! 3. *Rounding.* Each corner differs from its exact position by at most `MARGIN`, across and up: half a step, and
 //!    `KNOWN` for the projection. Move all corners from their rounded to their exact positions along straight lines.
 //!    Each edge stays within `MARGIN` of its rounded position, so no open edge meets `p` during the motion. The degree
@@ -49,8 +50,8 @@
 //!    its facets.
 //!
 //! Any part of the surfaces may be omitted: an edge whose neighbour is omitted is open. So budgets, facets without area
-//! or convex outline, and corners too far to the side only reduce the number of hidden objects. A layer of several
-//! surfaces covers the pixels of each, from the farthest of their bounds on.
+//! or convex outline, and corners too far to the side only reduce the number of hidden objects. A pixel has the
+//! nearest bound of the surfaces that cover it, at the farthest corner of the pixel.
 
 mod buffer;
 mod facet;

@@ -29,10 +29,16 @@ impl Facets {
     pub(super) fn join_triangles(&mut self, surfaces: &Surfaces, raster: &Raster) {
         for i in 0..self.taken {
             if self.facets[i].is_triangle() {
-                let mut sides = [0, 1, 2];
-                sides.sort_unstable_by_key(|&side| std::cmp::Reverse(self.facets[i].length_squared(side)));
-                let pair = sides.into_iter().find_map(|side| self.pair(i, side));
-                if let Some(pair) = pair {
+                let mut best = (0, None);
+                for side in 0..3 {
+                    let length = self.facets[i].length_squared(side);
+                    if length > best.0
+                        && let Some(pair) = self.pair(i, side)
+                    {
+                        best = (length, Some(pair));
+                    }
+                }
+                if let Some(pair) = best.1 {
                     self.join(i, pair, surfaces, raster);
                 }
             }

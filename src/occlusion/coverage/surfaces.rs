@@ -23,6 +23,8 @@ struct Face {
     corners: [u32; SIDES],
     /// For each edge, the same edge of another polygon. All polygons at one edge form a ring.
     next: [EdgeCode; SIDES],
+    /// Whether the drawn polygon has these corners; otherwise, only its solid part.
+    is_whole: bool,
 }
 
 impl Face {
@@ -39,10 +41,10 @@ fn corner_hash(p: Vec3) -> u64 {
     hash_of([p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), 0])
 }
 
-const NO_FACE: Face = Face { corners: [NONE; SIDES], next: [NONE; SIDES] };
+const NO_FACE: Face = Face { corners: [NONE; SIDES], next: [NONE; SIDES], is_whole: false };
 
 /// The occluders of a model as surfaces: polygons whose corners have the same coordinates bit for bit share these
-/// corners, and the edges between them. A polygon takes 32 bytes, a corner about 40.
+/// corners, and the edges between them. A polygon takes 36 bytes, a corner about 40.
 #[derive(Clone, Debug, Default)]
 pub(in crate::occlusion) struct Surfaces {
     faces: Vec<Face>,
@@ -78,6 +80,7 @@ impl Surfaces {
             self.take_out(id);
             self.put_in(id, &polygon);
         }
+        self.faces[id.index()].is_whole = geometry.polygon(id) == Some(polygon);
     }
 
     fn is_same(&self, id: PolygonId, polygon: &ConvexPolygon) -> bool {
@@ -95,7 +98,7 @@ impl Surfaces {
         for (corner, p) in corners.iter_mut().zip(polygon.vertices()) {
             *corner = self.corner_at(*p);
         }
-        self.faces[id.index()] = Face { corners, next: [NONE; SIDES] };
+        self.faces[id.index()] = Face { corners, ..NO_FACE };
         for edge in 0..polygon.vertices().len() {
             self.link(id.0 * SIDES as u32 + edge as u32);
         }
@@ -211,6 +214,15 @@ impl Surfaces {
     #[inline]
     pub(super) fn corners_of(&self, id: PolygonId) -> &[u32] {
         self.faces.get(id.index()).map_or(&[], Face::corners)
+    }
+
+    /// The corners of a polygon as it is drawn; none if it is no occluder, or if only a part of it is.
+    #[inline]
+    pub(super) fn whole_corners_of(&self, id: PolygonId) -> &[u32] {
+        match self.faces.get(id.index()) {
+            Some(face) if face.is_whole => face.corners(),
+            _ => &[],
+        }
     }
 
     /// Whether a polygon may occlude.

@@ -18,7 +18,7 @@ use crate::{
     },
     math::Aabb,
     occlusion::{Cell, Needed, OcclusionCuller, Verdict, raster::Raster},
-    polygon::{ConvexPolygon, Geometry, PolygonId},
+    polygon::{BLOCK, ConvexPolygon, Geometry, PolygonId},
     view::{Projection, View, ViewWindow},
 };
 
@@ -170,6 +170,13 @@ fn a_short_cut_gives_the_answer_of_the_whole_test() {
                 let is_hidden = buffer.hides_polygon(polygon);
                 assert_eq!(is_hidden, is_hidden_by_all_pixels(&buffer, polygon), "{polygon:?}");
                 found.push(is_hidden);
+            }
+            for (block, some) in tested[..polygons.0.len()].chunks_exact(BLOCK).enumerate() {
+                let by_block =
+                    buffer.hidden_of_block(&surfaces, &polygons, block, [u16::MAX, random.0 as u16]);
+                for (i, polygon) in some.iter().enumerate() {
+                    assert_eq!(by_block >> i & 1 == 1, buffer.hides_polygon(polygon), "{polygon:?}");
+                }
             }
             for some in tested.chunks(16) {
                 let boxes: Vec<Aabb> = some.iter().map(ConvexPolygon::bounds).collect();
@@ -338,4 +345,65 @@ fn two_triangles_stay_two_if_they_make_no_convex_quad_or_lie_far_apart() {
     assert_eq!(facets(Vec3::new(1.0, 1.0, -5.0)), 1, "in one plane");
     assert_eq!(facets(Vec3::new(0.0, 1.0, -5.0)), 2, "a dart");
     assert_eq!(facets(Vec3::new(1.0, 1.0, -5.0) * 1.5), 2, "bent away from the eye");
+}
+
+/// The second polygon is solid only in its middle half.
+struct Rimmed(Polygons);
+
+impl Geometry for Rimmed {
+    fn id_end(&self) -> usize {
+        self.0.id_end()
+    }
+
+    fn is_present(&self, id: PolygonId) -> bool {
+        self.0.is_present(id)
+    }
+
+    fn bounds(&self, id: PolygonId) -> Aabb {
+        self.0.bounds(id)
+    }
+
+    fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
+        self.0.polygon(id)
+    }
+
+    fn may_occlude(&self, _: PolygonId) -> bool {
+        true
+    }
+
+    fn occluder(&self, id: PolygonId) -> Option<ConvexPolygon> {
+        let polygon = self.polygon(id)?;
+        let middle = polygon.bounds().center();
+        let [a, b, c] = [0, 1, 2].map(|i| middle + 0.5 * (polygon.vertices()[i] - middle));
+        Some(if id.0 == 1 { ConvexPolygon::triangle(a, b, c) } else { polygon })
+    }
+}
+
+#[test]
+fn a_block_is_tested_by_the_drawn_and_current_polygons_not_by_stored_parts_of_them() {
+    let square = |half: f32, z: f32| {
+        let [a, b, c, d] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        ConvexPolygon::quad([a, b, c, d].map(|[x, y]| Vec3::new(x * half, y * half, z)))
+    };
+    let triangle = |size: f32, z: f32| {
+        let [a, b, c] = [[-1.0, -1.0], [1.0, -1.0], [0.0, 1.0]];
+        let [a, b, c] = [a, b, c].map(|[x, y]| Vec3::new(x * size, y * size, z));
+        ConvexPolygon::triangle(a, b, c)
+    };
+    let window = window(Vec3::ZERO);
+    let hidden = |polygons: &dyn Geometry, after: &dyn Geometry, read: u16| {
+        let mut surfaces = Surfaces::default();
+        [0, 1].into_iter().for_each(|id| surfaces.set(polygons, PolygonId(id)));
+        let mut buffer = CoverageBuffer::new(320, 184);
+        buffer.build_of(&window, &surfaces, [PolygonId(0)].into_iter());
+        buffer.hidden_of_block(&surfaces, after, 0, [2, read])
+    };
+    let behind = Polygons(vec![square(1.0, -3.0), triangle(0.8, -4.0)]);
+    let before = Polygons(vec![square(1.0, -3.0), triangle(0.8, -2.0)]);
+    assert_eq!(hidden(&behind, &behind, u16::MAX), 2);
+    assert_eq!(hidden(&behind, &before, 0), 0, "moved since it was read");
+    // The solid part is behind the square, the rim beside it.
+    let rimmed = Rimmed(Polygons(vec![square(1.0, -3.0), triangle(1.8, -4.0)]));
+    assert_eq!(hidden(&rimmed, &rimmed, u16::MAX), 0);
+    assert_eq!(hidden(&rimmed, &behind, 0), 2, "a smaller one");
 }

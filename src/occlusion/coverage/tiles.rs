@@ -1,5 +1,5 @@
-//! The picture as tiles of 8 x 8 pixels. Each tile has a depth beyond which all of it is covered, and two nearer layers
-//! that cover some pixels.
+//! The picture as tiles of 8 x 8 pixels. Each tile has a linear bound of the depth beyond which all of it is covered, and
+//! if surfaces cover some pixels nearer, a depth for each pixel.
 
 use super::{
     picture::STEPS,
@@ -388,6 +388,23 @@ impl Tiles {
         pixels & !hidden == 0
     }
 
+    /// Whether these pixels of a tile are covered before the reciprocal depth `near`.
+    #[inline(always)]
+    fn hides_level<K: Kernel>(&self, kernel: K, tile: usize, pixels: u64, near: f32) -> bool {
+        if self.all[tile] >= near || !self.is_fine[tile] {
+            return self.all[tile] >= near;
+        }
+        let mut hidden = 0;
+        for group in 0..GROUPS {
+            let (depths, mut before) = (&self.depths[tile].0[group], [0.0; ROWS]);
+            for k in 0..ROWS {
+                before[k] = depths[k] - near;
+            }
+            hidden |= u64::from(kernel.not_negative(&before)) << (group * ROWS);
+        }
+        pixels & !hidden == 0
+    }
+
     /// Whether the pixel of a polygon's corner may be covered before the corner. `at` is the corner's position in
     /// steps, `nearness` its reciprocal depth.
     ///
@@ -440,14 +457,8 @@ impl Tiles {
             steps += columns.len() as u32;
             if is_hidden && !self.all[tiles.clone()].iter().all(|&depth| depth >= near) {
                 for column in columns.clone() {
-                    let tile = first + column;
-                    is_hidden = self.all[tile] >= near
-                        || self.hides(
-                            kernel,
-                            tile,
-                            pixels_within(x, y, column as i32 * side, row * side),
-                            &Slope::level(near),
-                        );
+                    let pixels = pixels_within(x, y, column as i32 * side, row * side);
+                    is_hidden = self.hides_level(kernel, first + column, pixels, near);
                     if !is_hidden {
                         break;
                     }
