@@ -1,9 +1,10 @@
 //! Linear bounds of the depths in a tile.
 
-use super::tiles::ROWS;
-
 /// Width of a tile, pixels.
 pub(super) const SIDE: usize = 8;
+
+/// Number of pixels of two rows of a tile, a full register.
+pub(super) const ROWS: usize = 2 * SIDE;
 
 /// Width of a pixel, relative to a tile.
 const PIXEL: f32 = 1.0 / SIDE as f32;

@@ -1,9 +1,9 @@
-//! The picture as tiles of 8 x 8 pixels. Each tile has a linear bound of the depth beyond which all of it is covered, and
-//! if surfaces cover some pixels nearer, a depth for each pixel.
+//! The picture as tiles of 8 x 8 pixels. Each tile has a linear bound of the depth beyond which all of it is covered. If
+//! surfaces cover some pixels nearer, each pixel has a depth, too.
 
 use super::{
     picture::STEPS,
-    slope::{SIDE, Slope},
+    slope::{ROWS, SIDE, Slope},
     table::NONE,
 };
 use crate::{index::simd::Kernel, occlusion::Needed};
@@ -19,9 +19,6 @@ const RESERVED_LOCALS: usize = 1 << 10;
 /// Number of bits of a corner's coordinate that are below the pixel.
 const STEP_BITS: u32 = (STEPS as u32).trailing_zeros();
 const TILE_STEPS: i32 = SIDE as i32 * STEPS as i32 - 1;
-
-/// Number of pixels of two rows of a tile, a full register.
-pub(super) const ROWS: usize = 2 * SIDE;
 
 /// The part of a facet, or of a surface, in a tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,7 +42,7 @@ struct Entry {
     tile: u32,
     /// An earlier entry of the same surface in the tile. The first one, the surface's root, refers to itself.
     parent: u32,
-    /// Of a root: the root before it in the tile; at last [`USEFUL`], if the surface hides anything.
+    /// A root stores the root before it in the tile; at last [`USEFUL`], if the surface hides anything.
     before: u32,
 }
 
