@@ -201,7 +201,7 @@ impl CoverageBuffer {
         self.backend.run(TestPolygon { tiles: &self.tiles, picture, polygon })
     }
 
-    /// Which of a block's polygons are hidden, as [`CoverageBuffer::hides_polygon`] finds it. The surfaces contain the
+    /// The polygons of a block that [`CoverageBuffer::hides_polygon`] finds hidden. The surfaces contain the
     /// current form of the polygons in `read`; their corners are projected once in a frame.
     pub(in crate::occlusion) fn hidden_of_block(
         &mut self,

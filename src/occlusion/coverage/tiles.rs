@@ -1,5 +1,5 @@
-//! The picture as tiles of 8 x 8 pixels. Each tile has a linear bound of the depth beyond which all of it is covered, and
-//! if surfaces cover some pixels nearer, a depth for each pixel.
+//! The picture as tiles of 8 x 8 pixels. Each tile has a linear bound of the depth beyond which all of it is covered. If
+//! surfaces cover some pixels nearer, each pixel has a depth, too.
 
 use super::{
     picture::STEPS,
@@ -42,7 +42,7 @@ struct Entry {
     tile: u32,
     /// An earlier entry of the same surface in the tile. The first one, the surface's root, refers to itself.
     parent: u32,
-    /// A root has here the previous root of the tile, and [`USEFUL`] once its surface is known to hide something.
+    /// A root stores the root before it in the tile; at last [`USEFUL`], if the surface hides anything.
     before: u32,
 }
 
