@@ -22,9 +22,9 @@ struct Polygon {
 // The mask of each handle, without hidden polygons, two words.
 @group(0) @binding(5) var<storage, read_write> kept: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read> pyramid: array<f32>;
-// The number of candidates of each chunk, then the candidates of the current chunk, which are the polygons that the coarse
-// test has not proven hidden. A candidate is 64 times the number of its handle in the span, plus the polygon's number in
-// its cluster.
+// The number of candidates of each chunk, then the candidates of the current chunk: the polygons that the coarse test
+// has not proven hidden. A candidate is 64 times the number of its handle in the span, plus the polygon's number in its
+// cluster.
 @group(0) @binding(7) var<storage, read_write> candidates: array<atomic<u32>>;
 @group(0) @binding(8) var samples: texture_depth_multisampled_2d;
 @group(1) @binding(0) var<storage, read> chunk: array<Polygon>;
@@ -350,10 +350,10 @@ fn task_of(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_play: f32) -
     );
 }
 
-// Tests the part of a triangle in one texel of the level where its test begins. If a texel does not prove it hidden, its
-// four parts on the next finer level are tested in turn, down to single pixels and their samples. After the fourth part,
-// the parent's neighbour follows: a tree traversal without a stack, whose state is level and position. The part is hidden
-// if it is behind every texel or sample at which the traversal ends; together these cover it. A traversal that takes
+// Tests the part of a triangle in one texel of the level where its test begins. If a texel does not prove it hidden,
+// its four parts on the next finer level are tested in turn, down to single pixels and their samples. After the fourth
+// part, the parent's neighbour follows: a tree traversal without a stack, whose state is level and position. The part
+// is hidden if it is behind every texel or sample at which the traversal ends; together these cover it. A traversal of
 // more than `steps` steps proves nothing.
 fn is_part_hidden(task: Task, texel: vec2<i32>, steps: ptr<function, u32>) -> bool {
     let t = task.t;
