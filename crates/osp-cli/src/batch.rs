@@ -50,8 +50,8 @@ pub(super) struct Batch {
 impl Batch {
     /// Plans the work on the named sessions, and on the sessions in the named folders.
     ///
-    /// Targets get `ending` and are of the kind. A target lies beside its session. With `out`, it lies below `out` in the
-    /// same place that its session has below its folder. With `force`, finished targets are made again.
+    /// Targets get `ending` and have the given kind. A target lies beside its session. With `out`, it lies below `out`
+    /// in the same place that its session has below its folder. With `force`, finished targets are made again.
     ///
     /// # Errors
     /// A path leads nowhere, `out` is no folder, or there is no session. Two sessions would have the same target, or a
@@ -69,7 +69,7 @@ impl Batch {
         // There may be thousands of paths.
         let named_ones: HashSet<&Path> = paths.iter().map(PathBuf::as_path).collect();
         let folders: Vec<&Path> = paths.iter().map(PathBuf::as_path).filter(|path| path.is_dir()).collect();
-        // What a former run wrote into a folder below the sessions is no session to work on.
+        // Files that a former run wrote into a folder below the sessions are left out.
         let is_below =
             |out: &&Path| folders.iter().any(|path| lies_in(out, path) && !is_same_file(out, path));
         let mut left_out = Vec::new();
@@ -81,7 +81,7 @@ impl Batch {
         let many = found.len();
         found.retain(|session| !has_ending(session, ending));
         let same = many - found.len();
-        // Nor is a model that osp wrote beside its session.
+        // A model that osp wrote beside its session is left out, too.
         let models: HashSet<PathBuf> =
             found.iter().flat_map(|session| [named(session, ".glb"), with(session, ".glb")]).collect();
         found.retain(|session| {
@@ -216,14 +216,15 @@ fn made<W: FnMut(&Job) -> anyhow::Result<Vec<String>>>(
     if let Some(folder) = job.target.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
-    // A pipe that nobody reads would never take it.
+    // Writing to a pipe without a reader would never end.
     if fs::metadata(&job.target).is_ok_and(|data| !data.is_file()) {
         bail!("{}: expected a file; found a folder, a pipe or a device", job.target.display());
     }
     let read = newest(&job.source);
     let remarks = work(job)?;
     let is_changed = newest(&job.source) != read;
-    // The next run compares times: a target is no newer than what was read, and no older, even if a clock was wrong.
+    // The next run compares times. If the session has changed or a clock is wrong, the target gets the time of the
+    // session that was read.
     if let Some(read) = read
         && (is_changed || changed(&job.target).is_some_and(|target| target < read))
     {
@@ -270,7 +271,7 @@ fn targets(places: &[PathBuf], ending: &str) -> Vec<PathBuf> {
     }
 }
 
-/// The name with `ending` in place of a session's ending. A name that is no text keeps all its bytes.
+/// The name with `ending` in place of a session's ending. A name that is not UTF-8 keeps all its bytes.
 fn named(path: &Path, ending: &str) -> PathBuf {
     let Some(name) = path.file_name().unwrap_or_default().to_str() else { return with(path, ending) };
     // An ending is ASCII, so its length is that of the name's part, whatever its case.

@@ -23,7 +23,8 @@ use osp_session::{
     replay::{CameraChoice, CameraPath, Moment},
 };
 
-/// Time of a film and of its end, hundredths of a second, and the longest time of a picture before the end.
+/// Time in which a film's tree grows, time of the film's end, and longest time of a picture before the end, hundredths
+/// of a second.
 const GROWING: u16 = 1500;
 const END: u16 = 300;
 const LONGEST: u16 = 80;
@@ -58,7 +59,7 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
     let output = Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, kind)?;
     let Played { header, summary, scene, moment, .. } = Played::model(&args.session, |_, _| {})?;
     let view = match args.view {
-        // Without a head: nothing comes before the fixed camera.
+        // Without a head, only the fixed camera determines the view.
         Some(_) => CameraPath::new(CameraChoice::Auto, args.view, &summary.bounds).view(&Moment::default()),
         None => CameraPath::new(args.camera, header.camera, &summary.bounds).view(&moment),
     };

@@ -99,7 +99,7 @@ pub(super) fn play(mut playing: Playing, hand: &Hand, is_over: impl Fn() -> bool
     Ok(played)
 }
 
-/// The own numbers for the strokes and groups of a recording.
+/// This author's numbers for the strokes and groups of a recording.
 #[derive(Debug, Default)]
 struct Numbers {
     strokes: HashMap<StrokeId, u32>,
@@ -119,8 +119,8 @@ impl Numbers {
         Some(())
     }
 
-    /// Returns an event as one's own, at the time `now`. `Some(None)` for authors that come and go. `None` if there are
-    /// too many numbers.
+    /// Returns an event with this author's numbers, at the time `now`. `Some(None)` for authors that come and go.
+    /// `None` if there are too many numbers.
     fn own(&mut self, mut event: Event, now: f64) -> Option<Option<Event>> {
         match &mut event {
             Event::Join { .. } | Event::Leave { .. } => return Some(None),

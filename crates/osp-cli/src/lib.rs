@@ -2,7 +2,7 @@
 //!
 //! Exit codes: 0 done, 1 a check failed, 2 bad input or usage.
 //!
-//! This crate may use every other one; none uses it.
+//! This crate may use every other crate; no crate uses it.
 
 mod allocations;
 mod author_rows;

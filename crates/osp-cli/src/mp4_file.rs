@@ -60,7 +60,8 @@ impl Mp4File {
     ) -> io::Result<Self> {
         let rate = pictures_a_second.get();
         let config = EncoderConfig::new()
-            // This control chooses a quantizer within a range. The range has one, so each picture is as large as it must be.
+            // This control chooses a quantizer within a range. The range has one value, so each picture is as large as
+            // it must be.
             .rate_control_mode(RateControlMode::Bufferbased)
             .qp(QpRange::new(QUANTIZER, QUANTIZER))
             .bitrate(BitRate::from_bps(DECLARED_BITS))
@@ -106,7 +107,7 @@ impl Mp4File {
         let stream = encoded.to_vec();
         let mut bytes = Vec::with_capacity(stream.len());
         for unit in parse_annexb_nal_units(&stream).map_err(io::Error::other)? {
-            // The head of the file has these two.
+            // The head of the file has the units of these two types.
             if !matches!(unit.nal_unit_type, H264NalUnitType::Sps | H264NalUnitType::Pps) {
                 bytes.extend(u32::try_from(unit.data.len()).map_err(io::Error::other)?.to_be_bytes());
                 bytes.extend(unit.data);

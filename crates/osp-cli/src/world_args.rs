@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::numbers;
 
-/// The other options of a replay are about sessions that are played, not about finished ones.
+/// Options of a replay that apply only to sessions that are played, not to finished ones.
 const NOT_OF_WORLDS: [&str; 21] = [
     "index",
     "depth",

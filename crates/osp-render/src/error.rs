@@ -19,7 +19,7 @@ pub enum RenderError {
         lacks: &'static str,
     },
     /// The driver lacks a capability for occlusion culling on the GPU.
-    #[error("the graphics adapter {adapter} cannot find what is hidden while it draws: it lacks {lacks}")]
+    #[error("the graphics adapter {adapter} cannot cull hidden polygons: it lacks {lacks}")]
     NoOcclusion {
         /// Name of the adapter.
         adapter: String,

@@ -30,8 +30,8 @@ pub(super) const CORNERS: u32 = 4;
 /// Number of indices of the two triangles of a polygon.
 pub(super) const INDICES: u32 = 6;
 
-/// All polygons of a scene on the GPU, in chunks of fixed size. Growth adds chunks. Only the first chunk is copied, while
-/// it is smaller than the others.
+/// All polygons of a scene on the GPU, in chunks of fixed size. Growth adds chunks. The first chunk grows by copying
+/// until it has the size of the others.
 #[derive(Debug)]
 pub(super) struct GpuScene {
     /// Number of polygons of a chunk, whole clusters.
@@ -54,7 +54,7 @@ pub(super) struct GpuScene {
     /// A bit for each uploaded polygon that has moved since its upload.
     moved: Vec<u64>,
     any_moved: bool,
-    /// Groups that have moved as a whole since then.
+    /// Groups that have moved as a whole since the last [`GpuScene::flush`].
     placed: Vec<Change>,
     /// A bit for each transparent polygon.
     transparent: Vec<u64>,

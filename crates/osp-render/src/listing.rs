@@ -21,8 +21,8 @@ const CHUNK_WORDS: usize = 8;
 /// each undrawn polygon of a span still costs a vertex invocation.
 const LEAST_OF_CHUNK: u32 = (CHUNK_WORDS * WORD * 3 / 4) as u32;
 
-/// Least number of polygons of a span, a run that sends a bit for each polygon instead of its number. If it is smaller,
-/// frames have more draw calls.
+/// Least number of polygons of a span, a run that sends a bit for each polygon instead of its number. A smaller number
+/// gives more draw calls.
 pub(super) const LEAST_SPAN: usize = 2048;
 
 /// Visible polygons of one style.

@@ -22,7 +22,7 @@ impl Overdraw {
 /// Sums the counts of a pass over the samples of a target.
 pub(super) fn add_up(gpu: &Gpu, target: &Target) -> Result<Overdraw, RenderError> {
     if !gpu.reads_samples() {
-        let lacks = "shaders that read each sample of a pixel (drive it by Vulkan, not OpenGL)";
+        let lacks = "shaders that read each sample of a pixel (use Vulkan, not OpenGL)";
         return Err(RenderError::Lacks { adapter: gpu.name(), lacks });
     }
     let device = gpu.device();

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{Gpu, RenderError, descriptors::bind_group, gpu_scene::GpuScene, shaders};
 
-/// Number of storage buffers of the compute shader with the most. An adapter must support this number.
+/// Largest number of storage buffers of a compute shader. An adapter must support this number.
 const STORAGE_BUFFERS: u32 = 8;
 
 /// Shared resources of culling by a hierarchical depth buffer, for all views.
@@ -133,7 +133,7 @@ fn missing(gpu: &Gpu) -> Option<&'static str> {
         return Some("indirect draw calls");
     }
     if !gpu.reads_samples() {
-        return Some("shaders that read the depth of each sample (drive it by Vulkan, not OpenGL)");
+        return Some("shaders that read the depth of each sample (use Vulkan, not OpenGL)");
     }
     if limits.max_storage_buffers_per_shader_stage < STORAGE_BUFFERS {
         return Some("eight storage buffers in a compute shader");

@@ -28,7 +28,7 @@ pub(super) struct Span {
     /// Index in `sums` for a page, or in `candidates` for the list of a chunk.
     pub(super) first_sum: u32,
     pub(super) base: u32,
-    /// Index in the words of `args` of the page's count, which its draw calls follow. For a chunk, index of its
+    /// Index in the words of `args` of the page's count, which the page's draw calls follow. For a chunk, index of its
     /// count in `candidates`.
     pub(super) args: u32,
     pub(super) first_polygon: u32,

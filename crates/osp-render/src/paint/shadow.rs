@@ -13,9 +13,9 @@ use osp_session::{
 
 /// Number of texels of a side of the map.
 const SIDE: u32 = 2048;
-/// Distance from a surface at which a shadow begins, texels, so that strokes that lie on each other cast no shadow on each
-/// other. It counts in texels, because an artist scales a large model down to work on it. The thickness of paint grows with
-/// the size of the model, as texels do.
+/// Distance from a surface at which a shadow begins, texels, so that strokes that lie on each other cast no shadow on
+/// each other. The distance is in texels, because the thickness of paint grows with the size of the model, as texels
+/// do.
 const NEAREST: f32 = 20.0;
 /// With patience, the map is drawn one frame later for every group of this many polygons.
 const PATIENCE: usize = 1 << 13;
@@ -150,7 +150,7 @@ impl Shadow {
             self.is_whole = true;
         }
         let middle = space.to_world(bounds.center());
-        // The margin prevents that casters at the rim are cut off, and that the box is flat.
+        // The margin keeps casters at the rim in the map, and gives a flat box some thickness.
         let half = bounds.extent() * 0.505 + 1.0e-3;
         let texel = 2.0 * half.x.max(half.y) / SIDE as f32;
         let clip_from_middle = Mat4::from_scale(half.recip()) * space.from_world;
@@ -304,7 +304,7 @@ fn create_pipeline(
             depth_write_enabled: Some(true),
             depth_compare: Some(wgpu::CompareFunction::Less),
             stencil: wgpu::StencilState::default(),
-            // The bias prevents that a surface steep to the light casts a shadow on itself.
+            // The bias keeps a surface that is steep to the light from casting a shadow on itself.
             bias: wgpu::DepthBiasState { constant: 0, slope_scale: 1.5, clamp: 0.0 },
         }),
         multisample: wgpu::MultisampleState::default(),

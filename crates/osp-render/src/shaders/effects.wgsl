@@ -1,4 +1,4 @@
-// What single brushes do; follows painted.wgsl. Each effect is named after its brush.
+// Effects of single brushes, each named after its brush; follows painted.wgsl.
 
 const BLOOM: u32 = 1u;
 const SOFT: u32 = 2u;
@@ -32,7 +32,7 @@ fn seconds() -> f32 {
     return surroundings.moment.x;
 }
 
-// One number out of another, 0 to 1.
+// A pseudo-random number from 0 to 1 for each `n`.
 fn scattered(n: f32) -> f32 {
     return fract(sin(n * 12.9898) * 43758.547);
 }
@@ -44,7 +44,7 @@ fn noise(x: f32) -> f32 {
     return mix(scattered(cell), scattered(cell + 1.0), part);
 }
 
-// How far a particle has gone by itself, metres.
+// Offset of a particle by its animation, metres.
 fn drift(material: Material, alpha: f32, at: vec3<f32>) -> vec3<f32> {
     switch material.kinds.y {
         case SNOW: {
@@ -61,29 +61,29 @@ fn drift(material: Material, alpha: f32, at: vec3<f32>) -> vec3<f32> {
     }
 }
 
-// How far a texture has moved by itself.
+// Offset of an animated texture.
 fn texture_shift(material: Material) -> vec2<f32> {
     if material.kinds.y == WIGGLY_GRAPHITE {
-        // Twelve times a second.
+        // The texture jumps twelve times a second.
         return vec2(fract(1.1 * floor(12.0 * seconds())), 0.0);
     }
     return vec2(0.0);
 }
 
-// A colour and alpha as a source of light.
+// Converts a colour and its alpha to emitted light.
 fn bloom(color: vec4<f32>, gain: f32) -> vec4<f32> {
     let own = max(color.rgb, vec3(0.05 * length(color.rgb)));
     let steep = pow(vec4(own, color.a), vec4(2.2));
     return vec4(steep.rgb * 2.0 * exp(10.0 * gain), steep.a);
 }
 
-// Colours that wander along a stroke, 0 to 4.
+// Colours that move along a stroke, 0 to 4.
 fn hypercolor(in: Painted, place: Place) -> vec3<f32> {
     let phase = vec3(2.0, 3.3, 4.66) * place.texture.r + vec3(1.0, 2.0, 0.5) * seconds() - in.texture.x;
     return 2.0 * (sin(phase) + 1.0);
 }
 
-// A wire's place on a bulb or between two.
+// Whether a position on a wire is on a bulb.
 struct Bulb {
     is_lit: bool,
     // 0 on the black ring where the bulb begins, 1 elsewhere.
@@ -95,10 +95,10 @@ fn bulb_at(u: f32) -> Bulb {
     return Bulb(height < 0.1, select(1.0, 0.0, abs(height - 0.1) < 0.01));
 }
 
-// What is mirrored straight on.
+// Reflectance at normal incidence.
 fn f0_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
     switch material.kinds.y {
-        // The mirror of a disco ball has the colour of the paint, this one its own.
+        // A disco ball reflects in the colour of its paint.
         case DISCO: { return material.f0.rgb * in.color.rgb; }
         case HYPERCOLOR: { return material.f0.rgb * hypercolor(in, place); }
         case LIGHT_WIRE: {
@@ -109,7 +109,7 @@ fn f0_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
     }
 }
 
-// The colour that light falls on.
+// Diffuse albedo.
 fn albedo_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let color = in.color.rgb * place.texture.rgb;
     switch material.kinds.y {
@@ -118,7 +118,7 @@ fn albedo_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
             let bulb = bulb_at(in.texture.x);
             return in.color.rgb * select(0.2 * bulb.outside_ring, 0.0, bulb.is_lit);
         }
-        // Only its mirror is seen.
+        // A disco ball has only reflections.
         case DISCO: { return vec3(0.0); }
         case PETAL: {
             let root_to_tip = saturate(in.texture.x);
@@ -128,23 +128,23 @@ fn albedo_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
     }
 }
 
-// Facets of a disco ball mirror as if the world's upright were their plane's: the shader of the program that the brush comes
-// from takes a normal of the world, of which z points forward, for one of the texture's plane.
+// The normal by which a facet of a disco ball reflects. Like the shader of Tilt Brush, this function treats a
+// world-space normal, whose z points forward, as a tangent-space normal.
 fn disco_normal(facet: vec3<f32>, normal: vec3<f32>, gradients: Gradients, dx: vec3<f32>, dy: vec3<f32>) -> vec3<f32> {
     let of_plane = vec3(0.0, 0.0, 1.0) + facet.z * vec3(facet.xy, -facet.z);
     return in_world(normalize(of_plane), normal, gradients, dx, dy);
 }
 
-// Light that a surface gives by itself.
+// Light that a surface emits.
 fn glow_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
     switch material.kinds.y {
         case TOON: {
-            // The black outline that the program draws around it, here on its rim.
+            // Tilt Brush draws a black outline around the stroke. Here the stroke's rim is black instead.
             let is_rim = dot(place.normal, place.to_eye) < 0.35;
             return select(vec3(0.2 * place.normal.y), -in.color.rgb, is_rim);
         }
         case DISCO: {
-            // Facets that lie level blaze.
+            // Horizontal facets are very bright.
             return in.color.rgb * 200.0 * pow(abs(place.facet.y), 100.0);
         }
         case LIGHT_WIRE: {
@@ -152,7 +152,7 @@ fn glow_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
                 return vec3(0.0);
             }
             let number = 2.0 * in.texture.x + 0.5;
-            // The one of seven that light runs through, and a little of its neighbours.
+            // Light runs along the wire: one bulb of seven is on, and its neighbours glow a little.
             let on = 1.0 - saturate(1.5 * abs(number % 7.0 - (3.0 * seconds()) % 7.0));
             let tints = array(vec3(0.2, 0.2, 1.0), vec3(1.0, 0.2, 0.2), vec3(0.2, 1.0, 0.2));
             return bloom(vec4(in.color.rgb * tints[u32(number) % 3u] * on, 1.0), material.numbers.y).rgb;
@@ -170,7 +170,8 @@ fn streamers(in: Painted, place: Place, material: Material) -> vec3<f32> {
     let wave = sin(10.0 * u + 10.0 * t) - sin(23.0 * u + 6.0 * t);
     let part = fract(in.texture.y * 5.0 + 0.05 * wave);
     let uv = vec2(u * pace - t * (0.5 + fract(1.618034 * row)), part);
-    // The texture once in each of five rows, half a level sharper: its lines are thin.
+    // Each of five rows has the whole texture, so `v` grows five times as fast. The factor 3.5 selects a mip level that
+    // is half a level sharper, for thin lines.
     let scale = vec2(pace, 3.5);
     let gradients = Gradients(place.gradients.x * scale, place.gradients.y * scale);
     let texel = texture_of(material, material.kinds.z, uv, gradients);
@@ -200,7 +201,8 @@ fn rainbow(in: Painted, gain: f32) -> vec3<f32> {
     return in.color.rgb * color * line * pulse * factor * factor;
 }
 
-// The mean over a pixel, whose width is `pixel`, of a line across which light falls off to nothing at `half_width`.
+// Mean brightness, over a pixel of width `pixel`, at the distance `off` from a line. The line's brightness falls to 0
+// at `half_width`.
 fn line_of(off: f32, half_width: f32, pixel: f32) -> f32 {
     let ends = (vec2(off) + vec2(-0.5, 0.5) * max(pixel, 1.0e-3 * half_width)) / half_width;
     let inside = clamp(ends, vec2(-1.0), vec2(1.0));
@@ -208,12 +210,12 @@ fn line_of(off: f32, half_width: f32, pixel: f32) -> f32 {
     return (sums.y - sums.x) / max(ends.y - ends.x, 1.0e-6);
 }
 
-// How much `v` less a wave of this slope in `u` changes over a pixel.
+// Change over a pixel of the distance, in `v`, from a wave with this slope in `u`.
 fn width_of_pixel(gradients: Gradients, slope: f32) -> f32 {
     return length(vec2(gradients.x.y - slope * gradients.x.x, gradients.y.y - slope * gradients.y.x));
 }
 
-// The waves are as many as the stroke's own red, green and blue are strong.
+// The number of waves of red, green and blue is in proportion to these components of the stroke's colour.
 fn waveform(in: Painted, place: Place, gain: f32) -> vec3<f32> {
     let u = in.texture.x;
     let envelope = sin(PI * saturate(u));
@@ -238,7 +240,7 @@ fn chromatic_wave(in: Painted, place: Place, gain: f32) -> vec3<f32> {
     return bloom(vec4(in.color.rgb, 1.0), gain).rgb * lines;
 }
 
-// A pulse of light on a tube of dark glass, of which both sides are seen; fog is added on each.
+// A pulse of light on a tube of dark glass. Both sides are visible, and each adds fog.
 fn neon_pulse(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let x = fract(abs(in.texture.x - 0.75 * seconds()));
     let ring = saturate(pow(10.0 * saturate(0.2 - x), 5.0));
@@ -272,12 +274,12 @@ fn plasma(in: Painted) -> vec3<f32> {
     return in.color.rgb * in.texture.z * sum * rim * rim * 0.6;
 }
 
-// How much a film of soap, this thick, mirrors of three colours of light, red, green and blue (nanometres all): light from
-// its two sides meets in or out of step.
+// Reflectance of a soap film for red, green and blue light, by interference of the reflections at its two surfaces.
+// `straight` is the cosine of the angle of incidence; `thickness` is in nanometres.
 fn film(straight: f32, thickness: f32) -> vec3<f32> {
     let index = 1.3;
     let inside = sqrt(1.0 - (1.0 - straight * straight) / (index * index));
-    // Fresnel, for the two ways that light swings.
+    // Fresnel coefficients of the two polarisations.
     let upright = (straight - index * inside) / (straight + index * inside);
     let level = (index * straight - inside) / (index * straight + inside);
     let r = vec2(upright * upright, level * level);
@@ -287,13 +289,13 @@ fn film(straight: f32, thickness: f32) -> vec3<f32> {
     return 1.0 - 0.5 * (across + along);
 }
 
-// Both sides are seen, and lit as if they were the outer one.
+// Both sides are visible; the inner side is lit like the outer one.
 fn diamond_hull(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let outwards = select(-place.normal, place.normal, place.is_front);
     let straight = clamp(abs(dot(outwards, place.to_eye)), 1.0e-3, 1.0);
     var rim = 1.0 - straight;
     rim *= 1.0 - pow(rim, 5.0);
-    // At grazing angles light runs along the edges.
+    // At grazing angles the edges are very bright.
     rim = mix(rim, 150.0, saturate(1.0 - 10.0 * straight));
     let place_on_film = vec2(rim + outwards.x + 0.015 * seconds(), rim + outwards.y);
     let grain = 0.63 + 0.06 * (noise(11.0 * place_on_film.x + 3.0) + noise(9.0 * place_on_film.y) - 1.0);
@@ -305,7 +307,7 @@ fn diamond_hull(material: Material, in: Painted, place: Place) -> vec3<f32> {
     return shine + albedo * light_on(outwards, share) + highlight(material, f0, outwards, place.to_eye, share);
 }
 
-// What is added to what is behind.
+// Light that an additive polygon adds to the background.
 fn emitted(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let rgb = in.color.rgb;
     let own = in.texture.z;
@@ -325,7 +327,8 @@ fn emitted(material: Material, in: Painted, place: Place) -> vec3<f32> {
         }
         case STARS: {
             let blaze = pow(abs(sin(5.3 * t + 2.0 * PI * own)), 20.0);
-            // Sharper by some levels: of what is 800 times as bright as white, the faintest rim would be white, too.
+            // Smaller gradients select a sharper mip level. A star is up to 800 times as bright as white, so even the
+            // faintest rim would be white.
             let gradients = Gradients(0.3 * place.gradients.x, 0.3 * place.gradients.y);
             let sharp = texture_of(material, material.kinds.z, in.texture.xy, gradients).a;
             return rgb * sharp * 800.0 * blaze;
@@ -344,7 +347,7 @@ fn emitted(material: Material, in: Painted, place: Place) -> vec3<f32> {
         case FIRE: {
             let flicker = texture_of(material, material.kinds.z, in.texture.xy - vec2(t, 0.0), place.gradients).a;
             let moved = texture_of(material, material.kinds.z, in.texture.xy - 0.1 * flicker, place.gradients);
-            // The darkest of its wisps are cut off.
+            // The darkest wisps of the flames are cut off.
             let wisps = vec4(select(vec3(0.0), moved.rgb, moved.rgb >= vec3(0.01)), moved.a);
             let c = bloom(vec4(rgb, own), gain) * wisps;
             return c.rgb * c.a;

@@ -16,13 +16,14 @@
 const MOST: f32 = 30001.0;
 // Share of the light that spreads.
 const SPREAD: f32 = 0.0513;
-// Greatest brightness of a sample in the finished picture.
+// Greatest brightness of a sample: if half of a pixel's samples have it, the pixel is white.
 const HALF_IS_WHITE: f32 = 2.0;
 
 struct Corner {
     @builtin(position) position: vec4<f32>,
     @location(0) uv: vec2<f32>,
-    // Width and height of the target, pixels, 16 bits each; of the last pass: whether spread light keeps all its brightness.
+    // Width and height of the target, pixels, 16 bits each. In the last pass, whether spread light keeps all its
+    // brightness.
     @location(1) @interpolate(flat, either) size: u32,
 }
 
@@ -84,8 +85,8 @@ fn cut_off(in: Corner) -> @location(0) vec4<f32> {
 }
 
 fn with_octaves(c: vec3<f32>, in: Corner) -> vec4<f32> {
-    // The full bloom has six octaves, from a half of the picture's size on. Each of the four takes over those that spread
-    // about as far, with their weights.
+    // The full bloom has six octaves, from half of the picture's size on. Each of the four pictures here has the weights of
+    // those octaves that spread about as far.
     let parts = select(0.34 * vec4(0.5, 0.6, 0.6, 0.45), vec4(0.5, 0.273, 0.285, 0.183), in.size == 1u);
     let octaves = parts.x * textureSampleLevel(octave_0, smooth_sampler, in.uv, 0.0).rgb
         + parts.y * textureSampleLevel(octave_1, smooth_sampler, in.uv, 0.0).rgb
@@ -94,8 +95,8 @@ fn with_octaves(c: vec3<f32>, in: Corner) -> vec4<f32> {
     return vec4(saturate(mix(c, octaves, SPREAD)), 1.0);
 }
 
-// The picture with bloom. A stroke brighter than white makes a pixel white as soon as it covers half of it. So thin
-// strokes of light are as bold as in Tilt Brush, where the brushes come from, but not jagged.
+// The picture with bloom. A stroke brighter than white makes a pixel white as soon as it covers half of the pixel. So
+// thin strokes of light are as bold as in Tilt Brush, where the brushes come from, but not jagged.
 @fragment
 fn spread(in: Corner) -> @location(0) vec4<f32> {
     var sum = vec3(0.0);

@@ -10,14 +10,14 @@ struct Span {
     first_sum: u32,
     // Place in the list at which the page begins.
     base: u32,
-    // Place in `args` of the page's count and draw calls: those for depth, then those for colours. Or the place in
-    // `candidates` of a chunk's count.
+    // Place in `args` of the page's count, then of its draw calls for depth, then for colours. For a chunk, place of
+    // its count in `candidates`.
     args: u32,
     // The first polygon of the chunk.
     first_polygon: u32,
     // Draw calls of the page for depth, and as many for colours.
     draws: u32,
-    // Most polygons of a draw call.
+    // Largest number of polygons of a draw call.
     draw_len: u32,
 }
 
@@ -27,7 +27,7 @@ struct Params {
     width: u32,
     height: u32,
     level_count: u32,
-    // Polygons that are tested together: 16, 4 or 1.
+    // Number of polygons that are tested together: 16, 4 or 1.
     group: u32,
     // Bound of a group. 0: its corners; 1: its bounding box; 2: its farthest corner, which is wrong on purpose.
     bound: u32,

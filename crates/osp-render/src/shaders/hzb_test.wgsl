@@ -22,9 +22,9 @@ struct Polygon {
 // The mask of each handle, without hidden polygons, two words.
 @group(0) @binding(5) var<storage, read_write> kept: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read> pyramid: array<f32>;
-// The number of candidates of each chunk, then the candidates of the current chunk, which are the polygons that the coarse
-// test has not proven hidden. A candidate is 64 times the number of its handle in the span, plus the polygon's number in
-// its cluster.
+// The number of candidates of each chunk, then the candidates of the current chunk: the polygons that the coarse test
+// has not proven hidden. A candidate is 64 times the number of its handle in the span, plus the polygon's number in its
+// cluster.
 @group(0) @binding(7) var<storage, read_write> candidates: array<atomic<u32>>;
 @group(0) @binding(8) var samples: texture_depth_multisampled_2d;
 @group(1) @binding(0) var<storage, read> chunk: array<Polygon>;
@@ -38,7 +38,7 @@ const GROUP_TEXELS: i32 = 4;
 const FINE_TEXELS: i32 = 8;
 // Greatest number of texels, finer ones included, that a lane tests a triangle on. A triangle that needs more is drawn.
 const MOST_STEPS: u32 = 1024u;
-// The same if a candidate has several lanes.
+// The same limit for a lane that shares a candidate with others.
 const MOST_STEPS_OF_SHARE: u32 = 256u;
 // Number of lanes that share the texels of a candidate.
 const LANES_OF_CANDIDATE: u32 = 16u;
@@ -162,7 +162,7 @@ struct Bound {
     is_known: u32,
 }
 
-// Beyond every picture, pixels.
+// A coordinate beyond every picture, pixels.
 const FARTHEST: f32 = 1.0e6;
 
 fn nothing() -> Bound {
@@ -350,10 +350,10 @@ fn task_of(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_play: f32) -
     );
 }
 
-// Tests the part of a triangle in one texel of the level where its test begins. If a texel does not prove it hidden, its
-// four parts on the next finer level are tested in turn, down to single pixels and their samples. After the fourth part,
-// the parent's neighbour follows: a tree traversal without a stack, whose state is level and position. The part is hidden
-// if it is behind every texel or sample at which the traversal ends; together these cover it. A traversal that takes
+// Tests the part of a triangle in one texel of the level where its test begins. If a texel does not prove it hidden,
+// its four parts on the next finer level are tested in turn, down to single pixels and their samples. After the fourth
+// part, the parent's neighbour follows: a tree traversal without a stack, whose state is level and position. The part
+// is hidden if it is behind every texel or sample at which the traversal ends; together these cover it. A traversal of
 // more than `steps` steps proves nothing.
 fn is_part_hidden(task: Task, texel: vec2<i32>, steps: ptr<function, u32>) -> bool {
     let t = task.t;
@@ -512,8 +512,8 @@ fn list_candidate(number: u32, lane: u32, is_listed: bool) {
     }
 }
 
-// Both forms of the coarse test: polygons that it does not prove hidden are candidates, or visible if there is no fine
-// test for them.
+// The coarse test. A polygon that it does not prove hidden becomes a candidate, or counts as visible if it has no fine
+// test.
 fn test_cluster(number: u32, lane: u32, is_kept: bool) {
     let at = span.first + number;
     let handle = handles[at];
@@ -539,17 +539,17 @@ fn test(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     test_cluster(group.x, lane, true);
 }
 
-// `test` after all polygons in view have been drawn, only for the next frame.
+// The same as `test`, after all polygons in view have been drawn. The results are only for the next frame.
 @compute @workgroup_size(LANES)
 fn remember(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     test_cluster(group.x, lane, false);
 }
 
 struct Candidate {
-    // Its handle's place.
+    // Place of the candidate's handle.
     at: u32,
     cluster: u32,
-    // Its place in the cluster.
+    // Place of the candidate in its cluster.
     lane: u32,
 }
 
@@ -559,7 +559,7 @@ fn candidate(number: u32) -> Candidate {
     return Candidate(at, handles[at].cluster, word % LANES);
 }
 
-// The fine test. It is apart from the coarse one, because few polygons need it and each takes long.
+// The fine test. It has its own dispatch, because few polygons need it and each takes long.
 fn refine_candidates(group: u32, groups: u32, lane: u32, is_kept: bool) {
     let count = atomicLoad(&candidates[span.args]);
     let of_group = LANES / LANES_OF_CANDIDATE;
@@ -586,7 +586,7 @@ fn refine(
     refine_candidates(group.x, groups.x, lane, true);
 }
 
-// `refine` after `remember`.
+// The same as `refine`, after `remember`.
 @compute @workgroup_size(LANES)
 fn refine_remembered(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -604,7 +604,7 @@ fn test_transparent(@builtin(global_invocation_id) invocation: vec3<u32>) {
         return;
     }
     let id = list[at];
-    // Of another chunk, or already found hidden.
+    // The polygon belongs to another chunk, or was already found hidden.
     if id < span.first_polygon || id - span.first_polygon >= arrayLength(&chunk) || id == NOTHING {
         return;
     }

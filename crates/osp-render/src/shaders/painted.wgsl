@@ -1,27 +1,27 @@
-// What brushes have painted; follows polygon.wgsl. Colours, light and fog are sRGB numbers, used as they are, as the
-// program does that the brushes come from.
+// The paint of brushes; follows polygon.wgsl. As in Tilt Brush, where the brushes come from, colours, light and fog are
+// sRGB numbers without conversion.
 
 struct Material {
-    // Reflectance straight on; w: gloss, 0 to 1.
+    // rgb: reflectance at normal incidence. w: gloss, 0 to 1.
     f0: vec4<f32>,
     // x: alpha below which nothing is drawn. y: strength of emitted light, an exponent.
     numbers: vec4<f32>,
-    // x: how it answers to light. y: the effect. z: the layer of its texture. w: the layer of its normals.
+    // x: lighting and flags. y: effect. z: layer of the texture. w: layer of the normal map.
     kinds: vec4<u32>,
 }
 
 struct Surroundings {
-    // The sky straight down and straight up, and where up is; w of the first: 1 for stars, 2 for the Milky Way, too; w of the
-    // last: what stands around the sketch, 0 for nothing.
+    // Colours of the sky straight down and straight up, and its up direction. sky_low.w: 1 for stars, 2 for stars and
+    // the Milky Way. sky_up.w: number of the scenery, 0 for none.
     sky_low: vec4<f32>,
     sky_high: vec4<f32>,
     sky_up: vec4<f32>,
     floor: vec4<f32>,
-    // w: density, by metre of depth.
+    // w: density per metre of depth.
     fog: vec4<f32>,
-    // w: strength of what is mirrored.
+    // w: strength of reflections.
     ambient: vec4<f32>,
-    // Ways that the two lights travel, and their colours.
+    // Directions in which the two lights shine, and their colours.
     ways: array<vec4<f32>, 2>,
     lights: array<vec4<f32>, 2>,
     // x: seconds.
@@ -33,7 +33,7 @@ struct Surroundings {
 @group(2) @binding(2) var textures: texture_2d_array<f32>;
 @group(2) @binding(3) var repeating: sampler;
 @group(2) @binding(4) var clamping: sampler;
-// The same once more: OpenGL has one sampler for a texture.
+// `textures` again, for the second sampler: OpenGL has one sampler for a texture.
 @group(2) @binding(5) var clamped_textures: texture_2d_array<f32>;
 
 const UV_LIMIT: f32 = 8.0;
@@ -41,7 +41,7 @@ const NO_TEXTURE: u32 = 0xffffffffu;
 // Flags of a polygon.
 const TURNED_TO_EYE: u32 = 0x10000u;
 const IS_SMOOTH: u32 = 0x20000u;
-// Ways to answer to light.
+// Kinds of lighting, and flags of a material.
 const LAMBERT: u32 = 1u;
 const SPECULAR: u32 = 2u;
 const ONE_SIDED: u32 = 4u;
@@ -53,13 +53,13 @@ struct Painted {
     // Texture coordinates, alpha.
     @location(1) texture: vec3<f32>,
     @location(2) normal: vec3<f32>,
-    // From the eye; w: depth along the view.
+    // xyz: position relative to the eye. w: depth along the view.
     @location(3) from_eye: vec4<f32>,
-    // The material; the style; 1 where the eye is on the side that the normals point to.
+    // x: material. y: style. z: 1 if the eye is on the side to which the normals point.
     @location(4) @interpolate(flat, either) kinds: vec3<u32>,
 }
 
-// Relative to the eye. A square that is turned to the eye has the middle and the size of the square that is stored.
+// Position of a corner relative to the eye. A square that faces the eye has the centre and size of the stored square.
 fn painted_point(polygon: Polygon, corner: u32) -> vec3<f32> {
     if (polygon.corners[2].w & TURNED_TO_EYE) == 0u {
         return point_of(polygon, corner);
@@ -67,7 +67,7 @@ fn painted_point(polygon: Polygon, corner: u32) -> vec3<f32> {
     let a = point_of(polygon, 0u);
     let c = point_of(polygon, 2u);
     let middle = (a + c) * 0.5;
-    // Half an edge: the diagonal by the root of 8.
+    // Half an edge is the diagonal divided by the root of 8.
     let half = length(c - a) * 0.35355339;
     let right = normalize(cross(scaled(middle), view.up_in_world.xyz));
     let up = normalize(cross(right, scaled(middle)));
@@ -78,7 +78,7 @@ fn painted_point(polygon: Polygon, corner: u32) -> vec3<f32> {
     return middle + right * (x * turn.x - y * turn.y) + up * (x * turn.y + y * turn.x) + drift_of(polygon);
 }
 
-// How far a polygon has gone by itself: no farther than its box allows.
+// Offset of a polygon by its animation, limited so that the polygon stays in its box.
 fn drift_of(polygon: Polygon) -> vec3<f32> {
     let most = bitcast<f32>(polygon.corners[3].w);
     if !(most > 0.0) {
@@ -102,7 +102,7 @@ fn is_front_seen(polygon: Polygon) -> bool {
     return is_towards == ((flags & IS_SMOOTH) == 0u || dot(normal, own) >= 0.0);
 }
 
-// Octahedral.
+// Decodes an octahedral normal.
 fn unpack_normal(word: u32) -> vec3<f32> {
     let o = unpack2x16snorm(word);
     let z = 1.0 - abs(o.x) - abs(o.y);
@@ -144,7 +144,7 @@ struct Cut {
     @location(1) @interpolate(flat, either) material: u32,
 }
 
-// For a pass without colours, which draws listed polygons alone.
+// For passes without colours, which draw only listed polygons.
 @vertex
 fn vertex_cut(@builtin(vertex_index) index: u32) -> Cut {
     let polygon = fetch(draw_list[index / 4u]);
@@ -172,8 +172,8 @@ fn texture_of(material: Material, layer: u32, uv: vec2<f32>, gradients: Gradient
     return textureSampleGrad(textures, repeating, uv, layer, gradients.x, gradients.y);
 }
 
-// How much more solid than need be a texel counts as solid in the pass without colours: what that pass lays down is no more
-// than what the pass with colours draws, whatever the two round.
+// Margin above the cutoff in the pass without colours. Despite rounding, this pass then writes no depth of a texel that
+// the pass with colours discards.
 const SURELY: f32 = 0.02;
 
 @fragment
@@ -189,20 +189,20 @@ fn fragment_cut(in: Cut) {
     }
 }
 
-// Light that a matte surface takes, whatever its colour; how much of the first light reaches it.
+// Light that falls on a matte surface. `share` is the share of the first light that reaches it.
 fn light_on(normal: vec3<f32>, share: f32) -> vec3<f32> {
     let first = max(dot(normal, -surroundings.ways[0].xyz), 0.0) * share;
     let y = dot(normal, -surroundings.ways[1].xyz);
-    // The second light is kept as spherical harmonics by the program that the brushes come from.
+    // Tilt Brush stores the second light as spherical harmonics.
     let second = max(0.094 + 0.5 * y + 0.469 * y * y, 0.0);
     return surroundings.ambient.rgb + surroundings.lights[0].rgb * first + surroundings.lights[1].rgb * second;
 }
 
-// A lamp that surfaces mirror: where it is, and its light, as that of a point.
+// A lamp that surfaces reflect: its direction, and its light as that of a point.
 struct Lamp {
     way: vec3<f32>,
     light: vec3<f32>,
-    // The square of its width, as a part of a lobe's.
+    // The square of its width, in the unit of a squared roughness.
     width: f32,
 }
 
@@ -211,7 +211,8 @@ const LAMPS: array<Lamp, 2> = array(
     Lamp(vec3(0.0, 0.508, 0.862), vec3(2.4, 2.4, 2.94), 0.03),
 );
 
-// What is mirrored in a direction by a surface of this roughness: a dark room with two lamps, or one even light.
+// Light that a surface of this roughness reflects from the direction `ray`: a dark room with two lamps, or one even
+// light.
 fn mirrored_room(ray: vec3<f32>, roughness: f32) -> vec3<f32> {
     if surroundings.ways[0].w == 0.0 {
         return vec3(0.06);
@@ -220,7 +221,7 @@ fn mirrored_room(ray: vec3<f32>, roughness: f32) -> vec3<f32> {
     var sum = vec3(mix(mix(0.048, 0.093, saturate(-up)), 0.002, smoothstep(-0.1, 0.6, up)));
     for (var i = 0; i < 2; i++) {
         let lamp = LAMPS[i];
-        // A GGX lobe about the mirrored direction, as wide as the surface is rough and the lamp is large.
+        // A GGX lobe around the reflected direction. Roughness and the size of the lamp widen it.
         let wide = min(roughness * roughness + lamp.width, 1.0);
         let across = 0.5 + 0.5 * dot(ray, lamp.way);
         let d = across * (wide - 1.0) + 1.0;
@@ -229,7 +230,7 @@ fn mirrored_room(ray: vec3<f32>, roughness: f32) -> vec3<f32> {
     return sum;
 }
 
-// The highlight of the first light and what is mirrored.
+// The highlight of the first light, and reflections.
 fn highlight(material: Material, f0: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>, share: f32) -> vec3<f32> {
     let gloss = material.f0.w;
     let roughness = (1.0 - gloss) * (1.0 - gloss);
@@ -273,7 +274,7 @@ fn fogged(color: vec3<f32>, depth: f32) -> vec3<f32> {
     return mix(surroundings.fog.rgb, color, exp(-surroundings.fog.w * max(depth, 0.0)));
 }
 
-// A normal from a texture, in the plane that the texture coordinates span.
+// The normal by the normal map, if the material has one.
 fn relief(material: Material, in: Painted, normal: vec3<f32>, gradients: Gradients, dx: vec3<f32>, dy: vec3<f32>) -> vec3<f32> {
     if material.kinds.w == NO_TEXTURE {
         return normal;
@@ -286,19 +287,19 @@ fn styled(color: vec3<f32>, style: Style) -> vec3<f32> {
     return mix(color, style.tint.rgb, style.tint.a) * (1.0 + style.more.y);
 }
 
-// What a fragment knows.
+// Properties of a fragment's surface.
 struct Place {
     normal: vec3<f32>,
     to_eye: vec3<f32>,
-    // Whether the eye is on the side that the normal points to.
+    // Whether the eye is on the side to which the polygon's own normals point.
     is_front: bool,
     texture: vec4<f32>,
     gradients: Gradients,
-    // Of a disco ball the normal of the triangle, on the same side; else as the normal.
+    // For a disco ball, the triangle's normal on the visible side; otherwise the same as `normal`.
     facet: vec3<f32>,
 }
 
-// How a normal of a texture's plane stands in the world: `x` along the texture, `y` across, `z` out of the surface.
+// Converts a tangent-space normal to world space: `x` is along the texture, `y` across it, `z` out of the surface.
 fn in_world(of_plane: vec3<f32>, normal: vec3<f32>, gradients: Gradients, dx: vec3<f32>, dy: vec3<f32>) -> vec3<f32> {
     // Pixels are counted downwards.
     let across = cross(normal, dy);
@@ -331,7 +332,7 @@ fn place_of(in: Painted) -> Place {
     return Place(relief(material, in, normal, gradients, dx, dy), to_eye, is_front, texture, gradients, normal);
 }
 
-// Of what is not additive.
+// Colour of a polygon that is not additive.
 fn surface_color(in: Painted, place: Place) -> vec3<f32> {
     let material = materials[in.kinds.x];
     let style = view.styles[in.kinds.y];
@@ -376,6 +377,6 @@ fn fragment_additive(in: Painted) -> @location(0) vec4<f32> {
         return vec4(0.0);
     }
     let color = emitted(material, in, place);
-    // What goes on beyond every screen adds up to no number at all.
+    // Without this limit, values could become infinite or NaN in the picture's half floats.
     return vec4(clamp(styled(color, style) * style.more.x, vec3(0.0), vec3(30001.0)), 0.0);
 }

@@ -13,7 +13,7 @@ struct Style {
 }
 
 struct View {
-    // From positions relative to the eye: they stay precise far from the world's origin.
+    // Transforms positions relative to the eye, which stay precise far from the world's origin.
     clip_from_eye: mat4x4<f32>,
     eye_in_world: vec4<f32>,
     styles: array<Style, 8>,
@@ -22,14 +22,14 @@ struct View {
     // Direction from the eye to the lower left corner of the picture, and from there to the lower right and upper left
     // corner.
     corners: array<vec4<f32>, 3>,
-    // x: the place that stands for polygon 0; each later place stands for the next number. From here on the draw list
-    // has one bit for each polygon.
+    // x: the place that stands for polygon 0; each later place stands for the next number. From place x on, the draw
+    // list has one bit for each polygon.
     all_from: vec4<u32>,
 }
 
 struct Polygon {
     // Corner positions as float bits. In the fourth words: the colour; the corners' alpha, a byte each; material and
-    // flags; the range of its animation, metres.
+    // flags; the range of animation, metres.
     corners: array<vec4<u32>, 4>,
     // Texture coordinates, two signed 16-bit numbers a corner, in parts of UV_LIMIT.
     uv: vec4<u32>,
@@ -60,11 +60,11 @@ fn polygon_at(place: u32) -> u32 {
 
 // Stands in the draw list for a polygon that is left out.
 const NOTHING: u32 = 0xffffffffu;
-// Position of all its corners, outside of the picture.
+// Position of all corners of such a polygon, outside of the picture.
 const NOWHERE: vec4<f32> = vec4<f32>(2.0, 2.0, 0.5, 1.0);
 
 struct Corner {
-    // Invariant: depth written by one entry point is compared with depth of another.
+    // Invariant, because depth that one entry point writes is compared with depth of another.
     @invariant @builtin(position) position: vec4<f32>,
     // The same for all fragments of a polygon.
     @location(0) @interpolate(flat, either) color: vec4<f32>,
@@ -107,7 +107,7 @@ fn srgb_from_linear(c: vec3<f32>) -> vec3<f32> {
     return select(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3(0.0031308));
 }
 
-// Divided by its largest part, so that products neither overflow nor vanish.
+// A vector divided by its largest component, so that products neither overflow nor vanish.
 fn scaled(v: vec3<f32>) -> vec3<f32> {
     return v / max(max(abs(v.x), max(abs(v.y), abs(v.z))), 1.0e-30);
 }

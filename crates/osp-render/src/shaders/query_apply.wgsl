@@ -1,5 +1,4 @@
-// Applies the results of occlusion queries to the pass with colours: it leaves out handles whose query counted no
-// sample.
+// Removes handles whose occlusion query counted no sample from the pass with colours.
 
 @group(0) @binding(0) var<uniform> span: Span;
 @group(0) @binding(1) var<storage, read> handles: array<Handle>;

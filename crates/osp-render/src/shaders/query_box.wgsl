@@ -1,6 +1,6 @@
-// Draws the boxes of occlusion queries, enlarged by `MORE` pixels. Every sample that a polygon in the box covers is
-// covered by a face of the box in front of it. A box close to the eye is drawn over the whole picture at the nearest
-// depth, so that its query counts samples.
+// Draws the boxes of occlusion queries, enlarged by `MORE` pixels. At every sample that a polygon in the box covers, a
+// face of the box covers the polygon. A box close to the eye is drawn over the whole picture at the nearest depth, so
+// that its query counts samples.
 
 struct View {
     clip_from_eye: mat4x4<f32>,
@@ -34,8 +34,8 @@ const FROM_EYE: f32 = 1.0e-5;
 // below one part in 10,000 (`hzb_test.wgsl`). If the near plane cut a box, faces in front of its polygons would be
 // missing. Behind the eye w is negative and z is not: the condition is false for such a corner, and for NaN.
 const BEYOND_NEAR: f32 = 0.999;
-// As in `hzb_test.wgsl`: rounding error of a corner, as a part of the picture's side, and its limit, pixels. Polygons
-// in a box are no farther beside the picture than its corners.
+// Rounding error of a corner as in `hzb_test.wgsl`, as a part of the picture's side, and its limit here, pixels.
+// Polygons in a box are no farther beside the picture than its corners.
 const ROUNDING: f32 = 1.0 / 524288.0;
 const MOST_PLAY: f32 = 0.7;
 

@@ -1,7 +1,7 @@
 // Shadow map of the first light: depth of all shadow casters in the light's clip space. Follows painted.wgsl.
 
 struct Shade {
-    // Clip space of the light from metres relative to the middle of the shadow casters.
+    // Transforms positions relative to the middle of the shadow casters, metres, to clip space of the light.
     clip_from_middle: mat4x4<f32>,
     // xyz: middle of the shadow casters, world space. w: whether there are any.
     middle: vec4<f32>,
@@ -28,7 +28,7 @@ fn first_light_at(from_eye: vec3<f32>, normal: vec3<f32>) -> f32 {
     return select(1.0, share, is_inside);
 }
 
-// The view is the light's; the draw list has the shadow casters.
+// The view is that of the light; the draw list has the shadow casters.
 @vertex
 fn vertex_shadow(@builtin(vertex_index) index: u32) -> Cut {
     var out: Cut;

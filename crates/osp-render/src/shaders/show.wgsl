@@ -29,7 +29,7 @@ fn decode(in: Corner) -> @location(0) vec4<f32> {
     return vec4(linear_from_srgb(texel(in.uv)), 1.0);
 }
 
-// Linear.
+// The linear colour with less saturation.
 fn grey(in: Corner) -> vec3<f32> {
     // Half of the saturation is kept: through coloured glasses, one eye would miss pure colours.
     let c = linear_from_srgb(texel(in.uv));

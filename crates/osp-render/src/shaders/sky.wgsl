@@ -1,11 +1,11 @@
-// What is seen where no polygon is; follows shadow.wgsl.
+// The sky and the scenery behind all polygons; follows shadow.wgsl.
 
 struct Sky {
     @builtin(position) position: vec4<f32>,
     @location(0) way: vec3<f32>,
 }
 
-// What is seen where nothing is, as far away as can be.
+// A triangle that covers the picture, at the greatest distance.
 @vertex
 fn vertex_sky(@builtin(vertex_index) index: u32) -> Sky {
     let at = vec2(f32((index << 1u) & 2u), f32(index & 2u));
@@ -13,28 +13,28 @@ fn vertex_sky(@builtin(vertex_index) index: u32) -> Sky {
     return Sky(vec4(at.x * 2.0 - 1.0, 1.0 - at.y * 2.0, 0.0, 1.0), way);
 }
 
-// A value on straight lines between points; `at` and `points` rise and have four parts each.
+// Linear interpolation at `x` between four points; `at` ascends.
 fn between(x: f32, at: vec4<f32>, values: vec4<f32>) -> f32 {
     let parts = saturate((vec3(x) - at.xyz) / (at.yzw - at.xyz));
     return values.x + dot(parts, values.yzw - values.xyz);
 }
 
-// How deep along the view something lies that is this far away on this way.
+// Depth along the view of a point at this distance in the direction `way`.
 fn depth_along(way: vec3<f32>, distance: f32) -> f32 {
     let middle = view.corners[0].xyz + 0.5 * (view.corners[1].xyz + view.corners[2].xyz);
     return distance * dot(way, normalize(middle));
 }
 
-// From the eye to a level place on a way that goes down.
+// Vector from the eye along `way`, which goes down, to the horizontal plane at `height`.
 fn down_to(way: vec3<f32>, height: f32) -> vec3<f32> {
     return way * (max(view.eye_in_world.y - height, 0.0) / max(-way.y, 1.0e-4));
 }
 
-// A slab of three metres, of height 0, whose corners are cut off; it stands on a floor.
+// Half the side of a square slab with cut corners. Its top has height 0, and it stands on a floor.
 const SLAB_M: f32 = 1.5;
 const SLAB_CORNER_M: f32 = 2.77;
 const FLOOR_M: f32 = -0.025;
-// A line on the slab, as wide at least as a pixel.
+// Half the width of a groove of the slab. A groove is drawn at least a pixel wide.
 const GROOVE_M: f32 = 0.006;
 const INSET_M: f32 = 1.26;
 
@@ -42,7 +42,7 @@ fn is_on_slab(at: vec2<f32>) -> bool {
     return max(abs(at.x), abs(at.y)) < SLAB_M && abs(at.x) + abs(at.y) < SLAB_CORNER_M;
 }
 
-// The light of lamps that is baked into the floor of Standard, by the distance from the middle.
+// Baked light of lamps on the floor of the environment Standard, by the distance from the middle.
 fn standard_bake(far: f32) -> f32 {
     if far < 2.0 {
         return between(far, vec4(1.3, 1.5, 1.7, 2.0), vec4(0.19, 0.22, 0.27, 0.33));
@@ -80,21 +80,21 @@ fn floor_color(way: vec3<f32>) -> vec3<f32> {
     }
     let from_eye = down_to(way, FLOOR_M);
     let place = view.eye_in_world.xz + from_eye.xz;
-    // The slab darkens what is close to its sides.
+    // The slab darkens the floor close to its sides.
     let far = max(max(abs(place.x), abs(place.y)), 0.94 * length(place));
     let albedo = surroundings.floor.rgb * vec3(2.07, 1.99, 1.68) * standard_bake(far);
     return fogged(albedo * light_on(up, first_light_at(from_eye, up)), depth_along(way, length(from_eye)));
 }
 
-// Places around a sketch, as `surroundings.sky_up.w` numbers them; the first has the floor above.
+// Numbers of sceneries, in `surroundings.sky_up.w`. Number 1 is Standard, with the floor above.
 const PEDESTAL: f32 = 2.0;
 const DRESS_FORM: f32 = 3.0;
 const NIGHT_SKY: f32 = 4.0;
 const SPACE: f32 = 5.0;
-// How far a sketch's surroundings stand in front of its origin, metres: the column, and the middle of the slab's grooves.
+// Position along z of the column and of the bust, metres.
 const PROP_Z_M: f32 = -0.5;
 
-// The colour of the ground of the places 2 to 4, by the distance from the origin; the slab is brightest in its middle.
+// Colour of the ground in the direction `way`, for sceneries 2 to 4. The slab is brightest in its middle.
 fn ground_color(way: vec3<f32>, place: f32) -> vec3<f32> {
     let distance = max(view.eye_in_world.y, 0.0) / max(-way.y, 1.0e-4);
     let from_eye = way * distance;
@@ -122,7 +122,7 @@ fn ground_color(way: vec3<f32>, place: f32) -> vec3<f32> {
     return fogged(albedo * light, depth_along(way, distance));
 }
 
-// Heights and distances of the hills in metres, by tens of degrees from the left over the front.
+// Height and distance of a hill every ten degrees, metres, from the left (-x) over the front (-z).
 const HILLS: array<vec2<f32>, 36> = array(
     vec2(5.8, 96.0), vec2(3.9, 83.0), vec2(3.9, 81.0), vec2(3.0, 73.0), vec2(7.0, 92.0), vec2(3.8, 74.0),
     vec2(2.5, 76.0), vec2(4.4, 88.0), vec2(5.3, 84.0), vec2(5.4, 85.0), vec2(3.4, 69.0), vec2(3.2, 74.0),
@@ -132,7 +132,7 @@ const HILLS: array<vec2<f32>, 36> = array(
     vec2(4.3, 92.0), vec2(5.8, 85.0), vec2(5.6, 91.0), vec2(6.1, 91.0), vec2(2.3, 75.0), vec2(5.3, 95.0),
 );
 
-// The hills that cover a way above the horizon: their colour in fog, and whether there is one.
+// The hill in the direction `way`. rgb: its colour in fog. w: 1 if there is a hill, else 0.
 fn hill(way: vec3<f32>, place: f32) -> vec4<f32> {
     let turn = fract(atan2(-way.z, -way.x) / (2.0 * PI)) * 36.0;
     let steep = way.y / max(length(way.xz), 1.0e-4);
@@ -141,7 +141,7 @@ fn hill(way: vec3<f32>, place: f32) -> vec4<f32> {
     for (var i = 0; i < 2; i++) {
         let number = floor(turn) + f32(i);
         let one = HILLS[u32(number) % 36u];
-        // Straight slopes from a foot of 18 m to a top of 4.
+        // A hill is 18 m wide at its foot and 4 m at its top, with straight slopes.
         let aside = abs(turn - number) * 0.1745 * one.y;
         let height = one.x * factor * saturate((9.0 - aside) / 7.0) - view.eye_in_world.y;
         far = select(far, one.y, height > one.y * steep);
@@ -151,22 +151,22 @@ fn hill(way: vec3<f32>, place: f32) -> vec4<f32> {
     return vec4(fogged(lit, depth_along(way, far)), select(0.0, 1.0, far > 0.0));
 }
 
-// Profile of a turned thing: heights and radii, metres.
+// Profile of a solid of revolution: heights and radii, metres.
 alias Profile = array<vec2<f32>, 12>;
 const COLUMN: Profile = Profile(
     vec2(0.058, 0.29), vec2(0.07, 0.28), vec2(0.11, 0.255), vec2(0.15, 0.225), vec2(0.19, 0.21), vec2(0.22, 0.203),
     vec2(0.79, 0.207), vec2(0.82, 0.21), vec2(0.86, 0.225), vec2(0.9, 0.25), vec2(0.93, 0.3), vec2(0.949, 0.307),
 );
 const PLINTH_HALF_M: f32 = 0.339;
-// A tailor's bust on a stand, this deep for its width.
+// A tailor's bust on a stand. Its depth is `BUST_DEPTH` times its width.
 const BUST: Profile = Profile(
     vec2(0.0, 0.19), vec2(0.02, 0.19), vec2(0.03, 0.02), vec2(1.12, 0.02), vec2(1.125, 0.15), vec2(1.2, 0.17),
     vec2(1.4, 0.125), vec2(1.62, 0.17), vec2(1.75, 0.185), vec2(1.83, 0.1), vec2(1.87, 0.055), vec2(1.97, 0.05),
 );
 const BUST_DEPTH: f32 = 0.62;
 
-// Where a way meets a turned thing, which is `depth` as deep as it is wide: the normal there, and how far that is; too far for
-// nowhere.
+// First hit of a ray with a solid of revolution whose depth is `depth` times its width. xyz: normal. w: distance, 1.0e9
+// without a hit.
 fn turned_at(eye_there: vec3<f32>, along: vec3<f32>, profile: Profile, depth: f32) -> vec4<f32> {
     var points = profile;
     let eye = eye_there / vec3(1.0, 1.0, depth);
@@ -192,13 +192,13 @@ fn turned_at(eye_there: vec3<f32>, along: vec3<f32>, profile: Profile, depth: f3
     return vec4(normal, nearest);
 }
 
-// Where a way meets the bust; a negative distance for nowhere.
+// First hit of a ray from the eye with the bust. xyz: normal. w: distance, negative without a hit.
 fn bust_at(way: vec3<f32>) -> vec4<f32> {
     let found = turned_at(view.eye_in_world.xyz - vec3(0.0, 0.0, PROP_Z_M), way, BUST, BUST_DEPTH);
     return vec4(found.xyz, select(-1.0, found.w, found.w < 1.0e9));
 }
 
-// Where a way meets the pedestal: the normal there, and how far that is; a negative distance for nowhere.
+// The same as `bust_at`, for the pedestal.
 fn pedestal_at(way: vec3<f32>) -> vec4<f32> {
     let eye = view.eye_in_world.xyz - vec3(0.0, 0.0, PROP_Z_M);
     let column = turned_at(eye, way, COLUMN, 1.0);
@@ -236,7 +236,7 @@ fn prop_color(way: vec3<f32>, found: vec4<f32>, albedo: f32) -> vec3<f32> {
     return fogged(albedo * light_on(found.xyz, share), depth_along(way, found.w));
 }
 
-// The moon of Space, a grey sphere in front of the origin: how far away it is on this way, if it is.
+// The moon of Space, a grey sphere in front of the origin.
 const MOON_M: vec3<f32> = vec3(0.0, 1.3, -0.5);
 const MOON_RADIUS_M: f32 = 0.182;
 
@@ -252,17 +252,17 @@ fn moon_color(way: vec3<f32>, distance: f32) -> vec3<f32> {
     return 0.35 * light_on(normal, first_light_at(way * distance, normal));
 }
 
-// Two numbers out of a cell of the sky, 0 to 1 each.
+// Two pseudo-random numbers from 0 to 1 for a cell of the sky.
 fn scattered_in(cell: vec2<f32>) -> vec2<f32> {
     let n = dot(cell, vec2(127.1, 311.7));
     return vec2(scattered(n), scattered(n + 57.3));
 }
 
-// About a star for each square degree, as large as a tenth of a degree, or a pixel if that is larger.
+// About one star per square degree. A star is a tenth of a degree wide, or a pixel if that is larger.
 fn stars_at(way: vec3<f32>, pixel: f32) -> vec3<f32> {
     let height = asin(clamp(way.y, -1.0, 1.0)) * 57.2958;
     let row = floor(height);
-    // As many cells as the circle of this height is long.
+    // Number of cells of a row: the length of the circle at this height, degrees.
     let count = max(round(360.0 * cos((row + 0.5) / 57.2958)), 1.0);
     let turn = fract(atan2(way.z, way.x) / (2.0 * PI)) * count;
     let cell = vec2(floor(turn), row);
@@ -275,8 +275,8 @@ fn stars_at(way: vec3<f32>, pixel: f32) -> vec3<f32> {
     return min(bright * 1.5, 1.0) * tint;
 }
 
-// A cloud of the Milky Way: where on the sky's picture (0 to 1 from the left, degrees above the horizon), how large
-// (degrees), and its colour.
+// A cloud of the Milky Way. `x` is its position on a panorama, 0 to 1 from the left. `height` above the horizon and
+// `size` are in degrees.
 fn cloud(way: vec3<f32>, x: f32, height: f32, size: f32, color: vec3<f32>) -> vec3<f32> {
     let angles = vec2((0.5 - x) * 2.0 * PI, height / 57.2958);
     let middle = vec3(cos(angles.x) * cos(angles.y), sin(angles.y), -sin(angles.x) * cos(angles.y));
@@ -303,14 +303,14 @@ fn fragment_sky(in: Sky) -> @location(0) vec4<f32> {
     if place == PEDESTAL {
         let found = pedestal_at(way);
         if found.w > 0.0 {
-            // Concrete.
+            // The albedo is that of concrete.
             return vec4(prop_color(way, found, 0.31), 1.0);
         }
     }
     if place == DRESS_FORM {
         let found = bust_at(way);
         if found.w > 0.0 {
-            // Linen.
+            // The albedo is that of linen.
             return vec4(prop_color(way, found, 0.42), 1.0);
         }
     }
@@ -334,7 +334,8 @@ fn fragment_sky(in: Sky) -> @location(0) vec4<f32> {
     }
     let high = 0.5 + 0.5 * dot(way, surroundings.sky_up.xyz);
     var color = mix(surroundings.sky_low.rgb, surroundings.sky_high.rgb, high);
-    // The Milky Way is over the horizon; where it is not, fainter stars are all around.
+    // With the Milky Way, stars are only above the horizon. Without it, they are all around, with additional fainter
+    // ones.
     if surroundings.sky_low.w == 1.0 {
         color += stars_at(way, pixel) + 0.7 * stars_at(way.zxy, pixel);
     }

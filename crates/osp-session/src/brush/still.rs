@@ -1,9 +1,9 @@
 //! Brushes at rest, for formats without shaders: the light and colours of a brush at time 0 as a texture, and as a
 //! colour at each corner.
 //!
-//! The renderer's shaders draw the same in motion. A test of the program compares both, for ribbons. The texture has the
-//! mean of what it cannot show: colours that change with the view, spreading light, and lines whose number depends on the
-//! stroke's colour.
+//! The renderer's shaders draw the same in motion. A test of the program compares both, for ribbons. The texture has a
+//! mean of effects that it cannot show: colours that change with the view, spreading light, and lines whose number
+//! depends on the stroke's colour.
 
 use std::f32::consts::{PI, TAU};
 
@@ -20,11 +20,11 @@ use super::{
 
 /// Width and height of the texture of a brush whose light is brighter than white, texels.
 const GLARE_SIDE: usize = 16;
-/// Share of a star's blaze that its texture stores; the rest is in the alpha of its corners.
+/// Part of a star's brightness, 800, that its texture stores; the rest is in the alpha of its corners.
 const STAR: f32 = 8.0;
-/// Repetitions of a streamer for each of its texture, the mean of its five lines.
+/// Repetitions of a streamer's texture along a length of 1: the mean of its five lines.
 const STREAMER_PACE: f32 = 0.65;
-/// Angle of a waveform's wave over its length in a dark stroke, radians. More waves need more texels.
+/// Angle of the wave over the length of a waveform, radians, as in a dark stroke. More waves need more texels.
 const WAVES: f32 = 30.0;
 /// Largest factor of a stroke's colour. More light makes the colour white, and its halo, which a file cannot store,
 /// would no longer show the colour.
@@ -35,7 +35,7 @@ const LIT: f32 = 0.02;
 /// Direction from which the eye sees a polygon.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
-    /// 1 straight on, 0 from its edge.
+    /// Cosine of the angle between the normal and the direction to the eye.
     pub straight: f32,
     /// Light on a matte surface, the mean over all directions: red, green, blue, 1 for full light.
     pub light: Vec3,
@@ -63,7 +63,7 @@ impl Still {
         still
     }
 
-    /// Whether the brush has more than one texel: else all are white and opaque.
+    /// Whether the brush has a texture; otherwise all texels are white and opaque.
     pub fn has_texture(&self) -> bool {
         let is_patterned = matches!(
             self.brush.effect,
@@ -88,14 +88,14 @@ impl Still {
     }
 
     /// Red, green, blue (sRGB) and alpha of a texel, from 0 to [`side`](Self::side): `x` along the stroke, `y` across.
-    /// A viewer multiplies them by those of the corners, and blends or cuts them out by the alpha. O(1).
+    /// A viewer multiplies these values by the corners' values, and blends or cuts out by the alpha. O(1).
     pub fn texel(&self, x: usize, y: usize) -> [f32; 4] {
         let parts = SIDE / self.side();
         let place = |i: usize, part: usize| ((i * parts + part) as f32 + 0.5) / SIDE as f32;
         if !self.is_glaring() {
             return self.texel_at(place(x, 0), place(y, 0));
         }
-        // A pixel that a part of such a texel covers is white: light is added up before it is cut off.
+        // Light is averaged before it is clamped, so a texel with a small bright part is white.
         let all = (0..parts * parts).map(|i| self.light(place(x, i % parts), place(y, i / parts)));
         split(all.sum::<Vec3>() / (parts * parts) as f32)
     }
@@ -113,7 +113,7 @@ impl Still {
         }
     }
 
-    /// Red, green, blue (sRGB) and alpha of a corner. `color` is the stroke's, `own` the alpha of the corner.
+    /// Red, green, blue (sRGB) and alpha of a corner. `color` is the stroke's colour, `own` the alpha of the corner.
     pub fn paint(&self, color: Vec3, own: f32, uv: Vec2, seen: Seen) -> [f32; 4] {
         if self.brush.effect == Effect::DiamondHull {
             return split(diamond(color, seen));
@@ -127,10 +127,10 @@ impl Still {
             Lighting::Unlit | Lighting::Lambert => 1.0,
         };
         let part = match self.brush.effect {
-            // A ball of mirrors and a wire between its bulbs are dark.
+            // The wire between the bulbs is dark.
             Effect::LightWire => 0.2,
             Effect::Petal => mix(0.6, 1.0, uv.x.clamp(0.0, 1.0)),
-            // The mirror has the colour of the paint.
+            // A disco ball reflects in the colour of its paint.
             Effect::Disco => return color.extend(own).to_array(),
             _ => 1.0,
         };
@@ -183,7 +183,7 @@ impl Still {
                 let off = (v + 4.0 * u).rem_euclid(1.0) - 0.5 + 0.15 * (100.0 * u).sin();
                 Vec3::splat(line(off, 0.025) * self.gain())
             }
-            // A mean of the facing side.
+            // The factor 0.5 is a mean over the side that faces the eye.
             Effect::NeonPulse => {
                 Vec3::splat((10.0 * (0.2 - u).max(0.0)).powi(5).min(1.0) * 0.5 * self.gain())
             }
@@ -208,7 +208,7 @@ impl Still {
             Effect::Embers => (20.0 * color * color).min(Vec3::ONE),
             Effect::Stars => (STAR * color).min(Vec3::ONE),
             _ if self.brush.emission_gain > 0.0 => {
-                // The gain does to each channel what a film does that is exposed for too long.
+                // Each channel is brightened and clamped, like an overexposed film.
                 let own = color.max(Vec3::splat(0.05 * color.length()));
                 (own.powf(2.2) * self.brightness.min(EXPOSURE)).min(Vec3::ONE)
             }
@@ -238,7 +238,7 @@ impl Still {
         .min(1.0)
     }
 
-    /// Five rows of hairlines. Each has its own place along the stroke.
+    /// Five rows of hairlines, each with a random offset along the stroke.
     fn streamers(&self, u: f32, v: f32) -> Vec3 {
         let row = (v * 5.0).floor();
         let random = (182.445_6 * row).sin().abs() * 43_758.547;
@@ -252,8 +252,8 @@ impl Still {
     }
 }
 
-/// A colour as one of full brightness, and its brightness as an alpha: over black they show the colour, and elsewhere
-/// no more of what is behind is lost.
+/// Splits light into a colour of full brightness, and its brightness as alpha. Over black they give the same light;
+/// over other backgrounds they hide as little as possible.
 fn split(light: Vec3) -> [f32; 4] {
     let light = light.clamp(Vec3::ZERO, Vec3::ONE);
     let most = light.max_element();
@@ -261,12 +261,12 @@ fn split(light: Vec3) -> [f32; 4] {
     [r, g, b, most]
 }
 
-/// Brightness of a line across which light falls off to nothing at `half_width`.
+/// Brightness at the distance `off` from a line; it falls to 0 at `half_width`.
 fn line(off: f32, half_width: f32) -> f32 {
     (1.0 - off.abs() / half_width).max(0.0)
 }
 
-/// Five lines across a stroke that pulse.
+/// Five pulsing lines along a stroke, side by side.
 fn rainbow(v: f32) -> Vec3 {
     const COLORS: [Vec3; 5] = [
         Vec3::new(1.0, 0.0, 0.0),

@@ -14,7 +14,7 @@ pub struct Piece {
     pub surface: Surface,
 }
 
-/// Positions in a stroke of a quad's polygons (none, one or two), and the quad's corners of each polygon.
+/// Positions in a stroke of a quad's polygons (none, one or two), and the corners of the quad that each polygon has.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct QuadPieces {
     first: u32,

@@ -329,13 +329,13 @@ impl QuadStripBuilder {
             let (before_m, u) = match behind {
                 Some(behind) if !quad.is_first() => (behind.end_m(), behind.u[1]),
                 _ if quad.is_first() => (0.0, self.random.unit(quad.first.wrapping_mul(6))),
-                // The quad behind it is final and dropped, so this quad is final, too.
+                // The quad behind this one is final and dropped, so this quad is final, too.
                 _ => (quad.before_m, quad.u[0]),
             };
             quad.before_m = before_m;
             let tiles = self.brush.tile_rate * (quad.form.length_m() / width_m.max(f32::MIN_POSITIVE));
-            // Textures repeat, so an integer offset has no effect. The end of a texture in a needle has none either.
-            // The visible texture of a short quad may have a longer period.
+            // Textures repeat, so an integer offset has no effect. A short quad, whose texture is visible, may have a
+            // longer period. In a needle the end of the texture is not visible.
             let u = if tiles <= 1.0 { u.rem_euclid(UV_PERIOD) } else { u - u.floor() };
             quad.u = [u, u + if tiles < 1.0e6 { tiles } else { 0.0 }];
         }

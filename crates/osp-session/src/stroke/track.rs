@@ -37,8 +37,8 @@ pub(super) struct Track {
     brush: &'static Brush,
     scale: f32,
     knots: Knots,
-    /// Whether the brush is of the old kind. Such brushes do not smooth with the next node, and their largest turn
-    /// depends on their width.
+    /// Whether the brush is of the old kind. Such brushes do not smooth a node's frame by the next node, and their
+    /// largest turn depends on their width.
     is_old: bool,
     /// Number of vertices at each end of a piece.
     vertices_at_end: u32,

@@ -465,7 +465,8 @@ impl TubeBrushBuilder {
         drops: &mut Drops,
     ) {
         let count = self.circle.len();
-        // A whole number may be subtracted, except for the longer period of a short quad (one bulb of seven lit).
+        // An integer may be subtracted. A short quad needs a multiple of a longer period, because one bulb of seven is
+        // lit.
         let first_u = match front.u - back.u {
             ..=1.0 => back.u - back.u.rem_euclid(UV_PERIOD),
             _ => back.u.floor(),

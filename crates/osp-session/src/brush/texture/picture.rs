@@ -9,7 +9,7 @@ macro_rules! pictures {
     ($($name:ident $shape:ident),* $(,)?) => {
         /// A generated picture that brushes use as a texture: `brushes.ron` and the comment of each function describe
         /// the shapes.
-        #[allow(missing_docs, reason = "each is told where it is made")]
+        #[allow(missing_docs, reason = "each function describes its picture")]
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
         pub enum Picture {
             $($name),*
