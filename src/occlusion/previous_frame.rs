@@ -124,8 +124,8 @@ impl Seen {
     }
 }
 
-/// Previous-frame occluders: the polygons that were visible in the last frame are filled into a picture of connected surfaces
-/// and occlude in this one. For models of many small polygons, and machines without a usable GPU.
+/// Previous-frame occluders: the polygons that were visible in the last frame are rasterised as connected surfaces and hide
+/// others in this frame. This suits models of many small polygons, and machines without a usable GPU.
 #[derive(Clone, Debug)]
 pub struct PreviousFrameOccluders {
     surfaces: Surfaces,

@@ -15,8 +15,9 @@ pub struct Raster {
     /// The corner opposite to `corner`.
     far_corner: DVec2,
     pixels_a_unit: DVec2,
-    /// `right` and `up` for one pixel, and the direction to pixel (0, 0) at distance 1 before the eye.
+    /// Change of the direction from one pixel to the next, to the right and up.
     step: [DVec3; 2],
+    /// The direction to pixel (0, 0), at distance 1 in front of the eye.
     first: DVec3,
 }
 

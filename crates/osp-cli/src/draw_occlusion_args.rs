@@ -24,7 +24,7 @@ use osp_session::{recording::Camera, replay::CameraChoice};
   osp draw-occlusion recordings/room.ron tree.dot   (for Graphviz)
 
 A .gif shows the tree as it grows: each picture has --every N planes more than the one before, and
-marks the polygons that these planes hide. A plane that misses its cell is in the tree, but has no line.")]
+marks the polygons that these planes hide. A plane outside of its cell is in the tree, but is not drawn.")]
 pub(super) struct DrawOcclusionArgs {
     #[command(flatten)]
     pub(super) session: FrameArgs,

@@ -2,7 +2,7 @@
 
 use crate::polygon::{BLOCK, PolygonId};
 
-/// Marks a slot in a group of one block.
+/// Marks a slot in a group that belongs to a single block.
 const OWN: u32 = 1 << 31;
 
 /// The group and lane of a moving polygon.

@@ -262,7 +262,7 @@ impl Session {
         }
     }
 
-    /// Begins to read a session into a new one among the autosaves.
+    /// Begins to copy a session into a new file in the folder of autosaves.
     fn to_copy(
         session: recording::Session,
         path: &Path,

@@ -36,7 +36,7 @@ pub struct GltfCounts {
     pub triangles: u64,
     /// Number of polygons skipped because a corner is not a finite number. The format cannot represent such a number.
     pub not_finite: u64,
-    /// Number of polygons that face the eye in the session. Their orientation in the file is fixed.
+    /// Number of polygons that always turn to the eye in the session. The file has them in one orientation.
     pub turned: u64,
 }
 

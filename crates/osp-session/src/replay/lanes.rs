@@ -13,7 +13,7 @@ use osp::{
 /// Number of equal parts of a session. A lane may spend the same share of its budget in each part.
 pub const PARTS_OF_SESSION: u64 = 40;
 
-/// The index, from 0, of the part in which a frame of a session of `frames` frames lies.
+/// The index, from 0, of the part that contains the frame `frame`. The session has `frames` frames.
 pub fn part_of_frame(frame: u64, frames: u64) -> u64 {
     (frame.saturating_mul(PARTS_OF_SESSION) / frames.max(1)).min(PARTS_OF_SESSION - 1)
 }

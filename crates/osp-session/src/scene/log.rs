@@ -66,7 +66,8 @@ fn drop_common<A, B>(from: &mut Vec<Named<A>>, of: &[Named<B>]) {
     }
 }
 
-/// A value of strokes that an arrangement replaces. The arrangement stores each stroke's former value.
+/// A property of a stroke, such as its group or layer, that an arrangement sets. The arrangement stores each stroke's
+/// former value.
 pub(super) trait Settled: Copy {
     fn key(stroke: u32) -> Key;
 
