@@ -49,8 +49,8 @@ const MOST_RESERVED: usize = 1 << 17;
 /// Largest number of changed polygons that are read in a frame.
 const MOST_READS: u32 = 1 << 14;
 
-/// A polygon that was visible in the last frame is mostly visible in this frame, too. So it is tested in only one of
-/// this many frames. Polygons beyond the largest number of occluders are compared with the others as rarely.
+/// A polygon that was visible in the last frame is usually visible in this frame, too. So it is tested in only one of
+/// this many frames. If there are too many occluders, the polygons left out are compared with the others as rarely.
 const TURNS: usize = 4;
 
 /// In a jump, the eye moves by more than this share of the mean distance of the view's occluders, or turns by more than
@@ -72,7 +72,7 @@ struct Eye {
 struct Seen {
     frame: usize,
     eye: Option<Eye>,
-    /// Whether the view has jumped: then polygons are not left for later turns.
+    /// Whether the view has jumped. If so, no polygons are left for later turns.
     has_jumped: bool,
     /// Whether there were more occluders than [`PreviousFrameOccluders::MOST_OCCLUDERS`].
     is_full: bool,
@@ -125,8 +125,8 @@ impl Seen {
     }
 }
 
-/// Previous-frame occluders: the polygons that were visible in the last frame are filled into a picture of connected surfaces
-/// and occlude in this one. For models of many small polygons, and machines without a usable GPU.
+/// Previous-frame occluders: the polygons that were visible in the last frame are filled into a picture of connected
+/// surfaces, and occlude in this frame. For models of many small polygons, and machines without a usable GPU.
 #[derive(Clone, Debug)]
 pub struct PreviousFrameOccluders {
     surfaces: Surfaces,
