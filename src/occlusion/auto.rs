@@ -207,8 +207,7 @@ impl AutoSwitch {
     }
 
     /// Whether any method would save enough in a frame with `in_view` polygons in the frustum if it culled all of them.
-    /// If not,
-    /// [`AutoSwitch::decide`] returns [`Occlusion::None`].
+    /// If not, [`AutoSwitch::decide`] returns [`Occlusion::None`].
     pub(crate) fn can_pay(&self, in_view: u64) -> bool {
         let all_ns = in_view as f64 * self.config.polygon_ns;
         Method::ALL.iter().any(|method| all_ns >= self.config.least_ratio * method.least_ns(in_view))
@@ -348,7 +347,7 @@ impl AutoSwitch {
         }
     }
 
-    /// Whether `most_ns` nanoseconds are enough to save, at the least cost of the method.
+    /// Whether a saving of `most_ns` nanoseconds would be enough at the least cost of the method.
     fn may_pay(&self, method: Method, most_ns: f64) -> bool {
         most_ns >= self.config.least_ratio * method.least_ns(self.in_view)
     }

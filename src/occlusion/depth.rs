@@ -2,7 +2,7 @@
 //!
 //! J. Hasselgren, M. Andersson, T. Akenine-Möller, "Masked Software Occlusion Culling", 2016.
 //!
-//! Coordinates: a pixel is a square of the plane at distance 1 before the eye, x to the right, y up. Depth is the
+//! Coordinates: a pixel is a square of the plane at distance 1 from the eye, x to the right, y up. Depth is the
 //! reciprocal of the distance along the direction of view: larger is nearer, and 0 is infinitely far.
 //!
 //! # Differences from the paper
@@ -36,12 +36,12 @@ const PIXEL_SLACK: f64 = 1.0e-6;
 /// [`DEPTH_SLACK`].
 const LARGEST_TANGENT: f64 = 1.0e4;
 
-/// Least distance of a volume before the eye's plane, as a fraction of the volume's size. The eye's plane passes
+/// Least distance of a volume in front of the eye's plane, as a fraction of the volume's size. The eye's plane passes
 /// through the eye, parallel to the picture. The size is the sum of the centre's coordinates, relative to the eye, and
 /// of the half sides. Nearer volumes are not projected, so they count as partly hidden.
 ///
 /// # Why pixels are then exact to [`PIXEL_SLACK`]
-/// Let `u = 2^-53`, and let `s` be the size of a volume. Let `p` be its corner at distance `z` before the eye's plane,
+/// Let `u = 2^-53`, and let `s` be the size of a volume. Let `p` be its corner at distance `z` in front of the eye's plane,
 /// and `t` the largest tangent in the window.
 /// * Each coordinate of `p` is a sum of at most four rounded terms, none larger than `s`. So its error is at most `4 u
 ///   s`.

@@ -61,7 +61,7 @@ impl WithKernel for Fill<'_> {
 #[derive(Clone, Copy, Default)]
 struct Edge {
     b: f64,
-    /// `c` for the point of a pixel's height at which the function is least.
+    /// `c` at the height in a pixel where the function is least, or at the centre; see [`Coverage`].
     c: f64,
     /// `-1 / a`; 0 if the plane is the same for the whole row.
     by: f64,
@@ -87,7 +87,7 @@ impl Fill<'_> {
         // The edges are the side planes, not lines between projected corners, because corners near the eye's plane project
         // imprecisely.
         let mut edges = [Edge::default(); MAX_SIDES];
-        // This is [`SIDE_SLACK`] for the longest direction to a pixel; pixels lie at distance 1 before the eye.
+        // This is [`SIDE_SLACK`] for the longest direction to a pixel; pixels lie at distance 1 from the eye.
         let slack = SIDE_SLACK * (1.0 + 1.5 * raster.largest_tangent());
         for (edge, side) in edges.iter_mut().zip(occluder.sides()) {
             let [a, b, c] = raster.in_pixels(*side);
@@ -124,7 +124,7 @@ impl Fill<'_> {
     fn intervals(&self, filling: &Filling, first_row: i32) -> ([i32; STRIP], [i32; STRIP]) {
         let width = f64::from(self.width);
         let (mut from, mut to) = ([0.0_f64; STRIP], [width; STRIP]);
-        // The points of a pixel's width at which a side plane may be least.
+        // The positions across a pixel at which the function of a side plane has to be at least 0.
         let (left, right) = match self.coverage {
             Coverage::WholePixels => (0.0, 1.0),
             Coverage::PixelCenters => (0.5, 0.5),

@@ -1,8 +1,8 @@
 //! Occlusion culling: finds polygons that are hidden behind nearer polygons.
 //!
-//! A caller selects a method, [`Occlusion`], and passes it to a [`Pipeline`](crate::frame::Pipeline). The pages of this crate
-//! omit the other items, which change without notice: [`OcclusionStage`] keeps the candidates from frame to frame;
-//! [`ViewOcclusion`] culls one view.
+//! A caller selects a method, [`Occlusion`], and passes it to a [`Pipeline`](crate::frame::Pipeline). The crate's
+//! documentation omits the other items, which change without notice: [`OcclusionStage`] keeps the candidates from frame
+//! to frame; [`ViewOcclusion`] culls one view.
 //!
 //! Large opaque polygons cast [`ShadowVolume`]s from one eye. An [`OcclusionCuller`] is built from them, and returns a
 //! verdict for a box or a sphere: [`Verdict::Hidden`], [`Verdict::Unoccluded`] or [`Verdict::PartlyHidden`]. A culler is

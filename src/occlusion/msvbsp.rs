@@ -6,7 +6,7 @@
 //! # The algorithm
 //! The first cell is the window, a convex cone of directions. The shadow planes of the best occluder cut this cell, one
 //! after the other. The part behind a plane becomes a cell of its own, which the occluders that reach it cut further.
-//! The part before all planes is in the shadow of the occluder. An occluder's *cap* is the plane that ends the shadow
+//! The part in front of all planes is in the shadow of the occluder. An occluder's *cap* is the plane that ends the shadow
 //! volume at the occluder. A leaf in the shadow stores the caps of all occluders that cover its cell. A volume in this
 //! cell is hidden if it lies beyond one of these caps.
 //!
@@ -18,15 +18,15 @@
 //!   cell. All planes of an occluder are inserted, or none. They are the planes of the whole occluder, never of the clipped
 //!   piece.
 //! * Rules 5 and 6 delete planes that two occluders share, in a pass beforehand. Here a plane is omitted exactly if the
-//!   cell already lies before it, which includes shared planes on both sides.
+//!   cell already lies in front of it, which includes shared planes on both sides.
 //! * Rule 4 drops other occluders that reach a shadowed cell. With [`Refine::NearerOccluders`], occluders that come nearer
 //!   than the cap divide the cell further.
 //! * The paper has no caps, so it culls everything between the eye and an occluder.
 //!
 //! # Why it is conservative
-//! 1. The cell of a leaf lies in the cone of every occluder in the leaf's list. A side plane on the way down cuts the cell to
-//!    the part in front of it. It is omitted if the cell lies in front of it already. Cells only shrink. Clipped pieces do
-//!    not appear in this argument. Errors in them make the shadow smaller, never wrong.
+//! 1. The cell of a leaf lies in the cone of every occluder in the leaf's list. A side plane on the way down cuts
+//!    the cell to the part in front of the plane, or is omitted if the whole cell lies there. Cells only shrink.
+//!    Clipped pieces do not appear in this argument. Errors in them make the shadow smaller, never wrong.
 //! 2. A point x of a volume, inside the window, lies in one leaf's cell. The query reaches this leaf, because it skips a
 //!    child only if the whole volume lies on the other side.
 //! 3. If the verdict is "hidden", the volume lies beyond the cap of an occluder of that leaf. By step 1, the ray from the
@@ -187,7 +187,7 @@ impl Msvbsp {
                 return false;
             }
             let (front, back) = cone::split(&mut self.points, task.cell, normal);
-            // Corners lie on both sides, so the part before the plane has at least one corner and two crossings. The test
+            // Corners lie on both sides, so the part in front has at least one corner and two crossings. The test
             // is for rounding errors.
             if front.len < 3 {
                 return false;
@@ -213,8 +213,8 @@ impl Msvbsp {
         true
     }
 
-    /// Sorts the pieces of the current cell from number `next` on by a plane: pieces before the plane go to `ahead`, pieces
-    /// behind it to the end of `pieces`.
+    /// Sorts the pieces of the current cell from number `next` on by a plane: pieces in front go to `ahead`, pieces
+    /// behind to the end of `pieces`.
     fn divide(&mut self, normal: DVec3, next: usize) {
         self.ahead.clear();
         for i in next..self.current.len() {

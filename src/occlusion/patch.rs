@@ -6,8 +6,8 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Largest number of polygons of a patch. If it is larger, smooth strokes and fine meshes give fewer and larger occluders,
-/// and each takes more work.
+/// Largest number of polygons of a patch. With a larger number, smooth strokes and fine meshes give fewer and larger
+/// occluders, and each takes more work.
 pub(super) const MAX_PATCH: usize = 24;
 
 /// Largest number of corners of a border.
@@ -17,12 +17,12 @@ const MAX_BORDER: usize = 2 * MAX_PATCH + 4;
 const MAX_INNER: usize = MAX_PATCH;
 
 /// A polygon joins a patch if the area that the patch hides along its normal grows by at least this fraction of the
-/// polygon's area. If it is larger, patches are smaller and flatter.
+/// polygon's area. With a larger value, patches are smaller and flatter.
 const WORTH_JOINING: f32 = 0.7;
 
 /// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join even if [`WORTH_JOINING`] excludes it. The
-/// patch must hide at least this fraction of its own area. It is less than 1, because a row of a grid adds nothing
-/// until it is full.
+/// patch must hide at least this fraction of its own area. The fraction is less than 1, because a row of a grid adds
+/// nothing until it is full.
 const WORTH_WAITING: f32 = 0.5;
 
 /// Two patches are merged if the area that they hide together is at least this fraction of the sum of their
@@ -346,7 +346,7 @@ pub(super) fn shadow_of_hull(
     for (to, corner) in outline.iter_mut().zip(hull.corners()) {
         let direction = ahead + x * corner.x + y * corner.y;
         let along = cap_normal.dot(direction);
-        // The cap has to lie before the eye in every direction.
+        // The cap has to lie in front of the eye in every direction.
         if along <= 1.0e-3 * direction.length() {
             return None;
         }

@@ -30,7 +30,7 @@ const SEARCHED: usize = 1 << 16;
 /// Candidates whose number is at least this are walls.
 const FIRST_WALL: u32 = 1 << 20;
 
-/// Largest capacity. A pool holds up to twice as many candidates and one more for a moment, all numbered below
+/// Largest capacity. A pool holds at most twice as many candidates and one more, all numbered below
 /// [`FIRST_WALL`].
 pub(super) const MOST_CAPACITY: usize = FIRST_WALL as usize / 2 - 1;
 
@@ -83,8 +83,8 @@ impl Sketch {
 /// A candidate may be a patch of neighbouring polygons that hide more together than the largest of them alone. Without
 /// patches, the small polygons of drawn ribbons would hide nothing. The paper does not solve this problem.
 ///
-/// Only opaque polygons are candidates. If one of its polygons is removed, the whole candidate is removed, and its other
-/// polygons are offered again.
+/// Only opaque polygons are candidates. If a polygon of a candidate is removed, the whole candidate is removed, and its
+/// other polygons are offered again.
 #[derive(Clone, Debug)]
 pub struct OccluderPool {
     config: PoolConfig,

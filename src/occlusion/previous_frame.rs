@@ -71,7 +71,7 @@ struct Eye {
 struct Seen {
     frame: usize,
     eye: Option<Eye>,
-    /// Whether the view has jumped: then polygons are not left for later turns.
+    /// Whether the view has jumped. If so, no polygons are left for later turns.
     has_jumped: bool,
     /// Whether there were more occluders than [`PreviousFrameOccluders::MOST_OCCLUDERS`].
     is_full: bool,

@@ -65,7 +65,7 @@ impl Raster {
         [self.corner, self.far_corner]
     }
 
-    /// Position of a point before the eye, pixels. `p` is relative to the eye.
+    /// Position of a point in front of the eye, pixels. `p` is relative to the eye.
     #[inline]
     pub fn project(&self, p: DVec3) -> DVec2 {
         let flat = DVec2::new(self.right.dot(p), self.up.dot(p)) / self.forward.dot(p);
@@ -90,7 +90,7 @@ impl Raster {
         [self.right, self.up, self.forward]
     }
 
-    /// Position of the point at distance 1 before the eye, `right` to the right and `up` up, pixels.
+    /// Position of the point at distance 1 from the eye, `right` to the right and `up` up, pixels.
     #[inline]
     pub(crate) fn flat_in_pixels(&self, right: f64, up: f64) -> DVec2 {
         (DVec2::new(right, up) - self.corner) * self.pixels_a_unit
@@ -108,13 +108,13 @@ impl Raster {
         self.corner.abs().max(self.far_corner.abs()).max_element()
     }
 
-    /// Number of pixels of one unit at distance 1 before the eye, across and up.
+    /// Number of pixels of one unit at distance 1 from the eye, across and up.
     pub(crate) fn pixels_a_unit(&self) -> DVec2 {
         self.pixels_a_unit
     }
 
     /// A plane through the eye as a function `f` of pixels: `f[0] x + f[1] y + f[2]` is the scalar product of the normal
-    /// and the direction to pixel (x, y) at distance 1 before the eye.
+    /// and the direction to pixel (x, y) at distance 1 from the eye.
     #[inline]
     pub fn in_pixels(&self, normal: DVec3) -> [f64; 3] {
         [normal.dot(self.step[0]), normal.dot(self.step[1]), normal.dot(self.first)]

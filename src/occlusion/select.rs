@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{polygon::Geometry, view::ViewWindow};
 
-/// An occluder is skipped if one of this number of better occluders hides it wholly. If it is larger, fewer useless
+/// An occluder is skipped if one of this number of better occluders hides it wholly. With a larger number, fewer useless
 /// occluders are selected, with more tests.
 const COVERED_BY_FIRST: usize = 8;
 

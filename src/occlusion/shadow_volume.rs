@@ -271,7 +271,7 @@ fn clip_to_near(
         return Err(NotAnOccluder::NotFinite);
     }
     let far = corners.iter().map(|v| v.length()).fold(0.0, f64::max);
-    // Even without a near plane, points at the eye have no direction, so the plane stays before the eye.
+    // Even without a near plane, points at the eye have no direction, so the plane stays in front of it.
     let near = window.near_m().max(1.0e-9 * far);
     let mut kept = [DVec3::ZERO; MAX_SIDES];
     let (mut len, mut is_cut, mut is_too_long) = (0, false, false);

@@ -52,7 +52,7 @@ impl OcclusionStage {
         self.pool.reserve(polygons);
     }
 
-    /// Replaces the culler, which has room for `occluders` occluders, and the largest number of occluders of a frame. The
+    /// Replaces the culler, and sets the largest number of occluders of a frame, for which `culler` has room. The
     /// candidates stay.
     pub(crate) fn set_culler(&mut self, culler: Box<dyn OcclusionCuller>, occluders: usize) {
         self.config.select.occluders = occluders;

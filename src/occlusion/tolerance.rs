@@ -1,10 +1,10 @@
 //! The tolerances of occlusion culling. All of them are relative, so doubling the model changes no verdict.
 
 /// A volume counts as beyond a plane only if it is beyond by this fraction of its distance plus its size. This covers the
-/// rounding of every `f64` step between the vertices of an occluder and the verdict. If it is larger, polygons that lie
-/// close behind their occluder are drawn though hidden.
+/// rounding of every `f64` step between the vertices of an occluder and the verdict. If this fraction is larger,
+/// polygons that lie close behind their occluder are drawn though hidden.
 ///
-/// It cannot be much smaller: the shadow planes have an error of 2e-16 over [`END_ON_SINE`], so of 2e-10. Omitted planes
+/// It cannot be much smaller: the shadow planes have an error of 2e-16 over [`END_ON_SINE`], or 2e-10. Omitted planes
 /// add [`IMPLIED_SINE`], and outlines that count as convex add 1e-10.
 pub const QUERY_SLACK: f64 = 1.0e-9;
 
@@ -24,12 +24,12 @@ pub const RELEVANT_SINE: f64 = 1.0e-9;
 pub const RELEVANT_AREA_SR: f64 = 1.0e-9;
 
 /// An occluder is rejected as edge-on if its plane passes the eye at less than this fraction of its farthest vertex's
-/// distance. If it is larger, long floors seen from low above stop occluding. If it is smaller, the error of the plane's
-/// depth nears the resolution of a depth buffer in `f32`. This error is 4e-16 times the tangent of the direction over this
-/// value.
+/// distance. With a larger value, long floors seen from low above stop occluding. With a smaller one, the error of the
+/// plane's depth nears the resolution of a depth buffer in `f32`. This error is 4e-16 times the tangent of the
+/// direction over this value.
 pub const EDGE_ON_SINE: f64 = 1.0e-5;
 
 /// The smallest accepted product of two sines: between an edge and the line to the eye, and between the edges of the
-/// sharpest corner as seen from the eye. Below, the edge is seen end-on or the corner is a needle. The relative error
+/// sharpest corner as seen from the eye. Below it, the edge is seen end-on or the corner is a needle. The relative error
 /// of the shadow planes (about 2e-16 over this product) nears [`QUERY_SLACK`], so the occluder is rejected.
 pub const END_ON_SINE: f64 = 1.0e-6;

@@ -88,8 +88,8 @@ impl ViewOcclusion {
     }
 
     /// Sets `drawn` to the polygons of `input.in_view` that the occluders do not hide. A view without a window
-    /// ([`View::window`]) keeps all of them. The pool must have received all changes of the same geometry. Takes O(pool)
-    /// and O(occluders log occluders), and the tests.
+    /// ([`View::window`]) keeps all of them. The pool must have received all changes of the same geometry. Takes O(pool +
+    /// occluders log occluders), and the time of the tests.
     pub fn cull(
         &mut self,
         pool: &OccluderPool,

@@ -348,7 +348,7 @@ impl Region {
         if (0..own_count).any(|i| place(own(i)).is_some()) {
             return false;
         }
-        // The border passes the shared line from its end on the polygon to its beginning.
+        // The border runs along the shared line against the polygon's direction.
         let Some(entry) = place(corners[(start + shared) % len]) else { return false };
         let mut border = Vec::with_capacity(n + len);
         border.extend((0..=n - shared).map(|i| self.border[(entry + shared + i) % n]));

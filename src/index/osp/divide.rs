@@ -17,13 +17,13 @@ const MOVED_FOR_EACH: u32 = 2;
 /// Number of additional runs that a commit moves if no run was inserted since the last commit.
 const MOVED_IN_A_REST: u32 = 32;
 
-/// From `SMALL` polygons on, a scattered leaf may have more runs; from `LARGE` on, it may have [`MOST_TAKEN`] runs.
+/// Numbers of polygons of the model from which on scattered leaves may have more runs; see [`Osp::most_scattered`].
 const SMALL: usize = 1 << 15;
 const LARGE: usize = 1 << 16;
 
 impl Osp {
     /// Replaces a leaf with too many runs by a node.
-    /// * If its runs are scattered, the leaf is packed, and stays until it has more runs.
+    /// * If its runs are scattered, the leaf is packed, and stays until it has [`Osp::most_scattered`] runs.
     /// * If most runs are short enough for a smaller cell, commits move them to the node's children.
     /// * If most runs are as long as the cell, the leaf stays until it has twice [`LEAF_RUNS`] runs. Then all its runs
     ///   become the node's straddlers for good, and only later runs go to the children.

@@ -33,8 +33,8 @@ impl Osp {
         self.linear.insert(id.0, bounds, self.list_blocks)
     }
 
-    /// Makes a tree from the plain list. If `is_at_once`, its blocks are inserted now. Otherwise they become flat rows
-    /// beside the tree, if the rows are empty, and later commits insert them step by step.
+    /// Makes a tree from the plain list. If `is_at_once`, or if the flat rows are not empty, its blocks are inserted
+    /// now. Otherwise the blocks become flat rows, and later commits insert them step by step.
     #[inline(never)]
     pub(super) fn make_tree(&mut self, is_at_once: bool) {
         (self.is_linear, self.list_blocks) = (false, self.linear_blocks);

@@ -93,8 +93,8 @@ impl Grid {
     }
 }
 
-/// Computes `value.floor() as i64` without a call. If the target may lack the instruction, the call takes longer than the
-/// rest of a key.
+/// Computes `value.floor() as i64` without a call. On targets that may lack the instruction, the call takes longer than
+/// the rest of [`Grid::far_key`].
 #[inline]
 fn floor(value: f64) -> i64 {
     let towards_zero = value as i64;

@@ -163,7 +163,7 @@ impl IdMap {
         self.shelf_mut(block).is_some_and(|(shelf, at)| shelf.heat[at].note(clock))
     }
 
-    /// Sets the ids of a block that are still in use. Releases the block's entries if no id is.
+    /// Sets the ids of a block that are still in use. Releases the block's entries if none is.
     pub(super) fn set_filed(&mut self, block: u32, filed: u16) {
         let (number, at) = Self::split(block);
         if self.directory.get(number).is_none_or(|&shelf| shelf == NONE) {
@@ -275,7 +275,7 @@ impl IdMap {
     /// `store` belongs to a run in the tree.
     #[inline(always)]
     pub(super) unsafe fn known_boxes(&self, store: u32) -> &Boxes<16> {
-        // SAFETY: a store is in use as long as a run of several needs it, which `validate` checks.
+        // SAFETY: a store is in use as long as a run of several polygons needs it; `validate` checks this.
         unsafe { &self.stores.known(store).boxes }
     }
 

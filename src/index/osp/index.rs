@@ -26,9 +26,8 @@ use crate::{
 };
 
 /// The fast form of the OSP (octal space partition) tree, and the index that most programs should use: an octree of loose
-/// cells for polygons that come and go at any time. It never rebuilds the tree; few polygons are a plain list without one.
-/// It tests eight or sixteen boxes at once
-/// (AVX-512, AVX2, SSE2, NEON, simd128).
+/// cells for polygons that come and go at any time. It never rebuilds the tree, and keeps few polygons in a plain list. It
+/// tests eight or sixteen boxes at once (AVX-512, AVX2, SSE2, NEON, simd128).
 #[derive(Clone, Debug)]
 pub struct Osp {
     pub(super) backend: Backend,
@@ -66,7 +65,7 @@ pub struct Osp {
     pub(super) to_pack: VecDeque<u32>,
     /// Straddlers that wait to be moved to the children of their node.
     pub(super) to_divide: VecDeque<u32>,
-    /// Number of runs inserted into the tree since the last commit; in the plain list the number of polygons.
+    /// Number of runs inserted into the tree since the last commit, or of polygons inserted into the list.
     pub(super) came: u32,
     /// The ids of scattered polygons in the order of the tree.
     pub(super) spans: Spans,
@@ -97,7 +96,7 @@ impl Osp {
     /// results do not depend on it.
     #[doc(hidden)]
     pub fn with_backend(config: &IndexConfig, backend: Backend) -> Self {
-        // This is room for a drawn session with the capacity's polygons, and the additional room of `make_room`.
+        // This is room for a drawn session of `capacity` polygons, and the additional room of `make_room`.
         let polygons = config.room() + AHEAD;
         let runs = polygons / 8;
         // This is room for the same polygons after all have moved one by one and some were replaced.
@@ -245,8 +244,8 @@ impl Osp {
         if self.open.is(block) { self.open.lanes() } else { 0 }
     }
 
-    /// Sets a new box of a polygon that is neither in the list nor in the rows of moving ones. It is a function of its own, so that
-    /// [`SpatialIndex::update`] saves few registers for moving polygons.
+    /// Sets a new box of a polygon that is neither in the list nor in the rows of moving ones. It is a function of its
+    /// own, so that [`SpatialIndex::update`] saves few registers for moving polygons.
     #[inline(never)]
     fn update_resting(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         let is_known = if self.is_linear { self.linear.holds(id.0) } else { self.holds(id) };

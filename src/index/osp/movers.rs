@@ -1,5 +1,5 @@
-//! Flat rows beside the tree for polygons that move again and again. A new box writes six numbers; a query tests all boxes,
-//! sixteen at a time. `settle.rs` moves polygons to the rows and back.
+//! Flat rows beside the tree for polygons that move again and again. Setting a new box writes six numbers; a query
+//! tests all boxes, sixteen at a time. `settle.rs` moves polygons to the rows and back.
 //!
 //! A block of sixteen ids with many moving polygons has a group of its own, with a lane for each id. So polygons with
 //! consecutive ids are written and found together. Polygons of other blocks share groups in order of arrival.
@@ -14,7 +14,7 @@ use crate::{
     polygon::{BLOCK, PolygonId, bits},
 };
 
-/// A block with more moving polygons than this gets a group of its own. If it is smaller, such groups have more empty
+/// A block with more moving polygons than this gets a group of its own. With a smaller number, groups have more empty
 /// lanes, which are tested without effect.
 const OWN_GROUP: usize = 8;
 

@@ -132,7 +132,7 @@ impl Pages {
     /// The page is in use.
     #[inline(always)]
     pub(super) unsafe fn known_boxes(&self, number: u32) -> &PageBoxes {
-        // SAFETY: the pools go together, so the same entries are in use.
+        // SAFETY: entries of both pools are taken and released together.
         unsafe { self.boxes.known(number) }
     }
 

@@ -35,7 +35,7 @@ impl<'a> Sets<'a> {
         self.end = self.end.max(end);
     }
 
-    /// Adds polygons of a block, separate masks for the two eyes.
+    /// Adds polygons of a block, with one mask for each eye.
     #[inline(always)]
     pub(super) fn add_each(&mut self, block: usize, [first, second]: [u32; 2]) {
         if first | second != 0 {

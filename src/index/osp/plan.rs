@@ -157,7 +157,7 @@ impl Osp {
         }
         let (plan, mut work) = self.backend.run(Weigh { osp: self, top, frustum, planes });
         work.nodes += passed;
-        // A search outside passes over all blocks from the first to the last, so the ids must be dense.
+        // A search for the polygons outside passes over all blocks from the first to the last, so the ids must be dense.
         let is_dense = plan != Plan::Outside || self.ids.span().len() <= self.len;
         (top, if is_dense { plan } else { Plan::Inside }, work)
     }

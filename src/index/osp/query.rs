@@ -67,7 +67,7 @@ impl Osp {
     /// `number` is the number of a bucket in the tree.
     #[inline(always)]
     pub(super) unsafe fn known_bucket(&self, number: u32) -> &Bucket {
-        // SAFETY: every number that hangs in the tree is of a bucket in use; `validate` checks it.
+        // SAFETY: every bucket number in the tree belongs to a bucket in use; `validate` checks it.
         unsafe { self.buckets.known(number) }
     }
 
@@ -205,7 +205,7 @@ struct CutRun<'a> {
 /// Position in `cut` of the list of runs that several planes cut.
 pub(super) const SEVERAL: usize = 6;
 
-/// Length from which on a list is tested. A page adds at most sixteen runs.
+/// A list with at least this number of runs is tested. A page adds at most sixteen runs.
 pub(super) const LIST: usize = 16;
 
 /// Number of buckets, and of pages, that may stay in their queues while the walk can still find more. A step adds at most
@@ -246,7 +246,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         }
         let mut nodes = List::new();
         let top = Below { number: top, planes: PlaneSet::ALL };
-        // SAFETY: `top` is of the tree; see `Cull`.
+        // SAFETY: `top` is in the tree; see `Cull`.
         let own = unsafe { self.osp.known_node(top.number) }.own;
         if !self.osp.is_flat {
             nodes.push(top);
@@ -484,7 +484,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         while left != 0 {
             let i = left.trailing_zeros() as usize & 15;
             left &= left - 1;
-            // SAFETY: `i` is a run of several of a page in the tree.
+            // SAFETY: `i` is a run of several polygons in a page of the tree.
             let boxes = unsafe { store_of(self.osp, of.store[i]) };
             prepared.prefetch(boxes);
             list.push(CutRun { boxes, first: page.first[i], mask: page.masks[i], planes: 0 });
@@ -494,7 +494,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn wait_for_several(&mut self, page: &Page, of: &PageBoxes, i: usize, planes: u8) {
-        // SAFETY: `i` is a run of several of a page in the tree.
+        // SAFETY: `i` is a run of several polygons in a page of the tree.
         let boxes = unsafe { store_of(self.osp, of.store[i]) };
         prefetch_lines::<6, _>(boxes);
         let run = CutRun { boxes, first: page.first[i], mask: page.masks[i], planes };
@@ -572,9 +572,10 @@ pub(super) fn count(work: &mut WorkCounts, boxes: u32, planes: u8) {
 
 /// The exact boxes of the polygons of a run.
 ///
-/// # Safety `number` is the `store` of a run that is in the tree and has several polygons.
+/// # Safety
+/// `number` is the `store` of a run that is in the tree and has several polygons.
 #[inline(always)]
 pub(super) unsafe fn store_of(osp: &Osp, number: u32) -> &Boxes<16> {
-    // SAFETY: the store of a run of several is in use; `validate` checks it.
+    // SAFETY: the store of a run of several polygons is in use; `validate` checks it.
     unsafe { osp.ids.known_boxes(number) }
 }

@@ -17,7 +17,7 @@ const QUIET: u32 = 16;
 const IDS_A_COMMIT: usize = 4096;
 const IDS_SHARE: usize = 64;
 
-/// The ids are written again if more than one id of this number lies in no valid span.
+/// The ids are written again if more than one of every `VOID` ids lies in no valid span.
 const VOID: usize = 8;
 
 impl Osp {

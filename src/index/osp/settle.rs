@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// A commit examines this number of groups for unmoved polygons, and in addition one of every [`GROUPS_SHARE`] groups.
-/// If it is larger, unmoved polygons return sooner, and frames in which they return take longer.
+/// With larger numbers, unmoved polygons return sooner, and frames in which they return take longer.
 const GROUPS_A_COMMIT: usize = 2;
 const GROUPS_SHARE: usize = 512;
 

@@ -1,5 +1,5 @@
-//! The ids of scattered polygons that do not move, in the order of the tree. A query copies all ids of a subtree or
-//! leaf that is wholly in view at once. `rest.rs` writes the ids.
+//! The ids of scattered polygons that do not move, in the order of the tree. If a subtree or leaf is wholly in
+//! view, a query copies all its ids at once. `rest.rs` writes the ids.
 
 use super::{
     grid::TOP_SHIFT,

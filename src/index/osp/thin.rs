@@ -1,6 +1,7 @@
-//! Removes hidden polygons from the result of a query. The calls: `occlusion::remove_hidden` ─> `Osp::thin_out` ─> `Thin`
-//! here ─> `Thinner` (`occlusion/cull.rs`), which tests boxes of nodes and polygons against the culler. The walk descends only into nodes that lie in the frustum and are
-//! partly hidden. It removes wholly hidden nodes from the result. Nodes that are not hidden stay in it, without a read.
+//! Removes hidden polygons from the result of a query. `occlusion::remove_hidden` calls `Osp::thin_out`, which walks the
+//! tree with `Thin`. `Thinner` (`occlusion/cull.rs`) tests boxes of nodes and polygons against the culler. The walk
+//! descends only into nodes that lie in the frustum and are partly hidden. It removes wholly hidden nodes from the
+//! result, and keeps nodes that are not hidden without reading them.
 
 use std::ops::Range;
 

@@ -22,13 +22,13 @@ pub(super) const LEAF_RUNS: u32 = 256;
 /// erasing and drawing at the limit does not split and merge again and again.
 pub(super) const MERGE_RUNS: u32 = 96;
 
-/// Largest length of a run in a cell, in edges of the cell. A longer run is a straddler and stays a level higher. If it is
-/// larger, the tree has fewer straddlers and looser boxes.
+/// Largest length of a run in a cell, in edges of the cell. A longer run is a straddler and stays a level higher. With a
+/// larger value, the tree has fewer straddlers and looser boxes.
 pub(super) const CELL_STRETCH: f32 = 1.0;
 
 /// A polygon joins a run if the run is then at most this many times as long as the sum of its polygons' lengths. Runs of a
-/// stroke never exceed this limit, because the pieces of a stroke touch each other. If it is larger, runs extend across
-/// gaps.
+/// stroke never exceed this limit, because the pieces of a stroke touch each other. With a larger value, runs extend
+/// across gaps.
 pub(super) const RUN_STRETCH: f32 = 1.5;
 
 /// Number of pages that a commit's upkeep processes even if nothing was removed.

@@ -1,9 +1,9 @@
 #![expect(unsafe_code, reason = "numbers found in the tree are looked up without a check")]
 //! The frustum query of two eyes in one walk.
 //!
-//! The walk is like the walk of `query.rs`. It reads a node, bucket, page or run once. It tests the boxes for both eyes,
-//! against the planes of either eye that cut the box above. It tests nothing below a box inside all planes. Each eye gets
-//! the same result as in a query of its own: the polygons whose boxes pass all its planes.
+//! The walk is like the walk of `query.rs`. It reads a node, bucket, page or run once. It tests each box for both eyes,
+//! against those planes of each eye that cut the parent's box. It tests nothing below a box inside all planes. Each eye
+//! gets the same result as in a query of its own: the polygons whose boxes pass all its planes.
 //!
 //! Both eyes see nearly the same, so a polygon that both see is written once. The first set contains the polygons of the
 //! first eye. Until the walk ends, the second set contains the polygons that only one eye sees.
@@ -459,7 +459,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
             let i = left.trailing_zeros() as usize & 15;
             left &= left - 1;
             let (planes, eyes) = (seen.planes(planes, i), seen.eyes(i));
-            // SAFETY: `i` is a run of several of a page in the tree.
+            // SAFETY: `i` is a run of several polygons in a page of the tree.
             let boxes = unsafe { store_of(self.osp, boxes.store[i]) };
             let run = CutRun { boxes, first: page.first[i], mask: page.masks[i], planes, eyes };
             let list = if planes.is_power_of_two() { planes.trailing_zeros() as usize } else { SEVERAL };

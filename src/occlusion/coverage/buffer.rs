@@ -37,7 +37,7 @@ const LARGEST_TANGENT: f64 = 1.0e4;
 /// distances of its corners then err by less than a hundredth in `f32`.
 const NEAREST_SINE: f64 = 1.0e-4;
 
-/// A picture of the surfaces before the eye: the pixels that they cover wholly, and their largest distance.
+/// A picture of the surfaces in front of the eye: the pixels that they cover wholly, and their largest distance.
 #[derive(Clone, Debug)]
 pub struct CoverageBuffer {
     nearest_sine: f64,
@@ -159,8 +159,7 @@ impl CoverageBuffer {
         }
         for lane in 0..count {
             let verdict = |verdict, steps| Tested { verdict, steps };
-            // A box that reaches back to the eye's plane has no outline, nor has one that is not finite. NaN ends
-            // here, too.
+            // A box that reaches back to the eye's plane, or is not finite, has no outline. NaN ends here, too.
             if !(seen.near[lane] > self.nearest_sine * seen.size[lane] && seen.far[lane].is_finite()) {
                 each(lane, verdict(Verdict::PartlyHidden, 0));
                 continue;
@@ -171,7 +170,7 @@ impl CoverageBuffer {
                 each(lane, verdict(Verdict::Unoccluded, 0));
                 continue;
             }
-            // Most tested polygons are visible, and so is the middle of their boxes.
+            // Most tested polygons are visible, and so are the middles of their boxes.
             if needed == Needed::Hidden
                 && !self.tiles.hides_pixel([x, y].map(|[from, end]| (from + end) as usize / 2), near)
             {
@@ -394,12 +393,12 @@ impl SeenBoxes {
     }
 
     /// Ranges of the pixel coordinates of the boxes' corners, across and up: the lowest coordinates and the highest
-    /// ones, widened by the rounding error. Only for boxes before the eye.
+    /// ones, widened by the rounding error. Only for boxes in front of the eye.
     ///
     /// With `u = 2^-24`, the size `s` and the nearest distance `z` of a box, `r = s / z`, and `m` pixels a unit: a
-    /// corner's coordinate relative to the eye errs by at most `5 u s`, its distance, too. So their ratio errs by less
-    /// than `6 u r (1 + r)`. The last two roundings err by less than `2 u m (1 + r)`, as the ratio and the tangent of the
-    /// window's corner are at most `r` and `t`. Together less than `16 u m (1 + r)^2 + 4 u m t`.
+    /// corner's coordinate relative to the eye errs by at most `5 u s`, and so does its distance. So their ratio errs
+    /// by less than `6 u r (1 + r)`. The last two roundings err by less than `2 u m (1 + r)`, as the ratio and the
+    /// tangent of the window's corner are at most `r` and `t`. The sum is less than `16 u m (1 + r)^2 + 4 u m t`.
     #[inline(always)]
     fn outlines(&self, raster: &Raster) -> [[[f32; LANES]; 2]; 2] {
         const U: f32 = 0.5 * f32::EPSILON;

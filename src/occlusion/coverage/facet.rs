@@ -46,7 +46,7 @@ pub(super) struct Facet {
     /// the eye to the farthest corner. A tested polygon's plane is moved to the nearest corner.
     pub(super) plane: [f64; 3],
     /// A lower bound of the reciprocal depth of the facet's farthest corner. For a tested polygon, an upper bound
-    /// of that of its nearest corner.
+    /// of the reciprocal depth of its nearest corner.
     pub(super) end: f64,
     pub(super) has_plane: bool,
 }
@@ -142,7 +142,7 @@ impl Facet {
         if self.is_turned {
             for i in 0..len {
                 self.at[i] = outline.at[len - 1 - i];
-                // From the last corner back to the first: the edge before each.
+                // In the reversed outline, the edge that ends at a corner begins there.
                 self.edges[i] = outline.edges[(2 * len - 2 - i) % len];
             }
         } else {
@@ -205,7 +205,7 @@ impl Facet {
         }
     }
 
-    /// Bounds of the facet's depth, prepared for evaluation in tiles that begin at `most` pixels at most.
+    /// Bounds of the facet's depth, prepared for tiles that begin at coordinates up to `most`, pixels.
     #[inline(always)]
     pub(super) fn depths(&self, most: [f64; 2]) -> Depths {
         let [base, by_x, by_y] = self.plane;

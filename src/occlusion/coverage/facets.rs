@@ -19,7 +19,7 @@ pub(super) struct Seen {
     /// Coordinates to the right, up and forward, relative to the eye, metres.
     pub(super) eye: DVec3,
     at: [i32; 2],
-    /// Reciprocal depth; 0 if the corner lies before the near plane, or its position in the picture is too
+    /// Reciprocal depth; 0 if the corner lies nearer than the near plane, or its position in the picture is too
     /// imprecise.
     pub(super) nearness: f64,
 }
@@ -197,8 +197,7 @@ impl Facets {
             let edge = |i: u32| first_edge + i;
             match (places, eyes) {
                 (&[a, b, c, d], &[at_a, at_b, at_c, at_d]) => {
-                    // The end of a bent polygon at the near plane is certain only for the triangles that it is drawn
-                    // as.
+                    // At the near plane, a bent polygon has a defined border only as two triangles.
                     let half = self.facets.len();
                     self.facets[facet].half = half as u32;
                     self.facets.push(Facet { polygon: self.facets[facet].polygon, ..Facet::NONE });
@@ -276,7 +275,7 @@ impl Facets {
                 outline.push(a.at, a.nearness, edge);
             }
             if a_in != b_in {
-                // From the same end for both polygons of the edge: they get the same corner.
+                // Both polygons of the edge compute the corner from the same end, so they get the same one.
                 let (low, high) = if from < to { (a.eye, b.eye) } else { (b.eye, a.eye) };
                 let along = (picture.near - low.z) / (high.z - low.z);
                 let mut eye = low + (high - low) * along;
@@ -324,7 +323,7 @@ impl Facets {
         [first, half].into_iter().find_map(|place| {
             let facet = self.facets.get(place as usize)?;
             let sides = &facet.edges[..usize::from(facet.len)];
-            // On the other side of the edge it runs the other way.
+            // Neighbours pass the edge in opposite directions.
             let side = sides.iter().position(|&side| side == edge)?;
             let is_free =
                 facet.mates[side] == NONE && surfaces.directed(edge)[usize::from(facet.is_turned)] == start;
@@ -354,7 +353,7 @@ impl Facets {
             }
             let normal = raster.in_axes(shadow.cap_normal());
             let plane = plane_in_pixels(normal, shadow.cap_distance_m(), raster);
-            // At most eight corners: two facets on both sides of a line.
+            // A shadow has at most eight corners, so two facets suffice.
             let first = self.facets.len();
             let (near_part, far_part) = (0..corners.len().min(FACET_SIDES), FACET_SIDES - 1..corners.len());
             let parts = [Some(near_part), (corners.len() > FACET_SIDES).then_some(far_part)];

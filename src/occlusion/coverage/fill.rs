@@ -95,7 +95,7 @@ fn fill<K: Kernel>(kernel: K, facet: &Facet, number: u32, tiles: &mut Tiles) {
     }
 }
 
-/// Whether all pixels that a tested polygon touches are covered before the polygon's nearest depth.
+/// Whether all pixels that a tested polygon touches are covered nearer than the polygon's nearest depth.
 #[inline(always)]
 pub(super) fn is_hidden<K: Kernel>(kernel: K, facet: &Facet, tiles: &Tiles, picture: &Picture) -> bool {
     let edges = Edges::new(facet);
@@ -136,8 +136,9 @@ struct Edges {
     b: [f64; EDGES],
     /// The value at the first sample of the tile at the origin.
     c: [f64; EDGES],
-    /// The range of the values at a tile's corners, relative to the value at its first sample, narrowed and widened by
-    /// twice [`MARGIN`]: below 0, the edge may come near the tile, or the facet does not.
+    /// Least value at a tile's corners, less twice [`MARGIN`], and greatest value, plus twice [`MARGIN`]; both relative to
+    /// the value at the first sample. If the least is below 0, the edge may come near the tile. If the greatest is, the
+    /// facet does not.
     ends: [[f32; EDGES]; 2],
     /// Bits of the edges without a neighbour, and of the edges without length.
     open: u32,
@@ -234,7 +235,7 @@ impl Edges {
             least[i] = at[i] + self.ends[0][i];
             most[i] = at[i] + self.ends[1][i];
         }
-        // An edge without length is near all tiles; its pixels decide.
+        // An edge without length counts as near every tile, until its pixels are compared.
         let cut = !kernel.not_negative(&least) & ALL | self.points;
         (kernel.not_negative(&most) == ALL).then_some(EdgesInTile { at, cut })
     }

@@ -15,12 +15,12 @@
 //!   so a far model gets more pixels. An object that is not wholly in this part counts as visible.
 //! * [`fill`] finds for each tile of 8 x 8 pixels that a facet reaches: the samples that it covers, and the pixels within
 //!   `MARGIN` of an open edge.
-//! * [`tiles`] joins the facets of a tile that are neighbours to surfaces. A surface covers the pixels of its samples without
-//!   those near its open edges, from the farthest depth of its facets in the tile on.
-//! * [`buffer`] calls a box hidden if all pixels that its corners span are covered before its nearest depth. It calls a
-//!   polygon hidden if all pixels that it touches are covered before its nearest depth in their tile. Most objects are
-//!   visible, so two short cuts come first. A box is not hidden if its middle pixel is not covered. A polygon is not
-//!   hidden if the pixel of a corner is not covered.
+//! * [`tiles`] joins the facets of a tile that are neighbours to surfaces. A surface covers the pixels of its samples
+//!   except those near its open edges, from the farthest depth of its facets in the tile on.
+//! * [`buffer`] calls a box hidden if all pixels that its corners span are covered nearer than its nearest depth. It
+//!   calls a polygon hidden if all pixels that it touches are covered nearer than its nearest depth in their tile. Most
+//!   objects are visible, so two short cuts come first. A box is not hidden if its middle pixel is not covered. A
+//!   polygon is not hidden if the pixel of a corner is not covered.
 //!
 //! # Why a covered pixel is covered
 //! Let `S` be the facets of one surface in a tile, `p` a pixel of it (closed), and `s` its sample.

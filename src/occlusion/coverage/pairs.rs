@@ -1,7 +1,7 @@
 //! Joins neighbouring triangles to quads, so that the same surface has half as many facets.
 //!
-//! A quad has the outline of its two triangles, so the same degree at each point. The proof in [`super`] holds for it, also if
-//! the triangles are not in one plane.
+//! A quad has the outline of its two triangles, so it has the same degree at each point. The proof in [`super`] holds for
+//! the quad even if the triangles are not in one plane.
 
 use super::{
     super::raster::Raster,
@@ -89,7 +89,7 @@ impl Facets {
         quad.len = 4;
         self.facets[i] = quad;
         self.facets[mate].len = 0;
-        // What it hides counts for both.
+        // Pixels that the quad hides count for both triangles.
         self.facets[mate].half = i as u32;
         for k in [mate_side + 1, mate_side + 2] {
             if let Some(next) = self.facets.get_mut(other.mates[k % 3] as usize) {

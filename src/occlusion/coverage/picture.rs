@@ -45,21 +45,21 @@ pub(super) struct Picture {
 
 impl Picture {
     pub(super) fn new(window: &ViewWindow, raster: &Raster, usual_m: f64) -> Self {
-        // With `u = 2^-53`, a corner of size `s` (the sum of its coordinates from the eye) at depth `z`, and a tangent `t`
-        // of at most `s / z`: its picture is wrong by less than `96 (1 + s / z)^2 u` times the pixels of a unit, as
-        // [`super::super::depth`] shows. A corner at the near plane is wrong by no more, with the size of its edge.
+        // Let `u = 2^-53`. A corner has the size `s` (the sum of its coordinates from the eye), the depth `z`, and a
+        // tangent of at most `s / z`. Its position errs by less than `96 (1 + s / z)^2 u` times the pixels of a unit, as
+        // [`super::super::depth`] shows. A corner at the near plane errs by no more, with the size of its edge.
         const U: f64 = 0.5 * f64::EPSILON;
         let pixels = raster.pixels_a_unit().max_element();
         let known = (KNOWN / (96.0 * U * pixels)).sqrt() - 1.0;
         let most_tangent = known.min(FARTHEST_PX / pixels);
-        // A cut only makes less occlude.
+        // A larger distance only cuts off more of the occluders.
         let near = window.near_m() * (1.0 + 1.0e-9);
         let near = if near > 0.0 { near } else { usual_m / most_tangent };
         Self { raster: *raster, near, most_tangent, known: [DVec2::NEG_INFINITY, DVec2::INFINITY] }
     }
 
     /// The picture of the part of the window between the tangents `low` and `high`, with `pixels` pixels across and
-    /// up. Returns this picture, which must show the whole window, if the part is large.
+    /// up. `self` must show the whole window; it is returned if the part is large.
     pub(super) fn zoomed(
         self,
         window: &ViewWindow,

@@ -75,8 +75,8 @@ impl Slope {
         (self.from - other.from) + x + y
     }
 
-    /// Whether an object with this lower bound lies before an object with the upper bound `other`, in the
-    /// whole tile.
+    /// Whether an object with this lower bound lies in front of an object with the upper bound `other`, in
+    /// the whole tile.
     #[inline(always)]
     pub(super) fn is_before(&self, other: &Self) -> bool {
         self.end >= other.end || other.excess(self) <= 0.0
@@ -89,7 +89,7 @@ impl Slope {
         let end = self.end.min(other.end);
         let from = self.from - lower;
         let least = from + self.across[0].min(0.0) + self.across[1].min(0.0);
-        // The bound that is better in the middle.
+        // Selects the bound that is better in the middle.
         if from + 0.5 * (self.across[0] + self.across[1]) > end {
             Self { from, across: self.across, end: end.max(least) }
         } else {

@@ -82,7 +82,7 @@ impl Table {
         }
     }
 
-    /// Removes a number. The following ones move up, so that no search ends early.
+    /// Removes a number. The following numbers move up, so that no search ends early.
     pub(super) fn remove(&mut self, number: u32, hash_of: impl Fn(u32) -> u64) {
         let Some(mut hole) = self.place(hash_of(number), |there| there == number) else { return };
         let last = self.places.len() - 1;
@@ -93,7 +93,7 @@ impl Table {
             if there == NONE {
                 break;
             }
-            // Distances from the start of its search, and from the hole.
+            // Distances of this number from the start of its search, and from the hole.
             let from_start = at.wrapping_sub(self.start(hash_of(there))) & last;
             if from_start >= (at.wrapping_sub(hole) & last) {
                 self.places[hole] = there;

@@ -22,7 +22,7 @@ use crate::{
     view::{Projection, View, ViewWindow},
 };
 
-/// Numbers from 0 to 1 (Knuth).
+/// Pseudo-random numbers from 0 to 1 (Knuth).
 struct Random(u64);
 
 impl Random {
@@ -200,7 +200,7 @@ fn a_short_cut_gives_the_answer_of_the_whole_test() {
     assert!(hidden > 500 && visible > 500 && hidden_boxes > 300, "{hidden}, {visible}, {hidden_boxes}");
 }
 
-/// One tile with three facets: the first and the second halves of it at two depths, neighbours or not, and a border in it.
+/// A tile with a facet in each half, at two depths. The facets may be neighbours. The first has the border `open`.
 struct OneTile {
     are_neighbours: bool,
     depths: [f32; 2],
@@ -253,7 +253,7 @@ fn neighbours_cover_a_tile_together_from_the_farther_depth_on_and_strangers_each
 
 #[test]
 fn large_neighbours_leave_no_gap_at_the_edge_that_they_share() {
-    // Bent along the diagonal, so that they stay two facets of hundreds of tiles each.
+    // The quad is bent along the diagonal, so that it stays two facets of hundreds of tiles each.
     let [a, c] = [Vec3::new(-6.0, -4.0, -5.0), Vec3::new(6.0, 4.0, -5.0)];
     let [b, d] = [Vec3::new(6.0, -4.0, -6.0), Vec3::new(-6.0, 4.0, -6.0)];
     let polygons = Polygons(vec![ConvexPolygon::triangle(a, b, c), ConvexPolygon::triangle(a, c, d)]);
@@ -309,7 +309,7 @@ fn a_picture_of_a_far_wall_shows_only_its_part_of_the_window_and_hides_nothing_b
         seen_beside += usize::from(!is_behind && middle.x < low.x * middle.z / low.z);
     }
     assert!(hidden > 2000 && seen_beside > 2000, "{hidden}, {seen_beside}");
-    // The whole window would show the wall 20 pixels wide.
+    // A picture of the whole window would show the wall 20 pixels wide.
     assert!(found * 100 > hidden * 97, "{found} of {hidden}");
 }
 

@@ -59,8 +59,7 @@ struct Reach {
 }
 
 impl Reach {
-    /// The number of a tile, row by row; `None` for a column or row before or beyond the facet's columns, or before its
-    /// rows.
+    /// The number of a tile, row by row; `None` outside the facet's columns or below its rows.
     #[inline(always)]
     fn place(&self, column: usize, row: usize) -> Option<u32> {
         let (column, row) = ((column as u32).wrapping_sub(self.column), (row as u32).wrapping_sub(self.row));
@@ -261,7 +260,7 @@ impl Tiles {
     #[inline(always)]
     pub(super) fn join<K: Kernel>(&mut self, kernel: K, facets: usize) {
         for number in 0..self.entries.len() {
-            // A root comes before all others of its surface.
+            // A root comes before all other entries of its surface.
             let root = self.root(number as u32);
             let part = self.entries[number].part;
             if root as usize == number {
@@ -358,7 +357,7 @@ impl Tiles {
         is_useful
     }
 
-    /// Whether a single bound covers the whole tile before the upper bound `near` of an object's reciprocal
+    /// Whether a single bound covers the whole tile in front of the upper bound `near` of an object's reciprocal
     /// depth.
     #[inline(always)]
     pub(super) fn hides_all(&self, tile: usize, near: &Slope) -> bool {
@@ -366,8 +365,8 @@ impl Tiles {
         all > 0.0 && (all >= near.end || slope.end > 0.0 && slope.is_before(near))
     }
 
-    /// Whether these pixels of a tile are covered before the upper bound `near`. Call it only if [`Tiles::hides_all`]
-    /// fails.
+    /// Whether these pixels of a tile are covered in front of the upper bound `near`. Call it only if
+    /// [`Tiles::hides_all`] fails.
     #[inline(always)]
     pub(super) fn hides<K: Kernel>(&self, kernel: K, tile: usize, pixels: u64, near: &Slope) -> bool {
         if !self.is_fine[tile] {
@@ -406,8 +405,8 @@ impl Tiles {
     /// steps, `nearness` its reciprocal depth.
     ///
     /// A bound is the farthest depth of a covering surface in a tile. The polygon touches this pixel, so it is visible if
-    /// no bound of the pixel is nearer than the corner. A bound that hides the polygon is nearer in the whole tile. A corner that was rounded into
-    /// the tile is an exception. The polygon then counts as visible, which is safe.
+    /// no bound of the pixel is nearer than the corner. A bound that hides the polygon is nearer in the whole tile. A
+    /// corner that was rounded into the tile is an exception. The polygon then counts as visible, which is safe.
     #[inline(always)]
     pub(super) fn may_hide_corner(&self, at: [i32; 2], nearness: f64) -> bool {
         let [x, y] = at.map(|v| v >> STEP_BITS);
@@ -424,7 +423,7 @@ impl Tiles {
             || self.is_fine[tile] && self.depths[tile].0[bit / ROWS][bit % ROWS] >= near
     }
 
-    /// Whether a pixel of the picture is covered before the reciprocal depth `near`, which is positive.
+    /// Whether a pixel of the picture is covered in front of the reciprocal depth `near`, which is positive.
     #[inline(always)]
     pub(super) fn hides_pixel(&self, [x, y]: [usize; 2], near: f32) -> bool {
         let tile = y / SIDE * self.columns + x / SIDE;
@@ -433,8 +432,8 @@ impl Tiles {
     }
 
     /// Tests the pixels in these columns and rows; both ranges lie in the picture and are not empty. Returns whether
-    /// all are covered before the reciprocal depth `near`, whether any may hide something at `far`, and the number of
-    /// tiles read. The second result is computed only if `needed` includes it.
+    /// all are covered in front of the reciprocal depth `near`, whether any may hide something at `far`, and the number
+    /// of tiles read. The second result is computed only if `needed` includes it.
     #[inline(always)]
     pub(super) fn test<K: Kernel>(
         &self,
@@ -477,7 +476,7 @@ pub(super) fn pixels_within(x: [i32; 2], y: [i32; 2], left: i32, low: i32) -> u6
     let within = |v: i32, at: i32| (v - at).clamp(0, SIDE as i32) as u32;
     let (from, to) = (within(x[0], left), within(x[1], left));
     let row = ((1_u64 << to) - 1) & !((1_u64 << from) - 1);
-    // One bit a row, spread over the row's first pixels, times the row.
+    // The product has a copy of `row` in each row of the tile.
     let rows = |end: u32| if end == 8 { u64::MAX } else { (1 << (8 * end)) - 1 };
     let (from, to) = (within(y[0], low), within(y[1], low));
     row.wrapping_mul(0x0101_0101_0101_0101) & rows(to) & !rows(from)

@@ -16,7 +16,7 @@ impl ShadowTree {
     }
 
     /// The tree of the first `planes` planes that were added. A child that came later is an unoccluded leaf, so this tree
-    /// hides at most what the whole tree hides. O(planes + caps).
+    /// hides at most what the whole tree hides. Takes O(planes + caps).
     #[must_use]
     pub fn first(&self, planes: usize) -> Self {
         let mut first = self.clone();
