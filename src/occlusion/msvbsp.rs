@@ -25,7 +25,7 @@
 //!
 //! # Why it is conservative
 //! 1. The cell of a leaf lies in the cone of every occluder in the leaf's list. A side plane on the way down cuts
-//!    the cell to the part in front of the plane, or is omitted if the whole cell lies there. Cells only shrink.
+//!    the cell to the part in front of the plane. It is omitted if the whole cell lies there. Cells only shrink.
 //!    Clipped pieces do not appear in this argument. Errors in them make the shadow smaller, never wrong.
 //! 2. A point x of a volume, inside the window, lies in one leaf's cell. The query reaches this leaf, because it skips a
 //!    child only if the whole volume lies on the other side.
