@@ -3,9 +3,9 @@
 //! `cargo bench --bench views [-- SIZE... WORD...]`. SIZE is the number of polygons of a synthetic session, by default
 //! 100,000 and 1,000,000. The rigs turn frame by frame, outside and inside the model. WORDs select the rigs whose names
 //! contain one of them. Every frame culls all views one after the other and in one walk; the two alternate in running
-//! first. The table has medians and 99th percentiles of both times, microseconds. Two medians follow: the time of one
-//! walk divided by that of all views, and by the mean time of a view. The last columns have the boxes that each tests,
-//! and the polygons seen.
+//! first. The table has medians and 99th percentiles of both times, microseconds. Two medians of ratios follow: the
+//! walk's time to the time of all views, and to the mean time of a view. The last columns have the number of boxes that
+//! each tests, and the number of polygons seen.
 
 use std::time::Instant;
 

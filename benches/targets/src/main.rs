@@ -1,5 +1,5 @@
 //! Measures `osp` and every rival in one run: insertion, queries, whole frames, latency of every batch, memory. Rivals
-//! take turns in every round; each result is compared with that of the first rival.
+//! take turns in every round; the results of each are compared with the results of the first.
 //!
 //! `cargo run --release --manifest-path benches/targets/Cargo.toml [-- SIZE...]`. SIZE is a number of polygons, by
 //! default 10000, 100000 and 1000000. `OSP_CORPUS` names a folder whose recorded sessions and models (`.obj`) are

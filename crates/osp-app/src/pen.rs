@@ -130,7 +130,7 @@ impl PenPoint<'_> {
     }
 
     /// Orientation of a stroke that lies parallel to the window. The x axis of the pose is a plain ribbon's normal and
-    /// points to the viewer. For a brush, the pose is that of a hand that points into the picture.
+    /// points to the viewer. For a brush, the hand points into the picture.
     fn orientation(&self, brush: &Brush) -> Quat {
         let q = self.view.world_from_view;
         if brush.paint().is_some() {

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 
 use super::{
     batch::{Batch, Job, every_core},
-    export::{Model, write_model},
+    export::{Model, StaticArgs, write_model},
     import,
     outcome::Outcome,
     outputs::{Output, Outputs},
@@ -49,12 +49,8 @@ pub(super) struct ConvertArgs {
     /// The folder for the files. They get the same subfolders as the sessions [default: beside each session].
     #[arg(long, value_name = "FOLDER", requires = "to")]
     out: Option<PathBuf>,
-    /// Write each .glb as one object with few draw calls and smaller vertices, as `osp export --static` does.
-    #[arg(long = "static")]
-    is_static: bool,
-    /// Compress each .glb, as `osp export --compress` does.
-    #[arg(long)]
-    compress: bool,
+    #[command(flatten)]
+    whole: StaticArgs,
     /// Replace files, even newer ones, but never an input.
     #[arg(long)]
     force: bool,
@@ -117,10 +113,8 @@ fn one(args: &ConvertArgs) -> anyhow::Result<Outcome> {
 
 /// Rejects options that the format lacks.
 fn check(args: &ConvertArgs, format: Format) -> anyhow::Result<()> {
-    let given =
-        [("--static", args.is_static), ("--compress", args.compress)].into_iter().find(|(_, given)| *given);
-    match given {
-        Some((option, _)) if format != Format::Glb => {
+    match args.whole.given() {
+        Some(option) if format != Format::Glb => {
             bail!("{option} is for .glb only; found {}", format.ending())
         }
         _ => Ok(()),
@@ -134,8 +128,7 @@ fn converted(args: &ConvertArgs, job: &Job, format: Format) -> anyhow::Result<Mo
     match format {
         Format::Glb => {
             let session = FrameArgs::end_of(job.source.clone(), args.reading);
-            let objects = if args.is_static || args.compress { Objects::Whole } else { Objects::Layers };
-            write_model(&session, objects, args.compress, &output)
+            write_model(&session, args.whole.objects().unwrap_or(Objects::Layers), &output)
         }
         Format::Ron | Format::RonZst => {
             let mut session = OpenSession::read_by(Reader::Here, &job.source, &args.reading)?;

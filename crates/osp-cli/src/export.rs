@@ -54,18 +54,38 @@ pub(super) struct ExportArgs {
     #[arg(value_name = "OUT")]
     out: PathBuf,
     /// Parts of the session that become objects of the file.
-    #[arg(long, value_enum, default_value_t = ObjectsArg::Layers)]
+    #[arg(long, value_enum, default_value_t = ObjectsArg::Layers, conflicts_with_all = ["is_static", "compress"])]
     objects: ObjectsArg,
-    /// Write one object with few draw calls and smaller vertices, without _TIMESTAMP and _STROKE.
-    #[arg(long = "static", conflicts_with = "objects")]
-    is_static: bool,
-    /// Compress the buffers of a static model (EXT_meshopt_compression). three.js, Babylon.js and other web viewers read it;
-    /// Blender does not.
-    #[arg(long, conflicts_with = "objects")]
-    compress: bool,
+    #[command(flatten)]
+    whole: StaticArgs,
     /// Let the model replace a file that is no .glb of osp, but never the session.
     #[arg(long)]
     force: bool,
+}
+
+/// Options of a static model.
+#[derive(Args, Clone, Copy, Debug)]
+pub(super) struct StaticArgs {
+    /// Write one object with few draw calls and smaller vertices, without _TIMESTAMP and _STROKE.
+    #[arg(long = "static")]
+    is_static: bool,
+    /// Compress the buffers of a static model (EXT_meshopt_compression). three.js, Babylon.js and other web viewers read it;
+    /// Blender does not.
+    #[arg(long)]
+    compress: bool,
+}
+
+impl StaticArgs {
+    /// The objects of the file if an option is given.
+    pub(super) fn objects(self) -> Option<Objects> {
+        self.given().map(|_| Objects::Whole { is_compressed: self.compress })
+    }
+
+    /// The first option that is given.
+    pub(super) fn given(self) -> Option<&'static str> {
+        let options = [("--static", self.is_static), ("--compress", self.compress)];
+        options.into_iter().find_map(|(name, is_given)| is_given.then_some(name))
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -79,12 +99,11 @@ enum ObjectsArg {
 pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
     let output =
         Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, OutputKind::Glb)?;
-    let objects = match args.objects {
-        _ if args.is_static || args.compress => Objects::Whole,
+    let objects = args.whole.objects().unwrap_or(match args.objects {
         ObjectsArg::Layers => Objects::Layers,
         ObjectsArg::Strokes => Objects::Strokes,
-    };
-    write_model(&args.session, objects, args.compress, &output)?.print(&args.out)
+    });
+    write_model(&args.session, objects, &output)?.print(&args.out)
 }
 
 /// A model that has been written: its contents, and remarks about missing or changed parts.
@@ -103,18 +122,12 @@ impl Model {
 }
 
 /// Writes the model after a frame.
-pub(super) fn write_model(
-    session: &FrameArgs,
-    objects: Objects,
-    is_compressed: bool,
-    output: &Output,
-) -> anyhow::Result<Model> {
+pub(super) fn write_model(session: &FrameArgs, objects: Objects, output: &Output) -> anyhow::Result<Model> {
     let mut times = PolygonTimes::default();
     let note = |events: &[Event], scene: &Scene| times.note(events, scene);
     let Played { header, scene, .. } = Played::model(session, note)?;
     let options = ExportOptions {
         objects,
-        is_compressed,
         layer_names: header.layers.iter().map(|layer| layer.name.clone()).collect(),
         times: Some(times),
         eye_in_world: header.camera.map(|camera| camera.p),

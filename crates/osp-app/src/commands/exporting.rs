@@ -71,7 +71,7 @@ impl Studio {
         self.write_beside(path, kind, move |file, progress| {
             let found = strokes(&|events| progress.note(events)).map_err(io::Error::other)?;
             let strokes = found.ok_or(ExportError::Cancelled)?;
-            // No thumbnail: that of the sketch that was read lacks the edits.
+            // Without a thumbnail, because the read sketch's thumbnail lacks the edits.
             let counts = write_tilt(&strokes, &header, None, file)?;
             Ok((count, Exported::Sketch(counts)))
         });

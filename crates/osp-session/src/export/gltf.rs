@@ -81,7 +81,7 @@ pub fn write_glb_watched(
     let mut counts = GltfCounts::default();
     let mut objects = BTreeMap::<u64, Object>::new();
     let light = options.environment.as_ref().map_or(Vec3::ONE, mean_light);
-    let is_whole = options.objects == Objects::Whole;
+    let is_whole = matches!(options.objects, Objects::Whole { .. });
     let mut materials = if is_whole { Materials::shared() } else { Materials::default() };
     for (at, id) in scene.visible_ids().enumerate() {
         if at % POLLED_AFTER == 0 && !go_on(at as u64) {
@@ -118,8 +118,8 @@ pub fn write_glb_watched(
         counts.triangles += polygon.vertices().len() as u64 - 2;
     }
     let mut objects: Vec<Object> = objects.into_values().collect();
-    if is_whole {
-        objects.iter_mut().try_for_each(|object| shrink(object, options))?;
+    if let Objects::Whole { is_compressed } = options.objects {
+        objects.iter_mut().try_for_each(|object| shrink(object, is_compressed))?;
     }
     counts.objects = objects.len() as u64;
     let parts = || objects.iter().flat_map(|object| object.parts.values());
@@ -167,12 +167,12 @@ pub fn write_glb_watched(
 }
 
 /// Makes the vertices of an object smaller, and compresses its buffers if `is_compressed` is set.
-fn shrink(object: &mut Object, options: &ExportOptions) -> Result<(), ExportError> {
+fn shrink(object: &mut Object, is_compressed: bool) -> Result<(), ExportError> {
     let parts = object.parts.values();
     let bounds = parts.map(|part| (part.min, part.max)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
     let grid = bounds.and_then(|(min, max)| Grid::of(min, max));
     object.parts.values_mut().for_each(|part| quantize(part, grid));
-    if options.is_compressed {
+    if is_compressed {
         for part in object.parts.values_mut() {
             part.packed = Some(compress(part)?);
         }
@@ -202,14 +202,14 @@ fn object_of<'a>(
     options: &'a ExportOptions,
 ) -> (u64, impl FnOnce() -> String + use<'a>) {
     let key = match (options.objects, stroke.id()) {
-        (Objects::Whole, _) => 0,
+        (Objects::Whole { .. }, _) => 0,
         (Objects::Layers, _) => u64::from(stroke.layer()),
         (Objects::Strokes, Some(stroke)) => u64::from(stroke.0),
         // Each polygon without a stroke is an object of its own.
         (Objects::Strokes, None) => 1 << 32 | u64::from(id.0),
     };
     let name = move || match (options.objects, stroke.id(), stroke.brush()) {
-        (Objects::Whole, ..) => file.to_owned(),
+        (Objects::Whole { .. }, ..) => file.to_owned(),
         (Objects::Layers, ..) => match options.layer_names.get(stroke.layer() as usize) {
             Some(name) if !name.is_empty() => name.clone(),
             _ => format!("layer {}", stroke.layer()),
@@ -285,9 +285,13 @@ mod tests {
         polygon(&[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]], 1.0)
     }
 
+    fn whole(is_compressed: bool) -> ExportOptions {
+        ExportOptions { objects: Objects::Whole { is_compressed }, ..ExportOptions::default() }
+    }
+
     #[test]
     fn a_static_model_has_small_vertices_at_the_same_places() {
-        let options = ExportOptions { objects: Objects::Whole, ..ExportOptions::default() };
+        let options = whole(false);
         let (_, json, chunk) = export_with(&options, &[quad()]);
         let view = &json["bufferViews"][0];
         assert_eq!(
@@ -317,10 +321,8 @@ mod tests {
     #[cfg(feature = "compress")]
     #[test]
     fn compressed_buffers_hold_the_same_bytes() {
-        let plain = ExportOptions { objects: Objects::Whole, ..ExportOptions::default() };
-        let (_, json, chunk) = export_with(&plain, &[quad()]);
-        let packed = ExportOptions { is_compressed: true, ..plain };
-        let (_, packed_json, packed_chunk) = export_with(&packed, &[quad()]);
+        let (_, json, chunk) = export_with(&whole(false), &[quad()]);
+        let (_, packed_json, packed_chunk) = export_with(&whole(true), &[quad()]);
         assert_eq!(packed_json["extensionsRequired"][0], "EXT_meshopt_compression");
         assert_eq!(packed_json["accessors"], json["accessors"]);
         let number = |of: &Value, name: &str| of[name].as_u64().expect("a number") as usize;

@@ -158,7 +158,7 @@ fn primitive(
     json!({ "attributes": attributes, "indices": indices, "material": material })
 }
 
-/// The end of what the views describe so far, bytes.
+/// Number of bytes that the views made so far describe.
 #[derive(Default)]
 struct Place {
     /// In the binary chunk.

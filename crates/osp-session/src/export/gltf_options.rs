@@ -13,7 +13,10 @@ pub enum Objects {
     Strokes,
     /// The whole model, for viewers that only show it: brushes share materials, equal vertices are merged, and a vertex
     /// has neither time nor stroke.
-    Whole,
+    Whole {
+        /// Whether the buffers are compressed (`EXT_meshopt_compression`). Needs the feature `compress`.
+        is_compressed: bool,
+    },
 }
 
 /// Options of an export.
@@ -21,8 +24,6 @@ pub enum Objects {
 pub struct ExportOptions {
     /// Content of an object.
     pub objects: Objects,
-    /// Whether the buffers of [`Objects::Whole`] are compressed (`EXT_meshopt_compression`). Needs the feature `compress`.
-    pub is_compressed: bool,
     /// Names of the layers, by their numbers.
     pub layer_names: Vec<String>,
     /// The times at which the polygons were drawn, if the file is to contain them.

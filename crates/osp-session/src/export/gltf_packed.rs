@@ -13,39 +13,39 @@ use super::{
 /// Makes the vertices of a welded part smaller: positions become numbers of the grid, if there is one, normals bytes, and
 /// texture coordinates between 0 and 1 16-bit numbers.
 pub(super) fn quantize(part: &mut Part, grid: Option<Grid>) {
-    let floats = |bytes: &[u8]| bytes.as_chunks().0.iter().map(|&word| f32::from_le_bytes(word)).collect();
-    let of = |row: &[u8; DRAWN_BYTES], range: std::ops::Range<usize>| -> Vec<f32> { floats(&row[range]) };
     let rows = std::mem::take(&mut part.vertices);
     let rows = rows.as_chunks::<DRAWN_BYTES>().0;
-    let has_small_uvs = rows.iter().all(|row| of(row, 32..40).iter().all(|uv| (0.0..=1.0).contains(uv)));
+    let has_small_uvs =
+        rows.iter().all(|row| floats_at::<2>(row, 32).iter().all(|uv| (0.0..=1.0).contains(uv)));
     part.layout = Layout { has_tail: false, grid, has_byte_normals: true, has_small_uvs };
-    let (mut least, mut most) = ([u16::MAX; 3], [0; 3]);
     for row in rows {
-        let position = Vec3::from_slice(&of(row, 0..12));
         match &grid {
             Some(grid) => {
-                let place = grid.place(position);
-                for axis in 0..3 {
-                    (least[axis], most[axis]) = (least[axis].min(place[axis]), most[axis].max(place[axis]));
-                }
+                let place = grid.place(Vec3::from_array(floats_at(row, 0)));
                 part.vertices.extend(place.into_iter().chain([0]).flat_map(u16::to_le_bytes));
             }
             None => part.vertices.extend_from_slice(&row[..12]),
         }
-        let normal = of(row, 12..24).into_iter().map(|n| (n * 127.0).round() as i8 as u8);
-        part.vertices.extend(normal.chain([0]));
+        let normal = floats_at::<3>(row, 12).map(|n| (n * 127.0).round() as i8 as u8);
+        part.vertices.extend(normal.into_iter().chain([0]));
         part.vertices.extend_from_slice(&row[24..32]);
         match has_small_uvs {
             true => {
-                let uvs = of(row, 32..40).into_iter().map(|uv| (uv * 65535.0).round() as u16);
-                part.vertices.extend(uvs.flat_map(u16::to_le_bytes));
+                let uvs = floats_at::<2>(row, 32).map(|uv| (uv * 65535.0).round() as u16);
+                part.vertices.extend(uvs.into_iter().flat_map(u16::to_le_bytes));
             }
             false => part.vertices.extend_from_slice(&row[32..40]),
         }
     }
-    if grid.is_some() && !rows.is_empty() {
-        (part.min, part.max) = (Vec3::from(least.map(f32::from)), Vec3::from(most.map(f32::from)));
+    if let Some(grid) = &grid {
+        // The places are in the order of the positions.
+        [part.min, part.max] = [part.min, part.max].map(|p| Vec3::from(grid.place(p).map(f32::from)));
     }
+}
+
+/// The floats of a vertex from a byte on.
+fn floats_at<const N: usize>(row: &[u8; DRAWN_BYTES], from: usize) -> [f32; N] {
+    std::array::from_fn(|i| f32::from_le_bytes(std::array::from_fn(|byte| row[from + 4 * i + byte])))
 }
 
 /// Compresses a part. The triangles keep their order, which decides how blended ones look.

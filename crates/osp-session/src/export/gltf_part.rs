@@ -61,40 +61,36 @@ pub(super) struct Attribute {
 }
 
 impl Layout {
-    /// The attributes, and the number of bytes of a vertex.
-    fn attributes_and_stride(self) -> (Vec<Attribute>, usize) {
+    /// The attributes of a vertex, each with its number of bytes.
+    fn values(self) -> impl Iterator<Item = (usize, Attribute)> {
         let position = if self.grid.is_some() { (8, UNSIGNED_SHORT, false) } else { (12, FLOAT, false) };
         let normal = if self.has_byte_normals { (4, BYTE, true) } else { (12, FLOAT, false) };
         let uv = if self.has_small_uvs { (4, UNSIGNED_SHORT, true) } else { (8, FLOAT, false) };
-        let mut values = vec![
+        let values = [
             ("POSITION", position, "VEC3"),
             ("NORMAL", normal, "VEC3"),
             ("COLOR_0", (8, UNSIGNED_SHORT, true), "VEC4"),
             ("TEXCOORD_0", uv, "VEC2"),
+            ("_TIMESTAMP", (4, FLOAT, false), "SCALAR"),
+            ("_STROKE", (4, FLOAT, false), "SCALAR"),
         ];
-        if self.has_tail {
-            values.extend([
-                ("_TIMESTAMP", (4, FLOAT, false), "SCALAR"),
-                ("_STROKE", (4, FLOAT, false), "SCALAR"),
-            ]);
-        }
-        let mut stride = 0;
-        let attribute = |(name, (bytes, component, is_normalized), shape)| {
-            let offset = stride;
-            stride += bytes;
-            Attribute { name, offset, component, is_normalized, shape }
-        };
-        let attributes = values.into_iter().map(attribute).collect();
-        (attributes, stride)
+        let mut end = 0;
+        values.into_iter().take(if self.has_tail { 6 } else { 4 }).map(
+            move |(name, (bytes, component, is_normalized), shape)| {
+                let offset = end;
+                end += bytes;
+                (bytes, Attribute { name, offset, component, is_normalized, shape })
+            },
+        )
     }
 
-    pub(super) fn attributes(self) -> Vec<Attribute> {
-        self.attributes_and_stride().0
+    pub(super) fn attributes(self) -> impl Iterator<Item = Attribute> {
+        self.values().map(|(_, attribute)| attribute)
     }
 
     /// Number of bytes of a vertex.
     pub(super) fn stride(self) -> usize {
-        self.attributes_and_stride().1
+        self.values().map(|(bytes, _)| bytes).sum()
     }
 }
 

@@ -1,4 +1,4 @@
-//! What the program does for a terminal: narrow tables, a verdict, completions.
+//! Output for a terminal: narrow tables, a verdict, completions.
 
 use crate::OSP;
 use osp_testkit::{shipped_session, stderr, stdout, temp};
