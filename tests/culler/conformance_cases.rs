@@ -55,9 +55,10 @@ fn indexes() -> Vec<(String, Make)> {
     let small = IndexConfig { root: Aabb::cube(Vec3::new(0.5, 0.0, 0.0), 0.25), capacity: 1 };
     let large = IndexConfig { root: Aabb::cube(Vec3::ZERO, 64.0), capacity: 1000 };
     for backend in Backend::ALL.iter().copied().filter(|backend| backend.is_available()) {
-        for (size, config) in [("small", small), ("large", large)] {
+        for (size, config, blocks) in [("small", small, 16), ("large", large, 224)] {
             let name = format!("osp with {} and a {size} root", backend.name());
-            all.push((name, Box::new(move || Box::new(Osp::with_backend(&config, backend)))));
+            let osp = move || Osp::with_backend(&config, backend).with_linear_blocks(blocks);
+            all.push((name, Box::new(move || Box::new(osp()))));
         }
     }
     all.extend(osp_rivals::IndexKind::ALL.iter().map(|kind| {

@@ -22,12 +22,15 @@ use osp::{
 use osp_rivals::IndexKind;
 use osp_testkit::boxes::{Place, Rng, drawn, root, shuffled, views};
 
+/// Largest number of blocks of sixteen ids in the plain list of these trees, so that few polygons make a tree.
+const LISTED: usize = 96;
+
 fn config() -> IndexConfig {
     IndexConfig { root: root(), capacity: 1000 }
 }
 
 fn tree(backend: Backend) -> Osp {
-    Osp::with_backend(&config(), backend)
+    Osp::with_backend(&config(), backend).with_linear_blocks(LISTED)
 }
 
 fn backends() -> Vec<Backend> {

@@ -33,17 +33,17 @@ impl Osp {
         self.linear.insert(id.0, bounds, self.list_blocks)
     }
 
-    /// Makes a tree from the plain list. If `is_at_once`, or if the flat rows are not empty, its blocks are inserted
-    /// now. Otherwise the blocks become flat rows, and later commits insert them step by step.
+    /// Makes a tree from the plain list. The blocks become flat rows, and later commits insert them step by step. If
+    /// the flat rows are not empty, the blocks are inserted now.
     #[inline(never)]
-    pub(super) fn make_tree(&mut self, is_at_once: bool) {
+    pub(super) fn make_tree(&mut self) {
         (self.is_linear, self.list_blocks) = (false, self.linear_blocks);
-        if !is_at_once && self.linear.give_to(&mut self.movers) {
+        if self.linear.give_to(&mut self.movers) {
             self.len = 0;
             self.is_settling = true;
         }
         let mut linear = std::mem::replace(&mut self.linear, Linear::with_room_for(0, 0));
-        for (number, lanes, boxes) in linear.blocks() {
+        for (number, lanes, boxes) in linear.rows().blocks() {
             self.open.begin_with(number, lanes, boxes);
             self.close_block();
         }

@@ -148,7 +148,7 @@ impl Osp {
     pub fn with_linear_blocks(mut self, blocks: usize) -> Self {
         (self.linear_blocks, self.list_blocks) = (blocks, blocks);
         if self.is_linear && (blocks == 0 || self.linear.len() > blocks) {
-            self.make_tree(true);
+            self.make_tree();
         }
         self
     }
@@ -342,7 +342,7 @@ impl SpatialIndex for Osp {
                     return Ok(());
                 }
                 Inserted::Present => return Err(IndexError::Duplicate(id)),
-                Inserted::Full => self.make_tree(self.came >= AT_ONCE),
+                Inserted::Full => self.make_tree(),
             }
         }
         self.insert_into_tree(id, wide)
@@ -397,7 +397,7 @@ impl SpatialIndex for Osp {
             self.came = 0;
             // A long list is faster than a tree only while polygons come in each frame.
             if self.quiet >= REST && self.linear.len() > self.linear_blocks {
-                self.make_tree(false);
+                self.make_tree();
             }
             return;
         }
@@ -483,7 +483,7 @@ impl SpatialIndex for Osp {
             + self.buckets.bytes()
             + self.pages.bytes()
             + self.ids.bytes()
-            + self.linear.bytes()
+            + self.linear.rows().bytes()
             + self.movers.bytes()
             + self.spans.bytes()
             + (self.to_pack.capacity() + self.to_divide.capacity()) * size_of::<u32>()
@@ -499,7 +499,7 @@ impl SpatialIndex for Osp {
     }
 }
 
-/// If at least this number of polygons came since the last commit, a full list becomes a tree at once.
+/// If at least this number of polygons came since the last commit, a full list does not become longer.
 pub(super) const AT_ONCE: u32 = 64;
 
 /// Number of blocks closed and runs moved between two checks of the free room.

@@ -5,40 +5,31 @@
 use super::{
     answer::Answer,
     movers::Movers,
+    rows::Rows,
     tuning::{LINEAR_BLOCKS, RUN_STRETCH},
 };
 use crate::{
     index::{
         WorkCounts,
-        simd::{Boxes, Kernel, PlaneSet, PreparedPlane, Wide, WithKernel},
+        simd::{Kernel, PlaneSet, PreparedPlane, Wide, WithKernel},
     },
     math::{Aabb, Frustum},
-    polygon::{BLOCK, PolygonId, bits::bits_of},
+    polygon::{BLOCK, PolygonId},
 };
 
-/// A list of blocks of sixteen ids with the boxes of their polygons, in any order. No block is empty.
+/// The blocks of the list. No block is empty.
 #[derive(Clone, Debug)]
 pub(super) struct Linear {
-    /// Number of each block, `id / 16`.
-    numbers: Vec<u32>,
-    /// Upper bound of `numbers`.
+    rows: Rows,
+    /// Upper bound of the blocks' numbers.
     highest: u32,
-    /// For each block, the mask of its polygons.
-    lanes: Vec<u16>,
-    /// For each block, the boxes of its polygons; unused lanes are unspecified.
-    boxes: Vec<Boxes<BLOCK>>,
-    /// For each group of sixteen blocks, the box around each block. It is out of date if the block is in `changed`.
-    around: Vec<Boxes<BLOCK>>,
-    /// For each group, the blocks that have changed since [`Linear::refresh`].
-    changed: Vec<u16>,
+    /// Whether a block has changed since [`Linear::refresh`].
     is_changed: bool,
     /// Whether `bounds` may be too large.
     is_loose: bool,
     /// Number of commits since a block has changed, and their number before [`Linear::refresh`].
     commits: u32,
     wait: u32,
-    /// Largest number of blocks so far. The system commits memory only when the memory is written to.
-    most: usize,
     /// Box that contains all polygons.
     bounds: Wide,
 }
@@ -67,51 +58,35 @@ impl Linear {
     /// An empty list with room for `blocks` blocks, and for `most` if their polygons are scattered. The memory of the first
     /// `blocks` is written to here, so that no frame waits until the system commits it.
     pub(super) fn with_room_for(blocks: usize, most: usize) -> Self {
-        let groups = blocks.div_ceil(BLOCK);
-        let mut linear = Self {
-            numbers: vec![0; blocks],
+        Self {
+            rows: Rows::with_room_for(blocks, most),
             highest: 0,
-            lanes: vec![0; blocks],
-            boxes: vec![Boxes::EMPTY; blocks],
-            around: vec![Boxes::EMPTY; groups],
-            changed: vec![0; groups],
             is_changed: false,
             is_loose: false,
             commits: 0,
             wait: WAIT,
-            most: blocks,
             bounds: Wide::EMPTY,
-        };
-        std::hint::black_box(&mut linear).clear();
-        // In a browser, reserved memory counts as used.
-        if !cfg!(target_family = "wasm") {
-            linear.numbers.reserve(most);
-            linear.lanes.reserve(most);
-            linear.boxes.reserve(most);
-            linear.around.reserve(most.div_ceil(BLOCK));
-            linear.changed.reserve(most.div_ceil(BLOCK));
         }
-        linear
     }
 
     pub(super) fn clear(&mut self) {
-        self.numbers.clear();
-        self.lanes.clear();
-        self.boxes.clear();
-        self.around.clear();
-        self.changed.clear();
+        self.rows.clear();
         (self.is_changed, self.is_loose) = (false, false);
         (self.highest, self.commits, self.wait, self.bounds) = (0, 0, WAIT, Wide::EMPTY);
     }
 
-    /// Moves all blocks to the flat rows beside the tree. Returns `false` if the rows are not empty.
+    /// Moves all blocks to the flat rows beside the tree. Returns `false` if these are not empty.
     pub(super) fn give_to(&mut self, movers: &mut Movers) -> bool {
         let is_given = movers.len() == 0;
         if is_given {
-            self.most = movers.take_blocks(&mut self.numbers, &mut self.lanes, &mut self.boxes);
+            movers.take_rows(&mut self.rows);
             self.clear();
         }
         is_given
+    }
+
+    pub(super) fn rows(&self) -> &Rows {
+        &self.rows
     }
 
     /// Whether most polygons of a sample lie apart from the polygons just before them. Returns `false` if the sampled
@@ -119,7 +94,7 @@ impl Linear {
     pub(super) fn is_scattered(&self) -> bool {
         let (mut polygons, mut apart, mut blocks) = (0, 0, 0);
         for at in (0..self.len()).step_by(self.len().div_ceil(ASKED).max(1)) {
-            let (boxes, lanes) = (&self.boxes[at], self.lanes[at]);
+            let (_, lanes, boxes) = self.rows.block(at);
             let is_there = |lane: &usize| lanes >> lane & 1 == 1;
             for lane in (0..BLOCK).filter(is_there) {
                 let bounds = Wide::from_box(&boxes.get(lane));
@@ -137,76 +112,34 @@ impl Linear {
 
     /// Number of blocks.
     pub(super) fn len(&self) -> usize {
-        self.numbers.len()
-    }
-
-    /// The blocks: number, mask of polygons, boxes.
-    pub(super) fn blocks(&self) -> impl Iterator<Item = (u32, u16, &Boxes<BLOCK>)> {
-        let blocks = self.numbers.iter().zip(&self.lanes).zip(&self.boxes);
-        blocks.map(|((&number, &lanes), boxes)| (number, lanes, boxes))
-    }
-
-    /// Number of groups of sixteen blocks.
-    pub(super) fn groups(&self) -> usize {
-        self.around.len()
-    }
-
-    /// The block at position `at` of [`Linear::blocks`].
-    pub(super) fn block(&self, at: usize) -> (u32, u16, &Boxes<BLOCK>) {
-        (self.numbers[at], self.lanes[at], &self.boxes[at])
-    }
-
-    /// The boxes around the blocks of a group.
-    pub(super) fn around_each(&self, group: usize) -> Boxes<BLOCK> {
-        let mut around = self.around[group];
-        for lane in bits_of(u64::from(self.changed[group])) {
-            around.set(lane, &self.measure(group * BLOCK + lane));
-        }
-        around
-    }
-
-    /// The box around the block at position `at` of [`Linear::blocks`].
-    pub(super) fn around(&self, at: usize) -> Aabb {
-        let is_changed = self.changed[at / BLOCK] >> (at % BLOCK) & 1 == 1;
-        if is_changed { self.measure(at) } else { self.around[at / BLOCK].get(at % BLOCK) }
-    }
-
-    fn measure(&self, at: usize) -> Aabb {
-        self.boxes[at].around(u32::from(self.lanes[at]))
+        self.rows.len()
     }
 
     /// Upper bound of all ids.
     pub(super) fn ids_end(&self) -> usize {
-        if self.numbers.is_empty() { 0 } else { (self.highest as usize + 1) * BLOCK }
-    }
-
-    /// Memory held, bytes. Room that was never written to does not count, because the system has not committed it.
-    pub(super) fn bytes(&self) -> usize {
-        let groups = self.most.div_ceil(BLOCK);
-        self.most * (size_of::<u32>() + size_of::<u16>())
-            + groups * size_of::<u16>()
-            + (self.most + groups) * size_of::<Boxes<BLOCK>>()
+        if self.len() == 0 { 0 } else { (self.highest as usize + 1) * BLOCK }
     }
 
     /// The position of a block.
     #[inline]
     fn find(&self, number: u32) -> Option<usize> {
+        let numbers = &self.rows.numbers;
         // The guess is that blocks have consecutive numbers, because drawn polygons have.
-        let likely = number.wrapping_sub(*self.numbers.first()?) as usize;
-        if self.numbers.get(likely) == Some(&number) {
+        let likely = number.wrapping_sub(*numbers.first()?) as usize;
+        if numbers.get(likely) == Some(&number) {
             return Some(likely);
         }
         if number > self.highest {
             return None;
         }
-        self.numbers.iter().rposition(|&other| other == number)
+        numbers.iter().rposition(|&other| other == number)
     }
 
     /// The position of a polygon's block, and the polygon's lane; `None` if the polygon is not in the list.
     #[inline]
     fn place(&self, id: u32) -> Option<(usize, usize)> {
         let (at, lane) = (self.find(id / 16)?, id as usize % BLOCK);
-        (self.lanes[at] >> lane & 1 == 1).then_some((at, lane))
+        (self.rows.lanes[at] >> lane & 1 == 1).then_some((at, lane))
     }
 
     /// Whether a polygon is in the list.
@@ -216,7 +149,7 @@ impl Linear {
 
     /// The box of a polygon.
     pub(super) fn bounds(&self, id: u32) -> Option<Aabb> {
-        self.place(id).map(|(at, lane)| self.boxes[at].get(lane))
+        self.place(id).map(|(at, lane)| self.rows.boxes[at].get(lane))
     }
 
     /// Inserts a polygon with a valid box, unless the list would have more than `most` blocks.
@@ -226,31 +159,22 @@ impl Linear {
         let at = match self.find(number) {
             Some(at) => at,
             None if self.len() >= most => return Inserted::Full,
-            None => self.add_block(number),
+            None => self.push(number),
         };
-        if self.lanes[at] >> lane & 1 == 1 {
+        if self.rows.lanes[at] >> lane & 1 == 1 {
             return Inserted::Present;
         }
-        self.lanes[at] |= 1 << lane;
-        self.boxes[at].set(lane, bounds);
+        self.rows.lanes[at] |= 1 << lane;
+        self.rows.boxes[at].set(lane, bounds);
         self.bounds = self.bounds.union(Wide::from_box(bounds));
         self.mark_changed(at);
         Inserted::Done
     }
 
-    #[inline(never)]
-    fn add_block(&mut self, number: u32) -> usize {
-        let at = self.len();
-        self.most = self.most.max(at + 1);
-        self.numbers.push(number);
+    fn push(&mut self, number: u32) -> usize {
         self.highest = self.highest.max(number);
-        self.lanes.push(0);
-        self.boxes.push(Boxes::EMPTY);
-        if at.is_multiple_of(BLOCK) {
-            self.around.push(Boxes::EMPTY);
-            self.changed.push(0);
-        }
-        at
+        self.is_changed = true;
+        self.rows.push(number)
     }
 
     /// Sets a new box of a polygon; returns `false` if it is not in the list or the box is invalid.
@@ -261,7 +185,7 @@ impl Linear {
         if !wide.is_valid() {
             return false;
         }
-        self.boxes[at].set(lane, bounds);
+        self.rows.boxes[at].set(lane, bounds);
         self.bounds = self.bounds.union(wide);
         self.is_loose = true;
         self.mark_changed(at);
@@ -273,7 +197,7 @@ impl Linear {
     #[inline]
     pub(super) fn update_block(&mut self, number: u32, updates: &[(PolygonId, Aabb)]) -> bool {
         let Some(at) = self.find(number) else { return false };
-        let (there, boxes) = (self.lanes[at], &mut self.boxes[at]);
+        let (there, boxes) = (self.rows.lanes[at], &mut self.rows.boxes[at]);
         let mut is_right = true;
         for (id, bounds) in updates {
             let (lane, wide) = (id.index() % BLOCK, Wide::from_box(bounds));
@@ -293,10 +217,11 @@ impl Linear {
     #[inline]
     pub(super) fn remove(&mut self, id: u32) -> bool {
         let Some((at, lane)) = self.place(id) else { return false };
-        self.lanes[at] &= !(1 << lane);
+        self.rows.lanes[at] &= !(1 << lane);
         self.is_loose = true;
-        if self.lanes[at] == 0 {
-            self.remove_block(at)
+        if self.rows.lanes[at] == 0 {
+            self.rows.swap_remove(at);
+            self.is_changed = true;
         } else {
             self.mark_changed(at)
         }
@@ -305,26 +230,9 @@ impl Linear {
 
     #[inline]
     fn mark_changed(&mut self, at: usize) {
-        let changed = &mut self.changed[at / BLOCK];
-        // Changes of one block would otherwise wait for each other's writes.
-        if *changed >> (at % BLOCK) & 1 == 0 {
-            *changed |= 1 << (at % BLOCK);
+        if self.rows.mark_changed(at) {
             self.is_changed = true;
         }
-    }
-
-    /// Removes an empty block; the last block takes its position.
-    fn remove_block(&mut self, at: usize) {
-        let last = self.len() - 1;
-        self.numbers.swap_remove(at);
-        self.lanes.swap_remove(at);
-        self.boxes.swap_remove(at);
-        self.mark_changed(at);
-        self.around[last / BLOCK].set(last % BLOCK, &Aabb::EMPTY);
-        self.changed[last / BLOCK] &= !(1 << (last % BLOCK));
-        let groups = last.div_ceil(BLOCK);
-        self.around.truncate(groups);
-        self.changed.truncate(groups);
     }
 
     /// Ends a batch of changes. After some commits it computes the boxes around the blocks that have changed.
@@ -341,58 +249,34 @@ impl Linear {
     #[inline(never)]
     fn refresh(&mut self) {
         (self.is_changed, self.commits) = (false, 0);
-        let mut count = 0;
-        for group in 0..self.changed.len() {
-            let changed = std::mem::take(&mut self.changed[group]);
-            for lane in bits_of(u64::from(changed)) {
-                let bounds = self.measure(group * BLOCK + lane);
-                self.around[group].set(lane, &bounds);
-            }
-            count += changed.count_ones() as usize;
-        }
+        let count = self.rows.refresh();
         self.wait = if self.is_loose && count > self.len() / 2 { LONG_WAIT } else { WAIT };
         if std::mem::take(&mut self.is_loose) {
-            let each = self.around.iter().map(|around| Wide::from_box(&around.around(0xFFFF)));
+            let each = self.rows.around_groups().map(|around| Wide::from_box(&around));
             self.bounds = each.fold(Wide::EMPTY, Wide::union);
         }
     }
 
     /// Checks the invariants; for tests.
     pub(super) fn check(&self, polygons: usize) -> Result<(), String> {
-        let counted: usize = self.lanes.iter().map(|lanes| lanes.count_ones() as usize).sum();
+        let counted: usize = self.rows.lanes.iter().map(|lanes| lanes.count_ones() as usize).sum();
         if counted != polygons {
             return Err(format!("{counted} polygons in blocks, {polygons} counted"));
         }
-        let blocks = self.len();
-        let groups = blocks.div_ceil(BLOCK);
-        if (self.lanes.len(), self.boxes.len(), self.around.len(), self.changed.len())
-            != (blocks, blocks, groups, groups)
-        {
-            return Err(format!("{blocks} blocks with other numbers of boxes"));
-        }
-        for (at, (number, lanes, boxes)) in self.blocks().enumerate() {
-            let bounds = boxes.around(u32::from(lanes));
-            if lanes == 0 || self.find(number) != Some(at) {
-                return Err(format!("block {number} is empty or there twice"));
+        self.rows.check()?;
+        for (at, (number, lanes, boxes)) in self.rows.blocks().enumerate() {
+            if self.find(number) != Some(at) {
+                return Err(format!("block {number} is there twice"));
             }
-            if !self.bounds.contains(Wide::from_box(&bounds)) {
+            if !self.bounds.contains(Wide::from_box(&boxes.around(u32::from(lanes)))) {
                 return Err(format!("block {number} lies outside the box around everything"));
             }
-            if self.around(at) != bounds {
-                return Err(format!(
-                    "the box around block {number} is {:?}, not {bounds:?}",
-                    self.around(at)
-                ));
-            }
         }
-        if !self.is_changed && self.changed.iter().any(|&changed| changed != 0) {
+        let is_changed = (0..self.rows.groups()).any(|group| self.rows.group(group).1 != 0);
+        if is_changed && !self.is_changed {
             return Err("a changed block that no commit sees".to_owned());
         }
-        let unused = self.around.last().map_or(Aabb::EMPTY, |last| {
-            let used = (1 << ((blocks + BLOCK - 1) % BLOCK + 1)) - 1;
-            last.around(0xFFFF & !used)
-        });
-        if unused != Aabb::EMPTY { Err(format!("{unused:?} is around no block")) } else { Ok(()) }
+        Ok(())
     }
 }
 
@@ -426,7 +310,7 @@ impl<A: Answer> WithKernel for Pass<'_, A> {
                 (PlaneSet::new(frustum).planes, 6)
             };
             if count == 0 {
-                for (number, lanes, _) in linear.blocks() {
+                for (number, lanes, _) in linear.rows.blocks() {
                     answer.run(kernel, number * 16, u32::from(lanes));
                 }
             } else {
@@ -467,19 +351,21 @@ impl Linear {
         work: &mut WorkCounts,
     ) {
         // The polygons of a long list are scattered, so hardly any block lies behind a plane.
-        let is_long = self.numbers.len() > LINEAR_BLOCKS;
-        let mut is_worth_it = !is_long && self.numbers.len() > FEW;
-        for (group, numbers) in self.numbers.chunks(BLOCK).enumerate() {
+        let rows = &self.rows;
+        let is_long = rows.numbers.len() > LINEAR_BLOCKS;
+        let mut is_worth_it = !is_long && rows.numbers.len() > FEW;
+        for (group, numbers) in rows.numbers.chunks(BLOCK).enumerate() {
             let from = group * BLOCK;
             let to = from + numbers.len();
             let mut behind = 0;
             if is_worth_it || !is_long && group != 0 && group % SAMPLE == 0 {
                 work.nodes += 1;
                 work.boxes += numbers.len() as u64;
-                behind = kernel.behind_any(planes, &self.around[group]) & !u32::from(self.changed[group]);
+                let (around, changed) = rows.group(group);
+                behind = kernel.behind_any(planes, around) & !u32::from(changed);
                 is_worth_it = behind.count_ones() >= WORTH_IT;
             }
-            let blocks = numbers.iter().zip(&self.lanes[from..to]).zip(&self.boxes[from..to]);
+            let blocks = numbers.iter().zip(&rows.lanes[from..to]).zip(&rows.boxes[from..to]);
             for (i, ((&number, &lanes), boxes)) in blocks.enumerate() {
                 if behind >> i & 1 == 0 {
                     let seen = u32::from(lanes) & !kernel.behind_any(planes, boxes);

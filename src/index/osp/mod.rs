@@ -41,7 +41,7 @@
 //! * Commit: `settle.rs`, `divide.rs`, `order.rs`, `rest.rs`.
 //! * Query: `plan.rs` chooses the way, `query.rs` walks, `two_eyes.rs` walks for two, `answer.rs` writes the result;
 //!   `movers_query.rs`, `visit.rs`, `ray.rs`. Then `thin.rs` removes hidden polygons.
-//! * Storage: `layout.rs`, `pool.rs`, `pages.rs`, `spans.rs`, `pair_sets.rs`.
+//! * Storage: `layout.rs`, `pool.rs`, `pages.rs`, `rows.rs`, `spans.rs`, `pair_sets.rs`.
 //!
 //! # Layout
 //!
@@ -77,6 +77,7 @@ mod query;
 mod ray;
 mod remove;
 mod rest;
+mod rows;
 mod settle;
 mod slots;
 mod spans;

@@ -5,6 +5,7 @@
 //! consecutive ids are written and found together. Polygons of other blocks share groups in order of arrival.
 
 use super::{
+    rows::Rows,
     slots::{Slot, Slots},
     tuning::LINEAR_BLOCKS,
 };
@@ -26,9 +27,10 @@ const FEW_LEFT: u32 = 4;
 #[derive(Clone, Debug)]
 pub(super) struct Movers {
     slots: Slots,
-    /// The groups of one block each, and the numbers of these blocks.
-    own: Groups,
-    blocks: Vec<u32>,
+    /// The groups of one block each. A block that has not moved since it was in the plain list keeps its box around.
+    own: Rows,
+    /// For each group of one block, the lanes that were added or moved since the group was last examined.
+    own_moved: Vec<u16>,
     /// The groups of polygons of any blocks, all full except the last, and the ids of these polygons.
     shared: Groups,
     ids: Vec<[u32; BLOCK]>,
@@ -38,15 +40,14 @@ pub(super) struct Movers {
     len: usize,
     /// Upper bound of all ids since the rows were last empty.
     ids_end: usize,
-    /// Largest number of shared groups, of groups of one block, and of ids so far. The system commits memory only when the
-    /// memory is written to.
-    most: [usize; 3],
+    /// Largest number of shared groups, and of ids so far. The system commits memory only when the memory is written to.
+    most: [usize; 2],
     /// Number of shared groups, and of groups of one block, that this round has not examined yet. These are the
     /// first groups of each kind.
     unlooked: [usize; 2],
 }
 
-/// Groups of sixteen lanes.
+/// Groups of sixteen lanes, with polygons of any blocks.
 #[derive(Clone, Debug)]
 struct Groups {
     boxes: Vec<Boxes<BLOCK>>,
@@ -80,16 +81,10 @@ impl Groups {
         self.set(group, lane, bounds);
     }
 
-    fn swap_remove(&mut self, group: usize) {
-        self.boxes.swap_remove(group);
-        self.lanes.swap_remove(group);
-        self.moved.swap_remove(group);
-    }
-
-    fn clear(&mut self) {
-        self.boxes.clear();
-        self.lanes.clear();
-        self.moved.clear();
+    fn truncate(&mut self, groups: usize) {
+        self.boxes.truncate(groups);
+        self.lanes.truncate(groups);
+        self.moved.truncate(groups);
     }
 }
 
@@ -134,29 +129,26 @@ impl Movers {
         // In a browser, reserved memory counts as used.
         let polygons = if cfg!(target_family = "wasm") { 0 } else { polygons };
         let groups = (polygons / BLOCK + 1).max(LINEAR_BLOCKS);
-        let (own, blocks) = (Groups::with_room_for(groups), Vec::with_capacity(groups));
         let mut movers = Self {
             // Polygons that replace others have new ids, so twice as many ids are needed.
             slots: Slots::with_room_for(2 * polygons),
-            own,
-            blocks,
+            own: Rows::with_room_for(0, groups),
+            own_moved: Vec::with_capacity(groups),
             shared: Groups::with_room_for(groups),
             ids: Vec::with_capacity(groups),
             guess: Slot::shared(0, 0),
             len: 0,
             ids_end: 0,
-            most: [0; 3],
+            most: [0; 2],
             unlooked: [0; 2],
         };
         if polygons > 0 {
             // The memory for a plain list is written to here, so that no frame waits until the system commits it.
             for block in 0..LINEAR_BLOCKS {
-                movers.own.push();
-                movers.blocks.push(block as u32);
-                movers.slots.set_block(block as u32, u16::MAX, block);
+                movers.own_moved.push(0);
+                movers.slots.set_own_group(block, Some(block));
             }
             movers.ids_end = LINEAR_BLOCKS * BLOCK;
-            movers.most = [0, LINEAR_BLOCKS, movers.ids_end];
             movers.clear();
         }
         movers
@@ -164,17 +156,16 @@ impl Movers {
 
     /// Frees the boxes of a long list whose polygons are all in the tree now. Reserves room for the same number.
     pub(super) fn give_boxes_back(&mut self) {
-        if self.len == 0 && self.most[1] > LINEAR_BLOCKS {
-            self.own.boxes = Vec::with_capacity(self.own.boxes.capacity());
-            self.most[1] = 0;
+        if self.len == 0 {
+            self.own.give_boxes_back(LINEAR_BLOCKS);
         }
     }
 
     pub(super) fn clear(&mut self) {
         self.slots.clear(self.ids_end);
         self.own.clear();
-        self.blocks.clear();
-        self.shared.clear();
+        self.own_moved.clear();
+        self.shared.truncate(0);
         self.ids.clear();
         (self.len, self.ids_end, self.unlooked) = (0, 0, [0; 2]);
     }
@@ -192,10 +183,10 @@ impl Movers {
 
     /// Memory held, bytes. Room that was never written to does not count, because the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
-        let group = size_of::<Boxes<BLOCK>>() + 2 * size_of::<u16>();
-        let [shared, own, ids] = self.most;
-        shared * (group + size_of::<[u32; BLOCK]>())
-            + own * (group + size_of::<u32>())
+        let [shared, ids] = self.most;
+        shared * (size_of::<Boxes<BLOCK>>() + 2 * size_of::<u16>() + size_of::<[u32; BLOCK]>())
+            + self.own.bytes()
+            + self.own_moved.len() * size_of::<u16>()
             + ids * size_of::<u32>()
             + self.slots.bytes()
     }
@@ -206,7 +197,13 @@ impl Movers {
         if self.len == 0 {
             return None;
         }
-        if self.is_at(id, self.guess) { Some(self.guess) } else { self.slots.get(id) }
+        if self.is_at(id, self.guess) {
+            return Some(self.guess);
+        }
+        self.slots.shared(id).or_else(|| {
+            let (group, lane) = (self.slots.own_group(id.index() / BLOCK)?, id.index() % BLOCK);
+            (self.own.lanes[group] >> lane & 1 == 1).then(|| Slot::own(group, lane))
+        })
     }
 
     #[inline(always)]
@@ -218,19 +215,26 @@ impl Movers {
 
     pub(super) fn bounds(&self, id: PolygonId) -> Option<Aabb> {
         let slot = self.slot(id)?;
-        let groups = if slot.is_own() { &self.own } else { &self.shared };
-        Some(groups.boxes[slot.group()].get(slot.lane()))
+        let boxes = if slot.is_own() { &self.own.boxes } else { &self.shared.boxes };
+        Some(boxes[slot.group()].get(slot.lane()))
     }
 
     /// Gives the polygon at a slot a new box.
     #[inline(always)]
     pub(super) fn set(&mut self, slot: Slot, bounds: &Aabb) {
         if slot.is_own() {
-            self.own.set(slot.group(), slot.lane(), bounds);
+            self.set_own(slot.group(), slot.lane(), bounds);
         } else {
             self.shared.set(slot.group(), slot.lane(), bounds);
             self.guess = slot.next();
         }
+    }
+
+    #[inline(always)]
+    fn set_own(&mut self, group: usize, lane: usize, bounds: &Aabb) {
+        self.own.boxes[group].set(lane % BLOCK, bounds);
+        self.own_moved[group] |= 1 << lane;
+        self.own.mark_changed(group);
     }
 
     /// Sets new boxes in order, up to the first polygon that is not in the rows or the first invalid box. Returns the
@@ -259,7 +263,8 @@ impl Movers {
     /// Does the same as [`Movers::update_first`] for the polygons of a group of one block.
     #[inline(always)]
     fn update_own(&mut self, group: usize, updates: &[(PolygonId, Aabb)]) -> usize {
-        let (boxes, there, block) = (&mut self.own.boxes[group], self.own.lanes[group], self.blocks[group]);
+        let (boxes, there, block) =
+            (&mut self.own.boxes[group], self.own.lanes[group], self.own.numbers[group]);
         let (mut moved, mut count) = (0, 0);
         for (id, bounds) in updates {
             let lane = id.index() % BLOCK;
@@ -271,7 +276,8 @@ impl Movers {
             moved |= 1 << lane;
             count += 1;
         }
-        self.own.moved[group] |= moved;
+        self.own_moved[group] |= moved;
+        self.own.mark_changed(group);
         count
     }
 
@@ -280,57 +286,36 @@ impl Movers {
         let block = id.index() / BLOCK;
         self.len += 1;
         self.ids_end = self.ids_end.max((block + 1) * BLOCK);
-        self.most[2] = self.most[2].max(self.ids_end);
-        let (count, any) =
-            self.slots_of(block).fold((1, None), |(count, _), (_, slot)| (count + 1, Some(slot)));
-        if let Some(slot) = any.filter(|slot: &Slot| slot.is_own()) {
-            let (group, lane) = (slot.group(), id.index() % BLOCK);
-            self.own.put(group, lane, bounds);
-            self.slots.set(id, Some(Slot::own(group, lane)));
+        self.most[1] = self.most[1].max(self.ids_end);
+        if let Some(group) = self.slots.own_group(block) {
+            let lane = id.index() % BLOCK;
+            self.own.lanes[group] |= 1 << lane;
+            self.set_own(group, lane, bounds);
             return;
         }
         self.share(id, bounds);
-        if count >= OWN_GROUP {
+        let ids = (block * BLOCK..(block + 1) * BLOCK).map(|id| PolygonId(id as u32));
+        if ids.filter(|&id| self.slots.shared(id).is_some()).count() > OWN_GROUP {
             self.give_own_group(block);
         }
     }
 
-    /// Takes over blocks (numbers, lanes and boxes) if the rows are empty. The lists are swapped with the empty lists
-    /// of the rows, so no box is copied. The polygons count as unmoved. The polygons of blocks with few lanes go to
-    /// shared groups. Returns the largest number of blocks that the lists of the rows have had.
-    pub(super) fn take_blocks(
-        &mut self,
-        numbers: &mut Vec<u32>,
-        lanes: &mut Vec<u16>,
-        boxes: &mut Vec<Boxes<BLOCK>>,
-    ) -> usize {
-        if self.len > 0 {
-            return 0;
-        }
-        let most = self.most[1];
-        std::mem::swap(&mut self.blocks, numbers);
-        std::mem::swap(&mut self.own.lanes, lanes);
-        std::mem::swap(&mut self.own.boxes, boxes);
-        self.own.moved.resize(self.blocks.len(), 0);
-        for (group, (&block, &lanes)) in self.blocks.iter().zip(&self.own.lanes).enumerate() {
-            self.slots.set_block(block, lanes, group);
+    /// Takes over the blocks of the plain list if the rows are empty. They are swapped with the empty rows, so no box is
+    /// copied. The polygons count as unmoved. The polygons of blocks with few lanes go to shared groups.
+    pub(super) fn take_rows(&mut self, rows: &mut Rows) {
+        std::mem::swap(&mut self.own, rows);
+        self.own_moved.resize(self.own.len(), 0);
+        for (group, (block, lanes, _)) in self.own.blocks().enumerate() {
+            self.slots.set_own_group(block as usize, Some(group));
             self.len += lanes.count_ones() as usize;
             self.ids_end = self.ids_end.max((block as usize + 1) * BLOCK);
         }
-        self.most[1] = self.most[1].max(self.blocks.len());
-        self.most[2] = self.most[2].max(self.ids_end);
-        for group in (0..self.blocks.len()).rev() {
+        self.most[1] = self.most[1].max(self.ids_end);
+        for group in (0..self.own.len()).rev() {
             if self.own.lanes[group].count_ones() < FEW_LEFT {
                 self.give_up_group(group);
             }
         }
-        most
-    }
-
-    /// The polygons of a block that are in the rows, and their slots.
-    fn slots_of(&self, block: usize) -> impl Iterator<Item = (PolygonId, Slot)> {
-        let ids = (block * BLOCK..(block + 1) * BLOCK).map(|id| PolygonId(id as u32));
-        ids.filter_map(|id| Some((id, self.slots.get(id)?)))
     }
 
     /// Puts a polygon into the last shared group.
@@ -343,12 +328,13 @@ impl Movers {
         let lane = self.shared.lanes[group].count_ones() as usize % BLOCK;
         self.shared.put(group, lane, bounds);
         self.ids[group][lane] = id.0;
-        self.slots.set(id, Some(Slot::shared(group, lane)));
+        self.slots.set_shared(id, Some(Slot::shared(group, lane)));
         self.most[0] = self.most[0].max(self.ids.len());
     }
 
     /// Removes a polygon from the shared groups. The last polygon takes its slot.
-    fn unshare(&mut self, slot: Slot) {
+    fn unshare(&mut self, id: PolygonId, slot: Slot) {
+        self.slots.set_shared(id, None);
         let last = self.ids.len() - 1;
         let lane = self.shared.lanes[last].count_ones() as usize - 1;
         let (to, to_lane) = (slot.group(), slot.lane());
@@ -359,45 +345,49 @@ impl Movers {
             let moved = self.shared.moved[last] >> lane & 1;
             self.shared.moved[to] = self.shared.moved[to] & !(1 << to_lane) | moved << to_lane;
             self.ids[to][to_lane] = id;
-            self.slots.set(PolygonId(id), Some(slot));
+            self.slots.set_shared(PolygonId(id), Some(slot));
         }
         self.shared.lanes[last] &= !(1 << lane);
         self.shared.moved[last] &= !(1 << lane);
         if lane == 0 {
-            self.shared.swap_remove(last);
+            self.shared.truncate(last);
             self.ids.pop();
         }
     }
 
     /// Moves the polygons of a block from the shared groups to a group of its own.
     fn give_own_group(&mut self, block: usize) {
-        let group = self.blocks.len();
-        self.own.push();
-        self.blocks.push(block as u32);
-        self.most[1] = self.most[1].max(self.blocks.len());
+        let group = self.own.push(block as u32);
+        self.own_moved.push(0);
         for lane in 0..BLOCK {
             // Each slot is read after the last removal, because a removal moves another polygon, perhaps one of this block.
-            let id = PolygonId((block * BLOCK + lane) as u32);
-            if let Some(slot) = self.slots.get(id) {
-                self.own.put(group, lane, &self.shared.boxes[slot.group()].get(slot.lane()));
-                self.unshare(slot);
-                self.slots.set(id, Some(Slot::own(group, lane)));
+            let id = id_in(block as u32, lane);
+            if let Some(slot) = self.slots.shared(id) {
+                self.own.lanes[group] |= 1 << lane;
+                self.set_own(group, lane, &self.shared.boxes[slot.group()].get(slot.lane()));
+                self.unshare(id, slot);
             }
         }
+        self.slots.set_own_group(block, Some(group));
     }
 
     /// Dissolves a block's own group. Its polygons go to the shared groups.
     fn give_up_group(&mut self, group: usize) {
-        let (block, lanes, boxes) = (self.blocks[group], self.own.lanes[group], self.own.boxes[group]);
-        self.blocks.swap_remove(group);
-        self.own.swap_remove(group);
-        if let Some(&moved) = self.blocks.get(group) {
-            for lane in lanes_of(self.own.lanes[group]) {
-                self.slots.set(id_in(moved, lane), Some(Slot::own(group, lane)));
-            }
-        }
+        let (block, lanes, boxes) = self.own.block(group);
+        let boxes = *boxes;
+        self.remove_group(group);
         for lane in lanes_of(lanes) {
             self.share(id_in(block, lane), &boxes.get(lane));
+        }
+    }
+
+    /// Removes a block's own group with its polygons. The last group takes its position.
+    fn remove_group(&mut self, group: usize) {
+        self.slots.set_own_group(self.own.numbers[group] as usize, None);
+        self.own.swap_remove(group);
+        self.own_moved.swap_remove(group);
+        if let Some(&block) = self.own.numbers.get(group) {
+            self.slots.set_own_group(block as usize, Some(group));
         }
     }
 
@@ -405,16 +395,10 @@ impl Movers {
     pub(super) fn remove(&mut self, id: PolygonId) -> Option<Aabb> {
         let (slot, bounds) = (self.slot(id)?, self.bounds(id));
         self.len -= 1;
-        self.slots.set(id, None);
         if slot.is_own() {
-            let group = slot.group();
-            self.own.lanes[group] &= !(1 << slot.lane());
-            self.own.moved[group] &= !(1 << slot.lane());
-            if self.own.lanes[group].count_ones() < FEW_LEFT {
-                self.give_up_group(group);
-            }
+            self.remove_lanes(slot.group(), 1 << slot.lane());
         } else {
-            self.unshare(slot);
+            self.unshare(id, slot);
         }
         if self.len == 0 {
             self.ids_end = 0;
@@ -422,9 +406,20 @@ impl Movers {
         bounds
     }
 
+    /// Removes polygons of a group of one block. Does not count them.
+    fn remove_lanes(&mut self, group: usize, lanes: u16) {
+        self.own.lanes[group] &= !lanes;
+        self.own_moved[group] &= !lanes;
+        match self.own.lanes[group].count_ones() {
+            0 => self.remove_group(group),
+            1..FEW_LEFT => self.give_up_group(group),
+            _ => {}
+        }
+    }
+
     #[inline(always)]
     pub(super) fn group_count(&self) -> usize {
-        self.ids.len() + self.blocks.len()
+        self.ids.len() + self.own.len()
     }
 
     /// All groups, the shared ones first.
@@ -432,25 +427,15 @@ impl Movers {
     pub(super) fn groups(&self) -> impl Iterator<Item = Group<'_>> {
         let (ids, lanes, boxes) = self.shared_rows();
         let shared = ids.iter().map(GroupIds::Each).zip(lanes).zip(boxes);
-        let (blocks, lanes, boxes) = self.own_rows();
-        let own = blocks.iter().map(|&block| GroupIds::Block(block)).zip(lanes).zip(boxes);
-        shared.chain(own).map(|((ids, &lanes), boxes)| Group { boxes, lanes, ids })
+        let shared = shared.map(|((ids, &lanes), boxes)| Group { boxes, lanes, ids });
+        let own = self.own.blocks();
+        shared.chain(own.map(|(block, lanes, boxes)| Group { boxes, lanes, ids: GroupIds::Block(block) }))
     }
 
-    /// The groups of one block each: numbers of the blocks, lanes in use, boxes.
+    /// The groups of one block each.
     #[inline(always)]
-    pub(super) fn own_rows(&self) -> (&[u32], &[u16], &[Boxes<BLOCK>]) {
-        (&self.blocks, &self.own.lanes, &self.own.boxes)
-    }
-
-    /// Number of groups that belong to one block each.
-    pub(super) fn own_count(&self) -> usize {
-        self.blocks.len()
-    }
-
-    /// A group of one block: number of the block, lanes in use, boxes.
-    pub(super) fn own_group(&self, group: usize) -> (u32, u16, &Boxes<BLOCK>) {
-        (self.blocks[group], self.own.lanes[group], &self.own.boxes[group])
+    pub(super) fn own_rows(&self) -> &Rows {
+        &self.own
     }
 
     /// The shared groups: ids, lanes in use, boxes.
@@ -461,7 +446,7 @@ impl Movers {
 
     /// Starts a round in which every group is examined once.
     pub(super) fn begin_round(&mut self) {
-        self.unlooked = [self.ids.len(), self.blocks.len()];
+        self.unlooked = [self.ids.len(), self.own.len()];
     }
 
     /// Whether all groups were examined in this round.
@@ -469,26 +454,44 @@ impl Movers {
         self.unlooked == [0; 2]
     }
 
-    /// Examines the next group. Returns the polygons that have not moved since its last examination, and their number.
-    pub(super) fn next_resting(&mut self) -> ([PolygonId; BLOCK], usize) {
-        let mut resting = [PolygonId(0); BLOCK];
+    /// Examines the next group. Removes the polygons that have not moved since its last examination, and writes them to
+    /// `resting`. Returns their number.
+    pub(super) fn take_resting(&mut self, resting: &mut [(PolygonId, Aabb); BLOCK]) -> usize {
         let mut count = 0;
         // The last group comes first, because the polygon that fills the gap of a removed one is then examined already.
         let [shared, own] = self.unlooked;
-        let (groups, at) =
-            if own > 0 { (&mut self.own, own - 1) } else { (&mut self.shared, shared.max(1) - 1) };
-        self.unlooked = if own > 0 { [shared, own - 1] } else { [at, 0] };
-        let Some(moved) = groups.moved.get_mut(at) else { return (resting, 0) };
-        let ids = if own > 0 { GroupIds::Block(self.blocks[at]) } else { GroupIds::Each(&self.ids[at]) };
-        for lane in lanes_of(groups.lanes[at] & !std::mem::take(moved)) {
-            resting[count] = ids.id(lane);
-            count += 1;
+        if let Some(at) = own.checked_sub(1) {
+            self.unlooked = [shared, at];
+            let Some(moved) = self.own_moved.get_mut(at) else { return 0 };
+            let (block, lanes, boxes) = self.own.block(at);
+            let lanes = lanes & !std::mem::take(moved);
+            for lane in lanes_of(lanes) {
+                resting[count] = (id_in(block, lane), boxes.get(lane));
+                count += 1;
+            }
+            self.len -= count;
+            self.remove_lanes(at, lanes);
+        } else {
+            let at = shared.max(1) - 1;
+            self.unlooked = [at, 0];
+            let Some(moved) = self.shared.moved.get_mut(at) else { return 0 };
+            let (ids, lanes) = (self.ids[at], self.shared.lanes[at] & !std::mem::take(moved));
+            for lane in lanes_of(lanes) {
+                let id = PolygonId(ids[lane]);
+                let Some(bounds) = self.remove(id) else { continue };
+                resting[count] = (id, bounds);
+                count += 1;
+            }
         }
-        (resting, count)
+        if self.len == 0 {
+            self.ids_end = 0;
+        }
+        count
     }
 
     /// Checks the invariants; for tests.
     pub(super) fn check(&self) -> Result<(), String> {
+        self.own.check()?;
         let mut found = 0;
         for (at, group) in self.groups().enumerate() {
             found += group.lanes.count_ones() as usize;

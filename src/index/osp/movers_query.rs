@@ -1,4 +1,5 @@
-//! Queries of the polygons in the flat rows: all groups are tested, sixteen boxes at a time.
+//! Queries of the polygons in the flat rows: all groups are tested, sixteen boxes at a time. Blocks that have not moved
+//! since they were in the plain list are excluded first by the boxes around them.
 
 use super::{
     answer::{Blocks, Filling, Ids},
@@ -12,7 +13,7 @@ use crate::{
         simd::{Boxes, Kernel, PlaneSet, WithKernel},
     },
     math::Frustum,
-    polygon::{BLOCK, PolygonId, VisibleBlocks},
+    polygon::{BLOCK, PolygonId, VisibleBlocks, bits::bits_of},
 };
 
 impl Osp {
@@ -55,17 +56,31 @@ impl<A: Filling> WithKernel for Pass<'_, A> {
         let before = answer.count();
         // Sixteen groups are tested before their polygons are added. With both in one loop, the planes would not stay in
         // registers.
-        let (numbers, lanes, boxes) = movers.own_rows();
-        let rows = lanes.chunks(BLOCK).zip(boxes.chunks(BLOCK));
-        for (numbers, (lanes, boxes)) in numbers.chunks(BLOCK).zip(rows) {
-            answer.numbered(kernel, numbers, &seen(kernel, &planes, lanes, boxes));
+        let (rows, mut tested) = (movers.own_rows(), movers.len() as u32);
+        let groups = rows.lanes.chunks(BLOCK).zip(rows.boxes.chunks(BLOCK));
+        for (group, (numbers, (lanes, boxes))) in rows.numbers.chunks(BLOCK).zip(groups).enumerate() {
+            let (around, changed) = rows.group(group);
+            let there = !(u32::MAX << numbers.len());
+            let behind = match changed {
+                u16::MAX => 0,
+                _ => planes.behind_any(kernel, around) & !u32::from(changed) & there,
+            };
+            if behind == 0 {
+                answer.numbered(kernel, numbers, &seen(kernel, &planes, lanes, boxes));
+                continue;
+            }
+            tested -= bits_of(u64::from(behind)).map(|at| lanes[at].count_ones()).sum::<u32>();
+            for at in bits_of(u64::from(there & !behind)) {
+                let seen = u32::from(lanes[at]) & !planes.behind_any(kernel, &boxes[at]);
+                answer.run(kernel, numbers[at] * BLOCK as u32, seen);
+            }
         }
         let (ids, lanes, boxes) = movers.shared_rows();
         let rows = lanes.chunks(BLOCK).zip(boxes.chunks(BLOCK));
         for (ids, (lanes, boxes)) in ids.chunks(BLOCK).zip(rows) {
             answer.listed(kernel, ids, &seen(kernel, &planes, lanes, boxes));
         }
-        count(&mut work, movers.len() as u32, PlaneSet::ALL);
+        count(&mut work, tested, PlaneSet::ALL);
         work.nodes = movers.group_count() as u64;
         work.reported = (answer.count() - before) as u64;
         (work, answer.finish())

@@ -184,7 +184,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
             Place::Leaf(head) => self.pages_of(head),
             Place::Page(number) => self.test_page(number),
             Place::Block(at) => {
-                let (number, lanes, boxes) = self.osp.linear.block(at as usize);
+                let (number, lanes, boxes) = self.osp.linear.rows().block(at as usize);
                 self.test_lanes(GroupIds::Block(number), u32::from(lanes), boxes);
             }
         }
@@ -194,9 +194,9 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
     #[inline(always)]
     fn blocks(&mut self) {
         let linear = &self.osp.linear;
-        for group in 0..linear.groups() {
+        for group in 0..linear.rows().groups() {
             let blocks = (linear.len() - group * 16).min(16);
-            for (lane, t) in self.reach(&linear.around_each(group), (1 << blocks) - 1).lanes() {
+            for (lane, t) in self.reach(&linear.rows().around_each(group), (1 << blocks) - 1).lanes() {
                 self.stack.push(Waiting { t, place: Place::Block((group * 16 + lane) as u32) });
             }
         }

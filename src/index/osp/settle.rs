@@ -5,6 +5,7 @@
 use super::{index::Osp, linear::Inserted, open::OpenBlock, tuning::REST};
 use crate::{
     index::simd::Wide,
+    math::Aabb,
     polygon::{BLOCK, PolygonId},
 };
 
@@ -13,10 +14,14 @@ use crate::{
 const GROUPS_A_COMMIT: usize = 2;
 const GROUPS_SHARE: usize = 512;
 
-/// Replaces [`GROUPS_A_COMMIT`] while polygons of a former plain list wait for the tree, if polygons were inserted
-/// since the last commit. If none were inserted, [`GROUPS_ALONE`] replaces it.
-const GROUPS_WITH_MORE: usize = 1;
-const GROUPS_ALONE: usize = 3;
+/// While polygons of a former plain list wait for the tree, a commit inserts about this number of runs of them, and one more
+/// for each run that was inserted since the last commit. If none were inserted, [`RUNS_ALONE`] replaces it. With larger
+/// numbers, the rows are empty sooner, and the frames until then take longer.
+const RUNS_WITH_MORE: u32 = 12;
+const RUNS_ALONE: u32 = 48;
+
+/// Largest number of groups that such a commit examines.
+const GROUPS_WAITING: usize = 8;
 
 impl Osp {
     /// Moves polygons of the tree or the open block to the flat rows.
@@ -49,38 +54,42 @@ impl Osp {
             self.round = self.clock;
             self.movers.begin_round();
         }
-        let groups = match self.is_settling {
-            false => GROUPS_A_COMMIT + came as usize / BLOCK,
-            true if came > 0 => GROUPS_WITH_MORE + came as usize / (2 * BLOCK),
-            true => GROUPS_ALONE,
+        let (groups, runs) = match (self.is_settling, came) {
+            (false, _) => (GROUPS_A_COMMIT + came as usize / BLOCK, u32::MAX),
+            (true, 0) => (GROUPS_WAITING, RUNS_ALONE),
+            (true, _) => (GROUPS_WAITING + came as usize, came.saturating_add(RUNS_WITH_MORE)),
         };
+        let last_run = self.came.saturating_add(runs);
         for _ in 0..groups + self.movers.group_count() / GROUPS_SHARE {
+            if self.came >= last_run {
+                return;
+            }
             if self.movers.is_round_over() {
                 // Polygons that still move stay in the rows.
                 self.is_settling &= self.movers.len() == 0;
                 return;
             }
-            let (resting, count) = self.movers.next_resting();
+            let mut resting = [(PolygonId(0), Aabb::EMPTY); BLOCK];
+            let count = self.movers.take_resting(&mut resting);
             self.put_back(&resting[..count]);
         }
     }
 
-    /// Moves polygons of a group into the tree or the list.
-    fn put_back(&mut self, resting: &[PolygonId]) {
-        for of_block in resting.chunk_by(|a, b| a.0 / 16 == b.0 / 16) {
-            let number = of_block[0].0 / 16;
+    /// Inserts polygons that were in the flat rows into the tree or the list.
+    fn put_back(&mut self, resting: &[(PolygonId, Aabb)]) {
+        for of_block in resting.chunk_by(|(a, _), (b, _)| a.0 / 16 == b.0 / 16) {
+            let number = of_block[0].0.0 / 16;
             let is_apart = of_block.len() > 1 && !self.is_linear && !self.open.is(number);
             let mut block = OpenBlock::new();
             block.begin(number, self.ids.filed(number));
-            for &id in of_block {
-                let Some(bounds) = self.movers.remove(id) else { continue };
-                let bounds = Wide::from_box(&bounds);
+            for (id, bounds) in of_block {
+                let bounds = Wide::from_box(bounds);
                 self.upkeep.filed += 1;
                 if is_apart {
                     // The block that is being drawn stays open.
                     block.add(id.index() % BLOCK, bounds);
                     self.len += 1;
-                } else if !self.put_into_list(id, bounds) {
+                } else if !self.put_into_list(*id, bounds) {
                     self.put(number, id.index() % BLOCK, bounds);
                 }
             }
@@ -96,7 +105,7 @@ impl Osp {
             return false;
         }
         match self.linear.insert(id.0, &bounds.to_box(), self.list_blocks) {
-            Inserted::Full => self.make_tree(true),
+            Inserted::Full => self.make_tree(),
             _ => self.len += 1,
         }
         self.is_linear

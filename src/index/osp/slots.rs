@@ -39,10 +39,12 @@ impl Slot {
     }
 }
 
-/// The slot of each id, in chunks of zeros. The system commits the memory of a chunk at the first write.
+/// The slots of ids in shared groups, and the own groups of blocks, in chunks of zeros. The system commits the memory of a
+/// chunk at the first write.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Slots {
-    /// For each id `group * 16 + lane + 1`, with [`OWN`] in groups of one block; 0 for a polygon that is not in the rows.
+    /// First the slots of a chunk's ids, `group * 16 + lane + 1`; 0 for a polygon that is not in a shared group. Then the
+    /// own groups of its blocks, `group + 1`; 0 for a block without one.
     chunks: Vec<Box<[u32]>>,
 }
 
@@ -57,18 +59,38 @@ impl Slots {
     }
 
     fn chunk() -> Box<[u32]> {
-        vec![0; Self::CHUNK].into_boxed_slice()
+        vec![0; Self::CHUNK + Self::CHUNK / BLOCK].into_boxed_slice()
     }
 
+    /// The slot of a polygon in a shared group.
     #[inline(always)]
-    pub(super) fn get(&self, id: PolygonId) -> Option<Slot> {
+    pub(super) fn shared(&self, id: PolygonId) -> Option<Slot> {
         let chunk = self.chunks.get(id.index() / Self::CHUNK)?;
         let slot = *chunk.get(id.index() % Self::CHUNK)?;
         (slot != 0).then(|| Slot(slot - 1))
     }
 
-    pub(super) fn set(&mut self, id: PolygonId, slot: Option<Slot>) {
-        let number = id.index() / Self::CHUNK;
+    /// The group that belongs to a block.
+    #[inline(always)]
+    pub(super) fn own_group(&self, block: usize) -> Option<usize> {
+        let chunk = self.chunks.get(block / (Self::CHUNK / BLOCK))?;
+        let group = *chunk.get(Self::CHUNK + block % (Self::CHUNK / BLOCK))?;
+        (group != 0).then(|| group as usize - 1)
+    }
+
+    /// Sets the slot of a polygon in a shared group.
+    pub(super) fn set_shared(&mut self, id: PolygonId, slot: Option<Slot>) {
+        let chunk = self.chunk_for(id.index() / Self::CHUNK);
+        chunk[id.index() % Self::CHUNK] = slot.map_or(0, |slot| slot.0 + 1);
+    }
+
+    /// Sets the group that belongs to a block.
+    pub(super) fn set_own_group(&mut self, block: usize, group: Option<usize>) {
+        let chunk = self.chunk_for(block / (Self::CHUNK / BLOCK));
+        chunk[Self::CHUNK + block % (Self::CHUNK / BLOCK)] = group.map_or(0, |group| group as u32 + 1);
+    }
+
+    fn chunk_for(&mut self, number: usize) -> &mut [u32] {
         if number >= self.chunks.len() {
             self.chunks.resize_with(number + 1, Box::default);
         }
@@ -76,28 +98,16 @@ impl Slots {
         if chunk.is_empty() {
             *chunk = Self::chunk();
         }
-        chunk[id.index() % Self::CHUNK] = slot.map_or(0, |slot| slot.0 + 1);
+        chunk
     }
 
-    /// Sets the slots of a block that has a group of its own.
-    pub(super) fn set_block(&mut self, block: u32, lanes: u16, group: usize) {
-        // The first call creates the chunk that contains the whole block.
-        let first = PolygonId(block * BLOCK as u32);
-        self.set(first, None);
-        let chunk = &mut self.chunks[first.index() / Self::CHUNK];
-        let slots = &mut chunk[first.index() % Self::CHUNK..][..BLOCK];
-        // Without a branch, sixteen slots are computed at once.
-        for (lane, slot) in slots.iter_mut().enumerate() {
-            *slot = if lanes >> lane & 1 == 1 { Slot::own(group, lane).0 + 1 } else { 0 };
-        }
-    }
-
-    /// Clears the slots of ids below `end`.
+    /// Clears the slots of ids below `end`, and the groups of their blocks.
     pub(super) fn clear(&mut self, end: usize) {
         let mut left = end;
-        for chunk in &mut self.chunks {
-            let here = left.min(chunk.len());
+        for chunk in self.chunks.iter_mut().filter(|chunk| !chunk.is_empty()) {
+            let here = left.min(Self::CHUNK);
             chunk[..here].fill(0);
+            chunk[Self::CHUNK..][..here.div_ceil(BLOCK)].fill(0);
             left = left.saturating_sub(Self::CHUNK);
         }
     }

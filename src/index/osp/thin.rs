@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::{index::Osp, layout::Target, linear::Linear, movers::Movers, pool::NONE};
+use super::{index::Osp, layout::Target, pool::NONE, rows::Rows};
 use crate::{
     index::{
         Thinner, Visit,
@@ -40,13 +40,13 @@ impl WithKernel for Thin<'_> {
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) {
         let osp = self.osp;
-        self.flat_rows(&osp.movers);
+        self.rows(osp.movers.own_rows());
         let (ids, lanes, boxes) = osp.movers.shared_rows();
         for ((ids, &lanes), boxes) in ids.iter().zip(lanes).zip(boxes) {
             self.shared(ids, lanes, boxes);
         }
         if osp.is_linear {
-            self.linear(&osp.linear);
+            self.rows(osp.linear.rows());
             return;
         }
         let (open, lanes) = (osp.open.block(), osp.open.lanes());
@@ -75,55 +75,35 @@ impl Thin<'_> {
         self.least.div_ceil(RUN).next_power_of_two()
     }
 
-    /// Tests the groups of one block each. Tests neighbouring groups together if a test requires more polygons.
-    fn flat_rows(&mut self, movers: &Movers) {
-        let together = self.together();
-        for start in (0..movers.own_count()).step_by(together) {
-            let groups = start..(start + together).min(movers.own_count());
-            if together == 1 {
-                let (block, lanes, boxes) = movers.own_group(start);
-                self.block(block, lanes, || boxes.around(u32::from(lanes)), boxes);
-                continue;
-            }
-            let (mut around, mut polygons) = (Aabb::EMPTY, 0);
-            for (_, lanes, boxes) in groups.clone().map(|group| movers.own_group(group)) {
-                around = around.union(&boxes.around(u32::from(lanes)));
-                polygons += lanes.count_ones() as usize;
-            }
-            if self.test(&around, polygons) == Visit::Skip {
-                for (block, lanes, _) in groups.map(|group| movers.own_group(group)) {
-                    self.visible.remove_block(block as usize, lanes);
-                }
-            }
-        }
-    }
-
     /// Tests groups of blocks, then single blocks, or neighbouring blocks together if a test requires more polygons.
-    fn linear(&mut self, linear: &Linear) {
+    fn rows(&mut self, rows: &Rows) {
         let together = self.together();
-        for group in 0..linear.groups() {
-            let blocks = (linear.len() - group * BLOCK).min(BLOCK);
-            let each = linear.around_each(group);
+        for group in 0..rows.groups() {
+            let blocks = (rows.len() - group * BLOCK).min(BLOCK);
+            let each = rows.around_each(group);
             let hide = |visible: &mut VisibleBlocks, places: Range<usize>| {
                 for at in places {
-                    let (number, lanes, _) = linear.block(group * BLOCK + at);
+                    let (number, lanes, _) = rows.block(group * BLOCK + at);
                     visible.remove_block(number as usize, lanes);
                 }
             };
             let test = |thin: &mut Self, places: Range<usize>| {
-                let polygons =
-                    places.clone().map(|at| linear.block(group * BLOCK + at).1.count_ones() as usize);
-                let lanes = ((1u32 << places.end) - 1) & !((1 << places.start) - 1);
-                let polygons = polygons.sum();
-                thin.test(&each.around(lanes), polygons)
+                let (mut around, mut polygons, mut seen) = (Aabb::EMPTY, 0, 0);
+                for at in places {
+                    let (number, lanes, _) = rows.block(group * BLOCK + at);
+                    polygons += lanes.count_ones() as usize;
+                    seen |= thin.visible.mask(number as usize) & lanes;
+                    around = around.union(&each.get(at));
+                }
+                if seen == 0 { Visit::Take } else { thin.test(&around, polygons) }
             };
             match test(self, 0..blocks) {
                 Visit::Take => {}
                 Visit::Skip => hide(self.visible, 0..blocks),
                 Visit::Descend if together == 1 => {
                     for at in group * BLOCK..group * BLOCK + blocks {
-                        let (number, lanes, boxes) = linear.block(at);
-                        self.block(number, lanes, || linear.around(at), boxes);
+                        let (number, lanes, boxes) = rows.block(at);
+                        self.block(number, lanes, || rows.around(at), boxes);
                     }
                 }
                 Visit::Descend => {

@@ -36,12 +36,12 @@ pub(super) const UPKEEP_PER_COMMIT: u32 = 16;
 
 /// Largest number of blocks of sixteen ids in the plain list. If it is larger, queries and changes of small models are
 /// faster, until a tree saves more tests than it costs. The change that moves all blocks to the tree takes longer.
-pub(super) const LINEAR_BLOCKS: usize = 96;
+pub(super) const LINEAR_BLOCKS: usize = 224;
 
 /// Factor by which the plain list may be longer if its polygons are scattered and only a few come in each frame.
 /// Testing all of them then costs less than insertion into a tree and packing. If it is larger, frames with most
 /// polygons out of view take longer.
-pub(super) const LONGER: usize = 7;
+pub(super) const LONGER: usize = 3;
 
 /// Least number of commits without a move of a polygon, before the polygon returns to the tree.
 pub(super) const REST: u32 = 32;

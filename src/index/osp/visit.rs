@@ -37,8 +37,8 @@ impl Osp {
             walk.block(ids, lanes, boxes.around(u32::from(lanes)), boxes);
         }
         if self.is_linear {
-            for (at, (number, lanes, boxes)) in self.linear.blocks().enumerate() {
-                walk.block(GroupIds::Block(number), lanes, self.linear.around(at), boxes);
+            for (at, (number, lanes, boxes)) in self.linear.rows().blocks().enumerate() {
+                walk.block(GroupIds::Block(number), lanes, self.linear.rows().around(at), boxes);
             }
             return walk.work;
         }

@@ -8,7 +8,7 @@ use super::{
 };
 use glam::Vec3;
 use osp::{
-    index::{IndexConfig, SpatialIndex},
+    index::{IndexConfig, Osp, SpatialIndex},
     occlusion::{
         CullConfig, NodeTest, Occlusion, OcclusionConfig, OcclusionStage, OcclusionVisitor, PolygonTest,
         SelectConfig, ViewInput,
@@ -23,7 +23,12 @@ use osp_session::scene::Scene;
 use osp_testkit::allocations;
 
 fn filed(kind: IndexKind, told: &Told) -> Box<dyn SpatialIndex> {
-    let mut index = kind.create(&IndexConfig::default());
+    let config = IndexConfig::default();
+    // So few polygons would make no tree.
+    let mut index: Box<dyn SpatialIndex> = match kind {
+        IndexKind::Osp => Box::new(Osp::new(&config).with_linear_blocks(16)),
+        _ => kind.create(&config),
+    };
     file(&mut *index, &told.scene, &told.changes);
     index
 }

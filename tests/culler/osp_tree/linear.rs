@@ -237,7 +237,7 @@ fn the_limit_counts_blocks() {
     apart.validate().unwrap();
     // The limit of one that holds something already.
     let mut near = near.with_linear_blocks(3);
-    assert!(!is_linear(&near));
+    assert_eq!(near.moving(), 300);
     near.validate().unwrap();
     let mut list = Vec::new();
     near.frustum_cull(&Frustum::everything(), &mut list);
@@ -246,4 +246,24 @@ fn the_limit_counts_blocks() {
     near.insert(PolygonId(5), &Aabb::cube(Vec3::ZERO, 1.0)).unwrap();
     assert!(is_linear(&near));
     near.validate().unwrap();
+}
+
+/// The blocks of a full list go to the tree in shares, and no frame moves many of them.
+#[test]
+fn a_full_list_becomes_a_tree_step_by_step() {
+    let mut osp = Osp::new(&config());
+    let (mut most, mut commits) = (0, 0);
+    for (frame, came) in drawn(6_000, 58).chunks(16).enumerate() {
+        for (lane, bounds) in came.iter().enumerate() {
+            osp.insert(PolygonId((16 * frame + lane) as u32), bounds).unwrap();
+        }
+        let waiting = osp.moving();
+        osp.commit();
+        osp.validate().unwrap();
+        most = most.max(waiting - osp.moving());
+        commits += usize::from(waiting > 0);
+    }
+    assert!((16..=256).contains(&most), "a commit moves {most} polygons");
+    assert!((20..=120).contains(&commits), "{commits} commits");
+    assert_eq!(osp.moving(), 0);
 }

@@ -7,7 +7,7 @@ use osp::{
     math::Aabb,
     polygon::PolygonId,
 };
-use osp_testkit::boxes::{Rng, drawn, root, shuffled};
+use osp_testkit::boxes::{Rng, drawn, shuffled};
 use proptest::prelude::{ProptestConfig, proptest};
 
 /// Both indexes, and the boxes by number.
@@ -162,7 +162,7 @@ fn a_frame_in_which_many_rest_returns_a_bounded_share() {
 
 #[test]
 fn what_moves_now_and_then_stays_in_the_tree() {
-    let mut pair = Pair::filled(drawn(3_000, 1), Osp::new(&config()), 1);
+    let mut pair = Pair::filled(drawn(3_000, 1), tree(Backend::detect()), 1);
     let ids: Vec<u32> = (100..300).collect();
     for _ in 0..20 {
         pair.step(&ids, false);
@@ -175,7 +175,7 @@ fn what_moves_now_and_then_stays_in_the_tree() {
 
 #[test]
 fn clearing_forgets_what_moves() {
-    let mut pair = Pair::filled(drawn(3_000, 1), Osp::new(&IndexConfig { root: root(), capacity: 3_000 }), 1);
+    let mut pair = Pair::filled(drawn(3_000, 1), tree(Backend::detect()), 1);
     let ids: Vec<u32> = (0..3_000).collect();
     for _ in 0..6 {
         pair.step(&ids, true);

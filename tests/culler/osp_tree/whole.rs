@@ -38,6 +38,8 @@ fn a_tree_in_view_altogether_is_listed_by_id() {
                 osp.insert(id, bounds).unwrap();
                 reference.insert(id, bounds).unwrap();
             }
+            osp.commit();
+            assert_eq!(osp.moving(), 0, "the polygons of the former list are in the tree");
             // Single ones, a part of a block, and a shelf's worth are taken out.
             let gone =
                 (0..9_000).filter(|i| i % 83 == 0 || (900..905).contains(i) || (4_000..6_500).contains(i));
