@@ -34,8 +34,8 @@ pub(super) struct Movers {
     /// The groups of polygons of any blocks, all full except the last, and the ids of these polygons.
     shared: Groups,
     ids: Vec<[u32; BLOCK]>,
-    /// The slot after the last one that got a new box. Polygons that move together mostly have slots in the order of their
-    /// updates, and a right guess saves a read from the large table `slots`.
+    /// The slot after the last one that got a new box, or a slot in the same group of one block. Polygons that move together
+    /// mostly have slots in the order of their updates, and a right guess saves a read from the large table `slots`.
     guess: Slot,
     len: usize,
     /// Upper bound of all ids since the rows were last empty.
@@ -197,20 +197,29 @@ impl Movers {
         if self.len == 0 {
             return None;
         }
-        if self.is_at(id, self.guess) {
-            return Some(self.guess);
+        if let Some(slot) = self.guessed(id) {
+            return Some(slot);
         }
-        self.slots.shared(id).or_else(|| {
-            let (group, lane) = (self.slots.own_group(id.index() / BLOCK)?, id.index() % BLOCK);
-            (self.own.lanes[group] >> lane & 1 == 1).then(|| Slot::own(group, lane))
-        })
+        self.slots.shared(id).or_else(|| self.own_slot(id, self.slots.own_group(id.index() / BLOCK)?))
     }
 
+    /// The slot of a polygon, if it is the guess, or in the same group of one block.
     #[inline(always)]
-    fn is_at(&self, id: PolygonId, slot: Slot) -> bool {
-        let (group, lane) = (slot.group(), slot.lane());
+    fn guessed(&self, id: PolygonId) -> Option<Slot> {
+        let (group, lane) = (self.guess.group(), self.guess.lane());
+        if self.guess.is_own() {
+            let is_of_block = self.own.numbers.get(group) == Some(&(id.0 / BLOCK as u32));
+            return if is_of_block { self.own_slot(id, group) } else { None };
+        }
         let is_of_id = self.ids.get(group).is_some_and(|ids| ids[lane] == id.0);
-        is_of_id && !slot.is_own() && self.shared.lanes[group] >> lane & 1 == 1
+        (is_of_id && self.shared.lanes[group] >> lane & 1 == 1).then_some(self.guess)
+    }
+
+    /// The slot of a polygon in its block's own group.
+    #[inline(always)]
+    fn own_slot(&self, id: PolygonId, group: usize) -> Option<Slot> {
+        let lane = id.index() % BLOCK;
+        (self.own.lanes[group] >> lane & 1 == 1).then(|| Slot::own(group, lane))
     }
 
     pub(super) fn bounds(&self, id: PolygonId) -> Option<Aabb> {
@@ -224,6 +233,7 @@ impl Movers {
     pub(super) fn set(&mut self, slot: Slot, bounds: &Aabb) {
         if slot.is_own() {
             self.set_own(slot.group(), slot.lane(), bounds);
+            self.guess = slot;
         } else {
             self.shared.set(slot.group(), slot.lane(), bounds);
             self.guess = slot.next();
@@ -233,8 +243,16 @@ impl Movers {
     #[inline(always)]
     fn set_own(&mut self, group: usize, lane: usize, bounds: &Aabb) {
         self.own.boxes[group].set(lane % BLOCK, bounds);
-        self.own_moved[group] |= 1 << lane;
-        self.own.mark_changed(group);
+        self.note_moved(group, 1 << lane);
+    }
+
+    #[inline(always)]
+    fn note_moved(&mut self, group: usize, lanes: u16) {
+        let moved = &mut self.own_moved[group];
+        if *moved == 0 {
+            self.own.mark_changed(group);
+        }
+        *moved |= lanes;
     }
 
     /// Sets new boxes in order, up to the first polygon that is not in the rows or the first invalid box. Returns the
@@ -276,8 +294,7 @@ impl Movers {
             moved |= 1 << lane;
             count += 1;
         }
-        self.own_moved[group] |= moved;
-        self.own.mark_changed(group);
+        self.note_moved(group, moved);
         count
     }
 
