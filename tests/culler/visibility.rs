@@ -25,7 +25,7 @@ use osp_session::{
     replay::{CameraChoice, CameraPath, Moment, SessionFingerprint, fingerprint_of_frame},
     scene::Scene,
 };
-use osp_testkit::events::polygon;
+use osp_testkit::events::{SOLE, polygon};
 use proptest::prelude::*;
 
 fn any_view() -> impl Strategy<Value = View> {
@@ -229,31 +229,14 @@ fn a_session_without_extent_still_has_a_view() {
 #[test]
 fn what_was_beyond_all_range_is_seen_again_when_it_comes_back() {
     let square = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y];
-    let place = |s: f32, x: f32| Event::Place {
-        author: Author::SOLE,
-        t: 0.0,
-        group: GroupId(1),
-        to: Transform { p: Vec3::X * x, q: Quat::IDENTITY, s },
-    };
+    let place = |s: f32, x: f32| SOLE.placed(GroupId(1), Transform { p: Vec3::X * x, q: Quat::IDENTITY, s });
     let polygon = |stroke| polygon(Some(StrokeId(stroke)), square, (1.0, 1.0, 1.0, 1.0));
-    let group = |group, strokes, parent| Event::Group {
-        author: Author::SOLE,
-        t: 0.0,
-        group: GroupId(group),
-        strokes,
-        parent,
-        name: None,
-    };
-    let far_group = Event::Place {
-        author: Author::SOLE,
-        t: 0.0,
-        group: GroupId(2),
-        to: Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0e15 },
-    };
+    let group = |group, strokes, parent| SOLE.grouped(GroupId(group), strokes, parent);
+    let far_group = SOLE.placed(GroupId(2), Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0e15 });
     let chain: Vec<Event> = (3..=4)
         .flat_map(|g| {
             let to = Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0e15 };
-            [group(g, vec![], None), Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(g), to }]
+            [group(g, vec![], None), SOLE.placed(GroupId(g), to)]
         })
         .collect();
     for &kind in IndexKind::ALL {

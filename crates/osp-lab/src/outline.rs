@@ -155,7 +155,7 @@ impl Outline {
     }
 
     /// Number of polygons.
-    #[cfg(test)]
+    #[cfg(all(test, feature = "bench"))]
     pub(crate) fn len(&self) -> usize {
         self.ids.len()
     }

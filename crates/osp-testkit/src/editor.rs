@@ -1,5 +1,6 @@
 //! Random sessions of few strokes with more edits than drawing: erase, move, group, place, undo and redo.
 
+use crate::events::SOLE;
 use glam::{Quat, Vec3};
 use osp_session::recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform};
 use rand_pcg::{Pcg64, rand_core::Rng};
@@ -77,7 +78,6 @@ impl Editor {
 
     /// Returns an edit of a stroke or group, which need not exist.
     pub fn edit(&mut self) -> Vec<Event> {
-        let t = 0.0;
         let some = |editor: &mut Self| {
             let count = editor.strokes;
             StrokeId(editor.below(count))
@@ -85,33 +85,27 @@ impl Editor {
         let (a, b) = (some(self), some(self));
         let group = GroupId(self.below(GROUPS));
         vec![match self.below(18) {
-            0..=2 => Event::Erase { author: Author::SOLE, t, stroke: a },
-            3..=5 => Event::Move { author: Author::SOLE, t, strokes: vec![a, b], by: self.way() },
+            0..=2 => SOLE.erase(a),
+            3..=5 => SOLE.moved([a, b], self.way()),
             6..=7 => {
                 let parent = Some(GroupId(self.below(GROUPS + 2))).filter(|parent| parent.0 < GROUPS);
-                Event::Group { author: Author::SOLE, t, group, strokes: vec![a], parent, name: None }
+                SOLE.grouped(group, [a], parent)
             }
             8..=9 => {
                 let to = Transform { p: self.way() * 0.3, q: self.turn(), s: self.between(0.7, 1.4) };
-                Event::Place { author: Author::SOLE, t, group, to }
+                SOLE.placed(group, to)
             }
-            10..=12 => Event::Undo { author: Author::SOLE, t },
-            13..=14 => Event::Redo { author: Author::SOLE, t },
+            10..=12 => SOLE.undo(),
+            13..=14 => SOLE.redo(),
             15 => return self.stroke(),
             // The erasure hides the move, and an undo may restore the erasure alone.
             16 => {
-                return vec![
-                    Event::Move { author: Author::SOLE, t, strokes: vec![a], by: self.way() },
-                    Event::Erase { author: Author::SOLE, t, stroke: a },
-                ];
+                return vec![SOLE.moved([a], self.way()), SOLE.erase(a)];
             }
             _ => {
                 let to = Transform { p: self.way() * 0.3, q: self.turn(), s: self.between(0.7, 1.4) };
-                let erased = [a, b].map(|stroke| Event::Erase { author: Author::SOLE, t, stroke });
-                return [Event::Place { author: Author::SOLE, t, group, to }]
-                    .into_iter()
-                    .chain(erased)
-                    .collect();
+                let erased = [a, b].map(|stroke| SOLE.erase(stroke));
+                return [SOLE.placed(group, to)].into_iter().chain(erased).collect();
             }
         }]
     }

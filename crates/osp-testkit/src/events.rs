@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 use osp_session::{
-    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Author, Event, GroupId, NormalRule, Paint, StrokeId, Tool, Transform},
     scene::Scene,
 };
 
@@ -46,6 +46,50 @@ impl Begin {
     pub fn event(self) -> Event {
         let Self { author, stroke, tool, width, color, normal, thinnest, paint } = self;
         Event::Begin { author, t: 0.0, stroke, tool, width, color, normal, thinnest, paint }
+    }
+}
+
+/// The edits of an author, at the time 0.
+#[derive(Clone, Copy, Debug)]
+pub struct By(pub Author);
+
+/// The edits of the only author.
+pub const SOLE: By = By(Author::SOLE);
+
+impl By {
+    /// Returns an undo.
+    pub const fn undo(self) -> Event {
+        Event::Undo { author: self.0, t: 0.0 }
+    }
+
+    /// Returns a redo.
+    pub const fn redo(self) -> Event {
+        Event::Redo { author: self.0, t: 0.0 }
+    }
+
+    /// Returns the erasure of a stroke.
+    pub fn erase(self, stroke: StrokeId) -> Event {
+        Event::Erase { author: self.0, t: 0.0, stroke }
+    }
+
+    /// Returns a move of strokes.
+    pub fn moved(self, strokes: impl Into<Vec<StrokeId>>, by: Vec3) -> Event {
+        Event::Move { author: self.0, t: 0.0, strokes: strokes.into(), by }
+    }
+
+    /// Returns a group of strokes.
+    pub fn grouped(
+        self,
+        group: GroupId,
+        strokes: impl Into<Vec<StrokeId>>,
+        parent: Option<GroupId>,
+    ) -> Event {
+        Event::Group { author: self.0, t: 0.0, group, strokes: strokes.into(), parent, name: None }
+    }
+
+    /// Returns the placing of a group.
+    pub fn placed(self, group: GroupId, to: Transform) -> Event {
+        Event::Place { author: self.0, t: 0.0, group, to }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Shared parts of the tests and benchmarks of several crates: boxes and views, random edits, memory counts, the
 //! program and its files.
 
+mod altered;
 pub mod boxes;
 mod counting;
 mod editor;
@@ -9,6 +10,7 @@ mod program;
 mod random;
 mod repository;
 
+pub use altered::Altered;
 pub use counting::{Counting, allocations, held_bytes, peak_of};
 pub use editor::{Editor, STROKES};
 pub use program::{Program, json, make_pipe, names, shipped_session, stderr, stdout, temp};

@@ -9,13 +9,17 @@
 use std::sync::OnceLock;
 
 #[cfg(target_arch = "aarch64")]
-use super::aarch64_neon::Neon;
-#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
-use super::scalar::Scalar;
+use super::aarch64_neon::Neon as Least;
+#[cfg(not(any(
+    target_arch = "x86_64",
+    target_arch = "aarch64",
+    all(target_arch = "wasm32", target_feature = "simd128")
+)))]
+use super::scalar::Scalar as Least;
 #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
-use super::wasm_simd128::Simd128;
+use super::wasm_simd128::Simd128 as Least;
 #[cfg(target_arch = "x86_64")]
-use super::{x86_avx2::Avx2, x86_avx512::Avx512, x86_sse2::Sse2};
+use super::{x86_avx2::Avx2, x86_avx512::Avx512, x86_sse2::Sse2 as Least};
 
 use super::WithKernel;
 
@@ -23,7 +27,7 @@ use super::WithKernel;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Backend {
-    /// Plain Rust; the compiler vectorises it for the target.
+    /// Plain Rust, for targets that have none of the others.
     Scalar,
     /// x86-64 with SSE2: four boxes an instruction. Every x86-64 processor has SSE2.
     Sse2,
@@ -63,7 +67,7 @@ impl Backend {
     /// Whether this processor has the instructions.
     pub fn is_available(self) -> bool {
         match self {
-            Self::Scalar => !cfg!(all(target_arch = "wasm32", target_feature = "simd128")),
+            Self::Scalar => ![Self::Sse2, Self::Neon, Self::Simd128].into_iter().any(Self::is_available),
             #[cfg(target_arch = "x86_64")]
             Self::Sse2 => true,
             #[cfg(target_arch = "x86_64")]
@@ -96,33 +100,27 @@ impl Backend {
         Self::ALL.iter().copied().find(|backend| backend.name() == name)
     }
 
-    /// Runs `work` on this backend's kernel, or on the scalar kernel if the processor lacks the instructions.
+    /// Runs `work` on this backend's kernel, or on the kernel that every processor of the target has if this one lacks
+    /// the instructions. Each kernel has a copy of `work`, so a target has no kernel that it does not need.
     #[inline]
     pub fn run<W: WithKernel>(self, work: W) -> W::Output {
+        #[cfg(target_arch = "x86_64")]
         match self {
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => match Avx512::detect() {
-                // SAFETY: the token exists only where AVX-512 was found.
-                Some(kernel) => unsafe { run_avx512(work, kernel) },
-                None => work.run(Scalar),
-            },
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => match Avx2::detect() {
-                // SAFETY: the token exists only where AVX2 was found.
-                Some(kernel) => unsafe { run_avx2(work, kernel) },
-                None => work.run(Scalar),
-            },
-            #[cfg(target_arch = "x86_64")]
-            Self::Sse2 => work.run(Sse2::new()),
-            #[cfg(target_arch = "aarch64")]
-            Self::Neon => work.run(Neon::new()),
-            // A module built with `simd128` runs only on engines that have these instructions. Without a second copy of
-            // all code the module is three quarters as large.
-            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
-            _ => work.run(Simd128::new()),
-            #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
-            _ => work.run(Scalar),
+            Self::Avx512 => {
+                if let Some(kernel) = Avx512::detect() {
+                    // SAFETY: the token exists only where AVX-512 was found.
+                    return unsafe { run_avx512(work, kernel) };
+                }
+            }
+            Self::Avx2 => {
+                if let Some(kernel) = Avx2::detect() {
+                    // SAFETY: the token exists only where AVX2 was found.
+                    return unsafe { run_avx2(work, kernel) };
+                }
+            }
+            _ => {}
         }
+        work.run(Least::new())
     }
 }
 

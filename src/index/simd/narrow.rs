@@ -26,13 +26,13 @@ pub(super) trait Four: Copy {
     /// The implementation of [`Kernel::pack`].
     #[inline(always)]
     fn pack(numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
-        Scalar.pack(numbers, mask, out)
+        Scalar::new().pack(numbers, mask, out)
     }
 
     /// The implementation of [`Kernel::write_ids`] for a mask with some lanes unset.
     #[inline(always)]
     fn write_ids(first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
-        Scalar.write_ids(first, mask, out)
+        Scalar::new().write_ids(first, mask, out)
     }
 }
 
@@ -116,12 +116,12 @@ impl<V: Four> Kernel for Narrow<V> {
 
     #[inline(always)]
     fn write_sixteen(self, first: u32, out: &mut [MaybeUninit<u32>; 16]) {
-        Scalar.write_sixteen(first, out);
+        Scalar::new().write_sixteen(first, out);
     }
 
     #[inline(always)]
     fn copy(self, numbers: &[u32; 16], out: &mut [MaybeUninit<u32>; 16]) {
-        Scalar.copy(numbers, out);
+        Scalar::new().copy(numbers, out);
     }
 
     #[inline(always)]

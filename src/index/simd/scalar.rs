@@ -8,6 +8,11 @@ pub(crate) struct Scalar;
 
 impl Scalar {
     #[inline(always)]
+    pub(super) fn new() -> Self {
+        Self
+    }
+
+    #[inline(always)]
     fn distances<const N: usize>(
         plane: &PreparedPlane,
         rows: [usize; 3],

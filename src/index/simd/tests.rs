@@ -5,7 +5,7 @@ use std::mem::MaybeUninit;
 
 use glam::Vec3;
 
-use super::{Backend, Boxes, Kernel, PlaneSet, PreparedPlane, WithKernel};
+use super::{Backend, Boxes, Kernel, PlaneSet, PreparedPlane, WithKernel, scalar::Scalar};
 use crate::math::{Aabb, Frustum, Plane};
 
 /// Results of a kernel for one case.
@@ -139,7 +139,7 @@ fn every_kernel_says_the_same() {
             continue;
         }
         for (i, case) in cases.iter().enumerate() {
-            assert_eq!(backend.run(case), Backend::Scalar.run(case), "{}, case {i}", backend.name());
+            assert_eq!(backend.run(case), case.run(Scalar), "{}, case {i}", backend.name());
         }
     }
 }
@@ -150,7 +150,7 @@ fn the_plain_kernel_says_what_the_frustum_says() {
     let mut state = 8;
     for _ in 0..500 {
         let case = case(&mut state);
-        let said = Backend::Scalar.run(&case);
+        let said = (&case).run(Scalar);
         for lane in 0..16 {
             let bounds = case.boxes.get(lane);
             for (i, plane) in case.planes.iter().enumerate() {

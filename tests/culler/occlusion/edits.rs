@@ -13,9 +13,10 @@ use osp::{
     view::ViewWindow,
 };
 use osp_session::{
-    recording::{Author, Event, GroupId, StrokeId, Transform},
+    recording::{Event, GroupId, StrokeId, Transform},
     scene::Scene,
 };
+use osp_testkit::events::SOLE;
 
 /// A wall of `columns` quads with shared edges, facing +z.
 fn wall(stroke: u32, low: Vec3, columns: usize, size: f32) -> Vec<Event> {
@@ -44,29 +45,11 @@ fn a_wall_that_was_moved_hides_nothing_at_its_old_place() {
     let by = Vec3::X * 2.5;
     let to = Transform { p: by, q: Quat::IDENTITY, s: 1.0 };
     let moves: [Vec<Event>; 4] = [
-        vec![Event::Move { author: Author::SOLE, t: 0.0, strokes: strokes.clone(), by }],
-        vec![
-            Event::Group {
-                author: Author::SOLE,
-                t: 0.0,
-                group,
-                strokes: strokes.clone(),
-                parent: None,
-                name: None,
-            },
-            Event::Place { author: Author::SOLE, t: 0.0, group, to },
-        ],
+        vec![SOLE.moved(strokes.clone(), by)],
+        vec![SOLE.grouped(group, strokes.clone(), None), SOLE.placed(group, to)],
         // Erased, moved, and taken back in one frame.
-        vec![
-            Event::Move { author: Author::SOLE, t: 0.0, strokes: strokes.clone(), by },
-            Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(0) },
-            Event::Undo { author: Author::SOLE, t: 0.0 },
-        ],
-        vec![
-            Event::Move { author: Author::SOLE, t: 0.0, strokes: strokes.clone(), by },
-            Event::Undo { author: Author::SOLE, t: 0.0 },
-            Event::Redo { author: Author::SOLE, t: 0.0 },
-        ],
+        vec![SOLE.moved(strokes.clone(), by), SOLE.erase(StrokeId(0)), SOLE.undo()],
+        vec![SOLE.moved(strokes.clone(), by), SOLE.undo(), SOLE.redo()],
     ];
     for (i, events) in moves.iter().enumerate() {
         for roughly in [false, true] {
@@ -104,7 +87,7 @@ fn what_is_erased_is_no_candidate_whatever_is_told_of_it() {
         told.tell(&wall(0, Vec3::new(-1.0, -0.5, -4.0), 2, 1.0));
         let ids: Vec<_> = told.scene.visible_ids().collect();
         pool.follow(&told.scene, &told.changes);
-        told.tell(&[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(0) }]);
+        told.tell(&[SOLE.erase(StrokeId(0))]);
         let follow = |pool: &mut OccluderPool, scene: &Scene, changes: &[Change]| {
             if roughly {
                 pool.follow_roughly(scene, changes, 100)
@@ -120,7 +103,7 @@ fn what_is_erased_is_no_candidate_whatever_is_told_of_it() {
             pool.catch_up(&told.scene, 100);
             assert!(pool.is_empty(), "{roughly} {change:?}");
         }
-        told.tell(&[Event::Undo { author: Author::SOLE, t: 0.0 }]);
+        told.tell(&[SOLE.undo()]);
         follow(&mut pool, &told.scene, &told.changes);
         pool.catch_up(&told.scene, 100);
         assert!(is_hidden(&pool, &told.scene, &window, &behind), "{roughly}: back again");
@@ -142,7 +125,7 @@ fn a_wall_that_loses_a_part_has_a_hole() {
             told.tell(&events);
             pool.follow(&told.scene, &told.changes);
             assert_eq!(pool.len(), 1, "one patch of three strokes");
-            told.tell(&[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(hole) }]);
+            told.tell(&[SOLE.erase(StrokeId(hole))]);
             if roughly {
                 pool.follow_roughly(&told.scene, &told.changes, 0);
             } else {
@@ -194,26 +177,19 @@ fn random_edits_leave_no_shadow_behind() {
                         events.extend(zigzag(strokes, &mut random));
                         strokes += 1;
                     }
-                    2 => events.push(Event::Erase { author: Author::SOLE, t: 0.0, stroke }),
-                    3 | 4 => events.push(Event::Undo { author: Author::SOLE, t: 0.0 }),
-                    5 => events.push(Event::Redo { author: Author::SOLE, t: 0.0 }),
+                    2 => events.push(SOLE.erase(stroke)),
+                    3 | 4 => events.push(SOLE.undo()),
+                    5 => events.push(SOLE.redo()),
                     6 => {
                         let group = GroupId(random.below(2) as u32);
-                        events.push(Event::Group {
-                            author: Author::SOLE,
-                            t: 0.0,
-                            group,
-                            strokes: vec![stroke],
-                            parent: None,
-                            name: None,
-                        });
+                        events.push(SOLE.grouped(group, [stroke], None));
                         let q = Quat::from_rotation_y(random.range(-3.0, 3.0) as f32);
                         let to = Transform { p: random.in_cube().as_vec3(), q, s: 1.0 };
-                        events.push(Event::Place { author: Author::SOLE, t: 0.0, group, to });
+                        events.push(SOLE.placed(group, to));
                     }
                     _ => {
                         let by = random.in_cube().as_vec3() * 2.0;
-                        events.push(Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![stroke], by });
+                        events.push(SOLE.moved([stroke], by));
                     }
                 }
             }

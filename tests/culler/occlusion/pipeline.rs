@@ -14,10 +14,11 @@ use osp_lab::{oracle::OracleConfig, scenes::TestScene, verify};
 use osp_rivals::IndexKind;
 use osp_rivals::RivalOcclusion;
 use osp_session::{
-    recording::{Author, Event, GroupId, StrokeId, SynthKind, Transform, synthesize},
+    recording::{Event, GroupId, StrokeId, SynthKind, Transform, synthesize},
     replay::{CameraChoice, CameraPath, Moment},
     scene::Scene,
 };
+use osp_testkit::events::SOLE;
 
 fn pipeline(pass: Option<PassConfig>) -> Pipeline {
     let index = IndexKind::Osp.create(&IndexConfig::default());
@@ -220,14 +221,14 @@ fn what_went_while_nobody_asked_hides_nothing() {
     let away = view(Vec3::ZERO, Vec3::Z);
     let changes = told.changes.clone();
     assert_eq!(lane.frame(&told.scene, &changes, &before).drawn(), 1);
-    told.tell(&[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(0) }]);
+    told.tell(&[SOLE.erase(StrokeId(0))]);
     let changes = told.changes.clone();
     assert!(!lane.frame(&told.scene, &changes, &away).occlusion.used);
     let record = lane.frame(&told.scene, &[], &before);
     assert!(record.occlusion.used);
     assert_eq!(record.drawn(), 1, "the sheet behind the wall that has gone");
     // And what came back hides again, if not at once.
-    told.tell(&[Event::Undo { author: Author::SOLE, t: 0.0 }]);
+    told.tell(&[SOLE.undo()]);
     let changes = told.changes.clone();
     assert!(!lane.frame(&told.scene, &changes, &away).occlusion.used);
     let drawn: Vec<u64> = (0..3).map(|_| lane.frame(&told.scene, &[], &before).drawn()).collect();
@@ -343,14 +344,7 @@ fn square(x: f32, y: f32, z: f32, half_m: f32) -> [Vec3; 4] {
 
 /// The event that puts a stroke into group 0.
 fn group_of_stroke(stroke: u32) -> Event {
-    Event::Group {
-        author: Author::SOLE,
-        t: 0.0,
-        group: GroupId(0),
-        strokes: vec![StrokeId(stroke)],
-        parent: None,
-        name: None,
-    }
+    SOLE.grouped(GroupId(0), [StrokeId(stroke)], None)
 }
 
 /// A group that moves as a whole is in no index. Most indexes are walked for what is not hidden and say nothing of it.
@@ -371,7 +365,7 @@ fn a_group_that_moves_as_a_whole_is_drawn_with_every_index() {
         scene.apply_all(&events, &mut changes);
         for frame in 0..6 {
             let to = Transform { p: Vec3::X * (0.01 * frame as f32), q: Quat::IDENTITY, s: 1.0 };
-            let place = Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(0), to };
+            let place = SOLE.placed(GroupId(0), to);
             scene.apply(&place, &mut changes);
             let record = lane.frame(&scene, &changes, &view(Vec3::ZERO, Vec3::NEG_Z));
             changes.clear();
@@ -407,7 +401,7 @@ fn a_group_that_is_dragged_behind_a_wall_is_hidden_and_nothing_else_of_it() {
             let drawn = [(0.0, -3.0), (0.0, -7.0), (1.4, -7.0), (0.0, -7.5), (0.4, -4.0), (3.0, -7.0)].map(
                 |(x, z)| {
                     let to = Transform { p: Vec3::new(x, 0.0, z), q: Quat::from_rotation_y(0.1 * x), s: 1.0 };
-                    let place = Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(0), to };
+                    let place = SOLE.placed(GroupId(0), to);
                     scene.apply(&place, &mut changes);
                     // Where nothing was hidden, it is looked for in some frames only.
                     let mut is_culled = lane.frame_of_views(&scene, &changes, &views).occlusion.used;

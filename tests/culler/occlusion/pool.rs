@@ -13,10 +13,11 @@ use osp::occlusion::{
 };
 use osp_rivals::RivalOcclusion;
 use osp_session::{
-    recording::{Author, Event, StrokeId},
+    recording::{Event, StrokeId},
     scene::Scene,
 };
 use osp_testkit::allocations;
+use osp_testkit::events::SOLE;
 
 fn quad(center: Vec3, size: f32) -> [Vec3; 4] {
     [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
@@ -83,15 +84,10 @@ fn candidates_follow_erase_undo_move_and_redo() {
         for _ in 0..600 {
             let stroke = StrokeId(random.below(strokes.max(1) as usize) as u32);
             let event = match random.below(8) {
-                0 => Event::Erase { author: Author::SOLE, t: 0.0, stroke },
-                1 => Event::Undo { author: Author::SOLE, t: 0.0 },
-                2 => Event::Redo { author: Author::SOLE, t: 0.0 },
-                3 => Event::Move {
-                    author: Author::SOLE,
-                    t: 0.0,
-                    strokes: vec![stroke],
-                    by: random.in_cube().as_vec3(),
-                },
+                0 => SOLE.erase(stroke),
+                1 => SOLE.undo(),
+                2 => SOLE.redo(),
+                3 => SOLE.moved([stroke], random.in_cube().as_vec3()),
                 _ => {
                     let events = ribbon(strokes, 2 + random.below(30), 0.1, &mut random);
                     strokes += 1;
@@ -124,7 +120,7 @@ fn others_take_the_places_of_candidates_that_died() {
         pool.candidates().flatten().filter(|id| scene.stroke_of(**id).id() == Some(StrokeId(stroke))).count()
     };
     assert!(of_stroke(&pool, &told.scene, 1) >= 64);
-    told.tell(&[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(1) }]);
+    told.tell(&[SOLE.erase(StrokeId(1))]);
     pool.follow(&told.scene, &told.changes);
     for _ in 0..5 {
         pool.follow(&told.scene, &[]);

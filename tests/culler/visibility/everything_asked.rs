@@ -4,8 +4,8 @@ use super::far_from_origin::{border_point, turn};
 use glam::{UVec3, Vec3};
 use osp::{
     frame::StageClock,
-    index::{BruteForce, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts},
-    math::{Aabb, Frustum},
+    index::{IndexConfig, SpatialIndex},
+    math::Aabb,
     occlusion::{CullConfig, Occlusion, PoolConfig, SelectConfig},
     polygon::{Change, PolygonId},
     view::{Projection, View},
@@ -21,8 +21,7 @@ use osp_session::{
     recording::{Author, Event},
     scene::Scene,
 };
-use osp_testkit::Random;
-use osp_testkit::events::polygon;
+use osp_testkit::{Altered, Random, events::polygon};
 
 /// Quads in a cube of 4 m around a place, a few of them large, on a grid of so many points a metre: they are the same to
 /// the last bit wherever `f32` has all of these points.
@@ -59,55 +58,6 @@ fn view(random: &mut Random, at: Vec3) -> View {
     View { eye_in_world: eye, world_from_view: turn(random), projection }
 }
 
-/// Culls one polygon that it should not.
-struct Forgetful(BruteForce, PolygonId);
-
-impl SpatialIndex for Forgetful {
-    fn name(&self) -> &'static str {
-        "forgetful"
-    }
-
-    fn len(&self) -> usize {
-        self.0.len()
-    }
-
-    fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.0.insert(id, bounds)
-    }
-
-    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
-        self.0.remove(id)
-    }
-
-    fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.0.update(id, bounds)
-    }
-
-    fn commit(&mut self) {}
-
-    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
-        let work = self.0.frustum_cull(frustum, draw_list);
-        draw_list.retain(|&id| id != self.1);
-        work
-    }
-
-    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
-        self.0.traverse(frustum, visitor)
-    }
-
-    fn validate(&self) -> Result<(), String> {
-        self.0.validate()
-    }
-
-    fn bytes(&self) -> usize {
-        self.0.bytes()
-    }
-
-    fn clear(&mut self) {
-        self.0.clear();
-    }
-}
-
 #[test]
 fn verification_notices_what_the_frustum_loses() {
     let (scene, changes) = model(Vec3::ZERO, 128.0);
@@ -117,7 +67,7 @@ fn verification_notices_what_the_frustum_loses() {
     assert!(scene.visible_ids().all(in_view), "all of the model is in view");
     let away = View::look_at(Vec3::new(0.0, 0.0, 6.0), Vec3::Z * 9.0, looking_at_it.projection);
     let lost = PolygonId(1234);
-    let mut verifier = verifier(Box::new(Forgetful(BruteForce::new(), lost)), Vec::new());
+    let mut verifier = verifier(Box::new(Altered::by(move |list| list.retain(|&id| id != lost))), Vec::new());
     verifier.follow(&scene, &changes);
     verifier.look(&scene, &away);
     assert_eq!((verifier.views().lost, verifier.views().first_lost), (0, None), "it is not in view");

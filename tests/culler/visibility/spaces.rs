@@ -5,6 +5,7 @@ use osp::{
     math::{Ray, Sphere},
     polygon::{Change, ConvexPolygon, Geometry, SpaceId, SpacePlace, VisibleBlocks},
 };
+use osp_testkit::events::SOLE;
 use rand_pcg::{Pcg64, rand_core::Rng};
 
 use super::*;
@@ -65,13 +66,13 @@ impl Random {
             }
             4..=5 => {
                 let parent = (self.below(2) == 0).then(|| GroupId(self.below(u64::from(GROUPS)) as u32));
-                Event::Group { author: Author::SOLE, t, group, strokes: vec![stroke], parent, name: None }
+                SOLE.grouped(group, [stroke], parent)
             }
-            6 => Event::Erase { author: Author::SOLE, t, stroke },
-            7 => Event::Move { author: Author::SOLE, t, strokes: vec![stroke], by: self.vector(0.5) },
-            8 => Event::Undo { author: Author::SOLE, t },
-            9 => Event::Redo { author: Author::SOLE, t },
-            _ => Event::Place { author: Author::SOLE, t, group, to: self.transform() },
+            6 => SOLE.erase(stroke),
+            7 => SOLE.moved([stroke], self.vector(0.5)),
+            8 => SOLE.undo(),
+            9 => SOLE.redo(),
+            _ => SOLE.placed(group, self.transform()),
         }
     }
 }
@@ -174,11 +175,8 @@ fn a_group_that_is_dragged_costs_one_change() {
             &mut changes,
         );
     }
-    let strokes = (0..count / 100).map(StrokeId).collect();
-    scene.apply(
-        &Event::Group { author: Author::SOLE, t, group: GroupId(0), strokes, parent: None, name: None },
-        &mut changes,
-    );
+    let strokes: Vec<_> = (0..count / 100).map(StrokeId).collect();
+    scene.apply(&SOLE.grouped(GroupId(0), strokes, None), &mut changes);
     let mut pipeline = pipeline();
     let view = View::look_at(
         Vec3::new(2.0, 3.0, 12.0),
@@ -194,7 +192,7 @@ fn a_group_that_is_dragged_costs_one_change() {
             q: Quat::from_rotation_z(0.01 * frame as f32),
             s: 1.0,
         };
-        scene.apply(&Event::Place { author: Author::SOLE, t, group: GroupId(0), to }, &mut changes);
+        scene.apply(&SOLE.placed(GroupId(0), to), &mut changes);
         let displaced = scene.work().displaced;
         let record = pipeline.frame(&scene, &changes, &view);
         told.push((changes.len(), displaced));

@@ -16,6 +16,7 @@ use osp_session::{
     recording::{Author, Event, StrokeId},
     scene::Scene,
 };
+use osp_testkit::events::SOLE;
 
 const MOST_FRAMES: usize = 4;
 const MOST_POLYGONS: usize = 120;
@@ -150,15 +151,10 @@ fn events(u: &mut Input<'_>, view: &View, scene: &Scene) -> Vec<Event> {
     if chance(u, 3) {
         let stroke = StrokeId(below(u, 6) as u32);
         told.push(match below(u, 4) {
-            0 => Event::Erase { author: Author::SOLE, t: 0.0, stroke },
-            1 => Event::Move {
-                author: Author::SOLE,
-                t: 0.0,
-                strokes: vec![stroke],
-                by: input::near_point(u) * 0.2,
-            },
-            2 => Event::Undo { author: Author::SOLE, t: 0.0 },
-            _ => Event::Redo { author: Author::SOLE, t: 0.0 },
+            0 => SOLE.erase(stroke),
+            1 => SOLE.moved([stroke], input::near_point(u) * 0.2),
+            2 => SOLE.undo(),
+            _ => SOLE.redo(),
         });
     }
     told

@@ -7,6 +7,7 @@ use osp::{
     polygon::VisibleBlocks,
 };
 use osp_rivals::groups::GroupIndex;
+use osp_testkit::Altered;
 
 use super::*;
 
@@ -38,55 +39,9 @@ fn a_set_takes_no_number_beyond_the_limit() {
 /// A foreign index, which reports impossible numbers.
 #[test]
 fn a_list_of_any_numbers_becomes_a_set_of_those_below_the_limit() {
-    struct Any(BruteForce);
-
-    impl SpatialIndex for Any {
-        fn frustum_cull(&self, _: &Frustum, list: &mut Vec<PolygonId>) -> WorkCounts {
-            list.extend_from_slice(&[7, u32::MAX].map(PolygonId));
-            WorkCounts::default()
-        }
-
-        fn name(&self) -> &'static str {
-            self.0.name()
-        }
-
-        fn len(&self) -> usize {
-            self.0.len()
-        }
-
-        fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-            self.0.insert(id, bounds)
-        }
-
-        fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
-            self.0.remove(id)
-        }
-
-        fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-            self.0.update(id, bounds)
-        }
-
-        fn commit(&mut self) {}
-
-        fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
-            self.0.traverse(frustum, visitor)
-        }
-
-        fn validate(&self) -> Result<(), String> {
-            self.0.validate()
-        }
-
-        fn bytes(&self) -> usize {
-            self.0.bytes()
-        }
-
-        fn clear(&mut self) {
-            self.0.clear();
-        }
-    }
-
     let mut set = VisibleBlocks::new();
-    Any(BruteForce::new()).frustum_cull_blocks(&Frustum::everything(), &mut set);
+    let any = Altered::by(|list| list.extend([7, u32::MAX].map(PolygonId)));
+    any.frustum_cull_blocks(&Frustum::everything(), &mut set);
     assert_eq!(set.to_vec(), [PolygonId(7)]);
 }
 

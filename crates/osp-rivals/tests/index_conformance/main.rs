@@ -18,7 +18,7 @@ mod subjects;
 use check::{BruteForceTwin, check};
 use glam::Vec3;
 use osp::{
-    index::{IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts},
+    index::{IndexConfig, IndexError, SpatialIndex, WorkCounts},
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };

@@ -5,6 +5,7 @@ use osp_session::{
     recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool},
     scene::Scene,
 };
+use osp_testkit::events::SOLE;
 use osp_testkit::{events::Begin, held_bytes};
 
 /// Draws strokes of 30 polygons each, and calls the caller's function after each stroke.
@@ -39,8 +40,8 @@ const ROOM: i64 = 2 << 20;
 #[test]
 fn what_is_erased_and_what_is_taken_back_does_not_pile_up() {
     const STROKES: u32 = 34_000;
-    let undo = || Event::Undo { author: Author::SOLE, t: 0.0 };
-    let erase = |stroke| Event::Erase { author: Author::SOLE, t: 0.0, stroke };
+    let undo = || SOLE.undo();
+    let erase = |stroke| SOLE.erase(stroke);
     for is_erased in [true, false] {
         let before = held_bytes();
         let mut scene = Scene::new();
@@ -67,7 +68,7 @@ fn what_is_left_here_and_there_does_not_hold_the_rest() {
     assert!(whole > 80 * 900_000, "{whole} bytes for 900,000 polygons: less than their corners and boxes");
     // All but each twentieth stroke are erased, so no page is empty.
     for stroke in (0..STROKES).filter(|stroke| stroke % 20 != 0) {
-        apply(&mut scene, Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(stroke) });
+        apply(&mut scene, SOLE.erase(StrokeId(stroke)));
         scene.free_unreachable();
     }
     assert_eq!(scene.counts().visible, 900_000 / 20);
@@ -83,7 +84,7 @@ fn moves_of_many_strokes_do_not_pile_up() {
     let mut scene = Scene::new();
     draw(0..2000, |_, _| {}, &mut scene);
     let strokes: Vec<StrokeId> = (0..2000).map(StrokeId).collect();
-    let moved = Event::Move { author: Author::SOLE, t: 0.0, strokes, by: Vec3::X };
+    let moved = SOLE.moved(strokes, Vec3::X);
     let before = held_bytes();
     let moves = vec![moved; 900];
     let of_events = held_bytes() - before;

@@ -3,10 +3,10 @@
 use glam::{Quat, Vec3};
 use osp::polygon::{Change, PolygonId};
 use osp_session::{
-    recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform},
+    recording::{Event, GroupId, NormalRule, StrokeId, Tool, Transform},
     scene::Scene,
 };
-use osp_testkit::events::Begin;
+use osp_testkit::events::{Begin, SOLE};
 
 mod authors;
 mod batches;
@@ -213,29 +213,16 @@ fn erase_undo_and_redo_bring_back_the_same_ids() {
         .flatten()
         .collect();
     assert_eq!(step(&mut scene, &events), both);
-    assert_eq!(
-        step(&mut scene, &[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(1) }]),
-        [2, 3]
-    );
-    assert_eq!(step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]), both);
-    assert_eq!(step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]), [0, 1]);
-    assert_eq!(step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]), [0u32; 0]);
-    assert_eq!(
-        step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]),
-        [0u32; 0],
-        "nothing is left to undo"
-    );
+    assert_eq!(step(&mut scene, &[SOLE.erase(StrokeId(1))]), [2, 3]);
+    assert_eq!(step(&mut scene, &[SOLE.undo()]), both);
+    assert_eq!(step(&mut scene, &[SOLE.undo()]), [0, 1]);
+    assert_eq!(step(&mut scene, &[SOLE.undo()]), [0u32; 0]);
+    assert_eq!(step(&mut scene, &[SOLE.undo()]), [0u32; 0], "nothing is left to undo");
     assert_eq!(scene.counts().ignored_events, 1);
-    assert_eq!(
-        step(
-            &mut scene,
-            &[Event::Redo { author: Author::SOLE, t: 0.0 }, Event::Redo { author: Author::SOLE, t: 0.0 }]
-        ),
-        both
-    );
-    assert_eq!(step(&mut scene, &[Event::Redo { author: Author::SOLE, t: 0.0 }]), [2, 3]);
+    assert_eq!(step(&mut scene, &[SOLE.redo(), SOLE.redo()]), both);
+    assert_eq!(step(&mut scene, &[SOLE.redo()]), [2, 3]);
     // A new edit makes redo impossible.
-    step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]);
+    step(&mut scene, &[SOLE.undo()]);
     step(&mut scene, &straight(3, 2, NormalRule::LocalX));
     assert!(!scene.can_redo());
 }
@@ -246,10 +233,10 @@ fn points_of_a_stroke_that_was_taken_back_stay_hidden_until_redo() {
     let mut filed = std::collections::BTreeSet::new();
     let events = straight(1, 4, NormalRule::LocalX);
     follow(&play(&mut scene, &events[..3]), &mut filed);
-    follow(&play(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]), &mut filed);
+    follow(&play(&mut scene, &[SOLE.undo()]), &mut filed);
     follow(&play(&mut scene, &events[3..]), &mut filed);
     assert!(filed.is_empty());
-    follow(&play(&mut scene, &[Event::Redo { author: Author::SOLE, t: 0.0 }]), &mut filed);
+    follow(&play(&mut scene, &[SOLE.redo()]), &mut filed);
     assert_eq!(filed.len(), 3);
 }
 
@@ -259,13 +246,10 @@ fn a_move_and_its_undo_give_the_same_bits() {
     play(&mut scene, &straight(1, 3, NormalRule::LocalX));
     let before = [scene.bounds(PolygonId(0)), scene.bounds(PolygonId(1))];
     let by = Vec3::new(0.1, 1.0e6, 0.3);
-    let changes = play(
-        &mut scene,
-        &[Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(1), StrokeId(1)], by }],
-    );
+    let changes = play(&mut scene, &[SOLE.moved([StrokeId(1), StrokeId(1)], by)]);
     assert_eq!(changes, [Change::Update(PolygonId(0)), Change::Update(PolygonId(1))]);
     assert_eq!(scene.bounds(PolygonId(0)).min.x, before[0].min.x + 0.1);
-    play(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]);
+    play(&mut scene, &[SOLE.undo()]);
     assert_eq!([scene.bounds(PolygonId(0)), scene.bounds(PolygonId(1))], before);
 }
 
@@ -273,19 +257,14 @@ fn a_move_and_its_undo_give_the_same_bits() {
 fn groups_carry_their_strokes_and_each_other() {
     let mut scene = Scene::new();
     play(&mut scene, &straight(1, 2, NormalRule::LocalX));
-    let place = |group: u32, p: Vec3, s: f32| Event::Place {
-        author: Author::SOLE,
-        t: 0.0,
-        group: GroupId(group),
-        to: Transform { p, q: Quat::IDENTITY, s },
-    };
-    let group = |group: u32, strokes: &[u32], parent: Option<u32>| Event::Group {
-        author: Author::SOLE,
-        t: 0.0,
-        group: GroupId(group),
-        strokes: strokes.iter().map(|&s| StrokeId(s)).collect(),
-        parent: parent.map(GroupId),
-        name: None,
+    let place =
+        |group: u32, p: Vec3, s: f32| SOLE.placed(GroupId(group), Transform { p, q: Quat::IDENTITY, s });
+    let group = |group: u32, strokes: &[u32], parent: Option<u32>| {
+        SOLE.grouped(
+            GroupId(group),
+            strokes.iter().map(|&s| StrokeId(s)).collect::<Vec<_>>(),
+            parent.map(GroupId),
+        )
     };
     let centre = |scene: &Scene| scene.bounds(PolygonId(0)).center();
     let start = centre(&scene);
@@ -298,12 +277,12 @@ fn groups_carry_their_strokes_and_each_other() {
     play(&mut scene, &[group(1, &[], Some(2))]);
     assert_eq!(scene.counts().ignored_events, ignored + 1);
     for _ in 0..4 {
-        play(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]);
+        play(&mut scene, &[SOLE.undo()]);
     }
     assert_eq!(centre(&scene), start);
     // A stroke that is drawn in a placed group gets the group's transform.
     for _ in 0..4 {
-        play(&mut scene, &[Event::Redo { author: Author::SOLE, t: 0.0 }]);
+        play(&mut scene, &[SOLE.redo()]);
     }
     assert!((centre(&scene) - ((start + Vec3::X) * 2.0 + Vec3::Y * 10.0)).length() < 1.0e-5);
 }
@@ -313,14 +292,7 @@ fn chains_of_groups_have_a_longest_length() {
     let mut scene = Scene::new();
     // Each new group becomes the parent of the last one, so the chain grows at its root.
     for top in 0..200u32 {
-        let group = |group, parent| Event::Group {
-            author: Author::SOLE,
-            t: 0.0,
-            group: GroupId(group),
-            strokes: vec![],
-            parent,
-            name: None,
-        };
+        let group = |group, parent| SOLE.grouped(GroupId(group), [], parent);
         play(&mut scene, &[group(top + 1, None), group(top, Some(GroupId(top + 1)))]);
     }
     // A grouping that would make a chain longer than 64 is refused, and a new chain begins.
@@ -357,15 +329,10 @@ fn events_without_sense_change_nothing_and_are_counted() {
         end(9),
         end(1),
         begin(1, Tool::Tube, NormalRule::LocalX),
-        Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(9) },
-        Event::Redo { author: Author::SOLE, t: 0.0 },
-        Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(9)], by: Vec3::X },
-        Event::Place {
-            author: Author::SOLE,
-            t: 0.0,
-            group: GroupId(4),
-            to: Transform { p: Vec3::X, q: Quat::IDENTITY, s: 1.0 },
-        },
+        SOLE.erase(StrokeId(9)),
+        SOLE.redo(),
+        SOLE.moved([StrokeId(9)], Vec3::X),
+        SOLE.placed(GroupId(4), Transform { p: Vec3::X, q: Quat::IDENTITY, s: 1.0 }),
     ];
     assert!(play(&mut scene, &nonsense).is_empty());
     assert_eq!(scene.counts().ignored_events, nonsense.len() as u64);
@@ -384,12 +351,12 @@ proptest::proptest! {
                 0 | 1 => begin(n, [Tool::Ribbon, Tool::Wall, Tool::Tube][n as usize % 3], NormalRule::Transport),
                 2..=4 => point(n, Vec3::new(x, x * x, f32::from(kind)), Quat::IDENTITY),
                 5 => end(n),
-                6 => Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(n) },
-                7 => Event::Undo { author: Author::SOLE, t: 0.0 },
-                8 => Event::Redo { author: Author::SOLE, t: 0.0 },
-                9 => Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(n), StrokeId(n + 1)], by: Vec3::splat(x) },
-                10 => Event::Group { author: Author::SOLE, t: 0.0, group: GroupId(n), strokes: vec![StrokeId(n)], parent: (x > 0.0).then_some(GroupId(n + 1)), name: None },
-                _ => Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(n), to: Transform { p: Vec3::splat(x), q: Quat::IDENTITY, s: 0.5 } },
+                6 => SOLE.erase(StrokeId(n)),
+                7 => SOLE.undo(),
+                8 => SOLE.redo(),
+                9 => SOLE.moved([StrokeId(n), StrokeId(n + 1)], Vec3::splat(x)),
+                10 => SOLE.grouped(GroupId(n), [StrokeId(n)], (x > 0.0).then_some(GroupId(n + 1))),
+                _ => SOLE.placed(GroupId(n), Transform { p: Vec3::splat(x), q: Quat::IDENTITY, s: 0.5 }),
             };
             let changes = play(&mut scene, &[event]);
             follow(&changes, &mut filed);

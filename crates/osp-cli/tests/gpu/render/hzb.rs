@@ -19,10 +19,11 @@ use osp_render::{
 };
 use osp_rivals::IndexKind;
 use osp_session::{
-    recording::{self, Author, Environment, Event, OpenOptions, Pace, Pacer, StrokeId, Tool},
+    recording::{self, Environment, Event, OpenOptions, Pace, Pacer, StrokeId, Tool},
     replay::{CameraChoice, CameraPath, Moment, summarize},
     scene::Scene,
 };
+use osp_testkit::events::SOLE;
 
 const SIZE: (u32, u32) = (481, 361);
 
@@ -182,20 +183,16 @@ fn what_comes_goes_and_moves_is_right_in_the_same_frame() {
         let mut scene = Scene::new();
         let mut steps: Vec<Vec<Event>> = sketch().chunks(301).map(<[Event]>::to_vec).collect();
         let wall = |z: f32| square(Vec3::new(0.0, 0.6, z), 0.5, (0.3, 0.5, 0.2, 1.0));
-        let moved = |strokes: &[u32], by| Event::Move {
-            author: Author::SOLE,
-            t: 0.0,
-            strokes: strokes.iter().map(|&n| StrokeId(n)).collect(),
-            by,
-        };
+        let moved =
+            |strokes: &[u32], by| SOLE.moved(strokes.iter().map(|&n| StrokeId(n)).collect::<Vec<_>>(), by);
         steps.push(vec![wall(0.8)]);
-        steps.push(vec![Event::Undo { author: Author::SOLE, t: 0.0 }]);
-        steps.push(vec![Event::Redo { author: Author::SOLE, t: 0.0 }]);
+        steps.push(vec![SOLE.undo()]);
+        steps.push(vec![SOLE.redo()]);
         // What was hidden comes before the wall; what was visible goes behind it.
         steps.push(vec![moved(&[2, 9, 15], Vec3::new(0.0, 0.1, 1.1))]);
         steps.push(vec![moved(&[2], Vec3::new(0.0, 0.0, -1.1))]);
-        steps.push(vec![Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(9) }]);
-        steps.push(vec![Event::Undo { author: Author::SOLE, t: 0.0 }; 2]);
+        steps.push(vec![SOLE.erase(StrokeId(9))]);
+        steps.push(vec![SOLE.undo(); 2]);
         steps.push(winding_stroke(100, Tool::Tube, 30, (1.0, 0.2, 0.2, 1.0)));
         steps.push(winding_stroke(101, Tool::Ribbon, 30, (1.0, 0.2, 0.2, 0.5)));
         steps.push(vec![moved(&[101], Vec3::new(0.0, 0.0, -2.0))]);

@@ -5,9 +5,10 @@ use glam::Vec3;
 use osp::{polygon::PolygonId, view::View};
 use osp_render::{Gpu, Image, Layer, Offscreen, RenderError, RendererConfig, Style};
 use osp_session::{
-    recording::{Author, Event, StrokeId},
+    recording::{Event, StrokeId},
     scene::Scene,
 };
+use osp_testkit::events::SOLE;
 
 const SIZE: (u32, u32) = (320, 240);
 
@@ -46,19 +47,12 @@ fn a_scene_that_grew_moved_and_shrank_looks_like_one_made_at_once() {
     let mut scene = Scene::new();
     let mut growing = drawer(&gpu);
     let mut steps: Vec<Vec<Event>> = sketch().chunks(97).map(<[Event]>::to_vec).collect();
-    let moved = |strokes: &[u32], by| Event::Move {
-        author: Author::SOLE,
-        t: 0.0,
-        strokes: strokes.iter().map(|&n| StrokeId(n)).collect(),
-        by,
-    };
+    let moved =
+        |strokes: &[u32], by| SOLE.moved(strokes.iter().map(|&n| StrokeId(n)).collect::<Vec<_>>(), by);
     steps.push(vec![moved(&[2, 9, 15], Vec3::new(0.3, 0.1, 0.0)), moved(&[9], Vec3::Y * 0.2)]);
-    steps.push(vec![
-        Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(4) },
-        Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(15) },
-    ]);
-    steps.push(vec![Event::Undo { author: Author::SOLE, t: 0.0 }; 3]);
-    steps.push(vec![Event::Redo { author: Author::SOLE, t: 0.0 }]);
+    steps.push(vec![SOLE.erase(StrokeId(4)), SOLE.erase(StrokeId(15))]);
+    steps.push(vec![SOLE.undo(); 3]);
+    steps.push(vec![SOLE.redo()]);
     steps.push(winding_stroke(100, osp_session::recording::Tool::Tube, 30, (1.0, 0.2, 0.2, 1.0)));
     for (number, events) in steps.iter().enumerate() {
         let changes = apply(&mut scene, events);
@@ -96,21 +90,10 @@ fn a_polygon_is_sent_once_and_again_only_when_it_moves() {
     assert!(came > 10);
     assert_eq!(draw(&scene, &changes), came * 96, "only the new ones");
 
-    let changes = apply(
-        &mut scene,
-        &[Event::Undo { author: Author::SOLE, t: 0.0 }, Event::Redo { author: Author::SOLE, t: 0.0 }],
-    );
+    let changes = apply(&mut scene, &[SOLE.undo(), SOLE.redo()]);
     assert_eq!(draw(&scene, &changes), 0, "taken away and brought back: still there");
 
-    let changes = apply(
-        &mut scene,
-        &[Event::Move {
-            author: Author::SOLE,
-            t: 0.0,
-            strokes: vec![StrokeId(50)],
-            by: Vec3::new(0.1, 0.0, 0.0),
-        }],
-    );
+    let changes = apply(&mut scene, &[SOLE.moved([StrokeId(50)], Vec3::new(0.1, 0.0, 0.0))]);
     assert_eq!(draw(&scene, &changes), came * 96, "what has moved");
 }
 

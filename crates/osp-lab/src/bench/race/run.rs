@@ -232,16 +232,13 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-    use osp::{
-        index::{BruteForce, IndexError, Visitor, WorkCounts},
-        math::Frustum,
-        polygon::PolygonId,
-    };
+    use osp::{index::BruteForce, polygon::PolygonId};
     use osp_rivals::IndexKind;
     use osp_session::{
         recording::{Header, SynthKind, synthesize},
         replay::{CameraChoice, root_cube, summarize},
     };
+    use osp_testkit::Altered;
 
     fn events() -> impl Iterator<Item = Result<Event, RecordingError>> {
         synthesize(SynthKind::Scribble, 200, 1)
@@ -259,46 +256,6 @@ mod tests {
             camera: (camera, CameraChoice::Orbit.name()),
             root: root_cube(&Header::new("", ""), &summary.bounds),
             kinds: vec![Contender::Own(IndexKind::Osp), Contender::Own(IndexKind::OctreeRebuild)],
-        }
-    }
-
-    /// An index that loses one polygon.
-    #[derive(Debug)]
-    struct Loses(BruteForce, PolygonId);
-
-    impl SpatialIndex for Loses {
-        fn name(&self) -> &'static str {
-            "loses"
-        }
-        fn len(&self) -> usize {
-            self.0.len()
-        }
-        fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-            if id == self.1 { Ok(()) } else { self.0.insert(id, bounds) }
-        }
-        fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
-            self.0.remove(id)
-        }
-        fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-            if id == self.1 { Ok(()) } else { self.0.update(id, bounds) }
-        }
-        fn commit(&mut self) {
-            self.0.commit();
-        }
-        fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
-            self.0.frustum_cull(frustum, draw_list)
-        }
-        fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
-            self.0.traverse(frustum, visitor)
-        }
-        fn validate(&self) -> Result<(), String> {
-            self.0.validate()
-        }
-        fn bytes(&self) -> usize {
-            self.0.bytes()
-        }
-        fn clear(&mut self) {
-            self.0.clear();
         }
     }
 
@@ -323,7 +280,8 @@ mod tests {
     fn a_structure_that_loses_a_polygon_is_found_in_the_frame_in_which_it_does() {
         let input = input();
         let of = |lost| -> Vec<Box<dyn SpatialIndex>> {
-            vec![Box::new(BruteForce::default()), Box::new(Loses(BruteForce::default(), PolygonId(lost)))]
+            let loses = Altered::by(move |list| list.retain(|&id| id != PolygonId(lost)));
+            vec![Box::new(BruteForce::default()), Box::new(loses)]
         };
         let mut frames = 0;
         let mut run = RaceRun::of(&input, of(100), events());
@@ -334,7 +292,7 @@ mod tests {
             }
             frames += 1;
         };
-        let said = format!("s: brute-force and loses saw different polygons in frame {frames}");
+        let said = format!("s: brute-force and altered saw different polygons in frame {frames}");
         assert_eq!(error.to_string(), said);
         assert!(frames > 1, "the frames before are those of a race");
         let [all, fewer] = [0, 1].map(|at| run.race().racers()[at].in_view());

@@ -7,6 +7,7 @@ use osp_session::recording::{
     AUTHORS_FORMAT, Author, Event, Flush, GroupId, Header, Message, NormalRule, Paint, Reduced, Reducer,
     RonWriter, Sender, StrokeId, Tool,
 };
+use osp_testkit::events::{By, SOLE};
 use proptest::prelude::*;
 
 use super::events::{LENIENT, STRICT, read, write};
@@ -230,31 +231,17 @@ fn a_message_counts_once_in_its_turn_and_whole() {
     assert_eq!(take(&message(ann, 0, &[join(9)])), (Reduced::Duplicate, 0));
     assert_eq!(take(&message(ann, 1, &drawn)), (Reduced::Taken, 2));
     // A message with another author's event has no effect at all, and the sender's next message has the next number.
-    let wrong = [point(stroke, 1), Event::Undo { t: 0.0, author: Author::SOLE }];
+    let wrong = [point(stroke, 1), SOLE.undo()];
     let (reduced, events) = take(&message(ann, 2, &wrong));
     assert!(
         matches!(&reduced, Reduced::Refused(why) if why == "event 2: expected an event of author 1"),
         "{reduced:?}"
     );
     assert_eq!(events, 0);
-    let made = Event::Group {
-        t: 0.0,
-        author: Author(1),
-        group: GroupId(stroke),
-        strokes: vec![],
-        parent: None,
-        name: None,
-    };
+    let made = By(Author(1)).grouped(GroupId(stroke), [], None);
     assert!(matches!(take(&message(ann, 3, &[made.clone(), point(3, 1)])), (Reduced::Refused(_), 0)));
     // The message has created no group either.
-    let theirs = Event::Group {
-        t: 0.0,
-        author: Author::SOLE,
-        group: GroupId(stroke),
-        strokes: vec![],
-        parent: None,
-        name: None,
-    };
+    let theirs = SOLE.grouped(GroupId(stroke), [], None);
     assert!(matches!(take(&message(host, 1, std::slice::from_ref(&theirs))), (Reduced::Refused(_), 0)));
     assert_eq!(take(&message(ann, 4, &[made])), (Reduced::Taken, 1));
     assert_eq!(take(&message(host, 2, &[theirs])), (Reduced::Taken, 1));

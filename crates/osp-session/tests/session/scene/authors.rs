@@ -5,7 +5,7 @@ use osp_session::{
     recording::{Author, Event, GroupId, NormalRule, Paint, StrokeId, Transform},
     scene::Scene,
 };
-use osp_testkit::events::{Begin, point};
+use osp_testkit::events::{Begin, By, point};
 
 const A: Author = Author(1);
 const B: Author = Author(2);
@@ -39,29 +39,9 @@ pub(crate) fn stroke(author: Author, n: u32) -> Vec<Event> {
     events
 }
 
-pub(crate) fn undo(author: Author) -> Event {
-    Event::Undo { t: 0.0, author }
-}
-
-pub(crate) fn redo(author: Author) -> Event {
-    Event::Redo { t: 0.0, author }
-}
-
-fn moved(author: Author, stroke: StrokeId, by: Vec3) -> Event {
-    Event::Move { t: 0.0, author, strokes: vec![stroke], by }
-}
-
-fn erase(author: Author, stroke: StrokeId) -> Event {
-    Event::Erase { t: 0.0, author, stroke }
-}
-
 fn placed(author: Author, group: GroupId, x: f32) -> Event {
     let to = Transform { p: Vec3::X * x, q: Quat::IDENTITY, s: 1.0 };
-    Event::Place { t: 0.0, author, group, to }
-}
-
-fn grouped(author: Author, group: GroupId, strokes: &[StrokeId], parent: Option<GroupId>) -> Event {
-    Event::Group { t: 0.0, author, group, strokes: strokes.to_vec(), parent, name: None }
+    By(author).placed(group, to)
 }
 
 fn scene_of(events: impl IntoIterator<Item = Event>) -> Scene {
@@ -81,19 +61,19 @@ fn and(events: &[Event], more: &[Event]) -> Vec<Event> {
 
 #[test]
 fn an_undo_takes_back_the_authors_own_edit() {
-    let scene = scene_of(and(&two(), &[undo(A)]));
+    let scene = scene_of(and(&two(), &[By(A).undo()]));
     assert!(
         !scene.stroke(id(A, 0)).expect("A's").is_visible()
             && scene.stroke(id(B, 0)).expect("B's").is_visible()
     );
-    let scene = scene_of(and(&two(), &[undo(A), undo(A), redo(B)]));
+    let scene = scene_of(and(&two(), &[By(A).undo(), By(A).undo(), By(B).redo()]));
     assert!(scene.stroke(id(B, 0)).expect("B's").is_visible());
     assert_eq!(scene.counts().ignored_events, 2);
     // B's edit does not make A's redo impossible; A's own edit does.
-    let b_moves = moved(B, id(B, 0), Vec3::Y);
-    let scene = scene_of(and(&two(), &[undo(A), b_moves.clone(), redo(A)]));
+    let b_moves = By(B).moved([id(B, 0)], Vec3::Y);
+    let scene = scene_of(and(&two(), &[By(A).undo(), b_moves.clone(), By(A).redo()]));
     assert!(scene.stroke(id(A, 0)).expect("A's").is_visible() && scene.counts().ignored_events == 0);
-    let scene = scene_of(and(&two(), &[undo(A), moved(A, id(B, 0), Vec3::Y), redo(A)]));
+    let scene = scene_of(and(&two(), &[By(A).undo(), By(A).moved([id(B, 0)], Vec3::Y), By(A).redo()]));
     assert!(scene.stroke(id(A, 0)).is_none() && scene.counts().ignored_events == 1);
     assert_eq!(scene.stroke(id(B, 0)).expect("B's").author(), B);
 }
@@ -101,46 +81,49 @@ fn an_undo_takes_back_the_authors_own_edit() {
 #[test]
 fn moves_of_several_add_up_whoever_takes_one_back() {
     let s = id(A, 0);
-    let moves = [moved(A, s, Vec3::X), moved(B, s, Vec3::Y), moved(A, s, Vec3::Z)];
+    let moves = [By(A).moved([s], Vec3::X), By(B).moved([s], Vec3::Y), By(A).moved([s], Vec3::Z)];
     let offset = |more: &[Event]| {
         scene_of(and(&and(&two(), &moves), more)).stroke(s).map(|stroke| stroke.offset()).expect("a stroke")
     };
     assert_eq!(offset(&[]), Vec3::ONE);
-    assert_eq!(offset(&[undo(B)]), Vec3::new(1.0, 0.0, 1.0));
-    assert_eq!(offset(&[undo(A), undo(A)]), Vec3::Y);
-    assert_eq!(offset(&[undo(A), undo(A), undo(B), redo(A)]), Vec3::X);
-    assert_eq!(offset(&[undo(A), undo(A), undo(B), redo(A), redo(B), redo(A)]), Vec3::ONE);
+    assert_eq!(offset(&[By(B).undo()]), Vec3::new(1.0, 0.0, 1.0));
+    assert_eq!(offset(&[By(A).undo(), By(A).undo()]), Vec3::Y);
+    assert_eq!(offset(&[By(A).undo(), By(A).undo(), By(B).undo(), By(A).redo()]), Vec3::X);
+    assert_eq!(
+        offset(&[By(A).undo(), By(A).undo(), By(B).undo(), By(A).redo(), By(B).redo(), By(A).redo()]),
+        Vec3::ONE
+    );
 }
 
 #[test]
 fn of_placings_groupings_and_layers_the_last_active_one_counts() {
     let (s, g, h) = (id(A, 0), group_id(A, 0), group_id(B, 0));
-    let both = and(&two(), &[grouped(A, g, &[s], None), grouped(B, h, &[s], None)]);
+    let both = and(&two(), &[By(A).grouped(g, [s], None), By(B).grouped(h, [s], None)]);
     let groups = |more: &[Event]| {
         let scene = scene_of(and(&both, more));
         scene.groups_of(scene.stroke(s).expect("a stroke"))
     };
     assert_eq!(groups(&[]), [h]);
-    assert_eq!(groups(&[undo(A)]), [h]);
-    assert_eq!(groups(&[undo(B)]), [g]);
-    assert_eq!(groups(&[undo(A), undo(B)]), []);
-    assert_eq!(groups(&[undo(A), undo(B), redo(A)]), [g]);
+    assert_eq!(groups(&[By(A).undo()]), [h]);
+    assert_eq!(groups(&[By(B).undo()]), [g]);
+    assert_eq!(groups(&[By(A).undo(), By(B).undo()]), []);
+    assert_eq!(groups(&[By(A).undo(), By(B).undo(), By(A).redo()]), [g]);
     let places = and(&both, &[placed(A, g, 1.0), placed(B, g, 2.0), placed(A, g, 3.0)]);
     let x = |more: &[Event]| scene_of(and(&places, more)).group_transform(g).expect("a group").p.x;
-    assert_eq!([x(&[]), x(&[undo(B)]), x(&[undo(A)])], [3.0, 3.0, 2.0]);
-    assert_eq!(x(&[undo(B), undo(A)]), 1.0);
-    assert_eq!(x(&[undo(B), undo(A), redo(B)]), 2.0);
+    assert_eq!([x(&[]), x(&[By(B).undo()]), x(&[By(A).undo()])], [3.0, 3.0, 2.0]);
+    assert_eq!(x(&[By(B).undo(), By(A).undo()]), 1.0);
+    assert_eq!(x(&[By(B).undo(), By(A).undo(), By(B).redo()]), 2.0);
     let assign = |author, layer| Event::Assign { t: 0.0, author, layer, strokes: vec![s] };
     let layers = and(&two(), &[assign(A, 1), assign(B, 2)]);
     let layer = |more: &[Event]| scene_of(and(&layers, more)).stroke(s).expect("a stroke").layer();
-    assert_eq!([layer(&[]), layer(&[undo(A)]), layer(&[undo(B)])], [2, 2, 1]);
-    assert_eq!(layer(&[undo(A), undo(B)]), 0);
+    assert_eq!([layer(&[]), layer(&[By(A).undo()]), layer(&[By(B).undo()])], [2, 2, 1]);
+    assert_eq!(layer(&[By(A).undo(), By(B).undo()]), 0);
 }
 
 #[test]
 fn a_stroke_is_erased_as_long_as_anybody_has_erased_it() {
     let s = id(A, 0);
-    let erased = and(&two(), &[erase(A, s), erase(B, s)]);
+    let erased = and(&two(), &[By(A).erase(s), By(B).erase(s)]);
     let is_erased = |more: &[Event]| {
         let scene = scene_of(and(&erased, more));
         assert_eq!(scene.counts().ignored_events, 0);
@@ -150,21 +133,28 @@ fn a_stroke_is_erased_as_long_as_anybody_has_erased_it() {
         );
         scene.stroke(s).expect("a stroke").is_taken_away()
     };
-    assert!(is_erased(&[]) && is_erased(&[undo(A)]) && is_erased(&[undo(B)]));
-    assert!(!is_erased(&[undo(A), undo(B)]) && is_erased(&[undo(A), undo(B), redo(A)]));
+    assert!(is_erased(&[]) && is_erased(&[By(A).undo()]) && is_erased(&[By(B).undo()]));
+    assert!(
+        !is_erased(&[By(A).undo(), By(B).undo()]) && is_erased(&[By(A).undo(), By(B).undo(), By(A).redo()])
+    );
     // An author erases a stroke only once.
-    assert_eq!(scene_of(and(&erased, &[erase(A, s)])).counts().ignored_events, 1);
+    assert_eq!(scene_of(and(&erased, &[By(A).erase(s)])).counts().ignored_events, 1);
 }
 
 #[test]
 fn steps_are_the_authors_own() {
     let step = |author, edits| Event::Step { t: 0.0, author, edits };
     let (a, b) = (id(A, 0), id(B, 0));
-    let events =
-        [step(A, 3), moved(A, a, Vec3::X), moved(B, b, Vec3::X), moved(A, a, Vec3::X), moved(B, b, Vec3::X)];
+    let events = [
+        step(A, 3),
+        By(A).moved([a], Vec3::X),
+        By(B).moved([b], Vec3::X),
+        By(A).moved([a], Vec3::X),
+        By(B).moved([b], Vec3::X),
+    ];
     let mut scene = scene_of(and(&two(), &events));
     assert!(scene.is_step_open_of(A) && !scene.is_step_open_of(B) && !scene.is_step_open());
-    super::play(&mut scene, &[undo(A), undo(B)]);
+    super::play(&mut scene, &[By(A).undo(), By(B).undo()]);
     let offset = |scene: &Scene, id| scene.stroke(id).expect("a stroke").offset();
     assert_eq!((offset(&scene, a), offset(&scene, b)), (Vec3::ZERO, Vec3::X));
     assert!(!scene.can_redo() && scene.can_redo_of(A) && scene.can_undo_of(B) && !scene.is_step_open_of(A));
@@ -173,7 +163,7 @@ fn steps_are_the_authors_own() {
 #[test]
 fn who_leaves_ends_strokes_and_can_do_nothing_any_more() {
     let mut events = and(&two(), &stroke(A, 1)[..2]);
-    events.extend([erase(A, id(B, 0)), leave(A), undo(A), moved(A, id(A, 0), Vec3::X)]);
+    events.extend([By(A).erase(id(B, 0)), leave(A), By(A).undo(), By(A).moved([id(A, 0)], Vec3::X)]);
     events.push(Event::Point { t: 0.0, stroke: id(A, 1), p: Vec3::Y, q: Quat::IDENTITY, pressure: 1.0 });
     let mut scene = scene_of(events);
     assert_eq!(scene.counts().ignored_events, 3);
@@ -182,7 +172,7 @@ fn who_leaves_ends_strokes_and_can_do_nothing_any_more() {
     assert!(scene.stroke(id(B, 0)).is_none() && scene.is_used(id(B, 0)));
     let left: Vec<_> = scene.authors().map(|(author, info)| (author, info.left_secs)).collect();
     assert_eq!(left, [(A, Some(9.0)), (B, None)]);
-    super::play(&mut scene, &[undo(B)]);
+    super::play(&mut scene, &[By(B).undo()]);
     assert!(scene.stroke(id(A, 0)).expect("A's").is_visible());
 }
 
@@ -197,7 +187,7 @@ fn numbers_are_those_of_the_author() {
     });
     let mut events = two();
     events.extend(theirs);
-    events.push(grouped(A, group_id(B, 1), &[], None));
+    events.push(By(A).grouped(group_id(B, 1), [], None));
     let polygon = Event::Polygon {
         t: 0.0,
         author: A,
@@ -207,7 +197,7 @@ fn numbers_are_those_of_the_author() {
     };
     events.push(polygon);
     // No third author has joined, and no author has a number beyond the limit.
-    events.extend([undo(Author(3)), join(A), join(Author(Author::MAX)), undo(Author(u32::MAX))]);
+    events.extend([By(Author(3)).undo(), join(A), join(Author(Author::MAX)), By(Author(u32::MAX)).undo()]);
     let scene = scene_of(events);
     // The stroke with its three points and its end.
     assert_eq!(scene.counts().ignored_events, 5 + 1 + 1 + 4);
@@ -217,21 +207,24 @@ fn numbers_are_those_of_the_author() {
 #[test]
 fn groups_never_form_a_circle() {
     let (g, h) = (group_id(A, 0), group_id(B, 0));
-    let made = and(&two(), &[grouped(A, g, &[], None), grouped(B, h, &[], None)]);
-    let (under, over) = (grouped(A, g, &[id(A, 0)], Some(h)), grouped(B, h, &[], Some(g)));
+    let made = and(&two(), &[By(A).grouped(g, [], None), By(B).grouped(h, [], None)]);
+    let (under, over) = (By(A).grouped(g, [id(A, 0)], Some(h)), By(B).grouped(h, [], Some(g)));
     let parents = |more: &[Event]| {
         let mut scene = scene_of(and(&made, more));
         assert_eq!(scene.group_tree().len(), 2, "all are in the tree");
         (scene.parent_of(g), scene.parent_of(h))
     };
-    let both = [under.clone(), undo(A), over];
+    let both = [under.clone(), By(A).undo(), over];
     assert_eq!(parents(&both), (None, Some(g)));
     // After its redo, A's grouping precedes B's in the session. B's would close the cycle, so it sets no parent until
     // A's is undone again.
-    assert_eq!(parents(&and(&both, &[redo(A)])), (Some(h), None));
-    assert_eq!(parents(&and(&both, &[redo(A), undo(A)])), (None, Some(g)));
-    assert_eq!(parents(&and(&both, &[redo(A), undo(B)])), (Some(h), None));
-    assert_eq!(parents(&and(&both, &[redo(A), undo(B), undo(A), redo(B)])), (None, Some(g)));
+    assert_eq!(parents(&and(&both, &[By(A).redo()])), (Some(h), None));
+    assert_eq!(parents(&and(&both, &[By(A).redo(), By(A).undo()])), (None, Some(g)));
+    assert_eq!(parents(&and(&both, &[By(A).redo(), By(B).undo()])), (Some(h), None));
+    assert_eq!(
+        parents(&and(&both, &[By(A).redo(), By(B).undo(), By(A).undo(), By(B).redo()])),
+        (None, Some(g))
+    );
 }
 
 /// A permanent grouping precedes all others. The parent that it sets takes precedence over earlier groupings that are
@@ -240,24 +233,25 @@ fn groups_never_form_a_circle() {
 fn a_forgotten_grouping_stands_only_if_it_had_an_effect() {
     const C: Author = Author(3);
     let (g, h, k) = (group_id(A, 0), group_id(B, 0), group_id(C, 0));
-    let made = [grouped(A, g, &[], None), grouped(B, h, &[], None), grouped(C, k, &[], None)];
+    let made = [By(A).grouped(g, [], None), By(B).grouped(h, [], None), By(C).grouped(k, [], None)];
     let made = [two(), vec![join(C)], made.to_vec()].concat();
     // A's grouping is undone. B, who gives the same group another parent, leaves. A's is redone.
-    let events = [grouped(A, g, &[], Some(h)), undo(A), grouped(B, g, &[], Some(k)), leave(B), redo(A)];
+    let events =
+        [By(A).grouped(g, [], Some(h)), By(A).undo(), By(B).grouped(g, [], Some(k)), leave(B), By(A).redo()];
     assert_eq!(scene_of(and(&made, &events)).parent_of(g), Some(k));
     // B's grouping has no effect when B leaves, because it would close a cycle; so C's earlier grouping takes effect.
     let refused = [
-        grouped(C, h, &[], Some(k)),
-        undo(C),
-        grouped(A, g, &[], Some(h)),
-        undo(A),
-        grouped(B, h, &[], Some(g)),
-        redo(A),
+        By(C).grouped(h, [], Some(k)),
+        By(C).undo(),
+        By(A).grouped(g, [], Some(h)),
+        By(A).undo(),
+        By(B).grouped(h, [], Some(g)),
+        By(A).redo(),
         leave(B),
     ];
     let mut scene = scene_of(and(&made, &refused));
     assert_eq!((scene.parent_of(g), scene.parent_of(h)), (Some(h), None));
-    super::play(&mut scene, &[redo(C)]);
+    super::play(&mut scene, &[By(C).redo()]);
     assert_eq!((scene.parent_of(g), scene.parent_of(h)), (Some(h), Some(k)));
 }
 
@@ -265,23 +259,23 @@ fn a_forgotten_grouping_stands_only_if_it_had_an_effect() {
 #[test]
 fn what_is_forgotten_stays() {
     let (s, g) = (id(A, 0), group_id(A, 0));
-    let mut events = and(&two(), &[grouped(A, g, &[s], None)]);
+    let mut events = and(&two(), &[By(A).grouped(g, [s], None)]);
     // B's edits come first, then A's are forgotten.
-    events.extend([moved(B, s, Vec3::Y), placed(B, g, 5.0)]);
-    events.extend([moved(A, s, Vec3::X), placed(A, g, 7.0)]);
+    events.extend([By(B).moved([s], Vec3::Y), placed(B, g, 5.0)]);
+    events.extend([By(A).moved([s], Vec3::X), placed(A, g, 7.0)]);
     let other = id(B, 0);
-    events.extend((0..1100).map(|_| moved(A, other, Vec3::X)));
+    events.extend((0..1100).map(|_| By(A).moved([other], Vec3::X)));
     let mut scene = scene_of(events);
     let state = |scene: &Scene| {
         (scene.stroke(s).expect("a stroke").offset(), scene.group_transform(g).expect("a group").p.x)
     };
     assert_eq!(state(&scene), (Vec3::X + Vec3::Y, 7.0));
-    super::play(&mut scene, &[undo(B), undo(B)]);
+    super::play(&mut scene, &[By(B).undo(), By(B).undo()]);
     assert_eq!(state(&scene), (Vec3::X, 7.0));
-    super::play(&mut scene, &[redo(B), redo(B)]);
+    super::play(&mut scene, &[By(B).redo(), By(B).redo()]);
     assert_eq!(state(&scene), (Vec3::X + Vec3::Y, 7.0));
     for _ in 0..1200 {
-        super::play(&mut scene, &[undo(A)]);
+        super::play(&mut scene, &[By(A).undo()]);
     }
     assert_eq!(scene.stroke(other).expect("a stroke").offset(), Vec3::X * 100.0);
     assert_eq!(state(&scene), (Vec3::X + Vec3::Y, 7.0));
@@ -304,7 +298,7 @@ fn all_together_remember_so_much() {
     let mut reach = vec![0; authors.len()];
     for (&author, reach) in authors.iter().zip(&mut reach) {
         while scene.can_undo_of(author) {
-            super::play(&mut scene, &[undo(author)]);
+            super::play(&mut scene, &[By(author).undo()]);
             *reach += 1;
         }
     }
@@ -325,10 +319,10 @@ fn what_is_made_again_comes_before_what_is_forgotten() {
         name: Some(name.to_owned()),
     };
     let assign = |author, layer| Event::Assign { t: 0.0, author, layer, strokes: vec![s] };
-    let of_a = [grouped(A, g, &[s], None), named(A, g, "A's"), assign(A, 1)];
-    let of_b = [grouped(B, h, &[s], None), named(B, g, "B's"), assign(B, 2)];
-    let events = [two(), of_a.to_vec(), vec![undo(A), undo(A), undo(A)]].concat();
-    let events = [events, of_b.to_vec(), vec![leave(B), redo(A), redo(A), redo(A)]].concat();
+    let of_a = [By(A).grouped(g, [s], None), named(A, g, "A's"), assign(A, 1)];
+    let of_b = [By(B).grouped(h, [s], None), named(B, g, "B's"), assign(B, 2)];
+    let events = [two(), of_a.to_vec(), vec![By(A).undo(), By(A).undo(), By(A).undo()]].concat();
+    let events = [events, of_b.to_vec(), vec![leave(B), By(A).redo(), By(A).redo(), By(A).redo()]].concat();
     let scene = scene_of(events);
     let stroke = scene.stroke(s).expect("a stroke");
     assert_eq!((scene.groups_of(stroke), scene.group_name(g), stroke.layer()), (vec![h], Some("B's"), 2));

@@ -12,8 +12,8 @@ use osp_session::{
 };
 use proptest::prelude::*;
 
-use super::authors::{group_id, id, join, redo, stroke, undo};
-use osp_testkit::Editor;
+use super::authors::{group_id, id, join, stroke};
+use osp_testkit::{Editor, events::By};
 
 #[derive(Clone, Debug)]
 enum Op {
@@ -264,8 +264,8 @@ fn event_of(author: Author, authors: u32, kind: u8, pick: [u32; 4]) -> Vec<Event
         }
         12 => Event::Assign { t, author, layer: pick[2] % 4, strokes },
         13 => Event::Step { t, author, edits: pick[0] % 4 },
-        14..=17 => undo(author),
-        _ => redo(author),
+        14..=17 => By(author).undo(),
+        _ => By(author).redo(),
     }]
 }
 

@@ -5,17 +5,14 @@ use osp_session::{
     recording::{Author, Event, GroupId, StrokeId, Transform},
     scene::Scene,
 };
+use osp_testkit::events::By;
 
-use super::authors::{group_id, id, join, redo, stroke, undo};
+use super::authors::{group_id, id, join, stroke};
 
 /// The first author has the group under which all others are.
 const ROOT: Author = Author(1);
 const A: Author = Author(2);
 const B: Author = Author(3);
-
-fn grouped(author: Author, group: GroupId, strokes: &[StrokeId], parent: Option<GroupId>) -> Event {
-    Event::Group { t: 0.0, author, group, strokes: strokes.to_vec(), parent, name: None }
-}
 
 /// Hierarchies of other authors under the root; each is moved to another parent and back.
 fn hierarchies(count: u32) -> Vec<Event> {
@@ -28,11 +25,11 @@ fn hierarchies(count: u32) -> Vec<Event> {
         }
         let group = |n: u32| group_id(author, 3 * (hierarchy / 50) + n);
         events.extend(stroke(author, hierarchy / 50));
-        events.push(grouped(author, group(0), &[], root));
-        events.push(grouped(author, group(1), &[], Some(group(0))));
-        events.push(grouped(author, group(2), &[id(author, hierarchy / 50)], Some(group(1))));
-        events.push(grouped(author, group(1), &[], None));
-        events.push(grouped(author, group(1), &[], Some(group(0))));
+        events.push(By(author).grouped(group(0), [], root));
+        events.push(By(author).grouped(group(1), [], Some(group(0))));
+        events.push(By(author).grouped(group(2), [id(author, hierarchy / 50)], Some(group(1))));
+        events.push(By(author).grouped(group(1), [], None));
+        events.push(By(author).grouped(group(1), [], Some(group(0))));
     }
     events
 }
@@ -53,19 +50,19 @@ fn an_undo_costs_what_depends_on_it() {
     let (root, a, b, below) = (group_id(ROOT, 0), group_id(A, 0), group_id(B, 0), group_id(B, 1));
     let costs = [50, 400].map(|count| {
         let mut scene = Scene::new();
-        let mut events = vec![join(ROOT), join(A), join(B), grouped(ROOT, root, &[], None)];
+        let mut events = vec![join(ROOT), join(A), join(B), By(ROOT).grouped(root, [], None)];
         events.extend([stroke(A, 0), stroke(B, 0)].concat());
-        events.push(grouped(B, b, &[], Some(root)));
-        events.push(grouped(A, a, &[id(A, 0)], Some(root)));
+        events.push(By(B).grouped(b, [], Some(root)));
+        events.push(By(A).grouped(a, [id(A, 0)], Some(root)));
         // This grouping is undone: two later ones depend on it, one of which is refused.
-        events.push(grouped(A, a, &[id(B, 0)], Some(b)));
-        events.push(grouped(B, below, &[id(B, 0)], Some(a)));
+        events.push(By(A).grouped(a, [id(B, 0)], Some(b)));
+        events.push(By(B).grouped(below, [id(B, 0)], Some(a)));
         events.extend(hierarchies(count));
         scene.apply_all(&events, &mut Vec::new());
         assert_eq!(scene.counts().ignored_events, 0);
-        let undone = cost(&mut scene, undo(A));
+        let undone = cost(&mut scene, By(A).undo());
         assert_eq!([a, b, below].map(|group| parent(&scene, group)), [Some(root), Some(root), Some(a)]);
-        let made_again = cost(&mut scene, redo(A));
+        let made_again = cost(&mut scene, By(A).redo());
         assert_eq!([a, b, below].map(|group| parent(&scene, group)), [Some(b), Some(root), Some(a)]);
         [undone, made_again]
     });
@@ -79,18 +76,22 @@ fn an_undo_costs_what_depends_on_it_until_somebody_else_decides() {
     let costs = [0, 400].map(|count| {
         let mut scene = Scene::new();
         let mut events = vec![join(ROOT), join(A), join(B)];
-        events.extend([grouped(ROOT, root, &[], None), grouped(B, b, &[], None), grouped(A, a, &[], None)]);
+        events.extend([
+            By(ROOT).grouped(root, [], None),
+            By(B).grouped(b, [], None),
+            By(A).grouped(a, [], None),
+        ]);
         let below = |n: u32| group_id(B, 1 + n % 20);
-        events.extend((0..20).map(|n| grouped(B, below(n), &[], Some(a))));
+        events.extend((0..20).map(|n| By(B).grouped(below(n), [], Some(a))));
         // The second grouping is undone; the last one stays in effect.
-        events.extend([grouped(A, a, &[], Some(root)), grouped(A, a, &[], Some(b))]);
-        events.push(grouped(B, a, &[], Some(root)));
+        events.extend([By(A).grouped(a, [], Some(root)), By(A).grouped(a, [], Some(b))]);
+        events.push(By(B).grouped(a, [], Some(root)));
         for n in 0..count {
-            events.extend([grouped(B, below(n), &[], None), grouped(B, below(n), &[], Some(a))]);
+            events.extend([By(B).grouped(below(n), [], None), By(B).grouped(below(n), [], Some(a))]);
         }
         scene.apply_all(&events, &mut Vec::new());
         assert_eq!(scene.counts().ignored_events, 0);
-        let costs = [undo(A), redo(A)].map(|event| cost(&mut scene, event));
+        let costs = [By(A).undo(), By(A).redo()].map(|event| cost(&mut scene, event));
         assert_eq!(parent(&scene, a), Some(root));
         costs
     });
@@ -104,17 +105,21 @@ fn a_redo_costs_what_depends_on_it_until_two_groups_hang_as_they_did() {
     let costs = [20, 400].map(|count| {
         let mut scene = Scene::new();
         let mut events = vec![join(ROOT), join(A), join(B)];
-        events.extend([grouped(ROOT, root, &[], None), grouped(B, b, &[], None), grouped(A, a, &[], None)]);
+        events.extend([
+            By(ROOT).grouped(root, [], None),
+            By(B).grouped(b, [], None),
+            By(A).grouped(a, [], None),
+        ]);
         // After its redo, the first grouping makes the second one invalid.
-        events.extend([grouped(A, a, &[], Some(b)), undo(A), grouped(B, b, &[], Some(a))]);
-        events.extend([grouped(B, b, &[], Some(root)), grouped(B, a, &[], Some(b))]);
+        events.extend([By(A).grouped(a, [], Some(b)), By(A).undo(), By(B).grouped(b, [], Some(a))]);
+        events.extend([By(B).grouped(b, [], Some(root)), By(B).grouped(a, [], Some(b))]);
         for n in 0..count {
             let below = group_id(B, 1 + n % 20);
-            events.extend([grouped(B, below, &[], Some(b)), grouped(B, below, &[], None)]);
+            events.extend([By(B).grouped(below, [], Some(b)), By(B).grouped(below, [], None)]);
         }
         scene.apply_all(&events, &mut Vec::new());
         assert_eq!(scene.counts().ignored_events, 0);
-        let costs = [redo(A), undo(A)].map(|event| cost(&mut scene, event));
+        let costs = [By(A).redo(), By(A).undo()].map(|event| cost(&mut scene, event));
         assert_eq!([a, b].map(|group| parent(&scene, group)), [Some(b), Some(root)]);
         costs
     });
@@ -130,14 +135,14 @@ fn an_undo_of_any_arrangement_costs_what_depends_on_it() {
         let name = Some("a name".to_owned());
         vec![
             Event::Group { t: 0.0, author, group, strokes: vec![stroke], parent: None, name },
-            Event::Move { t: 0.0, author, strokes: vec![stroke], by: Vec3::Y },
-            Event::Place { t: 0.0, author, group, to },
+            By(author).moved([stroke], Vec3::Y),
+            By(author).placed(group, to),
             Event::Assign { t: 0.0, author, layer: 1, strokes: vec![stroke] },
         ]
     };
     let costs = [50, 400].map(|count| {
         let mut scene = Scene::new();
-        let mut events = vec![join(A), join(B), grouped(A, a, &[], None)];
+        let mut events = vec![join(A), join(B), By(A).grouped(a, [], None)];
         events.extend(stroke(A, 0));
         events.extend(arrangements(A, a, s));
         // B makes the same edits after A.
@@ -152,11 +157,11 @@ fn an_undo_of_any_arrangement_costs_what_depends_on_it() {
         }
         scene.apply_all(&events, &mut Vec::new());
         assert_eq!(scene.counts().ignored_events, 0);
-        let undone: Vec<u64> = (0..4).map(|_| cost(&mut scene, undo(A))).collect();
-        let made_again: Vec<u64> = (0..4).map(|_| cost(&mut scene, redo(A))).collect();
+        let undone: Vec<u64> = (0..4).map(|_| cost(&mut scene, By(A).undo())).collect();
+        let made_again: Vec<u64> = (0..4).map(|_| cost(&mut scene, By(A).redo())).collect();
         // Undo no longer reaches A's first edits.
         let other = group_id(A, 1);
-        let beyond: Vec<Event> = (0..Scene::UNDO_DEPTH).map(|_| grouped(A, other, &[], None)).collect();
+        let beyond: Vec<Event> = (0..Scene::UNDO_DEPTH).map(|_| By(A).grouped(other, [], None)).collect();
         let forgotten = beyond.into_iter().map(|event| cost(&mut scene, event)).max();
         (undone, made_again, forgotten)
     });
@@ -167,10 +172,10 @@ fn an_undo_of_any_arrangement_costs_what_depends_on_it() {
 fn tangle(authors: u32, rounds: u32) -> Vec<Event> {
     let author = |n: u32| Author(1 + n % authors);
     let mut events: Vec<Event> = (0..authors).map(|n| join(author(n))).collect();
-    events.extend((0..authors).map(|n| grouped(author(n), group_id(author(n), 0), &[], None)));
+    events.extend((0..authors).map(|n| By(author(n)).grouped(group_id(author(n), 0), [], None)));
     for round in 1..=rounds {
         let parent = |n: u32| Some(group_id(author(n + round), 0));
-        events.extend((0..authors).map(|n| grouped(author(n), group_id(author(n), 0), &[], parent(n))));
+        events.extend((0..authors).map(|n| By(author(n)).grouped(group_id(author(n), 0), [], parent(n))));
     }
     events
 }
@@ -179,18 +184,18 @@ fn tangle(authors: u32, rounds: u32) -> Vec<Event> {
 #[test]
 fn moves_of_strokes_in_no_group_leave_parents_to_the_end_of_the_frame() {
     let mover = Author(100);
-    let moved = |n: u32| Event::Move { t: 0.0, author: mover, strokes: vec![id(mover, n)], by: Vec3::X };
+    let moved = |n: u32| By(mover).moved([id(mover, n)], Vec3::X);
     let steps = |moves: u32, before: u32, member: Option<GroupId>| {
         let mut scene = Scene::new();
         scene.apply_all(&tangle(16, 20), &mut Vec::new());
         let mut events = vec![join(mover)];
         events.extend(stroke(mover, 0));
-        events.extend(member.map(|group| grouped(mover, group, &[id(mover, 0)], None)));
+        events.extend(member.map(|group| By(mover).grouped(group, [id(mover, 0)], None)));
         events.extend((0..before).map(|_| moved(0)));
         scene.apply_all(&events, &mut Vec::new());
         let before = scene.work().group_steps;
         let undone =
-            (0..8).flat_map(|n| [undo(Author(1 + n)), moved(0)].into_iter().take(1 + moves as usize));
+            (0..8).flat_map(|n| [By(Author(1 + n)).undo(), moved(0)].into_iter().take(1 + moves as usize));
         scene.apply_all(&undone.collect::<Vec<_>>(), &mut Vec::new());
         scene.work().group_steps - before
     };

@@ -4,9 +4,10 @@ use super::{begin, play, point, straight};
 use glam::{Quat, Vec3};
 use osp::polygon::{Change, PolygonId};
 use osp_session::{
-    recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform},
+    recording::{Event, GroupId, NormalRule, StrokeId, Tool, Transform},
     scene::Scene,
 };
+use osp_testkit::events::SOLE;
 use osp_testkit::{Editor, events::polygon};
 
 const HALF_TURN_ABOUT_Y: Quat = Quat::from_xyzw(0.0, 1.0, 0.0, 0.0);
@@ -14,31 +15,16 @@ const QUARTER_TURN_ABOUT_Z: Quat =
     Quat::from_xyzw(0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2);
 
 fn place(group: u32, p: Vec3, q: Quat, s: f32) -> Event {
-    Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(group), to: Transform { p, q, s } }
+    SOLE.placed(GroupId(group), Transform { p, q, s })
 }
 
 fn group(group: u32, strokes: &[u32], parent: Option<u32>) -> Event {
-    let strokes = strokes.iter().map(|&s| StrokeId(s)).collect();
-    Event::Group {
-        author: Author::SOLE,
-        t: 0.0,
-        group: GroupId(group),
-        strokes,
-        parent: parent.map(GroupId),
-        name: None,
-    }
+    let strokes: Vec<_> = strokes.iter().map(|&s| StrokeId(s)).collect();
+    SOLE.grouped(GroupId(group), strokes, parent.map(GroupId))
 }
 
 fn moved(stroke: u32, by: Vec3) -> Event {
-    Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(stroke)], by }
-}
-
-fn undo() -> Event {
-    Event::Undo { author: Author::SOLE, t: 0.0 }
-}
-
-fn redo() -> Event {
-    Event::Redo { author: Author::SOLE, t: 0.0 }
+    SOLE.moved([StrokeId(stroke)], by)
 }
 
 fn center(scene: &Scene) -> Vec3 {
@@ -164,12 +150,7 @@ fn a_group_without_extent_cannot_be_moved_in() {
     play(&mut scene, &[place(1, Vec3::Y, Quat::IDENTITY, 1.0e-30), moved(1, Vec3::X * 1.0e15)]);
     assert_eq!(scene.counts().ignored_events, ignored + 2);
     // The other strokes of the move are moved all the same.
-    let both = Event::Move {
-        author: Author::SOLE,
-        t: 0.0,
-        strokes: vec![StrokeId(1), StrokeId(2)],
-        by: Vec3::X * 1.0e15,
-    };
+    let both = SOLE.moved([StrokeId(1), StrokeId(2)], Vec3::X * 1.0e15);
     let changes = play(&mut scene, &[both]);
     assert_eq!(changes, [Change::Update(PolygonId(1))]);
     play(&mut scene, &[place(1, Vec3::ZERO, Quat::IDENTITY, 1.0)]);
@@ -199,7 +180,7 @@ fn a_chain_of_groups_is_64_long_at_most_wherever_it_grows() {
     // With a chain that is shorter by one the grouping is possible; the undo makes the chain long again.
     play(&mut scene, &[group(332, &[], None), group(300, &[], Some(231))]);
     assert_eq!(scene.counts().ignored_events, 3);
-    play(&mut scene, &[undo(), undo(), group(300, &[], Some(231))]);
+    play(&mut scene, &[SOLE.undo(), SOLE.undo(), group(300, &[], Some(231))]);
     assert_eq!(scene.counts().ignored_events, 4);
     // A second, shorter child does not hide the longer one.
     play(&mut scene, &[group(400, &[], Some(300)), group(400, &[], None), group(300, &[], Some(231))]);
@@ -215,9 +196,9 @@ fn undo_and_redo_of_a_move_in_a_turned_group_give_the_same_bits() {
     let after = bits(&scene);
     assert_ne!(before, after);
     for _ in 0..3 {
-        let changes = play(&mut scene, &[undo()]);
+        let changes = play(&mut scene, &[SOLE.undo()]);
         assert_eq!((bits(&scene), changes), (before.clone(), vec![Change::Update(PolygonId(0))]));
-        let changes = play(&mut scene, &[redo()]);
+        let changes = play(&mut scene, &[SOLE.redo()]);
         assert_eq!((bits(&scene), changes), (after.clone(), vec![Change::Update(PolygonId(0))]));
     }
 }
@@ -248,7 +229,8 @@ fn every_way_back_and_forth_leads_through_the_same_bits() {
             let steps = editor.below(20) as usize;
             let back = editor.below(2) == 0;
             for _ in 0..steps {
-                let (next, event) = if back { (at.wrapping_sub(1), undo()) } else { (at + 1, redo()) };
+                let (next, event) =
+                    if back { (at.wrapping_sub(1), SOLE.undo()) } else { (at + 1, SOLE.redo()) };
                 if next >= states.len() {
                     break;
                 }

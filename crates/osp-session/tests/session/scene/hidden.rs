@@ -3,9 +3,10 @@
 use super::{begin, end, follow, play, point, straight, turned};
 use glam::Vec3;
 use osp_session::{
-    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Event, NormalRule, Paint, StrokeId, Tool},
     scene::Scene,
 };
+use osp_testkit::events::SOLE;
 
 fn hidden(stroke: u32) -> Event {
     let mut event = begin(stroke, Tool::Ribbon, NormalRule::LocalX);
@@ -32,14 +33,14 @@ fn a_hidden_stroke_is_counted_and_never_seen() {
     assert_eq!((counts.strokes, counts.points, counts.polygons, counts.visible), (2, 7, 5, 2));
     // For all edits, the stroke stays in the scene, invisible.
     for event in [
-        Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(2)], by: Vec3::Y },
-        Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(2) },
-        Event::Undo { author: Author::SOLE, t: 0.0 },
-        Event::Undo { author: Author::SOLE, t: 0.0 },
-        Event::Undo { author: Author::SOLE, t: 0.0 },
-        Event::Redo { author: Author::SOLE, t: 0.0 },
-        Event::Redo { author: Author::SOLE, t: 0.0 },
-        Event::Redo { author: Author::SOLE, t: 0.0 },
+        SOLE.moved([StrokeId(2)], Vec3::Y),
+        SOLE.erase(StrokeId(2)),
+        SOLE.undo(),
+        SOLE.undo(),
+        SOLE.undo(),
+        SOLE.redo(),
+        SOLE.redo(),
+        SOLE.redo(),
     ] {
         assert_eq!(play(&mut scene, &[event]), []);
         assert_eq!(scene.visible_ids().count(), 2);

@@ -7,27 +7,14 @@ use osp_session::{
     recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool},
     scene::Scene,
 };
-use osp_testkit::events::polygon;
-
-fn undo() -> Event {
-    Event::Undo { author: Author::SOLE, t: 0.0 }
-}
-
-fn redo() -> Event {
-    Event::Redo { author: Author::SOLE, t: 0.0 }
-}
+use osp_testkit::events::{SOLE, polygon};
 
 fn erase(stroke: u32) -> Event {
-    Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(stroke) }
+    SOLE.erase(StrokeId(stroke))
 }
 
 fn moved(strokes: &[u32]) -> Event {
-    Event::Move {
-        author: Author::SOLE,
-        t: 0.0,
-        strokes: strokes.iter().map(|&s| StrokeId(s)).collect(),
-        by: Vec3::Y,
-    }
+    SOLE.moved(strokes.iter().map(|&s| StrokeId(s)).collect::<Vec<_>>(), Vec3::Y)
 }
 
 fn ignored(scene: &Scene) -> u64 {
@@ -45,13 +32,13 @@ fn undo_reaches_a_thousand_edits_back_and_redo_forth_again() {
     }
     assert_eq!(height(&scene), 1000.0);
     for _ in 0..Scene::UNDO_DEPTH {
-        play(&mut scene, &[undo()]);
+        play(&mut scene, &[SOLE.undo()]);
     }
     assert_eq!((height(&scene), ignored(&scene), scene.can_undo()), (0.0, 0, false));
-    play(&mut scene, &[undo()]);
+    play(&mut scene, &[SOLE.undo()]);
     assert_eq!((ignored(&scene), scene.is_visible(PolygonId(0))), (1, true));
     for _ in 0..Scene::UNDO_DEPTH {
-        play(&mut scene, &[redo()]);
+        play(&mut scene, &[SOLE.redo()]);
     }
     assert_eq!((height(&scene), ignored(&scene), scene.can_redo()), (1000.0, 1, false));
 }
@@ -69,12 +56,12 @@ fn what_was_erased_before_that_is_gone_and_its_number_stays_used() {
     // Both erasures can still be undone.
     let mut whole = scene.clone();
     assert_eq!(whole.counts().erased_strokes, 2);
-    (0..Scene::UNDO_DEPTH).for_each(|_| drop(play(&mut whole, &[undo()])));
+    (0..Scene::UNDO_DEPTH).for_each(|_| drop(play(&mut whole, &[SOLE.undo()])));
     assert_eq!((whole.counts().visible, whole.counts().erased_strokes, ignored(&whole)), (4, 0, 0));
     // After one more edit the older erasure cannot; no change reports the freed polygons.
     assert_eq!(play(&mut scene, &[moved(&[2])]).len(), 2);
     let mut less = scene.clone();
-    (0..Scene::UNDO_DEPTH).for_each(|_| drop(play(&mut less, &[undo()])));
+    (0..Scene::UNDO_DEPTH).for_each(|_| drop(play(&mut less, &[SOLE.undo()])));
     assert_eq!((less.counts().visible, ignored(&less)), (2, 0));
     assert!(less.stroke(StrokeId(1)).is_none() && less.stroke(StrokeId(3)).is_some());
     // And the last.
@@ -99,17 +86,7 @@ fn what_was_erased_before_that_is_gone_and_its_number_stays_used() {
     assert_eq!(scene.strokes().iter().count(), 1);
     // Groups accept only existing strokes, and numbers are not reused.
     let all = [1, 2, 3].map(StrokeId).to_vec();
-    play(
-        &mut scene,
-        &[Event::Group {
-            author: Author::SOLE,
-            t: 0.0,
-            group: GroupId(1),
-            strokes: all,
-            parent: None,
-            name: None,
-        }],
-    );
+    play(&mut scene, &[SOLE.grouped(GroupId(1), all, None)]);
     let changes = play(&mut scene, &straight(4, 2, NormalRule::LocalX));
     assert_eq!(changes, [Change::Insert(PolygonId(4))]);
 }
@@ -118,7 +95,7 @@ fn what_was_erased_before_that_is_gone_and_its_number_stays_used() {
 fn what_was_taken_back_and_drawn_over_is_gone() {
     let mut scene = Scene::new();
     play(&mut scene, &straight(1, 3, NormalRule::LocalX));
-    play(&mut scene, &[undo()]);
+    play(&mut scene, &[SOLE.undo()]);
     let changes = play(&mut scene, &straight(2, 3, NormalRule::LocalX));
     assert_eq!(changes, [2, 3].map(|id| Change::Insert(PolygonId(id))));
     assert!(scene.stroke(StrokeId(1)).is_none() && scene.is_used(StrokeId(1)));
@@ -132,10 +109,10 @@ fn what_was_taken_back_and_drawn_over_is_gone() {
     assert_eq!(scene.polygon(PolygonId(1)).area_m2(), 0.0);
     assert!(!scene.stroke_of(PolygonId(1)).is_visible());
     // The stroke was undone together with its erasure, so the erasure is no longer needed either.
-    play(&mut scene, &[erase(2), undo(), undo()]);
+    play(&mut scene, &[erase(2), SOLE.undo(), SOLE.undo()]);
     play(&mut scene, &straight(3, 3, NormalRule::LocalX));
     assert!(scene.stroke(StrokeId(2)).is_none());
-    play(&mut scene, &[undo(), undo(), redo(), redo()]);
+    play(&mut scene, &[SOLE.undo(), SOLE.undo(), SOLE.redo(), SOLE.redo()]);
     assert_eq!(scene.visible_ids().collect::<Vec<_>>(), [PolygonId(4), PolygonId(5)]);
     assert_eq!(ignored(&scene), 2);
 }
@@ -180,21 +157,21 @@ fn edits_of_many_strokes_are_remembered_less_long() {
     scene.apply_all(&moves, &mut Vec::new());
     let mut reached = 0;
     while scene.can_undo() {
-        scene.apply_all(&[undo()], &mut Vec::new());
+        scene.apply_all(&[SOLE.undo()], &mut Vec::new());
         reached += 1;
     }
     assert_eq!(reached, (1 << 20) / STROKES);
     assert_eq!(scene.bounds(PolygonId(0)).min.y, 300.0 - reached as f32);
     // Undone edits that are lost no longer count.
     for _ in 0..300 {
-        scene.apply_all(&[moved(&all), undo()], &mut Vec::new());
+        scene.apply_all(&[moved(&all), SOLE.undo()], &mut Vec::new());
     }
     for _ in 0..200 {
         scene.apply_all(&[moved(&all)], &mut Vec::new());
     }
     reached = 0;
     while scene.can_undo() {
-        scene.apply_all(&[undo()], &mut Vec::new());
+        scene.apply_all(&[SOLE.undo()], &mut Vec::new());
         reached += 1;
     }
     assert_eq!(reached, 200);

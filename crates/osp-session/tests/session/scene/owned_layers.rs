@@ -5,9 +5,10 @@ use osp_session::{
     recording::{Author, Event, StrokeId, Transform},
     scene::Scene,
 };
+use osp_testkit::events::By;
 use proptest::prelude::*;
 
-use super::authors::{group_id, id, join, redo, stroke, undo};
+use super::authors::{group_id, id, join, stroke};
 
 const A: Author = Author(1);
 const B: Author = Author(2);
@@ -37,16 +38,16 @@ fn on_layer(author: Author, n: u32, layer: u32) -> Vec<Event> {
 }
 
 fn moved(author: Author, strokes: &[StrokeId]) -> Event {
-    Event::Move { t: 0.0, author, strokes: strokes.to_vec(), by: Vec3::X }
+    By(author).moved(strokes, Vec3::X)
 }
 
 fn place(author: Author, group: osp_session::recording::GroupId) -> Event {
-    Event::Place { t: 0.0, author, group, to: Transform { p: Vec3::Y, q: Quat::IDENTITY, s: 1.0 } }
+    By(author).placed(group, Transform { p: Vec3::Y, q: Quat::IDENTITY, s: 1.0 })
 }
 
 fn group(author: Author, n: u32, strokes: &[StrokeId], parent: Option<u32>) -> Event {
     let parent = parent.map(|n| group_id(author, n));
-    Event::Group { t: 0.0, author, group: group_id(author, n), strokes: strokes.to_vec(), parent, name: None }
+    By(author).grouped(group_id(author, n), strokes, parent)
 }
 
 /// Both authors are present, the second layer is A's, and each author has a stroke on it.
@@ -75,8 +76,8 @@ fn what_its_owner_has_closed_nobody_else_draws_on_or_changes() {
     let assign = |author, layer, stroke| Event::Assign { t: 0.0, author, layer, strokes: vec![stroke] };
     apply(&mut scene, &stroke(B, 2));
     let refused = [
-        Event::Erase { t: 0.0, author: B, stroke: id(A, 0) },
-        Event::Erase { t: 0.0, author: B, stroke: id(B, 0) },
+        By(B).erase(id(A, 0)),
+        By(B).erase(id(B, 0)),
         moved(B, &[id(A, 0)]),
         assign(B, 0, id(A, 0)),
         assign(B, 1, id(B, 2)),
@@ -101,10 +102,10 @@ fn what_its_owner_has_closed_nobody_else_draws_on_or_changes() {
     assert_eq!(ignored(&mut scene, &[moved(A, &[id(A, 0), id(B, 0)]), place(A, group_id(B, 9))]), 0);
     assert_eq!(x_of(&scene, id(B, 0)), 1.0);
     let visible = |scene: &Scene, stroke| scene.stroke(stroke).expect("a stroke").is_visible();
-    let undos: Vec<Event> = std::iter::repeat_n(undo(B), 6).collect();
+    let undos: Vec<Event> = std::iter::repeat_n(By(B).undo(), 6).collect();
     apply(&mut scene, &undos);
     assert!(!visible(&scene, id(B, 0)) && visible(&scene, id(A, 0)));
-    assert_eq!(ignored(&mut scene, &[redo(B)]), 0);
+    assert_eq!(ignored(&mut scene, &[By(B).redo()]), 0);
     assert!(visible(&scene, id(B, 0)));
     // The layer is open again.
     assert_eq!(ignored(&mut scene, &[layer(A, 1, Some(false))]), 0);
@@ -154,7 +155,7 @@ proptest! {
                     next += 1;
                     on_layer(author, next - 1, pick % 4)
                 }
-                1 => vec![Event::Erase { t: 0.0, author, stroke: any }],
+                1 => vec![By(author).erase(any)],
                 2 => vec![moved(author, &[any, id(author, 0)])],
                 3 => vec![Event::Assign { t: 0.0, author, layer: pick / 36 % 4, strokes: vec![any] }],
                 4 => vec![layer(author, pick % 4, [None, Some(true), Some(false)][pick as usize / 4 % 3])],

@@ -7,20 +7,18 @@ use osp_session::{
     recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
     scene::Scene,
 };
-
-const UNDO: Event = Event::Undo { author: Author::SOLE, t: 0.0 };
-const REDO: Event = Event::Redo { author: Author::SOLE, t: 0.0 };
+use osp_testkit::events::SOLE;
 
 fn step(edits: u32) -> Event {
     Event::Step { author: Author::SOLE, t: 0.0, edits }
 }
 
 fn erase(stroke: u32) -> Event {
-    Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(stroke) }
+    SOLE.erase(StrokeId(stroke))
 }
 
 fn moved(stroke: u32) -> Event {
-    Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(stroke)], by: Vec3::Y }
+    SOLE.moved([StrokeId(stroke)], Vec3::Y)
 }
 
 fn visible(scene: &Scene) -> Vec<u32> {
@@ -41,12 +39,12 @@ fn more_edits_than_undo_reaches_are_taken_back_as_one_step_and_made_again() {
     assert!(!scene.is_step_open());
     let (old, new): (Vec<u32>, Vec<u32>) = ((0..count).collect(), (count..2 * count).collect());
     assert_eq!(visible(&scene), new);
-    play(&mut scene, &[UNDO]);
+    play(&mut scene, &[SOLE.undo()]);
     assert_eq!(visible(&scene), old);
-    play(&mut scene, &[REDO]);
+    play(&mut scene, &[SOLE.redo()]);
     assert_eq!(visible(&scene), new);
     // A new edit after an undo makes the copies unreachable, the old strokes not.
-    play(&mut scene, &[UNDO, moved(0)]);
+    play(&mut scene, &[SOLE.undo(), moved(0)]);
     scene.free_unreachable();
     scene.free_unreachable();
     assert_eq!(visible(&scene), old);
@@ -61,37 +59,37 @@ fn a_step_ends_with_its_edits_with_an_undo_and_with_the_next_step() {
     let height = |scene: &Scene| scene.stroke(StrokeId(1)).expect("a stroke").offset().y;
     // Two of three moves form the step.
     play(&mut scene, &[step(2), moved(1), moved(1), moved(1)]);
-    play(&mut scene, &[UNDO]);
+    play(&mut scene, &[SOLE.undo()]);
     assert_eq!(height(&scene), 2.0);
-    play(&mut scene, &[UNDO]);
+    play(&mut scene, &[SOLE.undo()]);
     assert_eq!(height(&scene), 0.0);
-    play(&mut scene, &[REDO]);
+    play(&mut scene, &[SOLE.redo()]);
     assert_eq!(height(&scene), 2.0);
     // The step is undone while it is open, so later edits are no part of it.
-    play(&mut scene, &[step(5), moved(1), moved(1), UNDO]);
+    play(&mut scene, &[step(5), moved(1), moved(1), SOLE.undo()]);
     assert_eq!(height(&scene), 2.0);
-    play(&mut scene, &[moved(1), UNDO]);
+    play(&mut scene, &[moved(1), SOLE.undo()]);
     assert_eq!(height(&scene), 2.0);
     // A step is ended by another step, and by an empty one.
-    play(&mut scene, &[step(5), moved(1), step(2), moved(1), moved(1), UNDO]);
+    play(&mut scene, &[step(5), moved(1), step(2), moved(1), moved(1), SOLE.undo()]);
     assert_eq!(height(&scene), 3.0);
-    play(&mut scene, &[step(5), moved(1), step(0), moved(1), UNDO]);
+    play(&mut scene, &[step(5), moved(1), step(0), moved(1), SOLE.undo()]);
     assert_eq!((height(&scene), scene.is_step_open()), (4.0, false));
     assert_eq!(scene.counts().ignored_events, 0);
 }
 
 #[test]
 fn an_undo_or_redo_of_nothing_ends_no_step() {
-    for nothing in [UNDO, REDO] {
+    for nothing in [SOLE.undo(), SOLE.redo()] {
         let mut scene = Scene::new();
         play(&mut scene, &[step(2), nothing]);
         assert_eq!((scene.counts().ignored_events, scene.is_step_open()), (1, true));
         play(&mut scene, &straight(1, 2, NormalRule::LocalX));
         play(&mut scene, &straight(2, 2, NormalRule::LocalX));
         assert!(!scene.is_step_open());
-        play(&mut scene, &[UNDO]);
+        play(&mut scene, &[SOLE.undo()]);
         assert_eq!(visible(&scene), [0u32; 0], "both strokes are the step");
-        play(&mut scene, &[REDO]);
+        play(&mut scene, &[SOLE.redo()]);
         assert_eq!(visible(&scene), [1, 2]);
     }
 }
@@ -118,9 +116,9 @@ fn a_layer_hides_its_strokes_those_that_come_and_those_that_are_brought() {
     play(&mut scene, &[assign(2, &[2, 3, 3])]);
     let changes: Vec<Change> = play(&mut scene, &[layer(2, Some(true))]);
     assert_eq!((visible(&scene), changes.len()), (vec![1], 4));
-    play(&mut scene, &[UNDO]);
+    play(&mut scene, &[SOLE.undo()]);
     assert_eq!(visible(&scene), [1, 2, 3], "back on the layer that is not hidden");
-    play(&mut scene, &[REDO]);
+    play(&mut scene, &[SOLE.redo()]);
     assert_eq!(visible(&scene), [1]);
     // One stroke begins on the hidden layer, and another one is hidden by its own event.
     let mut drawn = straight(4, 3, NormalRule::LocalX);

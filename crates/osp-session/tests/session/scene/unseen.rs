@@ -11,10 +11,11 @@ use osp::{
 };
 use osp_rivals::IndexKind;
 use osp_session::{
-    recording::{Author, Event, GroupId, NormalRule, StrokeId, Transform},
+    recording::{Event, GroupId, NormalRule, StrokeId, Transform},
     scene::Scene,
 };
 use osp_testkit::Editor;
+use osp_testkit::events::SOLE;
 
 /// Polygons that are copied when they are inserted and when an update reports them, as in GPU memory.
 #[derive(Default)]
@@ -40,32 +41,26 @@ impl Held {
     }
 }
 
-fn undo() -> Event {
-    Event::Undo { author: Author::SOLE, t: 0.0 }
-}
-
 #[test]
 fn a_stroke_that_was_moved_while_it_was_away_is_told_of_when_it_comes_back() {
-    let erase = Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(1) };
-    let moved = Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(1)], by: Vec3::X };
-    let group = Event::Group {
-        author: Author::SOLE,
-        t: 0.0,
-        group: GroupId(1),
-        strokes: vec![StrokeId(1)],
-        parent: None,
-        name: None,
-    };
+    let erase = SOLE.erase(StrokeId(1));
+    let moved = SOLE.moved([StrokeId(1)], Vec3::X);
+    let group = SOLE.grouped(GroupId(1), [StrokeId(1)], None);
     let to = Transform { p: Vec3::Y, q: Quat::IDENTITY, s: 2.0 };
-    let place = Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(1), to };
-    let redo = Event::Redo { author: Author::SOLE, t: 0.0 };
+    let place = SOLE.placed(GroupId(1), to);
+    let redo = SOLE.redo();
     // Frames of events; the last one makes the stroke visible at a position where it was never seen.
     let sessions: [&[&[Event]]; 4] = [
         // The stroke is moved before it is erased, in the same frame; the undo reverts only the erasure.
-        &[&[moved.clone(), erase.clone()], &[undo()]],
-        &[from_ref(&moved), from_ref(&erase), &[undo(), undo(), undo()], &[redo.clone(), redo.clone()]],
-        &[from_ref(&group), &[place, erase.clone()], &[undo()]],
-        &[from_ref(&moved), &[moved.clone(), erase.clone()], &[undo(), undo(), undo()]],
+        &[&[moved.clone(), erase.clone()], &[SOLE.undo()]],
+        &[
+            from_ref(&moved),
+            from_ref(&erase),
+            &[SOLE.undo(), SOLE.undo(), SOLE.undo()],
+            &[redo.clone(), redo.clone()],
+        ],
+        &[from_ref(&group), &[place, erase.clone()], &[SOLE.undo()]],
+        &[from_ref(&moved), &[moved.clone(), erase.clone()], &[SOLE.undo(), SOLE.undo(), SOLE.undo()]],
     ];
     for (number, frames) in sessions.iter().enumerate() {
         let (mut scene, mut held) = (Scene::new(), Held::default());

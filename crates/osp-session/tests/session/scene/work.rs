@@ -1,16 +1,17 @@
 //! The cost of events, in counts, and lists of events that are split at a cost limit.
 
 use osp_session::{
-    recording::{Author, Event, NormalRule, StrokeId},
+    recording::{Event, NormalRule, StrokeId},
     replay::fingerprint_of_frame,
     scene::Scene,
 };
+use osp_testkit::events::SOLE;
 
 use super::{play, straight};
 use osp_testkit::Editor;
 
 fn erase(stroke: u32) -> Event {
-    Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(stroke) }
+    SOLE.erase(StrokeId(stroke))
 }
 
 #[test]
@@ -54,5 +55,5 @@ fn one_event_is_taken_whatever_it_costs_and_polygons_count() {
     assert_eq!(scene.apply_within(&[], 102, &mut changes), 0);
     assert_eq!((changes.len(), scene.counts().visible), (300, 0));
     // An event without cost and a budget of zero: the event is applied, or a caller would wait forever.
-    assert_eq!(scene.apply_within(&[Event::Redo { t: 0.0, author: Author::SOLE }], 0, &mut changes), 1);
+    assert_eq!(scene.apply_within(&[SOLE.redo()], 0, &mut changes), 1);
 }
