@@ -339,12 +339,12 @@ fn place_of(in: Painted) -> Place {
     let is_front = in.kinds.z == 1u;
     let normal = select(-outwards, outwards, is_front);
     let texture = texture_of(material, material.kinds.z, in.texture.xy + texture_shift(material), gradients);
+    let is_rim = is_outline(in, dot(normal, to_eye)) && material.kinds.y == TOON;
     if material.kinds.y == DISCO {
         let across = cross(dx, dy);
         let facet = across * (inverseSqrt(max(dot(across, across), 1.0e-30)) * select(-1.0, 1.0, dot(across, normal) >= 0.0));
         return Place(disco_normal(facet, normal, gradients, dx, dy), to_eye, is_front, texture, gradients, facet, false);
     }
-    let is_rim = material.kinds.y == TOON && is_outline(in, dot(normal, to_eye));
     return Place(relief(material, in, normal, gradients, dx, dy), to_eye, is_front, texture, gradients, normal, is_rim);
 }
 
