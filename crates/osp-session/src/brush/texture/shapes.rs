@@ -109,22 +109,22 @@ fn tuft(u: f32, v: f32, hairs: i32, (from, to): (f32, f32), seed: u32) -> f32 {
     (mix(from, to, 0.5 * near + 0.5 * own) - point - u) * 4.0
 }
 
-/// Four strokes, round at the start: the first is solid nearly to its end, the others end in tufts of hairs.
+/// Four strokes, round at the start: the last is solid nearly to its end, the others end in tufts of hairs.
 pub(super) fn ink(u: f32, v: f32) -> f32 {
     const WIDTHS: [(f32, f32); 6] =
         [(0.0, 0.1), (0.04, 0.55), (0.12, 0.82), (0.3, 0.87), (0.6, 0.82), (1.0, 0.7)];
-    let ends = if row(v).0 == 0 { (0.8, 1.08) } else { (0.48, 1.12) };
+    let ends = if row(v).0 == 3 { (0.8, 1.08) } else { (0.48, 1.12) };
     solid(band(u, v, &WIDTHS, 0.06, 1).min(tuft(u, v, 12, ends, 1)), 0.5)
 }
 
-/// Four strokes with ragged rims: the first has pointed ends, the others begin square; the last has long scratches.
+/// Four strokes with ragged rims: the last has pointed ends, the others begin square; the first has long scratches.
 pub(super) fn oil_paint(u: f32, v: f32) -> f32 {
     const POINTED: [(f32, f32); 5] = [(0.0, 0.0), (0.12, 0.6), (0.3, 0.8), (0.7, 0.8), (1.0, 0.2)];
     const SQUARE: [(f32, f32); 4] = [(0.0, 0.6), (0.05, 0.76), (0.6, 0.8), (1.0, 0.7)];
     let number = row(v).0;
-    let widths: &[(f32, f32)] = if number == 0 { &POINTED } else { &SQUARE };
+    let widths: &[(f32, f32)] = if number == 3 { &POINTED } else { &SQUARE };
     let rim = 0.1 * (noise(u, v, (48, 24), 71) - 0.5);
-    let scratches = if number == 3 { (octaves(u, v, (4, 64), 2, 72) - 0.33) * 2.0 } else { 1.0 };
+    let scratches = if number == 0 { (octaves(u, v, (4, 64), 2, 72) - 0.3) * 2.0 } else { 1.0 };
     let start = u - 0.06 * random((v * 56.0) as i32, 2, 2);
     let inside = band(u, v, widths, 0.08, 2) + rim;
     solid(inside.min(tuft(u, v, 14, (0.64, 1.09), 2)).min(start * 4.0).min(scratches), 0.5)
