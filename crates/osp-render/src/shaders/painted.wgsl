@@ -324,9 +324,9 @@ const OUTLINE: f32 = 0.0025;
 fn is_outline(in: Painted, straight: f32) -> bool {
     let clip = view.clip_from_eye * vec4(in.from_eye.xyz, 1.0);
     let pixels = OUTLINE * 2.0 / abs(dpdy(clip.y / clip.w));
-    // On a tube, `straight` grows with the root of the distance from the rim.
+    // On the flat sides of a tube, `straight` grows with the distance from the rim.
     let change = length(vec2(dpdx(straight), dpdy(straight)));
-    return abs(straight) < min(2.0 * pixels * change, 0.35);
+    return abs(straight) < min(pixels * change, 0.35);
 }
 
 fn place_of(in: Painted) -> Place {
