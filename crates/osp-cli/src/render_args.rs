@@ -28,7 +28,7 @@ const PAINTERS: [&str; 2] = ["bsp", "centre"];
 const ORDERS: [&str; 6] = ["none", "front-to-back", "back-to-front", "material", "z-prepass", "all"];
 
 /// Moment at which brushes that move by themselves are drawn by default, seconds.
-pub(super) const MOMENT_S: f32 = 5.6;
+pub(super) const MOMENT_S: f32 = 11.5;
 
 /// Draw frames of a session to PNG files, without a window.
 ///

@@ -87,9 +87,13 @@ fn ink(u: f32, v: f32) -> [f32; 2] {
 fn oil_paint(u: f32, v: f32) -> [f32; 2] {
     let row = (v.clamp(0.0, 0.9999) * 4.0).fract();
     let rim = step(0.12, 0.04, row) * -0.12 + step(0.88, 0.96, row) * 0.1;
+    // The edge of the paint stands out.
+    let half = 1.0 / 256.0;
+    let alpha = |v: f32| Picture::OilPaint.texel(u, v)[3];
+    let edge = 0.35 * (alpha(v - half) - alpha(v + half));
     let places = step(0.45, 0.6, noise(u, v, (9, 24), 47));
     let many = (0.3 + 0.7 * (step(0.25, 0.1, row) + step(0.75, 0.9, row)).max(step(0.55, 0.8, u))).min(1.0);
-    [0.0, rim + 0.6 * furrows(u, v, (12, 96), 42) * places * many]
+    [0.0, rim + edge + 0.6 * furrows(u, v, (12, 96), 42) * places * many]
 }
 
 /// Fine furrows along the stroke.

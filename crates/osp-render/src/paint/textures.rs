@@ -4,11 +4,7 @@ use wgpu::util::DeviceExt as _;
 
 use super::relief;
 use crate::Gpu;
-use osp_session::brush::texture::{
-    SIDE,
-    coverage::{coverage, coverage_factor},
-    picture::Picture,
-};
+use osp_session::brush::texture::{SIDE, picture::Picture};
 
 /// Number of levels of each texture, down to a single texel.
 const LEVELS: u32 = SIDE.ilog2() + 1;
@@ -46,32 +42,23 @@ pub(super) fn upload(gpu: &Gpu) -> wgpu::TextureView {
 fn make() -> Vec<u8> {
     let mut bytes = Vec::new();
     for picture in Picture::ALL {
-        push(&mut bytes, picture.keeps_coverage(), |u, v| picture.texel(u, v));
+        push(&mut bytes, |u, v| picture.texel(u, v));
     }
     for picture in Picture::WITH_RELIEF {
-        push(&mut bytes, false, |u, v| relief::texel(picture, u, v, SIDE));
+        push(&mut bytes, |u, v| relief::texel(picture, u, v, SIDE));
     }
     bytes
 }
 
-/// Appends a texture and its levels, each of half the size. If `keeps_coverage`, the solid share is the same on all levels.
-fn push(bytes: &mut Vec<u8>, keeps_coverage: bool, texel: impl Fn(f32, f32) -> [f32; 4]) {
+/// Appends a texture and its levels, each of half the size.
+fn push(bytes: &mut Vec<u8>, texel: impl Fn(f32, f32) -> [f32; 4]) {
     let place = |i: usize| (i as f32 + 0.5) / SIDE as f32;
     let mut level: Vec<[f32; 4]> = (0..SIDE * SIDE)
         .map(|i| texel(place(i % SIDE), place(i / SIDE)).map(|c| c.clamp(0.0, 1.0)))
         .collect();
     let mut side = SIDE;
-    let (mut wanted, mut factor) = (None, 1.0);
     loop {
-        if keeps_coverage {
-            let alpha: Vec<f32> = level.iter().map(|texel| texel[3]).collect();
-            match wanted {
-                None => wanted = Some(coverage(&alpha, side, 1.0)),
-                Some(wanted) => factor = coverage_factor(&alpha, side, wanted),
-            }
-        }
-        let kept = |[r, g, b, a]: &[f32; 4]| [*r, *g, *b, (a * factor).min(1.0)];
-        bytes.extend(level.iter().flat_map(kept).map(|c| (c * 255.0).round() as u8));
+        bytes.extend(level.as_flattened().iter().map(|c| (c * 255.0).round() as u8));
         if side == 1 {
             return;
         }

@@ -140,8 +140,7 @@ fn glow_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
     switch material.kinds.y {
         case TOON: {
             // Tilt Brush draws a black outline around the stroke. Here the stroke's rim is black instead.
-            let is_rim = dot(place.normal, place.to_eye) < 0.35;
-            return select(vec3(0.2 * place.normal.y), -in.color.rgb, is_rim);
+            return select(vec3(0.2 * place.normal.y), -in.color.rgb, place.is_rim);
         }
         case DISCO: {
             // Horizontal facets are very bright.
@@ -255,9 +254,9 @@ fn comet(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let u = in.texture.x;
     let v = in.texture.y;
     let layer = material.kinds.z;
-    let a = texture_of(material, layer, vec2(u - t, v - t), place.gradients).r;
-    let b = texture_of(material, layer, vec2(u - 1.5 * t, v), place.gradients).g;
-    let c = texture_of(material, layer, vec2(u - 0.5 * t, v), place.gradients).b;
+    let a = textureSampleGrad(textures, repeating, vec2(u - t, v - t), layer, place.gradients.x, place.gradients.y).r;
+    let b = textureSampleGrad(textures, repeating, vec2(u - 1.5 * t, v), layer, place.gradients.x, place.gradients.y).g;
+    let c = textureSampleGrad(textures, repeating, vec2(u - 0.5 * t, v), layer, place.gradients.x, place.gradients.y).b;
     let hot = (1.0 - u) * (a + b + c) / 3.0;
     let head = max(1.0 - 5.0 * u, 0.0);
     return in.color.rgb * smoothstep(0.3, 1.1, 3.0 * (hot * hot + 0.125) + head);
@@ -345,7 +344,7 @@ fn emitted(material: Material, in: Painted, place: Place) -> vec3<f32> {
             return c + c * (0.4 * own * texel.a) * 300.0;
         }
         case FIRE: {
-            let flicker = texture_of(material, material.kinds.z, in.texture.xy - vec2(t, 0.0), place.gradients).a;
+            let flicker = textureSampleGrad(textures, repeating, in.texture.xy - vec2(t, 0.0), material.kinds.z, place.gradients.x, place.gradients.y).a;
             let moved = texture_of(material, material.kinds.z, in.texture.xy - 0.1 * flicker, place.gradients);
             // The darkest wisps of the flames are cut off.
             let wisps = vec4(select(vec3(0.0), moved.rgb, moved.rgb >= vec3(0.01)), moved.a);

@@ -297,6 +297,8 @@ struct Place {
     gradients: Gradients,
     // For a disco ball, the triangle's normal on the visible side; otherwise the same as `normal`.
     facet: vec3<f32>,
+    // For a toon, whether the place is on the outline.
+    is_rim: bool,
 }
 
 // Converts a tangent-space normal to world space: `x` is along the texture, `y` across it, `z` out of the surface.
@@ -314,6 +316,19 @@ fn in_world(of_plane: vec3<f32>, normal: vec3<f32>, gradients: Gradients, dx: ve
     return normalize((tangent * of_plane.x + bitangent * of_plane.y) * scale + normal * max(of_plane.z, 0.05));
 }
 
+// Widest outline of a toon, as a part of the picture's height.
+const OUTLINE: f32 = 0.0025;
+
+// Whether a place of a round surface is less than the width of the outline from its rim. `straight` is the cosine of
+// the angle between the normal and the direction to the eye.
+fn is_outline(in: Painted, straight: f32) -> bool {
+    let clip = view.clip_from_eye * vec4(in.from_eye.xyz, 1.0);
+    let pixels = OUTLINE * 2.0 / abs(dpdy(clip.y / clip.w));
+    // On the flat sides of a tube, `straight` grows with the distance from the rim.
+    let change = length(vec2(dpdx(straight), dpdy(straight)));
+    return abs(straight) < min(pixels * change, 0.35);
+}
+
 fn place_of(in: Painted) -> Place {
     let gradients = Gradients(dpdx(in.texture.xy), dpdy(in.texture.xy));
     let dx = dpdx(in.from_eye.xyz);
@@ -324,12 +339,13 @@ fn place_of(in: Painted) -> Place {
     let is_front = in.kinds.z == 1u;
     let normal = select(-outwards, outwards, is_front);
     let texture = texture_of(material, material.kinds.z, in.texture.xy + texture_shift(material), gradients);
+    let is_rim = is_outline(in, dot(normal, to_eye)) && material.kinds.y == TOON;
     if material.kinds.y == DISCO {
         let across = cross(dx, dy);
         let facet = across * (inverseSqrt(max(dot(across, across), 1.0e-30)) * select(-1.0, 1.0, dot(across, normal) >= 0.0));
-        return Place(disco_normal(facet, normal, gradients, dx, dy), to_eye, is_front, texture, gradients, facet);
+        return Place(disco_normal(facet, normal, gradients, dx, dy), to_eye, is_front, texture, gradients, facet, false);
     }
-    return Place(relief(material, in, normal, gradients, dx, dy), to_eye, is_front, texture, gradients, normal);
+    return Place(relief(material, in, normal, gradients, dx, dy), to_eye, is_front, texture, gradients, normal, is_rim);
 }
 
 // Colour of a polygon that is not additive.

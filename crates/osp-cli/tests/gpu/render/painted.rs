@@ -346,6 +346,29 @@ fn a_picture_is_the_same_every_time_and_moves_with_time() {
 }
 
 #[test]
+fn flames_move_along_their_whole_texture() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of(&stroke(1, "Fire", (1.0, 0.5, 0.0, 1.0), 0.4, line(Vec3::NEG_Z)));
+    let mut drawer = drawer(&gpu);
+    let mut draw = |time_s| {
+        drawer.set_time(time_s);
+        drawer.draw(&scene, &ahead(), &[Layer::plain(&set(&all_ids(&scene)))]).expect("a drawn frame");
+        drawer.image().expect("a picture")
+    };
+    assert!(draw(1.3).differing_pixels(&draw(1.8)) > 20);
+}
+
+#[test]
+fn a_toon_has_its_colour_almost_up_to_its_rim() {
+    let Some(gpu) = gpu() else { return };
+    let image = picture(&gpu, &stroke(1, "Toon", (1.0, 0.5, 0.0, 1.0), 0.6, line(Vec3::NEG_Z)), &ahead());
+    let column: Vec<_> = (0..SIZE.1).map(|y| pixel(&image, SIZE.0 / 2, y)).collect();
+    let orange = column.iter().filter(|[r, _, b]| *r > 180 && *b < 80).count();
+    let black = column.iter().filter(|[r, ..]| *r < 8).count();
+    assert!(orange > SIZE.1 as usize / 5 && black * 20 <= orange, "{orange} and {black} pixels");
+}
+
+#[test]
 fn what_no_brush_has_painted_looks_the_same_beside_paint() {
     let Some(gpu) = gpu() else { return };
     let events = [square(Vec3::Z * -2.0, 4.0, (0.8, 0.5, 0.2, 1.0))];

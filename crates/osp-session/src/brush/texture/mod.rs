@@ -1,6 +1,5 @@
 //! The generated textures of brushes, and their solid texels.
 
-pub mod coverage;
 pub mod noise;
 pub mod picture;
 mod shapes;

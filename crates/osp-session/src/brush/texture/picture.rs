@@ -120,12 +120,6 @@ impl Picture {
     pub fn relief_layer(self) -> Option<usize> {
         Self::WITH_RELIEF.iter().position(|with| *with == self).map(|place| Self::ALL.len() + place)
     }
-
-    /// Whether smaller mip levels [keep the solid share](super::coverage) of the picture. Smoke does not, because it
-    /// must fade.
-    pub fn keeps_coverage(self) -> bool {
-        self != Self::Smoke
-    }
 }
 
 #[cfg(test)]

@@ -109,22 +109,22 @@ fn tuft(u: f32, v: f32, hairs: i32, (from, to): (f32, f32), seed: u32) -> f32 {
     (mix(from, to, 0.5 * near + 0.5 * own) - point - u) * 4.0
 }
 
-/// Four strokes, round at the start: the first is solid nearly to its end, the others end in tufts of hairs.
+/// Four strokes, round at the start: the last is solid nearly to its end, the others end in tufts of hairs.
 pub(super) fn ink(u: f32, v: f32) -> f32 {
     const WIDTHS: [(f32, f32); 6] =
         [(0.0, 0.1), (0.04, 0.55), (0.12, 0.82), (0.3, 0.87), (0.6, 0.82), (1.0, 0.7)];
-    let ends = if row(v).0 == 0 { (0.8, 1.08) } else { (0.48, 1.12) };
+    let ends = if row(v).0 == 3 { (0.8, 1.08) } else { (0.48, 1.12) };
     solid(band(u, v, &WIDTHS, 0.06, 1).min(tuft(u, v, 12, ends, 1)), 0.5)
 }
 
-/// Four strokes with ragged rims: the first has pointed ends, the others begin square; the last has long scratches.
+/// Four strokes with ragged rims: the last has pointed ends, the others begin square; the first has long scratches.
 pub(super) fn oil_paint(u: f32, v: f32) -> f32 {
     const POINTED: [(f32, f32); 5] = [(0.0, 0.0), (0.12, 0.6), (0.3, 0.8), (0.7, 0.8), (1.0, 0.2)];
     const SQUARE: [(f32, f32); 4] = [(0.0, 0.6), (0.05, 0.76), (0.6, 0.8), (1.0, 0.7)];
     let number = row(v).0;
-    let widths: &[(f32, f32)] = if number == 0 { &POINTED } else { &SQUARE };
+    let widths: &[(f32, f32)] = if number == 3 { &POINTED } else { &SQUARE };
     let rim = 0.1 * (noise(u, v, (48, 24), 71) - 0.5);
-    let scratches = if number == 3 { (octaves(u, v, (4, 64), 2, 72) - 0.33) * 2.0 } else { 1.0 };
+    let scratches = if number == 0 { (octaves(u, v, (4, 64), 2, 72) - 0.3) * 2.0 } else { 1.0 };
     let start = u - 0.06 * random((v * 56.0) as i32, 2, 2);
     let inside = band(u, v, widths, 0.08, 2) + rim;
     solid(inside.min(tuft(u, v, 14, (0.64, 1.09), 2)).min(start * 4.0).min(scratches), 0.5)
@@ -175,11 +175,13 @@ pub(super) fn taffy(u: f32, v: f32) -> f32 {
     solid(band(u, v, &widths, 0.1, 9).min(holes), 0.5)
 }
 
-/// A dry stroke, ragged at its far end. Red, green and blue are uniform inside, and fall off in a narrow rim.
+/// A dry stroke, ragged at its far end. Red, green and blue are uniform inside, and fall off in a narrow rim and towards
+/// the far end.
 pub(super) fn hypercolor(u: f32, v: f32) -> [f32; 4] {
     let inside = hypercolor_inside(u, v);
     let streaks = 0.08 * (octaves(u, v, (3, 32), 2, 11) - 0.5);
-    let shade = mix(0.3, 0.84, step(0.0, 0.1, inside)) + streaks;
+    let body = on_line(&[(0.0, 0.82), (0.1, 0.86), (0.5, 0.86), (0.7, 0.7), (0.85, 0.5)], u);
+    let shade = mix(0.3, body, step(0.0, 0.1, inside)) + streaks;
     [shade, shade, shade, solid(inside, 0.5)]
 }
 
@@ -437,11 +439,6 @@ pub(super) fn tape(u: f32, v: f32) -> [f32; 4] {
 
 /// Slabs of paint from a palette knife with narrow cracks between them and ragged spikes at both sides, without ends.
 pub(super) fn thick_paint(u: f32, v: f32) -> f32 {
-    solid(thick_paint_inside(u, v), 0.5)
-}
-
-/// Signed depth of a position inside a slab.
-fn thick_paint_inside(u: f32, v: f32) -> f32 {
     // The spikes lean to one side.
     let lean = u + 0.12 * aside(v);
     let spikes = octaves(lean, (v > 0.5) as u8 as f32 * 0.5, (11, 2), 2, 23) - 0.5;
@@ -458,8 +455,10 @@ fn thick_paint_inside(u: f32, v: f32) -> f32 {
             (first, second) = if d < first { (d, first) } else { (first, second.min(d)) };
         }
     }
-    let crack = 0.045 * noise(u, v, (6, 6), 57).powi(2);
-    outline.min((second - first) * 0.25 - crack)
+    // Only some slabs are apart.
+    let crack = 0.02 * step(0.5, 0.75, noise(u, v, (5, 5), 57));
+    let paint = mix(0.65, 0.95, octaves(u, v, (6, 6), 2, 58));
+    solid(outline.min(((second - first) * 0.125 - crack) * 3.0 + 0.02), 0.5).min(paint)
 }
 
 /// Chips with ragged rims, without ends.
