@@ -141,7 +141,7 @@ fn a_hopeless_first_frame_ends_a_try_and_a_good_one_does_not_count() {
 
 #[test]
 fn what_was_visible_last_is_not_tried_where_it_cannot_pay() {
-    for polygon_ns in [10.0, 100.0] {
+    for polygon_ns in [10.0, 50.0] {
         let mut switch = dear(polygon_ns);
         let used = play_all(&mut switch, 20_000, |_, _| Outcome { cost_ns: 50_000.0, culled: 100 });
         assert_eq!(used.last, 0, "{polygon_ns}");

@@ -3,8 +3,9 @@
 use glam::Vec3;
 
 use osp::{
-    frame::{Pipeline, PreviousFramePass},
+    frame::{OcclusionPass, PassConfig, Pipeline, PreviousFramePass},
     index::IndexConfig,
+    occlusion::Occlusion,
     polygon::{Change, PolygonId, VisibleBlocks},
     view::{Projection, View},
 };
@@ -47,5 +48,54 @@ fn each_view_is_culled_by_its_own_window() {
     for (view, drawn) in views.iter().zip(&together) {
         assert_eq!(at_rest(&scene, &changes, &[*view]), std::slice::from_ref(drawn));
         assert_eq!(drawn.len(), 1, "only the wall is left");
+    }
+}
+
+fn at_origin() -> View {
+    let projection = Projection::symmetric(60.0, 1.5, 0.01, 100.0);
+    View::look_at(Vec3::ZERO, Vec3::NEG_Z, projection)
+}
+
+/// A rough wall of triangles, which no large occluder can stand for.
+fn rough_wall(scene: &mut Scene, changes: &mut Vec<Change>) {
+    let corner = |x: i32, y: i32| {
+        let away_m = 2.0 + ((x * 7 + y * 13) % 5) as f32 * 0.1;
+        Vec3::new(x as f32 * 0.1, y as f32 * 0.1, -away_m)
+    };
+    for (x, y) in (-20..20).flat_map(|x| (-20..20).map(move |y| (x, y))) {
+        let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
+        for vertices in [vec![a, b, c], vec![a, c, d]] {
+            let color = (1.0, 1.0, 1.0, 1.0);
+            let event = Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color };
+            scene.apply(&event, changes);
+        }
+    }
+}
+
+#[test]
+fn auto_takes_what_was_visible_last_where_it_pays_and_leaves_it_out_in_the_open() {
+    for has_wall in [true, false] {
+        let (mut scene, mut changes) = (Scene::new(), Vec::new());
+        if has_wall {
+            rough_wall(&mut scene, &mut changes);
+        }
+        for k in 0..3000 {
+            let place = Vec3::new((k % 60) as f32 * 0.04 - 1.2, (k / 60) as f32 * 0.04 - 1.0, -4.0);
+            scene.apply(&square(place, 0.01), &mut changes);
+        }
+        let index = IndexKind::Osp.create(&IndexConfig::default());
+        let config = PassConfig { polygon_ns: 800.0, ..PassConfig::new(Occlusion::Auto) }.by_work_counts();
+        let mut pipeline = Pipeline::new(index, 8192).with_occlusion(config);
+        let mut by_last = Vec::new();
+        for frame in 0..600 {
+            pipeline.frame(&scene, if frame == 0 { &changes } else { &[] }, &at_origin());
+            by_last.push(pipeline.occlusion().is_some_and(OcclusionPass::is_by_last));
+        }
+        let late = by_last[500..].iter().filter(|&&by_last| by_last).count();
+        let share = pipeline.draw_list().len() as f64 / pipeline.in_view().len() as f64;
+        match has_wall {
+            true => assert!(late > 80 && share < 0.6, "{late} of 100 frames, {share} drawn"),
+            false => assert!(late < 3 && share == 1.0, "{late} of 100 frames, {share} drawn"),
+        }
     }
 }
