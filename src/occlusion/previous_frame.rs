@@ -1,10 +1,10 @@
 //! Previous-frame occluders: the polygons that were visible in the last frame occlude in this frame, as a picture of
 //! connected surfaces. For machines without a usable GPU.
 //!
-//! In a painting or a building, thousands of small polygons hide together, not a few large ones. Most polygons visible in
-//! this frame were drawn in the last frame, too. This temporal coherence is that of N. Greene, M. Kass, G. Miller,
-//! "Hierarchical Z-Buffer Visibility", 1993. The drawn polygons are only a guess at good occluders: every occluder belongs
-//! to the current model. So camera moves, new strokes and sudden turns need no special treatment.
+//! In a painting or a building, thousands of small polygons together hide others, not a few large ones. Most polygons
+//! visible in this frame were drawn in the last frame, too. This temporal coherence is that of N. Greene, M. Kass, G.
+//! Miller, "Hierarchical Z-Buffer Visibility", 1993. The drawn polygons are only a guess at good occluders: every
+//! occluder belongs to the current model. So camera moves, new strokes and sudden turns need no special treatment.
 //!
 //! The picture ([`super::coverage`]) counts only pixels that a surface covers wholly, so that nothing visible is culled.
 

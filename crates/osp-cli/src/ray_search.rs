@@ -1,4 +1,4 @@
-//! Searches along a ray whose order of nodes, or whose radius, the command line gives.
+//! Searches along a ray with the order of nodes or the radius that the command line gives.
 
 use clap::Args;
 

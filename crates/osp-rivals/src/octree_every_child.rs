@@ -3,7 +3,7 @@
 //! Source: Andrew Glassner, "Space Subdivision for Fast Ray Tracing" (1984).
 //!
 //! # Differences from the source
-//! * Every node has the tight box around all polygons below, so that answers are those of the other indexes.
+//! * Every node has the tight box around all polygons below, so queries find the same polygons as in other indexes.
 //! * The source divides a full cell until the maximum depth. Polygons that coincide or are large would then be stored
 //!   without end. Here [`MOST_COPIES`] and the rule of [`Builder::divide`] bound the memory.
 //! * A query reports each polygon once: it has a bit for each polygon.

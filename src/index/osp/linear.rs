@@ -27,7 +27,7 @@ pub(super) struct Linear {
     is_changed: bool,
     /// Whether `bounds` may be too large.
     is_loose: bool,
-    /// Number of commits since a block has changed, and their number before [`Linear::refresh`].
+    /// Number of commits since a block has changed, and the number at which [`Linear::refresh`] runs.
     commits: u32,
     wait: u32,
     /// Box that contains all polygons.
@@ -124,7 +124,7 @@ impl Linear {
     #[inline]
     fn find(&self, number: u32) -> Option<usize> {
         let numbers = &self.rows.numbers;
-        // The guess is that blocks have consecutive numbers, because drawn polygons have.
+        // Blocks of drawn polygons mostly have consecutive numbers, so this position is tried first.
         let likely = number.wrapping_sub(*numbers.first()?) as usize;
         if numbers.get(likely) == Some(&number) {
             return Some(likely);
@@ -235,7 +235,7 @@ impl Linear {
         }
     }
 
-    /// Ends a batch of changes. After some commits it computes the boxes around the blocks that have changed.
+    /// Ends a batch of changes. Every few commits, computes the boxes around the blocks that have changed.
     #[inline]
     pub(super) fn commit(&mut self) {
         if self.is_changed {

@@ -27,15 +27,16 @@ const FEW_LEFT: u32 = 4;
 #[derive(Clone, Debug)]
 pub(super) struct Movers {
     slots: Slots,
-    /// The groups of one block each. A block that has not moved since it was in the plain list keeps its box around.
+    /// The groups of one block each. A block that has not moved since it was in the plain list keeps the box around it.
     own: Rows,
     /// For each group of one block, the lanes that were added or moved since the group was last examined.
     own_moved: Vec<u16>,
     /// The groups of polygons of any blocks, all full except the last, and the ids of these polygons.
     shared: Groups,
     ids: Vec<[u32; BLOCK]>,
-    /// The slot after the last one that got a new box, or a slot in the same group of one block. Polygons that move together
-    /// mostly have slots in the order of their updates, and a right guess saves a read from the large table `slots`.
+    /// Guess of the slot that gets the next new box. In a group of one block, it stands for all slots of the group.
+    /// Polygons that move together mostly have slots in the order of their updates. A right guess saves a read from
+    /// the large table `slots`.
     guess: Slot,
     len: usize,
     /// Upper bound of all ids since the rows were last empty.
@@ -377,7 +378,7 @@ impl Movers {
         let group = self.own.push(block as u32);
         self.own_moved.push(0);
         for lane in 0..BLOCK {
-            // Each slot is read after the last removal, because a removal moves another polygon, perhaps one of this block.
+            // Slots are read one by one, because each removal moves another polygon, perhaps one of this block.
             let id = id_in(block as u32, lane);
             if let Some(slot) = self.slots.shared(id) {
                 self.own.lanes[group] |= 1 << lane;
@@ -475,7 +476,7 @@ impl Movers {
     /// `resting`. Returns their number.
     pub(super) fn take_resting(&mut self, resting: &mut [(PolygonId, Aabb); BLOCK]) -> usize {
         let mut count = 0;
-        // The last group comes first, because the polygon that fills the gap of a removed one is then examined already.
+        // Groups are examined from the last to the first, so a polygon that fills a gap has been examined already.
         let [shared, own] = self.unlooked;
         if let Some(at) = own.checked_sub(1) {
             self.unlooked = [shared, at];

@@ -18,14 +18,14 @@ pub(super) struct Rows {
     pub(super) boxes: Vec<Boxes<BLOCK>>,
     /// For each group of sixteen blocks, the box around each block. It is out of date if the block is in `changed`.
     around: Vec<Boxes<BLOCK>>,
-    /// For each group, the blocks whose box around is out of date.
+    /// For each group, the mask of the blocks whose box in `around` is out of date.
     changed: Vec<u16>,
     /// Largest number of blocks so far. The system commits memory only when the memory is written to.
     most: usize,
 }
 
 impl Rows {
-    /// Rows with room for `blocks` blocks, and for `most` in memory that is not written to yet.
+    /// Empty rows with room for `most` blocks. Only the memory of the first `blocks` is written to.
     pub(super) fn with_room_for(blocks: usize, most: usize) -> Self {
         let groups = blocks.div_ceil(BLOCK);
         let mut rows = Self {
@@ -60,7 +60,7 @@ impl Rows {
         self.changed.clear();
     }
 
-    /// Frees the boxes of empty rows that have had more than `most` blocks. Reserves room for the same number.
+    /// If the rows are empty and once had more than `most` blocks, frees their boxes and reserves the same room again.
     pub(super) fn give_boxes_back(&mut self, most: usize) {
         if self.numbers.is_empty() && self.most > most {
             self.boxes = Vec::with_capacity(self.boxes.capacity());
@@ -138,11 +138,11 @@ impl Rows {
         at
     }
 
-    /// Notes that the box around a block is out of date. Returns `false` if it was so before.
+    /// Marks the box around a block as out of date. Returns `false` if it was marked before.
     #[inline(always)]
     pub(super) fn mark_changed(&mut self, at: usize) -> bool {
         let changed = &mut self.changed[at / BLOCK];
-        // Changes of one block would otherwise wait for each other's writes.
+        // Without this test, a change of a block would wait for the write of the previous change.
         let is_new = *changed >> (at % BLOCK) & 1 == 0;
         if is_new {
             *changed |= 1 << (at % BLOCK);

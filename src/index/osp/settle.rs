@@ -14,9 +14,9 @@ use crate::{
 const GROUPS_A_COMMIT: usize = 2;
 const GROUPS_SHARE: usize = 512;
 
-/// While polygons of a former plain list wait for the tree, a commit inserts about this number of runs of them, and one more
-/// for each run that was inserted since the last commit. If none were inserted, [`RUNS_ALONE`] replaces it. With larger
-/// numbers, the rows are empty sooner, and the frames until then take longer.
+/// While polygons of a former plain list wait for the tree, a commit moves about this number of their runs to the tree.
+/// It moves one more for each run that was inserted since the last commit. If none was inserted, it moves
+/// [`RUNS_ALONE`]. With larger numbers, the rows are empty sooner, and the frames until then take longer.
 const RUNS_WITH_MORE: u32 = 12;
 const RUNS_ALONE: u32 = 48;
 

@@ -39,12 +39,12 @@ impl Slot {
     }
 }
 
-/// The slots of ids in shared groups, and the own groups of blocks, in chunks of zeros. The system commits the memory of a
-/// chunk at the first write.
+/// The slots of ids in shared groups, and the own groups of blocks. A chunk is allocated as zeros, so the system
+/// commits its memory only at the first write.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Slots {
-    /// First the slots of a chunk's ids, `group * 16 + lane + 1`; 0 for a polygon that is not in a shared group. Then the
-    /// own groups of its blocks, `group + 1`; 0 for a block without one.
+    /// A chunk begins with the slots of its ids: `group * 16 + lane + 1`, or 0 for a polygon that is not in a shared
+    /// group. It ends with the own groups of its blocks: `group + 1`, or 0 for a block without one.
     chunks: Vec<Box<[u32]>>,
 }
 

@@ -100,8 +100,8 @@ impl Backend {
         Self::ALL.iter().copied().find(|backend| backend.name() == name)
     }
 
-    /// Runs `work` on this backend's kernel, or on the kernel that every processor of the target has if this one lacks
-    /// the instructions. Each kernel has a copy of `work`, so a target has no kernel that it does not need.
+    /// Runs `work` on this backend's kernel. If the processor lacks its instructions, `work` runs on the kernel that
+    /// every processor of the target supports. Each kernel costs a copy of `work`, so a target omits needless kernels.
     #[inline]
     pub fn run<W: WithKernel>(self, work: W) -> W::Output {
         #[cfg(target_arch = "x86_64")]

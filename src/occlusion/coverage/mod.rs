@@ -13,8 +13,8 @@
 //! * [`pairs`] joins neighbouring triangles to convex quads, so that there are half as many facets.
 //! * [`picture`] selects the shown part of the window. If all occluders lie in a small part, only this part is shown,
 //!   so a far model gets more pixels. An object that is not wholly in this part counts as visible.
-//! * [`fill`] finds for each tile of 8 x 8 pixels that a facet reaches: the samples that it covers, and the pixels within
-//!   `MARGIN` of an open edge.
+//! * [`fill`] visits each tile of 8 x 8 pixels that a facet reaches. It finds the samples that the facet covers, and
+//!   the pixels within `MARGIN` of an open edge.
 //! * [`tiles`] joins the facets of a tile that are neighbours to surfaces. A surface covers the pixels of its samples
 //!   except those near its open edges, from the farthest depth of its facets in the tile on.
 //! * [`buffer`] calls a box hidden if all pixels that its corners span are covered nearer than its nearest depth. It

@@ -1,4 +1,4 @@
-//! The short cuts of the picture give the answers of the whole tests, on every kernel.
+//! Checks that the short cuts of the picture give the results of the full tests, on every kernel.
 
 use glam::{DVec3, Quat, Vec3};
 

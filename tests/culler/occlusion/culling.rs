@@ -24,7 +24,7 @@ use osp_testkit::allocations;
 
 fn filed(kind: IndexKind, told: &Told) -> Box<dyn SpatialIndex> {
     let config = IndexConfig::default();
-    // So few polygons would make no tree.
+    // With the default limit, so few polygons would stay a plain list.
     let mut index: Box<dyn SpatialIndex> = match kind {
         IndexKind::Osp => Box::new(Osp::new(&config).with_linear_blocks(16)),
         _ => kind.create(&config),

@@ -47,7 +47,7 @@ fn a_wall_that_was_moved_hides_nothing_at_its_old_place() {
     let moves: [Vec<Event>; 4] = [
         vec![SOLE.moved(strokes.clone(), by)],
         vec![SOLE.grouped(group, strokes.clone(), None), SOLE.placed(group, to)],
-        // Erased, moved, and taken back in one frame.
+        // Moved, erased and restored in one frame.
         vec![SOLE.moved(strokes.clone(), by), SOLE.erase(StrokeId(0)), SOLE.undo()],
         vec![SOLE.moved(strokes.clone(), by), SOLE.undo(), SOLE.redo()],
     ];

@@ -204,14 +204,14 @@ fn auto_by_work_decides_the_same_each_time() {
     }
 }
 
-/// A pool that has followed only roughly for a while still knows what has gone.
+/// A pool that has followed changes only roughly still drops erased occluders.
 #[test]
 fn what_went_while_nobody_asked_hides_nothing() {
     use super::session::{Told, polygon_of};
     use osp_session::recording::StrokeId;
     let wall = |z: f32| [(-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0)].map(|(x, y)| Vec3::new(x, y, z));
     let mut told = Told::default();
-    // A wall before a sheet, and, from afar, a pass that is used only where something is in view.
+    // A wall in front of a sheet. The pass is used only in views with polygons.
     let mut lane = pipeline(Some(auto(1.0e6, AutoBasis::Work)));
     told.tell(&[
         polygon_of(0, &wall(-2.0)),
@@ -227,7 +227,7 @@ fn what_went_while_nobody_asked_hides_nothing() {
     let record = lane.frame(&told.scene, &[], &before);
     assert!(record.occlusion.used);
     assert_eq!(record.drawn(), 1, "the sheet behind the wall that has gone");
-    // And what came back hides again, if not at once.
+    // When the wall is back, it hides the sheet again within three frames.
     told.tell(&[SOLE.undo()]);
     let changes = told.changes.clone();
     assert!(!lane.frame(&told.scene, &changes, &away).occlusion.used);
@@ -403,7 +403,7 @@ fn a_group_that_is_dragged_behind_a_wall_is_hidden_and_nothing_else_of_it() {
                     let to = Transform { p: Vec3::new(x, 0.0, z), q: Quat::from_rotation_y(0.1 * x), s: 1.0 };
                     let place = SOLE.placed(GroupId(0), to);
                     scene.apply(&place, &mut changes);
-                    // Where nothing was hidden, it is looked for in some frames only.
+                    // If nothing was hidden before, occlusion culling runs in only some of the frames.
                     let mut is_culled = lane.frame_of_views(&scene, &changes, &views).occlusion.used;
                     changes.clear();
                     for _ in 0..100 {

@@ -235,7 +235,7 @@ fn the_limit_counts_blocks() {
     assert!(is_linear(&near) && !is_linear(&apart));
     near.validate().unwrap();
     apart.validate().unwrap();
-    // The limit of one that holds something already.
+    // A new limit for an index that has polygons already.
     let mut near = near.with_linear_blocks(3);
     assert_eq!(near.moving(), 300);
     near.validate().unwrap();
@@ -248,7 +248,7 @@ fn the_limit_counts_blocks() {
     near.validate().unwrap();
 }
 
-/// The blocks of a full list go to the tree in shares, and no frame moves many of them.
+/// The blocks of a full list go to the tree a few in each frame.
 #[test]
 fn a_full_list_becomes_a_tree_step_by_step() {
     let mut osp = Osp::new(&config());

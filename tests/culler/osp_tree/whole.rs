@@ -40,7 +40,7 @@ fn a_tree_in_view_altogether_is_listed_by_id() {
             }
             osp.commit();
             assert_eq!(osp.moving(), 0, "the polygons of the former list are in the tree");
-            // Single ones, a part of a block, and a shelf's worth are taken out.
+            // Single polygons, a part of a block, and 2,500 consecutive polygons are removed.
             let gone =
                 (0..9_000).filter(|i| i % 83 == 0 || (900..905).contains(i) || (4_000..6_500).contains(i));
             for id in gone.map(|i| PolygonId(first + i)) {

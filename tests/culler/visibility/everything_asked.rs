@@ -23,8 +23,8 @@ use osp_session::{
 };
 use osp_testkit::{Altered, Random, events::polygon};
 
-/// Quads in a cube of 4 m around a place, a few of them large, on a grid of so many points a metre: they are the same to
-/// the last bit wherever `f32` has all of these points.
+/// Quads in a cube of 4 m around a place, a few of them large. Their corners lie on a grid of `points_a_metre`.
+/// Wherever `f32` can represent all grid points, the quads have the same shape to the last bit.
 fn model(at: Vec3, points_a_metre: f32) -> (Scene, Vec<Change>) {
     let mut random = Random::new(11);
     let (mut scene, mut changes) = (Scene::new(), Vec::new());

@@ -82,8 +82,8 @@ fn ink(u: f32, v: f32) -> [f32; 2] {
     [on_line(&along, u), on_line(&across, rows.fract()) + hairs]
 }
 
-/// Relief of oil paint: flat, with thin broken scratches, mostly at the rims of each of the picture's four
-/// rows and towards the end.
+/// Relief of oil paint: flat, with raised edges and thin broken scratches. Most scratches are at the rims of the
+/// picture's four rows and towards the end.
 fn oil_paint(u: f32, v: f32) -> [f32; 2] {
     let row = (v.clamp(0.0, 0.9999) * 4.0).fract();
     let rim = step(0.12, 0.04, row) * -0.12 + step(0.88, 0.96, row) * 0.1;

@@ -319,8 +319,8 @@ fn in_world(of_plane: vec3<f32>, normal: vec3<f32>, gradients: Gradients, dx: ve
 // Widest outline of a toon, as a part of the picture's height.
 const OUTLINE: f32 = 0.0025;
 
-// Whether a place of a round surface is less than the width of the outline from its rim. `straight` is the cosine of
-// the angle between the normal and the direction to the eye.
+// Whether a place of a round surface is on the outline: nearer to the surface's rim than the width of the outline.
+// `straight` is the cosine of the angle between the normal and the direction to the eye.
 fn is_outline(in: Painted, straight: f32) -> bool {
     let clip = view.clip_from_eye * vec4(in.from_eye.xyz, 1.0);
     let pixels = OUTLINE * 2.0 / abs(dpdy(clip.y / clip.w));

@@ -9,7 +9,7 @@
 //! |---|---|
 //! | 2.2, Fig. 2 and 4: pre-processing, the cycle of splitting planes | `grid.rs`, [`OspPaper::new`] |
 //! | Fig. 3: what a node holds | `node.rs` |
-//! | 2.3, Fig. 5: filing a polygon | `tree.rs` |
+//! | 2.3, Fig. 5: inserting a polygon | `tree.rs` |
 //! | 3.1, Fig. 6: culling by the view frustum | `cull.rs` |
 //! | none: the node that Fig. 5 ends at, without the walk | [`placement`](OspGrid::place) |
 //!

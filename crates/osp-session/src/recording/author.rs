@@ -1,4 +1,4 @@
-//! Numbers of authors, and the authors in the numbers of strokes and groups.
+//! Numbers of authors. The number of a stroke or group contains the number of its author.
 
 use std::fmt;
 

@@ -188,7 +188,7 @@ fn what_comes_goes_and_moves_is_right_in_the_same_frame() {
         steps.push(vec![wall(0.8)]);
         steps.push(vec![SOLE.undo()]);
         steps.push(vec![SOLE.redo()]);
-        // What was hidden comes before the wall; what was visible goes behind it.
+        // Hidden strokes move in front of the wall, then one of them moves back behind it.
         steps.push(vec![moved(&[2, 9, 15], Vec3::new(0.0, 0.1, 1.1))]);
         steps.push(vec![moved(&[2], Vec3::new(0.0, 0.0, -1.1))]);
         steps.push(vec![SOLE.erase(StrokeId(9))]);

@@ -455,7 +455,7 @@ pub(super) fn thick_paint(u: f32, v: f32) -> f32 {
             (first, second) = if d < first { (d, first) } else { (first, second.min(d)) };
         }
     }
-    // Only some slabs are apart.
+    // Only some of the cracks are open.
     let crack = 0.02 * step(0.5, 0.75, noise(u, v, (5, 5), 57));
     let paint = mix(0.65, 0.95, octaves(u, v, (6, 6), 2, 58));
     solid(outline.min(((second - first) * 0.125 - crack) * 3.0 + 0.02), 0.5).min(paint)

@@ -235,7 +235,7 @@ fn a_forgotten_grouping_stands_only_if_it_had_an_effect() {
     let (g, h, k) = (group_id(A, 0), group_id(B, 0), group_id(C, 0));
     let made = [By(A).grouped(g, [], None), By(B).grouped(h, [], None), By(C).grouped(k, [], None)];
     let made = [two(), vec![join(C)], made.to_vec()].concat();
-    // A's grouping is undone. B, who gives the same group another parent, leaves. A's is redone.
+    // A's grouping is undone. B gives the same group another parent and leaves. A's grouping is redone.
     let events =
         [By(A).grouped(g, [], Some(h)), By(A).undo(), By(B).grouped(g, [], Some(k)), leave(B), By(A).redo()];
     assert_eq!(scene_of(and(&made, &events)).parent_of(g), Some(k));
@@ -260,7 +260,7 @@ fn a_forgotten_grouping_stands_only_if_it_had_an_effect() {
 fn what_is_forgotten_stays() {
     let (s, g) = (id(A, 0), group_id(A, 0));
     let mut events = and(&two(), &[By(A).grouped(g, [s], None)]);
-    // B's edits come first, then A's are forgotten.
+    // B's edits come first, then A's, which undo no longer reaches.
     events.extend([By(B).moved([s], Vec3::Y), placed(B, g, 5.0)]);
     events.extend([By(A).moved([s], Vec3::X), placed(A, g, 7.0)]);
     let other = id(B, 0);

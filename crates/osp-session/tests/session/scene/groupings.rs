@@ -9,7 +9,7 @@ use osp_testkit::events::By;
 
 use super::authors::{group_id, id, join, stroke};
 
-/// The first author has the group under which all others are.
+/// The author of the group that is above all others.
 const ROOT: Author = Author(1);
 const A: Author = Author(2);
 const B: Author = Author(3);
@@ -54,7 +54,7 @@ fn an_undo_costs_what_depends_on_it() {
         events.extend([stroke(A, 0), stroke(B, 0)].concat());
         events.push(By(B).grouped(b, [], Some(root)));
         events.push(By(A).grouped(a, [id(A, 0)], Some(root)));
-        // This grouping is undone: two later ones depend on it, one of which is refused.
+        // This grouping is undone; the next one depends on it.
         events.push(By(A).grouped(a, [id(B, 0)], Some(b)));
         events.push(By(B).grouped(below, [id(B, 0)], Some(a)));
         events.extend(hierarchies(count));
@@ -98,7 +98,7 @@ fn an_undo_costs_what_depends_on_it_until_somebody_else_decides() {
     assert_eq!(costs[0], costs[1], "however many are hung under it later");
 }
 
-/// The same if that is a grouping under another group, which had a different parent meanwhile.
+/// The same for the redo of a grouping under another group, whose parent has changed since the undo.
 #[test]
 fn a_redo_costs_what_depends_on_it_until_two_groups_hang_as_they_did() {
     let (root, a, b) = (group_id(ROOT, 0), group_id(A, 0), group_id(B, 0));

@@ -58,7 +58,7 @@ fn what_was_erased_before_that_is_gone_and_its_number_stays_used() {
     assert_eq!(whole.counts().erased_strokes, 2);
     (0..Scene::UNDO_DEPTH).for_each(|_| drop(play(&mut whole, &[SOLE.undo()])));
     assert_eq!((whole.counts().visible, whole.counts().erased_strokes, ignored(&whole)), (4, 0, 0));
-    // After one more edit the older erasure cannot; no change reports the freed polygons.
+    // After one more edit the older erasure cannot be undone. No change reports the freed polygons.
     assert_eq!(play(&mut scene, &[moved(&[2])]).len(), 2);
     let mut less = scene.clone();
     (0..Scene::UNDO_DEPTH).for_each(|_| drop(play(&mut less, &[SOLE.undo()])));

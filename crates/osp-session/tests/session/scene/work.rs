@@ -54,6 +54,6 @@ fn one_event_is_taken_whatever_it_costs_and_polygons_count() {
     assert_eq!(scene.apply_within(&events[1..], 102, &mut changes), 2);
     assert_eq!(scene.apply_within(&[], 102, &mut changes), 0);
     assert_eq!((changes.len(), scene.counts().visible), (300, 0));
-    // An event without cost and a budget of zero: the event is applied, or a caller would wait forever.
+    // Even a budget of zero applies an event without cost; otherwise a caller would wait forever.
     assert_eq!(scene.apply_within(&[SOLE.redo()], 0, &mut changes), 1);
 }
