@@ -31,9 +31,9 @@ pub struct PreviousFrameCounts {
 }
 
 impl PreviousFrameCounts {
-    /// Approximate time of this work, nanoseconds, computed from the counts: the same on every machine. Building took 330 to
-    /// 550 ns an occluder, and a query 60 to 90 ns a test, in Castle and Sponza (the columns `build` and `query` of `osp
-    /// verify FILE --whole --camera inside|orbit --views 4 --occlusion depth-last`, on an EPYC with AVX-512).
+    /// Approximate time of this work, nanoseconds, computed from the counts: the same on every machine. In Castle
+    /// and Sponza, building took 330 to 550 ns an occluder, and a query 60 to 90 ns a test. The columns `build` and `query`
+    /// of `osp verify FILE --whole --camera inside|orbit --views 4 --occlusion depth-last` show these times.
     pub fn work_ns(&self) -> f64 {
         self.occluders as f64 * 400.0 + self.tests as f64 * 70.0
     }

@@ -113,10 +113,10 @@ impl Osp {
         self.to_divide.push_back(head);
     }
 
-    /// Moves some of the queued runs. `came` is the number of runs inserted since the last commit.
-    pub(super) fn divide_some(&mut self, came: u32) {
-        let mut left = MOVED_FOR_EACH.saturating_mul(came).saturating_add(MOVED_A_COMMIT);
-        if came == 0 {
+    /// Moves some of the queued runs. `new_runs` is the number of runs inserted since the last commit.
+    pub(super) fn divide_some(&mut self, new_runs: u32) {
+        let mut left = MOVED_FOR_EACH.saturating_mul(new_runs).saturating_add(MOVED_A_COMMIT);
+        if new_runs == 0 {
             left += MOVED_IN_A_REST;
         }
         while left > 0 {

@@ -25,7 +25,7 @@ pub(super) struct Way {
 impl Osp {
     /// Inserts runs by their boxes. Their places are prefetched first, because many runs go to many places.
     pub(super) fn file_runs(&mut self, runs: &[(Run, Wide)]) {
-        self.came += runs.len() as u32;
+        self.new_runs += runs.len() as u32;
         let shape = self.shape;
         let mut ways = [Way::default(); 16];
         for (way, (_, bounds)) in ways.iter_mut().zip(runs) {

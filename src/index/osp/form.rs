@@ -4,7 +4,7 @@ use super::{
     index::{AT_ONCE, CHANGES_BETWEEN, Osp},
     linear::{Inserted, Linear},
     pool::NONE,
-    tuning::{LONGER, REST},
+    tuning::{RESTING_COMMITS, SCATTERED_FACTOR},
 };
 use crate::{
     math::Aabb,
@@ -26,7 +26,7 @@ impl Osp {
     #[inline(never)]
     pub(super) fn insert_into_full_list(&mut self, id: PolygonId, bounds: &Aabb) -> Inserted {
         let may_be_longer =
-            self.list_blocks < self.linear_blocks.saturating_mul(LONGER) && self.came < AT_ONCE;
+            self.list_blocks < self.linear_blocks.saturating_mul(SCATTERED_FACTOR) && self.new_runs < AT_ONCE;
         if may_be_longer && self.movers.len() == 0 && self.linear.is_scattered() {
             self.list_blocks = self.list_blocks.saturating_add(self.linear_blocks);
         }
@@ -51,7 +51,7 @@ impl Osp {
         self.linear = linear;
         self.changes = CHANGES_BETWEEN;
         // Later commits move resting polygons to the tree.
-        self.round = self.clock.wrapping_sub(REST);
+        self.round = self.clock.wrapping_sub(RESTING_COMMITS);
     }
 
     /// Moves all polygons from the tree to the plain list. The tree is a single small list of runs.

@@ -12,7 +12,7 @@ use super::{
     pages::Pages,
     pool::{NONE, Pool},
     spans::Spans,
-    tuning::{self, LINEAR_BLOCKS, LONGER, MOST_TAKEN, REST, UPKEEP_PER_COMMIT},
+    tuning::{self, LINEAR_BLOCKS, MOST_TAKEN, RESTING_COMMITS, SCATTERED_FACTOR, UPKEEP_PER_COMMIT},
 };
 use crate::{
     index::{
@@ -66,7 +66,7 @@ pub struct Osp {
     /// Straddlers that wait to be moved to the children of their node.
     pub(super) to_divide: VecDeque<u32>,
     /// Number of runs inserted into the tree since the last commit, or of polygons inserted into the list.
-    pub(super) came: u32,
+    pub(super) new_runs: u32,
     /// The ids of scattered polygons in the order of the tree.
     pub(super) spans: Spans,
     /// Polygons that move in frame after frame. They are neither in the tree nor in the list, and `len` does not count
@@ -103,7 +103,10 @@ impl Osp {
         let most_runs = config.room().min(MOST_SCATTERED);
         let mut osp = Self {
             backend,
-            linear: Linear::with_room_for(LINEAR_BLOCKS, (polygons / 16).min(LINEAR_BLOCKS * LONGER)),
+            linear: Linear::with_room_for(
+                LINEAR_BLOCKS,
+                (polygons / 16).min(LINEAR_BLOCKS * SCATTERED_FACTOR),
+            ),
             is_linear: true,
             linear_blocks: LINEAR_BLOCKS,
             list_blocks: LINEAR_BLOCKS,
@@ -124,7 +127,7 @@ impl Osp {
             queue: NONE,
             to_pack: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
             to_divide: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
-            came: 0,
+            new_runs: 0,
             spans: Spans::with_room_for(config.room().min(MOST_SCATTERED)),
             movers: Movers::with_room_for(config.room()),
             is_settling: false,
@@ -338,7 +341,7 @@ impl SpatialIndex for Osp {
             };
             match inserted {
                 Inserted::Done => {
-                    (self.len, self.came) = (self.len + 1, self.came + 1);
+                    (self.len, self.new_runs) = (self.len + 1, self.new_runs + 1);
                     return Ok(());
                 }
                 Inserted::Present => return Err(IndexError::Duplicate(id)),
@@ -389,14 +392,14 @@ impl SpatialIndex for Osp {
     }
 
     fn commit(&mut self) {
-        let came = self.came;
-        self.settle(came);
+        let new_runs = self.new_runs;
+        self.settle(new_runs);
         if self.is_linear {
             self.linear.commit();
-            self.quiet = if came == 0 { self.quiet.saturating_add(1) } else { 0 };
-            self.came = 0;
+            self.quiet = if new_runs == 0 { self.quiet.saturating_add(1) } else { 0 };
+            self.new_runs = 0;
             // A long list is faster than a tree only while polygons come in each frame.
-            if self.quiet >= REST && self.linear.len() > self.linear_blocks {
+            if self.quiet >= RESTING_COMMITS && self.linear.len() > self.linear_blocks {
                 self.make_tree();
             }
             return;
@@ -404,11 +407,11 @@ impl SpatialIndex for Osp {
         if self.queue != NONE {
             self.keep_up(UPKEEP_PER_COMMIT + self.removals);
         }
-        self.divide_some(came);
-        self.pack_some(came);
+        self.divide_some(new_runs);
+        self.pack_some(new_runs);
         self.write_spans();
         // The runs that this commit has moved do not count.
-        (self.came, self.removals) = (0, 0);
+        (self.new_runs, self.removals) = (0, 0);
         if self.changes >= CHANGES_BETWEEN {
             self.changes = 0;
             self.make_room();
@@ -532,7 +535,7 @@ impl Osp {
         self.open.close();
         self.to_pack.clear();
         self.to_divide.clear();
-        (self.queue, self.removals, self.came) = (NONE, 0, 0);
+        (self.queue, self.removals, self.new_runs) = (NONE, 0, 0);
         self.shape += 1;
         self.init_root();
     }

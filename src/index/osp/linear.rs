@@ -40,9 +40,9 @@ const WAIT: u32 = 4;
 const LONG_WAIT: u32 = 64;
 
 /// Number of blocks in the sample that decides whether polygons are scattered. Each sampled polygon is compared with the
-/// `BEFORE` polygons before it, because strokes that are drawn at the same time take turns.
-const ASKED: usize = 8;
-const BEFORE: usize = 4;
+/// `COMPARED_BEFORE` polygons before it, because strokes that are drawn at the same time take turns.
+const SAMPLED_BLOCKS: usize = 8;
+const COMPARED_BEFORE: usize = 4;
 
 /// Result of an insertion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,12 +93,12 @@ impl Linear {
     /// blocks are less than half full, because the list would be long for its contents.
     pub(super) fn is_scattered(&self) -> bool {
         let (mut polygons, mut apart, mut blocks) = (0, 0, 0);
-        for at in (0..self.len()).step_by(self.len().div_ceil(ASKED).max(1)) {
+        for at in (0..self.len()).step_by(self.len().div_ceil(SAMPLED_BLOCKS).max(1)) {
             let (_, lanes, boxes) = self.rows.block(at);
             let is_there = |lane: &usize| lanes >> lane & 1 == 1;
             for lane in (0..BLOCK).filter(is_there) {
                 let bounds = Wide::from_box(&boxes.get(lane));
-                let mut before = (lane.saturating_sub(BEFORE)..lane).filter(is_there);
+                let mut before = (lane.saturating_sub(COMPARED_BEFORE)..lane).filter(is_there);
                 let is_beside = before.any(|lane| {
                     let other = Wide::from_box(&boxes.get(lane));
                     bounds.union(other).length() <= (bounds.length() + other.length()) * RUN_STRETCH

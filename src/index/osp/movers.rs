@@ -45,7 +45,7 @@ pub(super) struct Movers {
     most: [usize; 2],
     /// Number of shared groups, and of groups of one block, that this round has not examined yet. These are the
     /// first groups of each kind.
-    unlooked: [usize; 2],
+    unexamined: [usize; 2],
 }
 
 /// Groups of sixteen lanes, with polygons of any blocks.
@@ -141,7 +141,7 @@ impl Movers {
             len: 0,
             ids_end: 0,
             most: [0; 2],
-            unlooked: [0; 2],
+            unexamined: [0; 2],
         };
         if polygons > 0 {
             // The memory for a plain list is written to here, so that no frame waits until the system commits it.
@@ -168,7 +168,7 @@ impl Movers {
         self.own_moved.clear();
         self.shared.truncate(0);
         self.ids.clear();
-        (self.len, self.ids_end, self.unlooked) = (0, 0, [0; 2]);
+        (self.len, self.ids_end, self.unexamined) = (0, 0, [0; 2]);
     }
 
     /// Number of polygons in the rows.
@@ -464,12 +464,12 @@ impl Movers {
 
     /// Starts a round in which every group is examined once.
     pub(super) fn begin_round(&mut self) {
-        self.unlooked = [self.ids.len(), self.own.len()];
+        self.unexamined = [self.ids.len(), self.own.len()];
     }
 
     /// Whether all groups were examined in this round.
     pub(super) fn is_round_over(&self) -> bool {
-        self.unlooked == [0; 2]
+        self.unexamined == [0; 2]
     }
 
     /// Examines the next group. Removes the polygons that have not moved since its last examination, and writes them to
@@ -477,9 +477,9 @@ impl Movers {
     pub(super) fn take_resting(&mut self, resting: &mut [(PolygonId, Aabb); BLOCK]) -> usize {
         let mut count = 0;
         // Groups are examined from the last to the first, so a polygon that fills a gap has been examined already.
-        let [shared, own] = self.unlooked;
+        let [shared, own] = self.unexamined;
         if let Some(at) = own.checked_sub(1) {
-            self.unlooked = [shared, at];
+            self.unexamined = [shared, at];
             let Some(moved) = self.own_moved.get_mut(at) else { return 0 };
             let (block, lanes, boxes) = self.own.block(at);
             let lanes = lanes & !std::mem::take(moved);
@@ -491,7 +491,7 @@ impl Movers {
             self.remove_lanes(at, lanes);
         } else {
             let at = shared.max(1) - 1;
-            self.unlooked = [at, 0];
+            self.unexamined = [at, 0];
             let Some(moved) = self.shared.moved.get_mut(at) else { return 0 };
             let (ids, lanes) = (self.ids[at], self.shared.lanes[at] & !std::mem::take(moved));
             for lane in lanes_of(lanes) {

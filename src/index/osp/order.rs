@@ -99,14 +99,14 @@ impl Osp {
         }
     }
 
-    /// Packs a few of the queued leaves. `came` is the number of runs inserted since the last commit. Packs no leaf while
+    /// Packs a few of the queued leaves. `new_runs` is the number of runs inserted since the last commit. Packs no leaf while
     /// polygons of a former plain list wait for the tree.
-    pub(super) fn pack_some(&mut self, came: u32) {
+    pub(super) fn pack_some(&mut self, new_runs: u32) {
         // Each leaf is then packed once, after all polygons have come.
         if self.is_settling {
             return;
         }
-        for _ in 0..LEAVES_A_COMMIT + came / RUNS_A_LEAF {
+        for _ in 0..LEAVES_A_COMMIT + new_runs / RUNS_A_LEAF {
             let Some(head) = self.to_pack.pop_front() else { return };
             // Meanwhile the leaf may have been removed, replaced by another bucket, or filled with other runs.
             if self.buckets[head].waits {

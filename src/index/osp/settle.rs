@@ -2,7 +2,7 @@
 //! frame, and polygons of a plain list that becomes a tree. Polygons return to the tree when they have not moved for a
 //! while, so a caller need not declare which polygons will move.
 
-use super::{index::Osp, linear::Inserted, open::OpenBlock, tuning::REST};
+use super::{index::Osp, linear::Inserted, open::OpenBlock, tuning::RESTING_COMMITS};
 use crate::{
     index::simd::Wide,
     math::Aabb,
@@ -37,9 +37,9 @@ impl Osp {
         }
     }
 
-    /// Returns a bounded number of unmoved polygons to the tree. `came` is `Osp::came`: the number of runs or polygons
+    /// Returns a bounded number of unmoved polygons to the tree. `new_runs` is `Osp::new_runs`: the number of runs or polygons
     /// inserted since the last commit.
-    pub(super) fn settle(&mut self, came: u32) {
+    pub(super) fn settle(&mut self, new_runs: u32) {
         self.clock = self.clock.wrapping_add(1);
         if self.movers.len() == 0 {
             if std::mem::take(&mut self.is_settling) {
@@ -48,20 +48,20 @@ impl Osp {
             return;
         }
         if self.movers.is_round_over() {
-            if self.clock.wrapping_sub(self.round) < REST {
+            if self.clock.wrapping_sub(self.round) < RESTING_COMMITS {
                 return;
             }
             self.round = self.clock;
             self.movers.begin_round();
         }
-        let (groups, runs) = match (self.is_settling, came) {
-            (false, _) => (GROUPS_A_COMMIT + came as usize / BLOCK, u32::MAX),
+        let (groups, runs) = match (self.is_settling, new_runs) {
+            (false, _) => (GROUPS_A_COMMIT + new_runs as usize / BLOCK, u32::MAX),
             (true, 0) => (GROUPS_WAITING, RUNS_ALONE),
-            (true, _) => (GROUPS_WAITING + came as usize, came.saturating_add(RUNS_WITH_MORE)),
+            (true, _) => (GROUPS_WAITING + new_runs as usize, new_runs.saturating_add(RUNS_WITH_MORE)),
         };
-        let last_run = self.came.saturating_add(runs);
+        let last_run = self.new_runs.saturating_add(runs);
         for _ in 0..groups + self.movers.group_count() / GROUPS_SHARE {
-            if self.came >= last_run {
+            if self.new_runs >= last_run {
                 return;
             }
             if self.movers.is_round_over() {

@@ -41,10 +41,10 @@ pub(super) const LINEAR_BLOCKS: usize = 224;
 /// Factor by which the plain list may be longer if its polygons are scattered and only a few come in each frame.
 /// Testing all of them then costs less than insertion into a tree and packing. If it is larger, frames with most
 /// polygons out of view take longer.
-pub(super) const LONGER: usize = 3;
+pub(super) const SCATTERED_FACTOR: usize = 3;
 
 /// Least number of commits without a move of a polygon, before the polygon returns to the tree.
-pub(super) const REST: u32 = 32;
+pub(super) const RESTING_COMMITS: u32 = 32;
 
 /// Largest number of runs of a leaf that is packed. If it is larger, the tree has fewer leaves and fuller pages, and frames
 /// that pack a leaf take longer.
