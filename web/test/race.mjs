@@ -176,7 +176,7 @@ try {
   const names = (await panesOf(page)).map(({ name }) => name);
   check(String(names) === 'osp,octree-rebuild', `two structures at first: ${names}`);
   const footer = await page.$eval('footer', ({ textContent }) => textContent.replace(/\s+/g, ' '));
-  check(footer.includes('on one core, in turns, in this browser'), 'the page describes the measurement');
+  check(footer.includes('in turns on one core, in this browser'), 'the page describes the measurement');
 
   // A shipped session at 90 frames a second: paused, continued, to its end.
   await page.select('#session', 'portrait');
