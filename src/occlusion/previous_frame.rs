@@ -2,8 +2,8 @@
 //! connected surfaces. For machines without a usable GPU.
 //!
 //! In a painting or a building, thousands of small polygons together hide others, not a few large ones. Most polygons
-//! visible in this frame were drawn in the last frame, too. This temporal coherence is that of N. Greene, M. Kass, G.
-//! Miller, "Hierarchical Z-Buffer Visibility", 1993. The drawn polygons are only a guess at good occluders: every
+//! visible in this frame were drawn in the last frame, too (temporal coherence; N. Greene, M. Kass, G. Miller,
+//! "Hierarchical Z-Buffer Visibility", 1993). The drawn polygons are only a guess at good occluders: every
 //! occluder belongs to the current model. So camera moves, new strokes and sudden turns need no special treatment.
 //!
 //! The picture ([`super::coverage`]) counts only pixels that a surface covers wholly, so that nothing visible is culled.

@@ -157,9 +157,7 @@ impl Movers {
 
     /// Frees the boxes of a long list whose polygons are all in the tree now. Reserves room for the same number.
     pub(super) fn give_boxes_back(&mut self) {
-        if self.len == 0 {
-            self.own.give_boxes_back(LINEAR_BLOCKS);
-        }
+        self.own.give_boxes_back(LINEAR_BLOCKS);
     }
 
     pub(super) fn clear(&mut self) {
@@ -412,16 +410,20 @@ impl Movers {
     /// Removes a polygon; returns its box, or `None` if it was not in the rows.
     pub(super) fn remove(&mut self, id: PolygonId) -> Option<Aabb> {
         let (slot, bounds) = (self.slot(id)?, self.bounds(id));
-        self.len -= 1;
         if slot.is_own() {
             self.remove_lanes(slot.group(), 1 << slot.lane());
         } else {
             self.unshare(id, slot);
         }
+        self.uncount(1);
+        bounds
+    }
+
+    fn uncount(&mut self, removed: usize) {
+        self.len -= removed;
         if self.len == 0 {
             self.ids_end = 0;
         }
-        bounds
     }
 
     /// Removes polygons of a group of one block. Does not count them.
@@ -487,8 +489,8 @@ impl Movers {
                 resting[count] = (id_in(block, lane), boxes.get(lane));
                 count += 1;
             }
-            self.len -= count;
             self.remove_lanes(at, lanes);
+            self.uncount(count);
         } else {
             let at = shared.max(1) - 1;
             self.unexamined = [at, 0];
@@ -500,9 +502,6 @@ impl Movers {
                 resting[count] = (id, bounds);
                 count += 1;
             }
-        }
-        if self.len == 0 {
-            self.ids_end = 0;
         }
         count
     }

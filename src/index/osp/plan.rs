@@ -25,8 +25,7 @@ use crate::{
 
 thread_local! {
     /// Working memory of a query that first sets all ids and then clears those outside: a bit for each id up to the
-    /// highest. Its contents are
-    /// unspecified before a query.
+    /// highest. Its contents are unspecified before a query.
     static MASKS: Cell<Vec<u16>> = const { Cell::new(Vec::new()) };
 }
 

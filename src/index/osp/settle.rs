@@ -20,7 +20,7 @@ const GROUPS_SHARE: usize = 512;
 const RUNS_WITH_MORE: u32 = 12;
 const RUNS_ALONE: u32 = 48;
 
-/// Largest number of groups that such a commit examines.
+/// Largest number of groups that such a commit examines, in addition to one for each inserted run.
 const GROUPS_WAITING: usize = 8;
 
 impl Osp {

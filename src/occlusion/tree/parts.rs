@@ -15,8 +15,8 @@ impl ShadowTree {
         })
     }
 
-    /// The tree of the first `planes` planes that were added. A child that came later is an unoccluded leaf, so this tree
-    /// hides at most what the whole tree hides. Takes O(planes + caps).
+    /// The tree of the first `planes` planes that were added. Later children are unoccluded leaves, so this tree hides
+    /// nothing that the whole tree leaves visible. Takes O(planes + caps).
     #[must_use]
     pub fn first(&self, planes: usize) -> Self {
         let mut first = self.clone();
