@@ -7,14 +7,21 @@
 //! * `each`: a call of `update` for each polygon instead of one of `update_all` for all.
 //!
 //! The view contains about a tenth of the polygons. In every frame each structure updates and culls, and another one
-//! begins. All must find the same polygons. `loop-beside` is an index of the resting polygons beside a plain loop over
-//! the moving ones. The table has the time of a frame, microseconds: median, 99th percentile and maximum. It also has
-//! the nanoseconds to update one polygon, and the median of the ratio to `osp`, frame by frame.
+//! begins. All must find the same polygons. `--features osp-lab/peers` adds trees of other crates. `loop-beside` is an
+//! index of the resting polygons beside a plain loop over the moving ones. `two-threads` is a plain loop whose second
+//! half runs on another thread. `floor` only copies: the box of each moving polygon to its place, and the numbers in
+//! view to the list. The table has the time of a frame, microseconds: median, 99th percentile and maximum. It also has
+//! the nanoseconds to update one polygon, and the median of the ratio to `osp`, frame by frame. The row of `floor` ends
+//! with the copied bytes of a frame and their rate.
 
 #[path = "support/models.rs"]
 mod models;
 
-use std::time::Instant;
+use std::{
+    sync::mpsc::{Receiver, SyncSender, sync_channel},
+    thread,
+    time::Instant,
+};
 
 use models::Cases;
 use osp::{
@@ -24,6 +31,7 @@ use osp::{
     polygon::PolygonId,
     view::{Projection, View},
 };
+use osp_lab::Contender;
 use osp_rivals::IndexKind;
 use rand_pcg::{Pcg32, rand_core::Rng};
 
@@ -100,6 +108,8 @@ impl Model {
 
 /// A structure that follows changes.
 trait Follow {
+    /// Gives the structure what another one found, outside of the measured time.
+    fn answer(&mut self, _in_view: &[PolygonId]) {}
     fn follow(&mut self, moved: &[(PolygonId, Aabb)], is_each: bool);
     fn cull(&self, view: &Frustum, list: &mut Vec<PolygonId>);
 }
@@ -150,12 +160,106 @@ impl Follow for Beside {
     }
 }
 
+/// The work of the second thread.
+enum Work {
+    Move(Vec<(PolygonId, Aabb)>),
+    Cull(Frustum, Vec<PolygonId>),
+}
+
+/// Two plain loops, each over one half of the polygons. A thread of its own runs the second one.
+struct TwoThreads {
+    first: Box<dyn SpatialIndex>,
+    /// The number of polygons in the first half.
+    half: u32,
+    work: SyncSender<Work>,
+    done: Receiver<Work>,
+}
+
+impl TwoThreads {
+    fn new(boxes: &[Aabb], config: &IndexConfig) -> Self {
+        let half = boxes.len().div_ceil(2);
+        let of = |boxes: &[Aabb]| {
+            let numbered = boxes.iter().enumerate().map(|(id, b)| (PolygonId(id as u32), *b));
+            filled(IndexKind::BruteSimd.create(config), numbered)
+        };
+        let (first, mut second) = (of(&boxes[..half]), of(&boxes[half..]));
+        let (work, jobs) = sync_channel(1);
+        let (finished, done) = sync_channel(1);
+        thread::spawn(move || {
+            for mut job in jobs {
+                match &mut job {
+                    Work::Move(moved) => update(&mut *second, moved, false),
+                    Work::Cull(view, list) => _ = second.frustum_cull(view, list),
+                }
+                if finished.send(job).is_err() {
+                    return;
+                }
+            }
+        });
+        Self { first, half: half as u32, work, done }
+    }
+}
+
+impl Follow for TwoThreads {
+    fn follow(&mut self, moved: &[(PolygonId, Aabb)], _is_each: bool) {
+        let (first, second) = moved.split_at(moved.partition_point(|(id, _)| id.0 < self.half));
+        let second = second.iter().map(|(id, bounds)| (PolygonId(id.0 - self.half), *bounds)).collect();
+        self.work.send(Work::Move(second)).expect("the thread runs");
+        update(&mut *self.first, first, false);
+        self.done.recv().expect("the thread runs");
+    }
+
+    fn cull(&self, view: &Frustum, list: &mut Vec<PolygonId>) {
+        self.work.send(Work::Cull(*view, Vec::new())).expect("the thread runs");
+        self.first.frustum_cull(view, list);
+        if let Work::Cull(_, found) = self.done.recv().expect("the thread runs") {
+            list.extend(found.iter().map(|id| PolygonId(id.0 + self.half)));
+        }
+    }
+}
+
+/// The least that a frame has to read and write, by copying what is known.
+struct Floor {
+    boxes: Vec<Aabb>,
+    in_view: Vec<PolygonId>,
+}
+
+impl Follow for Floor {
+    fn follow(&mut self, moved: &[(PolygonId, Aabb)], _is_each: bool) {
+        moved.iter().for_each(|(id, bounds)| self.boxes[id.index()] = *bounds);
+    }
+
+    fn cull(&self, _view: &Frustum, list: &mut Vec<PolygonId>) {
+        list.extend_from_slice(&self.in_view);
+    }
+
+    fn answer(&mut self, in_view: &[PolygonId]) {
+        self.in_view.clear();
+        self.in_view.extend_from_slice(in_view);
+    }
+}
+
 struct Follower {
-    name: String,
+    name: &'static str,
     of: Box<dyn Follow>,
     list: Vec<PolygonId>,
     frames_us: Vec<f64>,
     follow_ns: Vec<f64>,
+}
+
+impl Follower {
+    fn frame(&mut self, moved: &[(PolygonId, Aabb)], view: &Frustum, is_each: bool, is_measured: bool) {
+        self.list.clear();
+        let start = Instant::now();
+        self.of.follow(moved, is_each);
+        let followed = start.elapsed();
+        self.of.cull(view, &mut self.list);
+        let frame_us = start.elapsed().as_nanos() as f64 * 1.0e-3;
+        if is_measured {
+            self.frames_us.push(frame_us);
+            self.follow_ns.push(followed.as_nanos() as f64 / moved.len().max(1) as f64);
+        }
+    }
 }
 
 fn filled(
@@ -172,26 +276,24 @@ fn filled(
     index
 }
 
+fn follower(name: &'static str, of: impl Follow + 'static) -> Follower {
+    Follower { name, of: Box::new(of), list: Vec::new(), frames_us: Vec::new(), follow_ns: Vec::new() }
+}
+
 fn followers(model: &Model, kind: Kind) -> Vec<Follower> {
     let boxes = &model.boxes;
     let config = IndexConfig { capacity: boxes.len(), ..IndexConfig::default() };
     let all = || boxes.iter().enumerate().map(|(id, b)| (PolygonId(id as u32), *b));
-    let follower = |name: &str, of: Box<dyn Follow>| Follower {
-        name: name.to_owned(),
-        of,
-        list: Vec::new(),
-        frames_us: Vec::new(),
-        follow_ns: Vec::new(),
-    };
-    let mut followers = vec![follower("osp", Box::new(One(filled(Box::new(Osp::new(&config)), all()))))];
+    let mut followers = vec![follower("osp", One(filled(Box::new(Osp::new(&config)), all())))];
     let rivals: &[&str] = if kind.is_shuffled && boxes.len() > 100_000 {
-        &["brute-simd", "loose-octree"]
+        &["brute-simd", "loose-octree", "parry3d", "obvhs"]
     } else {
-        &["brute-simd", "loose-octree", "time-order", "bvh-sah", "lbvh"]
+        &["brute-simd", "loose-octree", "time-order", "bvh-sah", "lbvh", "parry3d", "obvhs", "rstar"]
     };
-    for name in rivals {
-        let index = IndexKind::from_name(name).expect("a structure").create(&config);
-        followers.push(follower(name, Box::new(One(filled(index, all())))));
+    // A build without the trees of other crates does not know their names.
+    for contender in rivals.iter().filter_map(|name| Contender::from_name(name)) {
+        let index = filled(contender.create(&config), all());
+        followers.push(follower(contender.name(), One(index)));
     }
     let mut resting = Osp::new(&config);
     for (id, bounds) in all().filter(|(id, _)| !model.is_moving[id.index()]) {
@@ -202,7 +304,8 @@ fn followers(model: &Model, kind: Kind) -> Vec<Follower> {
     let numbered = model.moving.iter().enumerate().map(|(at, id)| (PolygonId(at as u32), boxes[id.index()]));
     let moving = filled(moving, numbered);
     let beside = Beside { resting, moving, numbers: model.moving.clone(), told: Vec::new() };
-    followers.push(follower("loop-beside", Box::new(beside)));
+    followers.push(follower("loop-beside", beside));
+    followers.push(follower("two-threads", TwoThreads::new(boxes, &config)));
     followers
 }
 
@@ -215,25 +318,19 @@ fn at(values: &mut [f64], part: f64) -> f64 {
 fn measure(boxes: Vec<Aabb>, share: f64, kind: Kind) {
     let model = Model::new(boxes, share, kind);
     let mut followers = followers(&model, kind);
+    let mut floor = follower("floor", Floor { boxes: model.boxes.clone(), in_view: Vec::new() });
     let mut moved = Vec::new();
     let mut seen = 0;
     for frame in 0..BEFORE + FRAMES {
         model.moved(frame, kind.is_shuffled, &mut moved);
         let view = model.view(frame);
+        let is_measured = frame >= BEFORE;
         let count = followers.len();
         for turn in 0..count {
-            let one = &mut followers[(frame + turn) % count];
-            one.list.clear();
-            let start = Instant::now();
-            one.of.follow(&moved, kind.is_each);
-            let followed = start.elapsed();
-            one.of.cull(&view, &mut one.list);
-            let frame_us = start.elapsed().as_nanos() as f64 * 1.0e-3;
-            if frame >= BEFORE {
-                one.frames_us.push(frame_us);
-                one.follow_ns.push(followed.as_nanos() as f64 / moved.len().max(1) as f64);
-            }
+            followers[(frame + turn) % count].frame(&moved, &view, kind.is_each, is_measured);
         }
+        floor.of.answer(&followers[0].list);
+        floor.frame(&moved, &view, kind.is_each, is_measured);
         let sorted = |list: &[PolygonId]| {
             let mut ids = list.to_vec();
             ids.sort_unstable();
@@ -249,7 +346,8 @@ fn measure(boxes: Vec<Aabb>, share: f64, kind: Kind) {
     }
     let order = if kind.is_shuffled { "shuffled" } else { "drawn" };
     let reference = followers[0].frames_us.clone();
-    for of in &mut followers {
+    let in_view = followers[0].list.len();
+    for of in followers.iter_mut().chain([&mut floor]) {
         let ratio =
             at(&mut of.frames_us.iter().zip(&reference).map(|(us, osp)| us / osp).collect::<Vec<_>>(), 0.5);
         let (median, p99, most) =
@@ -262,6 +360,16 @@ fn measure(boxes: Vec<Aabb>, share: f64, kind: Kind) {
             at(&mut of.follow_ns, 0.5),
         );
     }
+    // Each moving box is read with its number and written; each number in view is read and written.
+    let bytes = moved.len() * (size_of::<(PolygonId, Aabb)>() + size_of::<Aabb>())
+        + in_view * 2 * size_of::<PolygonId>();
+    let us = at(&mut floor.frames_us, 0.5);
+    println!(
+        "{:>9} {order:<8} {:>9} floor: {bytes} bytes, {:.1} GB/s",
+        model.boxes.len(),
+        moved.len(),
+        bytes as f64 / us * 1.0e-3
+    );
 }
 
 #[expect(clippy::print_stdout, reason = "a bench prints its table")]

@@ -33,10 +33,21 @@ impl Moved {
 }
 
 impl Osp {
-    /// Implements [`SpatialIndex::update_all`](crate::index::SpatialIndex::update_all). Splits the updates by
-    /// block and updates each block at once.
+    /// Implements [`SpatialIndex::update_all`](crate::index::SpatialIndex::update_all). Updates the polygons of the
+    /// tree block by block.
     pub(super) fn update_blocks(&mut self, mut updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
-        let is_worth_it = updates.len() >= LEAST && !self.is_linear;
+        while self.is_linear {
+            let mut moved = self.movers.update_first(updates);
+            moved += self.linear.update_first(&updates[moved..]);
+            self.upkeep.adjusted += moved as u64;
+            updates = &updates[moved..];
+            let Some((id, bounds)) = updates.first() else { return };
+            if moved == 0 {
+                refused.extend(self.update(*id, bounds).err());
+                updates = &updates[1..];
+            }
+        }
+        let is_worth_it = updates.len() >= LEAST;
         // Number of blocks whose memory has been prefetched.
         let mut ahead = 0_usize;
         loop {
@@ -53,22 +64,8 @@ impl Osp {
             }
             let end = updates.iter().position(|(id, _)| id.0 / 16 != first / 16).unwrap_or(updates.len());
             let (of_block, rest) = updates.split_at(end);
-            if self.is_linear {
-                self.update_listed(of_block, refused);
-            } else {
-                self.update_block(of_block, refused);
-            }
+            self.update_block(of_block, refused);
             (updates, ahead) = (rest, ahead.saturating_sub(1));
-        }
-    }
-
-    /// Sets new boxes of polygons of one block in the plain list.
-    fn update_listed(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
-        let block = updates.first().map_or(0, |(id, _)| id.0 / 16);
-        if self.linear.update_block(block, updates) {
-            self.upkeep.adjusted += updates.len() as u64;
-        } else {
-            refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
         }
     }
 

@@ -23,21 +23,40 @@ pub(super) struct Linear {
     rows: Rows,
     /// Upper bound of the blocks' numbers.
     highest: u32,
-    /// Whether a block has changed since [`Linear::refresh`].
+    /// Whether a block has changed since the last round of [`Linear::refresh`] began.
     is_changed: bool,
-    /// Whether `bounds` may be too large.
+    /// Whether a polygon has moved or gone since the last round ended, so `bounds` may be too large.
     is_loose: bool,
-    /// Number of commits since a block has changed, and the number at which [`Linear::refresh`] runs.
+    /// Number of commits with changes since the last round ended, and the number at which the next one begins.
     commits: u32,
     wait: u32,
     /// Box that contains all polygons.
     bounds: Wide,
+    round: Round,
+}
+
+/// A round of [`Linear::refresh`], which passes over all groups, a few in each commit.
+#[derive(Clone, Copy, Debug)]
+struct Round {
+    /// The next group; 0 outside of a round.
+    group: usize,
+    /// Number of blocks whose boxes this round has computed.
+    refreshed: usize,
+    /// Box that contains the polygons of the groups that were passed, and all new boxes since the round began.
+    bounds: Wide,
+}
+
+impl Round {
+    const NONE: Self = Self { group: 0, refreshed: 0, bounds: Wide::EMPTY };
 }
 
 /// Number of commits after which the boxes around changed blocks are computed. It is more than one, because polygons being
 /// drawn change again in the next frame. It is larger if most blocks have changed, because their boxes are soon out of date.
 const WAIT: u32 = 4;
 const LONG_WAIT: u32 = 64;
+
+/// Number of groups with changed blocks whose boxes a commit computes.
+const GROUPS_A_COMMIT: usize = 1;
 
 /// Number of blocks in the sample that decides whether polygons are scattered. Each sampled polygon is compared with the
 /// `COMPARED_BEFORE` polygons before it, because strokes that are drawn at the same time take turns.
@@ -66,6 +85,7 @@ impl Linear {
             commits: 0,
             wait: WAIT,
             bounds: Wide::EMPTY,
+            round: Round::NONE,
         }
     }
 
@@ -73,6 +93,7 @@ impl Linear {
         self.rows.clear();
         (self.is_changed, self.is_loose) = (false, false);
         (self.highest, self.commits, self.wait, self.bounds) = (0, 0, WAIT, Wide::EMPTY);
+        self.round = Round::NONE;
     }
 
     /// Moves all blocks to the flat rows beside the tree. Returns `false` if these are not empty.
@@ -166,9 +187,16 @@ impl Linear {
         }
         self.rows.lanes[at] |= 1 << lane;
         self.rows.boxes[at].set(lane, bounds);
-        self.bounds = self.bounds.union(Wide::from_box(bounds));
+        self.contain(Wide::from_box(bounds));
         self.mark_changed(at);
         Inserted::Done
+    }
+
+    /// Enlarges the boxes around everything.
+    #[inline(always)]
+    fn contain(&mut self, bounds: Wide) {
+        self.bounds = self.bounds.union(bounds);
+        self.round.bounds = self.round.bounds.union(bounds);
     }
 
     fn push(&mut self, number: u32) -> usize {
@@ -186,31 +214,28 @@ impl Linear {
             return false;
         }
         self.rows.boxes[at].set(lane, bounds);
-        self.bounds = self.bounds.union(wide);
+        self.contain(wide);
         self.is_loose = true;
         self.mark_changed(at);
         true
     }
 
-    /// Sets new boxes of polygons of one block, in order. Returns `false` at the first polygon that is not in the list or
-    /// whose new box is invalid; earlier boxes stay set.
-    #[inline]
-    pub(super) fn update_block(&mut self, number: u32, updates: &[(PolygonId, Aabb)]) -> bool {
-        let Some(at) = self.find(number) else { return false };
-        let (there, boxes) = (self.rows.lanes[at], &mut self.rows.boxes[at]);
-        let mut is_right = true;
+    /// Sets new boxes in order, up to the first polygon that is not in the list or the first invalid box. Returns the
+    /// number of boxes set.
+    pub(super) fn update_first(&mut self, updates: &[(PolygonId, Aabb)]) -> usize {
+        let (mut all, mut count) = (Wide::EMPTY, 0);
+        // Without a loop for each block, no branch depends on how many polygons of a block move.
         for (id, bounds) in updates {
-            let (lane, wide) = (id.index() % BLOCK, Wide::from_box(bounds));
-            is_right = there >> lane & 1 == 1 && wide.is_valid();
-            if !is_right {
-                break;
-            }
-            boxes.set(lane, bounds);
-            self.bounds = self.bounds.union(wide);
+            let wide = Wide::from_box(bounds);
+            let Some((at, lane)) = self.place(id.0).filter(|_| wide.is_valid()) else { break };
+            self.rows.boxes[at].set(lane, bounds);
+            all = all.union(wide);
+            self.mark_changed(at);
+            count += 1;
         }
-        self.is_loose = true;
-        self.mark_changed(at);
-        is_right
+        self.is_loose |= count > 0;
+        self.contain(all);
+        count
     }
 
     /// Removes a polygon; returns `false` if it is not in the list.
@@ -222,6 +247,8 @@ impl Linear {
         if self.rows.lanes[at] == 0 {
             self.rows.swap_remove(at);
             self.is_changed = true;
+            // The block that was moved may have been skipped.
+            self.round = Round::NONE;
         } else {
             self.mark_changed(at)
         }
@@ -235,10 +262,10 @@ impl Linear {
         }
     }
 
-    /// Ends a batch of changes. Every few commits, computes the boxes around the blocks that have changed.
+    /// Ends a batch of changes. Every few commits begins to compute the boxes around the blocks that have changed.
     #[inline]
     pub(super) fn commit(&mut self) {
-        if self.is_changed {
+        if self.is_changed || self.round.group > 0 {
             self.commits += 1;
             if self.commits >= self.wait {
                 self.refresh();
@@ -246,14 +273,26 @@ impl Linear {
         }
     }
 
+    /// Computes the boxes around the changed blocks of the next groups, and at the end of a round the box around everything.
     #[inline(never)]
     fn refresh(&mut self) {
-        (self.is_changed, self.commits) = (false, 0);
-        let count = self.rows.refresh();
-        self.wait = if self.is_loose && count > self.len() / 2 { LONG_WAIT } else { WAIT };
-        if std::mem::take(&mut self.is_loose) {
-            let each = self.rows.around_groups().map(|around| Wide::from_box(&around));
-            self.bounds = each.fold(Wide::EMPTY, Wide::union);
+        if self.round.group == 0 {
+            (self.is_changed, self.round) = (false, Round::NONE);
+        }
+        let mut left = GROUPS_A_COMMIT;
+        while left > 0 && self.round.group < self.rows.groups() {
+            let count = self.rows.refresh(self.round.group);
+            let around = self.rows.group(self.round.group).0.around(0xFFFF);
+            self.round.bounds = self.round.bounds.union(Wide::from_box(&around));
+            self.round.refreshed += count;
+            left -= usize::from(count > 0);
+            self.round.group += 1;
+        }
+        if self.round.group == self.rows.groups() {
+            let are_most = self.round.refreshed > self.len() / 2;
+            self.wait = if std::mem::take(&mut self.is_loose) && are_most { LONG_WAIT } else { WAIT };
+            self.bounds = self.round.bounds;
+            (self.commits, self.round.group) = (0, 0);
         }
     }
 
@@ -272,7 +311,9 @@ impl Linear {
                 return Err(format!("block {number} lies outside the box around everything"));
             }
         }
-        let is_changed = (0..self.rows.groups()).any(|group| self.rows.group(group).1 != 0);
+        // In a round, the groups before the next one have no changes, or `is_changed` is set again.
+        let unseen = if self.round.group > 0 { self.round.group } else { self.rows.groups() };
+        let is_changed = (0..unseen).any(|group| self.rows.group(group).1 != 0);
         if is_changed && !self.is_changed {
             return Err("a changed block that no commit sees".to_owned());
         }

@@ -34,10 +34,12 @@ pub(super) struct Movers {
     /// The groups of polygons of any blocks, all full except the last, and the ids of these polygons.
     shared: Groups,
     ids: Vec<[u32; BLOCK]>,
-    /// Guess of the slot that gets the next new box. In a group of one block, it stands for all slots of the group.
-    /// Polygons that move together mostly have slots in the order of their updates. A right guess saves a read from
-    /// the large table `slots`.
+    /// Guess of the shared slot that gets the next new box. Polygons that move together mostly have slots in the order of
+    /// their updates, or in the reverse order. A right guess saves a read from the large table `slots`.
     guess: Slot,
+    /// The shared slot that last got a new box, and the expected distance of the next one: 1, or -1 as a wrapping number.
+    last: Slot,
+    step: u32,
     len: usize,
     /// Upper bound of all ids since the rows were last empty.
     ids_end: usize,
@@ -138,6 +140,8 @@ impl Movers {
             shared: Groups::with_room_for(groups),
             ids: Vec::with_capacity(groups),
             guess: Slot::shared(0, 0),
+            last: Slot::shared(0, 0),
+            step: 1,
             len: 0,
             ids_end: 0,
             most: [0; 2],
@@ -199,17 +203,16 @@ impl Movers {
         if let Some(slot) = self.guessed(id) {
             return Some(slot);
         }
-        self.slots.shared(id).or_else(|| self.own_slot(id, self.slots.own_group(id.index() / BLOCK)?))
+        match self.slots.own_group(id.index() / BLOCK) {
+            Some(group) => self.own_slot(id, group),
+            None => self.slots.shared(id),
+        }
     }
 
-    /// The slot of a polygon, if it is the guess, or in the same group of one block.
+    /// The slot of a polygon, if it is the guess.
     #[inline(always)]
     fn guessed(&self, id: PolygonId) -> Option<Slot> {
         let (group, lane) = (self.guess.group(), self.guess.lane());
-        if self.guess.is_own() {
-            let is_of_block = self.own.numbers.get(group) == Some(&(id.0 / BLOCK as u32));
-            return if is_of_block { self.own_slot(id, group) } else { None };
-        }
         let is_of_id = self.ids.get(group).is_some_and(|ids| ids[lane] == id.0);
         (is_of_id && self.shared.lanes[group] >> lane & 1 == 1).then_some(self.guess)
     }
@@ -232,11 +235,13 @@ impl Movers {
     pub(super) fn set(&mut self, slot: Slot, bounds: &Aabb) {
         if slot.is_own() {
             self.set_own(slot.group(), slot.lane(), bounds);
-            self.guess = slot;
-        } else {
-            self.shared.set(slot.group(), slot.lane(), bounds);
-            self.guess = slot.next();
+            return;
         }
+        self.shared.set(slot.group(), slot.lane(), bounds);
+        if slot != self.guess {
+            self.step = if slot.after(1) == self.last { u32::MAX } else { 1 };
+        }
+        (self.last, self.guess) = (slot, slot.after(self.step));
     }
 
     #[inline(always)]
@@ -392,7 +397,8 @@ impl Movers {
         let (block, lanes, boxes) = self.own.block(group);
         let boxes = *boxes;
         self.remove_group(group);
-        for lane in lanes_of(lanes) {
+        // Groups are examined from the last to the first, so the reverse order of lanes makes one order of all ids.
+        for lane in (0..BLOCK).rev().filter(|lane| lanes >> lane & 1 == 1) {
             self.share(id_in(block, lane), &boxes.get(lane));
         }
     }

@@ -164,23 +164,14 @@ impl Rows {
         self.changed.truncate(groups);
     }
 
-    /// Computes the boxes around the blocks that have changed; returns their number.
-    pub(super) fn refresh(&mut self) -> usize {
-        let mut count = 0;
-        for group in 0..self.changed.len() {
-            let changed = std::mem::take(&mut self.changed[group]);
-            for lane in bits_of(u64::from(changed)) {
-                let bounds = self.measure(group * BLOCK + lane);
-                self.around[group].set(lane, &bounds);
-            }
-            count += changed.count_ones() as usize;
+    /// Computes the boxes around the blocks of a group that have changed; returns their number.
+    pub(super) fn refresh(&mut self, group: usize) -> usize {
+        let changed = std::mem::take(&mut self.changed[group]);
+        for lane in bits_of(u64::from(changed)) {
+            let bounds = self.measure(group * BLOCK + lane);
+            self.around[group].set(lane, &bounds);
         }
-        count
-    }
-
-    /// The boxes around all blocks of each group.
-    pub(super) fn around_groups(&self) -> impl Iterator<Item = Aabb> {
-        self.around.iter().map(|around| around.around(0xFFFF))
+        changed.count_ones() as usize
     }
 
     /// Checks the invariants; for tests.

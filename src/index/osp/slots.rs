@@ -33,9 +33,10 @@ impl Slot {
         self.0 as usize % BLOCK
     }
 
+    /// The slot at a wrapping distance.
     #[inline(always)]
-    pub(super) const fn next(self) -> Self {
-        Self(self.0 + 1)
+    pub(super) const fn after(self, by: u32) -> Self {
+        Self(self.0.wrapping_add(by))
     }
 }
 

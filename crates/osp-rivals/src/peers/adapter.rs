@@ -12,6 +12,12 @@ pub(super) trait PeerTree: 'static + Default + Send + Sync {
     /// Removes a polygon. `bounds` is its box in the tree.
     fn remove(&mut self, id: u32, bounds: &Aabb);
 
+    /// Replaces a polygon's box.
+    fn update(&mut self, id: u32, before: &Aabb, bounds: &Aabb) {
+        self.remove(id, before);
+        self.insert(id, bounds);
+    }
+
     /// Ends a batch of changes. `filed` contains the boxes of all present polygons.
     fn commit(&mut self, _filed: &FiledBoxes) {}
 
@@ -60,8 +66,7 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         let before = self.filed.update(id, bounds)?;
-        self.tree.remove(id.0, &before);
-        self.tree.insert(id.0, bounds);
+        self.tree.update(id.0, &before, bounds);
         self.is_due = true;
         Ok(())
     }

@@ -19,10 +19,31 @@ fn box_of(bounds: &Aabb) -> obvhs::aabb::Aabb {
 #[derive(Default)]
 pub(super) struct Growing {
     tree: Bvh2,
+    updated: Vec<(u32, obvhs::aabb::Aabb)>,
     stack: Mutex<Vec<(u32, PlaneMask)>>,
 }
 
+/// If more leaves than one of so many have moved, a new tree is faster than one whose nodes are resized leaf by leaf.
+const MOST: usize = 2;
+
 impl Growing {
+    /// Builds the tree again, as fast as the crate can.
+    fn build(&mut self, filed: &FiledBoxes) {
+        let (ids, boxes): (Vec<u32>, Vec<_>) = filed.iter().map(|(id, b)| (id.0, box_of(b))).unzip();
+        let numbers = (0..boxes.len() as u32).collect();
+        let (distance, precision) = (PlocSearchDistance::Minimum, SortPrecision::U64);
+        self.tree = PlocBuilder::new().build(distance, &boxes, numbers, precision, 0);
+        self.tree.primitive_indices.iter_mut().for_each(|at| *at = ids[*at as usize]);
+    }
+
+    /// Gives the updated leaves their boxes.
+    fn resize(&mut self) {
+        self.tree.init_primitives_to_nodes_if_uninit();
+        for (id, bounds) in self.updated.drain(..) {
+            self.tree.resize_node(self.tree.primitives_to_nodes[id as usize] as usize, bounds);
+        }
+    }
+
     fn walk(&self, frustum: &Frustum, mut found: impl FnMut(u32)) {
         if self.tree.nodes.is_empty() {
             return;
@@ -54,11 +75,26 @@ impl Growing {
 
 impl PeerTree for Growing {
     fn insert(&mut self, id: u32, bounds: &Aabb) {
+        self.resize();
         self.tree.insert_primitive(box_of(bounds), id);
     }
 
     fn remove(&mut self, id: u32, _bounds: &Aabb) {
+        self.resize();
         self.tree.remove_primitive(id);
+    }
+
+    fn update(&mut self, id: u32, _before: &Aabb, bounds: &Aabb) {
+        self.updated.push((id, box_of(bounds)));
+    }
+
+    fn commit(&mut self, filed: &FiledBoxes) {
+        if self.updated.len() * MOST > filed.len() {
+            self.build(filed);
+            self.updated.clear();
+        } else {
+            self.resize();
+        }
     }
 
     fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>) {

@@ -1,5 +1,5 @@
 use glam::Vec3;
-use parry3d::partitioning::{Bvh, BvhBuildStrategy, TraversalAction};
+use parry3d::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace, TraversalAction};
 
 use super::adapter::PeerTree;
 use crate::by_id::FiledBoxes;
@@ -27,24 +27,61 @@ fn cull(tree: &Bvh, frustum: &Frustum, mut found: impl FnMut(u32)) {
     });
 }
 
+/// Largest share of updated leaves, one in so many, whose ancestors are refitted leaf by leaf. Above it, a refit of the
+/// whole tree is faster.
+const FEW: usize = 16;
+
 #[derive(Default)]
-pub(super) struct Growing(Bvh);
+pub(super) struct Growing {
+    tree: Bvh,
+    updated: Vec<u32>,
+    workspace: BvhWorkspace,
+}
+
+impl Growing {
+    /// Restores the boxes above the updated leaves.
+    fn refit(&mut self) {
+        if self.updated.is_empty() {
+            return;
+        }
+        if self.updated.len() * FEW <= self.tree.leaf_count() as usize {
+            self.tree.refit_partial(&[], &self.updated);
+        } else {
+            self.tree.refit(&mut self.workspace);
+        }
+        self.updated.clear();
+        if std::env::var_os("PARRY_OPT").is_some() {
+            self.tree.optimize_incremental(&mut self.workspace);
+        }
+    }
+}
 
 impl PeerTree for Growing {
     fn insert(&mut self, id: u32, bounds: &Aabb) {
-        self.0.insert(box_of(bounds), id);
+        self.refit();
+        self.tree.insert(box_of(bounds), id);
     }
 
     fn remove(&mut self, id: u32, _bounds: &Aabb) {
-        self.0.remove(id);
+        self.refit();
+        self.tree.remove(id);
+    }
+
+    fn update(&mut self, id: u32, _before: &Aabb, bounds: &Aabb) {
+        self.tree.insert_or_update_partially(box_of(bounds), id, 0.0);
+        self.updated.push(id);
+    }
+
+    fn commit(&mut self, _filed: &FiledBoxes) {
+        self.refit();
     }
 
     fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>) {
-        cull(&self.0, frustum, |id| out.push(PolygonId(id)));
+        cull(&self.tree, frustum, |id| out.push(PolygonId(id)));
     }
 
     fn bytes(&self) -> usize {
-        self.0.heap_memory_size()
+        self.tree.heap_memory_size() + self.updated.capacity() * size_of::<u32>()
     }
 }
 
