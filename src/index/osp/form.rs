@@ -38,6 +38,8 @@ impl Osp {
     #[inline(never)]
     pub(super) fn make_tree(&mut self) {
         (self.is_linear, self.list_blocks) = (false, self.linear_blocks);
+        // A list counts polygons, of which sixteen are about a run.
+        self.new_runs = self.new_runs.div_ceil(BLOCK as u32);
         if self.linear.give_to(&mut self.movers) {
             self.len = 0;
             self.is_settling = true;

@@ -87,7 +87,8 @@ pub struct Osp {
 }
 
 impl Osp {
-    /// An empty tree.
+    /// An empty tree. Writes to the memory that it reserves. The first call in a process also takes about a millisecond to
+    /// grow and query a small model, so that no later frame waits until this code is loaded.
     pub fn new(config: &IndexConfig) -> Self {
         Self::with_backend(config, Backend::detect())
     }
@@ -96,6 +97,12 @@ impl Osp {
     /// results do not depend on it.
     #[doc(hidden)]
     pub fn with_backend(config: &IndexConfig, backend: Backend) -> Self {
+        Self::warm_up(backend);
+        Self::empty(config, backend)
+    }
+
+    /// An empty tree, without [`Osp::warm_up`].
+    pub(super) fn empty(config: &IndexConfig, backend: Backend) -> Self {
         // This is room for a drawn session of `capacity` polygons, and the additional room of `make_room`.
         let polygons = config.room() + AHEAD;
         let runs = polygons / 8;

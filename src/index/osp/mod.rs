@@ -41,6 +41,7 @@
 //! * Commit: `settle.rs`, `divide.rs`, `order.rs`, `rest.rs`.
 //! * Query: `plan.rs` chooses the way, `query.rs` walks, `two_eyes.rs` walks for two, `answer.rs` writes the result;
 //!   `movers_query.rs`, `visit.rs`, `ray.rs`. Then `thin.rs` removes hidden polygons.
+//! * Creation: `warm.rs` loads the code of later frames.
 //! * Storage: `layout.rs`, `pool.rs`, `pages.rs`, `rows.rs`, `spans.rs`, `pair_sets.rs`.
 //!
 //! # Layout
@@ -86,5 +87,6 @@ mod tuning;
 mod two_eyes;
 mod validate;
 mod visit;
+mod warm;
 
 pub use index::Osp;
