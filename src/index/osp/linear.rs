@@ -25,7 +25,7 @@ pub(super) struct Linear {
     highest: u32,
     /// Whether a block has changed since the last round of [`Linear::refresh`] began.
     is_changed: bool,
-    /// Whether a polygon has moved or gone since the last round ended, so `bounds` may be too large.
+    /// Whether a polygon has moved or gone since the last round began, so `bounds` may be too large.
     is_loose: bool,
     /// Number of commits with changes since the last round ended, and the number at which the next one begins.
     commits: u32,
@@ -42,12 +42,14 @@ struct Round {
     group: usize,
     /// Number of blocks whose boxes this round has computed.
     refreshed: usize,
-    /// Box that contains the polygons of the groups that were passed, and all new boxes since the round began.
+    /// Whether this round also computes the box around everything.
+    is_loose: bool,
+    /// If so, the box around the polygons of the groups that were passed, and all new boxes since the round began.
     bounds: Wide,
 }
 
 impl Round {
-    const NONE: Self = Self { group: 0, refreshed: 0, bounds: Wide::EMPTY };
+    const NONE: Self = Self { group: 0, refreshed: 0, is_loose: false, bounds: Wide::EMPTY };
 }
 
 /// Number of commits after which the boxes around changed blocks are computed. It is more than one, because polygons being
@@ -196,7 +198,9 @@ impl Linear {
     #[inline(always)]
     fn contain(&mut self, bounds: Wide) {
         self.bounds = self.bounds.union(bounds);
-        self.round.bounds = self.round.bounds.union(bounds);
+        if self.round.group > 0 {
+            self.round.bounds = self.round.bounds.union(bounds);
+        }
     }
 
     fn push(&mut self, number: u32) -> usize {
@@ -277,22 +281,29 @@ impl Linear {
     #[inline(never)]
     fn refresh(&mut self) {
         if self.round.group == 0 {
-            (self.is_changed, self.round) = (false, Round::NONE);
+            self.round = Round { is_loose: std::mem::take(&mut self.is_loose), ..Round::NONE };
+            self.is_changed = false;
         }
+        let round = &mut self.round;
         let mut left = GROUPS_A_COMMIT;
-        while left > 0 && self.round.group < self.rows.groups() {
-            let count = self.rows.refresh(self.round.group);
-            let around = self.rows.group(self.round.group).0.around(0xFFFF);
-            self.round.bounds = self.round.bounds.union(Wide::from_box(&around));
-            self.round.refreshed += count;
+        while left > 0 && round.group < self.rows.groups() {
+            let count = self.rows.refresh(round.group);
+            if round.is_loose {
+                let around = self.rows.group(round.group).0.around(0xFFFF);
+                round.bounds = round.bounds.union(Wide::from_box(&around));
+            }
+            round.refreshed += count;
             left -= usize::from(count > 0);
-            self.round.group += 1;
+            round.group += 1;
         }
-        if self.round.group == self.rows.groups() {
-            let are_most = self.round.refreshed > self.len() / 2;
-            self.wait = if std::mem::take(&mut self.is_loose) && are_most { LONG_WAIT } else { WAIT };
-            self.bounds = self.round.bounds;
-            (self.commits, self.round.group) = (0, 0);
+        if round.group == self.rows.groups() {
+            (self.wait, self.commits, round.group) = (WAIT, 0, 0);
+            if round.is_loose {
+                self.bounds = round.bounds;
+                if round.refreshed > self.rows.len() / 2 {
+                    self.wait = LONG_WAIT;
+                }
+            }
         }
     }
 
