@@ -63,18 +63,21 @@ fn find(brush: &Brush) -> Option<Box<Solid>> {
     let enough = brush.cutoff + SURELY;
     let (mut solid, mut side) = (Box::new([u128::MAX; SIDE]), SIDE);
     loop {
-        let is_solid = |x: usize, y: usize| {
-            let around = |c: usize| match repeats(brush) {
-                true => [(c + side - 1) % side, c, (c + 1) % side],
-                false => [c.saturating_sub(1), c, (c + 1).min(side - 1)],
+        let columns: Vec<u128> = (0..side)
+            .map(|x| (0..side).fold(0, |of, y| of | u128::from(level[y * side + x] >= enough) << y))
+            .collect();
+        let (texels, last) = (SIDE / side, side - 1);
+        for x in 0..side {
+            // A texel counts if its eight neighbours are solid, too. At the border these are the texels of the other side,
+            // or the border's own ones.
+            let (left, right, below, above) = match repeats(brush) {
+                true => ((x + last) % side, (x + 1) % side, last, 0),
+                false => (x.saturating_sub(1), (x + 1).min(last), 0, last),
             };
-            around(y).iter().all(|y| around(x).iter().all(|x| level[y * side + x] >= enough))
-        };
-        let texels = SIDE / side;
-        for (x, column) in solid.iter_mut().enumerate() {
-            for y in (0..SIDE).filter(|y| !is_solid(x / texels, y / texels)) {
-                *column &= !(1 << y);
-            }
+            let all = columns[left] & columns[x] & columns[right];
+            let all = all & (all << 1 | all >> below & 1) & (all >> 1 | (all >> above & 1) << last);
+            let wide = (0..SIDE).fold(0, |of, y| of | (all >> (y / texels) & 1) << y);
+            solid[x * texels..(x + 1) * texels].iter_mut().for_each(|column| *column &= wide);
         }
         if side == 1 {
             break;
