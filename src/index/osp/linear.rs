@@ -53,9 +53,11 @@ impl Round {
 }
 
 /// Number of commits after which the boxes around changed blocks are computed. It is more than one, because polygons being
-/// drawn change again in the next frame. It is larger if most blocks have changed, because their boxes are soon out of date.
+/// drawn change again in the next frame. It is larger if polygons of more than one in [`MANY`] blocks have moved, because
+/// the boxes are soon out of date.
 const WAIT: u32 = 4;
 const LONG_WAIT: u32 = 64;
+const MANY: usize = 8;
 
 /// Number of groups with changed blocks whose boxes a commit computes.
 const GROUPS_A_COMMIT: usize = 1;
@@ -300,7 +302,7 @@ impl Linear {
             (self.wait, self.commits, round.group) = (WAIT, 0, 0);
             if round.is_loose {
                 self.bounds = round.bounds;
-                if round.refreshed > self.rows.len() / 2 {
+                if round.refreshed > self.rows.len() / MANY {
                     self.wait = LONG_WAIT;
                 }
             }
