@@ -40,6 +40,8 @@ pub(super) struct Movers {
     /// The shared slot that last got a new box, and the expected distance of the next one: 1, or -1 as a wrapping number.
     last: Slot,
     step: u32,
+    /// The group of one block in which a single polygon last got a new box.
+    last_own: usize,
     len: usize,
     /// Upper bound of all ids since the rows were last empty.
     ids_end: usize,
@@ -142,6 +144,7 @@ impl Movers {
             guess: Slot::shared(0, 0),
             last: Slot::shared(0, 0),
             step: 1,
+            last_own: 0,
             len: 0,
             ids_end: 0,
             most: [0; 2],
@@ -203,6 +206,9 @@ impl Movers {
         if let Some(slot) = self.guessed(id) {
             return Some(slot);
         }
+        if self.own.numbers.get(self.last_own) == Some(&(id.0 / BLOCK as u32)) {
+            return self.own_slot(id, self.last_own);
+        }
         match self.slots.own_group(id.index() / BLOCK) {
             Some(group) => self.own_slot(id, group),
             None => self.slots.shared(id),
@@ -235,6 +241,7 @@ impl Movers {
     pub(super) fn set(&mut self, slot: Slot, bounds: &Aabb) {
         if slot.is_own() {
             self.set_own(slot.group(), slot.lane(), bounds);
+            self.last_own = slot.group();
             return;
         }
         self.shared.set(slot.group(), slot.lane(), bounds);
