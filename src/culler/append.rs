@@ -10,8 +10,8 @@ impl<K: Key> Culler<K> {
     /// replaces that of `self`, with its occluder and layers.
     ///
     /// A level can so be loaded in the background: another thread fills and commits `other`, which checks and sorts its
-    /// objects. A culler without objects takes over `other` as it is, O(1). Any other culler inserts the objects of `other`
-    /// with the next commit, in their order of space, O(objects of `other`).
+    /// objects. A culler without objects takes over `other` as it is, O(1). Any other culler inserts the objects of
+    /// `other` with the next commit, in the spatial order of `other`, O(objects of `other`).
     ///
     /// ```
     /// use osp::Culler;

@@ -88,8 +88,8 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// share of upkeep. Called once a frame; cheap when nothing has changed.
     fn commit(&mut self);
 
-    /// Appends the polygons that the frustum may see to `draw_list`, in any order. An index may write up to 272 places
-    /// behind them, so a list with this much more room does not grow.
+    /// Appends the polygons that the frustum may see to `draw_list`, in any order. An index may need room for 272 more
+    /// entries than it appends.
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts;
 
     /// Adds the polygons that the frustum may see to an empty set. They are the polygons of
@@ -155,8 +155,8 @@ pub trait SpatialIndex: Any + Send + Sync {
     }
 
     /// Any polygon that a ray meets at `t <= t_max`, and its `t`: the first hit that the search finds. This is enough
-    /// for shadows and visibility tests, and cheaper than [`SpatialIndex::ray_nearest`]. `hit` is the same test, and is
-    /// not called again after a hit.
+    /// for shadows and visibility tests, and cheaper than [`SpatialIndex::ray_nearest`]. `hit` tests a polygon as in
+    /// `ray_nearest`. The search calls it until the first hit.
     fn ray_any(
         &self,
         ray: &Ray,

@@ -27,7 +27,8 @@ pub(crate) struct AutoConfig {
 impl Default for AutoConfig {
     /// Drawing takes 10 ns a polygon. A method saves enough if it saves 1.2 times its cost, and replaces another if
     /// frames take 0.9 of the time. It is switched off after 8 frames, and tried at most once in 32. Tries take 0.8 %
-    /// of the drawing time, and so do candidates; both take more for 512 frames after a frame that saved enough.
+    /// of the drawing time, and updates of candidates another 0.8 %. Both shares are larger for 512 frames after a
+    /// frame that saved enough.
     fn default() -> Self {
         Self {
             polygon_ns: 10.0,

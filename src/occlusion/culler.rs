@@ -54,7 +54,7 @@ pub trait OcclusionCuller: Send + Sync {
     fn test_box(&self, bounds: &Aabb) -> Tested;
 
     /// Tests a box that lies in a box already tested, beginning at the cell `from` of that box's test. Returns the verdict
-    /// and the cell of this box. `from` is invalid after another build.
+    /// and the cell of this box. Each build invalidates all earlier cells.
     fn test_box_in(&self, bounds: &Aabb, from: Cell) -> (Tested, Cell) {
         (self.test_box(bounds), from)
     }

@@ -48,7 +48,7 @@ pub struct PoolConfig {
 }
 
 impl Default for PoolConfig {
-    /// 2,048 to 4,096 candidates; neighbours are joined.
+    /// Keeps 2,048 to 4,096 candidates, and joins neighbouring polygons to patches.
     fn default() -> Self {
         Self { capacity: 2048, grouping: Grouping::Patches }
     }

@@ -1,4 +1,5 @@
-//! Writes films as MP4 files: pictures in H.264, after a head that lets a player begin before the file is complete.
+//! Writes films as MP4 files with pictures in H.264. The index is at the beginning, so a player can begin during a
+//! download.
 
 use std::{
     io::{self, Seek, SeekFrom, Write},

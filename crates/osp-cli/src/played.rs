@@ -52,7 +52,7 @@ pub(super) struct IndexedFrameArgs {
     settings: IndexSettingsArgs,
 }
 
-/// The model and indexes of it after a frame.
+/// The model after a frame, and its indexes.
 pub(super) struct Played {
     pub(super) header: Header,
     pub(super) summary: Summary,

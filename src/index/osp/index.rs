@@ -74,8 +74,9 @@ pub struct Osp {
     pub(super) movers: Movers,
     /// Whether polygons of a former plain list wait for the tree.
     pub(super) is_settling: bool,
-    /// Number of commits. `round` is its value at the beginning of the current round through the movers.
+    /// Number of commits.
     pub(super) clock: u32,
+    /// Value of `clock` at the beginning of the current round through the movers.
     pub(super) round: u32,
     /// Number of blocks closed and runs moved since the last check of the free room.
     pub(super) changes: u32,
@@ -99,7 +100,7 @@ impl Osp {
         // This is room for a drawn session of `capacity` polygons, and the additional room of `make_room`.
         let polygons = config.room() + AHEAD;
         let runs = polygons / 8;
-        // This is room for the same polygons after all have moved one by one and some were replaced.
+        // This is room for the same polygons in runs of one polygon, as after all have moved one by one.
         let most_runs = config.room().min(MOST_SCATTERED);
         let mut osp = Self {
             backend,

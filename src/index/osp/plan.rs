@@ -1,7 +1,7 @@
 //! Selects the method of a query. If the whole tree is in view, the result is every polygon. If most of it is in view, the
 //! query searches for the polygons outside the frustum and removes them from the set of all. Otherwise it searches for the
-//! polygons inside. So it never reads the larger part. A query for a list of ids of scattered polygons never searches
-//! outside.
+//! polygons inside. So it never reads the larger part. But if the polygons are scattered, a query for a list of ids
+//! always searches for the polygons inside.
 
 use std::{cell::Cell, ops::Range};
 

@@ -213,7 +213,7 @@ pub(super) const LIST: usize = 16;
 pub(super) const BUCKETS_WAIT: usize = 8;
 pub(super) const PAGES_WAIT: usize = 12;
 
-/// Number of buckets inside every plane that wait for the cache lines of their pages.
+/// Number of buckets wholly in view that wait in their queue while the cache lines of their pages are loaded.
 const WHOLE_WAIT: usize = 1;
 
 /// Largest number of waiting nodes: seven at each level, and the chain of levels on top.

@@ -91,7 +91,7 @@ unsafe fn not_negative(distance: __m256) -> u32 {
 impl Kernel for Avx2 {
     #[inline(always)]
     fn behind(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> u32 {
-        // SAFETY: the token proves AVX2; both halves of sixteen lanes.
+        // SAFETY: the token proves AVX2; lanes 0 to 7 and 8 to 15 exist.
         unsafe {
             let low = negative(distance(plane, plane.far, boxes, 0));
             low | negative(distance(plane, plane.far, boxes, 8)) << 8
@@ -100,7 +100,7 @@ impl Kernel for Avx2 {
 
     #[inline(always)]
     fn behind_any<const N: usize>(self, planes: &[PreparedPlane; N], boxes: &Boxes<16>) -> u32 {
-        // SAFETY: the token proves AVX2; both halves of sixteen lanes.
+        // SAFETY: the token proves AVX2; lanes 0 to 7 and 8 to 15 exist.
         unsafe {
             let zero = _mm256_setzero_ps();
             let (mut low, mut high) = (zero, zero);

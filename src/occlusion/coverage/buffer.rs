@@ -331,8 +331,8 @@ struct TestedCorners {
 impl TestedCorners {
     const NONE: Self = Self { eyes: [DVec3::ZERO; SIDES], seen: [([0; 2], 0.0); SIDES], len: 0 };
 
-    /// Adds a corner. Returns `false` if the polygon is visible there. Most tested polygons are visible, and so is one of
-    /// their corners.
+    /// Adds a corner. Returns `false` if the polygon is visible there. Most tested polygons are visible, and most of
+    /// these have a visible corner.
     #[inline(always)]
     fn push(&mut self, eye: DVec3, seen: ([i32; 2], f64), tiles: &Tiles) -> bool {
         (self.eyes[self.len], self.seen[self.len]) = (eye, seen);

@@ -252,7 +252,7 @@ impl Facet {
 
 /// Bounds of a facet's depth, with the terms that are equal for all tiles.
 pub(super) struct Depths {
-    /// The facet's plane, farther by the rounding error.
+    /// The facet's plane, moved away from the eye by the rounding error.
     plane: [f64; 3],
     /// Difference between the plane's least value in a tile and its value at the tile's first corner.
     low: f64,

@@ -120,8 +120,8 @@ impl Facets {
         self.seen.push(seen);
     }
 
-    /// A corner relative to the eye, and its position and reciprocal depth in the last picture. It is stored while there
-    /// is room.
+    /// A corner relative to the eye, and its position and reciprocal depth in the last picture. The result is stored if
+    /// there is room.
     #[inline(always)]
     pub(super) fn see(
         &mut self,

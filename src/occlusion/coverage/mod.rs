@@ -24,10 +24,10 @@
 //!
 //! # Why a covered pixel is covered
 //! Let `S` be the facets of one surface in a tile, `p` a pixel of it (closed), and `s` its sample.
-//! 1. *Degree.* Each facet is turned counterclockwise and convex (`set_outline`, in whole numbers). A pair of triangles
-//!    has the outline of both, without the edge that they share. So at a point off its edges its winding number is 0 or
-//!    1, and 1 inside. The sum over `S`, the degree, counts the facets above a point. It is the winding number of the
-//!    sum of all outlines. In this sum, an edge that two neighbours share cancels, because they pass it in opposite
+//! 1. *Degree.* Each facet is convex and counterclockwise (`set_outline`, in whole numbers). A pair of triangles has
+//!    the outline of both, without the edge that they share. So at a point off its edges its winding number is 0 or 1,
+//!    and 1 inside. The sum over `S`, the degree, counts the facets above a point. It is the winding number of the sum
+//!    of all outlines. In this sum, an edge that two neighbours share cancels, because they pass it in opposite
 //!    directions. Only open edges remain, and edges whose neighbour is not in `S`.
 //! 2. *Only open edges come near.* If an edge comes within `MARGIN` of the tile, the neighbouring facet does, too. So
 //!    this facet has an entry there, unless it fills the whole tile (`in_tile`, by twice the margin). In that case its

@@ -99,7 +99,7 @@ pub(crate) enum NotTaken {
     Failed(io::Error),
 }
 
-/// The right to write a session. One program has it, from opening to closing.
+/// The right to write a session. One program has this right while the session is open.
 ///
 /// It is an advisory lock on a lock file beside the session, `NAME.ron.open`. The session itself is not
 /// locked, because it need not exist yet. Also, a program that replaces the session (by a rename) would leave the lock

@@ -279,7 +279,7 @@ impl Session {
     }
 }
 
-/// The folder of a file, if it does not exist.
+/// The folder of a file, if this folder does not exist.
 fn missing_folder(path: &Path) -> Option<PathBuf> {
     let Ok(Destination::File(target)) = Destination::of(path) else { return None };
     let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty())?;

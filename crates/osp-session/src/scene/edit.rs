@@ -52,7 +52,7 @@ pub(super) struct Way {
 /// An edit of strokes or groups, and the state before it. Several authors can make such edits simultaneously. Lists are
 /// sorted by stroke.
 ///
-/// While the arrangement is active, its `before` values result from the base and all earlier active arrangements.
+/// While the arrangement is active, its `before` values are the base values after all earlier active arrangements.
 #[derive(Clone, Debug, Default)]
 pub(super) enum Arrangement {
     /// No effect remains.

@@ -89,7 +89,7 @@ struct Open {
     first: usize,
     sections: Vec<Drawn>,
     refresh: Refresh,
-    /// Whether a part of it was built when the segment was shorter.
+    /// Whether some sections were built when the segment was shorter.
     is_outdated: bool,
 }
 
