@@ -15,7 +15,7 @@ pub(crate) mod probe;
 pub(crate) mod simd;
 mod spatial_index;
 mod visit;
-pub(crate) mod waiting;
+pub(crate) mod search_entry;
 mod work;
 
 /// Code that [`Osp`] shares with the structures compared with it, so that all of them run the same code for the same
@@ -30,7 +30,7 @@ pub mod kernels {
         mesh::Mesh,
         probe::{Nearest, NearestPolygons, is_wanted, nearest_by},
         simd::{Boxes, IdWriter, Kernel, PlaneLanes, PlaneSet, ROOM_BEHIND, WithKernel, prefetch_lines},
-        waiting::Waiting,
+        search_entry::SearchEntry,
     };
 }
 

@@ -11,7 +11,7 @@ use super::{
     layout::{Node, Target},
     linear::Pass,
     pool::NONE,
-    query::{Below, Cull, Waiting, count},
+    query::{Below, Cull, WorkQueue, count},
 };
 use crate::{
     index::{
@@ -254,7 +254,7 @@ impl Weigh<'_> {
     #[inline(always)]
     fn is_mostly_seen<K: Kernel>(&self, kernel: K, work: &mut WorkCounts) -> bool {
         let top = &self.osp.nodes[self.top];
-        let mut waiting = Waiting::<(Below, i64), { 8 * WEIGHED }>::new();
+        let mut waiting = WorkQueue::<(Below, i64), { 8 * WEIGHED }>::new();
         waiting.push((Below { number: self.top, planes: PlaneSet::ALL }, 0));
         let mut more_seen = 0i64;
         // The weight that is not decided yet.

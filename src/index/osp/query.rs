@@ -43,9 +43,9 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
             answer: self.answer,
             work: WorkCounts::default(),
             tested: 0,
-            buckets: Waiting::new(),
-            whole: Waiting::new(),
-            pages: Waiting::new(),
+            buckets: WorkQueue::new(),
+            whole: WorkQueue::new(),
+            pages: WorkQueue::new(),
             cut: std::array::from_fn(|_| List::new()),
             full: 0,
         };
@@ -98,13 +98,13 @@ impl Osp {
 
 /// A queue of fixed capacity. Unused places are not initialised, because this would cost a small query more than all its
 /// tests.
-pub(super) struct Waiting<T, const N: usize> {
+pub(super) struct WorkQueue<T, const N: usize> {
     entries: [MaybeUninit<T>; N],
     pushed: usize,
     popped: usize,
 }
 
-impl<T: Copy, const N: usize> Waiting<T, N> {
+impl<T: Copy, const N: usize> WorkQueue<T, N> {
     #[inline(always)]
     pub(super) fn new() -> Self {
         Self { entries: [const { MaybeUninit::uninit() }; N], pushed: 0, popped: 0 }
@@ -134,7 +134,7 @@ impl<T: Copy, const N: usize> Waiting<T, N> {
     }
 }
 
-/// A list of fixed capacity. Unused places are not initialised, as in [`Waiting`].
+/// A list of fixed capacity. Unused places are not initialised, as in [`WorkQueue`].
 pub(super) struct List<T, const N: usize> {
     entries: [MaybeUninit<T>; N],
     len: usize,
@@ -227,9 +227,9 @@ struct Walk<'a, K, A> {
     work: WorkCounts,
     /// Number of polygons reported after a test of their own box.
     tested: u64,
-    buckets: Waiting<Below, 32>,
-    whole: Waiting<u32, 4>,
-    pages: Waiting<BelowPage, 32>,
+    buckets: WorkQueue<Below, 32>,
+    whole: WorkQueue<u32, 4>,
+    pages: WorkQueue<BelowPage, 32>,
     /// Runs that a single plane cuts, by plane. The last list has the runs that several planes cut.
     cut: [List<CutRun<'a>, 32>; 7],
     /// Mask of the lists of `cut` that are ready to be tested.

@@ -20,7 +20,7 @@ use super::{
     pair_sets::{BOTH, Sets},
     plan::{Plan, holds_all},
     pool::NONE,
-    query::{BUCKETS_WAIT, LIST, List, PAGES_WAIT, SEVERAL, STACK, Waiting, count, store_of},
+    query::{BUCKETS_WAIT, LIST, List, PAGES_WAIT, SEVERAL, STACK, WorkQueue, count, store_of},
 };
 use crate::{
     index::{
@@ -118,9 +118,9 @@ impl WithKernel for Pair<'_> {
             answers: Sets::new(self.masks),
             work: WorkCounts::default(),
             tested: 0,
-            buckets: Waiting::new(),
-            whole: Waiting::new(),
-            pages: Waiting::new(),
+            buckets: WorkQueue::new(),
+            whole: WorkQueue::new(),
+            pages: WorkQueue::new(),
             cut: std::array::from_fn(|_| List::new()),
             full: 0,
         };
@@ -207,9 +207,9 @@ struct Walk<'a, K> {
     work: WorkCounts,
     /// Number of polygons reported after a test of their own box.
     tested: u64,
-    buckets: Waiting<Below, 32>,
-    whole: Waiting<Whole, 32>,
-    pages: Waiting<Below, 32>,
+    buckets: WorkQueue<Below, 32>,
+    whole: WorkQueue<Whole, 32>,
+    pages: WorkQueue<Below, 32>,
     /// Runs that a single plane cuts, by plane. The last list has the runs that several planes cut.
     cut: [List<CutRun<'a>, 32>; 7],
     /// Mask of the lists of `cut` that are ready to be tested.

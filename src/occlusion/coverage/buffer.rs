@@ -193,7 +193,7 @@ impl CoverageBuffer {
         }
     }
 
-    /// Whether all pixels that a polygon touches are covered before its nearest depth. The test finds nearly every
+    /// Whether all pixels that a polygon touches are covered in front of its nearest depth. The test finds nearly every
     /// polygon hidden whose box it finds hidden.
     pub fn hides_polygon(&self, polygon: &ConvexPolygon) -> bool {
         let Some(picture) = self.facets.picture() else { return false };

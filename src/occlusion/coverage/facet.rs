@@ -225,7 +225,7 @@ impl Facet {
 
     /// An upper bound of the reciprocal depth of a tested polygon, in the tile that begins at pixel (x, y).
     #[inline(always)]
-    pub(super) fn before(&self, x: f64, y: f64) -> Slope {
+    pub(super) fn nearest_in(&self, x: f64, y: f64) -> Slope {
         let [base, by_x, by_y] = self.plane;
         let across = [by_x * SQUARE, by_y * SQUARE];
         let (from, slack) = (base + by_x * x + by_y * y, self.slack(x, y));
@@ -263,7 +263,7 @@ pub(super) struct Depths {
 impl Depths {
     /// A lower bound of the facet's reciprocal depth, in the tile that begins at pixel (x, y).
     #[inline(always)]
-    pub(super) fn behind(&self, x: f64, y: f64) -> Slope {
+    pub(super) fn farthest_in(&self, x: f64, y: f64) -> Slope {
         let [base, by_x, by_y] = self.plane;
         let from = base + by_x * x + by_y * y;
         let least = from + self.low;
