@@ -12,10 +12,10 @@ pub(crate) mod mask_writer;
 pub(crate) mod mesh;
 mod osp;
 pub(crate) mod probe;
+pub(crate) mod search_entry;
 pub(crate) mod simd;
 mod spatial_index;
 mod visit;
-pub(crate) mod search_entry;
 mod work;
 
 /// Code that [`Osp`] shares with the structures compared with it, so that all of them run the same code for the same
@@ -29,8 +29,8 @@ pub mod kernels {
         mask_writer::{MaskWriter, RunSink},
         mesh::Mesh,
         probe::{Nearest, NearestPolygons, is_wanted, nearest_by},
-        simd::{Boxes, IdWriter, Kernel, PlaneLanes, PlaneSet, ROOM_BEHIND, WithKernel, prefetch_lines},
         search_entry::SearchEntry,
+        simd::{Boxes, IdWriter, Kernel, PlaneLanes, PlaneSet, ROOM_BEHIND, WithKernel, prefetch_lines},
     };
 }
 

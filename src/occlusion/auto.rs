@@ -308,8 +308,11 @@ impl AutoSwitch {
 
     fn note_try(&mut self, attempt: Try, cost_ns: f64, gain_ns: f64) {
         let Try { method, is_first, .. } = attempt;
-        let cost_ns =
-            if method.has_to_start() { cost_ns } else { self.histories[method as usize].plausible_ns(cost_ns) };
+        let cost_ns = if method.has_to_start() {
+            cost_ns
+        } else {
+            self.histories[method as usize].plausible_ns(cost_ns)
+        };
         let spent_ns = attempt.spent_ns + cost_ns;
         let all_ns = self.all_ns();
         // The second frame costs less, because it does not fill polygons that the first frame finds hidden.

@@ -269,7 +269,8 @@ impl Selector {
         }
         let history = &mut self.histories[place];
         let length = if history.sketch == sketch { (history.length * 2).clamp(1, LONGEST_REST) } else { 1 };
-        *history = CandidateHistory { sketch, eye: window.eye, forward: window.forward, left: length, length };
+        *history =
+            CandidateHistory { sketch, eye: window.eye, forward: window.forward, left: length, length };
     }
 }
 

@@ -15,8 +15,8 @@ use crate::{
     index::{
         WorkCounts,
         probe::{Nearest, NearestPolygons, is_wanted},
-        simd::{Boxes, Kernel, WithKernel},
         search_entry::SearchEntry,
+        simd::{Boxes, Kernel, WithKernel},
     },
     math::{Ray, latest},
     polygon::PolygonId,

@@ -320,13 +320,13 @@ fn in_world(of_plane: vec3<f32>, normal: vec3<f32>, gradients: Gradients, dx: ve
 const OUTLINE: f32 = 0.0025;
 
 // Whether a place of a round surface is on the outline: nearer to the surface's rim than the width of the outline.
-// `straight` is the cosine of the angle between the normal and the direction to the eye.
-fn is_outline(in: Painted, straight: f32) -> bool {
+// `view_cosine` is the cosine of the angle between the normal and the direction to the eye.
+fn is_outline(in: Painted, view_cosine: f32) -> bool {
     let clip = view.clip_from_eye * vec4(in.from_eye.xyz, 1.0);
     let pixels = OUTLINE * 2.0 / abs(dpdy(clip.y / clip.w));
-    // On the flat sides of a tube, `straight` grows with the distance from the rim.
-    let change = length(vec2(dpdx(straight), dpdy(straight)));
-    return abs(straight) < min(pixels * change, 0.35);
+    // On the flat sides of a tube, `view_cosine` grows with the distance from the rim.
+    let change = length(vec2(dpdx(view_cosine), dpdy(view_cosine)));
+    return abs(view_cosine) < min(pixels * change, 0.35);
 }
 
 fn place_of(in: Painted) -> Place {
