@@ -393,7 +393,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
 
     let mut drawn = DrawnTrials::new(&args.occlusion, args.size, at_rest)?;
     let mut player = Player::new(source, args.pace);
-    let (mut moments, mut looked) = (Vec::new(), 0);
+    let (mut moments, mut verified) = (Vec::new(), 0);
     let progress = progress::bar(args.views, "views", &file.to_string_lossy());
     while player.step()? {
         let (scene, changes) = (player.scene(), player.changes());
@@ -411,8 +411,8 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
         }
         let moment = Moment { frame: player.frames(), ..player.moment() };
         // The last frame is always one of them.
-        if moment.frame * args.views / summary.frames.max(1) > looked {
-            looked += 1;
+        if moment.frame * args.views / summary.frames.max(1) > verified {
+            verified += 1;
             if whole && !has_own_views {
                 moments.push(moment);
             } else if !whole {
