@@ -52,9 +52,9 @@ impl<K: Key> Culler<K> {
 
     fn insert_all(&mut self, other: &Self) {
         let mut numbers = Vec::new();
-        other.filed.index().frustum_cull(&Frustum::everything(), &mut numbers);
+        other.indexed.index().frustum_cull(&Frustum::everything(), &mut numbers);
         for number in numbers {
-            if let (Some(key), Some(bounds)) = (other.key(number), other.filed.get(number)) {
+            if let (Some(key), Some(bounds)) = (other.key(number), other.indexed.get(number)) {
                 self.remove(key);
                 self.set(key, [bounds.min, bounds.max]);
             }

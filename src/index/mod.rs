@@ -7,7 +7,7 @@
 pub(crate) mod admission;
 mod brute_force;
 mod config;
-pub(crate) mod filed_boxes;
+pub(crate) mod inserted_boxes;
 pub(crate) mod mask_writer;
 pub(crate) mod mesh;
 mod osp;
@@ -25,7 +25,7 @@ mod work;
 pub mod kernels {
     pub use super::{
         admission::admit,
-        filed_boxes::FiledBoxes,
+        inserted_boxes::InsertedBoxes,
         mask_writer::{MaskWriter, RunSink},
         mesh::Mesh,
         probe::{Nearest, NearestPolygons, is_wanted, nearest_by},

@@ -76,7 +76,7 @@ impl Osp {
     fn update_block(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         let Some(&(PolygonId(first), _)) = updates.first() else { return };
         let block = first / 16;
-        let (filed, open) = (self.ids.filed(block), self.open_lanes(block));
+        let (in_tree, open) = (self.ids.in_tree(block), self.open_lanes(block));
         let mut moved = Moved::NONE;
         for &(id, ref bounds) in updates {
             let (lane, wide) = (id.index() % 16, Wide::from_box(bounds));
@@ -87,7 +87,7 @@ impl Osp {
                 } else {
                     refused.push(IndexError::InvalidBounds(id));
                 }
-            } else if (filed | open) >> lane & 1 == 0 {
+            } else if (in_tree | open) >> lane & 1 == 0 {
                 refused.push(IndexError::Unknown(id));
             } else if !wide.is_valid() {
                 refused.push(IndexError::InvalidBounds(id));
@@ -104,7 +104,7 @@ impl Osp {
     pub(super) fn update_open(&mut self, lane: usize, bounds: Wide) {
         self.open.add(lane, bounds);
         self.removals += 1;
-        self.upkeep.filed += 1;
+        self.upkeep.inserted += 1;
     }
 
     /// Replaces the box of one polygon in a run.
@@ -154,7 +154,7 @@ impl Osp {
             self.set_run_box(place, head, bounds);
             return true;
         }
-        self.upkeep.filed += u64::from(count);
+        self.upkeep.inserted += u64::from(count);
         self.changes += 1;
         let is_loose = self.pages[place / 16].loose >> (place % 16) & 1 == 1;
         self.take_run_out(place, run, head);
@@ -195,7 +195,7 @@ impl Osp {
     /// Moves polygons from their runs to the open block, with new boxes.
     fn refile(&mut self, block: u32, lanes: u16, boxes: &[Wide; 16]) {
         for_each_lane(lanes, |lane| {
-            self.upkeep.filed += 1;
+            self.upkeep.inserted += 1;
             self.take_out(PolygonId(block * 16 + lane as u32));
             self.put(block, lane, boxes[lane]);
         });

@@ -190,7 +190,7 @@ impl Osp {
         if self.open.is(block) && self.open.lanes() >> lane & 1 == 1 {
             return Some(self.open.bounds(lane));
         }
-        if self.ids.filed(block) >> lane & 1 == 0 {
+        if self.ids.in_tree(block) >> lane & 1 == 0 {
             return None;
         }
         let place = self.ids.place(id.0)?;
@@ -202,7 +202,7 @@ impl Osp {
     #[inline]
     fn holds(&self, id: PolygonId) -> bool {
         let (block, lane) = (id.0 / 16, id.0 % 16);
-        let present = if self.open.is(block) { self.open.present() } else { self.ids.filed(block) };
+        let present = if self.open.is(block) { self.open.present() } else { self.ids.in_tree(block) };
         present >> lane & 1 == 1
     }
 
@@ -211,7 +211,7 @@ impl Osp {
     fn open_block(&mut self, block: u32) {
         self.changes += 1;
         self.close_block();
-        self.open.begin(block, self.ids.filed(block));
+        self.open.begin(block, self.ids.in_tree(block));
     }
 
     pub(super) fn close_block(&mut self) {
@@ -225,7 +225,7 @@ impl Osp {
     }
 
     /// Inserts the runs of a block that is not the open block.
-    pub(super) fn file_block(&mut self, block: &OpenBlock) {
+    pub(super) fn insert_block(&mut self, block: &OpenBlock) {
         self.changes += 1;
         let mut gathered = self.gathered.take().unwrap_or_default();
         block.gather(&mut gathered);
@@ -307,7 +307,7 @@ impl Osp {
                 self.open.remove(lane);
                 return;
             }
-            self.open.forget_filed(lane);
+            self.open.forget_in_tree(lane);
         }
         self.unfile(id.0);
     }

@@ -361,9 +361,9 @@ impl WithKernel for Listed<'_> {
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) -> WorkCounts {
         let work = open_block(self.osp, kernel, self.planes, &mut self.answer);
-        for (first, filed) in self.osp.ids.shelves() {
+        for (first, in_tree) in self.osp.ids.shelves() {
             let block = first as usize / BLOCK - self.first;
-            self.answer.blocks(kernel, first, &self.masks[block..block + filed.len()]);
+            self.answer.blocks(kernel, first, &self.masks[block..block + in_tree.len()]);
         }
         self.answer.finish();
         work

@@ -23,7 +23,7 @@ impl Osp {
         let Some(place) = self.ids.place(id) else { return };
         let (page_number, lane) = (place / 16, place as usize % 16);
         let block = id / 16;
-        self.ids.set_filed(block, self.ids.filed(block) & !(1 << (id % 16)));
+        self.ids.set_in_tree(block, self.ids.in_tree(block) & !(1 << (id % 16)));
         let page = &mut self.pages[page_number];
         page.masks[lane] &= !(1 << (id - page.first[lane]));
         page.loose |= 1 << lane;
@@ -162,7 +162,7 @@ impl Osp {
         if run.mask == 1 {
             run.store = NONE;
             let block = run.first / 16;
-            if self.ids.filed(block).is_power_of_two() {
+            if self.ids.in_tree(block).is_power_of_two() {
                 self.ids.drop_boxes(block);
             }
         }

@@ -24,7 +24,7 @@ impl<P: Partition> BucketTree<P> {
     /// Inserts a polygon from the root down. Splits its leaf if the leaf is full, or rebuilds the highest subtree that has
     /// become lopsided.
     pub(super) fn file(&mut self, item: &Item) {
-        self.upkeep.filed += 1;
+        self.upkeep.inserted += 1;
         let center = item.bounds.center();
         self.grow_for(center);
         let mut at = ROOT;
@@ -130,7 +130,7 @@ impl<P: Partition> BucketTree<P> {
         let mut items = std::mem::take(&mut self.items);
         self.pending.clear();
         self.pending.push((top, 0, items.len() as u32));
-        self.upkeep.filed += items.len() as u64;
+        self.upkeep.inserted += items.len() as u64;
         while let Some((at, start, end)) = self.pending.pop() {
             let mut rest = &mut items[start as usize..end as usize];
             let count = end - start;

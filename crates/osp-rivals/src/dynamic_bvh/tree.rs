@@ -148,7 +148,7 @@ impl BoxTree {
 
     /// Inserts a polygon; returns its leaf.
     pub(crate) fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> u32 {
-        self.upkeep.filed += 1;
+        self.upkeep.inserted += 1;
         let leaf = TreeNode { bounds: *bounds, parent: NONE, height: 0, polygons: 1 };
         let leaf = self.take_node(leaf, Links::leaf(id));
         if self.root == NONE {

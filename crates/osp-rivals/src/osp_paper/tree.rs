@@ -5,7 +5,7 @@ use super::{
 };
 use crate::{
     as_printed::{CutNodes, FilingCounts},
-    by_id::{ById, FiledBoxes},
+    by_id::{ById, InsertedBoxes},
 };
 use osp::{
     index::{IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
@@ -35,7 +35,7 @@ pub struct OspPaper {
     pub(super) nodes: Vec<OspNode>,
     /// Polygons that are not wholly inside the cube.
     pub(super) outside: Vec<PolygonId>,
-    pub(super) boxes: FiledBoxes,
+    pub(super) boxes: InsertedBoxes,
     pub(super) cut_nodes: CutNodes,
     filing: FilingCounts,
     location: ById<Location>,
@@ -66,7 +66,7 @@ impl OspPaper {
             grid,
             nodes,
             outside: Vec::new(),
-            boxes: FiledBoxes::with_capacity(capacity),
+            boxes: InsertedBoxes::with_capacity(capacity),
             cut_nodes: CutNodes::default(),
             filing: FilingCounts::default(),
             location,
@@ -240,7 +240,7 @@ impl SpatialIndex for OspPaper {
 
     /// The cells are fixed, so only insertions count.
     fn upkeep(&self) -> Option<Upkeep> {
-        Some(Upkeep { filed: self.filing.polygons, ..Upkeep::default() })
+        Some(Upkeep { inserted: self.filing.polygons, ..Upkeep::default() })
     }
 
     fn validate(&self) -> Result<(), String> {
@@ -252,9 +252,9 @@ impl SpatialIndex for OspPaper {
                 return Err(format!("polygon {} in the list beside the tree does not belong there", id.0));
             }
         }
-        let filed = self.nodes[0].polygons as usize + self.outside.len();
-        if filed != self.len() || self.boxes.iter().count() != filed {
-            return Err(format!("{filed} polygons inserted, {} counted", self.len()));
+        let inserted = self.nodes[0].polygons as usize + self.outside.len();
+        if inserted != self.len() || self.boxes.iter().count() != inserted {
+            return Err(format!("{inserted} polygons inserted, {} counted", self.len()));
         }
         Ok(())
     }

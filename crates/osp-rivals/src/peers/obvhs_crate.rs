@@ -6,7 +6,7 @@ use obvhs::{
 };
 
 use super::adapter::PeerTree;
-use crate::by_id::FiledBoxes;
+use crate::by_id::InsertedBoxes;
 use osp::{
     math::{Aabb, Containment, Frustum, PlaneMask},
     polygon::PolygonId,
@@ -84,11 +84,11 @@ impl PeerTree for Rebuilt {
 
     fn remove(&mut self, _id: u32, _bounds: &Aabb) {}
 
-    fn commit(&mut self, filed: &FiledBoxes) {
+    fn commit(&mut self, inserted: &InsertedBoxes) {
         self.ids.clear();
         self.boxes.clear();
-        self.ids.extend(filed.iter().map(|(id, _)| id));
-        self.boxes.extend(filed.iter().map(|(_, bounds)| box_of(bounds)));
+        self.ids.extend(inserted.iter().map(|(id, _)| id));
+        self.boxes.extend(inserted.iter().map(|(_, bounds)| box_of(bounds)));
         if self.boxes.is_empty() {
             self.of.tree = Bvh2::default();
             return;
