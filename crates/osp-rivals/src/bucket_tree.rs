@@ -174,7 +174,7 @@ impl<P: Partition> SpatialIndex for BucketTree<P> {
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         self.inserted.insert(id, bounds)?;
-        self.file(&Item { bounds: *bounds, id });
+        self.insert_item(&Item { bounds: *bounds, id });
         Ok(())
     }
 
@@ -194,7 +194,7 @@ impl<P: Partition> SpatialIndex for BucketTree<P> {
             self.upkeep.adjusted += 1;
         } else {
             self.take_out(id);
-            self.file(&Item { bounds: *bounds, id });
+            self.insert_item(&Item { bounds: *bounds, id });
         }
         Ok(())
     }

@@ -13,7 +13,7 @@ use super::{
     item::Item,
     octree_paper::octant,
     octree_rebuild::OctreeConfig,
-    rebuilt::{Filing, OnUpdate, Rebuilt, TreeBuilder},
+    rebuilt::{Leaves, OnUpdate, Rebuilt, TreeBuilder},
 };
 use osp::{
     index::{IndexConfig, IndexError, Node, SpatialIndex, Upkeep, Visit, Visitor, WorkCounts},
@@ -109,7 +109,7 @@ impl Builder {
 impl TreeBuilder for Builder {
     const NAME: &'static str = "octree-every-child";
     const ON_UPDATE: OnUpdate = OnUpdate::Rebuild;
-    const FILING: Filing = Filing::InSeveralLeaves;
+    const LEAVES: Leaves = Leaves::Several;
 
     fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
         self.spare = items.len() * (MOST_COPIES - 1);

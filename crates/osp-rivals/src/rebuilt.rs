@@ -29,7 +29,7 @@ pub(super) trait TreeBuilder: 'static + Send + Sync + std::fmt::Debug {
     const ON_UPDATE: OnUpdate;
 
     /// The number of leaves that hold a polygon.
-    const FILING: Filing = Filing::InOneLeaf;
+    const LEAVES: Leaves = Leaves::One;
 
     /// Fills `tree` with all `items` (at least one). The builder may reorder `items`.
     fn build(&mut self, items: &mut [Item], tree: &mut FlatTree);
@@ -49,9 +49,9 @@ pub(super) enum OnUpdate {
 
 /// The number of leaves that hold a polygon. A query of the tree reports a polygon once for each visited leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Filing {
-    InOneLeaf,
-    InSeveralLeaves,
+pub(super) enum Leaves {
+    One,
+    Several,
 }
 
 /// The work that the next commit has to do.
@@ -218,9 +218,9 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
             return Ok(()); // The tree belongs to the last commit, so it need not match.
         }
         self.tree.validate(Tightness::Tight)?;
-        let held = match B::FILING {
-            Filing::InOneLeaf => self.tree.len(),
-            Filing::InSeveralLeaves => self.tree.ids().iter().collect::<BTreeSet<_>>().len(),
+        let held = match B::LEAVES {
+            Leaves::One => self.tree.len(),
+            Leaves::Several => self.tree.ids().iter().collect::<BTreeSet<_>>().len(),
         };
         if held != self.inserted.len() || self.tree.holes() > 0 {
             return Err(format!("{held} polygons in the tree, {} inserted", self.inserted.len()));

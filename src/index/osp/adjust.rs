@@ -129,7 +129,7 @@ impl Osp {
             // The polygon's own lane is cleared in any case, so that the loop ends.
             left &= !(lanes | 1 << left.trailing_zeros());
             if !self.move_run(place, run, lanes, &moved.boxes) {
-                self.refile(block, lanes, &moved.boxes);
+                self.move_to_open_block(block, lanes, &moved.boxes);
             }
         }
     }
@@ -146,10 +146,10 @@ impl Osp {
         let count = lanes.count_ones();
         self.removals += count;
         let head = self.chain_head(self.pages[place / 16].bucket);
-        let way = self.way(bounds);
+        let target = self.destination(bounds);
         let top = &self.nodes[self.top];
-        let is_inside = self.is_flat || grid::same_cell(&top.key, &way.key, top.shift);
-        if is_inside && way.bucket == head {
+        let is_inside = self.is_flat || grid::same_cell(&top.key, &target.key, top.shift);
+        if is_inside && target.bucket == head {
             self.upkeep.adjusted += u64::from(count);
             self.set_run_box(place, head, bounds);
             return true;
@@ -158,7 +158,7 @@ impl Osp {
         self.changes += 1;
         let is_loose = self.pages[place / 16].loose >> (place % 16) & 1 == 1;
         self.take_run_out(place, run, head);
-        self.file(run, bounds, way, is_loose);
+        self.insert_run(run, bounds, target, is_loose);
         true
     }
 
@@ -193,7 +193,7 @@ impl Osp {
     }
 
     /// Moves polygons from their runs to the open block, with new boxes.
-    fn refile(&mut self, block: u32, lanes: u16, boxes: &[Wide; 16]) {
+    fn move_to_open_block(&mut self, block: u32, lanes: u16, boxes: &[Wide; 16]) {
         for_each_lane(lanes, |lane| {
             self.upkeep.inserted += 1;
             self.take_out(PolygonId(block * 16 + lane as u32));

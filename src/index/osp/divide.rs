@@ -176,7 +176,7 @@ impl Osp {
         first.polygons -= runs.iter().map(|(run, _)| run.mask.count_ones()).sum::<u32>();
         for (lane, (run, bounds)) in runs.into_iter().enumerate().take(count) {
             let bounds = Wide::from_box(&bounds);
-            self.file(run, bounds, self.way(bounds), loose >> lane & 1 == 1);
+            self.insert_run(run, bounds, self.destination(bounds), loose >> lane & 1 == 1);
         }
         (count as u32).max(1)
     }

@@ -238,7 +238,7 @@ impl Osp {
         for (run, _) in runs.iter_mut().filter(|(run, _)| run.mask != 1) {
             run.store = store;
         }
-        self.file_runs(runs);
+        self.insert_runs(runs);
         self.gathered = Some(gathered);
     }
 
@@ -309,7 +309,7 @@ impl Osp {
             }
             self.open.forget_in_tree(lane);
         }
-        self.unfile(id.0);
+        self.remove_from_run(id.0);
     }
 }
 

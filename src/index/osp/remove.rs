@@ -19,7 +19,7 @@ use crate::{
 
 impl Osp {
     /// Removes a polygon in the tree from its run.
-    pub(super) fn unfile(&mut self, id: u32) {
+    pub(super) fn remove_from_run(&mut self, id: u32) {
         let Some(place) = self.ids.place(id) else { return };
         let (page_number, lane) = (place / 16, place as usize % 16);
         let block = id / 16;

@@ -129,8 +129,8 @@ impl Osp {
         *nodes += 1;
         let node = &self.nodes[number];
         if Grid::flat_entry(self.flat_levels, &node.key, node.shift).is_some() {
-            let direct = self.direct_way(&node.key, node.shift);
-            ensure!(direct == (number, NONE), "the direct way to node {number} leads to {direct:?}");
+            let direct = self.look_up(&node.key, node.shift);
+            ensure!(direct == (number, NONE), "the look-up of node {number} returned {direct:?}");
         }
         let mut found = Found::default();
         for slot in 0..8u32 {

@@ -81,14 +81,14 @@ impl Trees {
     }
 
     fn insert(&mut self, scene: &Scene, id: PolygonId) -> Result<InsertionWork, IndexError> {
-        let before = (self.paper.filing(), self.octree.filing());
+        let before = (self.paper.insertions(), self.octree.insertions());
         self.paper.insert(id, &scene.bounds(id))?;
         self.octree.insert(id, &scene.bounds(id))?;
         self.octree.commit();
         Ok(InsertionWork {
-            osp_planes: self.paper.filing().planes - before.0.planes,
-            octree_planes: self.octree.filing().planes - before.1.planes,
-            octree_inserted: self.octree.filing().polygons - before.1.polygons,
+            osp_planes: self.paper.insertions().planes - before.0.planes,
+            octree_planes: self.octree.insertions().planes - before.1.planes,
+            octree_inserted: self.octree.insertions().polygons - before.1.polygons,
         })
     }
 

@@ -23,7 +23,7 @@ impl<P: Partition> BucketTree<P> {
 
     /// Inserts a polygon from the root down. Splits its leaf if the leaf is full, or rebuilds the highest subtree that has
     /// become lopsided.
-    pub(super) fn file(&mut self, item: &Item) {
+    pub(super) fn insert_item(&mut self, item: &Item) {
         self.upkeep.inserted += 1;
         let center = item.bounds.center();
         self.grow_for(center);

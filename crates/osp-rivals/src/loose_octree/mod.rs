@@ -118,7 +118,7 @@ impl LooseOctree {
         self.grid.place(bounds).map_or(self.outside(), |cell| cell.number as usize)
     }
 
-    fn file(&mut self, id: PolygonId, bounds: &Aabb) {
+    fn insert_polygon(&mut self, id: PolygonId, bounds: &Aabb) {
         self.upkeep.inserted += 1;
         let cell = self.cell_for(bounds);
         let spot = self.buckets.push(&mut self.slots[cell].chain, cell as u32, &Item { bounds: *bounds, id });
@@ -148,7 +148,7 @@ impl SpatialIndex for LooseOctree {
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         self.inserted.insert(id, bounds)?;
-        self.file(id, bounds);
+        self.insert_polygon(id, bounds);
         Ok(())
     }
 
@@ -166,7 +166,7 @@ impl SpatialIndex for LooseOctree {
             self.upkeep.adjusted += 1;
         } else {
             self.take_out(id);
-            self.file(id, bounds);
+            self.insert_polygon(id, bounds);
         }
         Ok(())
     }

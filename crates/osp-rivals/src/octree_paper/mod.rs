@@ -19,7 +19,7 @@ pub(super) use build::octant;
 use std::ops::Range;
 
 use super::{
-    as_printed::{CutNodes, FilingCounts},
+    as_printed::{CutNodes, InsertionCounts},
     by_id::InsertedBoxes,
     item::Item,
 };
@@ -87,7 +87,7 @@ pub struct OctreePaper {
     nodes: Vec<Node>,
     items: Vec<Item>,
     ids: Vec<PolygonId>,
-    filing: FilingCounts,
+    insertions: InsertionCounts,
     upkeep: Upkeep,
 }
 
@@ -105,7 +105,7 @@ impl OctreePaper {
             nodes: Vec::new(),
             items: Vec::new(),
             ids: Vec::new(),
-            filing: FilingCounts::default(),
+            insertions: InsertionCounts::default(),
             upkeep: Upkeep::default(),
         }
     }
@@ -117,8 +117,8 @@ impl OctreePaper {
     }
 
     /// Work counts of all builds.
-    pub fn filing(&self) -> FilingCounts {
-        self.filing
+    pub fn insertions(&self) -> InsertionCounts {
+        self.insertions
     }
 }
 
