@@ -194,7 +194,7 @@ impl<K: Key> Culler<K> {
             if let (Some(hiding), Some(window)) = (&mut *hiding, camera.hiding_window()) {
                 let (in_view, drawn) = (&views.in_view[i], &mut views.drawn[i]);
                 let view = (i, window, camera.frustum());
-                views.is_thinned[i] = hiding.cull(indexed, (layers, mask), view, in_view, drawn);
+                views.is_occluded[i] = hiding.cull(indexed, (layers, mask), view, in_view, drawn);
             }
             if !layers.sees_all(mask) {
                 let is_seen = |number| keys.slot_of(number).is_some_and(|slot| layers.sees(slot, mask));
@@ -222,8 +222,8 @@ impl<K: Key> Culler<K> {
     /// Returns the results of the last [`Culler::cull`] again, so that they can be read while queries run. After a
     /// [`Culler::commit`] of changes, the frame has no camera.
     pub fn frame(&self) -> Frame<'_, K> {
-        let views = self.views.iter().enumerate().map(|(camera, (in_view, drawn, is_thinned))| {
-            let hiding = self.hiding.as_ref().filter(|_| is_thinned);
+        let views = self.views.iter().enumerate().map(|(camera, (in_view, drawn, is_occluded))| {
+            let hiding = self.hiding.as_ref().filter(|_| is_occluded);
             (in_view, drawn, hiding.and_then(|hiding| hiding.culler(camera)))
         });
         Frame::new(&self.keys, views)

@@ -125,8 +125,8 @@ pub trait SpatialIndex: Any + Send + Sync {
 
     /// Clears polygons from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`] for this frustum, if
     /// `thinner` finds them hidden. A [`SpatialIndex::traverse`] with the same test results omits the same polygons.
-    /// The method builds no list of polygons and reads no polygon that is not hidden. It returns `false`, and changes
-    /// nothing, if the index cannot do this.
+    /// The method builds no list of polygons, and does not read the polygons of nodes that are not hidden. It returns
+    /// `false`, and changes nothing, if the index cannot do this.
     #[doc(hidden)]
     fn thin_out(&self, _frustum: &Frustum, _visible: &mut VisibleBlocks, _thinner: &mut dyn Thinner) -> bool {
         false

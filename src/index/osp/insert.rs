@@ -66,8 +66,8 @@ impl Osp {
     /// Inserts a run at its destination. If `is_loose`, the run's box may be too large, and its page is queued for
     /// upkeep.
     pub(super) fn insert_run(&mut self, run: Run, bounds: Wide, target: Destination, is_loose: bool) {
-        let is_beside = self.is_beside(&target.key) && self.grow_to(&target.key);
-        let target = if is_beside { self.destination(bounds) } else { target };
+        let has_grown = self.is_beside(&target.key) && self.grow_to(&target.key);
+        let target = if has_grown { self.destination(bounds) } else { target };
         let head = if target.bucket != NONE { target.bucket } else { self.add_bucket(&target) };
         let wider = !self.buckets[head].bounds.contains(bounds);
         let place = self.append(head, run, bounds, target.level);

@@ -35,8 +35,8 @@
 //!
 //! # Files
 //!
-//! * Insert: `index.rs` (entry), `open.rs` (the block being drawn), `ids.rs`, `insert.rs` (to a leaf), `grid.rs`; `linear.rs`
-//!   and `form.rs` for few polygons; `announce.rs` prefetches.
+//! * Insert: `index.rs` (entry), `open.rs` (the block being drawn), `ids.rs`, `insert.rs` (to a leaf), `grid.rs`;
+//!   `linear.rs` and `form.rs` for few polygons; `announce.rs` prefetches.
 //! * Move: `adjust.rs`, `movers.rs`, `heat.rs`. Remove: `remove.rs`.
 //! * Commit: `settle.rs`, `divide.rs`, `order.rs`, `rest.rs`.
 //! * Query: `plan.rs` chooses the method, `query.rs` walks, `two_eyes.rs` walks for two, `answer.rs` writes the result;

@@ -180,8 +180,8 @@ impl<P: Partition> BucketTree<P> {
             node.polygons -= 1;
             let (polygons, parent) = (node.polygons, node.parent);
             // `rebuild_at` is one and a half times the number at the build, so a third of it is half of that number.
-            let is_thinned = P::FOLLOWS_POLYGONS && polygons < node.rebuild_at / 3;
-            if !node.is_leaf() && (is_thinned || polygons <= self.leaf_capacity / 2) {
+            let has_shrunk = P::FOLLOWS_POLYGONS && polygons < node.rebuild_at / 3;
+            if !node.is_leaf() && (has_shrunk || polygons <= self.leaf_capacity / 2) {
                 small = at;
             }
             at = parent;
