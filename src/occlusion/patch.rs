@@ -13,7 +13,7 @@ pub(super) const MAX_PATCH: usize = 24;
 /// Largest number of corners of a border.
 const MAX_BORDER: usize = 2 * MAX_PATCH + 4;
 
-/// Largest number of corners inside the border, which were once on it.
+/// Largest number of corners inside the border. Each of them was on the border of a smaller patch.
 const MAX_INNER: usize = MAX_PATCH;
 
 /// A polygon joins a patch if the area that the patch hides along its normal grows by at least this fraction of the

@@ -241,7 +241,7 @@ fn has_ending(path: &Path, ending: &str) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().to_ascii_lowercase().ends_with(ending))
 }
 
-/// Returns the place of a session's target, still with the session's name: beside the session, or below `out`.
+/// Returns the path of a session's target, before its ending is changed: beside the session, or below `out`.
 fn place_of(folders: &[&Path], session: &Path, out: Option<&Path>) -> PathBuf {
     let Some(out) = out else { return session.to_owned() };
     let below = folders.iter().find_map(|folder| session.strip_prefix(folder).ok());

@@ -269,8 +269,8 @@ impl Osp {
         Ok(())
     }
 
-    /// Puts a polygon that is neither in the list nor in the flat rows into the open block. It is a function of its own, so
-    /// that [`SpatialIndex::insert`] saves few registers in the list.
+    /// Puts a polygon that is neither in the list nor in the flat rows into the open block. This is a separate
+    /// function, so that [`SpatialIndex::insert`] need not save many registers when it inserts into the list.
     #[inline(never)]
     fn insert_into_tree(&mut self, id: PolygonId, bounds: Wide) -> Result<(), IndexError> {
         let (block, lane) = (id.0 / 16, id.index() % 16);

@@ -75,7 +75,7 @@ impl Osp {
     /// `number` is the number of one of the first `page_count` pages of a bucket in the tree.
     #[inline(always)]
     pub(super) unsafe fn known_page(&self, number: u32) -> &Page {
-        // SAFETY: as for buckets.
+        // SAFETY: every number in the tree belongs to an entry in use; `validate` checks this.
         unsafe { self.pages.known(number) }
     }
 
@@ -83,7 +83,7 @@ impl Osp {
     /// The same as for [`Osp::known_page`].
     #[inline(always)]
     pub(super) unsafe fn known_page_boxes(&self, number: u32) -> &PageBoxes {
-        // SAFETY: as for buckets.
+        // SAFETY: every number in the tree belongs to an entry in use; `validate` checks this.
         unsafe { self.pages.known_boxes(number) }
     }
 
@@ -91,7 +91,7 @@ impl Osp {
     /// `number` is the number of a node in the tree.
     #[inline(always)]
     pub(super) unsafe fn known_node(&self, number: u32) -> &Node {
-        // SAFETY: as for buckets.
+        // SAFETY: every number in the tree belongs to an entry in use; `validate` checks this.
         unsafe { self.nodes.known(number) }
     }
 }
@@ -172,7 +172,7 @@ impl<T: Copy, const N: usize> List<T, N> {
 
     #[inline(always)]
     pub(super) fn as_slice(&self) -> &[T] {
-        // SAFETY: as above.
+        // SAFETY: the places below the length have been written.
         unsafe { std::slice::from_raw_parts(self.entries.as_ptr().cast(), self.len) }
     }
 }
@@ -286,7 +286,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn node(&mut self, Below { number, planes: mask }: Below, nodes: &mut List<Below, STACK>) {
-        // SAFETY: every waiting entry was found in the tree.
+        // SAFETY: every waiting entry is in the tree.
         let node = unsafe { self.osp.known_node(number) };
         self.work.nodes += 1;
         let sides = self.planes.sides8(self.kernel, mask, &node.boxes);
@@ -306,7 +306,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
                 Target::Nothing => {}
                 Target::Leaf(number) => self.wait_for_bucket(Below { number, planes }),
                 Target::Node(number) => {
-                    // SAFETY: it is a child of an entry found in the tree.
+                    // SAFETY: the children of an entry in the tree are in the tree.
                     prefetch_lines::<4, _>(unsafe { self.osp.known_node(number) });
                     nodes.push(Below { number, planes });
                 }
@@ -330,11 +330,11 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn wait_for_bucket(&mut self, below: Below) {
-        // SAFETY: the caller has found it in the tree.
+        // SAFETY: the caller found this bucket in the tree.
         let bucket: *const Bucket = unsafe { self.osp.known_bucket(below.number) };
         prefetch_lines::<3, _>(bucket);
         if below.planes != 0 {
-            // SAFETY: as above.
+            // SAFETY: the bucket is in the tree.
             prefetch_lines::<6, _>(unsafe { &raw const self.osp.known_bucket(below.number).boxes });
         }
         self.buckets.push(below);
@@ -343,7 +343,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn next_bucket(&mut self) {
         let Below { number, planes } = self.buckets.pop();
-        // SAFETY: every waiting entry was found in the tree.
+        // SAFETY: every waiting entry is in the tree.
         let bucket = unsafe { self.osp.known_bucket(number) };
         self.work.nodes += 1;
         if bucket.next != NONE {
@@ -372,7 +372,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
         self.work.nodes += pages.len() as u64;
         for (i, &number) in pages.iter().enumerate() {
-            // SAFETY: it is a child of an entry found in the tree.
+            // SAFETY: the children of an entry in the tree are in the tree.
             let page: *const Page = unsafe { self.osp.known_page(number) };
             if bucket.single >> i & 1 == 1 {
                 prefetch_lines::<1, _>(page)
@@ -388,11 +388,11 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn next_whole(&mut self) {
-        // SAFETY: every waiting entry was found in the tree.
+        // SAFETY: every waiting entry is in the tree.
         let bucket = unsafe { self.osp.known_bucket(self.whole.pop()) };
         let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
         for (i, &number) in pages.iter().enumerate() {
-            // SAFETY: as above.
+            // SAFETY: a page of a bucket in the tree is in the tree.
             let page = unsafe { self.osp.known_page(number) };
             let runs = u32::from(bucket.counts[i]);
             if bucket.single >> i & 1 == 1 {
@@ -405,9 +405,9 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn wait_for_page(&mut self, below: BelowPage) {
-        // SAFETY: the caller has found it in the tree.
+        // SAFETY: the caller found this page in the tree.
         let page: *const Page = unsafe { self.osp.known_page(below.number) };
-        // SAFETY: as above.
+        // SAFETY: the page is in the tree.
         let boxes: *const PageBoxes = unsafe { self.osp.known_page_boxes(below.number) };
         if below.singles != 0 {
             // Only the ids and boxes of a page of single polygons are read.
@@ -427,7 +427,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn next_page(&mut self) {
         let BelowPage { number, planes, singles } = self.pages.pop();
-        // SAFETY: every waiting entry was found in the tree.
+        // SAFETY: every waiting entry is in the tree.
         let page = unsafe { self.osp.known_page(number) };
         self.work.nodes += 1;
         if singles != 0 {
@@ -436,7 +436,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
                 self.answer.single(self.kernel, page, runs);
                 return;
             }
-            // SAFETY: as above.
+            // SAFETY: the page is in the tree.
             let boxes = unsafe { self.osp.known_page_boxes(number) };
             count(&mut self.work, runs, planes);
             let behind = self.planes.behind16(self.kernel, planes, &boxes.boxes);
@@ -449,7 +449,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
             self.answer.page(self.kernel, page, u32::from(page.runs));
             return;
         }
-        // SAFETY: as above.
+        // SAFETY: the page is in the tree.
         let boxes = unsafe { self.osp.known_page_boxes(number) };
         count(&mut self.work, u32::from(page.runs), planes);
         let sides = self.planes.sides16(self.kernel, planes, &boxes.boxes);

@@ -40,7 +40,7 @@ fn written(count_and_places: (usize, [MaybeUninit<u32>; 16])) -> Vec<u32> {
 
 #[expect(unsafe_code, reason = "the place was set by `places`")]
 fn read(place: MaybeUninit<u32>) -> u32 {
-    // SAFETY: `places` has set all.
+    // SAFETY: `places` has set all places.
     unsafe { place.assume_init() }
 }
 

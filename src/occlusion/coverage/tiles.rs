@@ -1,5 +1,5 @@
-//! The picture as tiles of 8 x 8 pixels. Each tile has a linear bound of the depth beyond which all of it is covered. If
-//! surfaces cover some pixels nearer, each pixel has a depth, too.
+//! The picture as tiles of 8 x 8 pixels. Each tile has a linear bound of the depth beyond which all of it is covered.
+//! If some of its pixels are covered at nearer depths, the tile also has a depth for each pixel.
 
 use super::{
     picture::STEPS,

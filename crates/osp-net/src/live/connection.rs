@@ -344,8 +344,8 @@ impl Exchange<'_> {
         self.member.last_sequence() < self.read_up_to
     }
 
-    /// Whether the log is being read for the first time. The member joins after that, because its messages come back
-    /// behind the rest of the log.
+    /// Whether the log is being read for the first time. The member joins after that, because the log returns its
+    /// messages only after all earlier ones.
     fn is_reading_first(&self) -> bool {
         !self.has_caught_up && self.is_reading()
     }

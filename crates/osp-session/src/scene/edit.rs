@@ -77,7 +77,7 @@ pub(super) struct Grouping {
     pub(super) group: usize,
     /// The members, each with its former group.
     pub(super) members: Vec<Named<Option<usize>>>,
-    /// The parent that the grouping sets, unless a later grouping that sets one is permanent.
+    /// The parent that the grouping sets, unless a later permanent grouping also sets a parent.
     /// [`GroupParents`](super::parents::GroupParents) stores whether it has an effect.
     pub(super) new_parent: Option<Parent>,
     /// The group's names before and after, if the grouping sets the name.

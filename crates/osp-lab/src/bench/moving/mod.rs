@@ -63,7 +63,7 @@ pub fn move_things(config: &MovingConfig, mut progress: impl FnMut(&str)) -> Res
     let mut sizes = config.sizes.clone();
     sizes.sort_unstable();
     sizes.dedup();
-    // The time that the fewest frames took at the previous size, seconds, and that size.
+    // For each structure, the time of the least number of frames at the previous size, seconds, and the previous size.
     let mut took: Vec<Option<(f64, u32)>> = vec![None; config.kinds.len()];
     let mut rows = Rows::default();
     rows.part(PART, "Moving things: a frame in which a share of the polygons moves");
