@@ -36,8 +36,8 @@ pub struct Seen<'a, K: Key> {
 }
 
 impl<'a, K: Key> Frame<'a, K> {
-    /// `views` has three entries for each camera: the objects in view, the objects left after occlusion culling if it
-    /// hides some, and the culler for further tests.
+    /// `views` has three entries for each camera: the objects in view, the objects that remain after occlusion culling,
+    /// and the culler for further tests.
     pub(super) fn new(
         keys: &'a K::Places,
         views: impl IntoIterator<Item = (&'a VisibleBlocks, &'a VisibleBlocks, Option<&'a dyn OcclusionCuller>)>,
@@ -191,7 +191,7 @@ impl Views {
         }
     }
 
-    /// For each camera: the objects in view, the objects to draw, and whether occluders hide some.
+    /// For each camera: the objects in view, the objects to draw, and whether occluders were used.
     pub(super) fn iter(&self) -> impl Iterator<Item = (&VisibleBlocks, &VisibleBlocks, bool)> {
         let drawn = self.in_view.iter().zip(&self.drawn).zip(&self.is_occluded);
         drawn.map(|((in_view, drawn), &is_occluded)| {

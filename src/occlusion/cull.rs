@@ -10,9 +10,10 @@ use crate::{
 pub enum NodeTest {
     /// The bounding sphere of the node's box, as in the paper.
     Sphere,
-    /// The node's box. It lies inside the sphere, so it finds at least as many hidden nodes in the same time.
+    /// The node's box. It lies inside the sphere, so this test finds at least as many hidden nodes in the same time.
     Box,
-    /// The box's outline, clipped by the tree's planes. It finds a few more hidden nodes in several times the time.
+    /// The box's outline, clipped by the tree's planes. This test finds a few more hidden nodes in several times the
+    /// time.
     Outline,
     /// The box's eight corners, which must all lie in one cell of the tree and beyond one occluder. It finds fewer hidden
     /// nodes than the box, which may lie in several hidden cells.

@@ -240,8 +240,8 @@ impl OccluderPool {
             let Some(polygon) = fixed_occluder(geometry, id) else { return false };
             is_large = 0.5 * polygon.area_vector().length() > self.large_m2;
         }
-        // Steps up and down cancel if one polygon of sixteen is larger. They are small, so that the polygons of a wide
-        // stroke count as large for a few hundred calls.
+        // Steps up and down cancel if one polygon of sixteen is larger. The steps are small, so that the polygons of a
+        // wide stroke count as large for a few hundred calls.
         let step = if is_large { 1.016 } else { 0.999 };
         self.large_m2 = (self.large_m2 * step).clamp(1.0e-12, 1.0e12);
         is_large

@@ -1,8 +1,8 @@
 //! Tests sixteen boxes at once against the cells of a shadow tree. Neighbouring boxes take the same way through the tree.
 //! So a plane is read once, and tested by one instruction, for all boxes that reach its node. Each box meets the planes
-//! that [`ShadowTree::test_box`] would meet, with the same arithmetic, so the same boxes are hidden. A box in front of
-//! a cap by less than its slack counts as partly hidden here, and as unoccluded in that test. If only hidden boxes are
-//! needed, the test of a box ends at the first leaf that does not hide it.
+//! that [`ShadowTree::test_box`] would meet, with the same arithmetic, so the same boxes are hidden. If a box is in
+//! front of a cap by less than its slack, it counts as partly hidden here, but as unoccluded in `test_box`. If only
+//! hidden boxes are needed, the test of a box ends at the first leaf that does not hide it.
 
 use super::{
     Needed, QUERY_SLACK, TestedBoxes,

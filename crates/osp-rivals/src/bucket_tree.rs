@@ -79,8 +79,8 @@ struct TreeNode<C> {
     /// Number of polygons in the node and below.
     polygons: u32,
     /// A leaf with more polygons than this is split; the number is doubled if no split separates them. An inner node
-    /// with more polygons is tested for lopsidedness; its number is one and a half times its polygons when it was
-    /// built.
+    /// with more polygons than this is checked for balance. Its number is 1.5 times the number of polygons at the
+    /// build.
     rebuild_at: u32,
 }
 

@@ -275,7 +275,7 @@ impl Facets {
                 outline.push(a.at, a.nearness, edge);
             }
             if a_in != b_in {
-                // Both polygons of the edge compute the corner from the same end, so they get the same one.
+                // Both polygons of the edge compute the corner from the same end, so the results are equal.
                 let (low, high) = if from < to { (a.eye, b.eye) } else { (b.eye, a.eye) };
                 let along = (picture.near - low.z) / (high.z - low.z);
                 let mut eye = low + (high - low) * along;

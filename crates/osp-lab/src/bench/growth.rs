@@ -245,7 +245,7 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// The frames of an index, each with the frame of the reference that was measured in turn.
+/// The frames of an index, each with the reference's frame that was measured beside it.
 #[derive(Default)]
 struct Pairs(Vec<(Frame, Frame)>);
 

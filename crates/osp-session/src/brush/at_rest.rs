@@ -20,7 +20,7 @@ use super::{
 
 /// Width and height of the texture of a brush whose light is brighter than white, texels.
 const GLARE_SIDE: usize = 16;
-/// Part of a star's brightness, 800, that its texture stores; the rest is in the alpha of its corners.
+/// Brightness of a star in its texture. The full brightness is 800; the corners' alpha has the other factor.
 const STAR: f32 = 8.0;
 /// Repetitions of a streamer's texture along a length of 1: the mean of its five lines.
 const STREAMER_PACE: f32 = 0.65;
