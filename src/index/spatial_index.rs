@@ -101,8 +101,8 @@ pub trait SpatialIndex: Any + Send + Sync {
 
     /// Culls for several views (eyes, walls, faces of a cube, shadow cascades). Adds to `visible[i]` exactly the
     /// polygons that [`SpatialIndex::frustum_cull_blocks`] finds for `frusta[i]`. All sets have to be empty. Further
-    /// elements of the longer slice are ignored. An index may serve all views in one walk; then the counts are those of
-    /// this walk, with the reported polygons of all views summed.
+    /// elements of the longer slice are ignored. An index may cull all views in one walk. In this case the counts are
+    /// of the single walk, but reported polygons are summed over the views.
     fn frustum_cull_views(&self, frusta: &[Frustum], visible: &mut [VisibleBlocks]) -> WorkCounts {
         let mut work = WorkCounts::default();
         for (frustum, visible) in frusta.iter().zip(visible) {

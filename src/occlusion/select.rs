@@ -243,8 +243,8 @@ impl Selector {
         }
     }
 
-    /// Whether a candidate may be measured now. It may not if it was too small or hidden behind a better candidate a few
-    /// frames ago and looks the same from this window.
+    /// Whether a candidate may be measured now. `false` if a few frames ago it was too small or hidden behind a better
+    /// candidate, and it looks the same from this window.
     fn is_due(&mut self, place: usize, sketch: &Sketch, window: &RoughWindow) -> bool {
         let Some(history) = self.histories.get_mut(place) else { return true };
         if history.left == 0 {

@@ -22,8 +22,8 @@ const MOST_LOOKS: usize = 64;
 /// Largest number of polygons that are offered in the frame of their arrival.
 const MOST_AT_ONCE: f64 = 16.0;
 
-/// Least number of waiting polygons that a frame offers. If its budget permits fewer, it offers none, so that
-/// most frames make no offers.
+/// Least number of waiting polygons that a frame offers. A frame whose budget permits fewer offers none, so most frames
+/// make no offers.
 const LEAST_OFFERS: usize = 128;
 
 /// The state of occlusion culling from frame to frame: the candidates for occluders, and a [`ViewOcclusion`] that culls all

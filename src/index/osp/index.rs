@@ -248,8 +248,8 @@ impl Osp {
         if self.open.is(block) { self.open.lanes() } else { 0 }
     }
 
-    /// Sets a new box of a polygon that is neither in the list nor in the rows of moving ones. It is a function of its
-    /// own, so that [`SpatialIndex::update`] saves few registers for moving polygons.
+    /// Sets a new box of a polygon that is neither in the list nor in the rows of moving ones. This is a separate
+    /// function, so that [`SpatialIndex::update`] need not save many registers for moving polygons.
     #[inline(never)]
     fn update_resting(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         let is_known = if self.is_linear { self.linear.holds(id.0) } else { self.holds(id) };

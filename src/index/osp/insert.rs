@@ -296,7 +296,7 @@ impl Osp {
     }
 
     /// Widens the boxes above a bucket so that they contain `bounds`. Stops at the first box that contains `bounds`
-    /// already, because the boxes above it then do, too.
+    /// already, because all boxes above it contain `bounds`, too.
     pub(super) fn widen_above(&mut self, bucket: u32, bounds: &Aabb) {
         let (mut at, mut slot) = (self.buckets[bucket].parent, self.buckets[bucket].slot);
         while at != NONE {

@@ -125,9 +125,9 @@ impl OpenBlock {
         self.begin(NONE, 0);
     }
 
-    /// Divides the polygons into runs, in the order of their ids. A polygon joins the run of its predecessor if it is close
-    /// to it, otherwise one of the last few runs. If none of them is close, it begins a new run. The caller sets the store
-    /// of runs of several polygons.
+    /// Divides the polygons into runs, in the order of their ids. A polygon joins the run of its predecessor if this
+    /// run is close, otherwise one of the last few runs. If none of these runs is close, it begins a new run. The
+    /// caller sets the store of runs of several polygons.
     pub(super) fn gather(&self, to: &mut Gathered) {
         (to.count, to.shared) = (0, 0);
         let mut run = OpenRun::NONE;

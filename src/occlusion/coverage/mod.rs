@@ -15,8 +15,8 @@
 //!   so a far model gets more pixels. An object that is not wholly in this part counts as visible.
 //! * [`fill`] visits each tile of 8 x 8 pixels that a facet reaches. It finds the samples that the facet covers, and
 //!   the pixels within `MARGIN` of an open edge.
-//! * [`tiles`] joins the facets of a tile that are neighbours to surfaces. A surface covers the pixels of its samples
-//!   except those near its open edges, from the farthest depth of its facets in the tile on.
+//! * [`tiles`] joins the facets of a tile that are neighbours to surfaces. A surface covers the pixels of its samples,
+//!   except pixels near its open edges. It covers them from the farthest depth of its facets in the tile on.
 //! * [`buffer`] calls a box hidden if all pixels that its corners span are covered nearer than its nearest depth. It
 //!   calls a polygon hidden if all pixels that it touches are covered nearer than its nearest depth in their tile. Most
 //!   objects are visible, so two short cuts come first. A box is not hidden if its middle pixel is not covered. A

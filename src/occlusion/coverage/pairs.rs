@@ -15,8 +15,8 @@ use super::{
 /// triangles in one plane lose nothing.
 const LEAST_LEFT: f64 = 0.995;
 
-/// A side that two triangles share: its number in the first triangle, the second triangle, and its number
-/// there.
+/// A side that two triangles share: its number in the first triangle, the second triangle, and its number in the second
+/// triangle.
 #[derive(Clone, Copy)]
 struct Pair {
     side: usize,

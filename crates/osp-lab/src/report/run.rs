@@ -13,8 +13,8 @@ const WARM_UP: (u64, u64) = (1, 2);
 /// The replay of a session through one index, collected frame by frame.
 ///
 /// An index that exceeds its budget is measured on fewer frames of the late, expensive parts of a session than of the
-/// early ones. Hence each measured frame is weighted by its share of its part, so that all rows of a table describe the
-/// same session.
+/// early ones. So the measured frames of each part get the weight of all frames of the part, and all rows of a table
+/// describe the same session.
 #[derive(Clone, Debug)]
 pub struct RunReport {
     /// Name of the index.

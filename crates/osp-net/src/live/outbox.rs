@@ -278,8 +278,8 @@ impl Outbox {
         self.in_flight.iter().map(|message| self.outgoing(message)).collect()
     }
 
-    /// Records that a message of this member did not count, although it can count later. The server has stored it, and
-    /// would drop it if it came again under the same id.
+    /// Records that a message of this member did not count, although it can count later. The server has stored the
+    /// message, and would drop a repetition under the same id.
     pub(super) fn ignored(&mut self) {
         self.has_to_say_again = true;
     }
