@@ -122,9 +122,8 @@ pub(super) struct VerifyArgs {
     #[arg(long, default_value_t = AtRest::default().frames, value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=10_000))]
     frames: u32,
-    /// Number of frames of each view before those that are measured. In the first of these frames, methods that
-    /// depend on the previous frame use the data of the view before. `auto` first tries another method after 16
-    /// frames.
+    /// Number of frames of each view before the measured frames. In the first of these frames, methods that depend on
+    /// the previous frame use the data of the view before. `auto` first tries another method after 16 frames.
     #[arg(long, default_value_t = AtRest::default().settle, value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=10_000))]
     settle: u32,
