@@ -258,8 +258,9 @@ impl<K: Copy + Eq + Hash> Places<K> for Map<K> {
     }
 }
 
-/// Hashes keys of some bytes: it multiplies each eight bytes and mixes the two halves of the product. This is much faster
-/// than the hash of the standard library, which also withstands keys chosen by an attacker.
+/// Hashes keys of some bytes: combines the hash with every eight bytes by a multiplication, and mixes the halves of the
+/// product. This is much faster than the hash of the standard library, which also withstands keys chosen by an
+/// attacker.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct KeyHasher(u64);
 

@@ -48,7 +48,7 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Treatment of other occluders that reach a cell which an occluder covers.
+/// Treatment of other occluders that reach a cell already covered by an occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub enum Refine {

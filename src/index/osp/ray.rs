@@ -314,7 +314,7 @@ fn enter<K: Kernel, const N: usize>(
     }
     let odd = used & !kernel.not_negative(&odd);
     let mut mask = used & !odd & kernel.not_negative(&later);
-    // These numbers do not decide a lane if the ray is parallel to an axis or the lane has no box.
+    // A lane needs the exact test if the ray is parallel to an axis or the lane has no box.
     let mut left = odd;
     while left != 0 {
         let lane = left.trailing_zeros() as usize;
