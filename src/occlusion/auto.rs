@@ -99,13 +99,13 @@ const HOPELESS: f64 = 0.25;
 const HOPELESS_FRAMES: u32 = 3;
 
 /// The measured cost of a frame is limited to this multiple of [`MethodHistory::cost_ns`].
-const MOST_DEARER: f64 = 2.0;
+const MOST_COST_GROWTH: f64 = 2.0;
 
 /// A recent method is tried this many times as often, with this many times the share of the drawing time.
 const RECENT_TRIES: u32 = 4;
 
 /// The candidates of a recent method get this many times the share of the drawing time.
-const RECENT_KEEPING: f64 = 2.0;
+const RECENT_UPDATES: f64 = 2.0;
 
 /// Assumed time of the first try of `PreviousFrame`, nanoseconds for each polygon in view. Its first frame fills all
 /// polygons in view, its second frame the visible ones.
@@ -136,7 +136,7 @@ impl MethodHistory {
     /// The cost of a frame, limited to a multiple of the cost so far. A cost many times as high means that the thread was
     /// suspended. If the method has really become so expensive, the average reaches its cost a few frames later.
     fn plausible_ns(&self, cost_ns: f64) -> f64 {
-        if self.cost_ns > 0.0 { cost_ns.min(MOST_DEARER * self.cost_ns) } else { cost_ns }
+        if self.cost_ns > 0.0 { cost_ns.min(MOST_COST_GROWTH * self.cost_ns) } else { cost_ns }
     }
 }
 
@@ -231,7 +231,7 @@ impl AutoSwitch {
             history.since_paid = history.since_paid.map(|frames| frames.saturating_add(1));
         }
         if self.kept != Some(Method::Msvbsp) && self.may_pay(Method::Msvbsp, all_ns) {
-            let more = if self.paid_recently(Method::Msvbsp) { RECENT_KEEPING } else { 1.0 };
+            let more = if self.paid_recently(Method::Msvbsp) { RECENT_UPDATES } else { 1.0 };
             self.idle_ns = (self.idle_ns + more * self.config.keep_share * now_ns).min(MOST_IDLE_NS);
         }
         let others = Method::ALL.map(|method| Some(method) != self.kept && self.may_try(method, now_ns));

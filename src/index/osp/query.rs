@@ -536,7 +536,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 }
 
 /// Selects boxes and polygons in a walk, for a search inside or outside the frustum.
-trait Looks: Answer {
+trait BoxTests: Answer {
     /// The boxes that may contain polygons to report, after a test against the planes of `mask`. If `mask` is empty, all
     /// boxes belong to a part that is reported as a whole.
     #[inline(always)]
@@ -561,7 +561,7 @@ trait Looks: Answer {
     }
 }
 
-impl<A: Answer> Looks for A {}
+impl<A: Answer> BoxTests for A {}
 
 /// Counts tests of `boxes` boxes against each plane of `planes`.
 #[inline(always)]

@@ -237,14 +237,14 @@ impl Osp {
                 // Runs that wait to be moved to the node's children must not mix with runs that stay.
                 let is_alike = self.buckets[into].drains == self.buckets[from].drains || counts.1 == 0;
                 if is_alike && page_count <= 8 && counts.0 + counts.1 <= 16 {
-                    self.pour(from, into);
+                    self.move_pages(from, into);
                     return;
                 }
             }
         }
     }
 
-    fn pour(&mut self, from: u32, into: u32) {
+    fn move_pages(&mut self, from: u32, into: u32) {
         let source = self.buckets[from];
         for i in 0..source.page_count as usize {
             let target = &mut self.buckets[into];
