@@ -20,7 +20,7 @@ pub fn node_budget(occluders: usize) -> usize {
 /// Largest depth of the tree; a cell that would lie deeper is not divided further. It bounds the stack of a query.
 pub const MAX_DEPTH: u32 = 256;
 
-/// A child of a node: another node, an unoccluded leaf, or a leaf in the shadow of occluders, with their caps.
+/// A child of a node: another node, an unoccluded leaf, or a leaf in shadow with the caps of its occluders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Child(u32);
 
