@@ -33,9 +33,9 @@ pub(super) struct Group {
     pub(super) reach: Aabb,
     /// Scratch of [`Groups::take_moved`].
     is_walked: bool,
-    /// Extents at the last refresh: of the group's own strokes (in the group's space if it moves as a whole), and of
-    /// the subtree.
+    /// Extent of the group's own strokes at the last refresh, in the group's space if it moves as a whole.
     own: Extent,
+    /// Extent of the subtree at the last refresh.
     whole: Extent,
     /// Whether `own` is out of date.
     is_own_stale: bool,
