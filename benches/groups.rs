@@ -46,7 +46,7 @@ fn boxes(scene: &Scene) -> Vec<Aabb> {
     scene.visible_ids().map(|id| scene.bounds(id)).collect()
 }
 
-fn filed(boxes: &[Aabb]) -> (GroupIndex, MeshId) {
+fn inserted(boxes: &[Aabb]) -> (GroupIndex, MeshId) {
     let mut index = GroupIndex::default();
     let mesh = index.add_mesh();
     for (bounds, number) in boxes.iter().zip(0..) {
@@ -83,7 +83,7 @@ fn placing(c: &mut Criterion) {
     let mut benches = c.benchmark_group("placing");
     for polygons in SIZES {
         let boxes = boxes(&scene(Scene::new(), polygons));
-        let (mut groups, mesh) = filed(&boxes);
+        let (mut groups, mesh) = inserted(&boxes);
         let node = groups.add_node(None, affine(0), Some(mesh)).expect("a node");
         groups.commit();
         let mut frame = 0;
@@ -143,7 +143,7 @@ fn culling(c: &mut Criterion) {
     for polygons in SIZES {
         let boxes = boxes(&scene(Scene::new(), polygons));
         let to = affine(40);
-        let (mut groups, mesh) = filed(&boxes);
+        let (mut groups, mesh) = inserted(&boxes);
         groups.add_node(None, to, Some(mesh)).expect("a node");
         groups.commit();
         let mut scratch = CullScratch::default();
@@ -179,7 +179,7 @@ fn culling(c: &mut Criterion) {
 fn instances(c: &mut Criterion) {
     let mut benches = c.benchmark_group("instances");
     let boxes = boxes(&scene(Scene::new(), 1_000));
-    let (mut groups, mesh) = filed(&boxes);
+    let (mut groups, mesh) = inserted(&boxes);
     let mut nodes: Vec<NodeId> = Vec::new();
     for i in 0..INSTANCES {
         let at = Vec3::new((i % 32) as f32 * 5.0, 0.0, (i / 32) as f32 * 5.0);

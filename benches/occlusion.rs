@@ -49,7 +49,7 @@ impl OcclusionCuller for OneByOne<'_> {
     }
 }
 
-struct Looked {
+struct ViewedScene {
     scene: Scene,
     changes: Vec<Change>,
     pool: OccluderPool,
@@ -58,7 +58,7 @@ struct Looked {
     window: ViewWindow,
 }
 
-fn look(scene: TestScene) -> Looked {
+fn viewed_scene(scene: TestScene) -> ViewedScene {
     let (mut model, mut changes, mut heads) = (Scene::new(), Vec::new(), Vec::new());
     for event in scene.events() {
         model.apply(&event, &mut changes);
@@ -78,7 +78,7 @@ fn look(scene: TestScene) -> Looked {
     let camera = CameraPath::new(CameraChoice::Auto, None, &Aabb::EMPTY);
     let view = camera.view(&heads[2]);
     let window = view.window().expect("a pointed cone");
-    Looked { scene: model, changes, pool, index, view, window }
+    ViewedScene { scene: model, changes, pool, index, view, window }
 }
 
 /// A second of a camera that turns to a side and back while it walks.
@@ -95,15 +95,15 @@ fn walk(view: &View) -> Vec<ViewWindow> {
 
 fn occlusion(c: &mut Criterion) {
     for scene in [TestScene::Rooms, TestScene::Panels, TestScene::WideRibbons] {
-        let looked = look(scene);
+        let viewed = viewed_scene(scene);
         let mut group = c.benchmark_group(format!("occlusion/{}", scene.name()));
 
-        group.throughput(Throughput::Elements(looked.changes.len() as u64));
+        group.throughput(Throughput::Elements(viewed.changes.len() as u64));
         group.sample_size(20);
         group.bench_function("follow", |b| {
             b.iter_batched_ref(
                 || OccluderPool::new(PoolConfig::default()),
-                |pool| pool.follow(&looked.scene, &looked.changes),
+                |pool| pool.follow(&viewed.scene, &viewed.changes),
                 BatchSize::LargeInput,
             );
         });
@@ -112,35 +112,35 @@ fn occlusion(c: &mut Criterion) {
 
         let mut selector = Selector::new(SelectConfig { occluders: OCCLUDERS, ..SelectConfig::default() });
         group.bench_function("select", |b| {
-            b.iter(|| selector.select(&looked.pool, &looked.scene, &looked.window))
+            b.iter(|| selector.select(&viewed.pool, &viewed.scene, &viewed.window))
         });
         group.bench_function("select/forgetful", |b| {
             b.iter(|| {
                 selector.forget();
-                selector.select(&looked.pool, &looked.scene, &looked.window)
+                selector.select(&viewed.pool, &viewed.scene, &viewed.window)
             })
         });
-        let windows = walk(&looked.view);
+        let windows = walk(&viewed.view);
         let mut frame = 0;
         group.bench_function("select/moving", |b| {
             b.iter(|| {
                 frame += 1;
-                selector.select(&looked.pool, &looked.scene, &windows[frame % windows.len()])
+                selector.select(&viewed.pool, &viewed.scene, &windows[frame % windows.len()])
             })
         });
         selector.forget();
-        selector.select(&looked.pool, &looked.scene, &looked.window);
+        selector.select(&viewed.pool, &viewed.scene, &viewed.window);
 
-        let mut last = PreviousFrameOccluders::new(PreviousFrameOccluders::PICTURE, looked.changes.len());
+        let mut last = PreviousFrameOccluders::new(PreviousFrameOccluders::PICTURE, viewed.changes.len());
         let (mut in_view, mut left) = (VisibleBlocks::new(), VisibleBlocks::new());
-        looked.index.frustum_cull_blocks(&looked.view.frustum(), &mut in_view);
+        viewed.index.frustum_cull_blocks(&viewed.view.frustum(), &mut in_view);
         group.bench_function("depth-last/build", |b| {
-            b.iter(|| last.build(0, &looked.scene, &looked.window, &in_view));
+            b.iter(|| last.build(0, &viewed.scene, &viewed.window, &in_view));
         });
         let input = ViewInput {
-            index: &*looked.index,
-            geometry: &looked.scene,
-            view: &looked.view,
+            index: &*viewed.index,
+            geometry: &viewed.scene,
+            view: &viewed.view,
             in_view: &in_view,
             spaces: None,
         };
@@ -162,7 +162,7 @@ fn occlusion(c: &mut Criterion) {
             let select = SelectConfig { occluders: OCCLUDERS, ..SelectConfig::default() };
             let config = OcclusionConfig { select, cull, ..OcclusionConfig::default() };
             let mut stage = OcclusionStage::new(Occlusion::Msvbsp, config);
-            stage.follow(&looked.scene, &looked.changes);
+            stage.follow(&viewed.scene, &viewed.changes);
             let mut left = VisibleBlocks::new();
             stage.cull(&input, &mut left);
             let mut thin_out = || stage.view().remove_hidden(&input, &mut left);
@@ -175,17 +175,17 @@ fn occlusion(c: &mut Criterion) {
         for kind in Method::CULLERS {
             let mut culler = kind.create(OCCLUDERS);
             group.bench_function(format!("build/{}", kind.name()), |b| {
-                b.iter(|| culler.build(&looked.window, selector.chosen()));
+                b.iter(|| culler.build(&viewed.window, selector.chosen()));
             });
-            culler.build(&looked.window, selector.chosen());
+            culler.build(&viewed.window, selector.chosen());
             let mut query = |name: String, culler: &dyn OcclusionCuller| {
                 let mut drawn = Vec::new();
                 group.bench_function(name, |b| {
                     b.iter(|| {
                         drawn.clear();
                         let mut visitor =
-                            OcclusionVisitor::new(culler, &looked.scene, CullConfig::default(), &mut drawn);
-                        black_box(looked.index.traverse(&looked.view.frustum(), &mut visitor));
+                            OcclusionVisitor::new(culler, &viewed.scene, CullConfig::default(), &mut drawn);
+                        black_box(viewed.index.traverse(&viewed.view.frustum(), &mut visitor));
                         black_box(visitor.counts())
                     });
                 });

@@ -9,9 +9,9 @@ impl<K: Key> Culler<K> {
     /// Takes over all objects of another culler, with their occluders and layers. If both have a key, the object of `other`
     /// replaces that of `self`, with its occluder and layers.
     ///
-    /// A level can so be loaded in the background: another thread fills and commits `other`, which checks and sorts its
-    /// objects. A culler without objects takes over `other` as it is, O(1). Any other culler inserts the objects of `other`
-    /// with the next commit, in their order of space, O(objects of `other`).
+    /// So a level can be loaded in the background: another thread fills and commits `other`, and this commit checks and
+    /// sorts the objects. A culler without objects takes over `other` as it is, O(1). Any other culler inserts the
+    /// objects of `other` with the next commit, in the spatial order of `other`, O(objects of `other`).
     ///
     /// ```
     /// use osp::Culler;
@@ -52,9 +52,9 @@ impl<K: Key> Culler<K> {
 
     fn insert_all(&mut self, other: &Self) {
         let mut numbers = Vec::new();
-        other.filed.index().frustum_cull(&Frustum::everything(), &mut numbers);
+        other.indexed.index().frustum_cull(&Frustum::everything(), &mut numbers);
         for number in numbers {
-            if let (Some(key), Some(bounds)) = (other.key(number), other.filed.get(number)) {
+            if let (Some(key), Some(bounds)) = (other.key(number), other.indexed.get(number)) {
                 self.remove(key);
                 self.set(key, [bounds.min, bounds.max]);
             }

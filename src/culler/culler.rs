@@ -4,9 +4,9 @@ use thiserror::Error;
 
 use super::{
     camera::Camera,
-    filed::Filed,
     frame::{Frame, Views},
     hiding::Hiding,
+    indexed::Indexed,
     keys::{Key, Places, Slot},
     layers::Layers,
     occluder::Occluder,
@@ -50,7 +50,7 @@ pub enum Refusal {
 pub struct Culler<K: Key> {
     pub(super) keys: K::Places,
     pub(super) pending: PendingChanges,
-    pub(super) filed: Filed,
+    pub(super) indexed: Indexed,
     pub(super) layers: Layers,
     /// The occluders; created with the first one.
     pub(super) hiding: Option<Box<Hiding>>,
@@ -79,7 +79,7 @@ impl<K: Key> Culler<K> {
         Self {
             keys: K::Places::default(),
             pending: PendingChanges::default(),
-            filed: Filed::new(),
+            indexed: Indexed::new(),
             layers: Layers::default(),
             hiding: None,
             refused: Vec::new(),
@@ -169,8 +169,8 @@ impl<K: Key> Culler<K> {
         if !self.pending.is_empty() {
             self.views.begin(0);
         }
-        self.pending.take_all(|changes| self.filed.take_all::<K>(&mut self.keys, changes));
-        self.filed.commit::<K>(&mut self.keys);
+        self.pending.take_all(|changes| self.indexed.take_all::<K>(&mut self.keys, changes));
+        self.indexed.commit::<K>(&mut self.keys);
         self.keys.settle();
         if let Some(hiding) = &mut self.hiding {
             hiding.follow();
@@ -184,17 +184,17 @@ impl<K: Key> Culler<K> {
         self.commit();
         std::mem::swap(&mut self.refused, &mut self.refused_since);
         self.refused_since.clear();
-        let Self { filed, keys, layers, hiding, views, .. } = self;
+        let Self { indexed, keys, layers, hiding, views, .. } = self;
         views.begin(cameras.len());
         self.frusta.clear();
         self.frusta.extend(cameras.iter().map(Camera::frustum));
-        filed.index().frustum_cull_views(&self.frusta, &mut views.in_view);
+        indexed.index().frustum_cull_views(&self.frusta, &mut views.in_view);
         for (i, camera) in cameras.iter().enumerate() {
             let mask = camera.layers();
             if let (Some(hiding), Some(window)) = (&mut *hiding, camera.hiding_window()) {
                 let (in_view, drawn) = (&views.in_view[i], &mut views.drawn[i]);
                 let view = (i, window, camera.frustum());
-                views.is_thinned[i] = hiding.cull(filed, (layers, mask), view, in_view, drawn);
+                views.is_occluded[i] = hiding.cull(indexed, (layers, mask), view, in_view, drawn);
             }
             if !layers.sees_all(mask) {
                 let is_seen = |number| keys.slot_of(number).is_some_and(|slot| layers.sees(slot, mask));
@@ -222,8 +222,8 @@ impl<K: Key> Culler<K> {
     /// Returns the results of the last [`Culler::cull`] again, so that they can be read while queries run. After a
     /// [`Culler::commit`] of changes, the frame has no camera.
     pub fn frame(&self) -> Frame<'_, K> {
-        let views = self.views.iter().enumerate().map(|(camera, (in_view, drawn, is_thinned))| {
-            let hiding = self.hiding.as_ref().filter(|_| is_thinned);
+        let views = self.views.iter().enumerate().map(|(camera, (in_view, drawn, is_occluded))| {
+            let hiding = self.hiding.as_ref().filter(|_| is_occluded);
             (in_view, drawn, hiding.and_then(|hiding| hiding.culler(camera)))
         });
         Frame::new(&self.keys, views)
@@ -234,7 +234,7 @@ impl<K: Key> Culler<K> {
     /// enters, in any order.
     pub fn pick(&self, ray: Ray, mut hit: impl FnMut(K, &Ray) -> Option<f32>) -> Option<(K, f32)> {
         let mut meet = |number| hit(self.key(number)?, &ray);
-        let (number, t) = self.filed.index().ray_nearest(&ray, f32::INFINITY, &mut meet)?;
+        let (number, t) = self.indexed.index().ray_nearest(&ray, f32::INFINITY, &mut meet)?;
         Some((self.key(number)?, t))
     }
 
@@ -244,12 +244,12 @@ impl<K: Key> Culler<K> {
     pub fn on_ray(&self, ray: Ray, t_max: f32) -> impl Iterator<Item = (K, f32)> {
         let mut entered = Vec::new();
         let mut note = |number| {
-            let t = ray.enter_box(&self.filed.get(number)?, t_max)?;
+            let t = ray.enter_box(&self.indexed.get(number)?, t_max)?;
             entered.push((t, number));
             // The walk continues, because no hit is reported.
             None
         };
-        self.filed.index().ray_nearest(&ray, t_max, &mut note);
+        self.indexed.index().ray_nearest(&ray, t_max, &mut note);
         entered.sort_unstable_by(|(a, first), (b, second)| a.total_cmp(b).then(first.cmp(second)));
         entered.into_iter().filter_map(|(t, number)| Some((self.key(number)?, t)))
     }
@@ -258,7 +258,7 @@ impl<K: Key> Culler<K> {
     pub fn in_box<P: Into<[f32; 3]>>(&self, bounds: [P; 2]) -> impl Iterator<Item = K> {
         let [min, max] = bounds.map(|corner| corner.into().into());
         let mut found = Vec::new();
-        self.filed.index().box_query(&Aabb::new(min, max), &mut found);
+        self.indexed.index().box_query(&Aabb::new(min, max), &mut found);
         found.into_iter().filter_map(|number| self.key(number))
     }
 
@@ -267,10 +267,10 @@ impl<K: Key> Culler<K> {
         let sphere = Sphere { center: center.into().into(), radius_m };
         let mut found = Vec::new();
         let mut is_in = |number| {
-            let bounds = self.filed.get(number);
+            let bounds = self.indexed.get(number);
             bounds.is_some_and(|bounds| bounds.distance_squared(sphere.center) <= radius_m * radius_m)
         };
-        self.filed.index().sphere_query(&sphere, &mut is_in, &mut found);
+        self.indexed.index().sphere_query(&sphere, &mut is_in, &mut found);
         found.into_iter().filter_map(|number| self.key(number))
     }
 
@@ -280,12 +280,17 @@ impl<K: Key> Culler<K> {
         let point = point.into().into();
         let mut distance_m = |number| {
             let is_there = self.key(number).is_some();
-            let bounds = self.filed.get(number).filter(|_| is_there);
+            let bounds = self.indexed.get(number).filter(|_| is_there);
             // A distance of NaN excludes a removed object.
             bounds.map_or(f32::NAN, |bounds| bounds.distance_squared(point).sqrt())
         };
         let mut found = Vec::new();
-        self.filed.index().nearest(point, count.min(self.filed.index().len()), &mut distance_m, &mut found);
+        self.indexed.index().nearest(
+            point,
+            count.min(self.indexed.index().len()),
+            &mut distance_m,
+            &mut found,
+        );
         found.into_iter().filter_map(|(number, distance_m)| Some((self.key(number)?, distance_m)))
     }
 
@@ -306,7 +311,7 @@ impl<K: Key> Culler<K> {
     /// The last accepted box of the object in a slot.
     pub(super) fn bounds_of(&self, slot: Slot) -> Option<Aabb> {
         let waits = self.pending.waits(slot);
-        waits.or_else(|| self.filed.get(self.keys.number(slot)?)).filter(|bounds| !bounds.is_empty())
+        waits.or_else(|| self.indexed.get(self.keys.number(slot)?)).filter(|bounds| !bounds.is_empty())
     }
 
     pub(super) fn refuse(&mut self, key: K, why: Refusal) {

@@ -36,8 +36,8 @@ pub struct Seen<'a, K: Key> {
 }
 
 impl<'a, K: Key> Frame<'a, K> {
-    /// `views` has three entries for each camera: the objects in view, the objects left after occlusion culling if it
-    /// hides some, and the culler for further tests.
+    /// `views` has three entries for each camera: the objects in view, the objects that remain after occlusion culling,
+    /// and the culler for further tests.
     pub(super) fn new(
         keys: &'a K::Places,
         views: impl IntoIterator<Item = (&'a VisibleBlocks, &'a VisibleBlocks, Option<&'a dyn OcclusionCuller>)>,
@@ -168,7 +168,7 @@ pub(super) struct Views {
     pub(super) in_view: Vec<VisibleBlocks>,
     pub(super) drawn: Vec<VisibleBlocks>,
     /// For each camera, whether occluders were used, so that `drawn` is valid.
-    pub(super) is_thinned: Vec<bool>,
+    pub(super) is_occluded: Vec<bool>,
     spare: VisibleBlocks,
 }
 
@@ -177,25 +177,25 @@ impl Views {
         self.in_view.iter_mut().for_each(VisibleBlocks::clear);
         self.in_view.resize_with(cameras.max(self.in_view.len()), VisibleBlocks::new);
         self.drawn.resize_with(self.in_view.len(), VisibleBlocks::new);
-        self.is_thinned.clear();
-        self.is_thinned.resize(cameras, false);
+        self.is_occluded.clear();
+        self.is_occluded.resize(cameras, false);
     }
 
     /// Removes the objects that a camera does not see from its results.
     pub(super) fn keep(&mut self, camera: usize, is_seen: impl Fn(PolygonId) -> bool) {
         let sets = [&mut self.in_view[camera], &mut self.drawn[camera]];
-        for set in sets.into_iter().take(1 + usize::from(self.is_thinned[camera])) {
+        for set in sets.into_iter().take(1 + usize::from(self.is_occluded[camera])) {
             self.spare.clear();
             self.spare.extend(set.ids().filter(|&number| is_seen(number)));
             std::mem::swap(set, &mut self.spare);
         }
     }
 
-    /// For each camera: the objects in view, the objects to draw, and whether occluders hide some.
+    /// For each camera: the objects in view, the objects to draw, and whether occluders were used.
     pub(super) fn iter(&self) -> impl Iterator<Item = (&VisibleBlocks, &VisibleBlocks, bool)> {
-        let drawn = self.in_view.iter().zip(&self.drawn).zip(&self.is_thinned);
-        drawn.map(|((in_view, drawn), &is_thinned)| {
-            (in_view, if is_thinned { drawn } else { in_view }, is_thinned)
+        let drawn = self.in_view.iter().zip(&self.drawn).zip(&self.is_occluded);
+        drawn.map(|((in_view, drawn), &is_occluded)| {
+            (in_view, if is_occluded { drawn } else { in_view }, is_occluded)
         })
     }
 }

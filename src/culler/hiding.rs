@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use super::{filed::Filed, keys::Slot, layers::Layers, occluder::Occluder};
+use super::{indexed::Indexed, keys::Slot, layers::Layers, occluder::Occluder};
 use crate::{
     math::{Aabb, Frustum},
     occlusion::{
@@ -143,14 +143,14 @@ impl Hiding {
     /// missing.
     pub(super) fn cull(
         &mut self,
-        filed: &Filed,
+        indexed: &Indexed,
         (layers, mask): (&Layers, u32),
         (camera, window, frustum): (usize, &ViewWindow, &Frustum),
         in_view: &VisibleBlocks,
         drawn: &mut VisibleBlocks,
     ) -> bool {
         let Some(culler) = self.build(camera + 1, (layers, mask), window) else { return false };
-        remove_hidden(culler, CullConfig::default(), filed.index(), filed, frustum, in_view, None, drawn);
+        remove_hidden(culler, CullConfig::default(), indexed.index(), indexed, frustum, in_view, None, drawn);
         true
     }
 

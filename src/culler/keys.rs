@@ -83,7 +83,7 @@ pub trait Places<K>: Default {
 #[derive(Clone, Debug, Default)]
 pub struct Numbers {
     /// A bit for each number in the index.
-    filed: Vec<u64>,
+    in_index: Vec<u64>,
 }
 
 impl Places<Dense> for Numbers {
@@ -108,14 +108,14 @@ impl Places<Dense> for Numbers {
 
     #[inline]
     fn number(&self, slot: Slot) -> Option<PolygonId> {
-        bits::contains(&self.filed, slot.index()).then_some(slot)
+        bits::contains(&self.in_index, slot.index()).then_some(slot)
     }
 
     fn give_number(&mut self, slot: Slot) -> PolygonId {
-        if bits::words_for(slot.index() + 1) > self.filed.len() {
-            self.filed.resize(bits::words_for(slot.index() + 1), 0);
+        if bits::words_for(slot.index() + 1) > self.in_index.len() {
+            self.in_index.resize(bits::words_for(slot.index() + 1), 0);
         }
-        bits::insert(&mut self.filed, slot.index());
+        bits::insert(&mut self.in_index, slot.index());
         slot
     }
 
@@ -123,7 +123,7 @@ impl Places<Dense> for Numbers {
 
     fn free(&mut self, slot: Slot) {
         if self.number(slot).is_some() {
-            bits::remove(&mut self.filed, slot.index());
+            bits::remove(&mut self.in_index, slot.index());
         }
     }
 
@@ -258,8 +258,9 @@ impl<K: Copy + Eq + Hash> Places<K> for Map<K> {
     }
 }
 
-/// Hashes keys of some bytes: it multiplies each eight bytes and mixes the two halves of the product. This is much faster
-/// than the hash of the standard library, which also withstands keys chosen by an attacker.
+/// Hashes keys of some bytes: combines the hash with every eight bytes by a multiplication, and mixes the halves of the
+/// product. This is much faster than the hash of the standard library, which also withstands keys chosen by an
+/// attacker.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct KeyHasher(u64);
 

@@ -1,7 +1,7 @@
 //! The culler for engines, with the engine's own keys, boxes, occluders and cameras.
 //!
 //! ```text
-//! set, remove ─> pending.rs ─ commit ─> filed.rs: ids, index ─ cull ─> frustum ─> hiding.rs: occlusion ─> frame.rs: keys
+//! set, remove ─> pending.rs ─ commit ─> indexed.rs: ids, index ─ cull ─> frustum ─> hiding.rs: occlusion ─> frame.rs: keys
 //! ```
 //!
 //! It uses no [`Pipeline`](crate::frame::Pipeline). Use that type for polygons in your own form, for groups that move as a
@@ -11,9 +11,9 @@ mod append;
 mod camera;
 #[expect(clippy::module_inception, reason = "a culler is a culler")]
 mod culler;
-mod filed;
 mod frame;
 mod hiding;
+mod indexed;
 mod keys;
 mod layers;
 mod occluder;

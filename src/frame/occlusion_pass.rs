@@ -125,7 +125,7 @@ pub struct OcclusionPass {
     previous_frame: Option<PreviousFramePass>,
     /// Number of frames since `last` was used.
     since_last: u32,
-    /// Whether the last frame was culled by `last`.
+    /// Whether `last` culled the last frame.
     by_last: bool,
     /// The polygons to draw in each view.
     drawn: Vec<VisibleBlocks>,

@@ -466,8 +466,8 @@ impl Pipeline {
     }
 
     /// Number of changes that the index has refused: the box was empty, infinite or NaN, or the number was inserted twice
-    /// or is not below [`PolygonId::LIMIT`]. A polygon that came and went within one frame may count, too, because its box
-    /// was empty by then; this does no harm.
+    /// or is not below [`PolygonId::LIMIT`]. A polygon that was inserted and removed within one frame may count, too,
+    /// because its box is already empty; this does no harm.
     pub fn refused(&self) -> u64 {
         self.refused
     }

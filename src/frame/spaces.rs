@@ -140,7 +140,7 @@ pub(super) struct Spaces {
     /// An index of the spaces by their boxes in the world.
     tops: Option<Osp>,
     /// For each polygon, one more than the index of its space in `spaces`; 0 without a space.
-    filed: ById<u32>,
+    space_of: ById<u32>,
     polygons: usize,
     changed: Vec<u32>,
     scratch: Scratch,
@@ -152,7 +152,7 @@ impl Spaces {
             spaces: Vec::new(),
             numbers: HashMap::new(),
             tops: None,
-            filed: ById::new(0),
+            space_of: ById::new(0),
             polygons: 0,
             changed: Vec::new(),
             scratch: Scratch::default(),
@@ -171,7 +171,7 @@ impl Spaces {
 
     /// Whether a polygon is in a space.
     pub(super) fn holds(&self, id: PolygonId) -> bool {
-        self.filed.get(id) != 0
+        self.space_of.get(id) != 0
     }
 
     /// Inserts or updates a polygon in a space, by its box in that space.
@@ -182,19 +182,19 @@ impl Spaces {
         space: SpaceId,
     ) -> Result<(), IndexError> {
         let number = self.number_of(geometry, space);
-        if self.holds(id) && self.filed.get(id) != number + 1 {
+        if self.holds(id) && self.space_of.get(id) != number + 1 {
             self.remove(id)?;
         }
-        let filed = &mut self.spaces[number as usize];
-        if filed.polygons == 0 {
+        let space_index = &mut self.spaces[number as usize];
+        if space_index.polygons == 0 {
             // An empty space gets no `Place` changes, so its place is read here.
-            filed.place = geometry.place(space);
+            space_index.place = geometry.place(space);
         }
-        let outcome = filed.set(id, &geometry.bounds_in_space(id));
+        let outcome = space_index.set(id, &geometry.bounds_in_space(id));
         match outcome {
             Ok(()) => {
                 self.polygons += usize::from(!self.holds(id));
-                self.filed.set(id, number + 1);
+                self.space_of.set(id, number + 1);
                 self.note_changed(number);
             }
             // The polygon is removed, because queries would still find it at its old place.
@@ -205,8 +205,8 @@ impl Spaces {
     }
 
     pub(super) fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
-        let number = self.filed.get(id).checked_sub(1).ok_or(IndexError::Unknown(id))?;
-        self.filed.set(id, 0);
+        let number = self.space_of.get(id).checked_sub(1).ok_or(IndexError::Unknown(id))?;
+        self.space_of.set(id, 0);
         self.polygons -= 1;
         self.note_changed(number);
         self.spaces[number as usize].remove(id)
@@ -360,7 +360,7 @@ impl Spaces {
             size_of::<Space>() + space.mesh.bytes() + space.blocks.capacity() * 6 + space.slots.capacity() * 8
         };
         self.spaces.iter().map(of_space).sum::<usize>()
-            + self.filed.bytes()
+            + self.space_of.bytes()
             + self.tops.as_ref().map_or(0, SpatialIndex::bytes)
     }
 }

@@ -1,5 +1,5 @@
 use super::{
-    IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts, filed_boxes::FiledBoxes,
+    IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts, inserted_boxes::InsertedBoxes,
 };
 use crate::{
     math::{Aabb, Containment, Frustum},
@@ -10,7 +10,7 @@ use crate::{
 /// simplest code. The tests compare every other index with it.
 #[derive(Clone, Debug)]
 pub struct BruteForce {
-    boxes: FiledBoxes,
+    boxes: InsertedBoxes,
 }
 
 impl Default for BruteForce {
@@ -22,12 +22,12 @@ impl Default for BruteForce {
 impl BruteForce {
     /// An empty index.
     pub fn new() -> Self {
-        Self { boxes: FiledBoxes::new() }
+        Self { boxes: InsertedBoxes::new() }
     }
 
     /// An empty index with room for ids below `capacity`, or [`IndexConfig::MOST_RESERVED`] if that is less.
     pub fn with_capacity(capacity: usize) -> Self {
-        Self { boxes: FiledBoxes::with_capacity(capacity.min(IndexConfig::MOST_RESERVED)) }
+        Self { boxes: InsertedBoxes::with_capacity(capacity.min(IndexConfig::MOST_RESERVED)) }
     }
 }
 
@@ -85,9 +85,9 @@ impl SpatialIndex for BruteForce {
     }
 
     fn validate(&self) -> Result<(), String> {
-        let filed = self.boxes.iter().count();
-        if filed != self.len() {
-            return Err(format!("{filed} boxes inserted, {} counted", self.len()));
+        let inserted = self.boxes.iter().count();
+        if inserted != self.len() {
+            return Err(format!("{inserted} boxes inserted, {} counted", self.len()));
         }
         match self.boxes.iter().find(|(_, b)| !b.is_valid()) {
             Some((id, b)) => Err(format!("polygon {} has the box {b:?}", id.0)),

@@ -7,15 +7,15 @@
 pub(crate) mod admission;
 mod brute_force;
 mod config;
-pub(crate) mod filed_boxes;
+pub(crate) mod inserted_boxes;
 pub(crate) mod mask_writer;
 pub(crate) mod mesh;
 mod osp;
 pub(crate) mod probe;
+pub(crate) mod search_entry;
 pub(crate) mod simd;
 mod spatial_index;
 mod visit;
-pub(crate) mod waiting;
 mod work;
 
 /// Code that [`Osp`] shares with the structures compared with it, so that all of them run the same code for the same
@@ -25,12 +25,12 @@ mod work;
 pub mod kernels {
     pub use super::{
         admission::admit,
-        filed_boxes::FiledBoxes,
+        inserted_boxes::InsertedBoxes,
         mask_writer::{MaskWriter, RunSink},
         mesh::Mesh,
         probe::{Nearest, NearestPolygons, is_wanted, nearest_by},
+        search_entry::SearchEntry,
         simd::{Boxes, IdWriter, Kernel, PlaneLanes, PlaneSet, ROOM_BEHIND, WithKernel, prefetch_lines},
-        waiting::Waiting,
     };
 }
 

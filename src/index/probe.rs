@@ -205,7 +205,7 @@ impl<'a> NearestPolygons<'a> {
     pub(crate) fn new(
         point: Vec3,
         count: usize,
-        filed: usize,
+        polygons: usize,
         distance_m: &'a mut dyn FnMut(PolygonId) -> f32,
     ) -> Option<Self> {
         let is_wanted = count > 0 && !point.is_nan();
@@ -213,7 +213,7 @@ impl<'a> NearestPolygons<'a> {
             point,
             count,
             distance_m,
-            found: BinaryHeap::with_capacity(count.min(filed)),
+            found: BinaryHeap::with_capacity(count.min(polygons)),
         })
     }
 

@@ -88,8 +88,8 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// share of upkeep. Called once a frame; cheap when nothing has changed.
     fn commit(&mut self);
 
-    /// Appends the polygons that the frustum may see to `draw_list`, in any order. An index may write up to 272 places
-    /// behind them, so a list with this much more room does not grow.
+    /// Appends the polygons that the frustum may see to `draw_list`, in any order. An index may need room for 272 more
+    /// entries than it appends.
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts;
 
     /// Adds the polygons that the frustum may see to an empty set. They are the polygons of
@@ -101,8 +101,8 @@ pub trait SpatialIndex: Any + Send + Sync {
 
     /// Culls for several views (eyes, walls, faces of a cube, shadow cascades). Adds to `visible[i]` exactly the
     /// polygons that [`SpatialIndex::frustum_cull_blocks`] finds for `frusta[i]`. All sets have to be empty. Further
-    /// elements of the longer slice are ignored. An index may serve all views in one walk; then the counts are those of
-    /// this walk, with the reported polygons of all views summed.
+    /// elements of the longer slice are ignored. An index may cull all views in one walk. In this case the counts are
+    /// of the single walk, but reported polygons are summed over the views.
     fn frustum_cull_views(&self, frusta: &[Frustum], visible: &mut [VisibleBlocks]) -> WorkCounts {
         let mut work = WorkCounts::default();
         for (frustum, visible) in frusta.iter().zip(visible) {
@@ -125,8 +125,8 @@ pub trait SpatialIndex: Any + Send + Sync {
 
     /// Clears polygons from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`] for this frustum, if
     /// `thinner` finds them hidden. A [`SpatialIndex::traverse`] with the same test results omits the same polygons.
-    /// The method builds no list of polygons and reads no polygon that is not hidden. It returns `false`, and changes
-    /// nothing, if the index cannot do this.
+    /// The method builds no list of polygons, and does not read the polygons of nodes that are not hidden. It returns
+    /// `false`, and changes nothing, if the index cannot do this.
     #[doc(hidden)]
     fn thin_out(&self, _frustum: &Frustum, _visible: &mut VisibleBlocks, _thinner: &mut dyn Thinner) -> bool {
         false
@@ -155,8 +155,8 @@ pub trait SpatialIndex: Any + Send + Sync {
     }
 
     /// Any polygon that a ray meets at `t <= t_max`, and its `t`: the first hit that the search finds. This is enough
-    /// for shadows and visibility tests, and cheaper than [`SpatialIndex::ray_nearest`]. `hit` is the same test, and is
-    /// not called again after a hit.
+    /// for shadows and visibility tests, and cheaper than [`SpatialIndex::ray_nearest`]. `hit` tests a polygon as in
+    /// `ray_nearest`. The search calls it until the first hit.
     fn ray_any(
         &self,
         ray: &Ray,

@@ -35,8 +35,9 @@ pub trait Visitor {
     /// Decides about a node.
     fn node(&mut self, node: &Node<'_>) -> Visit;
 
-    /// Whether the walk calls [`Visitor::leaves`] for neighbouring leaves instead of [`Visitor::node`] for each. A leaf
-    /// of one polygon has that polygon's box, so the polygon then counts as taken ([`Visit::Take`]).
+    /// Whether the walk calls [`Visitor::leaves`] for neighbouring leaves instead of [`Visitor::node`] for each. In
+    /// this case the polygon of a leaf with one polygon counts as taken ([`Visit::Take`]), because the leaf's box is
+    /// the polygon's box.
     fn tests_together(&self) -> bool {
         false
     }

@@ -33,7 +33,7 @@ pub struct Upkeep {
     /// Number of polygons that got another box at the same place in the structure.
     pub adjusted: u64,
     /// Number of insertions of polygons: new ones, moved ones, and the polygons of parts that were rebuilt.
-    pub filed: u64,
+    pub inserted: u64,
     /// Number of boxes around several polygons that were computed again, refitted or widened.
     pub boxes: u64,
 }
@@ -41,7 +41,7 @@ pub struct Upkeep {
 impl AddAssign for Upkeep {
     fn add_assign(&mut self, other: Self) {
         self.adjusted += other.adjusted;
-        self.filed += other.filed;
+        self.inserted += other.inserted;
         self.boxes += other.boxes;
     }
 }

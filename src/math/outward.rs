@@ -26,9 +26,9 @@ const UNIT: f64 = f32::EPSILON as f64 * 0.5;
 /// rounding of the final sum.
 const ROUNDED: f64 = 3.001 * UNIT;
 
-/// Turn of a normal, in `u` times the growth of the terms' sizes with depth: three for [`ROUNDED`], one for the rounding of
-/// the normal, one to spare. If it is smaller, planes lie farther out near the eye. If it is larger, they lie farther out
-/// in the distance.
+/// Outward turn of a normal for each unit by which the sum of the terms' sizes grows with depth. It is `5 u`: three for
+/// [`ROUNDED`], one for the rounding of the normal, one to spare. With a smaller turn, planes lie farther out near the
+/// eye; with a larger one, far from the eye.
 const TURNED: f64 = 5.0 * UNIT;
 
 /// A plane with all points on its inner side.

@@ -27,7 +27,8 @@ pub(crate) struct AutoConfig {
 impl Default for AutoConfig {
     /// Drawing takes 10 ns a polygon. A method saves enough if it saves 1.2 times its cost, and replaces another if
     /// frames take 0.9 of the time. It is switched off after 8 frames, and tried at most once in 32. Tries take 0.8 %
-    /// of the drawing time, and so do candidates; both take more for 512 frames after a frame that saved enough.
+    /// of the drawing time, and updates of candidates another 0.8 %. Both shares are larger for 512 frames after a
+    /// frame that saved enough.
     fn default() -> Self {
         Self {
             polygon_ns: 10.0,
@@ -97,14 +98,14 @@ const HOPELESS: f64 = 0.25;
 /// See [`HOPELESS`].
 const HOPELESS_FRAMES: u32 = 3;
 
-/// The measured cost of a frame is limited to this multiple of [`Known::cost_ns`].
-const MOST_DEARER: f64 = 2.0;
+/// The measured cost of a frame is limited to this multiple of [`MethodHistory::cost_ns`].
+const MOST_COST_GROWTH: f64 = 2.0;
 
 /// A recent method is tried this many times as often, with this many times the share of the drawing time.
 const RECENT_TRIES: u32 = 4;
 
 /// The candidates of a recent method get this many times the share of the drawing time.
-const RECENT_KEEPING: f64 = 2.0;
+const RECENT_UPDATES: f64 = 2.0;
 
 /// Assumed time of the first try of `PreviousFrame`, nanoseconds for each polygon in view. Its first frame fills all
 /// polygons in view, its second frame the visible ones.
@@ -119,7 +120,7 @@ const MOST_IDLE_NS: f64 = 300_000.0;
 
 /// The measurements of a method.
 #[derive(Clone, Copy, Debug, Default)]
-struct Known {
+struct MethodHistory {
     /// Cost of a frame, nanoseconds: a moving average while the method is in use, otherwise the result of its last try.
     cost_ns: f64,
     gain_ns: f64,
@@ -131,11 +132,11 @@ struct Known {
     since_paid: Option<u32>,
 }
 
-impl Known {
+impl MethodHistory {
     /// The cost of a frame, limited to a multiple of the cost so far. A cost many times as high means that the thread was
     /// suspended. If the method has really become so expensive, the average reaches its cost a few frames later.
     fn plausible_ns(&self, cost_ns: f64) -> f64 {
-        if self.cost_ns > 0.0 { cost_ns.min(MOST_DEARER * self.cost_ns) } else { cost_ns }
+        if self.cost_ns > 0.0 { cost_ns.min(MOST_COST_GROWTH * self.cost_ns) } else { cost_ns }
     }
 }
 
@@ -162,7 +163,7 @@ struct Try {
 pub(crate) struct AutoSwitch {
     config: AutoConfig,
     kept: Option<Method>,
-    known: [Known; Method::ALL.len()],
+    histories: [MethodHistory; Method::ALL.len()],
     /// Whether the kept method has been measured.
     is_measured: bool,
     /// Number of consecutive frames in which the kept method did not save enough.
@@ -180,7 +181,7 @@ impl AutoSwitch {
         Self {
             config,
             kept: Some(Method::Msvbsp),
-            known: Default::default(),
+            histories: Default::default(),
             is_measured: false,
             losing: 0,
             trying: None,
@@ -226,11 +227,11 @@ impl AutoSwitch {
         // The time to draw all polygons, or the time of a frame with the kept method. No other method can save more than
         // that.
         let now_ns = kept.map_or(all_ns, |method| self.frame_ns(method));
-        for known in &mut self.known {
-            known.since_paid = known.since_paid.map(|frames| frames.saturating_add(1));
+        for history in &mut self.histories {
+            history.since_paid = history.since_paid.map(|frames| frames.saturating_add(1));
         }
         if self.kept != Some(Method::Msvbsp) && self.may_pay(Method::Msvbsp, all_ns) {
-            let more = if self.paid_recently(Method::Msvbsp) { RECENT_KEEPING } else { 1.0 };
+            let more = if self.paid_recently(Method::Msvbsp) { RECENT_UPDATES } else { 1.0 };
             self.idle_ns = (self.idle_ns + more * self.config.keep_share * now_ns).min(MOST_IDLE_NS);
         }
         let others = Method::ALL.map(|method| Some(method) != self.kept && self.may_try(method, now_ns));
@@ -239,7 +240,7 @@ impl AutoSwitch {
         for method in Method::ALL.into_iter().filter(|method| others[*method as usize]) {
             let price_ns = self.price_ns(method);
             let more = if self.paid_recently(method) { RECENT_TRIES } else { 1 };
-            let budget = &mut self.known[method as usize].budget;
+            let budget = &mut self.histories[method as usize].budget;
             budget.save(f64::from(more) * share * now_ns, price_ns);
             let is_due = budget.is_due(price_ns, self.config.probe_every / more);
             // Methods take turns: the method that has waited longest is next.
@@ -254,13 +255,13 @@ impl AutoSwitch {
             self.trying = None;
         }
         let Some((_, method)) = next else { return kept };
-        self.known[method as usize].budget.restart();
+        self.histories[method as usize].budget.restart();
         self.trying = Some(Try { method, spent_ns: 0.0, is_first: method.has_to_start() });
         Some(method)
     }
 
     fn paid_recently(&self, method: Method) -> bool {
-        self.known[method as usize].since_paid.is_some_and(|frames| frames < self.config.recent)
+        self.histories[method as usize].since_paid.is_some_and(|frames| frames < self.config.recent)
     }
 
     /// Time that a frame without [`Occlusion::Msvbsp`] may spend on updating candidates, nanoseconds.
@@ -285,30 +286,33 @@ impl AutoSwitch {
     fn note_kept(&mut self, cost_ns: f64, gain_ns: f64) {
         let Some(method) = self.kept else { return };
         let weight = if self.is_measured { WEIGHT } else { 1.0 };
-        let known = &mut self.known[method as usize];
-        let cost_ns = if self.is_measured { known.plausible_ns(cost_ns) } else { cost_ns };
+        let history = &mut self.histories[method as usize];
+        let cost_ns = if self.is_measured { history.plausible_ns(cost_ns) } else { cost_ns };
         self.is_measured = true;
-        known.cost_ns += weight * (cost_ns - known.cost_ns);
-        known.gain_ns += weight * (gain_ns - known.gain_ns);
-        if known.gain_ns >= self.config.least_ratio * known.cost_ns {
+        history.cost_ns += weight * (cost_ns - history.cost_ns);
+        history.gain_ns += weight * (gain_ns - history.gain_ns);
+        if history.gain_ns >= self.config.least_ratio * history.cost_ns {
             self.losing = 0;
-            known.since_paid = Some(0);
+            history.since_paid = Some(0);
             return;
         }
         // A method that has paid recently is not switched off because of a short view of a wall with nothing behind it.
-        let has_paid = known.since_paid.is_some_and(|frames| frames < self.config.recent);
-        let is_hopeless = known.gain_ns < HOPELESS * known.cost_ns && !has_paid;
+        let has_paid = history.since_paid.is_some_and(|frames| frames < self.config.recent);
+        let is_hopeless = history.gain_ns < HOPELESS * history.cost_ns && !has_paid;
         self.losing += if is_hopeless { HOPELESS_FRAMES } else { 1 };
         if self.losing >= self.config.patience {
-            known.budget.restart();
+            history.budget.restart();
             self.kept = None;
         }
     }
 
     fn note_try(&mut self, attempt: Try, cost_ns: f64, gain_ns: f64) {
         let Try { method, is_first, .. } = attempt;
-        let cost_ns =
-            if method.has_to_start() { cost_ns } else { self.known[method as usize].plausible_ns(cost_ns) };
+        let cost_ns = if method.has_to_start() {
+            cost_ns
+        } else {
+            self.histories[method as usize].plausible_ns(cost_ns)
+        };
         let spent_ns = attempt.spent_ns + cost_ns;
         let all_ns = self.all_ns();
         // The second frame costs less, because it does not fill polygons that the first frame finds hidden.
@@ -317,9 +321,9 @@ impl AutoSwitch {
             self.trying = Some(Try { method, spent_ns, is_first: false });
             return;
         }
-        let known = &mut self.known[method as usize];
-        (known.cost_ns, known.gain_ns) = (cost_ns, gain_ns);
-        known.price_ns = Some(spent_ns / self.in_view.max(1) as f64);
+        let history = &mut self.histories[method as usize];
+        (history.cost_ns, history.gain_ns) = (cost_ns, gain_ns);
+        history.price_ns = Some(spent_ns / self.in_view.max(1) as f64);
         let pays = gain_ns >= self.config.least_ratio * cost_ns;
         let is_fastest = self.kept.is_none_or(|kept| {
             self.may_pay(kept, all_ns) && self.frame_ns(method) < self.config.faster * self.frame_ns(kept)
@@ -336,12 +340,12 @@ impl AutoSwitch {
 
     /// Time of a frame with this method, including drawing, nanoseconds.
     fn frame_ns(&self, method: Method) -> f64 {
-        let Known { cost_ns, gain_ns, .. } = self.known[method as usize];
+        let MethodHistory { cost_ns, gain_ns, .. } = self.histories[method as usize];
         (self.all_ns() - gain_ns).max(0.0) + cost_ns
     }
 
     fn price_ns(&self, method: Method) -> f64 {
-        let Known { cost_ns, price_ns, .. } = self.known[method as usize];
+        let MethodHistory { cost_ns, price_ns, .. } = self.histories[method as usize];
         match method {
             Method::Msvbsp => cost_ns,
             Method::PreviousFrame => price_ns.unwrap_or(FIRST_PRICE_NS) * self.in_view as f64,

@@ -38,7 +38,7 @@ fn is_on(switch: &AutoSwitch) -> bool {
     switch.kept.is_some()
 }
 
-fn dear(polygon_ns: f64) -> AutoSwitch {
+fn with_polygon_cost(polygon_ns: f64) -> AutoSwitch {
     AutoSwitch::new(AutoConfig { polygon_ns, ..AutoConfig::default() })
 }
 
@@ -55,7 +55,7 @@ fn always(msvbsp: (f64, u64), last: (f64, u64)) -> impl Fn(Method, u32) -> Outco
 #[test]
 fn what_was_visible_last_is_taken_where_it_alone_pays() {
     // Drawing takes 500 ms.
-    let mut switch = dear(10_000.0);
+    let mut switch = with_polygon_cost(10_000.0);
     let used = play_all(&mut switch, 2000, always((4.0, 10), (80.0, 25_000)));
     assert_eq!(switch.kept, Some(PreviousFrame));
     assert!(used.last > 1500 && used.msvbsp < 100 && used.changes == 2, "{used:?}");
@@ -63,7 +63,7 @@ fn what_was_visible_last_is_taken_where_it_alone_pays() {
 
 #[test]
 fn large_occluders_are_taken_where_they_pay_more() {
-    let mut switch = dear(10_000.0);
+    let mut switch = with_polygon_cost(10_000.0);
     let used = play_all(&mut switch, 5000, always((4.0, 25_000), (80.0, 26_000)));
     assert_eq!((switch.kept, used.changes), (Some(Msvbsp), 0), "{used:?}");
     assert!(used.last > 0 && used.last < 150, "it is tried all the same: {used:?}");
@@ -73,7 +73,7 @@ fn large_occluders_are_taken_where_they_pay_more() {
 fn what_pays_more_takes_the_place_of_what_pays() {
     let last = |found| always((4.0, 5_000), (80.0, found));
     // Drawing and culling take 454 ms with `Msvbsp`. `PreviousFrame` takes 280 ms, and later 530 ms.
-    let mut switch = dear(10_000.0);
+    let mut switch = with_polygon_cost(10_000.0);
     assert!(play_all(&mut switch, 2000, last(30_000)).last > 1000);
     assert_eq!(switch.kept, Some(PreviousFrame));
     let used = play_all(&mut switch, 2000, last(4_000));
@@ -81,13 +81,13 @@ fn what_pays_more_takes_the_place_of_what_pays() {
     assert!(used.last < 200 && used.msvbsp > 1500, "{used:?}");
     assert_eq!(switch.kept, Some(Msvbsp));
     // `Msvbsp` takes 454 ms and `PreviousFrame` 440 ms: not worth a change.
-    let mut switch = dear(10_000.0);
+    let mut switch = with_polygon_cost(10_000.0);
     assert_eq!(play_all(&mut switch, 4000, last(14_000)).changes, 0);
 }
 
 #[test]
 fn methods_that_are_alike_do_not_take_turns() {
-    let mut switch = dear(10_000.0);
+    let mut switch = with_polygon_cost(10_000.0);
     let used = play_all(&mut switch, 20_000, |method, frame| {
         let noise = (frame * 7919 % 21) as f64 / 20.0 - 0.5;
         match method {
@@ -102,7 +102,7 @@ fn methods_that_are_alike_do_not_take_turns() {
 fn none_is_kept_where_nothing_pays() {
     // Drawing takes 50 ms, tries take 120 and 10 ms. After the first tries, whose costs are not known, tries take 0.8 % of
     // the drawing time.
-    let mut switch = dear(1_000.0);
+    let mut switch = with_polygon_cost(1_000.0);
     let outcome = always((10.0, 2_000), (120.0, 3_000));
     play_all(&mut switch, 100, outcome);
     let used = play_all(&mut switch, 20_000, outcome);
@@ -114,7 +114,7 @@ fn none_is_kept_where_nothing_pays() {
 
 #[test]
 fn a_hopeless_first_frame_ends_a_try_and_a_good_one_does_not_count() {
-    let mut switch = dear(10_000.0);
+    let mut switch = with_polygon_cost(10_000.0);
     // The first frame of each try costs more than it saves, because it fills all polygons in view.
     let (mut last_frame, mut first_frames, mut frames) = (u32::MAX, 0, 0);
     let used = play_all(&mut switch, 1000, |method, frame| {
@@ -127,7 +127,7 @@ fn a_hopeless_first_frame_ends_a_try_and_a_good_one_does_not_count() {
         Outcome { cost_ns: if is_first { 400.0 } else { 80.0 } * MS, culled: 25_000 }
     });
     assert!(used.last > 400 && switch.kept == Some(PreviousFrame), "{used:?}, {first_frames}");
-    let mut switch = dear(10_000.0);
+    let mut switch = with_polygon_cost(10_000.0);
     let (mut in_a_row, mut longest, mut last_frame) = (0, 0, u32::MAX);
     play_all(&mut switch, 3000, |method, frame| {
         if method == PreviousFrame {
@@ -142,11 +142,14 @@ fn a_hopeless_first_frame_ends_a_try_and_a_good_one_does_not_count() {
 #[test]
 fn what_was_visible_last_is_not_tried_where_it_cannot_pay() {
     for polygon_ns in [10.0, 50.0] {
-        let mut switch = dear(polygon_ns);
+        let mut switch = with_polygon_cost(polygon_ns);
         let used = play_all(&mut switch, 20_000, |_, _| Outcome { cost_ns: 50_000.0, culled: 100 });
         assert_eq!(used.last, 0, "{polygon_ns}");
     }
-    assert!(!dear(10.0).can_previous_frame_pay() && dear(1_000.0).can_previous_frame_pay());
+    assert!(
+        !with_polygon_cost(10.0).can_previous_frame_pay()
+            && with_polygon_cost(1_000.0).can_previous_frame_pay()
+    );
 }
 
 #[test]

@@ -10,9 +10,10 @@ use crate::{
 pub enum NodeTest {
     /// The bounding sphere of the node's box, as in the paper.
     Sphere,
-    /// The node's box. It lies inside the sphere, so it finds at least as many hidden nodes in the same time.
+    /// The node's box. It lies inside the sphere, so this test finds at least as many hidden nodes in the same time.
     Box,
-    /// The box's outline, clipped by the tree's planes. It finds a few more hidden nodes in several times the time.
+    /// The box's outline, clipped by the tree's planes. This test finds a few more hidden nodes in several times the
+    /// time.
     Outline,
     /// The box's eight corners, which must all lie in one cell of the tree and beyond one occluder. It finds fewer hidden
     /// nodes than the box, which may lie in several hidden cells.
@@ -101,17 +102,17 @@ pub struct CullCounts {
 }
 
 /// Largest number of nested partly hidden boxes that are stored.
-const NESTED: usize = 8;
+const MOST_NESTED: usize = 8;
 
 /// Partly hidden boxes, each inside the previous one, with the cells of the culler that contain them. The next tested box
 /// mostly lies in one of them, and its test begins at that box's cell.
-struct Nest {
-    boxes: [(Aabb, Cell); NESTED],
+struct BoxStack {
+    boxes: [(Aabb, Cell); MOST_NESTED],
     count: usize,
 }
 
-impl Nest {
-    const EMPTY: Self = Self { boxes: [(Aabb::EMPTY, Cell::ALL); NESTED], count: 0 };
+impl BoxStack {
+    const EMPTY: Self = Self { boxes: [(Aabb::EMPTY, Cell::ALL); MOST_NESTED], count: 0 };
 
     /// The cell at which the test of a box, or of all boxes inside it, begins. Removes stored boxes that do not contain
     /// `bounds`.
@@ -129,7 +130,7 @@ impl Nest {
 
     /// Stores a box with the cell at which its test ended.
     fn push(&mut self, bounds: &Aabb, cell: Cell) {
-        if self.count < NESTED {
+        if self.count < MOST_NESTED {
             self.boxes[self.count] = (*bounds, cell);
             self.count += 1;
         }
@@ -141,12 +142,12 @@ pub(super) struct Tests<'a> {
     culler: &'a dyn OcclusionCuller,
     config: CullConfig,
     counts: CullCounts,
-    nest: Nest,
+    nested: BoxStack,
 }
 
 impl<'a> Tests<'a> {
     pub(super) fn new(culler: &'a dyn OcclusionCuller, config: CullConfig) -> Self {
-        Self { culler, config, counts: CullCounts::default(), nest: Nest::EMPTY }
+        Self { culler, config, counts: CullCounts::default(), nested: BoxStack::EMPTY }
     }
 
     pub(super) fn counts(&self) -> CullCounts {
@@ -221,9 +222,9 @@ impl Thinner for Tests<'_> {
         let Tested { verdict, steps } = match self.config.node_test {
             NodeTest::Sphere => self.culler.test_sphere(&Sphere::around(bounds)),
             NodeTest::Box => {
-                let (tested, cell) = self.culler.test_box_in(bounds, self.nest.cell_around(bounds));
+                let (tested, cell) = self.culler.test_box_in(bounds, self.nested.cell_around(bounds));
                 if tested.verdict == Verdict::PartlyHidden {
-                    self.nest.push(bounds, cell);
+                    self.nested.push(bounds, cell);
                 }
                 tested
             }
@@ -255,7 +256,7 @@ impl Thinner for Tests<'_> {
             return;
         }
         let around = bounds.iter().fold(Aabb::EMPTY, |around, bounds| around.union(bounds));
-        let cell = self.nest.cell_around(&around);
+        let cell = self.nested.cell_around(&around);
         let TestedBoxes { hidden, unoccluded, steps, planes } =
             self.culler.test_boxes(bounds, cell, Needed::Verdict);
         for (i, (answer, &polygons)) in answers.iter_mut().zip(polygons).enumerate() {
@@ -281,7 +282,7 @@ impl Thinner for Tests<'_> {
     fn hidden_of(&mut self, boxes: &[Aabb]) -> u16 {
         let around = boxes.iter().fold(Aabb::EMPTY, |around, bounds| around.union(bounds));
         let TestedBoxes { hidden, steps, planes, .. } =
-            self.culler.test_boxes(boxes, self.nest.cell_around(&around), Needed::Hidden);
+            self.culler.test_boxes(boxes, self.nested.cell_around(&around), Needed::Hidden);
         self.counts.polygon_tests += boxes.len() as u64;
         self.counts.steps += u64::from(steps);
         self.counts.planes += u64::from(planes);

@@ -54,7 +54,7 @@ pub trait OcclusionCuller: Send + Sync {
     fn test_box(&self, bounds: &Aabb) -> Tested;
 
     /// Tests a box that lies in a box already tested, beginning at the cell `from` of that box's test. Returns the verdict
-    /// and the cell of this box. `from` is invalid after another build.
+    /// and the cell of this box. Each build invalidates all earlier cells.
     fn test_box_in(&self, bounds: &Aabb, from: Cell) -> (Tested, Cell) {
         (self.test_box(bounds), from)
     }
@@ -72,8 +72,8 @@ pub trait OcclusionCuller: Send + Sync {
     }
 
     /// Tests a box by its eight corners. The box is hidden only if all corners lie in one cell of the method's shadow.
-    /// A cell is convex, so it then contains the whole box. Hides no more than [`OcclusionCuller::test_box`], and the
-    /// same if the method has no cells.
+    /// A cell is convex, so it then contains the whole box. Hides no more than [`OcclusionCuller::test_box`]. If the
+    /// method has no cells, the result is equal.
     fn test_corners(&self, bounds: &Aabb) -> Tested {
         self.test_box(bounds)
     }

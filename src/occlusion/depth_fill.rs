@@ -106,10 +106,10 @@ impl Fill<'_> {
             (low, high) = (low.min(y), high.max(y));
         }
         // If the polygon reaches the eye's plane, only the plane of the polygon bounds its depth.
-        let is_before = near_m > 0.0;
-        let farthest = if is_before { 1.0 / far_m } else { f64::NEG_INFINITY };
+        let is_in_front = near_m > 0.0;
+        let farthest = if is_in_front { 1.0 / far_m } else { f64::NEG_INFINITY };
         // The factor exceeds the rounding errors here and in `depths`.
-        let nearest = if is_before { (1.0 / near_m * (1.0 + DEPTH_SLACK)) as f32 } else { f32::INFINITY };
+        let nearest = if is_in_front { (1.0 / near_m * (1.0 + DEPTH_SLACK)) as f32 } else { f32::INFINITY };
         // On the cap plane n.p = d, p = z (forward + X right + Y up): 1/z is linear in X and Y, and so in pixels.
         let [by_x, by_y, at_corner] =
             raster.in_pixels(occluder.cap_normal()).map(|v| v / occluder.cap_distance_m());

@@ -54,7 +54,7 @@ impl Tile {
             } else {
                 all
             };
-            // A polygon that covers the block alone leaves a nearer layer unchanged.
+            // A polygon that covers the whole block leaves a nearer layer unchanged.
             let keep = !useful || (covers_alone && part > depth);
             self.all[i] = if useful { new_all } else { all };
             self.part[i] = if keep {

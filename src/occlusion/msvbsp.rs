@@ -5,10 +5,10 @@
 //!
 //! # The algorithm
 //! The first cell is the window, a convex cone of directions. The shadow planes of the best occluder cut this cell, one
-//! after the other. The part behind a plane becomes a cell of its own, which the occluders that reach it cut further.
-//! The part in front of all planes is in the shadow of the occluder. An occluder's *cap* is the plane that ends the shadow
-//! volume at the occluder. A leaf in the shadow stores the caps of all occluders that cover its cell. A volume in this
-//! cell is hidden if it lies beyond one of these caps.
+//! after the other. The part behind a plane becomes a new cell. Other occluders that reach this cell divide it further.
+//! The part in front of all planes is in the shadow of the occluder. An occluder's *cap* is the plane that ends the
+//! shadow volume at the occluder. A leaf in the shadow stores the caps of all occluders that cover its cell. A volume
+//! in this cell is hidden if it lies beyond one of these caps.
 //!
 //! # Differences from the paper
 //! Rules 1 and 3 of the paper (best occluder first, its planes together) are kept. The other rules hide visible polygons,
@@ -48,7 +48,7 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Treatment of other occluders that reach a cell which an occluder covers.
+/// Treatment of other occluders that reach a cell already covered by an occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub enum Refine {

@@ -13,7 +13,7 @@ pub(super) const MAX_PATCH: usize = 24;
 /// Largest number of corners of a border.
 const MAX_BORDER: usize = 2 * MAX_PATCH + 4;
 
-/// Largest number of corners inside the border, which were once on it.
+/// Largest number of corners inside the border. Each of them was on the border of a smaller patch.
 const MAX_INNER: usize = MAX_PATCH;
 
 /// A polygon joins a patch if the area that the patch hides along its normal grows by at least this fraction of the
@@ -134,7 +134,7 @@ impl Patch {
         patch.len += 1;
         let area_vector = polygon.area_vector() * if turned { -0.5 } else { 0.5 };
         patch.area_vector += area_vector;
-        patch.area_m2 = patch.hull_from_before().area() as f32;
+        patch.area_m2 = patch.hull_along_normal().area() as f32;
         let (gain, own) = (patch.area_m2 - self.area_m2, area_vector.length());
         let is_flat = area_vector.dot(self.area_vector) >= FLAT_COSINE * own * self.area_vector.length();
         let pays = gain >= WORTH_JOINING * own;
@@ -171,7 +171,7 @@ impl Patch {
         patch.ids[len..len + usize::from(other.len)].copy_from_slice(other.ids());
         patch.len += other.len;
         patch.area_vector += if turned { -other.area_vector } else { other.area_vector };
-        patch.area_m2 = patch.hull_from_before().area() as f32;
+        patch.area_m2 = patch.hull_along_normal().area() as f32;
         (patch.area_m2 >= WORTH_MERGING * (self.area_m2 + other.area_m2)).then_some(patch)
     }
 
@@ -250,8 +250,8 @@ impl Patch {
         Hull::inside(&border[..self.border.len()])
     }
 
-    /// The hull as seen from far away along the patch's normal.
-    fn hull_from_before(&self) -> Hull {
+    /// The hull of the patch's projection along its normal.
+    fn hull_along_normal(&self) -> Hull {
         let normal = self.area_vector.as_dvec3().normalize_or(DVec3::Z);
         let x = normal.any_orthonormal_vector();
         let y = normal.cross(x);

@@ -19,10 +19,10 @@ const OPEN_PATCHES: usize = 6;
 /// geometry finds the others later.
 const ORPHANS: usize = 1024;
 
-/// After many removals, a frame offers at most [`OFFERS_A_FRAME`] polygons again, and reads at most [`LOOKS_A_FRAME`] to
+/// After many removals, a frame offers at most [`OFFERS_A_FRAME`] polygons again, and reads at most [`READS_A_FRAME`] to
 /// find them.
 const OFFERS_A_FRAME: usize = 256;
-const LOOKS_A_FRAME: usize = 8192;
+const READS_A_FRAME: usize = 8192;
 
 /// Largest number of polygons that are searched for walls; the search begins with the largest ones.
 const SEARCHED: usize = 1 << 16;
@@ -48,7 +48,7 @@ pub struct PoolConfig {
 }
 
 impl Default for PoolConfig {
-    /// 2,048 to 4,096 candidates; neighbours are joined.
+    /// Keeps 2,048 to 4,096 candidates, and joins neighbouring polygons to patches.
     fn default() -> Self {
         Self { capacity: 2048, grouping: Grouping::Patches }
     }
@@ -240,8 +240,8 @@ impl OccluderPool {
             let Some(polygon) = fixed_occluder(geometry, id) else { return false };
             is_large = 0.5 * polygon.area_vector().length() > self.large_m2;
         }
-        // Steps up and down cancel if one polygon of sixteen is larger. They are small, so that the polygons of a wide
-        // stroke count as large for a few hundred calls.
+        // Steps up and down cancel if one polygon of sixteen is larger. The steps are small, so that the polygons of a
+        // wide stroke count as large for a few hundred calls.
         let step = if is_large { 1.016 } else { 0.999 };
         self.large_m2 = (self.large_m2 * step).clamp(1.0e-12, 1.0e12);
         is_large
@@ -312,7 +312,7 @@ impl OccluderPool {
     /// offers, about 1.5 µs each. Returns their number.
     pub fn catch_up(&mut self, geometry: &dyn Geometry, offers: usize) -> usize {
         self.reserve(geometry.id_end());
-        let end = geometry.id_end().min(self.rescan.saturating_add(LOOKS_A_FRAME));
+        let end = geometry.id_end().min(self.rescan.saturating_add(READS_A_FRAME));
         let mut made = 0;
         while self.rescan < end && made < offers {
             let id = PolygonId(self.rescan as u32);

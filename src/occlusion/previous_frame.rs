@@ -236,7 +236,7 @@ impl PreviousFrameOccluders {
                 }
             }
             if seen.is_full && !seen.is_turn(block) {
-                // The others were smaller than the filled ones in an earlier frame.
+                // In an earlier frame, the other polygons were smaller than the filled ones.
                 let is_new = !(seen.drawn.mask(block) & self.read.mask(block));
                 tried &= seen.filled.mask(block) | is_new;
             }

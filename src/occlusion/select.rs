@@ -98,11 +98,11 @@ pub struct Selector {
     config: SelectConfig,
     rough: Vec<(f32, u32)>,
     shadows: Vec<ShadowVolume>,
-    /// For each shadow, the index of its candidate in `known`.
+    /// For each shadow, the index of its candidate in `histories`.
     places: Vec<usize>,
     measured: Vec<(f64, u32)>,
     chosen: Vec<ShadowVolume>,
-    known: Vec<Known>,
+    histories: Vec<CandidateHistory>,
 }
 
 impl Selector {
@@ -116,14 +116,14 @@ impl Selector {
             places: Vec::with_capacity(shadows),
             measured: Vec::with_capacity(shadows),
             chosen: Vec::with_capacity(config.occluders),
-            known: Vec::new(),
+            histories: Vec::new(),
         }
     }
 
     /// Makes room for pools of `candidates` candidates.
     pub fn reserve(&mut self, candidates: usize) {
         self.rough.reserve((MOST_WALLS + candidates).saturating_sub(self.rough.len()));
-        self.known.reserve((MOST_WALLS + candidates).saturating_sub(self.known.len()));
+        self.histories.reserve((MOST_WALLS + candidates).saturating_sub(self.histories.len()));
     }
 
     /// The occluders of the last [`Selector::select`], the best first.
@@ -202,8 +202,8 @@ impl Selector {
                 continue;
             }
             // A candidate left out because the list is full may be selected next time, so it does not rest.
-            let known = &mut self.known[self.places[i as usize]];
-            (known.left, known.length) = (0, 0);
+            let history = &mut self.histories[self.places[i as usize]];
+            (history.left, history.length) = (0, 0);
             if !is_full {
                 self.chosen.push(*shadow);
             }
@@ -214,7 +214,7 @@ impl Selector {
 
     /// Drops the state of earlier frames, so that the next selection measures every candidate.
     pub fn forget(&mut self) {
-        self.known.clear();
+        self.histories.clear();
     }
 
     /// Selects the scored candidates in their order, without measuring them.
@@ -243,33 +243,34 @@ impl Selector {
         }
     }
 
-    /// Whether a candidate may be measured now. It may not if it was too small or hidden behind a better candidate a few
-    /// frames ago and looks the same from this window.
+    /// Whether a candidate may be measured now. `false` if a few frames ago it was too small or hidden behind a better
+    /// candidate, and it looks the same from this window.
     fn is_due(&mut self, place: usize, sketch: &Sketch, window: &RoughWindow) -> bool {
-        let Some(known) = self.known.get_mut(place) else { return true };
-        if known.left == 0 {
+        let Some(history) = self.histories.get_mut(place) else { return true };
+        if history.left == 0 {
             return true;
         }
-        known.left -= 1;
+        history.left -= 1;
         let nearest_m = (sketch.center - window.eye).length() - sketch.radius_m;
-        let moved_m = (window.eye - known.eye).length();
-        let is_same = known.sketch == *sketch
+        let moved_m = (window.eye - history.eye).length();
+        let is_same = history.sketch == *sketch
             && moved_m <= MOST_MOVED * nearest_m
-            && window.forward.dot(known.forward) >= MOST_TURNED_COSINE;
+            && window.forward.dot(history.forward) >= MOST_TURNED_COSINE;
         if !is_same {
-            known.left = 0;
+            history.left = 0;
         }
         !is_same
     }
 
     /// Records that a candidate was measured. The candidate is not measured again for a while, unless it is selected.
     fn note(&mut self, place: usize, sketch: Sketch, window: &RoughWindow) {
-        if self.known.len() <= place {
-            self.known.resize(place + 1, Known::NOTHING);
+        if self.histories.len() <= place {
+            self.histories.resize(place + 1, CandidateHistory::NOTHING);
         }
-        let known = &mut self.known[place];
-        let length = if known.sketch == sketch { (known.length * 2).clamp(1, LONGEST_REST) } else { 1 };
-        *known = Known { sketch, eye: window.eye, forward: window.forward, left: length, length };
+        let history = &mut self.histories[place];
+        let length = if history.sketch == sketch { (history.length * 2).clamp(1, LONGEST_REST) } else { 1 };
+        *history =
+            CandidateHistory { sketch, eye: window.eye, forward: window.forward, left: length, length };
     }
 }
 
@@ -284,7 +285,7 @@ const MOST_TURNED_COSINE: f32 = 0.999_85;
 
 /// The state of a candidate from earlier frames.
 #[derive(Clone, Copy, Debug)]
-struct Known {
+struct CandidateHistory {
     /// The candidate, the eye and the direction of view at the last measurement.
     sketch: Sketch,
     eye: Vec3,
@@ -294,7 +295,7 @@ struct Known {
     length: u8,
 }
 
-impl Known {
+impl CandidateHistory {
     const NOTHING: Self =
         Self { sketch: Sketch::FREE, eye: Vec3::ZERO, forward: Vec3::ZERO, left: 0, length: 0 };
 }

@@ -33,8 +33,8 @@ pub enum NotAnOccluder {
     /// The polygon's outline from the eye is not convex (a bent quad). Its triangles may cast shadows.
     #[error("not convex as seen from the eye")]
     NotConvex,
-    /// The near plane cuts the polygon, and it has more than three corners. A polygon that is bent, if only by rounding,
-    /// has a defined border at the near plane only as triangles.
+    /// The near plane cuts the polygon, and it has more than three corners. Such a polygon may be bent, at least by
+    /// rounding. Then its border at the near plane depends on its division into triangles.
     #[error("cut by the near plane, and not a triangle")]
     CutByNear,
 }

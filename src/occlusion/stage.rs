@@ -11,19 +11,19 @@ use crate::{
 const OFFER_NS: f64 = 1500.0;
 
 /// Time to read a polygon's area, nanoseconds.
-const LOOK_NS: f64 = 10.0;
+const READ_NS: f64 = 10.0;
 
 /// Largest number of polygons of removed candidates that [`OcclusionStage::follow_in_steps`] offers again in a frame.
 const OFFERS_A_STEP: usize = 16;
 
 /// Largest number of changed polygons whose size is tested one by one.
-const MOST_LOOKS: usize = 64;
+const MOST_SIZE_TESTS: usize = 64;
 
 /// Largest number of polygons that are offered in the frame of their arrival.
 const MOST_AT_ONCE: f64 = 16.0;
 
-/// Least number of waiting polygons that a frame offers. If its budget permits fewer, it offers none, so that
-/// most frames make no offers.
+/// Least number of waiting polygons that a frame offers. A frame whose budget permits fewer offers none, so most frames
+/// make no offers.
 const LEAST_OFFERS: usize = 128;
 
 /// The state of occlusion culling from frame to frame: the candidates for occluders, and a [`ViewOcclusion`] that culls all
@@ -102,7 +102,7 @@ impl OcclusionStage {
             Change::Insert(id) | Change::Update(id) | Change::Repaint(id) => Some(id),
             Change::Remove(_) | Change::Place(_) => None,
         });
-        if came.clone().nth(MOST_LOOKS).is_some() {
+        if came.clone().nth(MOST_SIZE_TESTS).is_some() {
             return true;
         }
         let least_share = self.config.select.least_share as f32;
@@ -135,8 +135,8 @@ impl OcclusionStage {
         budget_ns: f64,
     ) -> f64 {
         let at_once = (budget_ns / OFFER_NS).min(MOST_AT_ONCE) as usize;
-        let looks_ns = if at_once > 0 { LOOK_NS * changes.len() as f64 } else { 0.0 };
-        let mut spent_ns = looks_ns + self.pool.follow_roughly(geometry, changes, at_once) as f64 * OFFER_NS;
+        let reads_ns = if at_once > 0 { READ_NS * changes.len() as f64 } else { 0.0 };
+        let mut spent_ns = reads_ns + self.pool.follow_roughly(geometry, changes, at_once) as f64 * OFFER_NS;
         let offers = ((budget_ns - spent_ns) / OFFER_NS) as usize;
         if offers >= LEAST_OFFERS && self.pool.is_behind(geometry) {
             // The search for the polygons costs time, too.

@@ -20,7 +20,7 @@ pub fn node_budget(occluders: usize) -> usize {
 /// Largest depth of the tree; a cell that would lie deeper is not divided further. It bounds the stack of a query.
 pub const MAX_DEPTH: u32 = 256;
 
-/// A child of a node: another node, an unoccluded leaf, or a leaf in the shadow of occluders, with their caps.
+/// A child of a node: another node, an unoccluded leaf, or a leaf in shadow with the caps of its occluders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Child(u32);
 
@@ -28,7 +28,7 @@ impl Child {
     const LEAF: u32 = 1 << 31;
 
     /// The unoccluded leaf.
-    pub(super) const OUT: Self = Self(Self::LEAF | NO_CAP);
+    pub(super) const UNOCCLUDED: Self = Self(Self::LEAF | NO_CAP);
 
     pub(super) fn node(i: u32) -> Self {
         Self(i)
@@ -134,7 +134,7 @@ impl ShadowTree {
     pub fn new(nodes: usize, caps: usize, rule: CapRule) -> Self {
         Self {
             eye_in_world: DVec3::ZERO,
-            top: Child::OUT,
+            top: Child::UNOCCLUDED,
             nodes: Vec::with_capacity(nodes),
             caps: Vec::with_capacity(caps),
             rule,
@@ -146,7 +146,7 @@ impl ShadowTree {
     /// Removes all nodes and caps without freeing their memory.
     pub fn clear(&mut self, eye_in_world: DVec3) {
         self.eye_in_world = eye_in_world;
-        self.top = Child::OUT;
+        self.top = Child::UNOCCLUDED;
         self.nodes.clear();
         self.caps.clear();
         self.depth = 0;
@@ -206,7 +206,7 @@ impl ShadowTree {
     /// number.
     pub fn push(&mut self, link: Link, normal: DVec3, depth: u32) -> u32 {
         let i = self.nodes.len() as u32;
-        self.nodes.push(Node { normal, front: Child::OUT, back: Child::OUT });
+        self.nodes.push(Node { normal, front: Child::UNOCCLUDED, back: Child::UNOCCLUDED });
         self.set(link, Child::node(i));
         self.depth = self.depth.max(depth);
         i
@@ -359,26 +359,26 @@ impl ShadowTree {
         }
         let slack = query.volume.slack();
         let (mut beyond_one, mut beyond_all) = (false, true);
-        let (mut before_one, mut before_all) = (false, true);
+        let (mut in_front_of_one, mut in_front_of_all) = (false, true);
         let mut at = caps;
         while at != Caps::NONE {
             let cap = &self.caps[at.0 as usize];
             query.steps += 1;
             let (low, high) = query.volume.reach(cap.normal);
             let beyond = low - cap.distance_m >= slack;
-            let before = high - cap.distance_m <= 0.0;
+            let in_front = high - cap.distance_m <= 0.0;
             beyond_one |= beyond;
             beyond_all &= beyond;
-            before_one |= before;
-            before_all &= before;
+            in_front_of_one |= in_front;
+            in_front_of_all &= in_front;
             if self.rule == CapRule::Any && beyond {
                 break;
             }
             at = cap.next;
         }
         let (shadow, lit) = match self.rule {
-            CapRule::Any => (beyond_one, before_all),
-            CapRule::All => (beyond_all, before_one),
+            CapRule::Any => (beyond_one, in_front_of_all),
+            CapRule::All => (beyond_all, in_front_of_one),
             CapRule::Ignore => (true, false),
         };
         query.met_shadow |= shadow || !lit;

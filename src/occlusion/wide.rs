@@ -1,8 +1,8 @@
 //! Tests sixteen boxes at once against the cells of a shadow tree. Neighbouring boxes take the same way through the tree.
 //! So a plane is read once, and tested by one instruction, for all boxes that reach its node. Each box meets the planes
-//! that [`ShadowTree::test_box`] would meet, with the same arithmetic, so the same boxes are hidden. A box in front of
-//! a cap by less than its slack counts as partly hidden here, and as unoccluded in that test. If only hidden boxes are
-//! needed, the test of a box ends at the first leaf that does not hide it.
+//! that [`ShadowTree::test_box`] would meet, with the same arithmetic, so the same boxes are hidden. If a box is in
+//! front of a cap by less than its slack, it counts as partly hidden here, but as unoccluded in `test_box`. If only
+//! hidden boxes are needed, the test of a box ends at the first leaf that does not hide it.
 
 use super::{
     Needed, QUERY_SLACK, TestedBoxes,
@@ -46,7 +46,7 @@ impl WithKernel for TestBoxes<'_> {
         let (mut lit, mut shadowed) = (0, if needed == Needed::Hidden { all } else { 0 });
         let (mut steps, mut planes) = (0, 0);
         // A loop replaces recursion, because a recursive function would not be compiled for the instruction set.
-        let mut waiting = [(Child::OUT, 0_u32); DEEPEST + 1];
+        let mut waiting = [(Child::UNOCCLUDED, 0_u32); DEEPEST + 1];
         let mut count = 0;
         let (mut at, mut lanes) = (tree.below(from), all);
         loop {
@@ -63,10 +63,10 @@ impl WithKernel for TestBoxes<'_> {
                 Ok(i) => {
                     let node = tree.node(i);
                     (steps, planes) = (steps + lanes.count_ones(), planes + 1);
-                    let (beyond, before) =
+                    let (beyond, in_front) =
                         kernel.beyond_and_in_front(node.normal.to_array(), 0.0, &eye_boxes);
                     // A NaN fails both comparisons and goes both ways.
-                    let (to_front, to_back) = (lanes & (beyond | !before), lanes & !beyond);
+                    let (to_front, to_back) = (lanes & (beyond | !in_front), lanes & !beyond);
                     if to_front == 0 {
                         (at, lanes) = (node.back, to_back);
                     } else {
@@ -83,11 +83,11 @@ impl WithKernel for TestBoxes<'_> {
                 }
                 Err(caps) => {
                     let mut leaf =
-                        Leaf { beyond_one: 0, beyond_all: lanes, before_one: 0, before_all: lanes };
+                        Leaf { beyond_one: 0, beyond_all: lanes, in_front_of_one: 0, in_front_of_all: lanes };
                     leaf.test(kernel, tree, caps, lanes, &eye_boxes, [&mut steps, &mut planes]);
                     let (shadow, light) = match tree.rule() {
-                        CapRule::Any => (leaf.beyond_one, leaf.before_all),
-                        CapRule::All => (leaf.beyond_all, leaf.before_one),
+                        CapRule::Any => (leaf.beyond_one, leaf.in_front_of_all),
+                        CapRule::All => (leaf.beyond_all, leaf.in_front_of_one),
                         CapRule::Ignore => (lanes, 0),
                     };
                     shadowed |= lanes & (shadow | !light);
@@ -105,8 +105,8 @@ impl WithKernel for TestBoxes<'_> {
 struct Leaf {
     beyond_one: u32,
     beyond_all: u32,
-    before_one: u32,
-    before_all: u32,
+    in_front_of_one: u32,
+    in_front_of_all: u32,
 }
 
 impl Leaf {
@@ -132,11 +132,11 @@ impl Leaf {
             }
             let cap = tree.cap(at);
             (*steps, *planes) = (*steps + left.count_ones(), *planes + 1);
-            let (beyond, before) = kernel.beyond_and_in_front(cap.normal.to_array(), cap.distance_m, boxes);
+            let (beyond, in_front) = kernel.beyond_and_in_front(cap.normal.to_array(), cap.distance_m, boxes);
             self.beyond_one |= left & beyond;
             self.beyond_all &= beyond;
-            self.before_one |= lanes & before;
-            self.before_all &= before;
+            self.in_front_of_one |= lanes & in_front;
+            self.in_front_of_all &= in_front;
             at = cap.next;
         }
     }

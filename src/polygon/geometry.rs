@@ -3,8 +3,9 @@ use glam::Affine3A;
 use super::{ConvexPolygon, PolygonId, SpaceId, SpacePlace};
 use crate::math::Aabb;
 
-/// The caller's polygons, in any form. A returned value holds until the caller passes a [`Change`](super::Change) of that
-/// polygon, or a [`Place`](super::Change::Place) of its space. A `Place` changes the box of each polygon in the space.
+/// The caller's polygons, in any form. A returned value is valid until the caller passes a [`Change`](super::Change) of
+/// that polygon, or a [`Place`](super::Change::Place) of its space. A `Place` changes the box of each polygon in the
+/// space.
 ///
 /// A "polygon" is one drawn object with a number: a convex polygon, or a mesh, which has a box and no corners. A mesh hides
 /// nothing. To make a house an occluder, give its walls numbers of their own. Such a wall may be an undrawn polygon inside

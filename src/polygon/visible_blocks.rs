@@ -25,9 +25,9 @@ const BEHIND: usize = 512;
 #[derive(Clone, Debug, Default)]
 pub struct VisibleBlocks {
     masks: Vec<u16>,
-    /// Lower bound of the set blocks.
+    /// Lower bound of the positions of blocks with a set bit.
     begin: usize,
-    /// Upper bound of the set blocks, exclusive.
+    /// Upper bound of these positions, exclusive.
     end: usize,
     len: usize,
     /// Working memory for indexes that list numbers.

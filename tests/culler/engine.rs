@@ -222,7 +222,7 @@ fn moved(world: &mut World, frame: u32) -> Vec<Change> {
 }
 
 #[test]
-fn what_moves_in_a_frame_is_filed_as_if_told_of_one_by_one() {
+fn what_moves_in_a_frame_is_inserted_as_if_told_of_one_by_one() {
     let pipeline = |index: Box<dyn SpatialIndex>| Pipeline::new(index, 4000);
     let config = IndexConfig::default();
     let osp = || Box::new(Osp::new(&config));

@@ -21,7 +21,7 @@ fn filled(boxes: &[Aabb]) -> Vec<Box<dyn SpatialIndex>> {
             index.insert(PolygonId(i as u32), bounds).expect("a good box");
         }
         for i in (0..boxes.len()).filter(|&i| is_erased(i)) {
-            index.remove(PolygonId(i as u32)).expect("it is filed");
+            index.remove(PolygonId(i as u32)).expect("it is inserted");
         }
         index.commit();
         index
@@ -59,8 +59,8 @@ fn box_queries_find_what_touches() {
     asked.push(Aabb::new(Vec3::ONE, Vec3::ZERO));
     asked.push(Aabb::new(Vec3::NAN, Vec3::ONE));
     for bounds in &asked {
-        let filed = boxes.iter().enumerate().filter(|&(i, b)| !is_erased(i) && b.intersects(bounds));
-        let expected: Vec<u32> = filed.map(|(i, _)| i as u32).collect();
+        let inserted = boxes.iter().enumerate().filter(|&(i, b)| !is_erased(i) && b.intersects(bounds));
+        let expected: Vec<u32> = inserted.map(|(i, _)| i as u32).collect();
         for index in &indexes {
             let mut found = vec![PolygonId(u32::MAX)];
             index.box_query(bounds, &mut found);
@@ -139,11 +139,11 @@ fn rays_find_the_nearest_polygon() {
     assert!(hits > 100, "only {hits} rays hit: the test tests nothing");
 }
 
-/// The filed polygons with the distances of their boxes from a point, the nearest first.
+/// The inserted polygons with the distances of their boxes from a point, the nearest first.
 fn by_distance(boxes: &[Aabb], point: Vec3) -> Vec<(PolygonId, f32)> {
-    let filed = boxes.iter().enumerate().filter(|&(i, _)| !is_erased(i));
+    let inserted = boxes.iter().enumerate().filter(|&(i, _)| !is_erased(i));
     let mut all: Vec<(PolygonId, f32)> =
-        filed.map(|(i, b)| (PolygonId(i as u32), b.distance_squared(point).sqrt())).collect();
+        inserted.map(|(i, b)| (PolygonId(i as u32), b.distance_squared(point).sqrt())).collect();
     all.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
     all
 }
@@ -207,7 +207,7 @@ fn spheres_and_nearest_polygons_are_found() {
     }
 }
 
-/// An index that nothing was filed in, one that everything has left, one with a single polygon: every query has an
+/// An index that nothing was inserted in, one that everything has left, one with a single polygon: every query has an
 /// answer.
 /// Their distances are larger than any number.
 #[test]
@@ -228,13 +228,13 @@ fn what_is_infinitely_far_is_found_as_far_as_there_is_nothing_nearer() {
 fn indexes_with_nothing_in_them_can_be_asked() {
     let ray = Ray::new(Vec3::new(0.0, 0.0, 5.0), Vec3::NEG_Z);
     for kind in IndexKind::ALL {
-        for (filed, left) in [(0, 0), (40, 0), (1, 1)] {
+        for (inserted, left) in [(0, 0), (40, 0), (1, 1)] {
             let mut index = kind.create(&IndexConfig { root: root(), capacity: 0 });
-            for i in 0..filed {
+            for i in 0..inserted {
                 index.insert(PolygonId(i), &Aabb::cube(Vec3::ZERO, 0.1)).expect("a good box");
             }
-            for i in left..filed {
-                index.remove(PolygonId(i)).expect("it is filed");
+            for i in left..inserted {
+                index.remove(PolygonId(i)).expect("it is inserted");
             }
             let found = |id: Option<(PolygonId, f32)>| usize::from(id.is_some());
             // Before and after the commit of the frame.
@@ -242,7 +242,7 @@ fn indexes_with_nothing_in_them_can_be_asked() {
                 if committed {
                     index.commit();
                 }
-                let name = format!("{}, {left} of {filed}, committed {committed}", kind.name());
+                let name = format!("{}, {left} of {inserted}, committed {committed}", kind.name());
                 let mut hit = |_: PolygonId| Some(4.95);
                 let counts = [
                     found(index.ray_nearest(&ray, f32::MAX, &mut hit)),

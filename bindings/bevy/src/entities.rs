@@ -44,7 +44,7 @@ struct Record {
     /// Whether the entity's number is in the queue.
     is_queued: bool,
     /// Whether the entity is in the index. A loose entity may be in the index with an old box.
-    is_filed: bool,
+    is_inserted: bool,
 }
 
 const ABSENT: Record = Record {
@@ -52,7 +52,7 @@ const ABSENT: Record = Record {
     changed_in: 0,
     state: State::Absent,
     is_queued: false,
-    is_filed: false,
+    is_inserted: false,
 };
 
 /// The bounds of an entity when it settles.
@@ -173,9 +173,9 @@ impl Entities {
             State::Indexed => {}
         }
         let is_to_leave = matches!(state, State::Absent | State::Always);
-        if is_to_leave && std::mem::take(&mut record.is_filed) {
+        if is_to_leave && std::mem::take(&mut record.is_inserted) {
             // The entity is there, because no other code removes it.
-            self.index.remove(id).expect("what is filed is in the index");
+            self.index.remove(id).expect("what is inserted is in the index");
         }
         match state {
             State::Absent => record.entity = Entity::PLACEHOLDER,
@@ -214,14 +214,14 @@ impl Entities {
                 Bounds::Unknown => State::Always,
                 Bounds::Box(bounds) => {
                     let (id, record) = (PolygonId(number), &mut self.records[number as usize]);
-                    let filed = if record.is_filed {
+                    let inserted = if record.is_inserted {
                         self.index.update(id, &bounds)
                     } else {
                         self.index.insert(id, &bounds)
                     };
                     // A refused update leaves the old box in the index.
-                    record.is_filed |= filed.is_ok();
-                    if filed.is_ok() { State::Indexed } else { State::Always }
+                    record.is_inserted |= inserted.is_ok();
+                    if inserted.is_ok() { State::Indexed } else { State::Always }
                 }
             };
             self.enter(number, state);
@@ -251,9 +251,9 @@ impl Entities {
         let mut counts = [0; 3];
         for (number, record) in self.records.iter().enumerate() {
             let id = PolygonId(number as u32);
-            let is_filed = self.index.bounds(id).is_some();
-            assert_eq!(is_filed, record.is_filed, "{record:?}");
-            let is_indexed = is_filed && record.state != State::Loose;
+            let is_inserted = self.index.bounds(id).is_some();
+            assert_eq!(is_inserted, record.is_inserted, "{record:?}");
+            let is_indexed = is_inserted && record.state != State::Loose;
             let places = [is_indexed, self.loose.contains(id), self.always.contains(id)];
             let expected = match record.state {
                 State::Absent => [false; 3],
@@ -264,7 +264,7 @@ impl Entities {
             assert_eq!(places, expected, "{record:?}");
             assert!(record.state == State::Absent || record.entity.index_u32() == id.0);
             assert!(record.state != State::Loose || record.is_queued);
-            let places = [is_filed, places[1], places[2]];
+            let places = [is_inserted, places[1], places[2]];
             counts.iter_mut().zip(places).for_each(|(count, is_there)| *count += usize::from(is_there));
         }
         assert_eq!(counts, [self.indexed(), self.loose(), self.always()]);

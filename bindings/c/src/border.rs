@@ -180,7 +180,7 @@ impl<T: Copy> Answer<T> {
         count
     }
 
-    /// Like [`Self::write_first`], but fails if there is not room for all values.
+    /// Does the same as [`Self::write_first`], but fails if there is not room for all values.
     pub(crate) fn write(&self, values: impl Iterator<Item = T>) -> Outcome<()> {
         let (count, room) = (self.write_first(values), self.list.room);
         if count <= room {

@@ -98,7 +98,8 @@ struct Look {
     /// The polygons that the step hides. Polygons that the previous step does not hide are at the end.
     hidden: Vec<PolygonId>,
     hidden_before: usize,
-    /// The polygons that the eye sees, in increasing order. Only for the printed form, and not for too many polygons.
+    /// The polygons that the eye sees, in increasing order. `None` in the conservative form, and if too many polygons
+    /// are in view.
     visible: Option<Vec<PolygonId>>,
 }
 
@@ -309,7 +310,7 @@ impl Look {
         }
         let (before, newly) = self.hidden.split_at(self.hidden_before);
         for (hidden, color) in [(before, HIDDEN), (newly, NEWLY_HIDDEN)] {
-            // The model may have changed since.
+            // Polygons may have been removed since the step was computed.
             let hidden = hidden.iter().copied().filter(|&id| is_there(scene, id));
             draw_outlines(scene, hidden, &Motion::STAY, color, out);
         }

@@ -165,7 +165,7 @@ pub fn files_of_session(path: &Path) -> Vec<PathBuf> {
 pub struct Kept {
     /// The file.
     pub path: PathBuf,
-    /// Number of unchanged bytes before `bytes`.
+    /// Position of `bytes` in the file; the file's earlier bytes are unchanged.
     pub from: usize,
     /// The new bytes; `None` if the file was removed.
     pub bytes: Option<Vec<u8>>,

@@ -186,7 +186,7 @@ impl Room {
         views
     }
 
-    /// Like [`Room::views`], but replaces an existing list.
+    /// Does the same as [`Room::views`], but replaces an existing list.
     pub fn views_into(
         &self,
         navigator: &Navigator,

@@ -287,7 +287,7 @@ impl Display {
         Ok(())
     }
 
-    /// Presents the drawn frames. Returns whether every window had one.
+    /// Presents the drawn frames. Returns whether every window had a drawn frame.
     fn show(&mut self) -> bool {
         let is_whole = self.frames.iter().all(Option::is_some);
         for frame in self.frames.iter_mut().filter_map(Option::take) {

@@ -118,7 +118,7 @@ impl Working {
         }
     }
 
-    /// Returns the result, if the work has ended. Work in turns first continues for one turn.
+    /// Returns the result, if the work has ended. First does one turn of work that is divided into turns.
     ///
     /// # Errors
     /// The work ended without a result. The text is for the user.

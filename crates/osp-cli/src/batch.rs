@@ -50,8 +50,8 @@ pub(super) struct Batch {
 impl Batch {
     /// Plans the work on the named sessions, and on the sessions in the named folders.
     ///
-    /// Targets get `ending` and have the given kind. A target lies beside its session. With `out`, it lies below `out`
-    /// in the same place that its session has below its folder. With `force`, finished targets are made again.
+    /// Targets get `ending` and have the given kind. A target lies beside its session. With `out`, the path of a target
+    /// below `out` is the path of its session below the named folder. With `force`, finished targets are made again.
     ///
     /// # Errors
     /// A path leads nowhere, `out` is no folder, or there is no session. Two sessions would have the same target, or a
@@ -241,7 +241,7 @@ fn has_ending(path: &Path, ending: &str) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().to_ascii_lowercase().ends_with(ending))
 }
 
-/// Returns the place of a session's target, still with the session's name: beside the session, or below `out`.
+/// Returns the path of a session's target, before its ending is changed: beside the session, or below `out`.
 fn place_of(folders: &[&Path], session: &Path, out: Option<&Path>) -> PathBuf {
     let Some(out) = out else { return session.to_owned() };
     let below = folders.iter().find_map(|folder| session.strip_prefix(folder).ok());
@@ -274,7 +274,7 @@ fn targets(places: &[PathBuf], ending: &str) -> Vec<PathBuf> {
 /// The name with `ending` in place of a session's ending. A name that is not UTF-8 keeps all its bytes.
 fn named(path: &Path, ending: &str) -> PathBuf {
     let Some(name) = path.file_name().unwrap_or_default().to_str() else { return with(path, ending) };
-    // An ending is ASCII, so its length is that of the name's part, whatever its case.
+    // Endings are ASCII, so upper and lower case have the same number of bytes.
     let own = ENDINGS.iter().find(|own| has_ending(path, own) && name.len() > own.len());
     path.with_file_name(format!("{}{ending}", &name[..name.len() - own.map_or(0, |own| own.len())]))
 }

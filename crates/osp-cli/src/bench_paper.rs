@@ -27,7 +27,8 @@ impl PaperArgs {
         }
     }
 
-    /// Opens the adapter that draws. `None` without `--draw`, or if the machine has none; then a line reports that.
+    /// Opens the adapter that draws. `None` without `--draw`. Prints a warning and returns `None` if the machine has no
+    /// adapter.
     pub(super) fn adapter(&self) -> Option<Adapter> {
         let (width, height) = self.draw?;
         match Adapter::open(width, height) {

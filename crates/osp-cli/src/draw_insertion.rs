@@ -40,7 +40,7 @@ pub(super) fn run(args: &DrawInsertionArgs) -> anyhow::Result<Outcome> {
         thousands(work.len() as u64),
         sum(|work| work.osp_planes),
         sum(|work| work.octree_planes),
-        sum(|work| work.octree_filed),
+        sum(|work| work.octree_inserted),
         one_line(&name()),
     ))?;
     Ok(Outcome::Done)

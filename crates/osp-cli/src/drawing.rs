@@ -63,7 +63,7 @@ impl Drawing {
     pub(super) fn frame<I>(
         &mut self,
         replay: &Replay<I>,
-        looked: &[Option<LaneFrame>],
+        lane_frames: &[Option<LaneFrame>],
         runs: &mut [RunReport],
     ) -> anyhow::Result<()>
     where
@@ -85,9 +85,9 @@ impl Drawing {
         self.frame += 1;
         let mut drawn: Vec<(usize, u64, DrawTimes)> = Vec::new();
         // The first lane changes from frame to frame, so that no lane is always the first.
-        for i in 0..looked.len() {
-            let i = (i + self.frame) % looked.len();
-            let Some(LaneFrame { drawn: fingerprint, .. }) = looked[i] else { continue };
+        for i in 0..lane_frames.len() {
+            let i = (i + self.frame) % lane_frames.len();
+            let Some(LaneFrame { drawn: fingerprint, .. }) = lane_frames[i] else { continue };
             let number = self.of_lane[i];
             let same = drawn.iter().find(|other| (other.0, other.1) == (number, fingerprint));
             let times = match same {

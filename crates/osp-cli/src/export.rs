@@ -113,7 +113,7 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// Prints the remarks, and the line behind the file's name.
+    /// Prints the remarks, then the file's name and the rest of its line.
     pub(super) fn print(&self, out: &Path) -> anyhow::Result<Outcome> {
         self.remarks.iter().for_each(|remark| warn(&format!("warning: {remark}")));
         print_result(&format!("{}: {}", one_line(&out.to_string_lossy()), self.line))?;

@@ -9,12 +9,12 @@ use indicatif::HumanBytes;
 use super::{
     film_args::FilmArgs,
     film_file::{FilmFile, FilmFormat, Times},
-    looked::Looked,
     outcome::Outcome,
     output::{one_line, print_result, warn},
     outputs::Outputs,
     parsers::Size,
     progress,
+    read_session::ReadSession,
     session::OpenSession,
 };
 use osp::{
@@ -36,8 +36,8 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     let (width, height) = format.size(args.size)?;
     let fps = format.pictures_a_second(args.fps)?;
     let gpu = Arc::new(Gpu::headless()?);
-    let Looked { header, summary, model, backwards } =
-        Looked::at(&args.file, &args.shown.reading, args.shown.pace)?;
+    let ReadSession { header, summary, model, backwards } =
+        ReadSession::at(&args.file, &args.shown.reading, args.shown.pace)?;
     let file = || args.file.display().to_string();
     let Some(last) = summary.frames.checked_sub(1) else {
         bail!("{}: nothing was drawn in this session", file());

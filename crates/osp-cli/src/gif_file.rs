@@ -43,7 +43,8 @@ impl GifFile {
         Ok(Self { encoder, size, shown: Vec::new(), choice: ColorChoice::Close })
     }
 
-    /// Returns the same film for drawings: areas of one colour keep it exactly, so that they match the legend.
+    /// Returns the same film for drawings: areas of a single colour keep their exact colour, so that they match the
+    /// legend.
     #[cfg(feature = "bench")]
     pub(super) fn of_drawings(self) -> Self {
         Self { choice: ColorChoice::Frequent, ..self }

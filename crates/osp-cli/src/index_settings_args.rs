@@ -44,7 +44,7 @@ pub(super) struct CutNodesArgs {
 }
 
 impl CutNodesArgs {
-    /// Adds the option to the settings of these indexes. It is an error if it concerns none of them.
+    /// Adds the option to the settings of these indexes. Returns an error if none of them has this setting.
     pub(super) fn add_to(
         self,
         settings: IndexSettings,

@@ -9,10 +9,10 @@ use super::{
     author_rows::{self, AuthorRow, AuthorRows},
     brush_rows::{self, BrushRow, Plain},
     cost::Cost,
-    looked::Looked,
     outcome::Outcome,
     output::{one_line, print_result},
     polygon_tally::PolygonTally,
+    read_session::ReadSession,
     reading::ReadArgs,
     session::OpenSession,
 };
@@ -151,8 +151,8 @@ pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
             authors.note(event);
         }
     });
-    let (looked, outcome) = Looked::of(header, events, Pace::Samples(1));
-    let Looked { header, summary, model: mut scene, backwards } = looked;
+    let (read_session, outcome) = ReadSession::of(header, events, Pace::Samples(1));
+    let ReadSession { header, summary, model: mut scene, backwards } = read_session;
     let cost = args.cost.then(|| {
         let view = still_view(&scene, &summary.bounds, header.camera, backwards, 1.0);
         Cost::of(&scene, &view, args.budget_triangles)

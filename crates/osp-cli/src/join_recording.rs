@@ -64,7 +64,7 @@ impl Write for Continued {
 pub(super) struct Written {
     pub(super) path: PathBuf,
     pub(super) bytes: u64,
-    /// Whether the session had no events. Then no file is made.
+    /// Whether the session had no events. In this case no file is made.
     pub(super) is_nothing: bool,
     /// Number of bytes in the file beyond the end of the session on the server.
     pub(super) beyond: u64,

@@ -81,7 +81,6 @@ mod join_player;
 mod join_recording;
 #[cfg(feature = "live")]
 mod join_report;
-mod looked;
 #[cfg(feature = "render")]
 mod mp4_file;
 #[cfg(feature = "bench")]
@@ -92,6 +91,7 @@ mod race_args;
 mod race_film;
 #[cfg(feature = "bench")]
 mod race_view;
+mod read_session;
 #[cfg(feature = "render")]
 mod render;
 #[cfg_attr(not(feature = "render"), allow(dead_code, reason = "options of a command that this build lacks"))]

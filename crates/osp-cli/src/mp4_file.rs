@@ -1,4 +1,5 @@
-//! Writes films as MP4 files: pictures in H.264, after a head that lets a player begin before the file is complete.
+//! Writes films as MP4 files with pictures in H.264. The index is at the beginning, so a player can begin during a
+//! download.
 
 use std::{
     io::{self, Seek, SeekFrom, Write},
@@ -60,8 +61,8 @@ impl Mp4File {
     ) -> io::Result<Self> {
         let rate = pictures_a_second.get();
         let config = EncoderConfig::new()
-            // This control chooses a quantizer within a range. The range has one value, so each picture is as large as
-            // it must be.
+            // This control chooses a quantizer within a range. The range has one value, so all pictures have the same
+            // quality and take as many bits as they need.
             .rate_control_mode(RateControlMode::Bufferbased)
             .qp(QpRange::new(QUANTIZER, QUANTIZER))
             .bitrate(BitRate::from_bps(DECLARED_BITS))

@@ -6,8 +6,8 @@ use anyhow::{Context, bail};
 use clap::Args;
 
 use super::{
-    frame_choice::FrameChoice, index_settings_args::IndexSettingsArgs, looked::Looked, parsers::index_parser,
-    progress, reading::ReadArgs, session::OpenSession,
+    frame_choice::FrameChoice, index_settings_args::IndexSettingsArgs, parsers::index_parser, progress,
+    read_session::ReadSession, reading::ReadArgs, session::OpenSession,
 };
 use osp::{frame::Pipeline, index::IndexConfig};
 use osp_rivals::{IndexKind, IndexSettings};
@@ -52,7 +52,7 @@ pub(super) struct IndexedFrameArgs {
     settings: IndexSettingsArgs,
 }
 
-/// The model and indexes of it after a frame.
+/// The model after a frame, and its indexes.
 pub(super) struct Played {
     pub(super) header: Header,
     pub(super) summary: Summary,
@@ -94,7 +94,7 @@ impl Played {
     ) -> anyhow::Result<Self> {
         let FrameArgs { file, frame, pace, reading } = args;
         let pace = *pace;
-        let Looked { header, summary, .. } = Looked::at(file, reading, pace)?;
+        let ReadSession { header, summary, .. } = ReadSession::at(file, reading, pace)?;
         let last = frame.number(file, &summary, pace)?;
         let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
         let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };

@@ -2,13 +2,13 @@
 
 use super::{
     bench::command,
-    looked::Looked,
     outcome::Outcome,
     output::{file_name, print_result, warn},
     outputs::{Output, Outputs},
     race_args::RaceArgs,
     race_film,
     race_view::RaceView,
+    read_session::ReadSession,
     session::{OpenSession, Reader},
     version,
 };
@@ -32,18 +32,18 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
             // A thread that reads ahead would take a core from the structures, or share theirs.
             let open = || OpenSession::read_by(Reader::Here, file, &args.reading);
             let mut session = open()?;
-            let (looked, read) = Looked::of(session.header.clone(), &mut session, args.pace);
+            let (read_session, read) = ReadSession::of(session.header.clone(), &mut session, args.pace);
             session.warn();
             read?;
-            args.reading.check_frames(file, &looked.summary, args.pace)?;
-            race_on(args, &file_name(file), looked, open, film)
+            args.reading.check_frames(file, &read_session.summary, args.pace)?;
+            race_on(args, &file_name(file), read_session, open, film)
         }
         (None, polygons) => {
             let open = || synthesize(SynthKind::Scribble, polygons.unwrap_or_default(), 1);
             let session = open();
-            let (looked, read) = Looked::of(session.header.clone(), session, args.pace);
+            let (read_session, read) = ReadSession::of(session.header.clone(), session, args.pace);
             read?;
-            race_on(args, &looked.header.source.clone(), looked, || Ok(open()), film)
+            race_on(args, &read_session.header.source.clone(), read_session, || Ok(open()), film)
         }
     };
     let report = match report {
@@ -63,7 +63,7 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
 fn race_on<I>(
     args: &RaceArgs,
     name: &str,
-    Looked { header, summary, model, backwards }: Looked,
+    ReadSession { header, summary, model, backwards }: ReadSession,
     open: impl Fn() -> anyhow::Result<I>,
     film: Option<Output>,
 ) -> anyhow::Result<RaceReport>

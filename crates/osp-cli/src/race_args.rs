@@ -45,7 +45,7 @@ pub(super) struct RaceArgs {
     /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     pub(super) camera: CameraChoice,
-    /// Number of races. The least time of each frame counts, which leaves out most of the time that other programs take
+    /// Number of races. The least time of each frame counts. This excludes most of the time that other programs take
     /// from the core.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub(super) runs: u32,

@@ -84,8 +84,9 @@ pub(super) fn meet(polygon: &ConvexPolygon, ray: &Ray, radius_m: f32) -> Option<
     triangles.filter_map(|triangle| meet_triangle(&triangle, ray, radius_m)).reduce(f32::min)
 }
 
-/// The distance of a triangle from a point is a convex function of the point's way along the ray. So the ball touches the
-/// triangle in one range, which contains the nearest point if there is any.
+/// The distance of a triangle from a point on the ray is a convex function of the point's position along the ray. So
+/// the ball touches the triangle in at most one range of positions, which contains the position nearest to the
+/// triangle.
 fn meet_triangle(triangle: &ConvexPolygon, ray: &Ray, radius_m: f32) -> Option<f32> {
     let distance_m = |t: f32| triangle.distance_m(ray.origin + ray.direction * t);
     let bounds = triangle.bounds();

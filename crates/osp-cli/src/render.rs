@@ -9,11 +9,11 @@ use std::{
 use anyhow::{Context, bail};
 
 use super::{
-    looked::Looked,
     outcome::Outcome,
     output::{one_line, print_result, warn},
     outputs::Outputs,
     progress,
+    read_session::ReadSession,
     render_args::{RenderArgs, RenderCamera},
     render_order::{OrderTrials, named_orders},
     render_painter::{PainterPictures, named_painter},
@@ -68,8 +68,8 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     }
     let settings = args.settings.settings(&[args.index])?;
     let gpu = Arc::new(Gpu::headless()?);
-    let Looked { header, summary, model, backwards } =
-        Looked::at(&args.file, &args.shown.reading, args.shown.pace)?;
+    let ReadSession { header, summary, model, backwards } =
+        ReadSession::at(&args.file, &args.shown.reading, args.shown.pace)?;
     let environment = &header.environment;
     let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
     let own = header.camera.filter(|_| args.camera == RenderCamera::Own);

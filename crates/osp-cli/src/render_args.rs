@@ -99,7 +99,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_delimiter = ',', value_parser = ORDERS)]
     #[arg(conflicts_with_all = ["painter", "check", "rig"])]
     pub(super) order: Vec<String>,
-    /// Number of rounds of --order. Each draws every order. An additional first round does not count.
+    /// Number of rounds of --order. Each round draws every order. An additional first round does not count.
     #[arg(long, value_name = "N", requires = "order", default_value_t = 9, value_parser = clap::value_parser!(u16).range(1..))]
     pub(super) repeats: u16,
     /// Print the figures of --order as JSON, one object for each frame.

@@ -181,8 +181,8 @@ pub(super) struct PlayArgs {
     pub(super) occluders: Option<usize>,
     #[command(flatten)]
     pub(super) tests: TestArgs,
-    /// Assumed time to draw one polygon, nanoseconds. Occlusion culling tests only nodes that cost more to draw than to
-    /// test, and `auto` decides by this time.
+    /// Assumed time to draw one polygon, nanoseconds. Occlusion culling tests only nodes that take longer to draw than
+    /// to test, and `auto` compares methods by this time.
     #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = numbers::nanoseconds)]
     pub(super) polygon_ns: f64,
     /// Index for the polygons of a group that moves. `polygons` updates each polygon in every frame in which the group

@@ -31,7 +31,7 @@ use osp_session::{
 };
 
 /// Environment of a replay: the session's reader, the receiver of remarks, and the measure by which `auto` chooses.
-pub(super) struct Around<'a> {
+pub(super) struct ReplayContext<'a> {
     pub(super) reader: Reader,
     /// Counts of work, if the culled polygons must not depend on the clock.
     pub(super) basis: AutoBasis,
@@ -58,13 +58,13 @@ pub(super) fn replay_file(
 ) -> anyhow::Result<ReplayReport> {
     // A run that is compared with pinned fingerprints must not depend on the clock.
     let is_pinned = args.check.is_some() || args.pin.is_some();
-    let around = Around {
+    let context = ReplayContext {
         reader: Reader::Thread,
         basis: if is_pinned { AutoBasis::Work } else { AutoBasis::Time },
         progress: |frames, name| progress::bar(frames, "frames", name),
         remark: &mut |remark| warn(&format!("warning: {remark}")),
     };
-    Ok(replay(args, file, rig, csv, around)?.report)
+    Ok(replay(args, file, rig, csv, context)?.report)
 }
 
 /// Plays a session. Its frames go to the CSV file, if there is one.
@@ -73,23 +73,23 @@ pub(super) fn replay(
     file: &Path,
     rig: Option<RigPath>,
     mut csv: Option<&mut CsvWriter<AtomicFile>>,
-    around: Around<'_>,
+    context: ReplayContext<'_>,
 ) -> anyhow::Result<Replayed> {
-    let mut session = OpenSession::read_by(around.reader, file, &args.play.reading)?;
-    if around.reader == Reader::Thread {
+    let mut session = OpenSession::read_by(context.reader, file, &args.play.reading)?;
+    if context.reader == Reader::Thread {
         session = session.counted();
     }
     // The session is read twice: once to measure its length and size, and once to play it.
     let (summary, _, read) = summarize(&mut session, args.play.pace);
-    session.notes().warnings.iter().for_each(|warning| (around.remark)(warning));
+    session.notes().warnings.iter().for_each(|warning| (context.remark)(warning));
     let skipped = session.notes().skipped;
     if skipped > 0 {
-        (around.remark)(&format!("{}: damaged parts skipped: {skipped}", file.display()));
+        (context.remark)(&format!("{}: damaged parts skipped: {skipped}", file.display()));
     }
     read?;
     args.play.reading.check_frames(file, &summary, args.play.pace)?;
     if summary.frames <= 1 && summary.counts.points > 1 && args.play.pace == Pace::Recorded {
-        (around.remark)(&format!(
+        (context.remark)(&format!(
             "{}: its time stamps put everything into one frame; try --pace samples:16",
             file.display()
         ));
@@ -97,16 +97,16 @@ pub(super) fn replay(
 
     let kinds = args.play.runs();
     let settings = args.play.settings(&args.play.indexes())?;
-    let session = OpenSession::read_by(around.reader, file, &args.play.reading)?;
+    let session = OpenSession::read_by(context.reader, file, &args.play.reading)?;
     let format = session.format;
     let camera = CameraPath::new(args.play.camera, session.header.camera, &summary.bounds);
     let mut rig_report = rig.as_ref().map(RigReport::new);
-    let mut lanes = lanes(&args.play, around.basis, &kinds, &settings, &session.header, &summary);
+    let mut lanes = lanes(&args.play, context.basis, &kinds, &settings, &session.header, &summary);
     if rig.is_some() {
         // The cost of several views is compared with the cost of one. Occlusion culling learns from frame to frame
         // which polygons are hidden in a view.
         let turn = if kinds.iter().any(|(_, method)| method.is_some()) { 16 } else { 1 };
-        let more = self::lanes(&args.play, around.basis, &kinds, &settings, &session.header, &summary);
+        let more = self::lanes(&args.play, context.basis, &kinds, &settings, &session.header, &summary);
         lanes.extend(more.into_iter().map(|lane| lane.of_one_view(turn)));
     }
     let mut runs: Vec<RunReport> = Vec::new();
@@ -130,7 +130,7 @@ pub(super) fn replay(
         .transpose()?;
     let csv_name = || args.csv.as_deref().unwrap_or(Path::new("-")).display().to_string();
     let mut verified = 0;
-    let progress = (around.progress)(summary.frames, &name);
+    let progress = (context.progress)(summary.frames, &name);
     let mut player = Player::new(session, args.play.pace);
     if args.play.groups == GroupIndexing::Whole {
         player = player.keeping_groups_whole();
@@ -146,7 +146,7 @@ pub(super) fn replay(
         if let Some(report) = &mut rig_report {
             report.add(replay.rig_views());
         }
-        let looked: Vec<bool> = frames.iter().map(Option::is_some).collect();
+        let replayed: Vec<bool> = frames.iter().map(Option::is_some).collect();
         for (i, (run, frame)) in runs.iter_mut().zip(&frames).enumerate() {
             let Some(frame) = frame else { continue };
             run.add(frame);
@@ -161,7 +161,7 @@ pub(super) fn replay(
         // These frames are evenly spaced and include the last one.
         if replay.frames() * args.verify_frames / summary.frames.max(1) > verified {
             verified += 1;
-            verify_frame(&replay, &looked, &mut runs);
+            verify_frame(&replay, &replayed, &mut runs);
         }
         #[cfg(feature = "render")]
         if let Some(drawing) = &mut drawing {
@@ -193,7 +193,7 @@ pub(super) fn replay(
 }
 
 /// Counts the visible polygons that the lanes of this frame have wrongly culled.
-fn verify_frame<I>(replay: &Replay<I>, looked: &[bool], runs: &mut [RunReport])
+fn verify_frame<I>(replay: &Replay<I>, replayed: &[bool], runs: &mut [RunReport])
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
@@ -201,7 +201,7 @@ where
         let Some(window) = view.window() else { continue };
         let mut visible = None;
         for ((lane, run), _) in
-            replay.lanes().iter().zip(&mut *runs).zip(looked).filter(|(_, looked)| **looked)
+            replay.lanes().iter().zip(&mut *runs).zip(replayed).filter(|(_, replayed)| **replayed)
         {
             let Some(occlusion) = &mut run.occlusion else { continue };
             let pipeline = lane.pipeline();

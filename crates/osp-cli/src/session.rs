@@ -156,7 +156,7 @@ fn read(mut session: recording::Session, sender: &SyncSender<Message>) {
         batch.extend(event);
         let ends = last.is_some();
         let is_full = batch.len() == BATCH || lists >= BATCH_LISTS;
-        // Sending fails if the receiver is gone. Then there is nothing left to do.
+        // Sending fails if the receiver is gone; in this case the thread ends.
         if (ends || is_full)
             && sender.send(Message::Events(std::mem::replace(&mut batch, Vec::with_capacity(BATCH)))).is_err()
         {

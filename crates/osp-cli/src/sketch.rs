@@ -25,8 +25,8 @@ use osp_session::output_file::OutputKind;
 pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
 
 impl SketchArgs {
-    /// Opens the session to draw on it; if another window has it, for reading only, and reports its owner. A long session
-    /// is read beside the window.
+    /// Opens the session to draw on it. If another window has the session, opens it for reading only, and reports the
+    /// owner. A long session is read beside the window.
     fn open(&self, path: &Path, autosaves: &Autosaves, settings: IndexSettings) -> anyhow::Result<Start> {
         let access = match (self.read_only, self.copy) {
             (true, _) => Access::ReadOnly,

@@ -26,9 +26,9 @@ use osp_rivals::IndexKind;
 /// The menus and F1 list all keys. The window stores recent sessions, colours and letter size in osp/window.settings in
 /// the folder XDG_CONFIG_HOME (else ~/.config). You may delete that file.
 ///
-/// Only one window at a time draws on a session. A second window shows the owner and offers to view the session or to
-/// draw on a copy; --read-only and --copy choose in advance. If the file is removed, replaced or changed, or the disk
-/// is full, the window reports that. It no longer changes the file, and continues in an autosave file.
+/// Only one window at a time draws on a session. A second window names the owner, and offers to view the session
+/// (--read-only) or to draw on a copy (--copy). If the file is removed, replaced or changed, or the disk is full, the
+/// window reports that. It no longer changes the file, and continues in an autosave file.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp sketch

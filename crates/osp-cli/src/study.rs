@@ -15,7 +15,7 @@ use super::{
     output::{print_result, warn},
     progress,
     replay_args::{PlayArgs, ReplayArgs},
-    replay_session::{Around, Replayed, replay},
+    replay_session::{ReplayContext, Replayed, replay},
     session::Reader,
     study_contents::Contents,
     study_lines::{Found, Place, StudyFile, StudyLine},
@@ -150,14 +150,14 @@ impl Study<'_> {
     ) -> anyhow::Result<()> {
         let contents = contents?;
         line.file_bytes = Some(contents.bytes);
-        let around = Around {
+        let context = ReplayContext {
             // Other processes may use the other cores, so there is no reader thread.
             reader: Reader::Here,
             basis: AutoBasis::Work,
             progress: |_, _| ProgressBar::hidden(),
             remark: &mut |remark| line.remarks.push(remark.to_owned()),
         };
-        let replayed = replay(&ReplayArgs::plain(self.play.clone()), path, None, None, around);
+        let replayed = replay(&ReplayArgs::plain(self.play.clone()), path, None, None, context);
         // If the file changed during the measurement, the hash is not that of the measured contents.
         let is_the_same = Contents::of(path).is_ok_and(|now| now == contents);
         ensure!(is_the_same, "{}: the session changed during the measurement", path.display());

@@ -203,7 +203,8 @@ impl StudyFile {
     /// out. An incomplete line of another process is ended first, and an incomplete own line is removed.
     pub(super) fn add(&mut self, line: &StudyLine<'_>) -> anyhow::Result<()> {
         let text = serde_json::to_string(line)?;
-        // Some file systems of clusters have no locks. There a line is still written at once.
+        // Some file systems of clusters have no locks. On such a file system, the line is written in one call without a
+        // lock.
         let is_locked = self.file.lock().is_ok();
         let added = self.add_locked(line, &text);
         if is_locked {

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::{
     batch::{Batch, Job},
-    looked::Looked,
     outcome::Outcome,
     output::warn,
     outputs::Outputs,
+    read_session::ReadSession,
     render_args::MOMENT_S,
     session::OpenSession,
     thumbs_args::ThumbsArgs,
@@ -32,9 +32,9 @@ fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<Stri
     let mut outputs = Outputs::new(args.force).reads([&job.source]);
     let output = outputs.add("--out", &job.target, OutputKind::Png)?;
     let mut session = OpenSession::open(&job.source, &args.reading)?.counted();
-    let (looked, read) = Looked::of(session.header.clone(), session.by_ref(), Pace::Samples(16));
+    let (read_session, read) = ReadSession::of(session.header.clone(), session.by_ref(), Pace::Samples(16));
     read?;
-    let Looked { header, summary, model: scene, backwards } = looked;
+    let ReadSession { header, summary, model: scene, backwards } = read_session;
     let config = RendererConfig { background: background_for(&scene), ..RendererConfig::default() };
     let mut drawer = Offscreen::on(Arc::clone(gpu), args.size.width, args.size.height, &config)?;
     drawer.set_environment(header.environment.as_deref());

@@ -122,9 +122,8 @@ pub(super) struct VerifyArgs {
     #[arg(long, default_value_t = AtRest::default().frames, value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=10_000))]
     frames: u32,
-    /// Number of frames of each view before those that are measured. In the first of these frames, methods that
-    /// depend on the previous frame use the data of the view before. `auto` first tries another method after 16
-    /// frames.
+    /// Number of frames of each view before the measured frames. In the first of these frames, methods that depend on
+    /// the previous frame use the data of the view before. `auto` first tries another method after 16 frames.
     #[arg(long, default_value_t = AtRest::default().settle, value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=10_000))]
     settle: u32,
@@ -393,7 +392,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
 
     let mut drawn = DrawnTrials::new(&args.occlusion, args.size, at_rest)?;
     let mut player = Player::new(source, args.pace);
-    let (mut moments, mut looked) = (Vec::new(), 0);
+    let (mut moments, mut verified) = (Vec::new(), 0);
     let progress = progress::bar(args.views, "views", &file.to_string_lossy());
     while player.step()? {
         let (scene, changes) = (player.scene(), player.changes());
@@ -411,8 +410,8 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
         }
         let moment = Moment { frame: player.frames(), ..player.moment() };
         // The last frame is always one of them.
-        if moment.frame * args.views / summary.frames.max(1) > looked {
-            looked += 1;
+        if moment.frame * args.views / summary.frames.max(1) > verified {
+            verified += 1;
             if whole && !has_own_views {
                 moments.push(moment);
             } else if !whole {

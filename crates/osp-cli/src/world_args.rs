@@ -65,7 +65,7 @@ pub(super) struct WorldArgs {
     /// With --world: also load the blocks that will be in view up to this many frames later; 0 loads nothing ahead.
     #[arg(long, value_name = "FRAMES", default_value_t = 30, requires = "world", value_parser = clap::value_parser!(u16).range(..=900))]
     pub(super) prefetch: u16,
-    /// With --world: frames a second; 0, or --wait: without pauses.
+    /// With --world: frames a second; 0 plays without pauses, as --wait does.
     #[arg(long, value_name = "N", default_value_t = 90, requires = "world", conflicts_with = "wait", value_parser = clap::value_parser!(u16).range(..=1000))]
     pub(super) rate: u16,
     /// With --world: number of threads that load blocks.

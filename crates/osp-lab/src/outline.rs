@@ -6,7 +6,7 @@ use std::{collections::BinaryHeap, ops::Range};
 use osp::{
     index::{
         Node, SpatialIndex, Visit, Visitor,
-        kernels::{Nearest, Waiting, is_wanted},
+        kernels::{Nearest, SearchEntry, is_wanted},
     },
     math::{Aabb, Frustum, Ray},
     polygon::PolygonId,
@@ -220,8 +220,8 @@ impl Outline {
 
     fn in_order(&self, ray: &WideRay, nearest: &mut Nearest<'_>, steps: &mut Steps) {
         let mut stack = Vec::with_capacity(64);
-        stack.push(Waiting { t: 0.0, place: 0 });
-        while let Some(Waiting { t, place: node }) = stack.pop() {
+        stack.push(SearchEntry { t: 0.0, place: 0 });
+        while let Some(SearchEntry { t, place: node }) = stack.pop() {
             if is_wanted(t, nearest.reach()) {
                 let before = stack.len();
                 self.look(node, ray, nearest, steps, |waiting| stack.push(waiting));
@@ -232,8 +232,8 @@ impl Outline {
 
     fn best_first(&self, ray: &WideRay, nearest: &mut Nearest<'_>, steps: &mut Steps) {
         let mut heap = BinaryHeap::with_capacity(64);
-        heap.push(Waiting { t: 0.0, place: 0 });
-        while let Some(Waiting { t, place: node }) = heap.pop() {
+        heap.push(SearchEntry { t: 0.0, place: 0 });
+        while let Some(SearchEntry { t, place: node }) = heap.pop() {
             // All other waiting nodes are farther away.
             if !is_wanted(t, nearest.reach()) {
                 return;
@@ -249,7 +249,7 @@ impl Outline {
         ray: &WideRay,
         nearest: &mut Nearest<'_>,
         steps: &mut Steps,
-        mut wait: impl FnMut(Waiting<u32>),
+        mut wait: impl FnMut(SearchEntry<u32>),
     ) {
         // The node that surrounds all others does not count, because it is not one of the structure.
         steps.nodes += u64::from(at > 0);
@@ -264,7 +264,7 @@ impl Outline {
         for child in self.children(at) {
             steps.boxes += 1;
             if let Some(t) = ray.enter_box(&self.nodes[child as usize].bounds, nearest) {
-                wait(Waiting { t, place: child });
+                wait(SearchEntry { t, place: child });
             }
         }
     }

@@ -13,14 +13,13 @@ const LONGEST_TRY: u32 = 24;
 const PAUSE: [u32; 2] = [64, 8192];
 /// The fraction of the drawing time that tries may take.
 const TRY_SHARE: f64 = 0.01;
-/// Drawing changes to the other way (culling, or no culling) if its frames take less than this fraction of
-/// the time.
+/// The switch turns culling on or off if frames in the other state take less than this fraction of the current time.
 const FASTER: f64 = 0.98;
 /// With fewer polygons in view, drawing takes less time than any test.
 const LEAST_POLYGONS: usize = 2000;
 
-/// Decides for every frame whether the GPU culls hidden polygons. At intervals it tries the other way (culling, or no
-/// culling) for a few frames, and keeps the faster one. The picture is the same.
+/// Decides for every frame whether the GPU culls hidden polygons. At intervals it turns culling on or off for a few
+/// frames, and keeps the faster state. Both states draw the same picture.
 #[derive(Clone, Debug)]
 pub(super) struct DrawSwitch {
     /// Whether frames are culled, except during a try.

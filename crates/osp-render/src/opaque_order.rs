@@ -15,7 +15,8 @@ pub enum OpaqueOrder {
     FrontToBack,
     /// The farthest first. Most samples are shaded without effect.
     BackToFront,
-    /// By material, then by number. If each material has its own state, the state changes least often.
+    /// By material, then by number. If each material has its own pipeline or bindings, this order changes them least
+    /// often.
     Material,
     /// By number, twice: first for depth alone, then with colours, so that no sample is shaded without effect.
     ZPrepass,

@@ -108,7 +108,7 @@ impl PolygonRecord {
     }
 }
 
-/// Distance by which the sphere around a square can move along each axis within the box, metres.
+/// Largest distance by which the sphere around a square can be moved along each axis without leaving the box, metres.
 fn room_m(square: &ConvexPolygon, bounds: &Aabb) -> f32 {
     let around = square.bounds();
     let middle = around.center();

@@ -11,7 +11,7 @@ use osp::{math::rotate, view::View};
 #[derive(Debug)]
 pub struct ViewSlot {
     uniforms: wgpu::Buffer,
-    /// The listed polygon numbers, then a bit for each polygon, for the runs that are not listed.
+    /// First the polygon numbers of listed runs, then one bit for each polygon, which the other runs use.
     ids: wgpu::Buffer,
     /// Number of polygon numbers for which the buffer has room. The bits begin at this position.
     all_from: u32,

@@ -25,7 +25,7 @@ impl CutNodes {
 
 /// Counts of the work of inserting polygons into a tree, since the tree was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct FilingCounts {
+pub struct InsertionCounts {
     /// Number of insertions. A tree that is rebuilt counts each polygon again in every build.
     pub polygons: u64,
     /// Number of nodes that a polygon was compared with: in an octree, all eight children of each node on its way.

@@ -14,7 +14,7 @@ pub struct BruteSimd {
     backend: Backend,
     blocks: Vec<Boxes<16>>,
     /// For each block, a bit for each inserted id.
-    filed: Vec<u16>,
+    inserted: Vec<u16>,
     len: usize,
 }
 
@@ -25,13 +25,13 @@ impl BruteSimd {
         Self {
             backend: Backend::detect(),
             blocks: Vec::with_capacity(blocks),
-            filed: Vec::with_capacity(blocks),
+            inserted: Vec::with_capacity(blocks),
             len: 0,
         }
     }
 
     fn holds(&self, id: PolygonId) -> bool {
-        self.filed.get(id.index() / 16).is_some_and(|filed| filed >> (id.0 % 16) & 1 == 1)
+        self.inserted.get(id.index() / 16).is_some_and(|inserted| inserted >> (id.0 % 16) & 1 == 1)
     }
 }
 
@@ -48,9 +48,9 @@ impl<S: RunSink> WithKernel for Pass<'_, S> {
     fn run<K: Kernel>(mut self, kernel: K) -> (WorkCounts, S) {
         let mut work = WorkCounts::default();
         let before = self.out.found();
-        for (i, (boxes, &filed)) in self.index.blocks.iter().zip(&self.index.filed).enumerate() {
-            let filed = u32::from(filed);
-            let seen = filed & !self.planes.behind_any(kernel, boxes);
+        for (i, (boxes, &inserted)) in self.index.blocks.iter().zip(&self.index.inserted).enumerate() {
+            let inserted = u32::from(inserted);
+            let seen = inserted & !self.planes.behind_any(kernel, boxes);
             self.out.push_run(kernel, i as u32 * 16, seen);
         }
         work.reported = (self.out.found() - before) as u64;
@@ -74,13 +74,13 @@ impl SpatialIndex for BruteSimd {
         let (block, lane) = (id.index() / 16, id.index() % 16);
         if block >= self.blocks.len() {
             self.blocks.resize(block + 1, Boxes::EMPTY);
-            self.filed.resize(block + 1, 0);
+            self.inserted.resize(block + 1, 0);
         }
-        if self.filed[block] >> lane & 1 == 1 {
+        if self.inserted[block] >> lane & 1 == 1 {
             return Err(IndexError::Duplicate(id));
         }
         self.blocks[block].set(lane, bounds);
-        self.filed[block] |= 1 << lane;
+        self.inserted[block] |= 1 << lane;
         self.len += 1;
         Ok(())
     }
@@ -89,7 +89,7 @@ impl SpatialIndex for BruteSimd {
         if !self.holds(id) {
             return Err(IndexError::Unknown(id));
         }
-        self.filed[id.index() / 16] &= !(1 << (id.0 % 16));
+        self.inserted[id.index() / 16] &= !(1 << (id.0 % 16));
         self.len -= 1;
         Ok(())
     }
@@ -115,7 +115,7 @@ impl SpatialIndex for BruteSimd {
     }
 
     fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
-        let out = MaskWriter::new(visible.masks_for(self.filed.len() * BLOCK));
+        let out = MaskWriter::new(visible.masks_for(self.inserted.len() * BLOCK));
         let (work, out) = self.backend.run(Pass { index: self, planes: PlaneSet::new(frustum), out });
         let (blocks, polygons) = out.finish();
         visible.note_filled(blocks, polygons);
@@ -125,17 +125,17 @@ impl SpatialIndex for BruteSimd {
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         let planes = PlaneSet::new(frustum);
         let mut work = WorkCounts::default();
-        for (i, (boxes, &filed)) in
-            self.blocks.iter().zip(&self.filed).enumerate().filter(|(_, (_, f))| **f != 0)
+        for (i, (boxes, &inserted)) in
+            self.blocks.iter().zip(&self.inserted).enumerate().filter(|(_, (_, f))| **f != 0)
         {
             let mut ids = Vec::new();
             let first = i as u32 * 16;
-            let bounds = boxes.around(u32::from(filed));
+            let bounds = boxes.around(u32::from(inserted));
             let containment = frustum.classify(&bounds);
             work.nodes += 1;
             work.boxes += 1;
             work.planes += 6;
-            let polygons = filed.count_ones() as usize;
+            let polygons = inserted.count_ones() as usize;
             if containment == Containment::Outside {
                 continue;
             }
@@ -144,7 +144,7 @@ impl SpatialIndex for BruteSimd {
             if answer == Visit::Skip {
                 continue;
             }
-            let one = One { planes: &planes, boxes, filed: u32::from(filed) };
+            let one = One { planes: &planes, boxes, inserted: u32::from(inserted) };
             let seen = self.backend.run(one);
             ids.extend((0..16).filter(|lane| seen >> lane & 1 == 1).map(|lane| PolygonId(first + lane)));
             work.boxes += polygons as u64;
@@ -158,20 +158,20 @@ impl SpatialIndex for BruteSimd {
     }
 
     fn validate(&self) -> Result<(), String> {
-        let filed: usize = self.filed.iter().map(|filed| filed.count_ones() as usize).sum();
-        if filed != self.len || self.blocks.len() != self.filed.len() {
-            return Err(format!("{filed} boxes inserted, {} counted", self.len));
+        let inserted: usize = self.inserted.iter().map(|inserted| inserted.count_ones() as usize).sum();
+        if inserted != self.len || self.blocks.len() != self.inserted.len() {
+            return Err(format!("{inserted} boxes inserted, {} counted", self.len));
         }
         Ok(())
     }
 
     fn bytes(&self) -> usize {
-        self.blocks.capacity() * size_of::<Boxes<16>>() + self.filed.capacity() * size_of::<u16>()
+        self.blocks.capacity() * size_of::<Boxes<16>>() + self.inserted.capacity() * size_of::<u16>()
     }
 
     fn clear(&mut self) {
         self.blocks.clear();
-        self.filed.clear();
+        self.inserted.clear();
         self.len = 0;
     }
 }
@@ -180,7 +180,7 @@ impl SpatialIndex for BruteSimd {
 struct One<'a> {
     planes: &'a PlaneSet,
     boxes: &'a Boxes<16>,
-    filed: u32,
+    inserted: u32,
 }
 
 impl WithKernel for One<'_> {
@@ -188,6 +188,6 @@ impl WithKernel for One<'_> {
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> u32 {
-        self.filed & !self.planes.behind_any(kernel, self.boxes)
+        self.inserted & !self.planes.behind_any(kernel, self.boxes)
     }
 }

@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use super::{
     buckets::{Buckets, NOWHERE, Spot},
-    by_id::{ById, FiledBoxes},
+    by_id::{ById, InsertedBoxes},
     item::Item,
 };
 use osp::{
@@ -79,8 +79,8 @@ struct TreeNode<C> {
     /// Number of polygons in the node and below.
     polygons: u32,
     /// A leaf with more polygons than this is split; the number is doubled if no split separates them. An inner node
-    /// with more polygons is tested for lopsidedness; its number is one and a half times its polygons when it was
-    /// built.
+    /// with more polygons than this is checked for balance. Its number is 1.5 times the number of polygons at the
+    /// build.
     rebuild_at: u32,
 }
 
@@ -101,7 +101,7 @@ pub(super) struct BucketTree<P: Partition> {
     /// The first of a chain of unused rows of nodes, linked by `parent`.
     first_free: u32,
     buckets: Buckets<BLOCKS>,
-    filed: FiledBoxes,
+    inserted: InsertedBoxes,
     spot: ById<Spot>,
     /// Working memory of a change.
     items: Vec<Item>,
@@ -119,7 +119,7 @@ impl<P: Partition> BucketTree<P> {
             nodes: Vec::new(),
             first_free: NONE,
             buckets: Buckets::with_capacity(index.room()),
-            filed: FiledBoxes::with_capacity(index.room()),
+            inserted: InsertedBoxes::with_capacity(index.room()),
             spot,
             items: Vec::new(),
             pending: Vec::new(),
@@ -169,23 +169,23 @@ impl<P: Partition> SpatialIndex for BucketTree<P> {
     }
 
     fn len(&self) -> usize {
-        self.filed.len()
+        self.inserted.len()
     }
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.filed.insert(id, bounds)?;
-        self.file(&Item { bounds: *bounds, id });
+        self.inserted.insert(id, bounds)?;
+        self.insert_item(&Item { bounds: *bounds, id });
         Ok(())
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
-        self.filed.remove(id)?;
+        self.inserted.remove(id)?;
         self.take_out(id);
         Ok(())
     }
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.filed.update(id, bounds)?;
+        self.inserted.update(id, bounds)?;
         let spot = self.spot.get(id);
         let owner = self.buckets.owner(spot);
         if self.leaf_for(bounds.center()) == Some(owner) {
@@ -194,7 +194,7 @@ impl<P: Partition> SpatialIndex for BucketTree<P> {
             self.upkeep.adjusted += 1;
         } else {
             self.take_out(id);
-            self.file(&Item { bounds: *bounds, id });
+            self.insert_item(&Item { bounds: *bounds, id });
         }
         Ok(())
     }
@@ -231,14 +231,14 @@ impl<P: Partition> SpatialIndex for BucketTree<P> {
     fn bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<TreeNode<P::Cell>>()
             + self.buckets.bytes()
-            + self.filed.bytes()
+            + self.inserted.bytes()
             + self.spot.bytes()
             + self.items.capacity() * size_of::<Item>()
     }
 
     fn clear(&mut self) {
         self.buckets.clear();
-        self.filed.clear();
+        self.inserted.clear();
         self.spot.clear();
         self.init_root();
     }

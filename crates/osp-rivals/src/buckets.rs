@@ -72,7 +72,7 @@ impl<const B: usize> Buckets<B> {
         self.buckets.capacity() * size_of::<Bucket<B>>()
     }
 
-    /// The node of the polygon at a spot.
+    /// The node of the bucket that contains a spot.
     pub(super) fn owner(&self, spot: Spot) -> u32 {
         self.buckets[spot as usize / Self::N].owner
     }

@@ -29,7 +29,7 @@ pub(super) fn cull_lanes<K: Kernel>(
     sink: &mut impl Sink,
     work: &mut WorkCounts,
 ) {
-    let seen = lanes & !planes.all.behind(kernel, planes.mask, boxes) & filed(ids);
+    let seen = lanes & !planes.all.behind(kernel, planes.mask, boxes) & in_use(ids);
     work.boxes += u64::from(lanes.count_ones());
     work.planes += u64::from(lanes.count_ones() * planes.mask.count_ones());
     work.reported += u64::from(seen.count_ones());
@@ -130,7 +130,7 @@ impl BoxLanes {
 
 /// The lanes that belong to a polygon.
 #[inline(always)]
-fn filed(ids: &[u32; LANES]) -> u32 {
+fn in_use(ids: &[u32; LANES]) -> u32 {
     ids.iter().enumerate().fold(0, |lanes, (lane, &id)| lanes | u32::from(id != NO_POLYGON.0) << lane)
 }
 

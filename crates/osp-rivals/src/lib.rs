@@ -35,7 +35,7 @@ mod sink;
 mod time_order;
 mod walk_stack;
 
-pub use as_printed::{CutNodes, FilingCounts};
+pub use as_printed::{CutNodes, InsertionCounts};
 pub use brute_simd::BruteSimd;
 pub use bsp::{Bsp, BspConfig, BspCounts, BspNode};
 pub use bvh::{

@@ -13,7 +13,7 @@ use super::{
     item::Item,
     octree_paper::octant,
     octree_rebuild::OctreeConfig,
-    rebuilt::{Filing, OnUpdate, Rebuilt, TreeBuilder},
+    rebuilt::{Leaves, OnUpdate, Rebuilt, TreeBuilder},
 };
 use osp::{
     index::{IndexConfig, IndexError, Node, SpatialIndex, Upkeep, Visit, Visitor, WorkCounts},
@@ -109,7 +109,7 @@ impl Builder {
 impl TreeBuilder for Builder {
     const NAME: &'static str = "octree-every-child";
     const ON_UPDATE: OnUpdate = OnUpdate::Rebuild;
-    const FILING: Filing = Filing::InSeveralLeaves;
+    const LEAVES: Leaves = Leaves::Several;
 
     fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
         self.spare = items.len() * (MOST_COPIES - 1);
@@ -299,7 +299,7 @@ mod tests {
         (leaves.0, leaves.1)
     }
 
-    fn filed(boxes: impl Iterator<Item = Aabb>) -> usize {
+    fn inserted(boxes: impl Iterator<Item = Aabb>) -> usize {
         leaves(boxes).1
     }
 
@@ -319,16 +319,16 @@ mod tests {
     fn a_polygon_lies_in_every_leaf_that_it_touches_and_copies_are_bounded() {
         let corner = |child: usize| Vec3::from_array([0, 1, 2].map(|axis| (child >> axis & 1) as f32 * 8.0));
         let small = (0..24).map(|i| Aabb::cube(corner(i % 8) + 0.1 * (i / 8) as f32, 0.01));
-        assert_eq!(filed(small.clone()), 24);
+        assert_eq!(inserted(small.clone()), 24);
         // A wall through the middle touches all eight octants of the root, three polygons each.
         let wall = Aabb::new(Vec3::new(0.0, 0.0, 4.0), Vec3::new(8.0, 8.0, 4.2));
-        let with_wall = filed(small.chain([wall]));
+        let with_wall = inserted(small.chain([wall]));
         assert!(with_wall >= 24 + 8, "{with_wall}");
-        let same = filed((0..100).map(|_| wall));
+        let same = inserted((0..100).map(|_| wall));
         assert_eq!(same, 100, "dividing them would only make copies");
         // Cubes in a lattice, many on the borders of cells.
         let lattice = (0..1728).map(|i| Vec3::new((i % 12) as f32, (i / 12 % 12) as f32, (i / 144) as f32));
-        let entries = filed(lattice.map(|middle| Aabb::cube(middle, 0.3)));
+        let entries = inserted(lattice.map(|middle| Aabb::cube(middle, 0.3)));
         assert!(entries > 1728 && entries <= 1728 * MOST_COPIES, "{entries}");
     }
 }

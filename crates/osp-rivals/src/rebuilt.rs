@@ -3,7 +3,7 @@ use std::collections::BTreeSet;
 use glam::Vec3;
 
 use super::{
-    by_id::{ById, FiledBoxes},
+    by_id::{ById, InsertedBoxes},
     flat_tree::{FlatTree, Tightness},
     item::Item,
 };
@@ -29,7 +29,7 @@ pub(super) trait TreeBuilder: 'static + Send + Sync + std::fmt::Debug {
     const ON_UPDATE: OnUpdate;
 
     /// The number of leaves that hold a polygon.
-    const FILING: Filing = Filing::InOneLeaf;
+    const LEAVES: Leaves = Leaves::One;
 
     /// Fills `tree` with all `items` (at least one). The builder may reorder `items`.
     fn build(&mut self, items: &mut [Item], tree: &mut FlatTree);
@@ -49,9 +49,9 @@ pub(super) enum OnUpdate {
 
 /// The number of leaves that hold a polygon. A query of the tree reports a polygon once for each visited leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Filing {
-    InOneLeaf,
-    InSeveralLeaves,
+pub(super) enum Leaves {
+    One,
+    Several,
 }
 
 /// The work that the next commit has to do.
@@ -67,7 +67,7 @@ enum Due {
 #[derive(Debug)]
 pub(super) struct Rebuilt<B> {
     builder: B,
-    filed: FiledBoxes,
+    inserted: InsertedBoxes,
     /// For each polygon, its position in the tree's order. It is filled only if boxes may be refitted.
     place: ById<u32>,
     tree: FlatTree,
@@ -83,7 +83,7 @@ impl<B: TreeBuilder> Rebuilt<B> {
     pub(super) fn new(builder: B, capacity: usize) -> Self {
         Self {
             builder,
-            filed: FiledBoxes::with_capacity(capacity),
+            inserted: InsertedBoxes::with_capacity(capacity),
             place: ById::new(u32::MAX),
             tree: FlatTree::default(),
             due: Due::Nothing,
@@ -109,18 +109,18 @@ impl<B: TreeBuilder> Rebuilt<B> {
     }
 
     pub(super) fn contains(&self, id: PolygonId) -> bool {
-        self.filed.contains(id)
+        self.inserted.contains(id)
     }
 
     fn rebuild(&mut self) {
-        self.tree.start(self.filed.len());
+        self.tree.start(self.inserted.len());
         self.items.clear();
-        self.items.extend(self.filed.iter().map(|(id, bounds)| Item { bounds: *bounds, id }));
+        self.items.extend(self.inserted.iter().map(|(id, bounds)| Item { bounds: *bounds, id }));
         if !self.items.is_empty() {
             self.builder.build(&mut self.items, &mut self.tree);
         }
         self.tree.finish();
-        self.upkeep.filed += self.filed.len() as u64;
+        self.upkeep.inserted += self.inserted.len() as u64;
         self.upkeep.boxes += self.tree.node_count() as u64;
         if B::ON_UPDATE == OnUpdate::Refit {
             for (at, &id) in self.tree.ids().iter().enumerate() {
@@ -137,23 +137,23 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
     }
 
     fn len(&self) -> usize {
-        self.filed.len()
+        self.inserted.len()
     }
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.filed.insert(id, bounds)?;
+        self.inserted.insert(id, bounds)?;
         self.due = Due::Rebuild;
         Ok(())
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
-        self.filed.remove(id)?;
+        self.inserted.remove(id)?;
         self.due = Due::Rebuild;
         Ok(())
     }
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.filed.update(id, bounds)?;
+        self.inserted.update(id, bounds)?;
         match (self.due, B::ON_UPDATE) {
             (Due::Rebuild, _) => {}
             (_, OnUpdate::Rebuild) => self.due = Due::Rebuild,
@@ -218,15 +218,15 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
             return Ok(()); // The tree belongs to the last commit, so it need not match.
         }
         self.tree.validate(Tightness::Tight)?;
-        let held = match B::FILING {
-            Filing::InOneLeaf => self.tree.len(),
-            Filing::InSeveralLeaves => self.tree.ids().iter().collect::<BTreeSet<_>>().len(),
+        let held = match B::LEAVES {
+            Leaves::One => self.tree.len(),
+            Leaves::Several => self.tree.ids().iter().collect::<BTreeSet<_>>().len(),
         };
-        if held != self.filed.len() || self.tree.holes() > 0 {
-            return Err(format!("{held} polygons in the tree, {} inserted", self.filed.len()));
+        if held != self.inserted.len() || self.tree.holes() > 0 {
+            return Err(format!("{held} polygons in the tree, {} inserted", self.inserted.len()));
         }
         for (at, &id) in self.tree.ids().iter().enumerate() {
-            if self.tree.get_box(at) != self.filed.get(id) {
+            if self.tree.get_box(at) != self.inserted.get(id) {
                 return Err(format!("polygon {} has another box in the tree", id.0));
             }
             if B::ON_UPDATE == OnUpdate::Refit && self.place.get(id) as usize != at {
@@ -238,14 +238,14 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
 
     fn bytes(&self) -> usize {
         self.builder.bytes()
-            + self.filed.bytes()
+            + self.inserted.bytes()
             + self.place.bytes()
             + self.tree.bytes()
             + self.items.capacity() * size_of::<Item>()
     }
 
     fn clear(&mut self) {
-        self.filed.clear();
+        self.inserted.clear();
         self.tree.clear();
         self.due = Due::Nothing;
     }

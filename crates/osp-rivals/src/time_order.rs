@@ -17,7 +17,7 @@ pub struct TimeOrder {
     /// Reserved memory for further levels, the lowest last.
     spare: Vec<Vec<Boxes<16>>>,
     /// For each block, the mask of its present ids.
-    filed: Vec<u16>,
+    inserted: Vec<u16>,
     len: usize,
     upkeep: Upkeep,
 }
@@ -39,24 +39,24 @@ impl TimeOrder {
             backend: Backend::detect(),
             levels,
             spare,
-            filed: Vec::with_capacity(blocks),
+            inserted: Vec::with_capacity(blocks),
             len: 0,
             upkeep: Upkeep::default(),
         }
     }
 
     fn holds(&self, id: PolygonId) -> bool {
-        self.filed.get(id.index() / 16).is_some_and(|filed| filed >> (id.0 % 16) & 1 == 1)
+        self.inserted.get(id.index() / 16).is_some_and(|inserted| inserted >> (id.0 % 16) & 1 == 1)
     }
 
     /// The lanes of a group that contain polygons.
     fn used(&self, level: usize, group: usize) -> u32 {
-        if level == 0 { u32::from(self.filed[group]) } else { 0xFFFF }
+        if level == 0 { u32::from(self.inserted[group]) } else { 0xFFFF }
     }
 
     fn make_room(&mut self, block: usize) {
         let mut groups = block + 1;
-        self.filed.resize(groups.max(self.filed.len()), 0);
+        self.inserted.resize(groups.max(self.inserted.len()), 0);
         for level in 0.. {
             if level == self.levels.len() {
                 // The new top contains the former top.
@@ -189,9 +189,9 @@ impl<S: RunSink> Cull<'_, S> {
 
     #[inline(always)]
     fn block<K: Kernel>(&mut self, kernel: K, block: u32, boxes: &Boxes<16>, mask: u8) {
-        let filed = u32::from(self.index.filed[block as usize]);
-        let seen = filed & !self.planes.behind(kernel, mask, boxes);
-        self.count(filed.count_ones(), mask);
+        let inserted = u32::from(self.index.inserted[block as usize]);
+        let seen = inserted & !self.planes.behind(kernel, mask, boxes);
+        self.count(inserted.count_ones(), mask);
         if seen != 0 {
             self.work.reported += u64::from(seen.count_ones());
             self.work.taken_whole += if mask == 0 { u64::from(seen.count_ones()) } else { 0 };
@@ -212,13 +212,13 @@ impl SpatialIndex for TimeOrder {
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         admit(id, bounds)?;
         let (block, lane) = (id.index() / 16, id.index() % 16);
-        if block >= self.filed.len() {
+        if block >= self.inserted.len() {
             self.make_room(block);
         }
-        if self.filed[block] >> lane & 1 == 1 {
+        if self.inserted[block] >> lane & 1 == 1 {
             return Err(IndexError::Duplicate(id));
         }
-        self.filed[block] |= 1 << lane;
+        self.inserted[block] |= 1 << lane;
         self.levels[0][block].set(lane, bounds);
         let mut group = block;
         for level in &mut self.levels[1..] {
@@ -228,7 +228,7 @@ impl SpatialIndex for TimeOrder {
             }
             group /= 16;
         }
-        self.upkeep.filed += 1;
+        self.upkeep.inserted += 1;
         self.len += 1;
         Ok(())
     }
@@ -238,7 +238,7 @@ impl SpatialIndex for TimeOrder {
             return Err(IndexError::Unknown(id));
         }
         let block = id.index() / 16;
-        self.filed[block] &= !(1 << (id.0 % 16));
+        self.inserted[block] &= !(1 << (id.0 % 16));
         self.len -= 1;
         self.tighten(block);
         Ok(())
@@ -269,7 +269,7 @@ impl SpatialIndex for TimeOrder {
     }
 
     fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
-        let out = MaskWriter::new(visible.masks_for(self.filed.len() * BLOCK));
+        let out = MaskWriter::new(visible.masks_for(self.inserted.len() * BLOCK));
         let planes = PlaneSet::new(frustum);
         let (work, out) = self.backend.run(Cull { index: self, planes, out, work: WorkCounts::default() });
         let (blocks, polygons) = out.finish();
@@ -290,9 +290,9 @@ impl SpatialIndex for TimeOrder {
     }
 
     fn validate(&self) -> Result<(), String> {
-        let filed: usize = self.filed.iter().map(|filed| filed.count_ones() as usize).sum();
-        if filed != self.len {
-            return Err(format!("{filed} boxes inserted, {} counted", self.len));
+        let inserted: usize = self.inserted.iter().map(|inserted| inserted.count_ones() as usize).sum();
+        if inserted != self.len {
+            return Err(format!("{inserted} boxes inserted, {} counted", self.len));
         }
         for level in 1..self.levels.len() {
             for group in 0..self.levels[level - 1].len() {
@@ -308,14 +308,14 @@ impl SpatialIndex for TimeOrder {
 
     fn bytes(&self) -> usize {
         let boxes: usize = self.levels.iter().chain(&self.spare).map(Vec::capacity).sum();
-        boxes * size_of::<Boxes<16>>() + self.filed.capacity() * size_of::<u16>()
+        boxes * size_of::<Boxes<16>>() + self.inserted.capacity() * size_of::<u16>()
     }
 
     fn clear(&mut self) {
         for level in &mut self.levels {
             level.clear();
         }
-        self.filed.clear();
+        self.inserted.clear();
         self.len = 0;
     }
 }

@@ -143,7 +143,7 @@ impl AtomicFile {
         self.finish(|unfinished, target| unfinished.persist(target))
     }
 
-    /// Like [`AtomicFile::commit`], but never replaces a file: a target that exists by now is an error.
+    /// Does the same as [`AtomicFile::commit`], but never replaces a file: a target that exists by now is an error.
     ///
     /// # Errors
     /// The errors of [`AtomicFile::commit`], or the target exists.

@@ -73,7 +73,7 @@ impl Osp {
     fn update_block(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         let Some(&(PolygonId(first), _)) = updates.first() else { return };
         let block = first / 16;
-        let (filed, open) = (self.ids.filed(block), self.open_lanes(block));
+        let (in_tree, open) = (self.ids.in_tree(block), self.open_lanes(block));
         let mut moved = Moved::NONE;
         for &(id, ref bounds) in updates {
             let (lane, wide) = (id.index() % 16, Wide::from_box(bounds));
@@ -84,7 +84,7 @@ impl Osp {
                 } else {
                     refused.push(IndexError::InvalidBounds(id));
                 }
-            } else if (filed | open) >> lane & 1 == 0 {
+            } else if (in_tree | open) >> lane & 1 == 0 {
                 refused.push(IndexError::Unknown(id));
             } else if !wide.is_valid() {
                 refused.push(IndexError::InvalidBounds(id));
@@ -101,7 +101,7 @@ impl Osp {
     pub(super) fn update_open(&mut self, lane: usize, bounds: Wide) {
         self.open.add(lane, bounds);
         self.removals += 1;
-        self.upkeep.filed += 1;
+        self.upkeep.inserted += 1;
     }
 
     /// Replaces the box of one polygon in a run.
@@ -126,7 +126,7 @@ impl Osp {
             // The polygon's own lane is cleared in any case, so that the loop ends.
             left &= !(lanes | 1 << left.trailing_zeros());
             if !self.move_run(place, run, lanes, &moved.boxes) {
-                self.refile(block, lanes, &moved.boxes);
+                self.move_to_open_block(block, lanes, &moved.boxes);
             }
         }
     }
@@ -143,19 +143,19 @@ impl Osp {
         let count = lanes.count_ones();
         self.removals += count;
         let head = self.chain_head(self.pages[place / 16].bucket);
-        let way = self.way(bounds);
+        let target = self.destination(bounds);
         let top = &self.nodes[self.top];
-        let is_inside = self.is_flat || grid::same_cell(&top.key, &way.key, top.shift);
-        if is_inside && way.bucket == head {
+        let is_inside = self.is_flat || grid::same_cell(&top.key, &target.key, top.shift);
+        if is_inside && target.bucket == head {
             self.upkeep.adjusted += u64::from(count);
             self.set_run_box(place, head, bounds);
             return true;
         }
-        self.upkeep.filed += u64::from(count);
+        self.upkeep.inserted += u64::from(count);
         self.changes += 1;
         let is_loose = self.pages[place / 16].loose >> (place % 16) & 1 == 1;
         self.take_run_out(place, run, head);
-        self.file(run, bounds, way, is_loose);
+        self.insert_run(run, bounds, target, is_loose);
         true
     }
 
@@ -190,9 +190,9 @@ impl Osp {
     }
 
     /// Moves polygons from their runs to the open block, with new boxes.
-    fn refile(&mut self, block: u32, lanes: u16, boxes: &[Wide; 16]) {
+    fn move_to_open_block(&mut self, block: u32, lanes: u16, boxes: &[Wide; 16]) {
         for_each_lane(lanes, |lane| {
-            self.upkeep.filed += 1;
+            self.upkeep.inserted += 1;
             self.take_out(PolygonId(block * 16 + lane as u32));
             self.put(block, lane, boxes[lane]);
         });

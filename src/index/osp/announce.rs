@@ -69,8 +69,8 @@ impl Osp {
     pub(super) fn prefetch_blocks(&self, firsts: impl Iterator<Item = u32>) {
         let mut places = [NONE; TOGETHER];
         for (place, id) in places.iter_mut().zip(firsts) {
-            let is_filed = self.ids.filed(id / 16) >> (id % 16) & 1 == 1;
-            *place = self.ids.place(id).filter(|_| is_filed).unwrap_or(NONE);
+            let is_in_tree = self.ids.in_tree(id / 16) >> (id % 16) & 1 == 1;
+            *place = self.ids.place(id).filter(|_| is_in_tree).unwrap_or(NONE);
             self.ids.prefetch_boxes(id / 16);
             self.pages.prefetch_all(*place / 16);
         }

@@ -188,14 +188,14 @@ impl<'a> Blocks<'a> {
 impl Filling for Blocks<'_> {
     #[inline(always)]
     fn all<K: Kernel>(&mut self, _kernel: K, ids: &IdMap) {
-        for (first, filed) in ids.shelves() {
+        for (first, in_tree) in ids.shelves() {
             let block = first as usize / BLOCK;
             // Polygons of the open block may be set already.
-            for (there, &mask) in self.0.masks()[block..block + filed.len()].iter_mut().zip(filed) {
+            for (there, &mask) in self.0.masks()[block..block + in_tree.len()].iter_mut().zip(in_tree) {
                 *there |= mask;
             }
-            let polygons = filed.iter().map(|mask| mask.count_ones() as usize).sum();
-            self.0.note(block..block + filed.len(), polygons);
+            let polygons = in_tree.iter().map(|mask| mask.count_ones() as usize).sum();
+            self.0.note(block..block + in_tree.len(), polygons);
         }
     }
 
@@ -270,9 +270,9 @@ pub(super) struct Outside<'a> {
 impl<'a> Outside<'a> {
     /// `masks` begins with block `first`. Blocks without an entry in the id map are not written.
     pub(super) fn new(masks: &'a mut [u16], first: usize, ids: &IdMap) -> Self {
-        for (id, filed) in ids.shelves() {
+        for (id, in_tree) in ids.shelves() {
             let block = id as usize / BLOCK - first;
-            masks[block..block + filed.len()].copy_from_slice(filed);
+            masks[block..block + in_tree.len()].copy_from_slice(in_tree);
         }
         Self { masks, first, count: 0 }
     }

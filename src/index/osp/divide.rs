@@ -25,8 +25,8 @@ impl Osp {
     /// Replaces a leaf with too many runs by a node.
     /// * If its runs are scattered, the leaf is packed, and stays until it has [`Osp::most_scattered`] runs.
     /// * If most runs are short enough for a smaller cell, commits move them to the node's children.
-    /// * If most runs are as long as the cell, the leaf stays until it has twice [`LEAF_RUNS`] runs. Then all its runs
-    ///   become the node's straddlers for good, and only later runs go to the children.
+    /// * If most runs are as long as the cell, the leaf stays until it has twice [`LEAF_RUNS`] runs. When the leaf has
+    ///   them, all its runs become straddlers of the node for good, and only later runs go to the children.
     ///
     /// So at most twice [`LEAF_RUNS`] runs of a node wait to be moved.
     pub(super) fn try_split(&mut self, head: u32) {
@@ -176,7 +176,7 @@ impl Osp {
         first.polygons -= runs.iter().map(|(run, _)| run.mask.count_ones()).sum::<u32>();
         for (lane, (run, bounds)) in runs.into_iter().enumerate().take(count) {
             let bounds = Wide::from_box(&bounds);
-            self.file(run, bounds, self.way(bounds), loose >> lane & 1 == 1);
+            self.insert_run(run, bounds, self.destination(bounds), loose >> lane & 1 == 1);
         }
         (count as u32).max(1)
     }

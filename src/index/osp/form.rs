@@ -21,8 +21,8 @@ impl Osp {
         self.ids.blocks() + self.movers.group_count() < self.linear_blocks / BACK_TO_LINEAR
     }
 
-    /// Inserts a polygon into the full plain list, if its limit may rise. It rises as long as its polygons are scattered and
-    /// few come in a frame.
+    /// Inserts a polygon into the full plain list, if the list's limit may rise. The limit rises as long as the
+    /// polygons are scattered and few come in a frame.
     #[inline(never)]
     pub(super) fn insert_into_full_list(&mut self, id: PolygonId, bounds: &Aabb) -> Inserted {
         let may_be_longer =

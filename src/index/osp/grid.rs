@@ -125,7 +125,7 @@ pub(super) fn morton_in_root(key: &Key) -> Option<u32> {
     Some(spread(x) | spread(y) << 1 | spread(z) << 2)
 }
 
-/// The entry of a cell of a preallocated level, namely the cell that contains the deepest preallocated cell `morton`.
+/// The entry of the cell on this preallocated level that contains the deepest preallocated cell `morton`.
 #[inline]
 pub(super) fn flat_entry_at(morton: u32, level: u32) -> usize {
     FLAT_START[level as usize] + (morton >> (3 * (FLAT_LEVELS - level))) as usize

@@ -44,7 +44,7 @@ pub(super) type Place = u32;
 #[derive(Clone, Copy, Debug)]
 struct Shelf {
     /// For each block, the ids in use, as a mask.
-    filed: [u16; BLOCKS],
+    in_tree: [u16; BLOCKS],
     /// For each block, the place of its only run; or `DETAILED` with the number of its detail; or [`NONE`].
     place: [u32; BLOCKS],
     /// For each block, the number of its [`Exact`] boxes, or [`NONE`].
@@ -59,7 +59,7 @@ struct Shelf {
 
 impl Pooled for Shelf {
     const BLANK: Self = Self {
-        filed: [0; BLOCKS],
+        in_tree: [0; BLOCKS],
         place: [NONE; BLOCKS],
         store: [NONE; BLOCKS],
         heat: [Heat::NONE; BLOCKS],
@@ -153,8 +153,8 @@ impl IdMap {
 
     /// The ids of a block that are in the index, as a mask.
     #[inline]
-    pub(super) fn filed(&self, block: u32) -> u16 {
-        self.shelf(block).map_or(0, |(shelf, at)| shelf.filed[at])
+    pub(super) fn in_tree(&self, block: u32) -> u16 {
+        self.shelf(block).map_or(0, |(shelf, at)| shelf.in_tree[at])
     }
 
     /// Counts a move of a block's polygons; returns whether they move in frame after frame.
@@ -164,15 +164,15 @@ impl IdMap {
     }
 
     /// Sets the ids of a block that are still in use. Releases the block's entries if none is.
-    pub(super) fn set_filed(&mut self, block: u32, filed: u16) {
+    pub(super) fn set_in_tree(&mut self, block: u32, in_tree: u16) {
         let (number, at) = Self::split(block);
         if self.directory.get(number).is_none_or(|&shelf| shelf == NONE) {
             return;
         }
         let shelf_number = self.directory[number];
         let shelf = &mut self.shelves[shelf_number];
-        shelf.filed[at] = filed;
-        if filed != 0 {
+        shelf.in_tree[at] = in_tree;
+        if in_tree != 0 {
             return;
         }
         shelf.live -= 1;
@@ -196,7 +196,7 @@ impl IdMap {
     pub(super) fn prefetch(&self, block: u32) {
         if let Some((shelf, at)) = self.shelf(block) {
             prefetch(&raw const shelf.place[at]);
-            prefetch(&raw const shelf.filed[at]);
+            prefetch(&raw const shelf.in_tree[at]);
         }
     }
 
@@ -231,8 +231,8 @@ impl IdMap {
     /// Sets the place of the run that contains the polygons `mask` of a block.
     pub(super) fn set_place(&mut self, block: u32, mask: u16, place: Place) {
         let Some((shelf, at)) = self.shelf_mut(block) else { return };
-        let (old, filed) = (shelf.place[at], shelf.filed[at]);
-        if old == NONE || filed & !mask == 0 {
+        let (old, in_tree) = (shelf.place[at], shelf.in_tree[at]);
+        if old == NONE || in_tree & !mask == 0 {
             if old != NONE && old & DETAILED != 0 {
                 let detail = old & !DETAILED;
                 shelf.place[at] = place;
@@ -290,10 +290,10 @@ impl IdMap {
             self.directory[number] = self.shelves.take();
         }
         let shelf = &mut self.shelves[self.directory[number]];
-        let is_new = shelf.filed[at] == 0;
+        let is_new = shelf.in_tree[at] == 0;
         shelf.live += u32::from(is_new);
         self.blocks += usize::from(is_new);
-        shelf.filed[at] = open.present();
+        shelf.in_tree[at] = open.present();
         shelf.end = shelf.end.max(at as u32 + 1);
         if shared == 0 {
             return NONE;
@@ -333,7 +333,7 @@ impl IdMap {
         let used = self.directory.iter().enumerate().filter(|&(_, &number)| number != NONE);
         used.map(|(i, &number)| {
             let shelf = &self.shelves[number];
-            ((i * IDS_A_SHELF) as u32, &shelf.filed[..(shelf.end as usize).min(BLOCKS)])
+            ((i * IDS_A_SHELF) as u32, &shelf.in_tree[..(shelf.end as usize).min(BLOCKS)])
         })
     }
 

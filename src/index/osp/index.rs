@@ -74,8 +74,9 @@ pub struct Osp {
     pub(super) movers: Movers,
     /// Whether polygons of a former plain list wait for the tree.
     pub(super) is_settling: bool,
-    /// Number of commits. `round` is its value at the beginning of the current round through the movers.
+    /// Number of commits.
     pub(super) clock: u32,
+    /// Value of `clock` at the beginning of the current round through the movers.
     pub(super) round: u32,
     /// Number of blocks closed and runs moved since the last check of the free room.
     pub(super) changes: u32,
@@ -106,7 +107,7 @@ impl Osp {
         // This is room for a drawn session of `capacity` polygons, and the additional room of `make_room`.
         let polygons = config.room() + AHEAD;
         let runs = polygons / 8;
-        // This is room for the same polygons after all have moved one by one and some were replaced.
+        // This is room for the same polygons in runs of one polygon, as after all have moved one by one.
         let most_runs = config.room().min(MOST_SCATTERED);
         let mut osp = Self {
             backend,
@@ -196,7 +197,7 @@ impl Osp {
         if self.open.is(block) && self.open.lanes() >> lane & 1 == 1 {
             return Some(self.open.bounds(lane));
         }
-        if self.ids.filed(block) >> lane & 1 == 0 {
+        if self.ids.in_tree(block) >> lane & 1 == 0 {
             return None;
         }
         let place = self.ids.place(id.0)?;
@@ -208,7 +209,7 @@ impl Osp {
     #[inline]
     fn holds(&self, id: PolygonId) -> bool {
         let (block, lane) = (id.0 / 16, id.0 % 16);
-        let present = if self.open.is(block) { self.open.present() } else { self.ids.filed(block) };
+        let present = if self.open.is(block) { self.open.present() } else { self.ids.in_tree(block) };
         present >> lane & 1 == 1
     }
 
@@ -217,7 +218,7 @@ impl Osp {
     fn open_block(&mut self, block: u32) {
         self.changes += 1;
         self.close_block();
-        self.open.begin(block, self.ids.filed(block));
+        self.open.begin(block, self.ids.in_tree(block));
     }
 
     pub(super) fn close_block(&mut self) {
@@ -231,7 +232,7 @@ impl Osp {
     }
 
     /// Inserts the runs of a block that is not the open block.
-    pub(super) fn file_block(&mut self, block: &OpenBlock) {
+    pub(super) fn insert_block(&mut self, block: &OpenBlock) {
         self.changes += 1;
         let mut gathered = self.gathered.take().unwrap_or_default();
         block.gather(&mut gathered);
@@ -244,7 +245,7 @@ impl Osp {
         for (run, _) in runs.iter_mut().filter(|(run, _)| run.mask != 1) {
             run.store = store;
         }
-        self.file_runs(runs);
+        self.insert_runs(runs);
         self.gathered = Some(gathered);
     }
 
@@ -254,8 +255,8 @@ impl Osp {
         if self.open.is(block) { self.open.lanes() } else { 0 }
     }
 
-    /// Sets a new box of a polygon that is neither in the list nor in the rows of moving ones. It is a function of its
-    /// own, so that [`SpatialIndex::update`] saves few registers for moving polygons.
+    /// Sets a new box of a polygon that is neither in the list nor in the rows of moving ones. This is a separate
+    /// function, so that [`SpatialIndex::update`] need not save many registers for moving polygons.
     #[inline(never)]
     fn update_resting(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         let is_known = if self.is_linear { self.linear.holds(id.0) } else { self.holds(id) };
@@ -275,8 +276,8 @@ impl Osp {
         Ok(())
     }
 
-    /// Puts a polygon that is neither in the list nor in the flat rows into the open block. It is a function of its own, so
-    /// that [`SpatialIndex::insert`] saves few registers in the list.
+    /// Puts a polygon that is neither in the list nor in the flat rows into the open block. This is a separate
+    /// function, so that [`SpatialIndex::insert`] need not save many registers when it inserts into the list.
     #[inline(never)]
     fn insert_into_tree(&mut self, id: PolygonId, bounds: Wide) -> Result<(), IndexError> {
         let (block, lane) = (id.0 / 16, id.index() % 16);
@@ -313,9 +314,9 @@ impl Osp {
                 self.open.remove(lane);
                 return;
             }
-            self.open.forget_filed(lane);
+            self.open.forget_in_tree(lane);
         }
-        self.unfile(id.0);
+        self.remove_from_run(id.0);
     }
 }
 

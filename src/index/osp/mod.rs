@@ -35,11 +35,11 @@
 //!
 //! # Files
 //!
-//! * Insert: `index.rs` (entry), `open.rs` (the block being drawn), `ids.rs`, `file.rs` (to a leaf), `grid.rs`; `linear.rs`
-//!   and `form.rs` for few polygons; `announce.rs` prefetches.
+//! * Insert: `index.rs` (entry), `open.rs` (the block being drawn), `ids.rs`, `insert.rs` (to a leaf), `grid.rs`;
+//!   `linear.rs` and `form.rs` for few polygons; `announce.rs` prefetches.
 //! * Move: `adjust.rs`, `movers.rs`, `heat.rs`. Remove: `remove.rs`.
 //! * Commit: `settle.rs`, `divide.rs`, `order.rs`, `rest.rs`.
-//! * Query: `plan.rs` chooses the way, `query.rs` walks, `two_eyes.rs` walks for two, `answer.rs` writes the result;
+//! * Query: `plan.rs` chooses the method, `query.rs` walks, `two_eyes.rs` walks for two, `answer.rs` writes the result;
 //!   `movers_query.rs`, `visit.rs`, `ray.rs`. Then `thin.rs` removes hidden polygons.
 //! * Creation: `warm.rs` loads the code of later frames.
 //! * Storage: `layout.rs`, `pool.rs`, `pages.rs`, `rows.rs`, `spans.rs`, `pair_sets.rs`.
@@ -58,12 +58,12 @@ mod adjust;
 mod announce;
 mod answer;
 mod divide;
-mod file;
 mod form;
 mod grid;
 mod heat;
 mod ids;
 mod index;
+mod insert;
 mod layout;
 mod linear;
 mod movers;

@@ -87,7 +87,7 @@ impl<A: Filling> WithKernel for Pass<'_, A> {
     }
 }
 
-/// For each of at most sixteen groups, those of the polygons `lanes` that no plane excludes.
+/// For each of at most sixteen groups, the polygons among `lanes` that no plane excludes.
 #[inline(always)]
 fn seen<K: Kernel>(kernel: K, planes: &PlaneSet, lanes: &[u16], boxes: &[Boxes<BLOCK>]) -> [u16; BLOCK] {
     // Without this, the compiler would prepare the planes of all groups once, in more registers than there are.

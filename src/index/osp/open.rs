@@ -11,7 +11,7 @@ pub(super) struct OpenBlock {
     /// Number of the block, `id / 16`; [`NONE`] if no block is open.
     block: u32,
     /// Polygons of the block that are in the tree, because the block was open before.
-    filed: u16,
+    in_tree: u16,
     /// Polygons of the block that are not in the tree yet.
     lanes: u16,
     /// The boxes of the polygons `lanes`; other lanes are unspecified.
@@ -55,7 +55,7 @@ const TURNS_SHOW: usize = 6;
 
 impl OpenBlock {
     pub(super) fn new() -> Self {
-        Self { block: NONE, filed: 0, lanes: 0, boxes: Boxes::EMPTY }
+        Self { block: NONE, in_tree: 0, lanes: 0, boxes: Boxes::EMPTY }
     }
 
     #[inline]
@@ -77,7 +77,7 @@ impl OpenBlock {
     /// All polygons of the block, in the tree or not.
     #[inline]
     pub(super) fn present(&self) -> u16 {
-        self.filed | self.lanes
+        self.in_tree | self.lanes
     }
 
     /// The box of a polygon that is not in the tree yet.
@@ -92,20 +92,20 @@ impl OpenBlock {
         &self.boxes
     }
 
-    /// Opens a block whose polygons `filed` are in the tree.
-    pub(super) fn begin(&mut self, block: u32, filed: u16) {
-        (self.block, self.filed, self.lanes) = (block, filed, 0);
+    /// Opens a block whose polygons `in_tree` are in the tree.
+    pub(super) fn begin(&mut self, block: u32, in_tree: u16) {
+        (self.block, self.in_tree, self.lanes) = (block, in_tree, 0);
     }
 
     /// Opens a block with the polygons `lanes` and no others.
     pub(super) fn begin_with(&mut self, block: u32, lanes: u16, boxes: &Boxes<16>) {
-        (self.block, self.filed, self.lanes) = (block, 0, lanes);
+        (self.block, self.in_tree, self.lanes) = (block, 0, lanes);
         self.boxes = *boxes;
     }
 
     /// Records that a polygon of the block was removed from the tree.
-    pub(super) fn forget_filed(&mut self, lane: usize) {
-        self.filed &= !(1 << lane);
+    pub(super) fn forget_in_tree(&mut self, lane: usize) {
+        self.in_tree &= !(1 << lane);
     }
 
     /// Adds a polygon, or replaces its box.
@@ -125,9 +125,9 @@ impl OpenBlock {
         self.begin(NONE, 0);
     }
 
-    /// Divides the polygons into runs, in the order of their ids. A polygon joins the run of its predecessor if it is close
-    /// to it, otherwise one of the last few runs. If none of them is close, it begins a new run. The caller sets the store
-    /// of runs of several polygons.
+    /// Divides the polygons into runs, in the order of their ids. A polygon joins the run of its predecessor if this
+    /// run is close, otherwise one of the last few runs. If none of these runs is close, it begins a new run. The
+    /// caller sets the store of runs of several polygons.
     pub(super) fn gather(&self, to: &mut Gathered) {
         (to.count, to.shared) = (0, 0);
         let mut run = OpenRun::NONE;

@@ -122,7 +122,7 @@ impl Pages {
     /// The page is in use.
     #[inline(always)]
     pub(super) unsafe fn known(&self, number: u32) -> &Page {
-        // SAFETY: the caller guarantees it.
+        // SAFETY: the caller guarantees that the page is in use.
         unsafe { self.heads.known(number) }
     }
 
@@ -132,7 +132,7 @@ impl Pages {
     /// The page is in use.
     #[inline(always)]
     pub(super) unsafe fn known_boxes(&self, number: u32) -> &PageBoxes {
-        // SAFETY: entries of both pools are taken and released together.
+        // SAFETY: the page is in use. Both pools take and release their entries together.
         unsafe { self.boxes.known(number) }
     }
 

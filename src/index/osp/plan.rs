@@ -1,7 +1,7 @@
 //! Selects the method of a query. If the whole tree is in view, the result is every polygon. If most of it is in view, the
 //! query searches for the polygons outside the frustum and removes them from the set of all. Otherwise it searches for the
-//! polygons inside. So it never reads the larger part. A query for a list of ids of scattered polygons never searches
-//! outside.
+//! polygons inside. So it never reads the larger part. But if the polygons are scattered, a query for a list of ids
+//! always searches for the polygons inside.
 
 use std::{cell::Cell, ops::Range};
 
@@ -11,7 +11,7 @@ use super::{
     layout::{Node, Target},
     linear::Pass,
     pool::NONE,
-    query::{Below, Cull, Waiting, count},
+    query::{Below, Cull, WorkQueue, count},
 };
 use crate::{
     index::{
@@ -254,7 +254,7 @@ impl Weigh<'_> {
     #[inline(always)]
     fn is_mostly_seen<K: Kernel>(&self, kernel: K, work: &mut WorkCounts) -> bool {
         let top = &self.osp.nodes[self.top];
-        let mut waiting = Waiting::<(Below, i64), { 8 * WEIGHED }>::new();
+        let mut waiting = WorkQueue::<(Below, i64), { 8 * WEIGHED }>::new();
         waiting.push((Below { number: self.top, planes: PlaneSet::ALL }, 0));
         let mut more_seen = 0i64;
         // The weight that is not decided yet.
@@ -361,9 +361,9 @@ impl WithKernel for Listed<'_> {
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) -> WorkCounts {
         let work = open_block(self.osp, kernel, self.planes, &mut self.answer);
-        for (first, filed) in self.osp.ids.shelves() {
+        for (first, in_tree) in self.osp.ids.shelves() {
             let block = first as usize / BLOCK - self.first;
-            self.answer.blocks(kernel, first, &self.masks[block..block + filed.len()]);
+            self.answer.blocks(kernel, first, &self.masks[block..block + in_tree.len()]);
         }
         self.answer.finish();
         work

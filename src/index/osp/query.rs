@@ -43,9 +43,9 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
             answer: self.answer,
             work: WorkCounts::default(),
             tested: 0,
-            buckets: Waiting::new(),
-            whole: Waiting::new(),
-            pages: Waiting::new(),
+            buckets: WorkQueue::new(),
+            whole: WorkQueue::new(),
+            pages: WorkQueue::new(),
             cut: std::array::from_fn(|_| List::new()),
             full: 0,
         };
@@ -75,7 +75,7 @@ impl Osp {
     /// `number` is the number of one of the first `page_count` pages of a bucket in the tree.
     #[inline(always)]
     pub(super) unsafe fn known_page(&self, number: u32) -> &Page {
-        // SAFETY: as for buckets.
+        // SAFETY: every number in the tree belongs to an entry in use; `validate` checks this.
         unsafe { self.pages.known(number) }
     }
 
@@ -83,7 +83,7 @@ impl Osp {
     /// The same as for [`Osp::known_page`].
     #[inline(always)]
     pub(super) unsafe fn known_page_boxes(&self, number: u32) -> &PageBoxes {
-        // SAFETY: as for buckets.
+        // SAFETY: every number in the tree belongs to an entry in use; `validate` checks this.
         unsafe { self.pages.known_boxes(number) }
     }
 
@@ -91,20 +91,20 @@ impl Osp {
     /// `number` is the number of a node in the tree.
     #[inline(always)]
     pub(super) unsafe fn known_node(&self, number: u32) -> &Node {
-        // SAFETY: as for buckets.
+        // SAFETY: every number in the tree belongs to an entry in use; `validate` checks this.
         unsafe { self.nodes.known(number) }
     }
 }
 
 /// A queue of fixed capacity. Unused places are not initialised, because this would cost a small query more than all its
 /// tests.
-pub(super) struct Waiting<T, const N: usize> {
+pub(super) struct WorkQueue<T, const N: usize> {
     entries: [MaybeUninit<T>; N],
     pushed: usize,
     popped: usize,
 }
 
-impl<T: Copy, const N: usize> Waiting<T, N> {
+impl<T: Copy, const N: usize> WorkQueue<T, N> {
     #[inline(always)]
     pub(super) fn new() -> Self {
         Self { entries: [const { MaybeUninit::uninit() }; N], pushed: 0, popped: 0 }
@@ -134,7 +134,7 @@ impl<T: Copy, const N: usize> Waiting<T, N> {
     }
 }
 
-/// A list of fixed capacity. Unused places are not initialised, as in [`Waiting`].
+/// A list of fixed capacity. Unused places are not initialised, as in [`WorkQueue`].
 pub(super) struct List<T, const N: usize> {
     entries: [MaybeUninit<T>; N],
     len: usize,
@@ -172,7 +172,7 @@ impl<T: Copy, const N: usize> List<T, N> {
 
     #[inline(always)]
     pub(super) fn as_slice(&self) -> &[T] {
-        // SAFETY: as above.
+        // SAFETY: the places below the length have been written.
         unsafe { std::slice::from_raw_parts(self.entries.as_ptr().cast(), self.len) }
     }
 }
@@ -213,7 +213,7 @@ pub(super) const LIST: usize = 16;
 pub(super) const BUCKETS_WAIT: usize = 8;
 pub(super) const PAGES_WAIT: usize = 12;
 
-/// Number of buckets inside every plane that wait for the cache lines of their pages.
+/// Number of buckets wholly in view that wait in their queue while the cache lines of their pages are loaded.
 const WHOLE_WAIT: usize = 1;
 
 /// Largest number of waiting nodes: seven at each level, and the chain of levels on top.
@@ -227,9 +227,9 @@ struct Walk<'a, K, A> {
     work: WorkCounts,
     /// Number of polygons reported after a test of their own box.
     tested: u64,
-    buckets: Waiting<Below, 32>,
-    whole: Waiting<u32, 4>,
-    pages: Waiting<BelowPage, 32>,
+    buckets: WorkQueue<Below, 32>,
+    whole: WorkQueue<u32, 4>,
+    pages: WorkQueue<BelowPage, 32>,
     /// Runs that a single plane cuts, by plane. The last list has the runs that several planes cut.
     cut: [List<CutRun<'a>, 32>; 7],
     /// Mask of the lists of `cut` that are ready to be tested.
@@ -286,7 +286,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn node(&mut self, Below { number, planes: mask }: Below, nodes: &mut List<Below, STACK>) {
-        // SAFETY: every waiting entry was found in the tree.
+        // SAFETY: every waiting entry is in the tree.
         let node = unsafe { self.osp.known_node(number) };
         self.work.nodes += 1;
         let sides = self.planes.sides8(self.kernel, mask, &node.boxes);
@@ -306,7 +306,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
                 Target::Nothing => {}
                 Target::Leaf(number) => self.wait_for_bucket(Below { number, planes }),
                 Target::Node(number) => {
-                    // SAFETY: it is a child of an entry found in the tree.
+                    // SAFETY: the children of an entry in the tree are in the tree.
                     prefetch_lines::<4, _>(unsafe { self.osp.known_node(number) });
                     nodes.push(Below { number, planes });
                 }
@@ -330,11 +330,11 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn wait_for_bucket(&mut self, below: Below) {
-        // SAFETY: the caller has found it in the tree.
+        // SAFETY: the caller found this bucket in the tree.
         let bucket: *const Bucket = unsafe { self.osp.known_bucket(below.number) };
         prefetch_lines::<3, _>(bucket);
         if below.planes != 0 {
-            // SAFETY: as above.
+            // SAFETY: the bucket is in the tree.
             prefetch_lines::<6, _>(unsafe { &raw const self.osp.known_bucket(below.number).boxes });
         }
         self.buckets.push(below);
@@ -343,7 +343,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn next_bucket(&mut self) {
         let Below { number, planes } = self.buckets.pop();
-        // SAFETY: every waiting entry was found in the tree.
+        // SAFETY: every waiting entry is in the tree.
         let bucket = unsafe { self.osp.known_bucket(number) };
         self.work.nodes += 1;
         if bucket.next != NONE {
@@ -372,7 +372,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
         self.work.nodes += pages.len() as u64;
         for (i, &number) in pages.iter().enumerate() {
-            // SAFETY: it is a child of an entry found in the tree.
+            // SAFETY: the children of an entry in the tree are in the tree.
             let page: *const Page = unsafe { self.osp.known_page(number) };
             if bucket.single >> i & 1 == 1 {
                 prefetch_lines::<1, _>(page)
@@ -388,11 +388,11 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn next_whole(&mut self) {
-        // SAFETY: every waiting entry was found in the tree.
+        // SAFETY: every waiting entry is in the tree.
         let bucket = unsafe { self.osp.known_bucket(self.whole.pop()) };
         let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
         for (i, &number) in pages.iter().enumerate() {
-            // SAFETY: as above.
+            // SAFETY: a page of a bucket in the tree is in the tree.
             let page = unsafe { self.osp.known_page(number) };
             let runs = u32::from(bucket.counts[i]);
             if bucket.single >> i & 1 == 1 {
@@ -405,9 +405,9 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 
     #[inline(always)]
     fn wait_for_page(&mut self, below: BelowPage) {
-        // SAFETY: the caller has found it in the tree.
+        // SAFETY: the caller found this page in the tree.
         let page: *const Page = unsafe { self.osp.known_page(below.number) };
-        // SAFETY: as above.
+        // SAFETY: the page is in the tree.
         let boxes: *const PageBoxes = unsafe { self.osp.known_page_boxes(below.number) };
         if below.singles != 0 {
             // Only the ids and boxes of a page of single polygons are read.
@@ -427,7 +427,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn next_page(&mut self) {
         let BelowPage { number, planes, singles } = self.pages.pop();
-        // SAFETY: every waiting entry was found in the tree.
+        // SAFETY: every waiting entry is in the tree.
         let page = unsafe { self.osp.known_page(number) };
         self.work.nodes += 1;
         if singles != 0 {
@@ -436,7 +436,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
                 self.answer.single(self.kernel, page, runs);
                 return;
             }
-            // SAFETY: as above.
+            // SAFETY: the page is in the tree.
             let boxes = unsafe { self.osp.known_page_boxes(number) };
             count(&mut self.work, runs, planes);
             let behind = self.planes.behind16(self.kernel, planes, &boxes.boxes);
@@ -449,7 +449,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
             self.answer.page(self.kernel, page, u32::from(page.runs));
             return;
         }
-        // SAFETY: as above.
+        // SAFETY: the page is in the tree.
         let boxes = unsafe { self.osp.known_page_boxes(number) };
         count(&mut self.work, u32::from(page.runs), planes);
         let sides = self.planes.sides16(self.kernel, planes, &boxes.boxes);
@@ -536,7 +536,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
 }
 
 /// Selects boxes and polygons in a walk, for a search inside or outside the frustum.
-trait Looks: Answer {
+trait BoxTests: Answer {
     /// The boxes that may contain polygons to report, after a test against the planes of `mask`. If `mask` is empty, all
     /// boxes belong to a part that is reported as a whole.
     #[inline(always)]
@@ -561,7 +561,7 @@ trait Looks: Answer {
     }
 }
 
-impl<A: Answer> Looks for A {}
+impl<A: Answer> BoxTests for A {}
 
 /// Counts tests of `boxes` boxes against each plane of `planes`.
 #[inline(always)]

@@ -15,8 +15,8 @@ use crate::{
     index::{
         WorkCounts,
         probe::{Nearest, NearestPolygons, is_wanted},
+        search_entry::SearchEntry,
         simd::{Boxes, Kernel, WithKernel},
-        waiting::Waiting,
     },
     math::{Ray, latest},
     polygon::PolygonId,
@@ -98,7 +98,7 @@ impl Osp {
 thread_local! {
     /// The memory of the last walk's stack. A search that starts within the exact test of another search gets an empty
     /// stack.
-    static STACK: Cell<Vec<Waiting<Place>>> = const { Cell::new(Vec::new()) };
+    static STACK: Cell<Vec<SearchEntry<Place>>> = const { Cell::new(Vec::new()) };
 }
 
 /// A search to run on a kernel.
@@ -127,7 +127,7 @@ struct Walk<'a, S, K> {
     kernel: K,
     osp: &'a Osp,
     search: S,
-    stack: Vec<Waiting<Place>>,
+    stack: Vec<SearchEntry<Place>>,
     work: WorkCounts,
 }
 
@@ -148,9 +148,9 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
         }
         if !osp.is_linear && osp.len > 0 {
             // The top node has no box of its own; the boxes of its children are tested.
-            self.stack.push(Waiting { t: 0.0, place: Place::Node(osp.top) });
+            self.stack.push(SearchEntry { t: 0.0, place: Place::Node(osp.top) });
         }
-        while let Some(Waiting { t, place }) = self.stack.pop() {
+        while let Some(SearchEntry { t, place }) = self.stack.pop() {
             if self.search.wants(t) {
                 let before = self.stack.len();
                 self.look(place);
@@ -177,7 +177,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
                         Target::Leaf(head) => Place::Leaf(head),
                         Target::Node(below) => Place::Node(below),
                     };
-                    self.stack.push(Waiting { t, place });
+                    self.stack.push(SearchEntry { t, place });
                 }
                 self.pages_of(node.own);
             }
@@ -197,7 +197,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
         for group in 0..linear.rows().groups() {
             let blocks = (linear.len() - group * 16).min(16);
             for (lane, t) in self.reach(&linear.rows().around_each(group), (1 << blocks) - 1).lanes() {
-                self.stack.push(Waiting { t, place: Place::Block((group * 16 + lane) as u32) });
+                self.stack.push(SearchEntry { t, place: Place::Block((group * 16 + lane) as u32) });
             }
         }
         self.stack.sort_unstable();
@@ -215,7 +215,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
                     break;
                 }
                 for (lane, t) in self.reach(boxes, used).lanes() {
-                    self.stack.push(Waiting { t, place: Place::Page(bucket.pages[8 * half + lane]) });
+                    self.stack.push(SearchEntry { t, place: Place::Page(bucket.pages[8 * half + lane]) });
                 }
             }
             at = bucket.next;
@@ -314,7 +314,7 @@ fn enter<K: Kernel, const N: usize>(
     }
     let odd = used & !kernel.not_negative(&odd);
     let mut mask = used & !odd & kernel.not_negative(&later);
-    // These numbers do not decide a lane if the ray is parallel to an axis or the lane has no box.
+    // A lane needs the exact test if the ray is parallel to an axis or the lane has no box.
     let mut left = odd;
     while left != 0 {
         let lane = left.trailing_zeros() as usize;

@@ -19,11 +19,11 @@ use crate::{
 
 impl Osp {
     /// Removes a polygon in the tree from its run.
-    pub(super) fn unfile(&mut self, id: u32) {
+    pub(super) fn remove_from_run(&mut self, id: u32) {
         let Some(place) = self.ids.place(id) else { return };
         let (page_number, lane) = (place / 16, place as usize % 16);
         let block = id / 16;
-        self.ids.set_filed(block, self.ids.filed(block) & !(1 << (id % 16)));
+        self.ids.set_in_tree(block, self.ids.in_tree(block) & !(1 << (id % 16)));
         let page = &mut self.pages[page_number];
         page.masks[lane] &= !(1 << (id - page.first[lane]));
         page.loose |= 1 << lane;
@@ -162,7 +162,7 @@ impl Osp {
         if run.mask == 1 {
             run.store = NONE;
             let block = run.first / 16;
-            if self.ids.filed(block).is_power_of_two() {
+            if self.ids.in_tree(block).is_power_of_two() {
                 self.ids.drop_boxes(block);
             }
         }
@@ -237,14 +237,14 @@ impl Osp {
                 // Runs that wait to be moved to the node's children must not mix with runs that stay.
                 let is_alike = self.buckets[into].drains == self.buckets[from].drains || counts.1 == 0;
                 if is_alike && page_count <= 8 && counts.0 + counts.1 <= 16 {
-                    self.pour(from, into);
+                    self.move_pages(from, into);
                     return;
                 }
             }
         }
     }
 
-    fn pour(&mut self, from: u32, into: u32) {
+    fn move_pages(&mut self, from: u32, into: u32) {
         let source = self.buckets[from];
         for i in 0..source.page_count as usize {
             let target = &mut self.buckets[into];

@@ -94,7 +94,7 @@ impl Osp {
         open.slot += 1;
         if slot < OWN {
             match self.nodes[node].children[slot as usize].target() {
-                // The empty span counts as valid, so that a polygon that comes here makes the spans above void.
+                // An empty span is valid. So `void_above` continues to the root when a polygon enters this slot.
                 Target::Nothing => {
                     self.nodes[node].spans[slot as usize] = self.spans.from(self.spans.ids.len() as u32);
                 }

@@ -33,7 +33,7 @@ impl Osp {
             let id = PolygonId(block * BLOCK as u32 + lane as u32);
             self.take_out(id);
             self.movers.insert(id, &boxes[lane].to_box());
-            self.upkeep.filed += 1;
+            self.upkeep.inserted += 1;
         }
     }
 
@@ -81,10 +81,10 @@ impl Osp {
             let number = of_block[0].0.0 / 16;
             let is_apart = of_block.len() > 1 && !self.is_linear && !self.open.is(number);
             let mut block = OpenBlock::new();
-            block.begin(number, self.ids.filed(number));
+            block.begin(number, self.ids.in_tree(number));
             for (id, bounds) in of_block {
                 let bounds = Wide::from_box(bounds);
-                self.upkeep.filed += 1;
+                self.upkeep.inserted += 1;
                 if is_apart {
                     // The block that is being drawn stays open.
                     block.add(id.index() % BLOCK, bounds);
@@ -94,7 +94,7 @@ impl Osp {
                 }
             }
             if is_apart {
-                self.file_block(&block);
+                self.insert_block(&block);
             }
         }
     }

@@ -20,7 +20,7 @@ use super::{
     pair_sets::{BOTH, Sets},
     plan::{Plan, holds_all},
     pool::NONE,
-    query::{BUCKETS_WAIT, LIST, List, PAGES_WAIT, SEVERAL, STACK, Waiting, count, store_of},
+    query::{BUCKETS_WAIT, LIST, List, PAGES_WAIT, SEVERAL, STACK, WorkQueue, count, store_of},
 };
 use crate::{
     index::{
@@ -118,9 +118,9 @@ impl WithKernel for Pair<'_> {
             answers: Sets::new(self.masks),
             work: WorkCounts::default(),
             tested: 0,
-            buckets: Waiting::new(),
-            whole: Waiting::new(),
-            pages: Waiting::new(),
+            buckets: WorkQueue::new(),
+            whole: WorkQueue::new(),
+            pages: WorkQueue::new(),
             cut: std::array::from_fn(|_| List::new()),
             full: 0,
         };
@@ -207,9 +207,9 @@ struct Walk<'a, K> {
     work: WorkCounts,
     /// Number of polygons reported after a test of their own box.
     tested: u64,
-    buckets: Waiting<Below, 32>,
-    whole: Waiting<Whole, 32>,
-    pages: Waiting<Below, 32>,
+    buckets: WorkQueue<Below, 32>,
+    whole: WorkQueue<Whole, 32>,
+    pages: WorkQueue<Below, 32>,
     /// Runs that a single plane cuts, by plane. The last list has the runs that several planes cut.
     cut: [List<CutRun<'a>, 32>; 7],
     /// Mask of the lists of `cut` that are ready to be tested.
@@ -223,7 +223,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
     fn all(&mut self) {
         self.open_block();
         let mut nodes: List<Below, STACK> = List::new();
-        // SAFETY: it is the top.
+        // SAFETY: the top node is in the tree.
         let top = unsafe { self.osp.known_node(self.osp.top) };
         let is_dense = self.osp.ids.entries() <= self.osp.len;
         let [first, second] = self.planes;
@@ -337,7 +337,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
 
     #[inline(always)]
     fn node(&mut self, Below { number, planes, eyes }: Below, nodes: &mut List<Below, STACK>) {
-        // SAFETY: every waiting entry was found in the tree.
+        // SAFETY: every waiting entry is in the tree.
         let node = unsafe { self.osp.known_node(number) };
         self.work.nodes += 1;
         let seen = self.look(planes, eyes, std::slice::from_ref(&node.boxes), 0xFF);
@@ -351,7 +351,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
                 Target::Nothing => {}
                 Target::Leaf(number) => self.wait_for_bucket(Below { number, planes, eyes }),
                 Target::Node(number) => {
-                    // SAFETY: it is a child of an entry found in the tree.
+                    // SAFETY: the children of an entry in the tree are in the tree.
                     prefetch_lines::<4, _>(unsafe { self.osp.known_node(number) });
                     nodes.push(Below { number, planes, eyes });
                 }
@@ -364,7 +364,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
 
     #[inline(always)]
     fn wait_for_bucket(&mut self, below: Below) {
-        // SAFETY: the caller has found it in the tree.
+        // SAFETY: the caller found this bucket in the tree.
         let bucket: *const Bucket = unsafe { self.osp.known_bucket(below.number) };
         prefetch_lines::<3, _>(bucket);
         if below.planes != 0 {
@@ -376,7 +376,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
     #[inline(always)]
     fn next_bucket(&mut self) {
         let Below { number, planes, eyes } = self.buckets.pop();
-        // SAFETY: every waiting entry was found in the tree.
+        // SAFETY: every waiting entry is in the tree.
         let bucket = unsafe { self.osp.known_bucket(number) };
         self.work.nodes += 1;
         if bucket.next != NONE {
@@ -402,7 +402,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
         let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
         self.work.nodes += pages.len() as u64;
         for (&number, &runs) in pages.iter().zip(&bucket.counts) {
-            // SAFETY: it is a child of an entry found in the tree.
+            // SAFETY: the children of an entry in the tree are in the tree.
             let page: *const Page = unsafe { self.osp.known_page(number) };
             prefetch_lines::<2, _>(page);
             self.whole.push(Whole { number, runs, eyes });
@@ -415,16 +415,16 @@ impl<'a, K: Kernel> Walk<'a, K> {
     #[inline(always)]
     fn next_whole(&mut self) {
         let Whole { number, runs, eyes } = self.whole.pop();
-        // SAFETY: every waiting entry was found in the tree.
+        // SAFETY: every waiting entry is in the tree.
         self.answers.add_page(eyes, unsafe { self.osp.known_page(number) }, u32::from(runs));
     }
 
     #[inline(always)]
     fn wait_for_page(&mut self, below: Below) {
-        // SAFETY: the caller has found it in the tree.
+        // SAFETY: the caller found this page in the tree.
         prefetch_lines::<2, Page>(unsafe { self.osp.known_page(below.number) });
         if below.planes != 0 {
-            // SAFETY: as above.
+            // SAFETY: the page is in the tree.
             prefetch_lines::<7, PageBoxes>(unsafe { self.osp.known_page_boxes(below.number) });
         }
         self.pages.push(below);
@@ -433,14 +433,14 @@ impl<'a, K: Kernel> Walk<'a, K> {
     #[inline(always)]
     fn next_page(&mut self) {
         let Below { number, planes, eyes } = self.pages.pop();
-        // SAFETY: every waiting entry was found in the tree.
+        // SAFETY: every waiting entry is in the tree.
         let page = unsafe { self.osp.known_page(number) };
         self.work.nodes += 1;
         if planes == 0 {
             self.answers.add_page(eyes, page, u32::from(page.runs));
             return;
         }
-        // SAFETY: as above.
+        // SAFETY: the page is in the tree.
         let boxes = unsafe { self.osp.known_page_boxes(number) };
         let seen = self.look(planes, eyes, &boxes.boxes.0, page.used());
         count(&mut self.work, u32::from(page.runs) * eyes.count_ones(), planes);

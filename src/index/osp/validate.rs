@@ -32,7 +32,7 @@ impl Osp {
         for group in self.movers.groups() {
             for id in (0..16).filter(|lane| group.lanes >> lane & 1 == 1).map(|lane| group.ids.id(lane)) {
                 let block = id.0 / 16;
-                let in_tree = self.ids.filed(block) | self.open_lanes(block);
+                let in_tree = self.ids.in_tree(block) | self.open_lanes(block);
                 let is_twice = in_tree >> (id.0 % 16) & 1 == 1 || self.is_linear && self.linear.holds(id.0);
                 ensure!(!is_twice, "polygon {} moves and is in the tree", id.0);
             }
@@ -78,8 +78,12 @@ impl Osp {
         let total = found.polygons as usize + open;
         ensure!(total == self.len, "{total} polygons found, {} counted", self.len);
         let masks = self.ids.shelves().flat_map(|(_, masks)| masks);
-        let filed: usize = masks.map(|mask| mask.count_ones() as usize).sum();
-        ensure!(filed == found.polygons as usize, "{filed} ids filed, {} polygons in runs", found.polygons);
+        let in_tree: usize = masks.map(|mask| mask.count_ones() as usize).sum();
+        ensure!(
+            in_tree == found.polygons as usize,
+            "{in_tree} ids in the tree, {} polygons in runs",
+            found.polygons
+        );
         if let Some(entry) = Grid::flat_entry(self.flat_levels, &top.key, top.shift) {
             let link = Link::from_bits(self.flat[entry]);
             ensure!(link == Link::node(self.top), "preallocated cell {entry} does not lead to the top");
@@ -125,8 +129,8 @@ impl Osp {
         *nodes += 1;
         let node = &self.nodes[number];
         if Grid::flat_entry(self.flat_levels, &node.key, node.shift).is_some() {
-            let direct = self.direct_way(&node.key, node.shift);
-            ensure!(direct == (number, NONE), "the direct way to node {number} leads to {direct:?}");
+            let direct = self.look_up(&node.key, node.shift);
+            ensure!(direct == (number, NONE), "the look-up of node {number} returned {direct:?}");
         }
         let mut found = Found::default();
         for slot in 0..8u32 {
@@ -292,8 +296,8 @@ impl Osp {
             polygons += run.mask.count_ones();
             let mut all = Aabb::EMPTY;
             for id in (0..16).filter(|bit| run.mask >> bit & 1 == 1).map(|bit| run.first + bit) {
-                let filed = self.ids.filed(id / 16) >> (id % 16) & 1 == 1;
-                ensure!(filed, "polygon {id} is in a run but not filed");
+                let in_tree = self.ids.in_tree(id / 16) >> (id % 16) & 1 == 1;
+                ensure!(in_tree, "polygon {id} is in a run, but not in the tree");
                 let place = self.ids.place(id);
                 ensure!(place == Some(number * 16 + lane as u32), "polygon {id} is said to be at {place:?}");
                 let own = if exact { run_box } else { self.ids.boxes(store).get(id as usize % 16) };

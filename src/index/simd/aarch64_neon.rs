@@ -12,49 +12,49 @@ impl Four for float32x4_t {
 
     #[inline(always)]
     fn load(numbers: &[f32; 4]) -> Self {
-        // SAFETY: NEON belongs to the targets; the four numbers exist, and no alignment is required.
+        // SAFETY: all targets have NEON; the four numbers exist, and no alignment is required.
         unsafe { vld1q_f32(numbers.as_ptr()) }
     }
 
     #[inline(always)]
     fn splat(number: f32) -> Self {
-        // SAFETY: NEON belongs to the targets; register arithmetic.
+        // SAFETY: all targets have NEON; the intrinsics access no memory.
         unsafe { vdupq_n_f32(number) }
     }
 
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        // SAFETY: NEON belongs to the targets; register arithmetic.
+        // SAFETY: all targets have NEON; the intrinsics access no memory.
         unsafe { vmulq_f32(self, other) }
     }
 
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        // SAFETY: NEON belongs to the targets; register arithmetic.
+        // SAFETY: all targets have NEON; the intrinsics access no memory.
         unsafe { vaddq_f32(self, other) }
     }
 
     #[inline(always)]
     fn negative(self) -> uint32x4_t {
-        // SAFETY: NEON belongs to the targets; register arithmetic.
+        // SAFETY: all targets have NEON; the intrinsics access no memory.
         unsafe { vcltzq_f32(self) }
     }
 
     #[inline(always)]
     fn not_negative(self) -> uint32x4_t {
-        // SAFETY: NEON belongs to the targets; register arithmetic.
+        // SAFETY: all targets have NEON; the intrinsics access no memory.
         unsafe { vcgezq_f32(self) }
     }
 
     #[inline(always)]
     fn or(a: uint32x4_t, b: uint32x4_t) -> uint32x4_t {
-        // SAFETY: NEON belongs to the targets; register arithmetic.
+        // SAFETY: all targets have NEON; the intrinsics access no memory.
         unsafe { vorrq_u32(a, b) }
     }
 
     #[inline(always)]
     fn bits(low: uint32x4_t, high: uint32x4_t) -> u32 {
-        // SAFETY: NEON belongs to the targets; register arithmetic.
+        // SAFETY: all targets have NEON; the intrinsics access no memory.
         unsafe {
             let bytes = vmovn_u16(vcombine_u16(vmovn_u32(low), vmovn_u32(high)));
             // Lane `i` keeps bit `i`; their sum is the mask.

@@ -112,7 +112,7 @@ impl<'a> IdWriter<'a> {
     pub(crate) fn push_groups<K: Kernel>(&mut self, kernel: K, groups: &[[u32; 16]], seen: &[u16; 16]) {
         self.make_room(0);
         for (ids, &seen) in groups.iter().zip(seen) {
-            // SAFETY: as above.
+            // SAFETY: sixteen groups take at most 256 places, so sixteen are left for each.
             self.len += kernel.pack(ids, u32::from(seen), unsafe { self.places(0) });
         }
     }
@@ -128,7 +128,7 @@ impl<'a> IdWriter<'a> {
         let address = self.start.wrapping_add(self.len).addr() / size_of::<u32>();
         let mut skip = 16 - address % 16;
         while skip < count {
-            // SAFETY: as above.
+            // SAFETY: there is room for `count` and sixteen more.
             kernel.write_sixteen(first.wrapping_add(skip as u32), unsafe { self.places(skip) });
             skip += 16;
         }
@@ -181,13 +181,13 @@ impl<'a> IdWriter<'a> {
             at = runs as usize;
         } else if page.gaps == 0 {
             for (&first, &mask) in page.first.iter().zip(page.masks).take(runs as usize) {
-                // SAFETY: as above.
+                // SAFETY: sixteen runs take at most 256 places, so sixteen are left for each.
                 kernel.write_sixteen(first, unsafe { self.places(at) });
                 at += mask.count_ones() as usize;
             }
         } else {
             for (&first, &mask) in page.first.iter().zip(page.masks).take(runs as usize) {
-                // SAFETY: as above.
+                // SAFETY: sixteen runs take at most 256 places, so sixteen are left for each.
                 at += kernel.write_ids(first, u32::from(mask), unsafe { self.places(at) });
             }
         }
@@ -203,7 +203,7 @@ impl<'a> IdWriter<'a> {
         while whole != 0 {
             let lane = whole.trailing_zeros() as usize & 15;
             whole &= whole - 1;
-            // SAFETY: as above.
+            // SAFETY: sixteen runs take at most 256 places, so sixteen are left for each.
             kernel.write_sixteen(page.first[lane], unsafe { self.places(at) });
             at += page.masks[lane].count_ones() as usize;
         }
@@ -211,12 +211,12 @@ impl<'a> IdWriter<'a> {
         while gaps != 0 {
             let lane = gaps.trailing_zeros() as usize & 15;
             gaps &= gaps - 1;
-            // SAFETY: as above.
+            // SAFETY: sixteen runs take at most 256 places, so sixteen are left for each.
             at += kernel.write_ids(page.first[lane], u32::from(page.masks[lane]), unsafe { self.places(at) });
         }
         let single = lanes & page.single & 0xFFFF;
         if single != 0 {
-            // SAFETY: as above.
+            // SAFETY: sixteen runs take at most 256 places, so sixteen are left for each.
             at += kernel.pack(page.first, single, unsafe { self.places(at) });
         }
         self.len += at;

@@ -105,7 +105,8 @@ impl PlaneSet {
         kernel.behind_any(&self.planes, boxes)
     }
 
-    /// The planes that do not have a box wholly on their inner side, and their number. Other planes follow them.
+    /// The planes that do not have a box wholly on their inner side, and their number. The rest of the array is
+    /// unspecified.
     #[inline(always)]
     pub(crate) fn cutting(&self, bounds: &Aabb) -> ([PreparedPlane; 6], usize) {
         let (min, max) = (bounds.min, bounds.max);

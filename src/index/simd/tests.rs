@@ -10,7 +10,7 @@ use crate::math::{Aabb, Frustum, Plane};
 
 /// Results of a kernel for one case.
 #[derive(Debug, PartialEq)]
-struct Said {
+struct KernelResults {
     behind: [u32; 6],
     behind_any: u32,
     not_negative: [u32; 2],
@@ -40,7 +40,7 @@ fn written(count_and_places: (usize, [MaybeUninit<u32>; 16])) -> Vec<u32> {
 
 #[expect(unsafe_code, reason = "the place was set by `places`")]
 fn read(place: MaybeUninit<u32>) -> u32 {
-    // SAFETY: `places` has set all.
+    // SAFETY: `places` has set all places.
     unsafe { place.assume_init() }
 }
 
@@ -49,10 +49,10 @@ fn places() -> [MaybeUninit<u32>; 16] {
 }
 
 impl WithKernel for &Case {
-    type Output = Said;
+    type Output = KernelResults;
 
     #[inline(always)]
-    fn run<K: Kernel>(self, kernel: K) -> Said {
+    fn run<K: Kernel>(self, kernel: K) -> KernelResults {
         let mut eight = Boxes::<8>::EMPTY;
         for lane in 0..8 {
             eight.set(lane, &self.boxes.get(lane));
@@ -61,7 +61,7 @@ impl WithKernel for &Case {
             let mut out = places();
             (write(&mut out), out)
         };
-        Said {
+        KernelResults {
             behind: std::array::from_fn(|i| kernel.behind(&self.planes[i], &self.boxes)),
             behind_any: kernel.behind_any(&self.planes, &self.boxes),
             not_negative: [

@@ -53,7 +53,7 @@ unsafe fn distance<const N: usize>(
 #[inline(always)]
 fn in_register(number: usize) -> usize {
     let mut same = number;
-    // SAFETY: no instruction at all.
+    // SAFETY: the assembly contains only a comment.
     unsafe { asm!("/* {same} */", same = inout(reg) same, options(pure, nomem, nostack, preserves_flags)) }
     same
 }
@@ -76,7 +76,7 @@ fn sign_bits(lanes: __m256) -> u32 {
 /// AVX2 is available.
 #[inline(always)]
 unsafe fn negative(distance: __m256) -> u32 {
-    // SAFETY: register arithmetic.
+    // SAFETY: the caller provides AVX2; the intrinsics access no memory.
     unsafe { sign_bits(_mm256_cmp_ps::<_CMP_LT_OQ>(distance, _mm256_setzero_ps())) }
 }
 
@@ -84,14 +84,14 @@ unsafe fn negative(distance: __m256) -> u32 {
 /// AVX2 is available.
 #[inline(always)]
 unsafe fn not_negative(distance: __m256) -> u32 {
-    // SAFETY: register arithmetic.
+    // SAFETY: the caller provides AVX2; the intrinsics access no memory.
     unsafe { sign_bits(_mm256_cmp_ps::<_CMP_GE_OQ>(distance, _mm256_setzero_ps())) }
 }
 
 impl Kernel for Avx2 {
     #[inline(always)]
     fn behind(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> u32 {
-        // SAFETY: the token proves AVX2; both halves of sixteen lanes.
+        // SAFETY: the token proves AVX2; lanes 0 to 7 and 8 to 15 exist.
         unsafe {
             let low = negative(distance(plane, plane.far, boxes, 0));
             low | negative(distance(plane, plane.far, boxes, 8)) << 8
@@ -100,7 +100,7 @@ impl Kernel for Avx2 {
 
     #[inline(always)]
     fn behind_any<const N: usize>(self, planes: &[PreparedPlane; N], boxes: &Boxes<16>) -> u32 {
-        // SAFETY: the token proves AVX2; both halves of sixteen lanes.
+        // SAFETY: the token proves AVX2; lanes 0 to 7 and 8 to 15 exist.
         unsafe {
             let zero = _mm256_setzero_ps();
             let (mut low, mut high) = (zero, zero);
@@ -171,7 +171,7 @@ impl Kernel for Avx2 {
 
     #[inline(always)]
     fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
-        // SAFETY: as above; both loads lie within `numbers`.
+        // SAFETY: the token proves AVX2; both loads lie within `numbers`.
         unsafe {
             let (from, to) = (numbers.as_ptr(), out.as_mut_ptr());
             let low = (mask & 0xFF).count_ones() as usize;
@@ -240,7 +240,7 @@ unsafe fn weighted4(rows: &[[f64; 16]; 3], by: [f64; 3], at: usize) -> __m256d {
 #[inline(always)]
 unsafe fn chosen_lanes(mask: u32) -> __m256i {
     let packed = LANES_OF[(mask & 0xFF) as usize];
-    // SAFETY: register arithmetic.
+    // SAFETY: the caller provides AVX2; the intrinsics access no memory.
     unsafe { _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(packed as i64)) }
 }
 

@@ -49,7 +49,7 @@ unsafe fn distance8<const N: usize>(
     boxes: &Boxes<N>,
     at: usize,
 ) -> __m256 {
-    // SAFETY: as above, and the eight lanes exist.
+    // SAFETY: the caller provides AVX-512VL, rows of at most 40, and eight lanes from `at` on.
     unsafe {
         let base = boxes.rows.as_ptr().cast::<f32>().add(at);
         let x = _mm256_loadu_ps(base.add(rows[0] * (N / 8)));
@@ -154,7 +154,7 @@ impl Kernel for Avx512 {
 
     #[inline(always)]
     fn write_sixteen(self, first: u32, out: &mut [MaybeUninit<u32>; 16]) {
-        // SAFETY: as above.
+        // SAFETY: the token proves AVX-512F; the store fills `out` exactly.
         unsafe {
             let ids = _mm512_add_epi32(_mm512_set1_epi32(first as i32), lanes());
             _mm512_storeu_si512(out.as_mut_ptr().cast(), ids);
@@ -171,7 +171,7 @@ impl Kernel for Avx512 {
 
     #[inline(always)]
     fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
-        // SAFETY: as above.
+        // SAFETY: the token proves AVX-512F; both arrays hold sixteen numbers.
         unsafe {
             let all = _mm512_loadu_si512(numbers.as_ptr().cast());
             let chosen = _mm512_maskz_compress_epi32(mask as u16, all);
@@ -217,7 +217,7 @@ unsafe fn far_sides8(normal: [f64; 3], distance: f64, boxes: &EyeBoxes, at: usiz
 /// As for [`far_sides8`].
 #[inline(always)]
 unsafe fn weighted8(rows: &[[f64; 16]; 3], by: [f64; 3], at: usize) -> __m512d {
-    // SAFETY: as there.
+    // SAFETY: the caller guarantees the same as for `far_sides8`.
     unsafe {
         let x = _mm512_mul_pd(_mm512_set1_pd(by[0]), _mm512_loadu_pd(rows[0].as_ptr().add(at)));
         let y = _mm512_mul_pd(_mm512_set1_pd(by[1]), _mm512_loadu_pd(rows[1].as_ptr().add(at)));
@@ -232,6 +232,6 @@ unsafe fn weighted8(rows: &[[f64; 16]; 3], by: [f64; 3], at: usize) -> __m512d {
 /// AVX-512F is available.
 #[inline(always)]
 unsafe fn lanes() -> __m512i {
-    // SAFETY: register arithmetic.
+    // SAFETY: the caller provides AVX-512F; the intrinsic accesses no memory.
     unsafe { _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) }
 }

@@ -193,7 +193,7 @@ impl CoverageBuffer {
         }
     }
 
-    /// Whether all pixels that a polygon touches are covered before its nearest depth. The test finds nearly every
+    /// Whether all pixels that a polygon touches are covered in front of its nearest depth. The test finds nearly every
     /// polygon hidden whose box it finds hidden.
     pub fn hides_polygon(&self, polygon: &ConvexPolygon) -> bool {
         let Some(picture) = self.facets.picture() else { return false };
@@ -331,8 +331,8 @@ struct TestedCorners {
 impl TestedCorners {
     const NONE: Self = Self { eyes: [DVec3::ZERO; SIDES], seen: [([0; 2], 0.0); SIDES], len: 0 };
 
-    /// Adds a corner. Returns `false` if the polygon is visible there. Most tested polygons are visible, and so is one of
-    /// their corners.
+    /// Adds a corner. Returns `false` if the polygon is visible there. Most tested polygons are visible, and most of
+    /// these have a visible corner.
     #[inline(always)]
     fn push(&mut self, eye: DVec3, seen: ([i32; 2], f64), tiles: &Tiles) -> bool {
         (self.eyes[self.len], self.seen[self.len]) = (eye, seen);

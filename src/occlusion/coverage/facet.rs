@@ -225,7 +225,7 @@ impl Facet {
 
     /// An upper bound of the reciprocal depth of a tested polygon, in the tile that begins at pixel (x, y).
     #[inline(always)]
-    pub(super) fn before(&self, x: f64, y: f64) -> Slope {
+    pub(super) fn nearest_in(&self, x: f64, y: f64) -> Slope {
         let [base, by_x, by_y] = self.plane;
         let across = [by_x * SQUARE, by_y * SQUARE];
         let (from, slack) = (base + by_x * x + by_y * y, self.slack(x, y));
@@ -252,7 +252,7 @@ impl Facet {
 
 /// Bounds of a facet's depth, with the terms that are equal for all tiles.
 pub(super) struct Depths {
-    /// The facet's plane, farther by the rounding error.
+    /// The facet's plane, moved away from the eye by the rounding error.
     plane: [f64; 3],
     /// Difference between the plane's least value in a tile and its value at the tile's first corner.
     low: f64,
@@ -263,7 +263,7 @@ pub(super) struct Depths {
 impl Depths {
     /// A lower bound of the facet's reciprocal depth, in the tile that begins at pixel (x, y).
     #[inline(always)]
-    pub(super) fn behind(&self, x: f64, y: f64) -> Slope {
+    pub(super) fn farthest_in(&self, x: f64, y: f64) -> Slope {
         let [base, by_x, by_y] = self.plane;
         let from = base + by_x * x + by_y * y;
         let least = from + self.low;

@@ -120,8 +120,8 @@ impl Facets {
         self.seen.push(seen);
     }
 
-    /// A corner relative to the eye, and its position and reciprocal depth in the last picture. It is stored while there
-    /// is room.
+    /// A corner relative to the eye, and its position and reciprocal depth in the last picture. The result is stored if
+    /// there is room.
     #[inline(always)]
     pub(super) fn see(
         &mut self,
@@ -275,7 +275,7 @@ impl Facets {
                 outline.push(a.at, a.nearness, edge);
             }
             if a_in != b_in {
-                // Both polygons of the edge compute the corner from the same end, so they get the same one.
+                // Both polygons of the edge compute the corner from the same end, so the results are equal.
                 let (low, high) = if from < to { (a.eye, b.eye) } else { (b.eye, a.eye) };
                 let along = (picture.near - low.z) / (high.z - low.z);
                 let mut eye = low + (high - low) * along;

@@ -74,7 +74,7 @@ fn fill<K: Kernel>(kernel: K, facet: &Facet, number: u32, tiles: &mut Tiles) {
             let (x, y) = (column * SIDE, row * SIDE);
             let Some(part) = edges.in_tile(kernel, x as f64, y as f64) else { continue };
             let tile = row * tiles.columns + column;
-            let depth = depths.behind(x as f64, y as f64);
+            let depth = depths.farthest_in(x as f64, y as f64);
             if part.cut == 0 {
                 tiles.fill_whole(tile, number, &depth);
                 continue;
@@ -108,7 +108,7 @@ pub(super) fn is_hidden<K: Kernel>(kernel: K, facet: &Facet, tiles: &Tiles, pict
             let (x, y) = (column * SIDE, row * SIDE);
             let Some(part) = edges.in_tile(kernel, x as f64, y as f64) else { continue };
             let tile = row * tiles.columns + column;
-            let near = facet.before(x as f64, y as f64);
+            let near = facet.nearest_in(x as f64, y as f64);
             if tiles.hides_all(tile, &near) {
                 continue;
             }

@@ -15,8 +15,8 @@
 //!   so a far model gets more pixels. An object that is not wholly in this part counts as visible.
 //! * [`fill`] visits each tile of 8 x 8 pixels that a facet reaches. It finds the samples that the facet covers, and
 //!   the pixels within `MARGIN` of an open edge.
-//! * [`tiles`] joins the facets of a tile that are neighbours to surfaces. A surface covers the pixels of its samples
-//!   except those near its open edges, from the farthest depth of its facets in the tile on.
+//! * [`tiles`] joins the facets of a tile that are neighbours to surfaces. A surface covers the pixels of its samples,
+//!   except pixels near its open edges. It covers them from the farthest depth of its facets in the tile on.
 //! * [`buffer`] calls a box hidden if all pixels that its corners span are covered nearer than its nearest depth. It
 //!   calls a polygon hidden if all pixels that it touches are covered nearer than its nearest depth in their tile. Most
 //!   objects are visible, so two short cuts come first. A box is not hidden if its middle pixel is not covered. A
@@ -24,10 +24,10 @@
 //!
 //! # Why a covered pixel is covered
 //! Let `S` be the facets of one surface in a tile, `p` a pixel of it (closed), and `s` its sample.
-//! 1. *Degree.* Each facet is turned counterclockwise and convex (`set_outline`, in whole numbers). A pair of triangles
-//!    has the outline of both, without the edge that they share. So at a point off its edges its winding number is 0 or
-//!    1, and 1 inside. The sum over `S`, the degree, counts the facets above a point. It is the winding number of the
-//!    sum of all outlines. In this sum, an edge that two neighbours share cancels, because they pass it in opposite
+//! 1. *Degree.* Each facet is convex and counterclockwise (`set_outline`, in whole numbers). A pair of triangles has
+//!    the outline of both, without the edge that they share. So at a point off its edges its winding number is 0 or 1,
+//!    and 1 inside. The sum over `S`, the degree, counts the facets above a point. It is the winding number of the sum
+//!    of all outlines. In this sum, an edge that two neighbours share cancels, because they pass it in opposite
 //!    directions. Only open edges remain, and edges whose neighbour is not in `S`.
 //! 2. *Only open edges come near.* If an edge comes within `MARGIN` of the tile, the neighbouring facet does, too. So
 //!    this facet has an entry there, unless it fills the whole tile (`in_tile`, by twice the margin). In that case its

@@ -15,8 +15,8 @@ use super::{
 /// triangles in one plane lose nothing.
 const LEAST_LEFT: f64 = 0.995;
 
-/// A side that two triangles share: its number in the first triangle, the second triangle, and its number
-/// there.
+/// A side that two triangles share: its number in the first triangle, the second triangle, and its number in the second
+/// triangle.
 #[derive(Clone, Copy)]
 struct Pair {
     side: usize,
@@ -72,7 +72,7 @@ impl Facets {
             } else {
                 (other, self.start_of(&own, side + 2, surfaces))
             };
-            let left = plane_of.share_before(beyond, raster);
+            let left = plane_of.depth_ratio(beyond, raster);
             if left < LEAST_LEFT {
                 return;
             }
@@ -121,7 +121,7 @@ impl Facet {
 
     /// The ratio of a corner's reciprocal depth to that of the facet's plane at the corner's pixel, at most
     /// 1.
-    fn share_before(&self, seen: &Seen, raster: &Raster) -> f64 {
+    fn depth_ratio(&self, seen: &Seen, raster: &Raster) -> f64 {
         let at = raster.flat_in_pixels(seen.eye.x / seen.eye.z, seen.eye.y / seen.eye.z);
         let [base, by_x, by_y] = self.plane;
         let plane = base + by_x * at.x + by_y * at.y + self.slack(at.x, at.y);

@@ -47,7 +47,8 @@ impl Picture {
     pub(super) fn new(window: &ViewWindow, raster: &Raster, usual_m: f64) -> Self {
         // Let `u = 2^-53`. A corner has the size `s` (the sum of its coordinates from the eye), the depth `z`, and a
         // tangent of at most `s / z`. Its position errs by less than `96 (1 + s / z)^2 u` times the pixels of a unit, as
-        // [`super::super::depth`] shows. A corner at the near plane errs by no more, with the size of its edge.
+        // [`super::super::depth`] shows. For a corner at the near plane the same bound holds, if `s` is the sum of the
+        // sizes of its edge's ends.
         const U: f64 = 0.5 * f64::EPSILON;
         let pixels = raster.pixels_a_unit().max_element();
         let known = (KNOWN / (96.0 * U * pixels)).sqrt() - 1.0;

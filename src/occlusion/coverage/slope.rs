@@ -78,13 +78,13 @@ impl Slope {
     /// Whether an object with this lower bound lies in front of an object with the upper bound `other`, in
     /// the whole tile.
     #[inline(always)]
-    pub(super) fn is_before(&self, other: &Self) -> bool {
+    pub(super) fn is_in_front_of(&self, other: &Self) -> bool {
         self.end >= other.end || other.excess(self) <= 0.0
     }
 
     /// A lower bound that is valid for both bounds.
     #[inline(always)]
-    pub(super) fn behind_both(&self, other: &Self) -> Self {
+    pub(super) fn farther_of(&self, other: &Self) -> Self {
         let lower = self.excess(other).max(0.0) * (1.0 + 4.0 * f32::EPSILON);
         let end = self.end.min(other.end);
         let from = self.from - lower;

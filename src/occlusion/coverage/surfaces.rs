@@ -23,7 +23,7 @@ struct Face {
     corners: [u32; SIDES],
     /// For each edge, the same edge of another polygon. All polygons at one edge form a ring.
     next: [EdgeCode; SIDES],
-    /// Whether the drawn polygon has these corners; otherwise, only its solid part.
+    /// Whether these are the corners of the drawn polygon, and not only of its solid part.
     is_whole: bool,
 }
 
@@ -216,7 +216,8 @@ impl Surfaces {
         self.faces.get(id.index()).map_or(&[], Face::corners)
     }
 
-    /// The corners of a polygon as it is drawn; none if it is no occluder, or if only a part of it is.
+    /// The corners of a polygon as it is drawn; none if the polygon is no occluder, or hides only with a part of its
+    /// area.
     #[inline]
     pub(super) fn whole_corners_of(&self, id: PolygonId) -> &[u32] {
         match self.faces.get(id.index()) {

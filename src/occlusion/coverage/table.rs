@@ -32,13 +32,13 @@ impl Table {
         (hash >> 7) as usize & (self.places.len() - 1)
     }
 
-    /// The number with this hash that `is_it` accepts.
+    /// The number that has this hash and that `is_it` accepts.
     #[inline]
     pub(super) fn find(&self, hash: u64, is_it: impl Fn(u32) -> bool) -> Option<u32> {
         self.place(hash, is_it).map(|at| self.places[at])
     }
 
-    /// Position in the table of the number with this hash that `is_it` accepts.
+    /// Table position of the number that has this hash and that `is_it` accepts.
     #[inline]
     fn place(&self, hash: u64, is_it: impl Fn(u32) -> bool) -> Option<usize> {
         if self.places.is_empty() {

@@ -230,23 +230,23 @@ impl WithKernel for &OneTile {
 
 #[test]
 fn neighbours_cover_a_tile_together_from_the_farther_depth_on_and_strangers_each_from_their_own() {
-    let hidden_before = |tiles: &Tiles, pixel: [usize; 2], near: f32| tiles.hides_pixel(pixel, near);
+    let is_hidden_at = |tiles: &Tiles, pixel: [usize; 2], near: f32| tiles.hides_pixel(pixel, near);
     for &backend in Backend::ALL.iter().filter(|backend| backend.is_available()) {
         let run = |are_neighbours, depths, open| backend.run(&OneTile { are_neighbours, depths, open });
         let (tiles, useful) = run(true, [0.5, 0.25], 0);
         assert_eq!(useful, [true; 2]);
-        assert!(tiles.hides_all(0, &Slope::level(0.25)) && !hidden_before(&tiles, [0, 0], 0.4));
+        assert!(tiles.hides_all(0, &Slope::level(0.25)) && !is_hidden_at(&tiles, [0, 0], 0.4));
         let (tiles, useful) = run(false, [0.5, 0.25], 0);
         assert_eq!(useful, [true; 2]);
-        assert!(hidden_before(&tiles, [0, 0], 0.4) && !hidden_before(&tiles, [0, 7], 0.4));
-        assert!(hidden_before(&tiles, [0, 7], 0.25) && tiles.hides_all(0, &Slope::level(0.25)));
+        assert!(is_hidden_at(&tiles, [0, 0], 0.4) && !is_hidden_at(&tiles, [0, 7], 0.4));
+        assert!(is_hidden_at(&tiles, [0, 7], 0.25) && tiles.hides_all(0, &Slope::level(0.25)));
         // A border of one facet takes the pixel from the whole surface, but not from others.
         let border = 1 << 40;
         let [mut joined, mut parted] = [true, false].map(|are| run(are, [0.5, 0.25], border).0);
-        assert!(!hidden_before(&joined, [0, 5], 0.2) && hidden_before(&parted, [0, 5], 0.2));
+        assert!(!is_hidden_at(&joined, [0, 5], 0.2) && is_hidden_at(&parted, [0, 5], 0.2));
         for tiles in [&mut joined, &mut parted] {
             tiles.clear();
-            assert!(!hidden_before(tiles, [0, 0], 0.1) && !tiles.hides_all(0, &Slope::level(0.1)));
+            assert!(!is_hidden_at(tiles, [0, 0], 0.1) && !tiles.hides_all(0, &Slope::level(0.1)));
         }
     }
 }

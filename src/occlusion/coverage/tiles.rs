@@ -1,5 +1,5 @@
-//! The picture as tiles of 8 x 8 pixels. Each tile has a linear bound of the depth beyond which all of it is covered. If
-//! surfaces cover some pixels nearer, each pixel has a depth, too.
+//! The picture as tiles of 8 x 8 pixels. Each tile has a linear bound of the depth beyond which all of it is covered.
+//! If some of its pixels are covered at nearer depths, the tile also has a depth for each pixel.
 
 use super::{
     picture::STEPS,
@@ -31,7 +31,7 @@ pub(super) struct Part {
     pub(super) depth: Slope,
 }
 
-/// See [`Entry::before`].
+/// See [`Entry::previous_root`].
 const USEFUL: u32 = NONE - 1;
 
 /// The part of one facet in a tile.
@@ -40,10 +40,10 @@ struct Entry {
     part: Part,
     facet: u32,
     tile: u32,
-    /// An earlier entry of the same surface in the tile. The first one, the surface's root, refers to itself.
+    /// An earlier entry of the same surface in the tile. The first entry is the surface's root, and refers to itself.
     parent: u32,
-    /// A root stores the root before it in the tile; at last [`USEFUL`], if the surface hides anything.
-    before: u32,
+    /// For a root, the previous root in the tile; later [`USEFUL`], if the surface hides anything.
+    previous_root: u32,
 }
 
 /// The tiles that a facet reaches.
@@ -215,7 +215,7 @@ impl Tiles {
     pub(super) fn push(&mut self, [column, row]: [usize; 2], facet: u32, part: Part) {
         let parent = self.entries.len() as u32;
         let tile = (row * self.columns + column) as u32;
-        self.entries.push(Entry { part, facet, tile, parent, before: NONE });
+        self.entries.push(Entry { part, facet, tile, parent, previous_root: NONE });
         let reach = &mut self.reaches[facet as usize];
         let bit = |place| 1_u64.checked_shl(place);
         reach.present |= reach.place(column, row).and_then(bit).unwrap_or(0);
@@ -265,13 +265,13 @@ impl Tiles {
             let part = self.entries[number].part;
             if root as usize == number {
                 let last = &mut self.last[self.entries[number].tile as usize];
-                self.entries[number].before = std::mem::replace(last, root);
+                self.entries[number].previous_root = std::mem::replace(last, root);
             } else {
                 self.entries[number].parent = root;
                 let sum = &mut self.entries[root as usize].part;
                 sum.covered |= part.covered;
                 sum.open |= part.open;
-                sum.depth = sum.depth.behind_both(&part.depth);
+                sum.depth = sum.depth.farther_of(&part.depth);
             }
         }
         self.useful.clear();
@@ -291,7 +291,7 @@ impl Tiles {
             }
         }
         for entry in &self.entries {
-            self.useful[entry.facet as usize] |= self.entries[entry.parent as usize].before == USEFUL;
+            self.useful[entry.facet as usize] |= self.entries[entry.parent as usize].previous_root == USEFUL;
         }
     }
 
@@ -301,11 +301,11 @@ impl Tiles {
         self.surfaces.clear();
         let mut at = self.last[tile];
         while at != NONE {
-            let Entry { part: Part { covered, open, depth }, before, .. } = self.entries[at as usize];
+            let Entry { part: Part { covered, open, depth }, previous_root, .. } = self.entries[at as usize];
             if covered & !open != 0 {
                 self.surfaces.push((depth.end, at));
             }
-            at = before;
+            at = previous_root;
         }
         if self.surfaces.len() > 1 {
             self.surfaces.sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
@@ -314,7 +314,7 @@ impl Tiles {
             let (_, root) = self.surfaces[k];
             let part = self.entries[root as usize].part;
             if self.add_surface(kernel, tile, &part) {
-                self.entries[root as usize].before = USEFUL;
+                self.entries[root as usize].previous_root = USEFUL;
             }
         }
     }
@@ -362,7 +362,7 @@ impl Tiles {
     #[inline(always)]
     pub(super) fn hides_all(&self, tile: usize, near: &Slope) -> bool {
         let (all, slope) = (self.all[tile], &self.slopes[tile]);
-        all > 0.0 && (all >= near.end || slope.end > 0.0 && slope.is_before(near))
+        all > 0.0 && (all >= near.end || slope.end > 0.0 && slope.is_in_front_of(near))
     }
 
     /// Whether these pixels of a tile are covered in front of the upper bound `near`. Call it only if
@@ -375,16 +375,16 @@ impl Tiles {
         let mut hidden = 0;
         for group in 0..GROUPS {
             let (depths, bound) = (&self.depths[tile].0[group], near.most_in_pixels(group));
-            let mut before = [0.0; ROWS];
+            let mut margin = [0.0; ROWS];
             for k in 0..ROWS {
-                before[k] = depths[k] - bound[k];
+                margin[k] = depths[k] - bound[k];
             }
-            hidden |= u64::from(kernel.not_negative(&before)) << (group * ROWS);
+            hidden |= u64::from(kernel.not_negative(&margin)) << (group * ROWS);
         }
         pixels & !hidden == 0
     }
 
-    /// Whether these pixels of a tile are covered before the reciprocal depth `near`.
+    /// Whether these pixels of a tile are covered in front of the reciprocal depth `near`.
     #[inline(always)]
     fn hides_level<K: Kernel>(&self, kernel: K, tile: usize, pixels: u64, near: f32) -> bool {
         if self.all[tile] >= near || !self.is_fine[tile] {
@@ -392,16 +392,16 @@ impl Tiles {
         }
         let mut hidden = 0;
         for group in 0..GROUPS {
-            let (depths, mut before) = (&self.depths[tile].0[group], [0.0; ROWS]);
+            let (depths, mut margin) = (&self.depths[tile].0[group], [0.0; ROWS]);
             for k in 0..ROWS {
-                before[k] = depths[k] - near;
+                margin[k] = depths[k] - near;
             }
-            hidden |= u64::from(kernel.not_negative(&before)) << (group * ROWS);
+            hidden |= u64::from(kernel.not_negative(&margin)) << (group * ROWS);
         }
         pixels & !hidden == 0
     }
 
-    /// Whether the pixel of a polygon's corner may be covered before the corner. `at` is the corner's position in
+    /// Whether the pixel of a polygon's corner may be covered in front of the corner. `at` is the corner's position in
     /// steps, `nearness` its reciprocal depth.
     ///
     /// A bound is the farthest depth of a covering surface in a tile. The polygon touches this pixel, so it is visible if
@@ -418,8 +418,8 @@ impl Tiles {
         let bit = y % SIDE * SIDE + x % SIDE;
         let [u, v] = at.map(|v| (v & TILE_STEPS) as f32 * (1.0 / (TILE_STEPS + 1) as f32));
         let near = nearness as f32;
-        let is_before = |bound: &Slope| bound.end >= near || bound.at(u, v) >= near;
-        self.all[tile] > 0.0 && (self.all[tile] >= near || is_before(&self.slopes[tile]))
+        let is_in_front = |bound: &Slope| bound.end >= near || bound.at(u, v) >= near;
+        self.all[tile] > 0.0 && (self.all[tile] >= near || is_in_front(&self.slopes[tile]))
             || self.is_fine[tile] && self.depths[tile].0[bit / ROWS][bit % ROWS] >= near
     }
 

@@ -25,7 +25,7 @@ impl ShadowTree {
         let children = first.nodes.iter_mut().flat_map(|node| [&mut node.front, &mut node.back]);
         for child in children.chain([&mut first.top]) {
             if is_later(*child) {
-                *child = Child::OUT;
+                *child = Child::UNOCCLUDED;
             }
         }
         first

@@ -181,13 +181,13 @@ fn culling_is_that_of_whole_boxes_each_polygon_once() {
             let by = Vec3::X * rng.unit();
             let (id, moved) = (PolygonId(id as u32), polygons[id].map(|p| p + by));
             if id.0 % 2 == 0 {
-                tree.remove(id).expect("it is filed");
-                reference.remove(id).expect("it is filed");
+                tree.remove(id).expect("it is inserted");
+                reference.remove(id).expect("it is inserted");
                 // Of no polygon.
                 tree.shape(id, &moved);
             } else {
-                tree.update(id, &moved.bounds()).expect("it is filed");
-                reference.update(id, &moved.bounds()).expect("it is filed");
+                tree.update(id, &moved.bounds()).expect("it is inserted");
+                reference.update(id, &moved.bounds()).expect("it is inserted");
                 if id.0 % 4 == 1 {
                     tree.shape(id, &moved);
                 }
@@ -326,7 +326,7 @@ fn in_a_pipeline_the_tree_reads_the_polygons() {
             for &change in changes {
                 let Change::Update(id) = change else { continue };
                 world.0[id.index()] = world.0[id.index()].map(|p| p + Vec3::new(0.1, 0.2, 0.3));
-                told.update(id, &world.bounds(id)).expect("it is filed");
+                told.update(id, &world.bounds(id)).expect("it is inserted");
                 told.shape(id, &world.0[id.index()]);
             }
             told.commit();

@@ -22,7 +22,7 @@ use osp_rivals::IndexKind;
 use osp_session::scene::Scene;
 use osp_testkit::allocations;
 
-fn filed(kind: IndexKind, told: &Told) -> Box<dyn SpatialIndex> {
+fn inserted(kind: IndexKind, told: &Told) -> Box<dyn SpatialIndex> {
     let config = IndexConfig::default();
     // With the default limit, so few polygons would stay a plain list.
     let mut index: Box<dyn SpatialIndex> = match kind {
@@ -98,12 +98,12 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
     let count = if cfg!(debug_assertions) { 4 } else { usize::MAX };
     for view in views().into_iter().take(count) {
         let mut all = Vec::new();
-        filed(IndexKind::BruteForce, &told).frustum_cull(&view.frustum(), &mut all);
+        inserted(IndexKind::BruteForce, &told).frustum_cull(&view.frustum(), &mut all);
         let truth = truth(&told, &view, &all);
         let visible: BTreeSet<u32> =
             truth.iter().filter(|(_, sight)| *sight == Sight::Visible).map(|(id, _)| id.0).collect();
         for index_kind in IndexKind::ALL {
-            let index = filed(*index_kind, &told);
+            let index = inserted(*index_kind, &told);
             for kind in Method::conservative_cullers() {
                 for node_test in [NodeTest::Sphere, NodeTest::Box, NodeTest::Outline] {
                     for (polygon_test, least_polygons) in [
@@ -160,7 +160,7 @@ fn input<'a>(
 #[test]
 fn a_box_test_hides_at_least_what_a_sphere_test_hides() {
     let told = hall();
-    let index = filed(IndexKind::Osp, &told);
+    let index = inserted(IndexKind::Osp, &told);
     let mut drawn_by = [0, 0];
     for view in views() {
         for (i, node_test) in [NodeTest::Sphere, NodeTest::Box].into_iter().enumerate() {
@@ -182,7 +182,7 @@ fn a_box_test_hides_at_least_what_a_sphere_test_hides() {
 #[test]
 fn steady_frames_allocate_nothing() {
     let told = hall();
-    let index = filed(IndexKind::Osp, &told);
+    let index = inserted(IndexKind::Osp, &told);
     for kind in Method::CULLERS {
         let config = OcclusionConfig {
             select: SelectConfig { occluders: 32, ..SelectConfig::default() },

@@ -1,4 +1,4 @@
-//! Groups that move as a whole: the same answers as where each of their polygons is filed anew.
+//! Groups that move as a whole: the same answers as where each of their polygons is inserted again.
 
 use glam::Affine3A;
 use osp::{
@@ -86,7 +86,7 @@ fn ids(lists: &[VisibleBlocks]) -> Vec<Vec<PolygonId>> {
 }
 
 #[test]
-fn groups_that_move_as_a_whole_are_seen_as_if_each_polygon_were_filed_anew() {
+fn groups_that_move_as_a_whole_are_seen_as_if_each_polygon_were_inserted_again() {
     let (mut places, mut in_spaces, mut seen, mut met) = (0, 0, 0, 0);
     for seed in 0..60 {
         let mut random = Random(Pcg64::new(seed, 7));
@@ -199,7 +199,7 @@ fn a_group_that_is_dragged_costs_one_change() {
         assert_eq!((record.polygons, record.visible), (3000, 3000));
         assert!(frame < 2 || record.work.boxes < 100, "{:?}", record.work);
     }
-    // Twice each polygon is filed; from then on the group is.
+    // Twice each polygon is inserted; from then on the group is.
     assert_eq!(told[..2], [(3000, 6000), (3000, 9000)]);
     assert!(told[2..].iter().all(|told| *told == (1, 9000)), "{told:?}");
 }

@@ -20,7 +20,7 @@ export class SceneCuller {
   /** Meshes by id. An unused id is a hole. */
   #meshes = [];
   #boxes = new Float64Array(0);
-  #isFiled = new Uint8Array(0);
+  #isInserted = new Uint8Array(0);
   /** By id: the last frame in which the mesh was in the scene. */
   #frameOf = new Uint32Array(0);
   #frame = 0;
@@ -64,7 +64,7 @@ export class SceneCuller {
     const id = this.#free.pop() ?? this.#meshes.length;
     this.#meshes[id] = mesh;
     this.#ids.set(mesh, id);
-    if (id >= this.#isFiled.length) this.#grow(2 * id + 64);
+    if (id >= this.#isInserted.length) this.#grow(2 * id + 64);
     return id;
   }
 
@@ -76,8 +76,8 @@ export class SceneCuller {
   }
 
   #unfile(id) {
-    if (this.#isFiled[id]) this.#osp.remove(Uint32Array.of(id));
-    this.#isFiled[id] = 0;
+    if (this.#isInserted[id]) this.#osp.remove(Uint32Array.of(id));
+    this.#isInserted[id] = 0;
   }
 
   #grow(length) {
@@ -87,7 +87,7 @@ export class SceneCuller {
       return copy;
     };
     this.#boxes = longer(this.#boxes, BOX);
-    this.#isFiled = longer(this.#isFiled, 1);
+    this.#isInserted = longer(this.#isInserted, 1);
     this.#frameOf = longer(this.#frameOf, 1);
     this.#found = longer(this.#found, 1);
   }
@@ -138,8 +138,8 @@ export class SceneCuller {
         const id = this.#ids.get(mesh) ?? this.#came(mesh);
         this.#frameOf[id] = this.#frame;
         if (isAlwaysAsked(mesh)) this.#unfile(id);
-        else if (this.#isMoved(mesh, id)) (this.#isFiled[id] ? ids.moved : ids.came).push(id);
-        if (!this.#isFiled[id] && ids.came.at(-1) !== id) always.push(mesh);
+        else if (this.#isMoved(mesh, id)) (this.#isInserted[id] ? ids.moved : ids.came).push(id);
+        if (!this.#isInserted[id] && ids.came.at(-1) !== id) always.push(mesh);
       }
       if (this.#ids.size > this.#scene.meshes.length) {
         for (const [mesh, id] of this.#ids) if (this.#frameOf[id] !== this.#frame) this.#went(mesh, id);
@@ -151,7 +151,7 @@ export class SceneCuller {
       for (const id of [...ids.moved, ...ids.came]) this.#boxes[BOX * id] = NaN;
       throw error;
     }
-    for (const id of ids.came) this.#isFiled[id] = 1;
+    for (const id of ids.came) this.#isInserted[id] = 1;
     this.#osp.commit();
     return always;
   }
@@ -169,7 +169,7 @@ export class SceneCuller {
       boxes[at + 3] === high.x &&
       boxes[at + 4] === high.y &&
       boxes[at + 5] === high.z;
-    if (isSame && this.#isFiled[id]) return false;
+    if (isSame && this.#isInserted[id]) return false;
     const box = [low.x, low.y, low.z, high.x, high.y, high.z];
     const isFinite = box.every((v) => Number.isFinite(Math.fround(v)));
     if (!isFinite || low.x > high.x || low.y > high.y || low.z > high.z) {

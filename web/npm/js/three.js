@@ -12,7 +12,7 @@ const TAKEN = new WeakSet();
 
 /** State bits of an instance: it is in the mesh; it is in the index; it waits for the index; its visibility is true. */
 const PRESENT = 1,
-  FILED = 2,
+  INSERTED = 2,
   CHANGED = 4,
   SHOWN = 8;
 
@@ -174,7 +174,7 @@ export class BatchedMeshCuller {
     if (camera.clipFromWorld !== undefined) {
       return this.#inClipOf(this.#clipFromMesh.fromArray(camera.clipFromWorld), camera.depth ?? "webgl");
     }
-    if (drawsForSeveralEyes(camera)) return this.#allFiled();
+    if (drawsForSeveralEyes(camera)) return this.#allInserted();
     camera.updateWorldMatrix(true, false);
     const clipFromWorld = this.#clipFromMesh.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
     return this.#inClipOf(clipFromWorld, hasDepthFromZero(camera) ? "webgpu" : "webgl");
@@ -185,14 +185,14 @@ export class BatchedMeshCuller {
       return this.#osp.cull(clipFromWorld.multiply(this.#mesh.matrixWorld).elements, { depth });
     } catch (error) {
       // A matrix without an inverse: a canvas without height, a mesh scaled to nothing, a pose that is not finite.
-      if (error instanceof RangeError) return this.#allFiled();
+      if (error instanceof RangeError) return this.#allInserted();
       throw error;
     }
   }
 
-  #allFiled() {
+  #allInserted() {
     const ids = [];
-    for (let id = 0; id < this.#state.length; id++) if (this.#state[id] & FILED) ids.push(id);
+    for (let id = 0; id < this.#state.length; id++) if (this.#state[id] & INSERTED) ids.push(id);
     return ids;
   }
 
@@ -207,20 +207,20 @@ export class BatchedMeshCuller {
       const state = this.#state[id];
       const box = state & PRESENT ? this.#boxOf(id) : null;
       if (box === null) {
-        if (state & FILED) gone.push(id);
+        if (state & INSERTED) gone.push(id);
         continue;
       }
-      const batch = state & FILED ? moved : came;
+      const batch = state & INSERTED ? moved : came;
       batch.ids[batch.count] = id;
       batch.boxes.set(box, 6 * batch.count++);
     }
     const ids = (batch) => batch.ids.subarray(0, batch.count);
     const boxes = (batch) => batch.boxes.subarray(0, 6 * batch.count);
     if (gone.length > 0) this.#osp.remove(Uint32Array.from(gone));
-    for (const id of gone) this.#state[id] &= ~FILED;
+    for (const id of gone) this.#state[id] &= ~INSERTED;
     if (moved.count > 0) this.#osp.update(ids(moved), boxes(moved));
     if (came.count > 0) this.#osp.insert(ids(came), boxes(came));
-    for (const id of ids(came)) this.#state[id] |= FILED;
+    for (const id of ids(came)) this.#state[id] |= INSERTED;
     for (const id of this.#changed) this.#state[id] &= ~CHANGED;
     this.#fresh = this.#fresh.concat(this.#changed);
     this.#changed = [];
@@ -257,10 +257,10 @@ export class BatchedMeshCuller {
 
   /** Hides an instance that is in the index but was not found in this frame. */
   #hideUnseen(id) {
-    const isShown = PRESENT | FILED | SHOWN;
+    const isShown = PRESENT | INSERTED | SHOWN;
     if ((this.#state[id] & isShown) === isShown && this.#seen[id] !== this.#frame) this.#show(id, false);
     // Without a box the instance's place is unknown, so it is drawn.
-    if ((this.#state[id] & (PRESENT | FILED | SHOWN)) === PRESENT) this.#show(id, true);
+    if ((this.#state[id] & (PRESENT | INSERTED | SHOWN)) === PRESENT) this.#show(id, true);
   }
 }
 

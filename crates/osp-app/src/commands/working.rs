@@ -29,7 +29,7 @@ impl Studio {
         };
     }
 
-    /// Like [`Studio::work_beside`], but without a thread: each call of [`Studio::tend`] works for the time `turn`.
+    /// Does the same as [`Studio::work_beside`], but without a thread: each call of [`Studio::tend`] works for the time `turn`.
     pub fn work_in_turns(&mut self, turn: Duration) {
         self.work.mode = WorkMode::Turns(turn);
     }

@@ -74,7 +74,7 @@ impl CullingPlan {
         Indexed { plan: self, root, pipeline, took }
     }
 
-    /// Like [`CullingPlan::index`], in steps.
+    /// Does the same as [`CullingPlan::index`], in steps.
     pub(crate) fn begin_index(self, scene: &Scene, bounds: &Aabb) -> Indexing {
         let root = root_for(bounds);
         let pipeline = self.pipeline(root, scene.polygon_count());

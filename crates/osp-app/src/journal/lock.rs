@@ -99,7 +99,7 @@ pub(crate) enum NotTaken {
     Failed(io::Error),
 }
 
-/// The right to write a session. One program has it, from opening to closing.
+/// The right to write a session. One program has this right while the session is open.
 ///
 /// It is an advisory lock on a lock file beside the session, `NAME.ron.open`. The session itself is not
 /// locked, because it need not exist yet. Also, a program that replaces the session (by a rename) would leave the lock
@@ -110,8 +110,8 @@ pub(crate) enum NotTaken {
 /// [`SessionFile`](super::session_file::SessionFile)). The lock file contains the number of the process that has the
 /// session. A regular closing of the session removes the lock file; after a crash it stays, but unlocked.
 ///
-/// If the file system has no locks (some network shares), the process in the lock file's text counts as the owner. Then
-/// two programs that start within the same instant may both take the session.
+/// If the file system has no locks (some network shares), the process in the lock file's text counts as the owner. In
+/// this case two programs that start at the same instant may both take the session.
 #[derive(Debug)]
 pub(crate) struct SessionLock {
     /// `None` if no file can be created in the folder.

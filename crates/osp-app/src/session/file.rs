@@ -39,7 +39,7 @@ impl Session {
         Self::recover_or_new_within(autosaves, Limits::DEFAULT)
     }
 
-    /// Like [`Session::recover_or_new`], with limits.
+    /// Does the same as [`Session::recover_or_new`], with limits.
     pub fn recover_or_new_within(autosaves: &Autosaves, limits: Limits) -> (Self, Opened) {
         let mut opened = Opened::default();
         for path in autosaves.marked() {
@@ -80,7 +80,7 @@ impl Session {
         Self::open_as(path, autosaves, Opening::default())
     }
 
-    /// Like [`Session::open`], with options.
+    /// Does the same as [`Session::open`], with options.
     ///
     /// # Errors
     /// The errors of [`Session::open`]. Read-only or as a copy, the session may be open in another window.
@@ -88,7 +88,7 @@ impl Session {
         Self::open_watched(path, autosaves, how, &|_| true)
     }
 
-    /// Like [`Session::open_as`], with progress: calls `go_on` regularly with the number of events read.
+    /// Does the same as [`Session::open_as`], with progress: calls `go_on` regularly with the number of events read.
     ///
     /// # Errors
     /// The errors of [`Session::open_as`], or [`OpenError::Cancelled`] if `go_on` returned `false`.
@@ -279,7 +279,7 @@ impl Session {
     }
 }
 
-/// The folder of a file, if it does not exist.
+/// The folder of a file, if this folder does not exist.
 fn missing_folder(path: &Path) -> Option<PathBuf> {
     let Ok(Destination::File(target)) = Destination::of(path) else { return None };
     let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty())?;

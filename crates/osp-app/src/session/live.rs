@@ -53,7 +53,7 @@ pub struct Live {
     was_taken: bool,
     /// Events that were received but are not in the model yet.
     inbox: Inbox,
-    /// Duration in each frame for events from the inbox.
+    /// Limits the time that each frame spends on events from the inbox.
     turns: Turns,
     /// Whether the last slice left events in the inbox.
     is_behind: bool,

@@ -24,7 +24,7 @@ pub(super) fn frame_number(packet: &str) -> Option<u32> {
     })
 }
 
-/// Like [`parse_line`], and reports the name of an unknown brush.
+/// Does the same as [`parse_line`], and reports the name of an unknown brush.
 pub(super) fn parse_line_noting(
     line: &str,
     unknown: &mut dyn FnMut(&str),

@@ -21,8 +21,8 @@
 //! `transport`.
 //!
 //! In OSC, the messages have the addresses `/osp/head`, `/osp/hand`, `/osp/brush`, `/osp/erase`, `/osp/undo`,
-//! `/osp/redo`, alone or in bundles. Their numbers are floats, but the hand is an integer, and tool and normal are
-//! strings. A key is `/osp/key` with a string, the first message of a bundle.
+//! `/osp/redo`, alone or in bundles. Numbers in these messages are floats; only the hand is an integer. The tool and
+//! the normal are strings. A key is `/osp/key` with a string, the first message of a bundle.
 //!
 //! Packets of ART's DTrack (ASCII) are accepted on the same socket ([`parse_dtrack`]). Body 0 is the head, and
 //! Flysticks are the hands. A hand draws while its first button is pressed.

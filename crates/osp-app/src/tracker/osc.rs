@@ -22,7 +22,7 @@ pub fn parse_osc(bytes: &[u8], out: &mut Vec<Message>) -> u64 {
     parse_osc_noting(bytes, out, &mut |_| {})
 }
 
-/// Like [`parse_osc`], and reports the names of unknown brushes.
+/// Does the same as [`parse_osc`], and reports the names of unknown brushes.
 pub(super) fn parse_osc_noting(bytes: &[u8], out: &mut Vec<Message>, unknown: &mut dyn FnMut(&str)) -> u64 {
     take_packet(bytes, 0, out, unknown)
 }

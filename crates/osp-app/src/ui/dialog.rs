@@ -56,8 +56,8 @@ impl PathPurpose {
         }
     }
 
-    /// The command for a path from the system's dialog. That dialog has confirmed the replacement of a file, but not
-    /// for a name whose ending is added here.
+    /// The command for a path from the system's dialog, in which the user has confirmed to replace the file at this
+    /// path. If an ending is added here, the path is another one and needs a new confirmation.
     fn command_of_chosen(self, path: PathBuf) -> Command {
         let is_whole = path.extension().is_some();
         match (self, is_whole && ASKS_ITSELF) {

@@ -108,7 +108,7 @@ impl GroupList {
         let axis = self.axis.get_or_insert(Placing::STAY.axis);
         ui.horizontal(|ui| {
             ui.label("turn about")
-                .on_hover_text("the axis of the turn: any direction in the space of its parent group");
+                .on_hover_text("the axis of rotation: any direction in the space of the parent group");
             for (way, name) in [(&mut axis.x, "axis x"), (&mut axis.y, "axis y"), (&mut axis.z, "axis z")] {
                 let label = ui.label(name);
                 let value = DragValue::new(way).speed(0.01).range(-1.0..=1.0).max_decimals(2);

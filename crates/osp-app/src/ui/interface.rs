@@ -475,7 +475,7 @@ const LESSON: [&str; 5] = [
     "2  Drag with the right button to orbit; turn the wheel to come nearer.",
     "3  Choose tools, brushes and colours on the left. Ctrl+Z undoes the last step.",
     "4  Press V and click strokes to move, turn, scale or recolour them.",
-    "5  All is saved as you draw; Ctrl+S gives it a name. F1: this and all keys.",
+    "5  The drawing is saved as you draw; Ctrl+S gives it a name. F1: these steps and all keys.",
 ];
 
 /// Width of the help's two lists side by side, points.

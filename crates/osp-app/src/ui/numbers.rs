@@ -260,7 +260,7 @@ fn layers(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     if layers.pyramid {
         ui.add(Slider::new(&mut layers.pyramid_level, 1..=13).text("level"));
         if studio.culling().occlusion() != Method::Hzb {
-            ui.weak("only hzb has one: choose hzb under occlusion");
+            ui.weak("only hzb has a pyramid: choose hzb under occlusion");
         }
     }
     if layers != studio.layers() {

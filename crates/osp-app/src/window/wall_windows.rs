@@ -106,8 +106,8 @@ pub(crate) fn open_node_windows(
     Ok(windows_of(event_loop, &numbered(event_loop), walls_of_one(room))?.0)
 }
 
-/// Opens the windows of a rig, which have no panels. The first window, which controls them, moves to a monitor that
-/// none of them covers. Returns a remark if no such monitor exists.
+/// Opens the windows of a rig, which have no panels. The control window moves to a monitor that no window of the rig
+/// covers. Returns a remark if no such monitor exists.
 pub(super) fn open_walls(
     event_loop: &ActiveEventLoop,
     studio: &Studio,

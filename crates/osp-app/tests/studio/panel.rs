@@ -384,7 +384,7 @@ fn a_key_shows_the_depth_pyramid_and_the_panel_says_what_it_needs() {
     assert!(!harness.state().studio.layers().pyramid);
     harness.press(Key::F3);
     assert!(harness.state().studio.layers().pyramid);
-    let needs = "only hzb has one: choose hzb under occlusion";
+    let needs = "only hzb has a pyramid: choose hzb under occlusion";
     assert!(harness.query_by_label(needs).is_some());
     let hzb = Method::Hzb;
     harness.command(Command::Occlusion(hzb));

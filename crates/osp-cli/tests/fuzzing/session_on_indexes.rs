@@ -74,7 +74,7 @@ fn check_scene(scene: &Scene) {
     }
 }
 
-fn filed(scene: &Scene) -> impl Iterator<Item = PolygonId> + '_ {
+fn inserted(scene: &Scene) -> impl Iterator<Item = PolygonId> + '_ {
     scene.visible_ids().filter(|&id| scene.bounds(id).is_valid())
 }
 
@@ -89,9 +89,9 @@ fn check_lane(lane: &Pipeline, scene: &Scene, view: &View, frame: usize) {
     if let Err(fault) = index.validate() {
         panic!("{name}, frame {frame}: {fault}");
     }
-    assert_eq!(index.len(), filed(scene).count(), "{name}, frame {frame}: polygons filed");
+    assert_eq!(index.len(), inserted(scene).count(), "{name}, frame {frame}: polygons inserted");
     let frustum = view.frustum();
-    let expected: Vec<PolygonId> = filed(scene).filter(|&id| frustum.may_see(&scene.bounds(id))).collect();
+    let expected: Vec<PolygonId> = inserted(scene).filter(|&id| frustum.may_see(&scene.bounds(id))).collect();
     let found = lane.in_view().to_vec();
     assert_eq!(found.len(), lane.in_view().len(), "{name}, frame {frame}: polygons counted");
     assert_eq!(found, expected, "{name}, frame {frame}: what {view:?} may see");
@@ -104,16 +104,17 @@ fn check_queries(lanes: &[Pipeline], scene: &Scene, u: &mut Input<'_>, frame: us
     let t_max = [f32::INFINITY, 1.0][below(u, 2)];
     let sphere = Sphere { center: input::near_point(u), radius_m: input::unit(u) * 2.0 };
     let count = below(u, 20);
-    let touching: Vec<PolygonId> = filed(scene).filter(|&id| scene.bounds(id).intersects(&bounds)).collect();
+    let touching: Vec<PolygonId> =
+        inserted(scene).filter(|&id| scene.bounds(id).intersects(&bounds)).collect();
     let within = |id: PolygonId| scene.bounds(id).distance_squared(sphere.center) <= sphere.radius_m.powi(2);
-    let inside: Vec<PolygonId> = filed(scene).filter(|&id| within(id)).collect();
+    let inside: Vec<PolygonId> = inserted(scene).filter(|&id| within(id)).collect();
     // An index may rely on a hit lying in the polygon's box; rounding can put it a little before.
     let hit = |id: PolygonId| {
         let entered = ray.enter_box(&scene.bounds(id), t_max)?;
         scene.polygon(id).meet(&ray).map(|t| t.max(entered))
     };
     let mut expected: Option<(PolygonId, f32)> = None;
-    for id in filed(scene) {
+    for id in inserted(scene) {
         if let Some(t) = hit(id)
             && t <= t_max
             && expected.is_none_or(|(_, best)| t < best)
@@ -123,7 +124,7 @@ fn check_queries(lanes: &[Pipeline], scene: &Scene, u: &mut Input<'_>, frame: us
     }
     let distance_m = |id: PolygonId| scene.bounds(id).distance_squared(sphere.center).sqrt();
     let mut nearest: Vec<(PolygonId, f32)> =
-        filed(scene).map(|id| (id, distance_m(id))).filter(|(_, d)| !d.is_nan()).collect();
+        inserted(scene).map(|id| (id, distance_m(id))).filter(|(_, d)| !d.is_nan()).collect();
     nearest.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
     nearest.truncate(count);
     for lane in lanes {

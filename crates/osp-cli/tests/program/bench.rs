@@ -168,7 +168,7 @@ fn the_text_is_short_and_all_of_it_is_there_when_it_is_asked_for() {
     for words in [
         "growth/still, scribble-600: 600 polygons",
         "break even",
-        "entries filed",
+        "entries inserted",
         "moving/100 instances",
         " lbvh ",
     ] {

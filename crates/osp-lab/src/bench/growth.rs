@@ -146,7 +146,7 @@ struct Subject<'a> {
     wants_shapes: bool,
     draw_list: Vec<PolygonId>,
     /// Number of polygons of the fill, and of all polygons.
-    filed: usize,
+    inserted: usize,
     most: usize,
     /// Number of polygons inserted since the fill.
     more: usize,
@@ -170,14 +170,14 @@ impl Frame {
 }
 
 impl<'a> Subject<'a> {
-    fn filled(kind: Contender, drawing: &'a Drawing, filed: usize, most: usize) -> Self {
+    fn filled(kind: Contender, drawing: &'a Drawing, inserted: usize, most: usize) -> Self {
         let mut index = kind.create(&IndexConfig { capacity: most, ..IndexConfig::default() });
         let draw_list = Vec::with_capacity(most + ROOM_BEHIND);
         let wants_shapes = Bsp::of(&mut *index).is_some();
         let mut subject =
-            Self { index, drawing, wants_shapes, draw_list, filed, most, more: 0, fill_ns: 0.0, bytes: 0 };
+            Self { index, drawing, wants_shapes, draw_list, inserted, most, more: 0, fill_ns: 0.0, bytes: 0 };
         let start = Instant::now();
-        subject.insert(0..filed);
+        subject.insert(0..inserted);
         subject.index.commit();
         subject.fill_ns = start.elapsed().as_nanos() as f64;
         subject.bytes = subject.index.bytes();
@@ -189,8 +189,8 @@ impl<'a> Subject<'a> {
         for (bounds, at) in self.drawing.boxes[range].iter().zip(first..) {
             let id = PolygonId(at as u32);
             // Boxes of a synthetic session are finite, and each id is inserted once, so no error can occur.
-            let filed = self.index.insert(id, bounds);
-            debug_assert_eq!(filed, Ok(()));
+            let inserted = self.index.insert(id, bounds);
+            debug_assert_eq!(inserted, Ok(()));
             if self.wants_shapes
                 && let Some(shape) = self.drawing.shapes.get(at)
                 && let Some(tree) = Bsp::of(&mut *self.index)
@@ -202,12 +202,12 @@ impl<'a> Subject<'a> {
 
     /// Number of polygons that are not inserted yet.
     fn left(&self) -> usize {
-        self.most - self.filed - self.more
+        self.most - self.inserted - self.more
     }
 
     /// Measures a frame that inserts `batch` polygons.
     fn frame(&mut self, batch: usize, frustum: &Frustum) -> Frame {
-        let first = self.filed + self.more;
+        let first = self.inserted + self.more;
         let start = Instant::now();
         self.insert(first..first + batch);
         self.index.commit();
@@ -236,7 +236,7 @@ impl<'a> Subject<'a> {
 
     /// Removes the polygons that were inserted since the fill.
     fn take_out(&mut self) {
-        for id in self.filed..self.filed + self.more {
+        for id in self.inserted..self.inserted + self.more {
             let gone = self.index.remove(PolygonId(id as u32));
             debug_assert_eq!(gone, Ok(()));
         }
@@ -245,7 +245,7 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// The frames of an index, each with the frame of the reference that was measured in turn.
+/// The frames of an index, each with the reference's frame that was measured beside it.
 #[derive(Default)]
 struct Pairs(Vec<(Frame, Frame)>);
 
@@ -321,7 +321,7 @@ fn measure(
     };
     let share = config.budget_secs / 3.0;
     let batch = config.batch as usize;
-    let polygons = subject.filed.max(1) as f64;
+    let polygons = subject.inserted.max(1) as f64;
     let index = subject.index.name();
     let inserting = Pairs::measure(subject, reference, batch, path(CameraChoice::Inside), share);
     let still = Pairs::measure(subject, reference, 0, path(CameraChoice::Inside), share);

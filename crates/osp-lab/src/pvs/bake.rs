@@ -100,7 +100,7 @@ fn place_in_cell(sample: u32) -> Vec3 {
     match sample {
         0 => Vec3::splat(0.5),
         1..=8 => {
-            // Consecutive corners are opposite ones.
+            // Each odd corner of this list is followed by the opposite corner.
             let corner = [0, 7, 3, 4, 5, 2, 6, 1][sample as usize - 1];
             Vec3::new((corner & 1) as f32, (corner >> 1 & 1) as f32, (corner >> 2 & 1) as f32)
         }

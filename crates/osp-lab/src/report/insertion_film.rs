@@ -62,7 +62,7 @@ pub struct InsertionWork {
     /// Number of planes that the octree tests.
     pub octree_planes: u64,
     /// Number of polygons that the octree inserts again, including the new one.
-    pub octree_filed: u64,
+    pub octree_inserted: u64,
 }
 
 /// The two trees of the film.
@@ -81,14 +81,14 @@ impl Trees {
     }
 
     fn insert(&mut self, scene: &Scene, id: PolygonId) -> Result<InsertionWork, IndexError> {
-        let before = (self.paper.filing(), self.octree.filing());
+        let before = (self.paper.insertions(), self.octree.insertions());
         self.paper.insert(id, &scene.bounds(id))?;
         self.octree.insert(id, &scene.bounds(id))?;
         self.octree.commit();
         Ok(InsertionWork {
-            osp_planes: self.paper.filing().planes - before.0.planes,
-            octree_planes: self.octree.filing().planes - before.1.planes,
-            octree_filed: self.octree.filing().polygons - before.1.polygons,
+            osp_planes: self.paper.insertions().planes - before.0.planes,
+            octree_planes: self.octree.insertions().planes - before.1.planes,
+            octree_inserted: self.octree.insertions().polygons - before.1.polygons,
         })
     }
 
@@ -241,17 +241,19 @@ impl Step<'_> {
         }
         let work = self.work[self.nth];
         // The rebuild continues while the polygon on the left descends.
-        let filed = work.octree_filed as usize * (self.step + 1) / self.path.len().max(1);
+        let inserted = work.octree_inserted as usize * (self.step + 1) / self.path.len().max(1);
         for nth in 0..=self.nth {
-            self.polygon(area, &cube, nth, if nth < filed { VERMILION } else { SKY })?;
+            self.polygon(area, &cube, nth, if nth < inserted { VERMILION } else { SKY })?;
         }
         let bottom = area.dim_in_pixel().1 as i32;
         let (before, now) = (&self.work[..self.nth], self.nth + 1);
-        let line =
-            format!("polygon {now} comes: {filed} of {} polygons are inserted again", work.octree_filed);
+        let line = format!(
+            "polygon {now} comes: {inserted} of {} polygons are inserted again",
+            work.octree_inserted
+        );
         area.draw(&Text::new(line, (14, bottom - 44), ("sans-serif", 17)))?;
-        let moved: u64 = before.iter().map(|work| work.octree_filed - 1).sum();
-        let moved = moved + (filed as u64).min(work.octree_filed - 1);
+        let moved: u64 = before.iter().map(|work| work.octree_inserted - 1).sum();
+        let moved = moved + (inserted as u64).min(work.octree_inserted - 1);
         let planes: u64 = before.iter().map(|work| work.octree_planes).sum();
         let is_last = self.step + 1 >= self.path.len();
         let planes = planes + if is_last { work.octree_planes } else { 0 };
@@ -452,7 +454,7 @@ mod tests {
             levels: 4,
         };
         let work = film.work().expect("finite polygons");
-        assert_eq!(work.iter().map(|work| work.octree_filed).collect::<Vec<_>>(), [1, 2, 3, 4]);
+        assert_eq!(work.iter().map(|work| work.octree_inserted).collect::<Vec<_>>(), [1, 2, 3, 4]);
         // To a leaf, to the first plane, to a leaf, not into the tree.
         assert_eq!(work.iter().map(|work| work.osp_planes).collect::<Vec<_>>(), [4, 1, 4, 0]);
         assert!(work.windows(2).all(|pair| pair[0].octree_planes < pair[1].octree_planes), "{work:?}");

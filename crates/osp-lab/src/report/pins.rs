@@ -102,8 +102,8 @@ impl Pin {
     }
 }
 
-/// Name of a recording in the file of pins at `pins`: its path relative to the folder of the pins if it lies below it,
-/// else its absolute path. So recordings of the same name in two folders have different names.
+/// Name of a recording in the file of pins at `pins`: its path relative to the folder of this file if the recording
+/// lies below this folder, else its absolute path. So recordings of the same name in two folders have different names.
 pub fn pinned_name(recording: &Path, pins: &Path) -> String {
     let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let resolved = |path: &Path| path.canonicalize().unwrap_or_else(|_| whole(path));

@@ -71,7 +71,7 @@ impl ShadowPicture<'_> {
     /// Draws the picture to an `.svg` or `.png` file, which is written completely or not at all.
     ///
     /// # Errors
-    /// The name has another ending, or the file cannot be written.
+    /// The name does not end with `.svg` or `.png`, or the file cannot be written.
     pub fn write(&self, path: &Path) -> Drawn {
         register_font();
         let bytes = encode(self, ChartFormat::of(path)?, self.size())?;

@@ -1,7 +1,8 @@
 //! Occlusion culling of a view by shadow volumes, step by step: the occluders, and the tree as it grows plane by plane.
 //!
-//! A [`ShadowView`] has the occluders of a view. [`ShadowSteps`] is the tree of a form of the method, and a
-//! [`ShadowStep`] this tree cut to its first planes. `osp draw-occlusion` and the window both show these steps.
+//! A [`ShadowView`] has the occluders of a view. [`ShadowSteps`] is the whole tree in one form of the method. A
+//! [`ShadowStep`] is the same tree with only its first planes. `osp draw-occlusion` and the window both show these
+//! steps.
 
 mod steps;
 mod structure;

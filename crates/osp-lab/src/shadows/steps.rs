@@ -56,7 +56,7 @@ pub struct ShadowSteps {
 }
 
 impl ShadowSteps {
-    /// The tree of these occluders, best first.
+    /// The tree of these occluders, which are sorted, the best first.
     pub fn new(form: ShadowForm, window: &ViewWindow, occluders: &[ShadowVolume]) -> Self {
         Self { form, tree: form.tree(window, occluders) }
     }

@@ -54,7 +54,7 @@ impl ShadowView {
         &self.in_view
     }
 
-    /// The truth about the polygons in view, in their order. O(polygons in view + pixels).
+    /// The true visibility of each polygon in view, in the order of [`Self::in_view`]. O(polygons in view + pixels).
     pub fn sights(&self, scene: &Scene, truth: OracleConfig) -> Vec<(PolygonId, Sight)> {
         let oracle = Oracle::new(&self.window, subjects(scene, &self.window, &self.in_view), truth);
         oracle.answers().collect()

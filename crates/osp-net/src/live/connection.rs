@@ -49,7 +49,7 @@ const MOST_UNTAKEN: usize = 1 << 18;
 const AT_ONCE: usize = 256;
 
 /// The state of the log on the server, or the reason why it is not known.
-type Looked = Result<Info, NoAnswer>;
+type StreamInfo = Result<Info, NoAnswer>;
 
 struct Exchange<'a> {
     address: &'a Address,
@@ -185,16 +185,16 @@ impl Exchange<'_> {
             server.connections = self.complaints.get().1.max(1);
             let (address, role) = (self.address, &self.options.role);
             let asked = server::stream(&server.logs, address, role, was_there);
-            let looked = self.meanwhile(asked).await;
+            let answer = self.meanwhile(asked).await;
             let now = self.now();
-            let is_for_good = matches!(looked, Err(NoAnswer::NoStreams(_)))
-                || (was_there && matches!(looked, Err(NoAnswer::NoStream)));
+            let is_for_good = matches!(answer, Err(NoAnswer::NoStreams(_)))
+                || (was_there && matches!(answer, Err(NoAnswer::NoStream)));
             if !is_for_good {
                 failing_since = None;
             }
             let is_hopeless =
                 is_for_good && now.saturating_sub(*failing_since.get_or_insert(now)) > RETRY_FOR;
-            match looked {
+            match answer {
                 Ok(info) => {
                     let known = self.member.last_sequence();
                     self.check(&info, known)?;
@@ -261,8 +261,8 @@ impl Exchange<'_> {
     ) -> Result<(), LiveError> {
         let mut ticks = tokio::time::interval(TICK);
         ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
-        let (mut ticked, mut looked_at, mut look_known) = (self.now(), self.now(), u64::MAX);
-        let (answer, mut looked) = queue::channel::<Looked>(1);
+        let (mut ticked, mut asked_since, mut look_known) = (self.now(), self.now(), u64::MAX);
+        let (sender, mut answers) = queue::channel::<StreamInfo>(1);
         // Number of the last message that was read before the server's state was requested.
         let mut looking: Option<u64> = None;
         self.show();
@@ -279,9 +279,9 @@ impl Exchange<'_> {
                     }
                 }
                 Some(received) = server.presence.next() => self.member.receive(&received.payload, self.now()),
-                Some(info) = looked.recv() => {
+                Some(answer) = answers.recv() => {
                     let asked_at = looking.take().unwrap_or_default();
-                    match info {
+                    match answer {
                         Ok(info) => {
                             self.check(&info, asked_at)?;
                             let known = self.member.last_sequence();
@@ -312,12 +312,12 @@ impl Exchange<'_> {
                         self.force(server).await;
                         return Ok(());
                     }
-                    if looking.is_none() && now.saturating_sub(looked_at) > CHECK_EVERY && server.is_connected() {
-                        (looking, looked_at) = (Some(self.member.last_sequence()), now);
-                        let (logs, address, answer) = (server.logs.clone(), self.address.clone(), answer.clone());
+                    if looking.is_none() && now.saturating_sub(asked_since) > CHECK_EVERY && server.is_connected() {
+                        (looking, asked_since) = (Some(self.member.last_sequence()), now);
+                        let (logs, address, sender) = (server.logs.clone(), self.address.clone(), sender.clone());
                         tokio::spawn(async move {
-                            let looked = server::stream(&logs, &address, &Role::Watcher, true).await;
-                            let _ = answer.send(looked).await;
+                            let answer = server::stream(&logs, &address, &Role::Watcher, true).await;
+                            let _ = sender.send(answer).await;
                         });
                     }
                     self.publish_presence(server, now).await;
@@ -344,8 +344,8 @@ impl Exchange<'_> {
         self.member.last_sequence() < self.read_up_to
     }
 
-    /// Whether the log is being read for the first time. The member joins after that, because its messages come back
-    /// behind the rest of the log.
+    /// Whether the log is being read for the first time. The member joins after that, because the log returns its
+    /// messages only after all earlier ones.
     fn is_reading_first(&self) -> bool {
         !self.has_caught_up && self.is_reading()
     }

@@ -26,7 +26,7 @@ pub(super) struct Outgoing {
 
 /// An event of this member that is not in the log yet.
 #[derive(Clone, Debug)]
-struct Waiting {
+struct WaitingEvent {
     event: Event,
     /// Time at which the program sent the event.
     handed: Duration,
@@ -36,7 +36,7 @@ struct Waiting {
     is_alone: bool,
 }
 
-impl Waiting {
+impl WaitingEvent {
     fn added(event: Event, handed: Duration) -> Self {
         Self { event, handed, is_handed: false, is_alone: false }
     }
@@ -47,7 +47,7 @@ struct InFlight {
     number: u64,
     /// The published bytes, which distinguish the message from another one under the same number.
     bytes: Vec<u8>,
-    events: Vec<Waiting>,
+    events: Vec<WaitingEvent>,
 }
 
 impl InFlight {
@@ -87,7 +87,7 @@ pub(super) struct Outbox {
     own: Own,
     next: u64,
     in_flight: VecDeque<InFlight>,
-    waiting: VecDeque<Waiting>,
+    waiting: VecDeque<WaitingEvent>,
     /// Number of events that the program sent and that are not in the log.
     pending: usize,
     /// A part of the message ids. It increases before messages that did not count are sent again, because the server
@@ -160,17 +160,17 @@ impl Outbox {
     pub(super) fn hand_over(&mut self, events: Vec<Event>, now: Duration) {
         self.pending += events.len();
         for event in events {
-            self.admit(Waiting { event, handed: now, is_handed: true, is_alone: false });
+            self.admit(WaitingEvent { event, handed: now, is_handed: true, is_alone: false });
         }
     }
 
     /// Appends an event that was not sent yet to the waiting events.
-    fn admit(&mut self, waiting: Waiting) {
-        let Waiting { event, handed, is_handed, is_alone } = waiting;
+    fn admit(&mut self, waiting: WaitingEvent) {
+        let WaitingEvent { event, handed, is_handed, is_alone } = waiting;
         match self.own.admit(event) {
             Some((before, event)) => {
-                self.waiting.extend(before.into_iter().map(|event| Waiting::added(event, handed)));
-                self.waiting.push_back(Waiting { event, handed, is_handed, is_alone });
+                self.waiting.extend(before.into_iter().map(|event| WaitingEvent::added(event, handed)));
+                self.waiting.push_back(WaitingEvent { event, handed, is_handed, is_alone });
             }
             None => {
                 self.pending -= usize::from(is_handed);
@@ -188,7 +188,7 @@ impl Outbox {
     /// Lets the author leave after all waiting events.
     pub(super) fn leave(&mut self, now: Duration) {
         let event = Event::Leave { t: now.as_secs_f64(), author: super::ME };
-        self.waiting.push_back(Waiting::added(event, now));
+        self.waiting.push_back(WaitingEvent::added(event, now));
     }
 
     /// The messages to publish now.
@@ -202,7 +202,7 @@ impl Outbox {
                     name: self.who.name.clone(),
                     color: self.who.color,
                 };
-                out.extend(self.start(vec![Waiting::added(event, now)]));
+                out.extend(self.start(vec![WaitingEvent::added(event, now)]));
             }
             return out;
         }
@@ -214,7 +214,7 @@ impl Outbox {
     }
 
     /// The events of the next message: as many waiting events as fit.
-    fn next_events(&mut self, now: Duration) -> Option<Vec<Waiting>> {
+    fn next_events(&mut self, now: Duration) -> Option<Vec<WaitingEvent>> {
         let author = self.author?;
         loop {
             let (mut text, mut count) = (String::new(), 0);
@@ -249,7 +249,7 @@ impl Outbox {
         }
     }
 
-    fn start(&mut self, events: Vec<Waiting>) -> Option<Outgoing> {
+    fn start(&mut self, events: Vec<WaitingEvent>) -> Option<Outgoing> {
         // A member that has not joined yet gets its author number with the answer.
         let author = self.author.unwrap_or(Author(1));
         let mut text = packet::head(self.sender, self.next);
@@ -278,8 +278,8 @@ impl Outbox {
         self.in_flight.iter().map(|message| self.outgoing(message)).collect()
     }
 
-    /// Records that a message of this member did not count, although it can count later. The server has stored it, and
-    /// would drop it if it came again under the same id.
+    /// Records that a message of this member did not count, although it can count later. The server has stored the
+    /// message, and would drop a repetition under the same id.
     pub(super) fn ignored(&mut self) {
         self.has_to_say_again = true;
     }
@@ -306,7 +306,7 @@ impl Outbox {
         let Some(message) = self.in_flight.pop_front() else { return Answered::default() };
         if message.events.len() > 1 {
             for waiting in message.events.into_iter().rev() {
-                self.waiting.push_front(Waiting { is_alone: true, ..waiting });
+                self.waiting.push_front(WaitingEvent { is_alone: true, ..waiting });
             }
             return Answered::default();
         }
@@ -319,7 +319,7 @@ impl Outbox {
     pub(super) fn join_again(&mut self, sender: Sender) {
         let unacknowledged = self.in_flight.drain(..).flat_map(|message| message.events);
         let unacknowledged = unacknowledged.filter(|waiting| !matches!(waiting.event, Event::Join { .. }));
-        let mut waiting: Vec<Waiting> = unacknowledged.collect();
+        let mut waiting: Vec<WaitingEvent> = unacknowledged.collect();
         waiting.extend(self.waiting.drain(..));
         self.own.interrupt();
         waiting.into_iter().for_each(|waiting| self.admit(waiting));

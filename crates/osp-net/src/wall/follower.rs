@@ -122,7 +122,7 @@ impl Follower {
         self.pipeline.frame_of_views(&self.state.scene, &[], views);
     }
 
-    /// The answer for some of the views that were culled last.
+    /// Hashes of the applied events, and of the polygons visible in these views of the last frame.
     pub(super) fn answer(&self, views: std::ops::Range<usize>) -> Answer {
         let lists = &self.pipeline.draw_lists()[views];
         Answer { log: self.log, seen: fingerprint_of_views(lists.iter().map(|list| list.ids())) }

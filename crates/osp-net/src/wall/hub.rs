@@ -91,7 +91,7 @@ impl Hub {
         let screens = rig.screens.iter().map(|screen| screen.name.clone()).collect();
         let mut path = RigPath::new(rig, stereo, motion).keeping_eyes_in_front();
         let mut views = Vec::new();
-        // The first view determines the place of a standing room. From this view, room space is world space.
+        // The first view determines the place of a standing room. This view makes room space equal to world space.
         path.views_into(&camera(path.rig().head, Quat::IDENTITY), &mut views);
         Ok(Self {
             number: new_sender().0,

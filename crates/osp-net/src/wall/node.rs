@@ -241,7 +241,7 @@ impl Node {
         Ok(())
     }
 
-    /// Informs the hub that the frame is drawn. The hub then determines when it is shown.
+    /// Informs the hub that the frame is drawn. The hub then determines when the frame is shown.
     pub fn ready(&mut self) {
         let Some((hub, frame)) = self.drawn else { return };
         let answer = self.follower.answer(0..self.views.len());

@@ -273,8 +273,8 @@ impl Block {
     }
 
     /// Sets `seen` to the positions of the polygons that the frustum may see. `how` is the outcome of the frustum test
-    /// of the block's box. Returns `false` if the frustum may see all polygons of the block; `seen` then need not be
-    /// set.
+    /// of the block's box. Returns `false` if the frustum may see all polygons of the block; in this case `seen` may be
+    /// unchanged.
     pub(super) fn cull(&self, frustum: &Frustum, how: Containment, seen: &mut VisibleBlocks) -> bool {
         if how == Containment::Inside {
             return false;

@@ -31,8 +31,8 @@ impl PackLock {
         let file = File::options().write(true).create(true).truncate(false).open(&path)?;
         match file.try_lock() {
             Ok(()) if is_at(&file, &path) => Ok(Locked::Taken(Self { path, file })),
-            // If a pack that has just ended has removed this file, the lock does not exclude packs that create a new
-            // one.
+            // A pack that has just ended may have removed this file. Its lock would not exclude packs that create a new
+            // file.
             Ok(()) | Err(TryLockError::WouldBlock) => Ok(Locked::Busy),
             Err(TryLockError::Error(_)) => {
                 let _ = fs::remove_file(&path);

@@ -69,7 +69,7 @@ impl Residents {
         }
         let room = config.memory - in_hand;
         let items = (room.min(all) / (all / blocks.len().max(1) as u64).max(1)).max(1);
-        // One shard suffices for few threads, and bounds the size of all blocks together.
+        // Few threads need only one shard. With one shard, `room` limits the total size of all blocks.
         let options = OptionsBuilder::new()
             .shards(1)
             .estimated_items_capacity(items as usize)
@@ -113,8 +113,8 @@ impl Residents {
         self.shared.cache.contains_key(&block)
     }
 
-    /// Replaces the previous frame's requests by these blocks, the most important first. If the frame waits for the
-    /// first `awaited` of them, [`Residents::next`] returns them.
+    /// Replaces the previous frame's requests by these blocks, the most important first. [`Residents::next`] returns
+    /// the first `awaited` blocks, for which the frame waits.
     pub(super) fn wish(&self, blocks: &[u32], awaited: usize) {
         let mut queue = self.shared.queue();
         queue.wish(blocks, awaited);

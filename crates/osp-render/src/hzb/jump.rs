@@ -23,8 +23,8 @@ pub(super) struct LastLook {
 impl LastLook {
     /// Records the next frame, and returns whether its view has jumped. A view jumps if most polygons in view were not
     /// in view in the last frame. It also jumps if the eye has moved so far that the old occluders may hide nothing any
-    /// more. While the eye moves so fast, every second frame jumps. The frames in between recall the polygons that were
-    /// visible in the frame before.
+    /// more. While the eye moves so fast, every second frame jumps. Each frame between two jumps recalls the polygons
+    /// that were visible in the previous frame.
     pub(super) fn jumps_to(
         &mut self,
         eye_in_world: Vec3,

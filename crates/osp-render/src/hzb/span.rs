@@ -14,8 +14,8 @@ pub(super) const PARAMS_BYTES: u64 = size_of::<Params>() as u64;
 /// Distance between spans in their buffer, bytes. No adapter requires a larger alignment.
 pub(super) const SPAN_STRIDE: u32 = 256;
 
-/// Number of words of `args` before those of the first page. They count hidden transparent polygons, polygons of the depth
-/// pass, and opaque polygons of the colour pass.
+/// Number of words of `args` before the words of the first page. These counters have the number of hidden transparent
+/// polygons, polygons of the depth pass, and opaque polygons of the colour pass.
 pub(super) const COUNTERS: u32 = 3;
 
 /// The work of one dispatch.

@@ -14,7 +14,7 @@ pub(super) struct Surroundings {
     floor: [f32; 4],
     fog: [f32; 4],
     ambient: [f32; 4],
-    ways: [[f32; 4]; 2],
+    light_directions: [[f32; 4]; 2],
     lights: [[f32; 4]; 2],
     moment: [f32; 4],
 }
@@ -32,7 +32,7 @@ impl Surroundings {
         };
         let words = |v: Vec3, w: f32| v.extend(w).to_array();
         let up = rotate(unit(environment.sky_rotation), Vec3::Y);
-        let way = |i: usize| environment.lights[i].0.normalize_or(Vec3::NEG_Y);
+        let direction = |i: usize| environment.lights[i].0.normalize_or(Vec3::NEG_Y);
         let has_lamps = if has_lamps(&environment.preset) { 1.0 } else { 0.0 };
         Self {
             sky_low: words(environment.sky[0], stars(environment)),
@@ -41,7 +41,7 @@ impl Surroundings {
             floor: words(environment.floor.unwrap_or_default(), 0.0),
             fog: words(environment.fog.0, environment.fog.1),
             ambient: words(environment.ambient, environment.reflection),
-            ways: [words(way(0), has_lamps), words(way(1), 0.0)],
+            light_directions: [words(direction(0), has_lamps), words(direction(1), 0.0)],
             lights: environment.lights.map(|(_, color)| words(color, 0.0)),
             moment: [0.0; 4],
         }
@@ -49,7 +49,7 @@ impl Surroundings {
 
     /// Direction of the first light; `None` if the light is off.
     pub(super) fn shining(&self) -> Option<Vec3> {
-        let ([x, y, z, _], [r, g, b, _]) = (self.ways[0], self.lights[0]);
+        let ([x, y, z, _], [r, g, b, _]) = (self.light_directions[0], self.lights[0]);
         (r.max(g).max(b) > 0.0).then_some(Vec3::new(x, y, z))
     }
 

@@ -243,8 +243,8 @@ fn chromatic_wave(in: Painted, place: Place, gain: f32) -> vec3<f32> {
 fn neon_pulse(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let x = fract(abs(in.texture.x - 0.75 * seconds()));
     let ring = saturate(pow(10.0 * saturate(0.2 - x), 5.0));
-    let straight = select(0.0, saturate(dot(place.normal, place.to_eye)), place.is_front);
-    let light = bloom(vec4(in.color.rgb, 1.0), material.numbers.y).rgb * ring * pow(straight, 5.0);
+    let view_cosine = select(0.0, saturate(dot(place.normal, place.to_eye)), place.is_front);
+    let light = bloom(vec4(in.color.rgb, 1.0), material.numbers.y).rgb * ring * pow(view_cosine, 5.0);
     let glass = highlight(material, material.f0.rgb, place.normal, place.to_eye, 1.0);
     return fogged(light + glass, in.from_eye.w);
 }
@@ -274,13 +274,13 @@ fn plasma(in: Painted) -> vec3<f32> {
 }
 
 // Reflectance of a soap film for red, green and blue light, by interference of the reflections at its two surfaces.
-// `straight` is the cosine of the angle of incidence; `thickness` is in nanometres.
-fn film(straight: f32, thickness: f32) -> vec3<f32> {
+// `view_cosine` is the cosine of the angle of incidence; `thickness` is in nanometres.
+fn film(view_cosine: f32, thickness: f32) -> vec3<f32> {
     let index = 1.3;
-    let inside = sqrt(1.0 - (1.0 - straight * straight) / (index * index));
+    let inside = sqrt(1.0 - (1.0 - view_cosine * view_cosine) / (index * index));
     // Fresnel coefficients of the two polarisations.
-    let upright = (straight - index * inside) / (straight + index * inside);
-    let level = (index * straight - inside) / (index * straight + inside);
+    let upright = (view_cosine - index * inside) / (view_cosine + index * inside);
+    let level = (index * view_cosine - inside) / (index * view_cosine + inside);
     let r = vec2(upright * upright, level * level);
     let phase = cos(4.0 * PI * index * thickness * inside / vec3(650.0, 510.0, 475.0));
     let across = (1.0 - r.x) * (1.0 - r.x) / (1.0 + r.x * r.x - 2.0 * r.x * phase);
@@ -291,14 +291,14 @@ fn film(straight: f32, thickness: f32) -> vec3<f32> {
 // Both sides are visible; the inner side is lit like the outer one.
 fn diamond_hull(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let outwards = select(-place.normal, place.normal, place.is_front);
-    let straight = clamp(abs(dot(outwards, place.to_eye)), 1.0e-3, 1.0);
-    var rim = 1.0 - straight;
+    let view_cosine = clamp(abs(dot(outwards, place.to_eye)), 1.0e-3, 1.0);
+    var rim = 1.0 - view_cosine;
     rim *= 1.0 - pow(rim, 5.0);
     // At grazing angles the edges are very bright.
-    rim = mix(rim, 150.0, saturate(1.0 - 10.0 * straight));
+    rim = mix(rim, 150.0, saturate(1.0 - 10.0 * view_cosine));
     let place_on_film = vec2(rim + outwards.x + 0.015 * seconds(), rim + outwards.y);
     let grain = 0.63 + 0.06 * (noise(11.0 * place_on_film.x + 3.0) + noise(9.0 * place_on_film.y) - 1.0);
-    let colors = clamp(film(straight, mix(250.0, 400.0, grain)), vec3(0.0), vec3(1.0));
+    let colors = clamp(film(view_cosine, mix(250.0, 400.0, grain)), vec3(0.0), vec3(1.0));
     let shine = rim * colors * (0.5 * in.color.rgb + 0.25);
     let f0 = in.color.rgb * colors;
     let albedo = 0.2 * in.color.rgb * (1.0 - max(f0.r, max(f0.g, f0.b)));

@@ -67,7 +67,7 @@ const SNAP: f32 = 1.0 / 256.0;
 const ROUNDING: f32 = 1.0 / 524288.0;
 // A triangle whose corners may be wrong by this number of pixels or more is drawn: one corner is close to the eye's
 // plane.
-const MOST_PLAY: f32 = 2.0;
+const MOST_CORNER_ERROR: f32 = 2.0;
 
 // A corner on the picture.
 struct Corner {
@@ -75,7 +75,7 @@ struct Corner {
     at: vec3<f32>,
     w: f32,
     spread: f32,
-    depth_play: f32,
+    depth_error: f32,
 }
 
 fn on_picture(point: vec3<f32>) -> Corner {
@@ -106,9 +106,9 @@ struct Placed {
     c: vec3<f32>,
     d: vec3<f32>,
     // Greatest error of a corner, pixels; negative if there is no bound.
-    play: f32,
+    corner_error: f32,
     // Greatest amount by which a depth may be nearer than stated here.
-    depth_play: f32,
+    depth_error: f32,
 }
 
 fn placed(polygon: Polygon) -> Placed {
@@ -119,14 +119,15 @@ fn placed(polygon: Polygon) -> Placed {
     let least_w = min(min(a.w, b.w), min(c.w, d.w));
     let spread = max(max(a.spread, b.spread), max(c.spread, d.spread));
     let size = vec2(f32(params.width), f32(params.height));
-    let play = SNAP + max(size.x, size.y) * ROUNDING * spread;
-    let depth_play = ROUNDING * max(max(a.depth_play, b.depth_play), max(c.depth_play, d.depth_play));
+    let corner_error = SNAP + max(size.x, size.y) * ROUNDING * spread;
+    let depth_error = ROUNDING * max(max(a.depth_error, b.depth_error), max(c.depth_error, d.depth_error));
     let low = min(min(a.at, b.at), min(c.at, d.at));
     let high = max(max(a.at, b.at), max(c.at, d.at));
     // False if a coordinate is NaN.
-    let is_whole = all(low >= vec3(play, play, depth_play)) && all(high <= vec3(size - play, 1.0 - depth_play));
-    let is_known = least_w > 0.0 && play < MOST_PLAY && is_whole && !is_turned_to_eye(polygon);
-    return Placed(a.at, b.at, c.at, d.at, select(-1.0, play, is_known), depth_play);
+    let is_low_inside = all(low >= vec3(corner_error, corner_error, depth_error));
+    let is_whole = is_low_inside && all(high <= vec3(size - corner_error, 1.0 - depth_error));
+    let is_known = least_w > 0.0 && corner_error < MOST_CORNER_ERROR && is_whole && !is_turned_to_eye(polygon);
+    return Placed(a.at, b.at, c.at, d.at, select(-1.0, corner_error, is_known), depth_error);
 }
 
 // Greatest change of depth over a triangle per pixel, summed over both axes, if each corner moves by up to `by` pixels.
@@ -181,24 +182,24 @@ fn both(a: Bound, b: Bound) -> Bound {
 // outside by the distance that rounding and snapping move the corners. There, depth continues with the same steepness.
 fn bound_of(polygon: Polygon) -> Bound {
     let p = placed(polygon);
-    if p.play < 0.0 {
+    if p.corner_error < 0.0 {
         return unknown();
     }
     let low = min(min(p.a.xy, p.b.xy), min(p.c.xy, p.d.xy));
     let high = max(max(p.a.xy, p.b.xy), max(p.c.xy, p.d.xy));
-    var steep = steepness(p.a, p.b, p.c, p.play);
+    var steep = steepness(p.a, p.b, p.c, p.corner_error);
     if has_two_triangles(polygon) {
-        let other = steepness(p.a, p.c, p.d, p.play);
+        let other = steepness(p.a, p.c, p.d, p.corner_error);
         steep = select(max(steep, other), -1.0, min(steep, other) < 0.0);
     }
     if steep < 0.0 {
         return unknown();
     }
-    var nearest = max(max(p.a.z, p.b.z), max(p.c.z, p.d.z)) + p.depth_play;
+    var nearest = max(max(p.a.z, p.b.z), max(p.c.z, p.d.z)) + p.depth_error;
     if params.bound == BY_FARTHEST {
         nearest = min(min(p.a.z, p.b.z), min(p.c.z, p.d.z)) * 0.8;
     }
-    return Bound(low - 2.0 * p.play, high + 2.0 * p.play, nearest + steep * 2.0 * p.play, 1u);
+    return Bound(low - 2.0 * p.corner_error, high + 2.0 * p.corner_error, nearest + steep * 2.0 * p.corner_error, 1u);
 }
 
 // First and last pixel that a rectangle may touch. The first is beyond the last if the rectangle lies outside of the
@@ -318,7 +319,7 @@ struct Task {
     is_known: bool,
 }
 
-fn task_of(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_play: f32) -> Task {
+fn task_of(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_error: f32) -> Task {
     let low = min(min(a.xy, b.xy), c.xy);
     let high = max(max(a.xy, b.xy), c.xy);
     let steep = steepness(a, b, c, by);
@@ -336,8 +337,8 @@ fn task_of(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_play: f32) -
         beside + by * (abs(c.x - b.x) + abs(c.y - b.y)),
         beside + by * (abs(ac.x) + abs(ac.y)),
     );
-    let more = steep * (2.0 * by + uneven) + depth_play;
-    let nearest = max(max(a.z, b.z), c.z) + steep * 2.0 * by + depth_play;
+    let more = steep * (2.0 * by + uneven) + depth_error;
+    let nearest = max(max(a.z, b.z), c.z) + steep * 2.0 * by + depth_error;
     let side = select(-1.0, 1.0, area > 0.0);
     let rect = pixels(low - 2.0 * by, high + 2.0 * by);
     return Task(
@@ -412,11 +413,15 @@ fn has_two_triangles(polygon: Polygon) -> bool {
 
 fn is_polygon_hidden(polygon: Polygon, lane: u32, lanes: u32, most: u32) -> bool {
     let p = placed(polygon);
-    if p.play < 0.0 || !is_triangle_hidden(task_of(p.a, p.b, p.c, p.play, p.depth_play), lane, lanes, most) {
+    if p.corner_error < 0.0 {
+        return false;
+    }
+    let task = task_of(p.a, p.b, p.c, p.corner_error, p.depth_error);
+    if !is_triangle_hidden(task, lane, lanes, most) {
         return false;
     }
     return !has_two_triangles(polygon)
-        || is_triangle_hidden(task_of(p.a, p.c, p.d, p.play, p.depth_play), lane, lanes, most);
+        || is_triangle_hidden(task_of(p.a, p.c, p.d, p.corner_error, p.depth_error), lane, lanes, most);
 }
 
 const LANES: u32 = 64u;

@@ -22,7 +22,7 @@ struct Surroundings {
     // w: strength of reflections.
     ambient: vec4<f32>,
     // Directions in which the two lights shine, and their colours.
-    ways: array<vec4<f32>, 2>,
+    light_directions: array<vec4<f32>, 2>,
     lights: array<vec4<f32>, 2>,
     // x: seconds.
     moment: vec4<f32>,
@@ -191,8 +191,8 @@ fn fragment_cut(in: Cut) {
 
 // Light that falls on a matte surface. `share` is the share of the first light that reaches it.
 fn light_on(normal: vec3<f32>, share: f32) -> vec3<f32> {
-    let first = max(dot(normal, -surroundings.ways[0].xyz), 0.0) * share;
-    let y = dot(normal, -surroundings.ways[1].xyz);
+    let first = max(dot(normal, -surroundings.light_directions[0].xyz), 0.0) * share;
+    let y = dot(normal, -surroundings.light_directions[1].xyz);
     // Tilt Brush stores the second light as spherical harmonics.
     let second = max(0.094 + 0.5 * y + 0.469 * y * y, 0.0);
     return surroundings.ambient.rgb + surroundings.lights[0].rgb * first + surroundings.lights[1].rgb * second;
@@ -200,7 +200,7 @@ fn light_on(normal: vec3<f32>, share: f32) -> vec3<f32> {
 
 // A lamp that surfaces reflect: its direction, and its light as that of a point.
 struct Lamp {
-    way: vec3<f32>,
+    direction: vec3<f32>,
     light: vec3<f32>,
     // The square of its width, in the unit of a squared roughness.
     width: f32,
@@ -214,7 +214,7 @@ const LAMPS: array<Lamp, 2> = array(
 // Light that a surface of this roughness reflects from the direction `ray`: a dark room with two lamps, or one even
 // light.
 fn mirrored_room(ray: vec3<f32>, roughness: f32) -> vec3<f32> {
-    if surroundings.ways[0].w == 0.0 {
+    if surroundings.light_directions[0].w == 0.0 {
         return vec3(0.06);
     }
     let up = ray.y;
@@ -223,7 +223,7 @@ fn mirrored_room(ray: vec3<f32>, roughness: f32) -> vec3<f32> {
         let lamp = LAMPS[i];
         // A GGX lobe around the reflected direction. Roughness and the size of the lamp widen it.
         let wide = min(roughness * roughness + lamp.width, 1.0);
-        let across = 0.5 + 0.5 * dot(ray, lamp.way);
+        let across = 0.5 + 0.5 * dot(ray, lamp.direction);
         let d = across * (wide - 1.0) + 1.0;
         sum += lamp.light * (wide / (4.0 * PI * d * d));
     }
@@ -234,7 +234,7 @@ fn mirrored_room(ray: vec3<f32>, roughness: f32) -> vec3<f32> {
 fn highlight(material: Material, f0: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>, share: f32) -> vec3<f32> {
     let gloss = material.f0.w;
     let roughness = (1.0 - gloss) * (1.0 - gloss);
-    let to_light = -surroundings.ways[0].xyz;
+    let to_light = -surroundings.light_directions[0].xyz;
     let half = normalize(to_light + to_eye);
     let n_l = max(dot(normal, to_light), 0.0);
     let n_v = abs(dot(normal, to_eye));
@@ -320,13 +320,13 @@ fn in_world(of_plane: vec3<f32>, normal: vec3<f32>, gradients: Gradients, dx: ve
 const OUTLINE: f32 = 0.0025;
 
 // Whether a place of a round surface is on the outline: nearer to the surface's rim than the width of the outline.
-// `straight` is the cosine of the angle between the normal and the direction to the eye.
-fn is_outline(in: Painted, straight: f32) -> bool {
+// `view_cosine` is the cosine of the angle between the normal and the direction to the eye.
+fn is_outline(in: Painted, view_cosine: f32) -> bool {
     let clip = view.clip_from_eye * vec4(in.from_eye.xyz, 1.0);
     let pixels = OUTLINE * 2.0 / abs(dpdy(clip.y / clip.w));
-    // On the flat sides of a tube, `straight` grows with the distance from the rim.
-    let change = length(vec2(dpdx(straight), dpdy(straight)));
-    return abs(straight) < min(pixels * change, 0.35);
+    // On the flat sides of a tube, `view_cosine` grows with the distance from the rim.
+    let change = length(vec2(dpdx(view_cosine), dpdy(view_cosine)));
+    return abs(view_cosine) < min(pixels * change, 0.35);
 }
 
 fn place_of(in: Painted) -> Place {

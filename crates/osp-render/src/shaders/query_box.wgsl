@@ -25,7 +25,7 @@ struct Box {
 @group(0) @binding(2) var<storage, read> boxes: array<Box>;
 
 // Enlargement of a box to each side, pixels. It exceeds the relative error of a polygon's corner and an edge of its
-// box: 1/128 pixel by snapping, and twice `MOST_PLAY` by rounding.
+// box: 1/128 pixel by snapping, and twice `MOST_CORNER_ERROR` by rounding.
 const MORE: f32 = 1.5;
 // Further enlargement, as a part of the distance from the eye. It exceeds the rounding when the eye is subtracted from
 // a corner.
@@ -37,7 +37,7 @@ const BEYOND_NEAR: f32 = 0.999;
 // Rounding error of a corner as in `hzb_test.wgsl`, as a part of the picture's side, and its limit here, pixels.
 // Polygons in a box are no farther beside the picture than its corners.
 const ROUNDING: f32 = 1.0 / 524288.0;
-const MOST_PLAY: f32 = 0.7;
+const MOST_CORNER_ERROR: f32 = 0.7;
 
 fn corner(low: vec3<f32>, high: vec3<f32>, i: u32) -> vec4<f32> {
     return view.clip_from_eye * vec4(select(low, high, vec3((i & 1u) != 0u, (i & 2u) != 0u, (i & 4u) != 0u)), 1.0);
@@ -73,7 +73,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) number: u3
         spread = max(spread, (max(sum.x, sum.y) + across / c.w * sum.w) / c.w);
     }
     let cut = (most.x + beside * most.y) / least_w;
-    is_clear = is_clear && pixel.side * ROUNDING * max(spread, cut) < MOST_PLAY;
+    is_clear = is_clear && pixel.side * ROUNDING * max(spread, cut) < MOST_CORNER_ERROR;
     // Faces of a cube, two triangles each. A corner's number has the bits x, y, z.
     var corners = array<u32, 36>(
         0u, 2u, 1u, 1u, 2u, 3u,

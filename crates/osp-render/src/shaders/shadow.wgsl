@@ -19,7 +19,7 @@ fn first_light_at(from_eye: vec3<f32>, normal: vec3<f32>) -> f32 {
         return 1.0;
     }
     let from_middle = from_eye + (view.eye_in_world.xyz - shade.middle.xyz);
-    let towards = -surroundings.ways[0].xyz * shade.numbers.x + normal * (1.5 * shade.numbers.y);
+    let towards = -surroundings.light_directions[0].xyz * shade.numbers.x + normal * (1.5 * shade.numbers.y);
     let at = shade.clip_from_middle * vec4(from_middle + towards, 1.0);
     let uv = vec2(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y);
     let share = textureSampleCompareLevel(shadow_map, nearer, uv, saturate(at.z));

@@ -102,8 +102,8 @@ pub(super) struct BspBuilder {
     front: Vec<u32>,
     back: Vec<u32>,
     cut: [Vec<Vec3>; 2],
-    /// The boxes of the culling tree, in the order of their nodes. For each node, `at_home` has its first box, the
-    /// number of its own boxes, and this number including all nodes below.
+    /// The boxes of the culling tree, in the order of their nodes. For each node, `at_home` has the position of its
+    /// first box, the number of its own boxes, and the number of boxes in its subtree.
     homes: Vec<Item>,
     at_home: Vec<Homes>,
     cull_pending: Vec<CullPending>,

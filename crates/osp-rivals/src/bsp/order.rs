@@ -17,8 +17,8 @@ pub struct BspCounts {
     pub nodes: usize,
     /// Number of pieces of all polygons; the number of polygons if nothing was cut.
     pub pieces: usize,
-    /// Number of pieces in leaves with several pieces, because a limit was reached or the pieces have no plane. They are
-    /// ordered by distance, which may be wrong.
+    /// Number of pieces in leaves with several pieces, because a limit was reached or the pieces have no plane. Such
+    /// pieces are ordered by distance, and this order may be wrong.
     pub unordered: usize,
     /// Depth of the deepest node; the top has depth 0.
     pub depth: usize,

@@ -23,8 +23,8 @@ impl<P: Partition> BucketTree<P> {
 
     /// Inserts a polygon from the root down. Splits its leaf if the leaf is full, or rebuilds the highest subtree that has
     /// become lopsided.
-    pub(super) fn file(&mut self, item: &Item) {
-        self.upkeep.filed += 1;
+    pub(super) fn insert_item(&mut self, item: &Item) {
+        self.upkeep.inserted += 1;
         let center = item.bounds.center();
         self.grow_for(center);
         let mut at = ROOT;
@@ -130,7 +130,7 @@ impl<P: Partition> BucketTree<P> {
         let mut items = std::mem::take(&mut self.items);
         self.pending.clear();
         self.pending.push((top, 0, items.len() as u32));
-        self.upkeep.filed += items.len() as u64;
+        self.upkeep.inserted += items.len() as u64;
         while let Some((at, start, end)) = self.pending.pop() {
             let mut rest = &mut items[start as usize..end as usize];
             let count = end - start;
@@ -180,8 +180,8 @@ impl<P: Partition> BucketTree<P> {
             node.polygons -= 1;
             let (polygons, parent) = (node.polygons, node.parent);
             // `rebuild_at` is one and a half times the number at the build, so a third of it is half of that number.
-            let is_thinned = P::FOLLOWS_POLYGONS && polygons < node.rebuild_at / 3;
-            if !node.is_leaf() && (is_thinned || polygons <= self.leaf_capacity / 2) {
+            let has_shrunk = P::FOLLOWS_POLYGONS && polygons < node.rebuild_at / 3;
+            if !node.is_leaf() && (has_shrunk || polygons <= self.leaf_capacity / 2) {
                 small = at;
             }
             at = parent;

@@ -16,7 +16,7 @@ impl<P: Partition> BucketTree<P> {
             if node.is_leaf() {
                 self.buckets.validate_chain(node.chain, at)?;
                 for (spot, item) in self.buckets.items(node.chain) {
-                    if self.spot.get(item.id) != spot || self.filed.get(item.id) != item.bounds {
+                    if self.spot.get(item.id) != spot || self.inserted.get(item.id) != item.bounds {
                         return fault("a polygon's spot or box is wrong");
                     }
                     if self.leaf_for(item.bounds.center()) != Some(at) {
@@ -58,11 +58,11 @@ impl<P: Partition> BucketTree<P> {
         if reached + free != self.nodes.len() {
             return Err(format!("{reached} nodes in the tree, {free} free, {} made", self.nodes.len()));
         }
-        if self.node(ROOT).polygons as usize != self.filed.len() {
+        if self.node(ROOT).polygons as usize != self.inserted.len() {
             return Err(format!(
                 "{} polygons in the tree, {} inserted",
                 self.node(ROOT).polygons,
-                self.filed.len()
+                self.inserted.len()
             ));
         }
         Ok(())

@@ -22,7 +22,7 @@ pub struct SweepSahConfig {
     pub leaf_capacity: usize,
     /// Cost of visiting a node. If it is larger, leaves are larger.
     pub node_cost: f64,
-    /// Cost of testing a polygon of a leaf. It is less than a node's, because sixteen polygons are tested at once.
+    /// Cost of testing a polygon of a leaf. It is less than `node_cost`, because sixteen polygons are tested at once.
     pub polygon_cost: f64,
 }
 

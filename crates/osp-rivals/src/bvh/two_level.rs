@@ -10,7 +10,7 @@
 use super::BinnedSahBuilder;
 use crate::{
     SahConfig,
-    by_id::{ById, FiledBoxes, NO_POLYGON},
+    by_id::{ById, InsertedBoxes, NO_POLYGON},
     dynamic_bvh::BoxTree,
     flat_tree::{FlatTree, Tightness},
     item::Item,
@@ -57,7 +57,7 @@ enum Place {
 pub struct BvhTwoLevel {
     config: TwoLevelConfig,
     builder: BinnedSahBuilder,
-    filed: FiledBoxes,
+    inserted: InsertedBoxes,
     place: ById<Place>,
     fixed: FlatTree,
     dynamic: BoxTree,
@@ -77,7 +77,7 @@ impl BvhTwoLevel {
         Self {
             config,
             builder: BinnedSahBuilder::new(config.sah),
-            filed: FiledBoxes::with_capacity(index.room()),
+            inserted: InsertedBoxes::with_capacity(index.room()),
             place,
             fixed: FlatTree::default(),
             dynamic: BoxTree::with_capacity(config.min_changed),
@@ -103,19 +103,20 @@ impl BvhTwoLevel {
 
     /// Whether `changed` changed polygons are enough for a rebuild.
     fn pays(&self, changed: usize) -> bool {
-        changed > self.config.min_changed && changed as f32 > self.config.max_share * self.filed.len() as f32
+        changed > self.config.min_changed
+            && changed as f32 > self.config.max_share * self.inserted.len() as f32
     }
 
     fn rebuild(&mut self) {
         self.dynamic.clear();
-        self.fixed.start(self.filed.len());
+        self.fixed.start(self.inserted.len());
         self.items.clear();
-        self.items.extend(self.filed.iter().map(|(id, bounds)| Item { bounds: *bounds, id }));
+        self.items.extend(self.inserted.iter().map(|(id, bounds)| Item { bounds: *bounds, id }));
         if !self.items.is_empty() {
             self.builder.build(&mut self.items, &mut self.fixed);
         }
         self.fixed.finish();
-        self.rebuilt.filed += self.filed.len() as u64;
+        self.rebuilt.inserted += self.inserted.len() as u64;
         self.rebuilt.boxes += self.fixed.node_count() as u64;
         for (at, &id) in self.fixed.ids().iter().enumerate() {
             self.place.set(id, Place::Static(at as u32));
@@ -129,23 +130,23 @@ impl SpatialIndex for BvhTwoLevel {
     }
 
     fn len(&self) -> usize {
-        self.filed.len()
+        self.inserted.len()
     }
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.filed.insert(id, bounds)?;
+        self.inserted.insert(id, bounds)?;
         self.wait(id);
         Ok(())
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
-        self.filed.remove(id)?;
+        self.inserted.remove(id)?;
         self.take_out(id);
         Ok(())
     }
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.filed.update(id, bounds)?;
+        self.inserted.update(id, bounds)?;
         self.take_out(id);
         self.wait(id);
         Ok(())
@@ -160,7 +161,7 @@ impl SpatialIndex for BvhTwoLevel {
         for id in self.waiting.drain(..) {
             // A polygon may have been removed again, or be listed twice.
             if self.place.get(id) == Place::Waiting {
-                let leaf = self.dynamic.insert(id, &self.filed.get(id));
+                let leaf = self.dynamic.insert(id, &self.inserted.get(id));
                 self.place.set(id, Place::Dynamic(leaf));
             }
         }
@@ -200,22 +201,23 @@ impl SpatialIndex for BvhTwoLevel {
         self.fixed.validate(Tightness::Loose)?;
         self.dynamic.validate()?;
         for (at, &id) in self.fixed.ids().iter().enumerate().filter(|(_, id)| **id != NO_POLYGON) {
-            if self.place.get(id) != Place::Static(at as u32) || self.fixed.get_box(at) != self.filed.get(id)
+            if self.place.get(id) != Place::Static(at as u32)
+                || self.fixed.get_box(at) != self.inserted.get(id)
             {
                 return Err(format!("polygon {} of the static level has another place or box", id.0));
             }
         }
         for (leaf, id, bounds) in self.dynamic.leaves() {
-            if self.place.get(id) != Place::Dynamic(leaf) || *bounds != self.filed.get(id) {
+            if self.place.get(id) != Place::Dynamic(leaf) || *bounds != self.inserted.get(id) {
                 return Err(format!("polygon {} of the dynamic level has another place or box", id.0));
             }
         }
         let (all, holes, dynamic) = (self.fixed.len(), self.fixed.holes(), self.dynamic.len());
-        let waiting = self.filed.iter().filter(|(id, _)| self.place.get(*id) == Place::Waiting).count();
-        if all - holes + dynamic + waiting != self.filed.len() {
+        let waiting = self.inserted.iter().filter(|(id, _)| self.place.get(*id) == Place::Waiting).count();
+        if all - holes + dynamic + waiting != self.inserted.len() {
             return Err(format!(
                 "{all} static, {holes} of them holes, {dynamic} dynamic, {waiting} waiting, {} inserted",
-                self.filed.len()
+                self.inserted.len()
             ));
         }
         Ok(())
@@ -223,7 +225,7 @@ impl SpatialIndex for BvhTwoLevel {
 
     fn bytes(&self) -> usize {
         self.builder.bytes()
-            + self.filed.bytes()
+            + self.inserted.bytes()
             + self.place.bytes()
             + self.fixed.bytes()
             + self.dynamic.bytes()
@@ -232,7 +234,7 @@ impl SpatialIndex for BvhTwoLevel {
     }
 
     fn clear(&mut self) {
-        self.filed.clear();
+        self.inserted.clear();
         self.place.clear();
         self.fixed.clear();
         self.dynamic.clear();

@@ -19,7 +19,7 @@ mod validate;
 
 pub(super) use tree::BoxTree;
 
-use super::by_id::{ById, FiledBoxes};
+use super::by_id::{ById, InsertedBoxes};
 use osp::{
     index::{IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, kernels::Nearest},
     math::{Aabb, Frustum, Ray},
@@ -29,7 +29,7 @@ use osp::{
 /// The dynamic hierarchy as an index.
 #[derive(Debug)]
 pub struct DynamicBvh {
-    filed: FiledBoxes,
+    inserted: InsertedBoxes,
     /// For each polygon, its leaf.
     leaf: ById<u32>,
     tree: BoxTree,
@@ -41,7 +41,7 @@ impl DynamicBvh {
         let mut leaf = ById::new(tree::NONE);
         leaf.reserve(config.room());
         Self {
-            filed: FiledBoxes::with_capacity(config.room()),
+            inserted: InsertedBoxes::with_capacity(config.room()),
             leaf,
             tree: BoxTree::with_capacity(config.room()),
         }
@@ -54,24 +54,24 @@ impl SpatialIndex for DynamicBvh {
     }
 
     fn len(&self) -> usize {
-        self.filed.len()
+        self.inserted.len()
     }
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.filed.insert(id, bounds)?;
+        self.inserted.insert(id, bounds)?;
         self.leaf.set(id, self.tree.insert(id, bounds));
         Ok(())
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
-        self.filed.remove(id)?;
+        self.inserted.remove(id)?;
         self.tree.remove(self.leaf.get(id));
         self.leaf.set(id, tree::NONE);
         Ok(())
     }
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.filed.update(id, bounds)?;
+        self.inserted.update(id, bounds)?;
         self.tree.remove(self.leaf.get(id));
         self.leaf.set(id, self.tree.insert(id, bounds));
         Ok(())
@@ -106,23 +106,23 @@ impl SpatialIndex for DynamicBvh {
         self.tree.validate()?;
         let mut found = 0;
         for (leaf, id, bounds) in self.tree.leaves() {
-            if self.leaf.get(id) != leaf || self.filed.get(id) != *bounds {
+            if self.leaf.get(id) != leaf || self.inserted.get(id) != *bounds {
                 return Err(format!("polygon {} is at another leaf or has another box", id.0));
             }
             found += 1;
         }
-        if found != self.filed.len() {
-            return Err(format!("{found} polygons in the tree, {} inserted", self.filed.len()));
+        if found != self.inserted.len() {
+            return Err(format!("{found} polygons in the tree, {} inserted", self.inserted.len()));
         }
         Ok(())
     }
 
     fn bytes(&self) -> usize {
-        self.filed.bytes() + self.leaf.bytes() + self.tree.bytes()
+        self.inserted.bytes() + self.leaf.bytes() + self.tree.bytes()
     }
 
     fn clear(&mut self) {
-        self.filed.clear();
+        self.inserted.clear();
         self.leaf.clear();
         self.tree.clear();
     }

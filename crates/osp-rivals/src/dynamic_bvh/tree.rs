@@ -148,7 +148,7 @@ impl BoxTree {
 
     /// Inserts a polygon; returns its leaf.
     pub(crate) fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> u32 {
-        self.upkeep.filed += 1;
+        self.upkeep.inserted += 1;
         let leaf = TreeNode { bounds: *bounds, parent: NONE, height: 0, polygons: 1 };
         let leaf = self.take_node(leaf, Links::leaf(id));
         if self.root == NONE {
@@ -216,11 +216,11 @@ impl BoxTree {
                 (best, best_cost) = (at, cost);
             }
             inherited += direct - at_area;
-            let a = self.way(children[0], bounds, inherited, own_area);
-            let b = self.way(children[1], bounds, inherited, own_area);
-            for way in [&a, &b] {
-                if way.is_leaf && inherited + way.direct <= best_cost {
-                    (best, best_cost) = (way.child, inherited + way.direct);
+            let a = self.candidate(children[0], bounds, inherited, own_area);
+            let b = self.candidate(children[1], bounds, inherited, own_area);
+            for candidate in [&a, &b] {
+                if candidate.is_leaf && inherited + candidate.direct <= best_cost {
+                    (best, best_cost) = (candidate.child, inherited + candidate.direct);
                 }
             }
             let next = match a.least_below.total_cmp(&b.least_below) {
@@ -239,23 +239,24 @@ impl BoxTree {
     }
 
     #[inline]
-    fn way(&self, child: u32, bounds: &Aabb, inherited: f64, own_area: f64) -> Way {
+    fn candidate(&self, child: u32, bounds: &Aabb, inherited: f64, own_area: f64) -> Candidate {
         let node = self.node(child);
         let (direct, area) = (joined_area(&node.bounds, bounds), joined_area(&node.bounds, &node.bounds));
         let is_leaf = node.height == 0;
         let least_below =
             if is_leaf { f64::INFINITY } else { inherited + direct + (own_area - area).min(0.0) };
-        Way { child, is_leaf, direct, area, least_below }
+        Candidate { child, is_leaf, direct, area, least_below }
     }
 
-    /// Whether `way` is better than another way of the same cost: its centre is nearer, or its subtree is lower.
-    fn is_nearer(&self, way: &Way, other: &Way, bounds: &Aabb) -> bool {
-        let distance = |way: &Way| {
-            let node = self.node(way.child);
+    /// Whether `candidate` is better than `other`, which has the same cost: its centre is nearer, or its subtree is
+    /// lower.
+    fn is_nearer(&self, candidate: &Candidate, other: &Candidate, bounds: &Aabb) -> bool {
+        let distance = |candidate: &Candidate| {
+            let node = self.node(candidate.child);
             // Both centres are halved, because distances between huge boxes overflow.
             ((node.bounds.center() * 0.5 - bounds.center() * 0.5).length_squared(), node.height)
         };
-        distance(way) < distance(other)
+        distance(candidate) < distance(other)
     }
 
     /// Updates boxes, heights and counts from `at` to the top, and improves the nodes on the way.
@@ -340,9 +341,9 @@ impl BoxTree {
     }
 }
 
-/// A child at which the descent may continue, and bounds of its cost.
+/// A child to which the descent may continue, and bounds of its cost.
 #[derive(Clone, Copy, Debug)]
-struct Way {
+struct Candidate {
     child: u32,
     is_leaf: bool,
     /// Surface of the child's box joined with the new box.

@@ -4,7 +4,7 @@ use super::FlatTree;
 use crate::by_id::NO_POLYGON;
 use osp::index::{
     WorkCounts,
-    kernels::{NearestPolygons, Waiting},
+    kernels::{NearestPolygons, SearchEntry},
 };
 
 impl FlatTree {
@@ -15,8 +15,8 @@ impl FlatTree {
         let mut heap = BinaryHeap::new();
         let Some(top) = self.nodes.first() else { return work };
         // An entry is a node, and the position of its first polygon.
-        heap.extend(nearest.distance_of(&top.bounds).map(|t| Waiting { t, place: (0, 0) }));
-        while let Some(Waiting { place: (node, first), .. }) = heap.pop() {
+        heap.extend(nearest.distance_of(&top.bounds).map(|t| SearchEntry { t, place: (0, 0) }));
+        while let Some(SearchEntry { place: (node, first), .. }) = heap.pop() {
             // Nearer polygons may have been found since the entry was added. If this node is then too far, all others are,
             // too.
             if nearest.distance_of(&self.nodes[node].bounds).is_none() {
@@ -37,7 +37,7 @@ impl FlatTree {
             for child in self.children(node) {
                 work.boxes += 1;
                 let distance_m = nearest.distance_of(&self.nodes[child].bounds);
-                heap.extend(distance_m.map(|t| Waiting { t, place: (child, first) }));
+                heap.extend(distance_m.map(|t| SearchEntry { t, place: (child, first) }));
                 first += self.nodes[child].polygons as usize;
             }
         }

@@ -2,8 +2,8 @@
 //!
 //! A [`GroupIndex`] stores polygons in *meshes*, by their boxes in the mesh's own space. *Nodes* form trees: each node has
 //! a transform to the space of its parent (or the world) and perhaps a mesh. A mesh of several nodes is shown several times
-//! and stored once. If a node is placed again, the matrices of the nodes below are multiplied and their boxes united. The
-//! number of their polygons does not matter. In an index of the trees, one entry changes.
+//! and stored once. If a node is placed again, the matrices of the nodes below are multiplied and their boxes united.
+//! One entry changes in the index of all trees. The cost does not depend on the number of polygons.
 //!
 //! ```text
 //! trees: an osp tree, an entry for each root node ─> its box in the world

@@ -268,7 +268,8 @@ impl GroupIndex {
         let mut tops = std::mem::take(&mut self.stale_tops);
         for top in tops.drain(..) {
             let of = &self.nodes[top as usize];
-            // A top may be listed twice, or may have a parent now, whose top is listed, too.
+            // A top may be listed twice. A former top that has a parent now is refreshed with its new top, which is
+            // listed, too.
             if of.is_stale && of.parent.is_none() {
                 self.refresh(top);
             }

@@ -19,7 +19,7 @@ use cell::LooseGrid;
 
 use super::{
     buckets::{self, Buckets, NOWHERE, Spot},
-    by_id::{ById, FiledBoxes},
+    by_id::{ById, InsertedBoxes},
     item::Item,
 };
 use osp::{
@@ -70,7 +70,7 @@ pub struct LooseOctree {
     /// The state of every cell, by its number; the last entry is the list beside the tree.
     slots: Vec<Slot>,
     buckets: Buckets<BLOCKS>,
-    filed: FiledBoxes,
+    inserted: InsertedBoxes,
     spot: ById<Spot>,
     upkeep: Upkeep,
 }
@@ -85,7 +85,7 @@ impl LooseOctree {
             grid,
             slots: vec![Slot::EMPTY; grid.cell_count() + 1],
             buckets: Buckets::with_capacity(2 * index.room()),
-            filed: FiledBoxes::with_capacity(index.room()),
+            inserted: InsertedBoxes::with_capacity(index.room()),
             spot,
             upkeep: Upkeep::default(),
         }
@@ -118,8 +118,8 @@ impl LooseOctree {
         self.grid.place(bounds).map_or(self.outside(), |cell| cell.number as usize)
     }
 
-    fn file(&mut self, id: PolygonId, bounds: &Aabb) {
-        self.upkeep.filed += 1;
+    fn insert_polygon(&mut self, id: PolygonId, bounds: &Aabb) {
+        self.upkeep.inserted += 1;
         let cell = self.cell_for(bounds);
         let spot = self.buckets.push(&mut self.slots[cell].chain, cell as u32, &Item { bounds: *bounds, id });
         self.spot.set(id, spot);
@@ -143,30 +143,30 @@ impl SpatialIndex for LooseOctree {
     }
 
     fn len(&self) -> usize {
-        self.filed.len()
+        self.inserted.len()
     }
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.filed.insert(id, bounds)?;
-        self.file(id, bounds);
+        self.inserted.insert(id, bounds)?;
+        self.insert_polygon(id, bounds);
         Ok(())
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
-        self.filed.remove(id)?;
+        self.inserted.remove(id)?;
         self.take_out(id);
         Ok(())
     }
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.filed.update(id, bounds)?;
+        self.inserted.update(id, bounds)?;
         let spot = self.spot.get(id);
         if self.cell_for(bounds) == self.buckets.owner(spot) as usize {
             self.buckets.set_bounds(spot, bounds);
             self.upkeep.adjusted += 1;
         } else {
             self.take_out(id);
-            self.file(id, bounds);
+            self.insert_polygon(id, bounds);
         }
         Ok(())
     }
@@ -192,14 +192,14 @@ impl SpatialIndex for LooseOctree {
     fn bytes(&self) -> usize {
         self.slots.capacity() * size_of::<Slot>()
             + self.buckets.bytes()
-            + self.filed.bytes()
+            + self.inserted.bytes()
             + self.spot.bytes()
     }
 
     fn clear(&mut self) {
         self.slots.fill(Slot::EMPTY);
         self.buckets.clear();
-        self.filed.clear();
+        self.inserted.clear();
         self.spot.clear();
     }
 }

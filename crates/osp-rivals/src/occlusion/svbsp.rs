@@ -38,9 +38,9 @@ struct Task {
 /// The order in which planes enter the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SvbspForm {
-    /// Occluder after occluder, the nearest first, as N. Chin and S. Feiner do.
+    /// All planes of one occluder after the other, the nearest occluder first (N. Chin and S. Feiner).
     Occluders,
-    /// Plane after plane, a good one first, as section 3.2.3 of the OSP paper does.
+    /// Single planes of all occluders, a good plane first (section 3.2.3 of the OSP paper).
     Planes,
 }
 

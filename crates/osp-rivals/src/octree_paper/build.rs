@@ -17,7 +17,8 @@ impl OctreePaper {
         self.nodes.clear();
         self.items.clear();
         self.ids.clear();
-        let items: Vec<Item> = self.filed.iter().map(|(id, bounds)| Item { bounds: *bounds, id }).collect();
+        let items: Vec<Item> =
+            self.inserted.iter().map(|(id, bounds)| Item { bounds: *bounds, id }).collect();
         if !items.is_empty() {
             let cell = items.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds));
             self.build(items, cell, 0);
@@ -42,7 +43,7 @@ impl OctreePaper {
                 }
             }
         }
-        self.filing.polygons += u64::from(depth == 0) * self.filed.len() as u64;
+        self.insertions.polygons += u64::from(depth == 0) * self.inserted.len() as u64;
         self.nodes[number].own_end = self.items.len() as u32;
         for (child, part) in parts.into_iter().enumerate().filter(|(_, part)| !part.is_empty()) {
             let below = self.build(part, octant(&cell, center, child), depth + 1);
@@ -63,9 +64,9 @@ impl OctreePaper {
                     1 => bounds.min[axis] > center[axis],
                     _ => bounds.max[axis] < center[axis],
                 };
-                self.filing.planes += 1;
+                self.insertions.planes += 1;
             }
-            self.filing.nodes += 1;
+            self.insertions.nodes += 1;
             if is_inside {
                 found = Some(child);
             }

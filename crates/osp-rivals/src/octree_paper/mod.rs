@@ -19,8 +19,8 @@ pub(super) use build::octant;
 use std::ops::Range;
 
 use super::{
-    as_printed::{CutNodes, FilingCounts},
-    by_id::FiledBoxes,
+    as_printed::{CutNodes, InsertionCounts},
+    by_id::InsertedBoxes,
     item::Item,
 };
 use osp::{
@@ -82,12 +82,12 @@ impl Node {
 pub struct OctreePaper {
     config: OctreePaperConfig,
     cut_nodes: CutNodes,
-    filed: FiledBoxes,
+    inserted: InsertedBoxes,
     is_due: bool,
     nodes: Vec<Node>,
     items: Vec<Item>,
     ids: Vec<PolygonId>,
-    filing: FilingCounts,
+    insertions: InsertionCounts,
     upkeep: Upkeep,
 }
 
@@ -100,12 +100,12 @@ impl OctreePaper {
                 ..config
             },
             cut_nodes: CutNodes::default(),
-            filed: FiledBoxes::with_capacity(index.room()),
+            inserted: InsertedBoxes::with_capacity(index.room()),
             is_due: false,
             nodes: Vec::new(),
             items: Vec::new(),
             ids: Vec::new(),
-            filing: FilingCounts::default(),
+            insertions: InsertionCounts::default(),
             upkeep: Upkeep::default(),
         }
     }
@@ -117,8 +117,8 @@ impl OctreePaper {
     }
 
     /// Work counts of all builds.
-    pub fn filing(&self) -> FilingCounts {
-        self.filing
+    pub fn insertions(&self) -> InsertionCounts {
+        self.insertions
     }
 }
 
@@ -128,23 +128,23 @@ impl SpatialIndex for OctreePaper {
     }
 
     fn len(&self) -> usize {
-        self.filed.len()
+        self.inserted.len()
     }
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.filed.insert(id, bounds)?;
+        self.inserted.insert(id, bounds)?;
         self.is_due = true;
         Ok(())
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
-        self.filed.remove(id)?;
+        self.inserted.remove(id)?;
         self.is_due = true;
         Ok(())
     }
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.filed.update(id, bounds)?;
+        self.inserted.update(id, bounds)?;
         self.is_due = true;
         Ok(())
     }
@@ -152,7 +152,7 @@ impl SpatialIndex for OctreePaper {
     fn commit(&mut self) {
         if self.is_due {
             self.rebuild();
-            self.upkeep.filed += self.items.len() as u64;
+            self.upkeep.inserted += self.items.len() as u64;
             self.upkeep.boxes += self.nodes.len() as u64;
             self.is_due = false;
         }
@@ -184,22 +184,23 @@ impl SpatialIndex for OctreePaper {
                 return fault("polygons are missing below");
             }
         }
-        let is_filed = |(item, id): (&Item, &PolygonId)| item.id == *id && self.filed.get(*id) == item.bounds;
-        match self.items.len() == self.filed.len() && self.items.iter().zip(&self.ids).all(is_filed) {
+        let is_inserted =
+            |(item, id): (&Item, &PolygonId)| item.id == *id && self.inserted.get(*id) == item.bounds;
+        match self.items.len() == self.inserted.len() && self.items.iter().zip(&self.ids).all(is_inserted) {
             true => Ok(()),
             false => Err("the tree has other polygons than were inserted".to_owned()),
         }
     }
 
     fn bytes(&self) -> usize {
-        self.filed.bytes()
+        self.inserted.bytes()
             + self.nodes.capacity() * size_of::<Node>()
             + self.items.capacity() * size_of::<Item>()
             + self.ids.capacity() * size_of::<PolygonId>()
     }
 
     fn clear(&mut self) {
-        self.filed.clear();
+        self.inserted.clear();
         self.nodes.clear();
         self.items.clear();
         self.ids.clear();

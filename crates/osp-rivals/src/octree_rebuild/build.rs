@@ -138,8 +138,8 @@ impl OctreeBuilder {
     }
 }
 
-/// The middle of a box, but below the box's greatest corner on every axis with some extent, so that each side gets
-/// polygons.
+/// The middle of a box. If rounding moves the middle to the greatest corner of an axis, the least corner replaces it,
+/// so that each side gets polygons.
 fn split_point(centers: &Aabb) -> Vec3 {
     let middle = centers.center();
     Vec3::select(middle.cmplt(centers.max), middle, centers.min)

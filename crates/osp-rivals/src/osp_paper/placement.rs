@@ -71,7 +71,8 @@ impl OspGrid {
     fn interleave(&self, cell: [u32; 3]) -> u32 {
         let mut code = 0;
         for (axis, k) in cell.into_iter().enumerate() {
-            // The lowest bit of an axis belongs to its last split, which the last splits of other axes follow.
+            // The lowest bit of an axis belongs to its last split. `splits_after` is the number of splits of other axes
+            // after this split.
             let splits_after = (self.max_depth() + 2 - axis as u32) % 3;
             code |= spread_by_three(k) << splits_after;
         }

@@ -4,8 +4,8 @@ use super::{
     placement::OspPlace,
 };
 use crate::{
-    as_printed::{CutNodes, FilingCounts},
-    by_id::{ById, FiledBoxes},
+    as_printed::{CutNodes, InsertionCounts},
+    by_id::{ById, InsertedBoxes},
 };
 use osp::{
     index::{IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
@@ -35,9 +35,9 @@ pub struct OspPaper {
     pub(super) nodes: Vec<OspNode>,
     /// Polygons that are not wholly inside the cube.
     pub(super) outside: Vec<PolygonId>,
-    pub(super) boxes: FiledBoxes,
+    pub(super) boxes: InsertedBoxes,
     pub(super) cut_nodes: CutNodes,
-    filing: FilingCounts,
+    insertions: InsertionCounts,
     location: ById<Location>,
 }
 
@@ -66,9 +66,9 @@ impl OspPaper {
             grid,
             nodes,
             outside: Vec::new(),
-            boxes: FiledBoxes::with_capacity(capacity),
+            boxes: InsertedBoxes::with_capacity(capacity),
             cut_nodes: CutNodes::default(),
-            filing: FilingCounts::default(),
+            insertions: InsertionCounts::default(),
             location,
         }
     }
@@ -80,8 +80,8 @@ impl OspPaper {
     }
 
     /// Work counts of all insertions: one plane for each node on the way down except leaves.
-    pub fn filing(&self) -> FilingCounts {
-        self.filing
+    pub fn insertions(&self) -> InsertionCounts {
+        self.insertions
     }
 
     /// The grid of the splitting planes.
@@ -101,8 +101,8 @@ impl OspPaper {
     }
 
     /// Inserts a polygon by the walk of Fig. 5, down from the root.
-    fn file(&mut self, id: PolygonId, bounds: &Aabb) {
-        self.filing.polygons += 1;
+    fn insert_polygon(&mut self, id: PolygonId, bounds: &Aabb) {
+        self.insertions.polygons += 1;
         if !self.grid.root_box().contains(bounds) {
             self.location.set(id, Location { node: OUTSIDE, slot: self.outside.len() as u32 });
             self.outside.push(id);
@@ -112,7 +112,7 @@ impl OspPaper {
         loop {
             let node = &mut self.nodes[at as usize];
             node.polygons += 1;
-            self.filing.planes += u64::from(!node.is_leaf);
+            self.insertions.planes += u64::from(!node.is_leaf);
             // The normal is an axis, so the least corner of the box has the least distance of all vertices.
             let in_front = node.splitter.signed_distance(bounds.min) > 0.0;
             let behind = node.splitter.signed_distance(bounds.max) < 0.0;
@@ -211,7 +211,7 @@ impl SpatialIndex for OspPaper {
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         self.boxes.insert(id, bounds)?;
-        self.file(id, bounds);
+        self.insert_polygon(id, bounds);
         Ok(())
     }
 
@@ -224,7 +224,7 @@ impl SpatialIndex for OspPaper {
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         self.boxes.update(id, bounds)?;
         self.take_out(id);
-        self.file(id, bounds);
+        self.insert_polygon(id, bounds);
         Ok(())
     }
 
@@ -240,7 +240,7 @@ impl SpatialIndex for OspPaper {
 
     /// The cells are fixed, so only insertions count.
     fn upkeep(&self) -> Option<Upkeep> {
-        Some(Upkeep { filed: self.filing.polygons, ..Upkeep::default() })
+        Some(Upkeep { inserted: self.insertions.polygons, ..Upkeep::default() })
     }
 
     fn validate(&self) -> Result<(), String> {
@@ -252,9 +252,9 @@ impl SpatialIndex for OspPaper {
                 return Err(format!("polygon {} in the list beside the tree does not belong there", id.0));
             }
         }
-        let filed = self.nodes[0].polygons as usize + self.outside.len();
-        if filed != self.len() || self.boxes.iter().count() != filed {
-            return Err(format!("{filed} polygons inserted, {} counted", self.len()));
+        let inserted = self.nodes[0].polygons as usize + self.outside.len();
+        if inserted != self.len() || self.boxes.iter().count() != inserted {
+            return Err(format!("{inserted} polygons inserted, {} counted", self.len()));
         }
         Ok(())
     }

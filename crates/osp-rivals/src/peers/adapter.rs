@@ -1,4 +1,4 @@
-use crate::by_id::FiledBoxes;
+use crate::by_id::InsertedBoxes;
 use osp::{
     index::{IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts},
     math::{Aabb, Containment, Frustum},
@@ -18,8 +18,8 @@ pub(super) trait PeerTree: 'static + Default + Send + Sync {
         self.insert(id, bounds);
     }
 
-    /// Ends a batch of changes. `filed` contains the boxes of all present polygons.
-    fn commit(&mut self, _filed: &FiledBoxes) {}
+    /// Ends a batch of changes. `inserted` contains the boxes of all present polygons.
+    fn commit(&mut self, _inserted: &InsertedBoxes) {}
 
     fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>);
 
@@ -30,14 +30,14 @@ pub(super) trait PeerTree: 'static + Default + Send + Sync {
 pub(super) struct Adapted<T> {
     name: &'static str,
     tree: T,
-    filed: FiledBoxes,
+    inserted: InsertedBoxes,
     is_due: bool,
 }
 
 impl<T: PeerTree> Adapted<T> {
     pub(super) fn new(name: &'static str, config: &IndexConfig) -> Self {
-        let filed = FiledBoxes::with_capacity(config.room());
-        Self { name, tree: T::default(), filed, is_due: false }
+        let inserted = InsertedBoxes::with_capacity(config.room());
+        Self { name, tree: T::default(), inserted, is_due: false }
     }
 }
 
@@ -47,25 +47,25 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
     }
 
     fn len(&self) -> usize {
-        self.filed.len()
+        self.inserted.len()
     }
 
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.filed.insert(id, bounds)?;
+        self.inserted.insert(id, bounds)?;
         self.tree.insert(id.0, bounds);
         self.is_due = true;
         Ok(())
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
-        let bounds = self.filed.remove(id)?;
+        let bounds = self.inserted.remove(id)?;
         self.tree.remove(id.0, &bounds);
         self.is_due = true;
         Ok(())
     }
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        let before = self.filed.update(id, bounds)?;
+        let before = self.inserted.update(id, bounds)?;
         self.tree.update(id.0, &before, bounds);
         self.is_due = true;
         Ok(())
@@ -73,7 +73,7 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
 
     fn commit(&mut self) {
         if std::mem::take(&mut self.is_due) {
-            self.tree.commit(&self.filed);
+            self.tree.commit(&self.inserted);
         }
     }
 
@@ -88,12 +88,12 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
-        let bounds = self.filed.iter().fold(Aabb::EMPTY, |all, (_, bounds)| all.union(bounds));
+        let bounds = self.inserted.iter().fold(Aabb::EMPTY, |all, (_, bounds)| all.union(bounds));
         let containment = frustum.classify(&bounds);
         if self.is_empty() || containment == Containment::Outside {
             return WorkCounts::default();
         }
-        let polygons = self.filed.len();
+        let polygons = self.inserted.len();
         let decision =
             visitor.node(&Node { bounds: &bounds, depth: 0, containment, polygons, is_leaf: true });
         let mut list = Vec::new();
@@ -115,7 +115,7 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
     }
 
     fn clear(&mut self) {
-        self.filed.clear();
+        self.inserted.clear();
         self.tree = T::default();
     }
 }

@@ -8,7 +8,7 @@ use ::bvh::{
 use glam::Vec3;
 
 use super::adapter::PeerTree;
-use crate::by_id::FiledBoxes;
+use crate::by_id::InsertedBoxes;
 use osp::{
     math::{Aabb, Containment, Frustum, PlaneMask},
     polygon::PolygonId,
@@ -61,10 +61,10 @@ impl PeerTree for BvhCrate {
         self.is_stale = true;
     }
 
-    fn commit(&mut self, filed: &FiledBoxes) {
+    fn commit(&mut self, inserted: &InsertedBoxes) {
         if std::mem::take(&mut self.is_stale) {
             self.shapes.clear();
-            self.shapes.extend(filed.iter().map(|(id, bounds)| Shape { id, bounds: *bounds, node: 0 }));
+            self.shapes.extend(inserted.iter().map(|(id, bounds)| Shape { id, bounds: *bounds, node: 0 }));
             self.tree = (!self.shapes.is_empty()).then(|| Bvh::build(&mut self.shapes));
         }
     }

@@ -6,7 +6,7 @@ use obvhs::{
 };
 
 use super::adapter::PeerTree;
-use crate::by_id::FiledBoxes;
+use crate::by_id::InsertedBoxes;
 use osp::{
     math::{Aabb, Containment, Frustum, PlaneMask},
     polygon::PolygonId,
@@ -28,8 +28,8 @@ const MOST: usize = 2;
 
 impl Growing {
     /// Builds the tree again, as fast as the crate can.
-    fn build(&mut self, filed: &FiledBoxes) {
-        let (ids, boxes): (Vec<u32>, Vec<_>) = filed.iter().map(|(id, b)| (id.0, box_of(b))).unzip();
+    fn build(&mut self, inserted: &InsertedBoxes) {
+        let (ids, boxes): (Vec<u32>, Vec<_>) = inserted.iter().map(|(id, b)| (id.0, box_of(b))).unzip();
         let numbers = (0..boxes.len() as u32).collect();
         let (distance, precision) = (PlocSearchDistance::Minimum, SortPrecision::U64);
         self.tree = PlocBuilder::new().build(distance, &boxes, numbers, precision, 0);
@@ -88,9 +88,9 @@ impl PeerTree for Growing {
         self.updated.push((id, box_of(bounds)));
     }
 
-    fn commit(&mut self, filed: &FiledBoxes) {
-        if self.updated.len() * MOST > filed.len() {
-            self.build(filed);
+    fn commit(&mut self, inserted: &InsertedBoxes) {
+        if self.updated.len() * MOST > inserted.len() {
+            self.build(inserted);
             self.updated.clear();
         } else {
             self.resize();
@@ -120,11 +120,11 @@ impl PeerTree for Rebuilt {
 
     fn remove(&mut self, _id: u32, _bounds: &Aabb) {}
 
-    fn commit(&mut self, filed: &FiledBoxes) {
+    fn commit(&mut self, inserted: &InsertedBoxes) {
         self.ids.clear();
         self.boxes.clear();
-        self.ids.extend(filed.iter().map(|(id, _)| id));
-        self.boxes.extend(filed.iter().map(|(_, bounds)| box_of(bounds)));
+        self.ids.extend(inserted.iter().map(|(id, _)| id));
+        self.boxes.extend(inserted.iter().map(|(_, bounds)| box_of(bounds)));
         if self.boxes.is_empty() {
             self.of.tree = Bvh2::default();
             return;

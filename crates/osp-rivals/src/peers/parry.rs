@@ -2,7 +2,7 @@ use glam::Vec3;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace, TraversalAction};
 
 use super::adapter::PeerTree;
-use crate::by_id::FiledBoxes;
+use crate::by_id::InsertedBoxes;
 use osp::{
     math::{Aabb, Frustum},
     polygon::PolygonId,
@@ -72,7 +72,7 @@ impl PeerTree for Growing {
         self.updated.push(id);
     }
 
-    fn commit(&mut self, _filed: &FiledBoxes) {
+    fn commit(&mut self, _filed: &InsertedBoxes) {
         self.refit();
     }
 
@@ -97,11 +97,11 @@ impl PeerTree for Rebuilt {
 
     fn remove(&mut self, _id: u32, _bounds: &Aabb) {}
 
-    fn commit(&mut self, filed: &FiledBoxes) {
+    fn commit(&mut self, inserted: &InsertedBoxes) {
         self.ids.clear();
         self.boxes.clear();
-        self.ids.extend(filed.iter().map(|(id, _)| id));
-        self.boxes.extend(filed.iter().map(|(_, bounds)| box_of(bounds)));
+        self.ids.extend(inserted.iter().map(|(id, _)| id));
+        self.boxes.extend(inserted.iter().map(|(_, bounds)| box_of(bounds)));
         self.tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &self.boxes);
     }
 

@@ -91,9 +91,9 @@ fn culled(index: &GroupIndex, frustum: &Frustum, model: &Model, scratch: &mut Cu
         let of = &mut seen[found.node.0 as usize];
         match found.polygons {
             Polygons::All => {
-                of.iter_mut().zip(&model.meshes[found.mesh.0 as usize]).for_each(|(seen, filed)| {
+                of.iter_mut().zip(&model.meshes[found.mesh.0 as usize]).for_each(|(seen, inserted)| {
                     assert!(!*seen, "handed out twice");
-                    *seen = filed.is_some();
+                    *seen = inserted.is_some();
                 })
             }
             Polygons::Some(set) => set.ids().for_each(|id| {
@@ -151,14 +151,14 @@ fn what_is_in_view_is_found_wherever_groups_are_moved() {
                 }
                 (_, 3) => {
                     let mesh = random.below(3);
-                    let filed = &mut model.meshes[mesh];
-                    if !filed.is_empty() {
-                        let id = random.below(filed.len());
+                    let inserted = &mut model.meshes[mesh];
+                    if !inserted.is_empty() {
+                        let id = random.below(inserted.len());
                         let bounds = (random.below(2) == 0).then(|| random.small_box());
                         let outcome =
                             index.set_polygon(MeshId(mesh as u32), PolygonId(id as u32), bounds.as_ref());
-                        assert_eq!(outcome.is_err(), bounds.is_none() && filed[id].is_none());
-                        filed[id] = bounds;
+                        assert_eq!(outcome.is_err(), bounds.is_none() && inserted[id].is_none());
+                        inserted[id] = bounds;
                     }
                 }
                 (count, _) => {
@@ -243,7 +243,7 @@ fn a_group_that_moves_costs_its_nodes() {
     // This tree does not move.
     index.add_node(None, at(-500.0), Some(mesh)).expect("a node");
     index.commit();
-    assert_eq!(index.polygon_count(), 10_000, "shown 101 times, filed once");
+    assert_eq!(index.polygon_count(), 10_000, "shown 101 times, inserted once");
     let mut since = index.work();
     let mut cost = |index: &mut GroupIndex| {
         index.commit();

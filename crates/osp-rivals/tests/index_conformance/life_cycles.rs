@@ -106,19 +106,19 @@ fn shrunk_to_a_part_at_random_and_grown_again() {
     let root = IndexConfig::default().root;
     for_every_index(&scattered(60, &root, 0.1, 35), |pair| {
         let mut random = Rng(36);
-        let mut filed = Vec::new();
+        let mut inserted = Vec::new();
         let mut next = 0;
         for round in 0..12 {
             let middle = random.point(&root);
             let room = around(middle, [0.05, 0.4, 3.0, 50.0][random.below(4)]);
             for bounds in scattered(random.below(500), &room, 0.01, 37 + round) {
                 pair.insert(next, &bounds);
-                filed.push(next);
+                inserted.push(next);
                 next += 1;
             }
             pair.check(&format!("round {round}, grown"));
             let keep = random.below(100);
-            filed.retain(|&id| {
+            inserted.retain(|&id| {
                 let kept = random.below(100) < keep;
                 if !kept {
                     pair.remove(id);
@@ -155,7 +155,7 @@ fn ids_beyond_the_limit_are_refused_and_cost_nothing() {
 
 /// Such an id takes at most a few megabytes, except in the two rivals that are arrays up to the highest id.
 #[test]
-fn the_last_id_below_the_limit_is_filed() {
+fn the_last_id_below_the_limit_is_inserted() {
     let bounds = around(Vec3::ONE, 0.1);
     let last = PolygonId(PolygonId::LIMIT - 1);
     for subject in &subjects() {
@@ -170,7 +170,7 @@ fn the_last_id_below_the_limit_is_filed() {
         index.box_query(&bounds, &mut found);
         assert_eq!(found, [last], "{}", subject.name);
         assert!(index.bytes() < 32 << 20, "{}: {} bytes", subject.name, index.bytes());
-        index.remove(last).expect("it is filed");
+        index.remove(last).expect("it is inserted");
         assert!(index.is_empty(), "{}", subject.name);
     }
 }

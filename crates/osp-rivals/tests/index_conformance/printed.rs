@@ -66,7 +66,7 @@ fn a_cut_node_draws_all_its_polygons_as_in_figure_6() {
 
 /// Section 2.1: a level of the OSP tree takes three planes, a level of the octree three for each of eight children.
 #[test]
-fn filing_asks_an_octree_eight_times_as_much_a_level() {
+fn insertion_into_an_octree_tests_eight_times_as_many_planes_a_level() {
     let room = around(glam::Vec3::ZERO, 4.0);
     // The boxes lie in the middle of an octant, of an octant of this octant, and so on, so no plane cuts them.
     let at = |level: i32| glam::Vec3::splat(2.0 - 2.0f32.powi(-level));
@@ -81,7 +81,7 @@ fn filing_asks_an_octree_eight_times_as_much_a_level() {
         octree.insert(PolygonId(i as u32), bounds).expect("a box");
     }
     octree.commit();
-    let (osp_before, octree_before) = (osp.filing(), octree.filing());
+    let (osp_before, octree_before) = (osp.insertions(), octree.insertions());
     assert_eq!((osp_before.polygons, osp_before.planes, osp_before.nodes), (2, 2 * 12, 0));
     assert_eq!((octree_before.polygons, octree_before.nodes), (2, 2 * 4 * 8));
     assert_eq!(octree_before.planes, 3 * octree_before.nodes);
@@ -90,8 +90,8 @@ fn filing_asks_an_octree_eight_times_as_much_a_level() {
     osp.insert(PolygonId(2), &third).expect("a box");
     octree.insert(PolygonId(2), &third).expect("a box");
     octree.commit();
-    assert_eq!(osp.filing().planes - osp_before.planes, 12);
-    assert_eq!(octree.filing().planes - octree_before.planes, 3 * 4 * 8 * 3);
+    assert_eq!(osp.insertions().planes - osp_before.planes, 12);
+    assert_eq!(octree.insertions().planes - octree_before.planes, 3 * 4 * 8 * 3);
     octree.commit();
-    assert_eq!(octree.filing().polygons, 5, "nothing has changed: nothing is built");
+    assert_eq!(octree.insertions().polygons, 5, "nothing has changed: nothing is built");
 }

@@ -5,12 +5,12 @@
 //!
 //! Depends on no other module.
 
-mod still;
+mod at_rest;
 mod surface;
 mod table;
 pub mod texture;
 
-pub use still::{Seen, Still};
+pub use at_rest::{BrushAtRest, Seen};
 pub(crate) use surface::UV_PERIOD;
 pub use surface::{Surface, UV_LIMIT};
 pub use table::{all, find};

@@ -22,8 +22,8 @@ use osp::polygon::{ConvexPolygon, PolygonId};
 const GLB_MAGIC: u32 = 0x4654_6c67;
 const JSON_CHUNK: u32 = 0x4e4f_534a;
 const BIN_CHUNK: u32 = 0x004e_4942;
-/// Mean straightness of a polygon over all directions of the eye.
-const SLANTED: f32 = 0.5;
+/// Mean of [`cosine_to_eye`] over all directions of the eye.
+const MEAN_VIEW_COSINE: f32 = 0.5;
 
 /// Counts of exported parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,8 +47,8 @@ pub struct GltfCounts {
 /// was drawn (with [`ExportOptions::times`]), and `_STROKE`, the number of the stroke, -1 for polygons without one.
 /// [`Objects::Whole`] has neither, and its vertices are smaller (`KHR_mesh_quantization`).
 ///
-/// Brushes look as at time 0: [`Still`](crate::brush::Still). glTF has no additive blending. So additive strokes are
-/// blended with an alpha that is as large as their light is bright: dark light covers nothing.
+/// Brushes look as at time 0 ([`BrushAtRest`](crate::brush::BrushAtRest)). glTF has no additive blending. So additive
+/// strokes are blended with an alpha that is as large as their light is bright: dark light covers nothing.
 ///
 /// The lights of the file light a matte surface as the session's lights and ambient light do. The scene's `extras` have
 /// the sky and the fog.
@@ -108,8 +108,8 @@ pub fn write_glb_watched(
         let secs = options.times.as_ref().map_or(0.0, |times| times.secs(id.index()));
         // Numbers from 2^24 on are rounded: the format has no attribute of 32-bit integers.
         let number = stroke.id().map_or(-1.0, |stroke| stroke.0 as f32);
-        let straight = options.eye_in_world.map_or(SLANTED, |eye| straightness(&polygon, eye));
-        let seen = Seen { straight, light };
+        let view_cosine = options.eye_in_world.map_or(MEAN_VIEW_COSINE, |eye| cosine_to_eye(&polygon, eye));
+        let seen = Seen { view_cosine, light };
         let paint = |corner| materials.get(material).corner(stroke, &surface, corner, seen);
         let part = object.parts.entry(materials.in_file(material)).or_insert_with(|| Part::new(is_whole));
         part.add(&polygon, &surface, paint, [secs, number]);
@@ -186,8 +186,8 @@ fn mean_light(environment: &Environment) -> Vec3 {
     environment.ambient + environment.lights.iter().map(|(_, color)| *color * 0.25).sum::<Vec3>()
 }
 
-/// Straightness of the eye's view of a polygon: 1 straight on, 0 from its edge.
-fn straightness(polygon: &ConvexPolygon, eye_in_world: Vec3) -> f32 {
+/// Cosine of the angle between a polygon's normal and the direction to the eye; always positive.
+fn cosine_to_eye(polygon: &ConvexPolygon, eye_in_world: Vec3) -> f32 {
     let corners = polygon.vertices();
     let middle = corners.iter().sum::<Vec3>() / corners.len() as f32;
     let normal = polygon.area_vector().normalize_or_zero();

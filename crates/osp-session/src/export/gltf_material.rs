@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::gltf_texture::Textures;
 use crate::{
-    brush::{Brush, Draw, Effect, Lighting, Seen, Still, Surface},
+    brush::{Brush, BrushAtRest, Draw, Effect, Lighting, Seen, Surface},
     scene::Stroke,
 };
 
@@ -19,7 +19,7 @@ const EXTENSIONS: [&str; 2] = ["KHR_materials_specular", "KHR_materials_unlit"];
 #[derive(Clone, Debug)]
 pub(super) struct Material {
     /// The brush, its colours at rest, and its texture in the file.
-    brush: Option<(&'static Brush, Still, Option<usize>)>,
+    brush: Option<(&'static Brush, BrushAtRest, Option<usize>)>,
     /// Whether the background shines through.
     is_blended: bool,
 }
@@ -57,8 +57,8 @@ impl Materials {
             return *number;
         }
         let brush = brush.map(|brush| {
-            let still = Still::of(brush);
-            (brush, still, self.textures.number_of(brush, &still))
+            let at_rest = BrushAtRest::of(brush);
+            (brush, at_rest, self.textures.number_of(brush, &at_rest))
         });
         let material = Material { brush, is_blended };
         let mut json = material.json();
@@ -112,8 +112,8 @@ impl Material {
     ) -> ([f32; 4], [f32; 2]) {
         let ((r, g, b, a), uv, own) = (stroke.color(), surface.uv(corner), surface.alpha(corner));
         match &self.brush {
-            Some((_, still, _)) => {
-                (linear(still.paint(Vec3::new(r, g, b), own, uv, seen)), still.uv(uv).to_array())
+            Some((_, at_rest, _)) => {
+                (linear(at_rest.paint(Vec3::new(r, g, b), own, uv, seen)), at_rest.uv(uv).to_array())
             }
             None => (linear([r, g, b, a * own]), uv.to_array()),
         }

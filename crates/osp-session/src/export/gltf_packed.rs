@@ -10,8 +10,8 @@ use super::{
     gltf_part::{DRAWN_BYTES, Grid, Layout, Packed, Part},
 };
 
-/// Makes the vertices of a welded part smaller: positions become numbers of the grid, if there is one, normals bytes, and
-/// texture coordinates between 0 and 1 16-bit numbers.
+/// Makes the vertices of a welded part smaller. Positions become grid numbers if there is a grid, normals become bytes,
+/// and texture coordinates from 0 to 1 become 16-bit numbers.
 pub(super) fn quantize(part: &mut Part, grid: Option<Grid>) {
     let rows = std::mem::take(&mut part.vertices);
     let rows = rows.as_chunks::<DRAWN_BYTES>().0;

@@ -2,7 +2,7 @@ use std::io;
 
 use serde_json::{Value, json};
 
-use crate::brush::{Brush, Still, texture::solid::repeats};
+use crate::brush::{Brush, BrushAtRest, texture::solid::repeats};
 
 const REPEAT: u32 = 10497;
 const CLAMP_TO_EDGE: u32 = 33071;
@@ -19,11 +19,11 @@ pub(super) struct Textures {
 
 impl Textures {
     /// The number of the texture of a brush, if it has one. O(texels) for a new brush.
-    pub(super) fn number_of(&mut self, brush: &Brush, still: &Still) -> Option<usize> {
-        if !still.has_texture() {
+    pub(super) fn number_of(&mut self, brush: &Brush, at_rest: &BrushAtRest) -> Option<usize> {
+        if !at_rest.has_texture() {
             return None;
         }
-        let png = encode(still).ok()?;
+        let png = encode(at_rest).ok()?;
         let image = self.images.iter().position(|known| *known == png).unwrap_or_else(|| {
             self.images.push(png);
             self.images.len() - 1
@@ -53,10 +53,10 @@ impl Textures {
 }
 
 /// The texture of a brush at rest as a PNG. The first row is that of `v` = 0.
-fn encode(still: &Still) -> io::Result<Vec<u8>> {
-    let side = still.side();
+fn encode(at_rest: &BrushAtRest) -> io::Result<Vec<u8>> {
+    let side = at_rest.side();
     let texels: Vec<u8> = (0..side * side)
-        .flat_map(|i| still.texel(i % side, i / side))
+        .flat_map(|i| at_rest.texel(i % side, i / side))
         .map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
         .collect();
     let mut bytes = Vec::new();

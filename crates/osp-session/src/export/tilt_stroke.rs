@@ -27,8 +27,8 @@ fn stand_in(stroke: &KeptStroke) -> Option<&'static Brush> {
     })
 }
 
-/// A reader multiplies by two factors and rounds each product. So the inverse is searched among the numbers within this
-/// number of units in the last place of the nearest one.
+/// A reader multiplies by two factors and rounds each product. So the writer searches for a number that the reader maps
+/// back exactly. It tries the numbers up to this many units in the last place from the nearest one.
 const INVERSE_REACH: u32 = 8;
 
 /// A stroke that is ready to be written.

@@ -215,7 +215,7 @@ impl Metadata {
         Ok(SystemTime::UNIX_EPOCH + Duration::from_secs(self.modified))
     }
 
-    /// Like [`Self::modified`], a counter in place of the time of day.
+    /// A counter that is larger for a file created later, in place of the time of day.
     pub fn created(&self) -> io::Result<SystemTime> {
         Ok(SystemTime::UNIX_EPOCH + Duration::from_secs(self.created))
     }

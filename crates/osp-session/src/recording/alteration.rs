@@ -77,9 +77,9 @@ fn mirrored(q: Quat) -> Quat {
 pub struct Alteration {
     /// The motion, in the space of the stroke's points. The width changes with the scale.
     pub motion: Motion,
-    /// The colour, sRGB with opacity; if absent, that of the stroke.
+    /// The colour, sRGB with opacity; `None` keeps the stroke's colour.
     pub color: Option<(f32, f32, f32, f32)>,
-    /// The width, metres; if absent, that of the stroke, scaled.
+    /// The width, metres; `None` scales the stroke's width with the motion.
     pub width_m: Option<f32>,
 }
 

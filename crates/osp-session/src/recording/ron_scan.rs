@@ -34,8 +34,8 @@ struct Number<'a> {
 }
 
 impl Number<'_> {
-    /// Every integer of at most this many digits is an exact f64, and so is every such power of ten. So their quotient
-    /// is rounded only once.
+    /// In f64, every integer with up to this number of digits is exact, and every power of ten up to this exponent. So
+    /// their quotient is rounded only once.
     const MOST_DIGITS: usize = 15;
     const POWERS: [f64; 16] =
         [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];

@@ -69,7 +69,7 @@ impl<W: Write> RonWriter<W> {
     ///
     /// # Errors
     /// The event does not pass [`Event::check`], has an author in a format without authors, or does not fit into a
-    /// line. Then nothing is written, and the writer can continue. It is also an error if the output fails.
+    /// line. In these cases nothing is written, and the writer can continue. It is also an error if the output fails.
     pub fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
         let is_known = self.has_authors || !event.names_author();
         let check = event.check().and(if is_known { Ok(()) } else { Err(NO_AUTHORS) });

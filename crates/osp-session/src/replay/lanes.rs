@@ -112,8 +112,8 @@ pub struct LaneFrame {
     pub in_view: u64,
     /// Fingerprint of the drawn polygons.
     pub drawn: u64,
-    /// Whether the lane had skipped frames before. The times of this frame then include the skipped frames, and its
-    /// visible set does not.
+    /// Whether the lane had skipped frames before. If so, the times of this frame include the changes of the skipped
+    /// frames.
     pub catches_up: bool,
 }
 

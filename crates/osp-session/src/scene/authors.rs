@@ -62,8 +62,8 @@ impl Scene {
         self.authors.entry(author).or_default()
     }
 
-    /// Whether an author may send events. Authors who have joined and not left may, and so may the sole author of a
-    /// recording without authors.
+    /// Whether an author may send events: an author who has joined and not left, or the sole author of a recording
+    /// without authors.
     #[inline]
     pub(super) fn is_there(&self, author: Author) -> bool {
         author.is_sole() || self.author(author).is_some_and(|info| info.left_secs.is_none())

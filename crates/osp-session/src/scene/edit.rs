@@ -52,7 +52,7 @@ pub(super) struct Way {
 /// An edit of strokes or groups, and the state before it. Several authors can make such edits simultaneously. Lists are
 /// sorted by stroke.
 ///
-/// While the arrangement is active, its `before` values result from the base and all earlier active arrangements.
+/// While the arrangement is active, its `before` values are the base values after all earlier active arrangements.
 #[derive(Clone, Debug, Default)]
 pub(super) enum Arrangement {
     /// No effect remains.
@@ -77,7 +77,7 @@ pub(super) struct Grouping {
     pub(super) group: usize,
     /// The members, each with its former group.
     pub(super) members: Vec<Named<Option<usize>>>,
-    /// The parent that the grouping sets, unless a later grouping that sets one is permanent.
+    /// The parent that the grouping sets, unless a later permanent grouping also sets a parent.
     /// [`GroupParents`](super::parents::GroupParents) stores whether it has an effect.
     pub(super) new_parent: Option<Parent>,
     /// The group's names before and after, if the grouping sets the name.

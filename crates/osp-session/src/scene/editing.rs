@@ -16,8 +16,8 @@ use osp::polygon::{Change, PolygonId, SpaceId};
 
 impl Scene {
     /// Frees the strokes that were out of reach of undo and redo at the previous call. So receivers of changes may
-    /// still query strokes that became unreachable since then. Call it once a frame in long sessions, after all changes
-    /// from before the previous call have been processed.
+    /// still query strokes that became unreachable since then. Call it once a frame in long sessions. All changes made
+    /// before the previous call must have been processed.
     pub fn free_unreachable(&mut self) {
         self.gone.swap(0, 1);
         let mut gone = std::mem::take(&mut self.gone[0]);

@@ -33,13 +33,13 @@ pub(super) struct Group {
     pub(super) reach: Aabb,
     /// Scratch of [`Groups::take_moved`].
     is_walked: bool,
-    /// Extent, at the last refresh, of the group's own strokes (in its own space, if it moves as a whole), and of its
-    /// whole subtree.
+    /// Extent of the group's own strokes at the last refresh, in the group's space if it moves as a whole.
     own: Extent,
+    /// Extent of the subtree at the last refresh.
     whole: Extent,
     /// Whether `own` is out of date.
     is_own_stale: bool,
-    /// Whether `whole` is out of date; that of every ancestor is then out of date, too.
+    /// Whether `whole` is out of date. If so, `whole` of every ancestor is out of date, too.
     is_stale: bool,
 }
 

@@ -76,8 +76,8 @@ impl History {
         self.open.is_some()
     }
 
-    /// Adds an edit. The undone edits, which then cannot be redone, and the oldest edits beyond the limits are appended
-    /// to `lost`.
+    /// Adds an edit. Appends to `lost` the undone edits, which can no longer be redone, and the oldest edits beyond the
+    /// limits.
     pub(super) fn record(&mut self, edit: Edit, lost: &mut Lost) {
         for edit in self.taken_back.drain(..) {
             self.named -= edit.named();

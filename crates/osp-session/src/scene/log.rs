@@ -291,9 +291,9 @@ impl Log {
         self.active.get_mut(&next)
     }
 
-    /// Makes an active arrangement part of the base: earlier arrangements lose the values that it replaces, and its
-    /// moves are applied before theirs. Returns the strokes whose offsets change, even if only in the last bit. `hangs`
-    /// states whether the arrangement has set a parent.
+    /// Makes an active arrangement part of the base. Earlier arrangements lose the values that this arrangement
+    /// replaces, and its moves are applied before the moves of earlier ones. Returns the strokes whose offsets change,
+    /// even if only in the last bit. `hangs` states whether the arrangement has set a parent.
     pub(super) fn forget(&mut self, at: u64, hangs: bool) -> Vec<(u32, glam::Vec3)> {
         if !self.active.contains_key(&at) {
             return Vec::new();

@@ -321,8 +321,7 @@ impl GroupParents {
     }
 
     /// Updates all parents after undo and redo. The cost grows with the number of groups that differ at a later time,
-    /// and of their descendants. It also grows with the number of later groupings of these groups and of their
-    /// ancestors.
+    /// and of their descendants. The number of later groupings of these groups and of their ancestors also counts.
     pub(super) fn settle(&mut self, groups: &mut Groups) {
         if !std::mem::take(&mut self.is_due) {
             return;

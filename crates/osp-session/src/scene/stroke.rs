@@ -149,12 +149,12 @@ impl Stroke {
         self.points
     }
 
-    /// Number of polygons in use; others are points until the stroke needs them again.
+    /// Number of polygons in use. Unused ones have all corners at one point until the stroke needs them again.
     pub fn polygon_count(&self) -> u32 {
         self.used
     }
 
-    /// Number of the stroke's polygons, including unused ones, which are points.
+    /// Number of the stroke's polygons, including unused ones.
     pub(super) fn kept_polygons(&self) -> u64 {
         self.polygons.iter().map(|range| u64::from(range.end - range.start)).sum()
     }

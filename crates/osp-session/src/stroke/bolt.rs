@@ -4,7 +4,8 @@ use glam::Vec3;
 
 /// Half the width to which [`STRENGTH_M`] applies, metres.
 const HALF_WIDTH_M: f32 = 0.002;
-/// Largest displacement along one axis at that width, metres, for slow and fast noise; 8 and 6 mm root mean square.
+/// Largest displacement along one axis for a stroke of that width, metres: by slow noise (8 mm root mean square), and
+/// by fast noise (6 mm).
 const STRENGTH_M: [f32; 2] = [0.022, 0.0155];
 
 /// Displacement of line 0, 1 or 2 at a point of the stroke. It depends only on the point, and is at most some

@@ -28,7 +28,7 @@ pub struct HullBuilder {
     side: Option<Vec3>,
     /// Hull of the kept samples.
     hull: ConvexHull,
-    /// Whether a provisional end is drawn, which is not in `hull`.
+    /// Whether a provisional end is drawn; `hull` does not contain this end.
     is_end_drawn: bool,
 }
 

@@ -21,7 +21,7 @@ impl Refresh {
     pub(super) fn parts(&mut self, count: usize, length_m: f32) -> usize {
         let before = self.count;
         self.count = before.max(count);
-        // The largest power of two of which the count has passed a multiple.
+        // The largest power of two with a multiple between the old and the new count.
         let passed = (before ^ self.count).checked_ilog2().map_or(0, |bit| 1_usize << bit);
         let parts = LEAST + 4 * passed;
         if parts < count && length_m <= 1.25 * self.whole_m {

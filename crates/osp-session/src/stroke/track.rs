@@ -124,7 +124,8 @@ impl Track {
         self.kept = self.kept.min(len);
     }
 
-    /// Drops the first `count` nodes, but keeps at least four kept ones; returns the number of dropped nodes.
+    /// Drops at most the first `count` nodes, so that at least four kept nodes remain. Returns the number of dropped
+    /// nodes.
     pub(super) fn forget(&mut self, count: usize) -> usize {
         let count = count.min(self.kept.saturating_sub(4));
         self.nodes.drain(..count);

@@ -89,7 +89,7 @@ struct Open {
     first: usize,
     sections: Vec<Drawn>,
     refresh: Refresh,
-    /// Whether a part of it was built when the segment was shorter.
+    /// Whether some sections were built when the segment was shorter.
     is_outdated: bool,
 }
 
@@ -442,7 +442,8 @@ impl TubeBrushBuilder {
         cursor.count(self.corners_of_ring());
     }
 
-    /// Corners of a ring in Open Brush: hard edges have two corners in one place, and so has the seam of a soft tube.
+    /// Number of corners of a ring in Open Brush: a hard tube has two corners at each edge, a soft tube only at its
+    /// seam.
     fn corners_of_ring(&self) -> usize {
         if self.is_hard { 2 * self.circle.len() } else { self.circle.len() + 1 }
     }

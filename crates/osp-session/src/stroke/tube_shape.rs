@@ -78,7 +78,7 @@ pub(super) fn swelling(effect: Effect, u: f32, around: f32) -> f32 {
     match effect {
         // Bulbs on a wire.
         Effect::LightWire if libm::sinf(pi * (2.0 * u).rem_euclid(1.0)) < 0.15 => 1.9,
-        // Lumps, about three in a turn and in a length of 1.
+        // Lumps: about three around the tube, and three for each length of 1 in `u`.
         Effect::Disco => {
             let wave = libm::sinf(3.0 * pi * (u + around));
             1.0 + 0.6 * wave * wave

@@ -62,13 +62,13 @@ fn turned() -> Quat {
 }
 
 /// The model that receivers of changes have: the ids after all inserts, removes and updates.
-fn follow(changes: &[Change], filed: &mut std::collections::BTreeSet<PolygonId>) {
+fn follow(changes: &[Change], inserted: &mut std::collections::BTreeSet<PolygonId>) {
     for change in changes {
         match *change {
-            Change::Insert(id) => assert!(filed.insert(id), "{id:?} came twice"),
-            Change::Remove(id) => assert!(filed.remove(&id), "{id:?} went without being there"),
+            Change::Insert(id) => assert!(inserted.insert(id), "{id:?} came twice"),
+            Change::Remove(id) => assert!(inserted.remove(&id), "{id:?} went without being there"),
             Change::Update(id) | Change::Repaint(id) => {
-                assert!(filed.contains(&id), "{id:?} moved without being there");
+                assert!(inserted.contains(&id), "{id:?} moved without being there");
             }
             Change::Place(space) => panic!("{space:?}: this scene tells of each polygon"),
         }
@@ -202,10 +202,10 @@ fn a_tube_is_closed() {
 #[test]
 fn erase_undo_and_redo_bring_back_the_same_ids() {
     let mut scene = Scene::new();
-    let mut filed = std::collections::BTreeSet::new();
+    let mut inserted = std::collections::BTreeSet::new();
     let mut step = |scene: &mut Scene, events: &[Event]| {
-        follow(&play(scene, events), &mut filed);
-        filed.iter().map(|id| id.0).collect::<Vec<_>>()
+        follow(&play(scene, events), &mut inserted);
+        inserted.iter().map(|id| id.0).collect::<Vec<_>>()
     };
     let both: Vec<u32> = (0..4).collect();
     let events: Vec<Event> = [straight(1, 3, NormalRule::LocalX), straight(2, 3, NormalRule::LocalX)]
@@ -230,14 +230,14 @@ fn erase_undo_and_redo_bring_back_the_same_ids() {
 #[test]
 fn points_of_a_stroke_that_was_taken_back_stay_hidden_until_redo() {
     let mut scene = Scene::new();
-    let mut filed = std::collections::BTreeSet::new();
+    let mut inserted = std::collections::BTreeSet::new();
     let events = straight(1, 4, NormalRule::LocalX);
-    follow(&play(&mut scene, &events[..3]), &mut filed);
-    follow(&play(&mut scene, &[SOLE.undo()]), &mut filed);
-    follow(&play(&mut scene, &events[3..]), &mut filed);
-    assert!(filed.is_empty());
-    follow(&play(&mut scene, &[SOLE.redo()]), &mut filed);
-    assert_eq!(filed.len(), 3);
+    follow(&play(&mut scene, &events[..3]), &mut inserted);
+    follow(&play(&mut scene, &[SOLE.undo()]), &mut inserted);
+    follow(&play(&mut scene, &events[3..]), &mut inserted);
+    assert!(inserted.is_empty());
+    follow(&play(&mut scene, &[SOLE.redo()]), &mut inserted);
+    assert_eq!(inserted.len(), 3);
 }
 
 #[test]
@@ -344,7 +344,7 @@ proptest::proptest! {
     #[test]
     fn changes_always_lead_to_what_is_visible(steps in proptest::collection::vec((0u8..12, 0u32..5, -2.0f32..2.0), 1..120)) {
         let mut scene = Scene::new();
-        let mut filed = std::collections::BTreeSet::new();
+        let mut inserted = std::collections::BTreeSet::new();
         let mut boxes = std::collections::BTreeMap::new();
         for (kind, n, x) in steps {
             let event = match kind {
@@ -359,14 +359,14 @@ proptest::proptest! {
                 _ => SOLE.placed(GroupId(n), Transform { p: Vec3::splat(x), q: Quat::IDENTITY, s: 0.5 }),
             };
             let changes = play(&mut scene, &[event]);
-            follow(&changes, &mut filed);
+            follow(&changes, &mut inserted);
             for change in &changes {
                 if let Change::Insert(id) | Change::Update(id) = *change {
                     boxes.insert(id, scene.bounds(id));
                 }
             }
             let visible: std::collections::BTreeSet<PolygonId> = scene.visible_ids().collect();
-            assert_eq!(filed, visible);
+            assert_eq!(inserted, visible);
             assert_eq!(scene.counts().visible, visible.len() as u64);
             for id in visible {
                 assert_eq!(boxes[&id], scene.bounds(id), "an index would still have the old box of {id:?}");

@@ -121,9 +121,9 @@ impl Session {
         let mut said = std::mem::take(&mut self.news);
         let source = std::mem::replace(&mut self.source, Source::File);
         let Source::Live(mut live) = source else { return Ok(said) };
-        // These events are added to the file, but the model lacks them. The user's events among them still count as
-        // missing; the file of the user's own events has them. The loop has a time limit, because other authors may
-        // draw continuously.
+        // The remaining events are added to the file, but not to the model. Among them, the user's events still count
+        // as missing; the file of the user's own events contains them. The loop has a time limit, because other authors
+        // may draw continuously.
         let since = Instant::now();
         while since.elapsed() < CLOSING_TIME
             && let Some(rest) = live.take_rest(&mut said)

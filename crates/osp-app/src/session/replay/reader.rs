@@ -32,7 +32,7 @@ impl Session {
         Self::to_play_with(path, pace, camera, &OpenOptions::default())
     }
 
-    /// Like [`Session::to_play`], with options for the reader.
+    /// Does the same as [`Session::to_play`], with options for the reader.
     ///
     /// # Errors
     /// The errors of [`Session::to_play`].

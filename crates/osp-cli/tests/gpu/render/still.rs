@@ -7,7 +7,7 @@ use glam::{Quat, Vec2, Vec3};
 use osp::view::View;
 use osp_render::{Gpu, Image, Layer, Offscreen, RendererConfig};
 use osp_session::{
-    brush::{self, Brush, Draw, Family, Outline, Seen, Still, texture},
+    brush::{self, Brush, BrushAtRest, Draw, Family, Outline, Seen, texture},
     recording::{Environment, Event, NormalRule, Paint, StrokeId, Tool},
     scene::Scene,
 };
@@ -58,8 +58,8 @@ fn drawn(gpu: &Arc<Gpu>, scene: &Scene, view: &View) -> Image {
 
 /// Share of the samples of all polygons that are bright in one way of drawing and dark in the other.
 fn difference(brush: &'static Brush, scene: &Scene, image: &Image, view: &View) -> f32 {
-    let still = Still::of(brush);
-    let side = still.side();
+    let at_rest = BrushAtRest::of(brush);
+    let side = at_rest.side();
     let (mut different, mut count) = (0, 0);
     for id in scene.visible_ids() {
         let (polygon, surface) = (scene.polygon(id), scene.surface(id));
@@ -72,10 +72,10 @@ fn difference(brush: &'static Brush, scene: &Scene, image: &Image, view: &View) 
             let uv: Vec2 = weights.iter().map(|&(i, weight)| surface.uv(i) * weight).sum();
             let own: f32 = weights.iter().map(|&(i, weight)| surface.alpha(i) * weight).sum();
             let Some(shown) = pixel(image, view, place) else { continue };
-            let at = still.uv(uv);
+            let at = at_rest.uv(uv);
             let texel = [at.x, at.y].map(|x| ((x.rem_euclid(1.0) * side as f32) as usize).min(side - 1));
-            let paint = still.paint(Vec3::ONE, own, uv, Seen { straight: 1.0, light: Vec3::ONE });
-            let texel = if still.has_texture() { still.texel(texel[0], texel[1]) } else { [1.0; 4] };
+            let paint = at_rest.paint(Vec3::ONE, own, uv, Seen { view_cosine: 1.0, light: Vec3::ONE });
+            let texel = if at_rest.has_texture() { at_rest.texel(texel[0], texel[1]) } else { [1.0; 4] };
             let alpha = match brush.draw {
                 Draw::Cutout => f32::from(u8::from(paint[3] * texel[3] >= brush.cutoff)),
                 _ => paint[3] * texel[3],
@@ -118,7 +118,7 @@ fn what_is_exported_is_bright_where_the_renderer_draws_light() {
         let scene = ribbon(brush);
         let found = difference(brush, &scene, &drawn(&gpu, &scene, &view), &view);
         tested += 1;
-        let is_coarse = Still::of(brush).side() < texture::SIDE;
+        let is_coarse = BrushAtRest::of(brush).side() < texture::SIDE;
         if found > if is_coarse { MOST_DIFFERENT_OF_GLARE } else { MOST_DIFFERENT } {
             wrong.push(format!("{} {found:.3}", brush.name));
         }

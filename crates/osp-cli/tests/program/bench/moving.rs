@@ -35,9 +35,9 @@ fn moving_things_are_in_every_form_of_the_report() {
             for index in report.names(&task, "index") {
                 assert!(of(index, "time") > 0.0 && of(index, "values") >= 3.0, "{task} {index}");
             }
-            let own = of("osp", "entries_set") + of("osp", "entries_filed");
+            let own = of("osp", "entries_set") + of("osp", "entries_inserted");
             assert_eq!(own, moving, "each polygon that moves is an entry: {task}");
-            assert_eq!(of("octree-rebuild", "entries_filed"), all, "{task}");
+            assert_eq!(of("octree-rebuild", "entries_inserted"), all, "{task}");
             assert_eq!(report.maybe(&task, size, "brute-simd", "boxes_computed"), None, "it does not count");
             let groups = of("group-index", "entries_set");
             match motion {

@@ -114,7 +114,7 @@ fn the_papers_tree_shows_empty_nodes_planes_flags_and_names() {
 }
 
 #[test]
-fn a_film_of_insertions_counts_planes_and_filed_polygons() {
+fn a_film_of_insertions_counts_planes_and_inserted_polygons() {
     let folder = tempfile::tempdir().expect("a folder");
     let session = osp_testkit::at("docs/figures/fall.ron");
     let session = session.to_str().expect("a name in UTF-8");

@@ -1,10 +1,10 @@
-//! Groups that are filed whole: the same polygons in view, and far fewer of them filed anew.
+//! Groups that are inserted whole: the same polygons in view, and far fewer of them inserted again.
 
 use super::*;
 use crate::OSP;
 use osp_testkit::{stderr, temp};
 
-/// The columns of a replay of the session with moving groups: polygons filed anew, and the fingerprint, of each frame.
+/// The columns of a replay of the session with moving groups: polygons inserted again, and the fingerprint, of each frame.
 fn replay(folder: &Path, more: &[&str]) -> (u64, Vec<String>) {
     let session = osp_testkit::at("recordings/nested.ron");
     let session = session.to_str().expect("utf-8");
@@ -25,7 +25,7 @@ fn replay(folder: &Path, more: &[&str]) -> (u64, Vec<String>) {
 }
 
 #[test]
-fn the_same_is_seen_and_little_is_filed_anew() {
+fn the_same_is_seen_and_little_is_inserted_again() {
     let folder = temp();
     for more in [&["--index", "osp,brute-force"][..], &["--rig", "dual-wall"]] {
         let (anew, prints) = replay(folder.path(), &[more, &["--groups", "polygons"]].concat());

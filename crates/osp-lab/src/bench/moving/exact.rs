@@ -35,8 +35,8 @@ pub(super) fn seen(world: &World<'_>, frame: u64, frustum: &Frustum) -> VisibleB
     all
 }
 
-/// The polygons whose transformed box, with the rounding margin, intersects the view. The box is that of the polygon in
-/// the model's space, transformed with its part. No group index may report other polygons.
+/// The polygons whose box, transformed from the model's space by the motion of their part and grown by the rounding
+/// margin, intersects the view. No group index may report other polygons.
 pub(super) fn may_be_seen(world: &World<'_>, frame: u64, frustum: &Frustum) -> VisibleBlocks {
     let margin = Vec3::splat(10.0 * ROUNDING as f32 * world.model.around().extent().length());
     let mut all = VisibleBlocks::new();

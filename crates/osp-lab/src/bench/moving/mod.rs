@@ -31,7 +31,7 @@ const NOTES: [&str; 4] = [
     "scattered: single polygons chosen at random; the numbers of all polygons are shuffled, so that they follow no order of space.",
     "as a group: one transform places the polygons; the box of each is computed from its corners and stored, and all are \
      culled; group-index gets the transform alone. instances: 100 nodes show one mesh, and all move.",
-    "entries set: those whose box changed in place; filed: those inserted elsewhere, or again; boxes computed: those of nodes.",
+    "entries set: those whose box changed in place; inserted: those inserted elsewhere, or again; boxes computed: those of nodes.",
 ];
 
 /// Smallest number of frames that are measured, whatever the budget.
@@ -63,7 +63,7 @@ pub fn move_things(config: &MovingConfig, mut progress: impl FnMut(&str)) -> Res
     let mut sizes = config.sizes.clone();
     sizes.sort_unstable();
     sizes.dedup();
-    // The time that the fewest frames took at the previous size, seconds, and that size.
+    // For each structure, the time of the least number of frames at the previous size, seconds, and the previous size.
     let mut took: Vec<Option<(f64, u32)>> = vec![None; config.kinds.len()];
     let mut rows = Rows::default();
     rows.part(PART, "Moving things: a frame in which a share of the polygons moves");
@@ -200,7 +200,7 @@ impl Measured<'_> {
             .median("move", "ns/polygon", pairs.iter().map(|(took, _)| took.move_ns / polygons).collect())
             .median("cull", "us", pairs.iter().map(|(took, _)| took.cull_ns / 1000.0).collect())
             .maybe("entries_set", "1/frame", a_frame(|upkeep| upkeep.adjusted))
-            .maybe("entries_filed", "1/frame", a_frame(|upkeep| upkeep.filed))
+            .maybe("entries_inserted", "1/frame", a_frame(|upkeep| upkeep.inserted))
             .maybe("boxes_computed", "1/frame", a_frame(|upkeep| upkeep.boxes))
             .value("boxes", "1/frame", mean(|took| took.work.boxes))
             .value("reported", "polygons", mean(|took| took.work.reported))
@@ -217,13 +217,13 @@ impl Measured<'_> {
         frame: u64,
         frustum: &Frustum,
     ) -> bool {
-        let filed: &VisibleBlocks = reference.seen(frustum);
+        let inserted: &VisibleBlocks = reference.seen(frustum);
         if name != GROUP_INDEX {
-            return subject.seen(frustum) == filed;
+            return subject.seen(frustum) == inserted;
         }
         let found = subject.seen(frustum);
         let must = exact::seen(self.world, frame, frustum);
-        exact::is_within(&must, filed)
+        exact::is_within(&must, inserted)
             && exact::is_within(&must, found)
             && exact::is_within(found, &exact::may_be_seen(self.world, frame, frustum))
     }
@@ -269,12 +269,12 @@ mod tests {
             let figure = |index: &str, figure: &str| of(name, index, figure).expect("it counts");
             // Each moving polygon is an entry that is either replaced in place or inserted again.
             for incremental in ["osp", "loose-octree", "time-order", "dynamic-bvh", "osp-paper"] {
-                let entries = figure(incremental, "entries_set") + figure(incremental, "entries_filed");
+                let entries = figure(incremental, "entries_set") + figure(incremental, "entries_inserted");
                 assert_eq!(entries, moving, "{incremental}, {name}");
             }
             // Structures that rebuild insert every polygon. Structures that refit compute every box, and insert no
             // entry.
-            assert_eq!(figure("octree-rebuild", "entries_filed"), 2000.0, "{name}");
+            assert_eq!(figure("octree-rebuild", "entries_inserted"), 2000.0, "{name}");
             assert_eq!(of(name, "brute-simd", "boxes_computed"), None, "it does not count");
             assert!(figure("osp", "reported") > 0.0, "something is in view: {name}");
             if !kind.has_groups() {

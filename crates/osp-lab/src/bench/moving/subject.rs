@@ -130,8 +130,8 @@ impl<'a> EachGroup<'a> {
                 _ => {
                     let mesh = index.add_mesh();
                     for (bounds, number) in world.model.boxes[part.mesh.clone()].iter().zip(0..) {
-                        let filed = index.set_polygon(mesh, PolygonId(number), Some(bounds));
-                        debug_assert_eq!(filed, Ok(()));
+                        let inserted = index.set_polygon(mesh, PolygonId(number), Some(bounds));
+                        debug_assert_eq!(inserted, Ok(()));
                     }
                     mesh
                 }
@@ -180,7 +180,7 @@ impl Subject for EachGroup<'_> {
     /// Counts of the index: entries of its trees, and boxes of nodes.
     fn upkeep(&self) -> Option<Upkeep> {
         let work = self.index.work();
-        Some(Upkeep { adjusted: work.entries, filed: 0, boxes: work.boxes })
+        Some(Upkeep { adjusted: work.entries, inserted: 0, boxes: work.boxes })
     }
 
     fn bytes(&self) -> usize {

@@ -216,8 +216,8 @@ impl<'a> World<'a> {
             let shapes = wants_shapes.then(|| self.polygons(part, self.place(part, 0)).collect::<Vec<_>>());
             for (at, (id, bounds)) in boxes.iter().enumerate() {
                 // The boxes of a scene are finite, and each id is inserted once, so no error can occur.
-                let filed = index.insert(*id, bounds);
-                debug_assert_eq!(filed, Ok(()));
+                let inserted = index.insert(*id, bounds);
+                debug_assert_eq!(inserted, Ok(()));
                 if let (Some(shapes), Some(tree)) = (&shapes, Bsp::of(&mut *index)) {
                     tree.shape(*id, &shapes[at]);
                 }

@@ -57,12 +57,12 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, views: &[View], factor: f32, dep
         work += tree.frustum_cull(&frustum, &mut list);
         us.push(start.elapsed().as_nanos() as f64 / 1000.0);
     }
-    let filing = tree.filing();
+    let insertions = tree.insertions();
     let depth = tree.grid().max_depth();
     rows.of(PART, input.recording, format!("cube x {factor}, depth {depth}"))
         .value("edge", "m", f64::from(cube_m))
         .value("nodes", "", f64::from((2_u32 << depth) - 1))
-        .value("planes", "1/polygon", filing.planes as f64 / filing.polygons.max(1) as f64)
+        .value("planes", "1/polygon", insertions.planes as f64 / insertions.polygons.max(1) as f64)
         .value("outside", "polygons", tree.outside_root() as f64)
         .value("boxes", "1/frame", mean(work.boxes, views.len()))
         .median("cull", "us", us)

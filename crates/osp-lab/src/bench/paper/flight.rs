@@ -67,7 +67,7 @@ struct Way {
     /// Whether the method may cull visible polygons.
     is_unsound: bool,
     means: Means,
-    /// Occlusion culling of the drawer that draws the result.
+    /// Occlusion culling that the GPU does while it draws the result.
     while_drawing: Method,
     in_view: VisibleBlocks,
     list: VisibleBlocks,

@@ -18,7 +18,7 @@ use osp::{
     polygon::{Change, VisibleBlocks},
     view::View,
 };
-use osp_rivals::{CutNodes, FilingCounts, IndexKind, OctreePaper, OctreePaperConfig, OspGrid, OspPaper};
+use osp_rivals::{CutNodes, IndexKind, InsertionCounts, OctreePaper, OctreePaperConfig, OspGrid, OspPaper};
 use osp_session::{
     recording::{Event, RecordingError},
     replay::{Moment, Player, Summary},
@@ -92,10 +92,10 @@ impl Tree {
         }
     }
 
-    fn filing(&self) -> Option<FilingCounts> {
+    fn insertions(&self) -> Option<InsertionCounts> {
         match self {
-            Self::Osp(tree) => Some(tree.filing()),
-            Self::Octree(tree) => Some(tree.filing()),
+            Self::Osp(tree) => Some(tree.insertions()),
+            Self::Octree(tree) => Some(tree.insertions()),
             Self::Other(_) => None,
         }
     }
@@ -126,7 +126,7 @@ struct Lane {
 
 impl Lane {
     fn frame(&mut self, scene: &Scene, changes: &[Change], view: &View) -> Result<GrowingFrame, PaperError> {
-        let planes = self.tree.filing().map_or(0, |filing| filing.planes);
+        let planes = self.tree.insertions().map_or(0, |counts| counts.planes);
         let start = Instant::now();
         self.tree.file(scene, changes);
         self.tree.index_mut().commit();
@@ -147,7 +147,7 @@ impl Lane {
             insert_ns,
             cull_ns,
             draw_ns: draw.total_ns(),
-            planes: self.tree.filing().map_or(0, |filing| filing.planes) - planes,
+            planes: self.tree.insertions().map_or(0, |counts| counts.planes) - planes,
             drawn: self.list.len() as u64,
             in_view: 0,
         })
@@ -333,7 +333,7 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, lanes: &[Lane], reference: usize
                 figures.median("draw", "us", us(|frame| frame.draw_ns));
                 figures.value("frames", "1/s", quantile(&rates, 0.5));
             }
-            let counts_planes = lane.tree.filing().is_some() && changed > 0;
+            let counts_planes = lane.tree.insertions().is_some() && changed > 0;
             figures
                 .maybe(
                     "planes",

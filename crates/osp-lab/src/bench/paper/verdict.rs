@@ -1,4 +1,4 @@
-//! The time that the paper's tree saves, and the share of it that a loop saves, too.
+//! The time that the paper's tree saves, and the share of this time that a loop over all boxes also saves.
 
 use super::growing::WHOLE;
 use crate::{

@@ -146,8 +146,9 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
         Self { race, replay, plot: None }
     }
 
-    /// The race, which also draws the growing model, outside the measured times. `size` is the picture's width and
-    /// height in pixels, `ground` the background's colour (sRGB). The view must have the picture's aspect ratio.
+    /// Also draws the growing model in each frame; the measured times exclude the drawing. `size` is the picture's
+    /// width and height in pixels, `ground` the background's colour (sRGB). The view must have the picture's aspect
+    /// ratio.
     #[must_use]
     pub fn with_picture(self, view: View, size: (u32, u32), ground: [u8; 3]) -> Self {
         Self { plot: Some(ModelPlot::new(view, size, ground)), ..self }
@@ -198,7 +199,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
         }
     }
 
-    /// The race after the frames that were played.
+    /// The race up to the last frame that was played.
     pub fn race(&self) -> &Race {
         &self.race
     }

@@ -176,7 +176,7 @@ fn in_turns(budget_secs: f64, most: usize, mut one: impl FnMut(usize, bool) -> u
             break;
         }
         let mut us = [0.0; 2];
-        // The two alternate in running first.
+        // The index and the reference take turns in running first.
         for is_reference in [turn % 2 == 0, turn % 2 != 0] {
             let start = Instant::now();
             let count = one(turn, is_reference);

@@ -62,8 +62,8 @@ impl RaysModel {
     pub(super) fn insert(&self, index: &mut dyn SpatialIndex, at: usize) {
         let id = PolygonId(at as u32);
         // The boxes of a scene are finite, and each id is inserted once, so no error can occur.
-        let filed = index.insert(id, &self.boxes[at]);
-        debug_assert_eq!(filed, Ok(()));
+        let inserted = index.insert(id, &self.boxes[at]);
+        debug_assert_eq!(inserted, Ok(()));
         if let Some(tree) = Bsp::of(index) {
             tree.shape(id, &self.polygons[at]);
         }

@@ -6,8 +6,8 @@
 //! transcendental functions come from [`libm`], everything else is plain `f64` arithmetic.
 //!
 //! Each file depends only on those before it: `kind`, `volume`, `random` (numbers), `vector` (rotations), `path` (of a
-//! stroke), `hand` (motion along a path), `head`, `artist` (clock, events and edits). Then there is a file for each
-//! subject.
+//! stroke), `hand` (motion along a path), `head`, `artist` (clock, events and edits). At the end of this list, each
+//! subject has its own file.
 
 mod artist;
 mod brushes;

@@ -23,7 +23,7 @@ pub(super) enum Reason {
 pub(super) struct Scratch {
     /// The groups that differ, with their parents on the old timeline.
     pub(super) differs: BTreeMap<usize, Option<usize>>,
-    /// The `mark` at which each group was last reached. A group stays reached until no group differs.
+    /// The `mark` at which each group was last reached. A group counts as reached until no group differs any more.
     pub(super) reached: Vec<u64>,
     /// The `mark` at which each group was last above one that differs.
     pub(super) above: Vec<u64>,

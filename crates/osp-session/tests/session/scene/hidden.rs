@@ -19,13 +19,13 @@ fn hidden(stroke: u32) -> Event {
 #[test]
 fn a_hidden_stroke_is_counted_and_never_seen() {
     let mut scene = Scene::new();
-    let mut filed = std::collections::BTreeSet::new();
+    let mut inserted = std::collections::BTreeSet::new();
     let mut events = straight(1, 3, NormalRule::LocalX);
     events.push(hidden(2));
     events.extend((0..4).map(|i| point(2, Vec3::new(i as f32, 1.0, 0.0), turned())));
     events.push(end(2));
-    follow(&play(&mut scene, &events), &mut filed);
-    assert_eq!(filed.len(), 2, "the polygons of the other stroke");
+    follow(&play(&mut scene, &events), &mut inserted);
+    assert_eq!(inserted.len(), 2, "the polygons of the other stroke");
     let stroke = scene.stroke(StrokeId(2)).expect("it is in the session");
     assert!(stroke.is_hidden() && !stroke.is_visible() && !stroke.is_taken_away());
     assert_eq!((stroke.layer(), stroke.point_count(), stroke.polygon_count()), (3, 4, 3));

@@ -134,7 +134,7 @@ impl Followers {
         for (id, bounds) in boxes {
             let mut found = Vec::new();
             self.index.box_query(&bounds, &mut found);
-            assert!(found.contains(&id), "{id:?} is filed elsewhere, {when}");
+            assert!(found.contains(&id), "{id:?} is inserted elsewhere, {when}");
         }
         // Every candidate is in the pool, with its current size.
         let mut anew = OccluderPool::new(PoolConfig::default());

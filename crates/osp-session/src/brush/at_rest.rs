@@ -20,7 +20,7 @@ use super::{
 
 /// Width and height of the texture of a brush whose light is brighter than white, texels.
 const GLARE_SIDE: usize = 16;
-/// Part of a star's brightness, 800, that its texture stores; the rest is in the alpha of its corners.
+/// Brightness of a star in its texture. The full brightness is 800; the corners' alpha has the other factor.
 const STAR: f32 = 8.0;
 /// Repetitions of a streamer's texture along a length of 1: the mean of its five lines.
 const STREAMER_PACE: f32 = 0.65;
@@ -32,35 +32,35 @@ const EXPOSURE: f32 = 40.0;
 /// The darkest light that counts for the mean brightness of a texture.
 const LIT: f32 = 0.02;
 
-/// Direction from which the eye sees a polygon.
+/// The eye's view of a polygon, and its light.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
     /// Cosine of the angle between the normal and the direction to the eye.
-    pub straight: f32,
+    pub view_cosine: f32,
     /// Light on a matte surface, the mean over all directions: red, green, blue, 1 for full light.
     pub light: Vec3,
 }
 
 /// A brush at time 0.
 #[derive(Clone, Copy, Debug)]
-pub struct Still {
+pub struct BrushAtRest {
     brush: &'static Brush,
     /// Mean brightness of the lit texels for white paint, at least 1.
     brightness: f32,
 }
 
-impl Still {
+impl BrushAtRest {
     /// Examines a brush. O(texels) for brushes of light, else O(1).
     pub fn of(brush: &'static Brush) -> Self {
-        let mut still = Self { brush, brightness: 1.0 };
+        let mut at_rest = Self { brush, brightness: 1.0 };
         if brush.draw == Draw::Additive {
             let place = |i: usize| (i as f32 + 0.5) / SIDE as f32;
-            let all = (0..SIDE * SIDE).map(|i| still.light(place(i % SIDE), place(i / SIDE)).max_element());
+            let all = (0..SIDE * SIDE).map(|i| at_rest.light(place(i % SIDE), place(i / SIDE)).max_element());
             let (sum, count) =
                 all.filter(|lit| *lit > LIT).fold((0.0, 0.0), |(sum, count), lit| (sum + lit, count + 1.0));
-            still.brightness = (sum / f32::max(count, 1.0)).max(1.0);
+            at_rest.brightness = (sum / f32::max(count, 1.0)).max(1.0);
         }
-        still
+        at_rest
     }
 
     /// Whether the brush has a texture; otherwise all texels are white and opaque.
@@ -286,12 +286,12 @@ fn diamond(color: Vec3, seen: Seen) -> Vec3 {
     // The film's thickness varies about this mean, nanometres.
     const THICKNESS: f32 = 345.0;
     const INDEX: f32 = 1.3;
-    let straight = seen.straight.clamp(1.0e-3, 1.0);
-    let rim = 1.0 - straight;
-    let rim = mix(rim * (1.0 - rim.powi(5)), 150.0, (1.0 - 10.0 * straight).clamp(0.0, 1.0));
-    let inside = (1.0 - (1.0 - straight * straight) / (INDEX * INDEX)).sqrt();
-    let upright = ((straight - INDEX * inside) / (straight + INDEX * inside)).powi(2);
-    let level = ((INDEX * straight - inside) / (INDEX * straight + inside)).powi(2);
+    let view_cosine = seen.view_cosine.clamp(1.0e-3, 1.0);
+    let rim = 1.0 - view_cosine;
+    let rim = mix(rim * (1.0 - rim.powi(5)), 150.0, (1.0 - 10.0 * view_cosine).clamp(0.0, 1.0));
+    let inside = (1.0 - (1.0 - view_cosine * view_cosine) / (INDEX * INDEX)).sqrt();
+    let upright = ((view_cosine - INDEX * inside) / (view_cosine + INDEX * inside)).powi(2);
+    let level = ((INDEX * view_cosine - inside) / (INDEX * view_cosine + inside)).powi(2);
     let mirrored = [650.0, 510.0, 475.0].map(|wave: f32| {
         let phase = (4.0 * PI * INDEX * THICKNESS * inside / wave).cos();
         let through = |r: f32| (1.0 - r) * (1.0 - r) / (1.0 + r * r - 2.0 * r * phase);
@@ -318,20 +318,20 @@ mod tests {
     use super::*;
     use crate::brush;
 
-    const SEEN: Seen = Seen { straight: 1.0, light: Vec3::ONE };
+    const SEEN: Seen = Seen { view_cosine: 1.0, light: Vec3::ONE };
 
-    fn still(name: &str) -> Still {
-        Still::of(brush::find(name).expect("a brush of the table"))
+    fn at_rest(name: &str) -> BrushAtRest {
+        BrushAtRest::of(brush::find(name).expect("a brush of the table"))
     }
 
     #[test]
     fn every_number_is_one_of_a_picture() {
         for brush in brush::all() {
-            let still = Still::of(brush);
-            let side = still.side();
-            let numbers = (0..side * side).flat_map(|i| still.texel(i % side, i / side));
+            let at_rest = BrushAtRest::of(brush);
+            let side = at_rest.side();
+            let numbers = (0..side * side).flat_map(|i| at_rest.texel(i % side, i / side));
             let paint = [0.0, 0.3, 1.0]
-                .map(|own| still.paint(Vec3::new(1.0, 0.4, 0.0), own, Vec2::new(3.0, 0.5), SEEN));
+                .map(|own| at_rest.paint(Vec3::new(1.0, 0.4, 0.0), own, Vec2::new(3.0, 0.5), SEEN));
             let is_good = |n: f32| (0.0..=1.0).contains(&n);
             assert!(numbers.chain(paint.into_iter().flatten()).all(is_good), "{}", brush.name);
         }
@@ -341,19 +341,19 @@ mod tests {
     fn dark_light_covers_nothing() {
         let is_of_soap = |brush: &Brush| brush.effect == Effect::DiamondHull;
         for brush in brush::all().iter().filter(|brush| brush.draw == Draw::Additive && !is_of_soap(brush)) {
-            let black = Still::of(brush).paint(Vec3::ZERO, 1.0, Vec2::splat(0.5), SEEN);
+            let black = BrushAtRest::of(brush).paint(Vec3::ZERO, 1.0, Vec2::splat(0.5), SEEN);
             assert_eq!(black[3], 0.0, "{} in black", brush.name);
         }
-        let alpha = |straight: f32| {
-            still("DiamondHull").paint(Vec3::ONE, 1.0, Vec2::ZERO, Seen { straight, ..SEEN })[3]
+        let alpha = |view_cosine: f32| {
+            at_rest("DiamondHull").paint(Vec3::ONE, 1.0, Vec2::ZERO, Seen { view_cosine, ..SEEN })[3]
         };
         assert!(alpha(1.0) < 0.3 && alpha(0.5) < 0.5 && alpha(0.01) > 0.9);
     }
 
     #[test]
     fn strokes_of_one_brush_keep_their_colours() {
-        let red = still("NeonPulse").paint(Vec3::new(1.0, 0.1, 0.1), 1.0, Vec2::ZERO, SEEN);
-        let blue = still("NeonPulse").paint(Vec3::new(0.1, 0.1, 1.0), 1.0, Vec2::ZERO, SEEN);
+        let red = at_rest("NeonPulse").paint(Vec3::new(1.0, 0.1, 0.1), 1.0, Vec2::ZERO, SEEN);
+        let blue = at_rest("NeonPulse").paint(Vec3::new(0.1, 0.1, 1.0), 1.0, Vec2::ZERO, SEEN);
         assert!(red[0] > red[2] && blue[2] > blue[0], "{red:?} {blue:?}");
     }
 }

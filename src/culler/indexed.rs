@@ -28,7 +28,7 @@ const CELL_BITS: u32 = 10;
 
 /// The index, and reused buffers for the next commit.
 #[derive(Debug)]
-pub(super) struct Filed {
+pub(super) struct Indexed {
     index: Osp,
     moving: Vec<(PolygonId, Aabb)>,
     coming: Vec<(Slot, Aabb)>,
@@ -37,7 +37,7 @@ pub(super) struct Filed {
     refused: Vec<IndexError>,
 }
 
-impl Filed {
+impl Indexed {
     pub(super) fn new() -> Self {
         let index = Osp::new(&IndexConfig { capacity: 0, ..IndexConfig::default() });
         Self { index, moving: Vec::new(), coming: Vec::new(), order: Vec::new(), refused: Vec::new() }
@@ -52,7 +52,7 @@ impl Filed {
         self.index.bounds(number)
     }
 
-    /// Applies changes, only the last one of each object. [`Filed::commit`] ends the batch.
+    /// Applies changes, only the last one of each object. [`Indexed::commit`] ends the batch.
     pub(super) fn take_all<K: Key>(&mut self, keys: &mut K::Places, changes: &[(Slot, Aabb)]) {
         let mut left = changes;
         while let Some((&(slot, bounds), behind)) = left.split_first() {
@@ -159,7 +159,7 @@ impl Filed {
 }
 
 /// Supplies the boxes of the objects to the index.
-impl Geometry for Filed {
+impl Geometry for Indexed {
     fn id_end(&self) -> usize {
         PolygonId::LIMIT as usize
     }

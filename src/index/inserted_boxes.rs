@@ -6,21 +6,21 @@ use crate::{
 
 /// The boxes of an index, by id. The methods check their arguments as every index does.
 #[derive(Clone, Debug)]
-pub struct FiledBoxes {
+pub struct InsertedBoxes {
     boxes: ById<Aabb>,
     len: usize,
 }
 
-impl FiledBoxes {
+impl InsertedBoxes {
     pub(crate) const fn new() -> Self {
         Self { boxes: ById::new(Aabb::EMPTY), len: 0 }
     }
 
     /// An empty set with room for `capacity` boxes.
     pub fn with_capacity(capacity: usize) -> Self {
-        let mut filed = Self::new();
-        filed.boxes.reserve(capacity);
-        filed
+        let mut inserted = Self::new();
+        inserted.boxes.reserve(capacity);
+        inserted
     }
 
     /// Number of boxes.

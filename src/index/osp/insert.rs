@@ -11,64 +11,66 @@ use crate::{
     math::Aabb,
 };
 
-/// The place in the tree for a run.
+/// The bucket to which a run belongs by its box, or the node under which this bucket is missing.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Way {
+pub(super) struct Destination {
     pub(super) key: Key,
     level: u32,
-    /// The lowest existing node on the way to this place.
+    /// The lowest existing node on the path to the bucket.
     node: u32,
     /// The leaf or list of straddlers under that node; [`NONE`] if it does not exist yet.
     pub(super) bucket: u32,
 }
 
 impl Osp {
-    /// Inserts runs by their boxes. Their places are prefetched first, because many runs go to many places.
-    pub(super) fn file_runs(&mut self, runs: &[(Run, Wide)]) {
+    /// Inserts runs by their boxes. The destinations are prefetched first, because many runs go to many buckets.
+    pub(super) fn insert_runs(&mut self, runs: &[(Run, Wide)]) {
         self.new_runs += runs.len() as u32;
         let shape = self.shape;
-        let mut ways = [Way::default(); 16];
-        for (way, (_, bounds)) in ways.iter_mut().zip(runs) {
-            *way = self.way(*bounds);
-            prefetch_lines::<2, _>(self.buckets.place(way.bucket));
+        let mut targets = [Destination::default(); 16];
+        for (target, (_, bounds)) in targets.iter_mut().zip(runs) {
+            *target = self.destination(*bounds);
+            prefetch_lines::<2, _>(self.buckets.place(target.bucket));
         }
         if runs.len() > 2 {
-            for way in ways[..runs.len()].iter().filter(|way| way.bucket != NONE) {
-                self.prefetch_end_of(way.bucket);
+            for target in targets[..runs.len()].iter().filter(|target| target.bucket != NONE) {
+                self.prefetch_end_of(target.bucket);
             }
         }
-        for (way, (run, bounds)) in ways.iter().zip(runs) {
-            let way = if self.shape == shape { *way } else { self.way(*bounds) };
-            self.file(*run, *bounds, way, false);
+        for (target, (run, bounds)) in targets.iter().zip(runs) {
+            let target = if self.shape == shape { *target } else { self.destination(*bounds) };
+            self.insert_run(*run, *bounds, target, false);
         }
     }
 
     /// The bucket for a run with these bounds; [`NONE`] if it does not exist yet.
     pub(super) fn bucket_for(&self, bounds: &Aabb) -> u32 {
         let bounds = Wide::from_box(bounds);
-        if bounds.is_valid() { self.way(bounds).bucket } else { NONE }
+        if bounds.is_valid() { self.destination(bounds).bucket } else { NONE }
     }
 
-    /// The place in the tree for a run with this box.
+    /// The destination of a run with this box.
     #[inline]
-    pub(super) fn way(&self, bounds: Wide) -> Way {
+    pub(super) fn destination(&self, bounds: Wide) -> Destination {
         let key = self.grid.key(bounds);
         if self.is_flat {
-            return Way { key, level: u32::MAX, node: self.top, bucket: self.nodes[self.top].own };
+            return Destination { key, level: u32::MAX, node: self.top, bucket: self.nodes[self.top].own };
         }
         let level = self.grid.level_for(bounds);
         let (node, leaf) = self.descend(&key, level);
         let straddles = leaf == NONE && level >= self.nodes[node].shift;
         let bucket = if straddles { self.nodes[node].own } else { leaf };
-        Way { key, level, node, bucket }
+        Destination { key, level, node, bucket }
     }
 
-    /// Inserts a run at its place. If `is_loose`, the run's box may be too large, and its page is queued for upkeep.
-    pub(super) fn file(&mut self, run: Run, bounds: Wide, way: Way, is_loose: bool) {
-        let way = if self.is_beside(&way.key) && self.grow_to(&way.key) { self.way(bounds) } else { way };
-        let head = if way.bucket != NONE { way.bucket } else { self.add_bucket(&way) };
+    /// Inserts a run at its destination. If `is_loose`, the run's box may be too large, and its page is queued for
+    /// upkeep.
+    pub(super) fn insert_run(&mut self, run: Run, bounds: Wide, target: Destination, is_loose: bool) {
+        let has_grown = self.is_beside(&target.key) && self.grow_to(&target.key);
+        let target = if has_grown { self.destination(bounds) } else { target };
+        let head = if target.bucket != NONE { target.bucket } else { self.add_bucket(&target) };
         let wider = !self.buckets[head].bounds.contains(bounds);
-        let place = self.append(head, run, bounds, way.level);
+        let place = self.append(head, run, bounds, target.level);
         if is_loose {
             // The mark is set before a split, because a split may move the run.
             self.mark_loose(place);
@@ -89,10 +91,10 @@ impl Osp {
     }
 
     /// Creates the missing bucket for a run: a leaf, or the list of straddlers.
-    fn add_bucket(&mut self, way: &Way) -> u32 {
-        let shift = self.nodes[way.node].shift;
-        let slot = if way.level < shift { grid::octant(&way.key, shift) as u32 } else { OWN };
-        self.new_bucket(way.node, slot, &way.key)
+    fn add_bucket(&mut self, target: &Destination) -> u32 {
+        let shift = self.nodes[target.node].shift;
+        let slot = if target.level < shift { grid::octant(&target.key, shift) as u32 } else { OWN };
+        self.new_bucket(target.node, slot, &target.key)
     }
 
     /// Whether there is a tree, and a key lies outside of its top cell.
@@ -155,7 +157,7 @@ impl Osp {
     /// [`NONE`].
     #[inline]
     fn descend(&self, key: &Key, level: u32) -> (u32, u32) {
-        let (mut at, leaf) = self.direct_way(key, level);
+        let (mut at, leaf) = self.look_up(key, level);
         if leaf != NONE {
             return (at, leaf);
         }
@@ -175,7 +177,7 @@ impl Osp {
     /// Does the first part of [`Osp::descend`] by table look-up. Inside the root cube, the key determines the entry of
     /// each preallocated level.
     #[inline]
-    pub(super) fn direct_way(&self, key: &Key, level: u32) -> (u32, u32) {
+    pub(super) fn look_up(&self, key: &Key, level: u32) -> (u32, u32) {
         let mut at = self.top;
         if let Some(morton) = grid::morton_in_root(key).filter(|_| level <= grid::ROOT_SHIFT) {
             // Levels above the top have no entries.
@@ -294,7 +296,7 @@ impl Osp {
     }
 
     /// Widens the boxes above a bucket so that they contain `bounds`. Stops at the first box that contains `bounds`
-    /// already, because the boxes above it then do, too.
+    /// already, because all boxes above it contain `bounds`, too.
     pub(super) fn widen_above(&mut self, bucket: u32, bounds: &Aabb) {
         let (mut at, mut slot) = (self.buckets[bucket].parent, self.buckets[bucket].slot);
         while at != NONE {

@@ -12,7 +12,7 @@ use osp_session::{
 };
 
 /// Contents of a session.
-pub(super) struct Looked {
+pub(super) struct ReadSession {
     pub(super) header: Header,
     pub(super) summary: Summary,
     /// The finished model.
@@ -21,14 +21,14 @@ pub(super) struct Looked {
     pub(super) backwards: Option<Vec3>,
 }
 
-impl Looked {
+impl ReadSession {
     /// Reads a file and prints the warnings.
     pub(super) fn at(file: &Path, reading: &ReadArgs, pace: Pace) -> anyhow::Result<Self> {
         let mut session = OpenSession::open(file, reading)?.counted();
-        let (looked, read) = Self::of(session.header.clone(), &mut session, pace);
+        let (read_session, read) = Self::of(session.header.clone(), &mut session, pace);
         session.warn();
         read?;
-        Ok(looked)
+        Ok(read_session)
     }
 
     /// Reads the events of an open session.
