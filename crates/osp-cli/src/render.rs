@@ -66,6 +66,18 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         let name = args.occlusion.name();
         bail!("--order needs frames that the CPU culls: --occlusion {name} has its own order");
     }
+    let is_coarse = args.detail == "auto";
+    if is_coarse && args.occlusion.is_while_drawing() {
+        let name = args.occlusion.name();
+        bail!(
+            "--detail auto needs frames that the CPU culls: --occlusion {name} draws every polygon in full"
+        );
+    }
+    if is_coarse && (args.check || painter.is_some() || !args.order.is_empty()) {
+        bail!(
+            "--detail auto changes pixels: --check, --painter and --order compare pictures of all polygons"
+        );
+    }
     let settings = args.settings.settings(&[args.index])?;
     let gpu = Arc::new(Gpu::headless()?);
     let Looked { header, summary, model, backwards } =
@@ -81,6 +93,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     drop(model);
     let mut drawer = pictures.drawer(Arc::clone(&gpu), &config)?;
     drawer.set_occlusion(args.occlusion.while_drawing())?;
+    drawer.set_detail(is_coarse);
     drawer.set_environment(environment.as_deref());
     drawer.set_time(args.shown.time);
     drawer.set_colors(args.colors());
@@ -214,7 +227,11 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                 let (image, times) = picture(&mut drawer, shown, scene, view, ids)?;
                 let path = shown.path(&wanted.path(args, moment.frame));
                 image.write_png(&path)?;
-                print_result(&line(moment.frame, scene, ids, &times, &path))?;
+                let mut line = line(moment.frame, scene, ids, &times, &path);
+                if is_coarse {
+                    line += &format!("; {} after merging", thousands(times.listed));
+                }
+                print_result(&line)?;
                 compare(&image, "");
             }
         } else if has_occlusion {

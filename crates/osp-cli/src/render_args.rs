@@ -22,6 +22,8 @@ use osp_session::{
     replay::CameraChoice,
 };
 
+/// Names of the levels of detail.
+const DETAILS: [&str; 2] = ["full", "auto"];
 /// Names of the ways to draw without a depth buffer.
 const PAINTERS: [&str; 2] = ["bsp", "centre"];
 /// Names of the drawing orders of opaque polygons, and a name for all of them.
@@ -45,6 +47,7 @@ pub(super) const MOMENT_S: f32 = 11.5;
   osp render recordings/room.ron room.png --painter bsp --check
   osp render sketch.tilt sketch.png --order all
   osp render recordings/class.ron class.png --color-by authors
+  osp render sketch.tilt small.png --size 320x180 --detail auto
   osp render recordings/room.ron room.png --rig dual-wall --stereo mono --camera recorded
 
 With --rig osp writes a picture for each screen and eye: room-front-right-eye.png is the picture on
@@ -84,6 +87,10 @@ pub(super) struct RenderArgs {
     /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,
+    /// Level of detail. `full` draws every polygon. `auto` draws one quad for several neighbouring quads of an opaque
+    /// stroke where no point moves by half a pixel, which is faster if the model is far away.
+    #[arg(long, value_name = "LEVEL", default_value = "full", value_parser = DETAILS)]
+    pub(super) detail: String,
     /// Draw each frame a second time without culling; the exit code is 1 if a pixel differs.
     #[arg(long)]
     pub(super) check: bool,

@@ -304,7 +304,7 @@ fn fold_m([a, b]: &[Vertex; 2], [d, c]: &[Vertex; 2]) -> f32 {
     ((a.place - b.place) + (c.place - d.place)).length() * 0.25
 }
 
-fn place(record: &PolygonRecord, corner: usize) -> Vec3 {
+pub(super) fn place(record: &PolygonRecord, corner: usize) -> Vec3 {
     let [x, y, z, _] = record.corners[corner].map(f32::from_bits);
     Vec3::new(x, y, z)
 }

@@ -6,6 +6,8 @@
 //! is less than half a pixel at the near side of the cluster, and the remaining polygons themselves.
 
 mod merge;
+#[cfg(test)]
+mod tests;
 
 use bytemuck::Zeroable as _;
 
