@@ -1,11 +1,13 @@
 //! Frame times by stage on this machine's graphics adapter, as Markdown tables.
 //!
-//! `cargo bench --bench gpu --features render [-- --sizes 10000,100000] [--files F,G] [--methods none,hzb] [--frames 360]`
+//! `cargo bench --bench gpu --features render [-- --sizes 10000,100000] [--files F,G] [--methods none,hzb] [--frames 360]
+//! [--mono]`
 //!
 //! The model is synthetic, or that at the end of a session. The camera turns. Each frame removes sixteen polygons, and
 //! inserts the sixteen that the previous frame removed. All methods take turns, frame by frame, and share the polygons on
-//! the adapter. `detail` is no method of occlusion culling: it draws merged polygons far away. A frame draws one picture of 1,920 x 1,080 pixels, or two of 2,000 x 2,000
-//! pixels for the eyes of a headset. At its 90 Hz a frame has 11.1 ms.
+//! the adapter. `detail` is no method of occlusion culling: it draws merged polygons far away. A frame draws one picture
+//! of 1,920 x 1,080 pixels, or two of 2,000 x 2,000 pixels for the eyes of a headset; with `--mono` only the former. At
+//! its 90 Hz a frame has 11.1 ms.
 //!
 //! Three counts predict the times on other adapters: vertices and tests of a frame, and bytes that the CPU sends.
 
@@ -240,6 +242,8 @@ struct Wanted {
     /// A method of occlusion culling, or `None` for [`DETAIL`].
     methods: Vec<Option<Method>>,
     frames: usize,
+    /// Whether only the first of [`PICTURES`] is measured.
+    is_mono: bool,
 }
 
 impl Wanted {
@@ -260,6 +264,7 @@ impl Wanted {
                 Some(Occlusion::Msvbsp.into()),
             ],
             frames: if is_software { 12 } else { 360 },
+            is_mono: false,
         };
         let mut words: VecDeque<String> = std::env::args().skip(1).collect();
         while let Some(word) = words.pop_front() {
@@ -268,6 +273,7 @@ impl Wanted {
                 "--sizes" => wanted.sizes = value()?.split(',').map(str::parse).collect::<Result<_, _>>()?,
                 "--files" => wanted.files = value()?.split(',').map(PathBuf::from).collect(),
                 "--frames" => wanted.frames = value()?.parse()?,
+                "--mono" => wanted.is_mono = true,
                 "--methods" => {
                     let found = |name: &str| {
                         let method = Method::all().find(|method| method.name() == name).map(Some);
@@ -280,7 +286,11 @@ impl Wanted {
                 // Cargo passes `--bench` to every bench, or `--test` when it runs tests.
                 "--bench" => {}
                 "--test" => (wanted.sizes, wanted.frames) = (vec![1000], 2),
-                _ => return Err(format!("`{word}`: expected --sizes, --files, --methods or --frames").into()),
+                _ => {
+                    return Err(
+                        format!("`{word}`: expected --sizes, --files, --methods, --frames or --mono").into()
+                    );
+                }
             }
         }
         if wanted.sizes.iter().any(|&size| size < 1000) {
@@ -315,7 +325,7 @@ fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, name: &str, scene: &Scene) -> Result
     let ids: Vec<PolygonId> = scene.visible_ids().collect();
     let bounds = ids.iter().fold(Aabb::EMPTY, |all, &id| all.union(&scene.bounds(id)));
     let all: Vec<Change> = ids.iter().copied().map(Change::Insert).collect();
-    for pictures in &PICTURES {
+    for pictures in &PICTURES[..if wanted.is_mono { 1 } else { PICTURES.len() }] {
         let (width, height) = pictures.size;
         let mut drawer = Offscreen::on(Arc::clone(gpu), width, height, &RendererConfig::default())?;
         drawer.follow(&all);

@@ -4,20 +4,26 @@ use std::sync::Arc;
 
 use super::scenes::{all_ids, apply, gpu, set, sketch, square, view_from, winding_stroke};
 use glam::{Quat, Vec3};
-use osp::{polygon::Change, view::View};
+use osp::{
+    math::Aabb,
+    polygon::Change,
+    view::{Projection, View},
+};
 use osp_render::{DrawTimes, Gpu, Image, Layer, Offscreen, RendererConfig};
 use osp_session::{
     brush::{self, Brush, Draw},
-    recording::{Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Event, NormalRule, Paint, StrokeId, SynthKind, Tool, synthesize},
     scene::Scene,
 };
 use osp_testkit::events::{Begin, SOLE};
 
 const SIZE: (u32, u32) = (640, 480);
 /// Largest mean difference of a channel, steps of 8 bits.
-const MOST_MEAN: f64 = 0.1;
+const MOST_MEAN: f64 = 0.05;
 /// Largest share of pixels whose colour lies outside the colours of their neighbourhood in the other picture.
-const MOST_UNLIKE: f64 = 0.0005;
+const MOST_UNLIKE: f64 = 0.0003;
+/// Largest number of pixels that change within a surface: another surface is at nearly the same depth.
+const MOST_CHANGED: usize = 3;
 
 fn drawer(gpu: &Arc<Gpu>, is_auto: bool) -> Offscreen {
     let mut drawer =
@@ -35,6 +41,12 @@ fn scene_of(events: &[Event]) -> Scene {
     let mut scene = Scene::new();
     apply(&mut scene, events);
     scene
+}
+
+/// Ribbons and tubes without brushes.
+fn scribble() -> Scene {
+    let events: Result<Vec<Event>, _> = synthesize(SynthKind::Scribble, 20_000, 1).collect();
+    scene_of(&events.expect("a model"))
 }
 
 /// A stroke of every opaque brush, each on a helix of its own.
@@ -89,10 +101,15 @@ fn changed_surfaces(full: &Image, other: &Image, steps: u8) -> usize {
 #[test]
 fn far_strokes_have_fewer_vertices_and_no_edge_moves() {
     let Some(gpu) = gpu() else { return };
-    for (name, scene) in [("plain", scene_of(&sketch())), ("brushes", brushes())] {
+    let mut wrong = Vec::new();
+    for (name, scene) in [("plain", scribble()), ("brushes", brushes())] {
         let (mut full, mut auto) = (drawer(&gpu, false), drawer(&gpu, true));
-        for (times, most_listed) in [(1.0, 1.0), (4.0, 0.7), (16.0, 0.4), (60.0, 0.3)] {
-            let view = view_from(Vec3::new(0.4, 0.7, 2.2) * times, Vec3::new(0.0, 0.4, 0.0));
+        let bounds = scene.visible_ids().fold(Aabb::EMPTY, |all, id| all.union(&scene.bounds(id)));
+        let (middle, size_m) = (bounds.center(), bounds.extent().max_element());
+        for (times, most_listed) in [(1.0, 1.0), (4.0, 0.65), (16.0, 0.5)] {
+            let away = Vec3::new(0.2, 0.3, 1.0) * size_m * times;
+            let projection = Projection::symmetric(60.0, 4.0 / 3.0, 0.01 * size_m, 100.0 * size_m);
+            let view = View::look_at(middle + away, middle, projection);
             let (all, expected) = drawn(&mut full, &scene, &view);
             let (fewer, found) = drawn(&mut auto, &scene, &view);
             let share = fewer.listed as f64 / all.listed as f64;
@@ -103,11 +120,12 @@ fn far_strokes_have_fewer_vertices_and_no_edge_moves() {
             let what = format!(
                 "{name}, {times} times as far: {share:.2} listed, mean {mean:.4}, unlike {unlike:.6}, surfaces {changed}"
             );
-            eprintln!("{what}");
-            assert!(share <= most_listed, "{what}");
-            assert!(mean <= MOST_MEAN && unlike <= MOST_UNLIKE && changed == 0, "{what}");
+            if share > most_listed || mean > MOST_MEAN || unlike > MOST_UNLIKE || changed > MOST_CHANGED {
+                wrong.push(what);
+            }
         }
     }
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
 #[test]
