@@ -287,9 +287,10 @@ impl Wanted {
                 "--bench" => {}
                 "--test" => (wanted.sizes, wanted.frames) = (vec![1000], 2),
                 _ => {
-                    return Err(
-                        format!("`{word}`: expected --sizes, --files, --methods, --frames or --mono").into()
-                    );
+                    return Err(format!(
+                        "`{word}`: expected --sizes, --files, --methods, --frames or --mono"
+                    )
+                    .into());
                 }
             }
         }

@@ -11,7 +11,7 @@ use super::{
     frame_choice::FrameChoice,
     index_settings_args::IndexSettingsArgs,
     numbers,
-    parsers::{Size, index_parser, occlusion_parser},
+    parsers::{DETAILS, Size, index_parser, occlusion_parser},
     reading::ReadArgs,
     rig_args::RigPathArgs,
 };
@@ -22,8 +22,6 @@ use osp_session::{
     replay::CameraChoice,
 };
 
-/// Names of the levels of detail.
-const DETAILS: [&str; 2] = ["full", "auto"];
 /// Names of the ways to draw without a depth buffer.
 const PAINTERS: [&str; 2] = ["bsp", "centre"];
 /// Names of the drawing orders of opaque polygons, and a name for all of them.

@@ -4,7 +4,7 @@ use super::{
     detail::{Coarsened, Detail, MERGED_PAGES},
     listing::{Handles, List, Numbers, SpanBits, Walk},
     opaque_order::{self, OpaqueOrder},
-    run::{Blend, CLUSTER, Classes, Handle, HandleRun, Run, push, push_on},
+    run::{Blend, CLUSTER, Classes, Handle, HandleRun, Run, push},
 };
 use osp::polygon::{PolygonId, VisibleBlocks, bits};
 use osp_session::scene::Scene;
@@ -199,16 +199,12 @@ impl DrawOrder {
 
     /// Ends the frame: appends the additive and transparent polygons of all lists.
     pub fn finish(&mut self, page_len: usize) {
-        for quad in self.quads.drain(..) {
-            // The first quad begins a run, because a run of polygons has another page.
-            push_on(
-                &mut self.ids,
-                &mut self.runs,
-                MERGED_PAGES + quad.0 / page_len as u32,
-                quad,
-                0,
-                Blend::Opaque,
-            );
+        let page_of = |quad: &PolygonId| quad.0 / page_len as u32;
+        for quads in self.quads.chunk_by(|a, b| page_of(a) == page_of(b)) {
+            let start = self.ids.len() as u32;
+            self.ids.extend_from_slice(quads);
+            let (range, page) = (start..self.ids.len() as u32, MERGED_PAGES + page_of(&quads[0]));
+            self.runs.push(Run { range, is_listed: true, page, style: 0, blend: Blend::Opaque });
         }
         let before = self.ids.len() as u32;
         self.ids.append(&mut self.additive);

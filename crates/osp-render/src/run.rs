@@ -100,18 +100,7 @@ pub(super) fn push(
     style: u32,
     blend: Blend,
 ) {
-    push_on(ids, runs, id.0 / page_len as u32, id, style, blend);
-}
-
-/// Appends a polygon of this page to the list, to the last run if page, style and blending are the same.
-pub(super) fn push_on(
-    ids: &mut Vec<PolygonId>,
-    runs: &mut Vec<Run>,
-    page: u32,
-    id: PolygonId,
-    style: u32,
-    blend: Blend,
-) {
+    let page = id.0 / page_len as u32;
     let at = ids.len() as u32;
     ids.push(id);
     match runs.last_mut() {

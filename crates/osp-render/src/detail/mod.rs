@@ -33,21 +33,14 @@ const MOST_PIXELS: f32 = 0.5;
 /// Room for merged quads is divided into blocks of this number.
 const ROOM: usize = 8;
 
-/// A merged quad.
-#[derive(Clone, Copy, Debug)]
-struct Quad {
-    /// The polygons of the cluster that the quad stands for.
-    mask: u64,
-    error_m: f32,
-}
-
-/// The merged quads of one cluster.
+/// The merged quads of one cluster, at most 64. Of two quads that share polygons, the larger one comes first.
 #[derive(Clone, Debug)]
 struct Cluster {
     /// Bounds of the polygons that the quads stand for.
     bounds: Aabb,
-    /// Of two quads that share polygons, the larger one comes first.
-    quads: Box<[Quad]>,
+    errors_m: Box<[f32]>,
+    /// For each quad, the polygons that it stands for.
+    masks: Box<[u64]>,
     /// The number of the first quad on the GPU.
     first: u32,
 }
@@ -109,8 +102,8 @@ impl MergedQuads {
     }
 
     fn drop_quads(&mut self, cluster: usize) {
-        if let Some(Cluster { quads, first, .. }) = self.clusters[cluster].take() {
-            self.unused[quads.len().div_ceil(ROOM)].push(first);
+        if let Some(Cluster { masks, first, .. }) = self.clusters[cluster].take() {
+            self.unused[masks.len().div_ceil(ROOM)].push(first);
         }
     }
 
@@ -149,8 +142,9 @@ impl MergedQuads {
             }
             pending.1.extend(quads.iter().map(|quad| quad.record));
             pending.1.resize(pending.1.len().next_multiple_of(ROOM), PolygonRecord::zeroed());
-            let quads = quads.iter().map(|quad| Quad { mask: quad.mask, error_m: quad.error_m }).collect();
-            self.clusters[cluster] = Some(Cluster { bounds, quads, first: at as u32 });
+            let errors_m = quads.iter().map(|quad| quad.error_m).collect();
+            let masks = quads.iter().map(|quad| quad.mask).collect();
+            self.clusters[cluster] = Some(Cluster { bounds, errors_m, masks, first: at as u32 });
         }
         bytes + self.write(gpu, &mut pending)
     }
@@ -251,10 +245,13 @@ impl Sink for Coarsened<'_> {
             && let Some(Some(cluster)) = self.detail.merged.clusters.get(first / CLUSTER)
         {
             let most_m = self.detail.most_m(&cluster.bounds);
-            for (quad, number) in cluster.quads.iter().zip(cluster.first..) {
-                if quad.error_m < most_m && quad.mask & left != 0 {
-                    left &= !quad.mask;
-                    self.quads.push(PolygonId(number));
+            let is_exact = |(i, error_m): (usize, &f32)| u64::from(*error_m < most_m) << i;
+            let exact = cluster.errors_m.iter().enumerate().map(is_exact).fold(0, |all, bit| all | bit);
+            for i in bits::bits_of(exact) {
+                let mask = cluster.masks[i];
+                if mask & left != 0 {
+                    left &= !mask;
+                    self.quads.push(PolygonId(cluster.first + i as u32));
                     if left == 0 {
                         break;
                     }
