@@ -34,38 +34,38 @@ const MOST_PIXELS: f32 = 0.5;
 const ROOM: usize = 8;
 
 /// The merged quads of one cluster, at most 64. Of two quads that share polygons, the larger one comes first.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Cluster {
     /// Bounds of the polygons that the quads stand for.
     bounds: Aabb,
-    errors_m: Box<[f32]>,
-    /// For each quad, the polygons that it stands for.
-    masks: Box<[u64]>,
-    /// The number of the first quad on the GPU.
+    /// The number of the first quad.
     first: u32,
+    count: u32,
 }
 
 /// The merged quads of a scene.
 #[derive(Debug)]
 pub(super) struct MergedQuads {
     chunks: Chunks,
+    /// The error of each quad.
+    errors_m: Vec<f32>,
+    /// For each quad, the polygons of its cluster that it stands for.
+    masks: Vec<u64>,
     clusters: Vec<Option<Cluster>>,
     /// A bit for each cluster whose quads are outdated. Such a cluster has none.
     stale: Vec<u64>,
     any_stale: bool,
     /// First numbers of unused parts of the chunks, by their number of blocks.
     unused: [Vec<u32>; CLUSTER / ROOM + 1],
-    /// The number from which on nothing has been used.
-    end: usize,
 }
 
 impl MergedQuads {
     /// The store of a scene of `count` polygons that lie in `chunks`.
     pub(super) fn new(chunks: &Chunks, count: usize) -> Self {
         let chunks = chunks.alike();
-        let unused = Default::default();
-        let mut new =
-            Self { chunks, clusters: Vec::new(), stale: Vec::new(), any_stale: false, unused, end: 0 };
+        let (errors_m, masks, clusters, stale) = Default::default();
+        let (any_stale, unused) = Default::default();
+        let mut new = Self { chunks, errors_m, masks, clusters, stale, any_stale, unused };
         (0..count).step_by(CLUSTER).for_each(|polygon| new.note(polygon));
         new
     }
@@ -102,8 +102,8 @@ impl MergedQuads {
     }
 
     fn drop_quads(&mut self, cluster: usize) {
-        if let Some(Cluster { masks, first, .. }) = self.clusters[cluster].take() {
-            self.unused[masks.len().div_ceil(ROOM)].push(first);
+        if let Some(Cluster { first, count, .. }) = self.clusters[cluster].take() {
+            self.unused[(count as usize).div_ceil(ROOM)].push(first);
         }
     }
 
@@ -134,7 +134,7 @@ impl MergedQuads {
                 continue;
             }
             let at = self.reserve(quads.len());
-            self.chunks.grow(gpu, self.end);
+            self.chunks.grow(gpu, self.masks.len());
             let is_next = at == pending.0 + pending.1.len() && !at.is_multiple_of(self.chunks.len());
             if !is_next {
                 bytes += self.write(gpu, &mut pending);
@@ -142,9 +142,10 @@ impl MergedQuads {
             }
             pending.1.extend(quads.iter().map(|quad| quad.record));
             pending.1.resize(pending.1.len().next_multiple_of(ROOM), PolygonRecord::zeroed());
-            let errors_m = quads.iter().map(|quad| quad.error_m).collect();
-            let masks = quads.iter().map(|quad| quad.mask).collect();
-            self.clusters[cluster] = Some(Cluster { bounds, errors_m, masks, first: at as u32 });
+            for (number, quad) in (at..).zip(&quads) {
+                (self.errors_m[number], self.masks[number]) = (quad.error_m, quad.mask);
+            }
+            self.clusters[cluster] = Some(Cluster { bounds, first: at as u32, count: quads.len() as u32 });
         }
         bytes + self.write(gpu, &mut pending)
     }
@@ -164,12 +165,12 @@ impl MergedQuads {
         if let Some(first) = self.unused[blocks].pop() {
             return first as usize;
         }
-        let left = self.chunks.len() - self.end % self.chunks.len();
-        if left < blocks * ROOM {
-            self.end += left;
-        }
-        self.end += blocks * ROOM;
-        self.end - blocks * ROOM
+        let (end, len) = (self.masks.len(), self.chunks.len());
+        let left = len - end % len;
+        let first = if left < blocks * ROOM { end + left } else { end };
+        self.errors_m.resize(first + blocks * ROOM, 0.0);
+        self.masks.resize(first + blocks * ROOM, 0);
+        first
     }
 }
 
@@ -245,12 +246,15 @@ impl Sink for Coarsened<'_> {
             && let Some(Some(cluster)) = self.detail.merged.clusters.get(first / CLUSTER)
         {
             let most_m = self.detail.most_m(&cluster.bounds);
+            let merged = self.detail.merged;
+            let quads = cluster.first as usize..(cluster.first + cluster.count) as usize;
             let is_exact = |(i, error_m): (usize, &f32)| u64::from(*error_m < most_m) << i;
-            let exact = cluster.errors_m.iter().enumerate().map(is_exact).fold(0, |all, bit| all | bit);
+            let errors_m = merged.errors_m[quads.clone()].iter().enumerate();
+            let exact = errors_m.map(is_exact).fold(0, |all, bit| all | bit);
+            let masks = &merged.masks[quads];
             for i in bits::bits_of(exact) {
-                let mask = cluster.masks[i];
-                if mask & left != 0 {
-                    left &= !mask;
+                if masks[i] & left != 0 {
+                    left &= !masks[i];
                     self.quads.push(PolygonId(cluster.first + i as u32));
                     if left == 0 {
                         break;
