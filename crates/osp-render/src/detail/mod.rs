@@ -215,7 +215,7 @@ impl<'a> Detail<'a> {
         let depth_m = middle.dot(self.view.forward_in_world());
         let beside_m = (middle.length_squared() - depth_m * depth_m).max(0.0).sqrt() + radius_m;
         let near_m = depth_m - radius_m;
-        if !(near_m > self.view.projection.near_m) {
+        if near_m <= self.view.projection.near_m {
             return 0.0;
         }
         // Away from the picture's middle, a length along the line of sight appears longer than its depth suggests.
