@@ -90,7 +90,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "LEVEL", default_value = "full", value_parser = DETAILS)]
     pub(super) detail: String,
     /// Draw each frame a second time without culling; the exit code is 1 if a pixel differs. With --detail auto it is 1 if
-    /// more than one pixel in 10,000 differs away from edges.
+    /// more than one pixel in 1,000 differs away from edges.
     #[arg(long)]
     pub(super) check: bool,
     /// Draw by the painter's algorithm: polygons in view from back to front, without a depth test. `bsp` finds the

@@ -16,7 +16,7 @@ use osp_render::{
 use osp_session::{brush::Draw, scene::Scene};
 
 /// One in this many pixels may differ without an edge that explains it.
-pub(super) const UNEXPLAINED: usize = 10_000;
+const UNEXPLAINED: usize = 10_000;
 
 /// The painter with this name.
 pub(super) fn named_painter(name: &str) -> Option<Painter> {
