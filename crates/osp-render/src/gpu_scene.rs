@@ -56,7 +56,7 @@ pub(super) struct GpuScene {
     is_animated: bool,
     scratch: Vec<PolygonRecord>,
     colors: Colors,
-    /// Created when a view first wants it.
+    /// `None` before [`GpuScene::want_merged`].
     merged: Option<MergedQuads>,
 }
 
@@ -219,7 +219,7 @@ impl GpuScene {
         bytes
     }
 
-    /// The detail of a view in a picture of `size` pixels; `None` if no view wants merged quads.
+    /// The detail of a view in a picture of `size` pixels; `None` before [`GpuScene::want_merged`].
     pub(super) fn detail(&self, view: &View, size: (u32, u32)) -> Option<Detail<'_>> {
         self.merged.as_ref().map(|merged| Detail::new(merged, view, size))
     }

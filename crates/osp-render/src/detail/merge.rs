@@ -93,8 +93,8 @@ struct Strip {
     node: Option<usize>,
 }
 
-/// All quads that stand for polygons of a cluster: of two quads that share polygons, one has all polygons of the other
-/// and comes first. Also returns the bounds of their polygons.
+/// All quads that stand for polygons of a cluster. If two quads share polygons, one has all polygons of the other and
+/// comes first. Also returns the bounds of their polygons.
 pub(super) fn merge(sources: &[Source]) -> (Vec<Merged>, Aabb) {
     let mut merged = Vec::new();
     let mut strips = quads(sources, &mut merged);

@@ -2,8 +2,8 @@
 //! a pixel.
 //!
 //! When polygons are sent, each cluster gets the quads that [`merge`] finds: two neighbours become one quad, two such
-//! quads become one, and so on. Each has an error, in metres. A frame draws, of each cluster, the largest quads whose error
-//! is less than half a pixel at the near side of the cluster, and the remaining polygons themselves.
+//! quads become one, and so on. Each has an error, in metres. A frame draws the largest quads whose error is less than half
+//! a pixel at the near side of the cluster. The remaining polygons are drawn themselves.
 
 mod merge;
 #[cfg(test)]
@@ -33,7 +33,7 @@ const MOST_PIXELS: f32 = 0.5;
 /// Room for merged quads is divided into blocks of this number.
 const ROOM: usize = 8;
 
-/// The merged quads of one cluster, at most 64. Of two quads that share polygons, the larger one comes first.
+/// The merged quads of one cluster, at most 64. If two quads share polygons, the larger one comes first.
 #[derive(Clone, Copy, Debug)]
 struct Cluster {
     /// Bounds of the polygons that the quads stand for.
