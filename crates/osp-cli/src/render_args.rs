@@ -86,7 +86,7 @@ pub(super) struct RenderArgs {
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,
     /// Level of detail. `full` draws every polygon. `auto` draws one quad for several neighbouring quads of an opaque
-    /// stroke where no point moves by half a pixel, which is faster if the model is far away.
+    /// stroke, where no point moves by half a pixel. It is faster if the model is far away.
     #[arg(long, value_name = "LEVEL", default_value = "full", value_parser = DETAILS)]
     pub(super) detail: String,
     /// Draw each frame a second time without culling; the exit code is 1 if a pixel differs. With --detail auto it is 1 if
