@@ -175,3 +175,23 @@ fn merged_polygons_follow_every_change() {
     step(&mut scene, &[SOLE.moved([StrokeId(3), StrokeId(6)], Vec3::new(0.2, 0.1, 0.0))], "moved");
     step(&mut scene, &winding_stroke(90, Tool::Tube, 60, (0.9, 0.2, 0.1, 1.0)), "another stroke");
 }
+
+#[test]
+fn a_replay_that_goes_back_drops_merged_polygons() {
+    let Some(gpu) = gpu() else { return };
+    let view = view_from(Vec3::new(2.0, 4.0, 12.0), Vec3::new(0.0, 0.4, 0.0));
+    let events = sketch();
+    // The wall, and strokes of 92 events.
+    let before = scene_of(&events[..1 + 10 * 92]);
+    let other = scene_of(
+        &[&events[..1 + 10 * 92], &winding_stroke(91, Tool::Tube, 70, (0.1, 0.2, 0.9, 1.0))].concat(),
+    );
+    let mut auto = drawer(&gpu, true);
+    drawn(&mut auto, &scene_of(&events), &view);
+    for scene in [before.clone(), other] {
+        auto.forget_from(before.polygon_count());
+        let (times, found) = drawn(&mut auto, &scene, &view);
+        let (fresh, expected) = drawn(&mut drawer(&gpu, true), &scene, &view);
+        assert_eq!((times.listed, found.differing_pixels(&expected)), (fresh.listed, 0));
+    }
+}
