@@ -13,7 +13,7 @@ use osp_render::{DrawTimes, Gpu, Image, Layer, Offscreen, RendererConfig};
 use osp_session::{
     brush::{self, Brush, Draw},
     recording::{Event, NormalRule, Paint, StrokeId, SynthKind, Tool, synthesize},
-    scene::Scene,
+    scene::{Scene, Stroke},
 };
 use osp_testkit::events::{Begin, SOLE};
 
@@ -44,9 +44,18 @@ fn scene_of(events: &[Event]) -> Scene {
 }
 
 /// Ribbons and tubes without brushes.
-fn scribble() -> Scene {
-    let events: Result<Vec<Event>, _> = synthesize(SynthKind::Scribble, 20_000, 1).collect();
-    scene_of(&events.expect("a model"))
+fn scribble(polygons: u32) -> Vec<Event> {
+    let events: Result<Vec<Event>, _> = synthesize(SynthKind::Scribble, polygons, 1).collect();
+    events.expect("a model")
+}
+
+/// A view from a multiple of the scene's size.
+fn view_of(scene: &Scene, times: f32) -> View {
+    let bounds = scene.visible_ids().fold(Aabb::EMPTY, |all, id| all.union(&scene.bounds(id)));
+    let (middle, size_m) = (bounds.center(), bounds.extent().max_element());
+    let away = Vec3::new(0.2, 0.3, 1.0) * size_m * times;
+    let projection = Projection::symmetric(60.0, 4.0 / 3.0, 0.01 * size_m, 100.0 * size_m);
+    View::look_at(middle + away, middle, projection)
 }
 
 /// A stroke of every opaque brush, each on a helix of its own.
@@ -102,14 +111,10 @@ fn changed_surfaces(full: &Image, other: &Image, steps: u8) -> usize {
 fn far_strokes_have_fewer_vertices_and_no_edge_moves() {
     let Some(gpu) = gpu() else { return };
     let mut wrong = Vec::new();
-    for (name, scene) in [("plain", scribble()), ("brushes", brushes())] {
+    for (name, scene) in [("plain", scene_of(&scribble(20_000))), ("brushes", brushes())] {
         let (mut full, mut auto) = (drawer(&gpu, false), drawer(&gpu, true));
-        let bounds = scene.visible_ids().fold(Aabb::EMPTY, |all, id| all.union(&scene.bounds(id)));
-        let (middle, size_m) = (bounds.center(), bounds.extent().max_element());
         for (times, most_listed) in [(1.0, 1.0), (4.0, 0.65), (16.0, 0.5)] {
-            let away = Vec3::new(0.2, 0.3, 1.0) * size_m * times;
-            let projection = Projection::symmetric(60.0, 4.0 / 3.0, 0.01 * size_m, 100.0 * size_m);
-            let view = View::look_at(middle + away, middle, projection);
+            let view = view_of(&scene, times);
             let (all, expected) = drawn(&mut full, &scene, &view);
             let (fewer, found) = drawn(&mut auto, &scene, &view);
             let share = fewer.listed as f64 / all.listed as f64;
@@ -152,10 +157,10 @@ fn where_nothing_is_merged_the_picture_is_the_same() {
 #[test]
 fn merged_polygons_follow_every_change() {
     let Some(gpu) = gpu() else { return };
-    let view = view_from(Vec3::new(2.0, 4.0, 12.0), Vec3::new(0.0, 0.4, 0.0));
+    let events = scribble(3000);
+    let view = view_of(&scene_of(&events), 2.0);
     let mut scene = Scene::new();
     let mut auto = drawer(&gpu, true);
-    let events = sketch();
     let mut step = |scene: &mut Scene, events: &[Event], what: &str| {
         let mut changes: Vec<Change> = Vec::new();
         scene.apply_all(events, &mut changes);
@@ -166,26 +171,29 @@ fn merged_polygons_follow_every_change() {
         assert_eq!(times.listed, fresh.listed, "{what}");
         let (full, _) = drawn(&mut drawer(&gpu, false), scene, &view);
         assert!(times.listed < full.listed, "{what}");
+        found
     };
-    for (number, some) in events.chunks(311).enumerate() {
+    for (number, some) in events.chunks(events.len() / 7).enumerate() {
         step(&mut scene, some, &format!("part {number}"));
     }
-    step(&mut scene, &[SOLE.erase(StrokeId(3))], "erased");
+    let all = scene.strokes().iter().filter_map(Stroke::id).collect::<Vec<_>>();
+    let before = step(&mut scene, &[SOLE.erase(all[3])], "erased");
     step(&mut scene, &[SOLE.undo()], "restored");
-    step(&mut scene, &[SOLE.moved([StrokeId(3), StrokeId(6)], Vec3::new(0.2, 0.1, 0.0))], "moved");
-    step(&mut scene, &winding_stroke(90, Tool::Tube, 60, (0.9, 0.2, 0.1, 1.0)), "another stroke");
+    let after = step(&mut scene, &[SOLE.moved(all, Vec3::new(0.2, 0.1, 0.0))], "moved");
+    assert!(before.differing_pixels(&after) > 1000);
+    step(&mut scene, &winding_stroke(9000, Tool::Tube, 60, (0.9, 0.2, 0.1, 1.0)), "another stroke");
 }
 
 #[test]
 fn a_replay_that_goes_back_drops_merged_polygons() {
     let Some(gpu) = gpu() else { return };
-    let view = view_from(Vec3::new(2.0, 4.0, 12.0), Vec3::new(0.0, 0.4, 0.0));
-    let events = sketch();
-    // The wall, and strokes of 92 events.
-    let before = scene_of(&events[..1 + 10 * 92]);
-    let other = scene_of(
-        &[&events[..1 + 10 * 92], &winding_stroke(91, Tool::Tube, 70, (0.1, 0.2, 0.9, 1.0))].concat(),
-    );
+    let events = scribble(3000);
+    let view = view_of(&scene_of(&events), 2.0);
+    let is_end = |event: &Event| matches!(event, Event::End { .. });
+    let half = &events[..=events[..events.len() / 2].iter().rposition(is_end).expect("a stroke")];
+    let before = scene_of(half);
+    let stroke = winding_stroke(9000, Tool::Tube, 70, (0.1, 0.2, 0.9, 1.0));
+    let other = scene_of(&[half, &stroke].concat());
     let mut auto = drawer(&gpu, true);
     drawn(&mut auto, &scene_of(&events), &view);
     for scene in [before.clone(), other] {
