@@ -1,11 +1,13 @@
 //! Frame times by stage on this machine's graphics adapter, as Markdown tables.
 //!
-//! `cargo bench --bench gpu --features render [-- --sizes 10000,100000] [--files F,G] [--methods none,hzb] [--frames 360]`
+//! `cargo bench --bench gpu --features render [-- --sizes 10000,100000] [--files F,G] [--methods none,hzb] [--frames 360]
+//! [--mono]`
 //!
 //! The model is synthetic, or that at the end of a session. The camera turns. Each frame removes sixteen polygons, and
-//! inserts the sixteen that the previous frame removed. All methods of occlusion culling take turns, frame by frame,
-//! and share the polygons on the adapter. A frame draws one picture of 1,920 x 1,080 pixels, or two of 2,000 x 2,000
-//! pixels for the eyes of a headset. At its 90 Hz a frame has 11.1 ms.
+//! inserts the sixteen that the previous frame removed. All methods take turns, frame by frame, and share the polygons on
+//! the adapter. `detail` is no method of occlusion culling: it draws merged polygons far away. A frame draws one picture
+//! of 1,920 x 1,080 pixels, or two of 2,000 x 2,000 pixels for the eyes of a headset; with `--mono` only the former. At
+//! its 90 Hz a frame has 11.1 ms.
 //!
 //! Three counts predict the times on other adapters: vertices and tests of a frame, and bytes that the CPU sends.
 
@@ -39,6 +41,14 @@ const WARM_UP: usize = 4;
 const EYES_APART_M: f32 = 0.064;
 /// Frame time of a headset, nanoseconds.
 const FRAME_OF_90_HZ_NS: u64 = 11_111_111;
+/// A place of the camera: its path, its distance from the model's middle as a multiple of the path's, and its name.
+const PLACES: [(CameraChoice, f32, &str); 3] = [
+    (CameraChoice::Inside, 1.0, "from inside"),
+    (CameraChoice::Orbit, 1.0, "from outside"),
+    (CameraChoice::Orbit, 4.0, "from four times as far"),
+];
+/// The method that draws merged polygons far away.
+const DETAIL: &str = "detail";
 /// Vertices of a polygon: its two triangles share two of them.
 const VERTICES: u64 = 4;
 
@@ -127,7 +137,7 @@ impl Measured {
                 let run = on_gpu.first_pass + on_gpu.second_pass;
                 (on_gpu.second_pass, run * VERTICES, on_gpu.groups_tested)
             }
-            None => (in_lists, in_lists * VERTICES, 0),
+            None => (in_lists, times.listed * VERTICES, 0),
         };
         let all = u64::try_from(start.elapsed().as_nanos())?;
         if drawn > 0 {
@@ -229,8 +239,11 @@ struct Wanted {
     sizes: Vec<u32>,
     /// Sessions in place of synthetic models.
     files: Vec<PathBuf>,
-    methods: Vec<Method>,
+    /// A method of occlusion culling, or `None` for [`DETAIL`].
+    methods: Vec<Option<Method>>,
     frames: usize,
+    /// Whether only the first of [`PICTURES`] is measured.
+    is_mono: bool,
 }
 
 impl Wanted {
@@ -243,8 +256,15 @@ impl Wanted {
                 vec![10_000, 100_000, 1_000_000, 10_000_000]
             },
             files: Vec::new(),
-            methods: vec![Method::NONE, Method::Hzb, Occlusion::Auto.into(), Occlusion::Msvbsp.into()],
+            methods: vec![
+                Some(Method::NONE),
+                None,
+                Some(Method::Hzb),
+                Some(Occlusion::Auto.into()),
+                Some(Occlusion::Msvbsp.into()),
+            ],
             frames: if is_software { 12 } else { 360 },
+            is_mono: false,
         };
         let mut words: VecDeque<String> = std::env::args().skip(1).collect();
         while let Some(word) = words.pop_front() {
@@ -253,17 +273,25 @@ impl Wanted {
                 "--sizes" => wanted.sizes = value()?.split(',').map(str::parse).collect::<Result<_, _>>()?,
                 "--files" => wanted.files = value()?.split(',').map(PathBuf::from).collect(),
                 "--frames" => wanted.frames = value()?.parse()?,
+                "--mono" => wanted.is_mono = true,
                 "--methods" => {
                     let found = |name: &str| {
-                        let method = Method::all().find(|method| method.name() == name);
-                        method.ok_or(format!("--methods: no method is called `{name}`"))
+                        let method = Method::all().find(|method| method.name() == name).map(Some);
+                        method
+                            .or((name == DETAIL).then_some(None))
+                            .ok_or(format!("--methods: no method is called `{name}`"))
                     };
                     wanted.methods = value()?.split(',').map(found).collect::<Result<_, _>>()?;
                 }
                 // Cargo passes `--bench` to every bench, or `--test` when it runs tests.
                 "--bench" => {}
                 "--test" => (wanted.sizes, wanted.frames) = (vec![1000], 2),
-                _ => return Err(format!("`{word}`: expected --sizes, --files, --methods or --frames").into()),
+                _ => {
+                    return Err(format!(
+                        "`{word}`: expected --sizes, --files, --methods, --frames or --mono"
+                    )
+                    .into());
+                }
             }
         }
         if wanted.sizes.iter().any(|&size| size < 1000) {
@@ -285,25 +313,37 @@ fn end_of<E: Error + 'static>(
     Ok(scene)
 }
 
+/// The view from a multiple of the distance from `middle`.
+fn farther(view: View, middle: glam::Vec3, times: f32) -> View {
+    let mut farther = view;
+    farther.eye_in_world = middle + (view.eye_in_world - middle) * times;
+    farther.projection.near_m *= times;
+    farther.projection.far_m *= times;
+    farther
+}
+
 fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, name: &str, scene: &Scene) -> Result<(), Box<dyn Error>> {
     let ids: Vec<PolygonId> = scene.visible_ids().collect();
     let bounds = ids.iter().fold(Aabb::EMPTY, |all, &id| all.union(&scene.bounds(id)));
     let all: Vec<Change> = ids.iter().copied().map(Change::Insert).collect();
-    for pictures in &PICTURES {
+    for pictures in &PICTURES[..if wanted.is_mono { 1 } else { PICTURES.len() }] {
         let (width, height) = pictures.size;
         let mut drawer = Offscreen::on(Arc::clone(gpu), width, height, &RendererConfig::default())?;
         drawer.follow(&all);
         for number in 1..wanted.methods.len() * pictures.eyes.len() {
             assert_eq!(drawer.add_view(width, height)?, number, "views are numbered one after the other");
         }
-        for camera in [CameraChoice::Inside, CameraChoice::Orbit] {
+        for (camera, times, place) in PLACES {
             let path = CameraPath::new(camera, None, &bounds);
             let mut lanes = Vec::new();
             for (number, &method) in wanted.methods.iter().enumerate() {
                 let first_view = number * pictures.eyes.len();
                 for view in first_view..first_view + pictures.eyes.len() {
+                    drawer.set_detail_of(view, method.is_none());
+                    let method = method.unwrap_or(Method::NONE);
                     drawer.set_occlusion_of(view, method.while_drawing())?;
                 }
+                let method = method.unwrap_or(Method::NONE);
                 lanes.push(Measured::new(method, scene, &bounds, first_view)?);
             }
             for frame in 0..WARM_UP + wanted.frames {
@@ -315,7 +355,8 @@ fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, name: &str, scene: &Scene) -> Result
                     back.map(|i| Change::Insert(ids[i % ids.len()])).chain(removed).collect();
                 drawer.follow(&changes);
                 let middle = path.view(&Moment { frame: frame as u64, ..Moment::default() });
-                let middle = middle.with_aspect(width as f32 / height as f32);
+                let middle =
+                    farther(middle, bounds.center(), times).with_aspect(width as f32 / height as f32);
                 let right = rotate(middle.world_from_view, glam::Vec3::X) * EYES_APART_M;
                 let eyes = pictures.eyes.iter();
                 let views: Vec<View> = eyes
@@ -328,11 +369,11 @@ fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, name: &str, scene: &Scene) -> Result
             }
             let middle = path.view(&Moment::default()).with_aspect(width as f32 / height as f32);
             measure_nothing(&mut drawer, scene, &vec![middle; pictures.eyes.len()], wanted.frames)?;
-            let place = if camera == CameraChoice::Inside { "from inside" } else { "from outside" };
             println!("\n{name}{} polygons, {place}, {}:\n\n{HEAD}", ids.len(), pictures.name);
             for (method, lane) in wanted.methods.iter().zip(&lanes) {
-                println!("{}", lane.row(method.name()));
+                println!("{}", lane.row(method.map_or(DETAIL, Method::name)));
             }
+            println!("\nPolygons on the adapter: {} kB.", drawer.polygon_memory_bytes() / 1000);
         }
     }
     Ok(())

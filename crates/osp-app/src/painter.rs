@@ -92,6 +92,8 @@ pub(super) struct Painter {
     opened: Reading,
     /// Whether the animation is stopped.
     is_still: bool,
+    /// Whether strokes far away are drawn with fewer polygons.
+    merges: bool,
     draw_ns: u64,
     /// The GPU culling method that the adapter refused last, and the reason.
     cannot_cull: Option<(GpuOcclusion, String)>,
@@ -133,6 +135,7 @@ impl Painter {
             clock: StageClock::default(),
             opened: StageClock::default().start(),
             is_still: false,
+            merges: false,
             draw_ns: 0,
             cannot_cull: None,
         })
@@ -324,6 +327,7 @@ impl Painter {
             pane.target = Target::new(&self.gpu, width, height)?;
             pane.shown = self.show.bind(&self.gpu, &pane.target);
         }
+        self.renderer.set_detail(&mut pane.slot, self.merges.then_some((width, height)));
         let wanted = studio.culling().occlusion().while_drawing();
         let is_refused = self.cannot_cull.as_ref().is_some_and(|(refused, _)| *refused == wanted);
         let wanted = if is_refused { GpuOcclusion::None } else { wanted };
@@ -349,6 +353,11 @@ impl Painter {
             _ => pane.over = None,
         }
         Ok(())
+    }
+
+    /// Sets whether strokes far away are drawn with fewer polygons.
+    pub(super) fn set_merging(&mut self, merges: bool) {
+        self.merges = merges;
     }
 
     /// Uploads the user's strokes that the server of a shared session has not returned yet.

@@ -11,7 +11,7 @@ use super::{
     frame_choice::FrameChoice,
     index_settings_args::IndexSettingsArgs,
     numbers,
-    parsers::{Size, index_parser, occlusion_parser},
+    parsers::{DETAILS, Size, index_parser, occlusion_parser},
     reading::ReadArgs,
     rig_args::RigPathArgs,
 };
@@ -45,6 +45,7 @@ pub(super) const MOMENT_S: f32 = 11.5;
   osp render recordings/room.ron room.png --painter bsp --check
   osp render sketch.tilt sketch.png --order all
   osp render recordings/class.ron class.png --color-by authors
+  osp render sketch.tilt small.png --size 320x180 --detail auto
   osp render recordings/room.ron room.png --rig dual-wall --stereo mono --camera recorded
 
 With --rig osp writes a picture for each screen and eye: room-front-right-eye.png is the picture on
@@ -84,7 +85,12 @@ pub(super) struct RenderArgs {
     /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,
-    /// Draw each frame a second time without culling; the exit code is 1 if a pixel differs.
+    /// Level of detail. `full` draws every polygon. `auto` draws one quad for several neighbouring quads of an opaque
+    /// stroke, where no point moves by half a pixel. It is faster if the model is far away.
+    #[arg(long, value_name = "LEVEL", default_value = "full", value_parser = DETAILS)]
+    pub(super) detail: String,
+    /// Draw each frame a second time without culling; the exit code is 1 if a pixel differs. With --detail auto it is 1 if
+    /// more than one pixel in 1,000 differs away from edges.
     #[arg(long)]
     pub(super) check: bool,
     /// Draw by the painter's algorithm: polygons in view from back to front, without a depth test. `bsp` finds the

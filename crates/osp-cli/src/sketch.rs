@@ -119,6 +119,7 @@ impl WindowArgs {
             size: self.window,
             tracker,
             tracker_options,
+            merges: self.detail == "auto",
             trace: self.trace.clone(),
             settings: Some(Settings::default_path()),
         }

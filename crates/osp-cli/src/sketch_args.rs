@@ -8,7 +8,7 @@ use super::{
     index_settings_args::{CutNodesArgs, IndexSettingsArgs},
     numbers,
     occlusion_test_args::TestArgs,
-    parsers::{index_parser, occlusion_parser},
+    parsers::{DETAILS, index_parser, occlusion_parser},
     reading::LimitArgs,
     rig_args::RigArgs,
     shared_args::{self, ServerArgs},
@@ -110,6 +110,10 @@ pub(super) struct WindowArgs {
     /// The method of occlusion culling (`osp replay --help` describes them); the window can change it.
     #[arg(long, default_value = "auto", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,
+    /// Level of detail. `auto` draws one quad for several neighbouring quads of an opaque stroke where no point moves by
+    /// half a pixel; see `osp render --help`.
+    #[arg(long, value_name = "LEVEL", default_value = "full", value_parser = DETAILS)]
+    pub(super) detail: String,
     #[command(flatten)]
     pub(super) tests: TestArgs,
     #[command(flatten)]

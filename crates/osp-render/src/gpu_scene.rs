@@ -3,12 +3,17 @@ use std::ops::Range;
 use wgpu::util::DeviceExt as _;
 
 use super::{
-    Classes, Gpu, descriptors,
+    Classes, Gpu,
+    chunks::{Chunks, FIRST_LEN},
+    detail::{Detail, MERGED_PAGES, MergedQuads},
     gpu::CHUNKS_A_PAGE,
     record::{Colors, DrawClass, PolygonRecord},
     run::CLUSTER,
 };
-use osp::polygon::{Change, PolygonId, bits};
+use osp::{
+    polygon::{Change, PolygonId, bits},
+    view::View,
+};
 use osp_session::scene::Scene;
 
 /// Moved polygons are sent in one transfer if at most this number of unmoved polygons lies between them. Sending 96 bytes
@@ -19,36 +24,21 @@ const GAP: usize = 16;
 /// memory for a moment.
 const TRANSFER: usize = 1 << 14;
 
-/// Largest number of polygons of a chunk, whole clusters: 128 MiB, the largest binding that every adapter supports.
-const MAX_CHUNK: usize = (128 << 20) / PolygonRecord::SIZE as usize / CLUSTER * CLUSTER;
-
-/// Number of polygons of the first chunk and of the index buffer, unless the scene has more.
-const FIRST_LEN: usize = 1 << 12;
-
 /// Number of corners of a polygon, which are its vertices.
 pub(super) const CORNERS: u32 = 4;
 /// Number of indices of the two triangles of a polygon.
 pub(super) const INDICES: u32 = 6;
 
-/// All polygons of a scene on the GPU, in chunks of fixed size. Growth adds chunks. The first chunk grows by copying
-/// until it has the size of the others.
+/// All polygons of a scene on the GPU.
 #[derive(Debug)]
 pub(super) struct GpuScene {
-    /// Number of polygons of a chunk, whole clusters.
-    chunk_len: usize,
+    chunks: Chunks,
     /// Largest number of polygons of a draw call.
     draw_len: usize,
     /// Indices for as many polygons as the scene has, at most `draw_len`.
     indices: wgpu::Buffer,
-    chunks: Vec<wgpu::Buffer>,
-    /// For each chunk, whether the scene has released all its polygons, so that the placeholder replaces it.
-    is_free: Vec<bool>,
     /// Number of polygons that the scene had released at the last [`GpuScene::flush`].
     free_unreachable: u64,
-    pages: Vec<wgpu::BindGroup>,
-    /// A buffer that is bound instead of chunks that do not exist.
-    placeholder: wgpu::Buffer,
-    layout: wgpu::BindGroupLayout,
     /// Number of polygons on the GPU.
     uploaded: usize,
     /// A bit for each uploaded polygon that has moved since its upload.
@@ -66,23 +56,17 @@ pub(super) struct GpuScene {
     is_animated: bool,
     scratch: Vec<PolygonRecord>,
     colors: Colors,
+    /// `None` before [`GpuScene::want_merged`].
+    merged: Option<MergedQuads>,
 }
 
 impl GpuScene {
     pub(super) fn new(gpu: &Gpu, chunk_len: usize, draw_len: usize) -> Self {
-        let chunk = (wgpu::ShaderStages::VERTEX, descriptors::read(PolygonRecord::SIZE));
-        let layout = descriptors::bind_layout(gpu.device(), "polygon chunks", &[chunk; CHUNKS_A_PAGE]);
         Self {
-            // The length is a multiple of a cluster, so that no cluster lies in two chunks.
-            chunk_len: chunk_len.clamp(1, MAX_CHUNK).next_multiple_of(CLUSTER),
+            chunks: Chunks::new(gpu, chunk_len),
             draw_len: draw_len.max(1),
             indices: create_indices(gpu, FIRST_LEN.min(draw_len.max(1))),
-            chunks: Vec::new(),
-            is_free: Vec::new(),
             free_unreachable: 0,
-            pages: Vec::new(),
-            placeholder: create_chunk(gpu, 1),
-            layout,
             uploaded: 0,
             moved: Vec::new(),
             any_moved: false,
@@ -93,6 +77,7 @@ impl GpuScene {
             is_animated: false,
             scratch: Vec::new(),
             colors: Colors::Own,
+            merged: None,
         }
     }
 
@@ -107,21 +92,21 @@ impl GpuScene {
     }
 
     pub(super) fn layout(&self) -> &wgpu::BindGroupLayout {
-        &self.layout
+        self.chunks.layout()
     }
 
     pub(super) fn chunk_len(&self) -> usize {
-        self.chunk_len
+        self.chunks.len()
     }
 
     /// The chunks, in the order of the polygons' numbers.
     pub(super) fn chunks(&self) -> &[wgpu::Buffer] {
-        &self.chunks
+        self.chunks.buffers()
     }
 
     /// Number of polygons of a page. A draw call draws polygons of a single page.
     pub(super) fn page_len(&self) -> usize {
-        self.chunk_len * CHUNKS_A_PAGE
+        self.chunks.len() * CHUNKS_A_PAGE
     }
 
     /// Largest number of polygons of a draw call.
@@ -136,7 +121,11 @@ impl GpuScene {
 
     /// Binds the polygons of a page, and the indices. Returns `false` if the page does not exist.
     pub(super) fn bind(&self, pass: &mut wgpu::RenderPass<'_>, page: u32) -> bool {
-        let Some(page) = self.pages.get(page as usize) else { return false };
+        let page = match (page.checked_sub(MERGED_PAGES), &self.merged) {
+            (Some(page), Some(merged)) => merged.page(page),
+            _ => self.chunks.page(page),
+        };
+        let Some(page) = page else { return false };
         pass.set_bind_group(1, page, &[]);
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
         true
@@ -156,8 +145,7 @@ impl GpuScene {
 
     /// Bytes reserved on the GPU.
     pub(super) fn bytes(&self) -> u64 {
-        let chunks = self.chunks.iter().zip(&self.is_free);
-        chunks.filter(|(_, is_free)| !**is_free).map(|(chunk, _)| chunk.size()).sum()
+        self.chunks.bytes() + self.merged.as_ref().map_or(0, MergedQuads::bytes)
     }
 
     /// Drawing classes of the 64 polygons from `first` on, a multiple of 64.
@@ -192,6 +180,9 @@ impl GpuScene {
         if id.index() < self.uploaded {
             bits::insert(&mut self.moved, id.index());
             self.any_moved = true;
+            if let Some(merged) = &mut self.merged {
+                merged.note(id.index());
+            }
         }
     }
 
@@ -208,6 +199,29 @@ impl GpuScene {
         self.has_brushes &= count > 0;
         self.is_animated &= count > 0;
         self.uploaded = count;
+        if let Some(merged) = &mut self.merged {
+            merged.truncate(count);
+        }
+    }
+
+    /// Creates the merged quads of all polygons, if they do not exist. [`GpuScene::merge`] sends them.
+    pub(super) fn want_merged(&mut self) {
+        if self.merged.is_none() {
+            self.merged = Some(MergedQuads::new(&self.chunks, self.uploaded));
+        }
+    }
+
+    /// Merges polygons that are new or have changed, of at most `most` clusters; returns the number of bytes sent.
+    pub(super) fn merge(&mut self, gpu: &Gpu, scene: &Scene, most: usize) -> u64 {
+        let Some(mut merged) = self.merged.take() else { return 0 };
+        let bytes = merged.send(gpu, scene, self.colors, most, |first| self.classes_of(first));
+        self.merged = Some(merged);
+        bytes
+    }
+
+    /// The detail of a view in a picture of `size` pixels; `None` before [`GpuScene::want_merged`].
+    pub(super) fn detail(&self, view: &View, size: (u32, u32)) -> Option<Detail<'_>> {
+        self.merged.as_ref().map(|merged| Detail::new(merged, view, size))
     }
 
     /// Sends polygons that are new or have moved; returns the number of bytes sent.
@@ -242,6 +256,9 @@ impl GpuScene {
                 }
             }
             bytes += self.send(gpu, scene, self.uploaded..count);
+            if let Some(merged) = &mut self.merged {
+                (self.uploaded / CLUSTER..count.div_ceil(CLUSTER)).for_each(|i| merged.note(i * CLUSTER));
+            }
             self.uploaded = count;
         }
         bytes
@@ -272,22 +289,17 @@ impl GpuScene {
         let mut at = range.start;
         let mut sent = 0;
         while at < range.end {
-            let (chunk, first) = (at / self.chunk_len, at % self.chunk_len);
-            let count = (range.end - at).min(self.chunk_len - first).min(TRANSFER);
-            if self.is_free[chunk] {
-                if scene.are_freed(at..at + count) {
-                    at += count;
-                    continue;
-                }
-                // The replay went back to a time when the chunk had polygons.
-                let buffer = create_chunk(gpu, self.chunk_len);
-                self.put_chunk(gpu, chunk, buffer, false);
+            let (chunk, first) = (at / self.chunk_len(), at % self.chunk_len());
+            let count = (range.end - at).min(self.chunk_len() - first).min(TRANSFER);
+            // A chunk whose memory was freed has polygons again if the replay went back.
+            if self.chunks.is_free(chunk) && scene.are_freed(at..at + count) {
+                at += count;
+                continue;
             }
             self.scratch.clear();
             self.scratch
                 .extend((at..at + count).map(|i| PolygonRecord::of(scene, PolygonId(i as u32), self.colors)));
-            let offset = first as u64 * PolygonRecord::SIZE;
-            gpu.queue().write_buffer(&self.chunks[chunk], offset, bytemuck::cast_slice(&self.scratch));
+            self.chunks.write(gpu, at, &self.scratch);
             at += count;
             sent += count as u64 * PolygonRecord::SIZE;
         }
@@ -296,18 +308,12 @@ impl GpuScene {
 
     /// Frees the memory of chunks all of whose polygons the scene has released.
     fn free_chunks(&mut self, gpu: &Gpu, scene: &Scene) {
-        for chunk in 0..self.uploaded / self.chunk_len {
-            let polygons = chunk * self.chunk_len..(chunk + 1) * self.chunk_len;
-            if !self.is_free[chunk] && scene.are_freed(polygons) {
-                self.put_chunk(gpu, chunk, self.placeholder.clone(), true);
+        let len = self.chunk_len();
+        for chunk in 0..self.uploaded / len {
+            if !self.chunks.is_free(chunk) && scene.are_freed(chunk * len..(chunk + 1) * len) {
+                self.chunks.free(gpu, chunk);
             }
         }
-    }
-
-    fn put_chunk(&mut self, gpu: &Gpu, chunk: usize, buffer: wgpu::Buffer, is_free: bool) {
-        (self.chunks[chunk], self.is_free[chunk]) = (buffer, is_free);
-        let page = chunk / CHUNKS_A_PAGE;
-        self.pages[page] = self.bind_page(gpu, page);
     }
 
     /// Makes room for `count` polygons.
@@ -316,41 +322,11 @@ impl GpuScene {
         self.moved.resize(words, 0);
         self.transparent.resize(words, 0);
         self.additive.resize(words, 0);
-        let first_len = count.next_power_of_two().max(FIRST_LEN).min(self.chunk_len);
-        self.grow_first_chunk(gpu, first_len);
-        while self.chunks.len() * self.chunk_len < count {
-            let polygons = if self.chunks.is_empty() { first_len } else { self.chunk_len };
-            self.chunks.push(create_chunk(gpu, polygons));
-            self.is_free.push(false);
-            let page = (self.chunks.len() - 1) / CHUNKS_A_PAGE;
-            self.pages.truncate(page);
-            self.pages.push(self.bind_page(gpu, page));
-        }
+        self.chunks.grow(gpu, count);
         let indexed = count.next_power_of_two().max(FIRST_LEN).min(self.draw_len);
         if self.indices.size() < indices_bytes(indexed) {
             self.indices = create_indices(gpu, indexed);
         }
-    }
-
-    /// Grows the first chunk to `polygons` polygons, at most `chunk_len`.
-    fn grow_first_chunk(&mut self, gpu: &Gpu, polygons: usize) {
-        let Some(first) = self.chunks.first() else { return };
-        if self.is_free[0] || first.size() >= polygons as u64 * PolygonRecord::SIZE {
-            return;
-        }
-        let larger = create_chunk(gpu, polygons);
-        let mut encoder = gpu.device().create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(first, 0, &larger, 0, first.size());
-        gpu.queue().submit([encoder.finish()]);
-        self.put_chunk(gpu, 0, larger, false);
-    }
-
-    fn bind_page(&self, gpu: &Gpu, page: usize) -> wgpu::BindGroup {
-        let chunks: [_; CHUNKS_A_PAGE] = std::array::from_fn(|i| {
-            let chunk = self.chunks.get(page * CHUNKS_A_PAGE + i);
-            chunk.unwrap_or(&self.placeholder).as_entire_binding()
-        });
-        descriptors::bind_group(gpu.device(), "polygon page", &self.layout, &chunks)
     }
 }
 
@@ -367,13 +343,4 @@ fn create_indices(gpu: &Gpu, polygons: usize) -> wgpu::Buffer {
         contents: bytemuck::cast_slice(&indices),
         usage: wgpu::BufferUsages::INDEX,
     })
-}
-
-fn create_chunk(gpu: &Gpu, polygons: usize) -> wgpu::Buffer {
-    descriptors::buffer(
-        gpu.device(),
-        "polygon chunk",
-        polygons as u64 * PolygonRecord::SIZE,
-        wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
-    )
 }

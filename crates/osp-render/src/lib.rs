@@ -18,7 +18,9 @@
 //! [`Bsp`](osp_rivals::Bsp). Nothing here depends on another index.
 
 mod backdrop;
+mod chunks;
 mod descriptors;
+mod detail;
 mod draw_switch;
 mod error;
 mod finish;

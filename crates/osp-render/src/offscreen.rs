@@ -30,6 +30,9 @@ pub struct DrawTimes {
     pub list_bytes: u64,
     /// Number of draw calls.
     pub draw_calls: u64,
+    /// Number of polygons in the draw list, four vertices each. Merged polygons count once. Polygons that are culled on the
+    /// GPU are not in this list.
+    pub listed: u64,
 }
 
 /// Sum of the values that are present.
@@ -136,6 +139,23 @@ impl Offscreen {
         self.renderer.set_occlusion(&mut self.sights[number].slot, occlusion)
     }
 
+    /// Sets whether all views are drawn with fewer polygons where no point of the picture moves by half a pixel; see
+    /// [`Renderer::set_detail`].
+    pub fn set_detail(&mut self, is_auto: bool) {
+        for number in 0..self.sights.len() {
+            self.set_detail_of(number, is_auto);
+        }
+    }
+
+    /// Does the same as [`Offscreen::set_detail`] for view number `number`.
+    ///
+    /// # Panics
+    /// The view does not exist.
+    pub fn set_detail_of(&mut self, number: usize, is_auto: bool) {
+        let Sight { slot, target, .. } = &mut self.sights[number];
+        self.renderer.set_detail(slot, is_auto.then(|| target.size()));
+    }
+
     /// Sets light and sky; see [`Renderer::set_environment`].
     pub fn set_environment(&mut self, environment: Option<&Environment>) {
         self.renderer.set_environment(environment);
@@ -222,6 +242,7 @@ impl Offscreen {
             times.list_bytes += self.renderer.prepare(slot, scene, view, layers);
             self.renderer.encode(&mut encoder, target, slot, timer, |_| {});
             times.draw_calls += self.renderer.draw_calls(slot);
+            times.listed += self.renderer.listed(slot);
         }
         let commands = encoder.finish();
         times.prepare = self.clock.since(stage);

@@ -1,6 +1,7 @@
 use glam::Vec3;
 
 use super::{
+    detail::{Coarsened, Detail, MERGED_PAGES},
     listing::{Handles, List, Numbers, SpanBits, Walk},
     opaque_order::{self, OpaqueOrder},
     run::{Blend, CLUSTER, Classes, Handle, HandleRun, Run, push},
@@ -34,6 +35,8 @@ pub struct DrawOrder {
     /// The opaque polygons of [`Listing::Clusters`], by number.
     handles: Vec<Handle>,
     handle_runs: Vec<HandleRun>,
+    /// Numbers of merged quads, until [`DrawOrder::finish`] appends them to `ids`.
+    quads: Vec<PolygonId>,
     /// Numbers and runs of additive polygons, until [`DrawOrder::finish`] appends them to `ids` and `runs`.
     additive: Vec<PolygonId>,
     additive_runs: Vec<Run>,
@@ -131,6 +134,7 @@ impl DrawOrder {
         self.span_bits.clear();
         self.handles.clear();
         self.handle_runs.clear();
+        self.quads.clear();
         self.additive.clear();
         self.additive_runs.clear();
         self.transparent.clear();
@@ -148,9 +152,25 @@ impl DrawOrder {
         page_len: usize,
         classes_of: impl Fn(usize) -> Classes,
     ) {
+        self.add_with(scene, polygons, style, eye_in_world, page_len, classes_of, None);
+    }
+
+    /// Does the same as [`DrawOrder::add`]. If `detail` is present and every polygon is listed, merged quads stand for
+    /// opaque polygons where the difference is not visible.
+    #[expect(clippy::too_many_arguments, reason = "one argument more than `add`")]
+    pub(super) fn add_with(
+        &mut self,
+        scene: &Scene,
+        polygons: &VisibleBlocks,
+        style: u32,
+        eye_in_world: Vec3,
+        page_len: usize,
+        classes_of: impl Fn(usize) -> Classes,
+        detail: Option<Detail<'_>>,
+    ) {
         debug_assert!(page_len.is_multiple_of(CLUSTER));
         let Self { ids, runs, listing, opaque, span_bits, handles, handle_runs, .. } = self;
-        let Self { additive, additive_runs, transparent, .. } = self;
+        let Self { additive, additive_runs, transparent, quads, .. } = self;
         let list = List { scene, polygons, style, eye_in_world, page_len, classes_of, transparent };
         // Only the first style has spans, because the spans share one set of bits, and a polygon may have several styles.
         // Clusters and sorted polygons have no spans, either.
@@ -161,7 +181,13 @@ impl DrawOrder {
             Listing::Ids => {
                 let bits = spans.map(|bits| (bits, scene.polygon_count()));
                 let sink = Numbers::new(ids, runs, style, Blend::Opaque, bits);
-                Walk { list, sink, additive }.run();
+                match detail {
+                    Some(detail) => {
+                        let sink = Coarsened { numbers: sink, detail, quads };
+                        Walk { list, sink, additive }.run();
+                    }
+                    None => Walk { list, sink, additive }.run(),
+                }
             }
             Listing::Clusters => {
                 let start = handles.len();
@@ -173,6 +199,13 @@ impl DrawOrder {
 
     /// Ends the frame: appends the additive and transparent polygons of all lists.
     pub fn finish(&mut self, page_len: usize) {
+        let page_of = |quad: &PolygonId| quad.0 / page_len as u32;
+        for quads in self.quads.chunk_by(|a, b| page_of(a) == page_of(b)) {
+            let start = self.ids.len() as u32;
+            self.ids.extend_from_slice(quads);
+            let (range, page) = (start..self.ids.len() as u32, MERGED_PAGES + page_of(&quads[0]));
+            self.runs.push(Run { range, is_listed: true, page, style: 0, blend: Blend::Opaque });
+        }
         let before = self.ids.len() as u32;
         self.ids.append(&mut self.additive);
         self.runs.extend(self.additive_runs.drain(..).map(|mut run| {

@@ -22,15 +22,15 @@ use osp_session::{
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct PolygonRecord {
-    corners: [[u32; 4]; 4],
-    uv: [u32; 4],
-    normals: [u32; 4],
+    pub(super) corners: [[u32; 4]; 4],
+    pub(super) uv: [u32; 4],
+    pub(super) normals: [u32; 4],
 }
 
 /// Flag of a square that faces the eye; it lies above the bits of the material's number.
-const FACING: u32 = 1 << 16;
+pub(super) const FACING: u32 = 1 << 16;
 /// Flag of a polygon whose corners have normals of their own.
-const SMOOTH: u32 = 1 << 17;
+pub(super) const SMOOTH: u32 = 1 << 17;
 
 /// The colours in which polygons are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -27,6 +27,9 @@ use osp::{
 };
 use osp_session::{recording::Environment, scene::Scene};
 
+/// Largest number of clusters that a frame merges in a patient renderer.
+const CLUSTERS_A_FRAME: usize = 256;
+
 /// Polygons to draw in one style.
 #[derive(Clone, Copy, Debug)]
 pub struct Layer<'a> {
@@ -202,8 +205,10 @@ impl Renderer {
 
     /// Sends the polygons that are new or have moved; returns the number of bytes sent.
     pub fn send(&mut self, scene: &Scene) -> u64 {
-        let bytes = self.scene.flush(&self.gpu, scene);
+        let mut bytes = self.scene.flush(&self.gpu, scene);
         self.has_changed |= bytes > 0;
+        let most = if self.is_patient { CLUSTERS_A_FRAME } else { usize::MAX };
+        bytes += self.scene.merge(&self.gpu, scene, most);
         if self.is_painted() {
             let Self { paint, gpu, scene: of, view_layout, environment, .. } = self;
             let paint = paint.get_or_insert_with(|| {
@@ -220,6 +225,18 @@ impl Renderer {
             hzb.follow(&self.gpu, &self.scene);
         }
         bytes
+    }
+
+    /// Sets whether a view is drawn with fewer polygons where no point of the picture moves by half a pixel. `picture` is
+    /// the picture's width and height in pixels, or `None` for all polygons, the default.
+    ///
+    /// Only frames with a single layer in its own colours, and without culling on the GPU, have fewer polygons. Neighbouring
+    /// quads of an opaque stroke become one. The quads of all polygons stay on the GPU as long as the renderer.
+    pub fn set_detail(&mut self, slot: &mut ViewSlot, picture: Option<(u32, u32)>) {
+        slot.detail = picture;
+        if picture.is_some() {
+            self.scene.want_merged();
+        }
     }
 
     /// Selects how a view culls hidden polygons on the GPU. Only frames with a single layer in its own colours are culled.
@@ -313,9 +330,12 @@ impl Renderer {
             0 => layer.style == Style::PLAIN,
             _ => layer.polygons.is_empty(),
         };
-        let can_cull = slot.hzb.is_some() && layers.iter().enumerate().all(is_plain);
+        let is_plain = layers.iter().enumerate().all(is_plain);
+        let can_cull = slot.hzb.is_some() && is_plain;
         let in_view = layers.first().map_or(0, |layer| layer.polygons.len());
         let culls = can_cull && slot.switch.as_mut().is_none_or(|switch| switch.decide(in_view));
+        let is_merged = is_plain && !culls && !self.is_solid && slot.order.opaque() == OpaqueOrder::None;
+        let detail = slot.detail.filter(|_| is_merged).and_then(|size| self.scene.detail(view, size));
         slot.order.clear_for(if culls { Listing::Clusters } else { Listing::Ids });
         for (i, layer) in layers.iter().enumerate() {
             let style = i.min(MAX_STYLES - 1);
@@ -326,7 +346,8 @@ impl Renderer {
                 Classes { additive, .. } if is_faint => Classes { additive, transparent: !additive },
                 classes => classes,
             };
-            slot.order.add(scene, layer.polygons, style as u32, view.eye_in_world, page_len, classes_of);
+            let (polygons, eye) = (layer.polygons, view.eye_in_world);
+            slot.order.add_with(scene, polygons, style as u32, eye, page_len, classes_of, detail);
         }
         slot.order.sort_opaque(scene, view.eye_in_world, page_len);
         slot.order.finish(page_len);
@@ -454,6 +475,11 @@ impl Renderer {
         drop(pass);
         self.gpu.queue().submit([encoder.finish()]);
         overdraw::add_up(&self.gpu, target)
+    }
+
+    /// Number of polygons and merged quads in the draw list of a prepared view, with the gaps of its spans.
+    pub(super) fn listed(&self, slot: &ViewSlot) -> u64 {
+        slot.order.runs().iter().map(|run| run.range.len() as u64).sum()
     }
 
     /// Number of draw calls of a prepared view.

@@ -22,6 +22,8 @@ pub struct ViewSlot {
     pub(super) hzb: Option<Box<HzbView>>,
     /// For [`GpuOcclusion::Auto`]: whether the next frame is culled.
     pub(super) switch: Option<DrawSwitch>,
+    /// Width and height of the picture, pixels, if merged quads stand for polygons far away.
+    pub(super) detail: Option<(u32, u32)>,
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -55,7 +57,17 @@ impl ViewSlot {
         let ids = create_ids(gpu, u64::from(all_from));
         let bind_group = bind(gpu, layout, &uniforms, &ids);
         let order = DrawOrder::new();
-        Self { uniforms, ids, all_from, bit_words: 0, bind_group, order, hzb: None, switch: None }
+        Self {
+            uniforms,
+            ids,
+            all_from,
+            bit_words: 0,
+            bind_group,
+            order,
+            hzb: None,
+            switch: None,
+            detail: None,
+        }
     }
 
     pub(super) fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {

@@ -6,6 +6,7 @@ mod authors;
 mod commands;
 mod decoded_film;
 mod decoded_mp4;
+mod detail;
 mod film;
 mod film_mp4;
 mod hzb;
