@@ -365,8 +365,9 @@ fn surface_color(in: Painted, place: Place) -> vec3<f32> {
     }
     let albedo = albedo_of(material, in, place);
     let outwards = select(-1.0, 1.0, place.is_front) * normalize(in.normal);
-    // No shadow falls on a disco ball.
-    let share = select(first_light_at(in.from_eye.xyz, outwards), 1.0, material.kinds.y == DISCO);
+    // No shadow falls on these brushes.
+    let is_bare = material.kinds.y == DISCO || material.kinds.y == LIGHT_WIRE;
+    let share = select(first_light_at(in.from_eye.xyz, outwards), 1.0, is_bare);
     let light = lit(material, albedo, f0_of(material, in, place), place.normal, place.to_eye, share);
     let color = styled(light + glow_of(material, in, place), style);
     return fogged(color, in.from_eye.w);
