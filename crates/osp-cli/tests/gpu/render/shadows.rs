@@ -89,6 +89,7 @@ fn what_answers_to_light_throws_a_shadow_on_what_answers_to_light() {
     assert!((38..=44).contains(&shaded) && lit > shaded + 60, "{lit} became {shaded}");
     assert_eq!(with("Flat", Some("Wire")), lit, "unlit paint throws none");
     assert_eq!(with("Flat", Some("Light")), lit, "light throws none");
+    assert_eq!(with("Flat", Some("Toon")), shaded, "of unlit paint, Toon alone throws one");
     assert_eq!(with("DoubleTaperedMarker", Some("Flat")), with("DoubleTaperedMarker", None), "it is unlit");
 }
 
