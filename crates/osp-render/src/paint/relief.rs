@@ -100,5 +100,5 @@ fn oil_paint(u: f32, v: f32) -> [f32; 2] {
 fn hypercolor(u: f32, v: f32) -> [f32; 2] {
     let rim = step(0.15, 0.04, v) * -0.23 + step(0.85, 0.96, v) * 0.26;
     let along = on_line(&[(0.0, -0.15), (0.2, 0.0), (0.8, 0.0), (1.0, 0.05)], u);
-    [along, (rim + 1.2 * (noise(u, v, (6, 80), 43) - 0.5)).clamp(-0.9, 0.9)]
+    [along, (rim + 1.65 * furrows(u, v, (6, 96), 43)).clamp(-0.9, 0.9)]
 }

@@ -7,7 +7,7 @@ use crate::{
 };
 use osp::{math::Aabb, polygon::VisibleBlocks};
 use osp_session::{
-    brush::Lighting,
+    brush::{Brush, Effect, Lighting},
     scene::{Scene, Stroke},
 };
 
@@ -221,10 +221,11 @@ impl Shadow {
     }
 }
 
-/// Whether a stroke casts a shadow. Unlit strokes cast none, as in the program that the brushes come from.
+/// Whether a stroke casts a shadow. Unlit strokes cast none, except those of Toon, as in the program that the brushes
+/// come from.
 fn throws_shadows(stroke: &Stroke) -> bool {
-    let answers = stroke.brush().is_some_and(|brush| brush.lighting != Lighting::Unlit);
-    answers && stroke.is_visible() && DrawClass::of(stroke) == DrawClass::Solid
+    let casts = |brush: &Brush| brush.lighting != Lighting::Unlit || brush.effect == Effect::Toon;
+    stroke.brush().is_some_and(casts) && stroke.is_visible() && DrawClass::of(stroke) == DrawClass::Solid
 }
 
 /// The axes of a light, which shines along -z.

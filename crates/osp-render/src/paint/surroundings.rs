@@ -17,6 +17,7 @@ pub(super) struct Surroundings {
     light_directions: [[f32; 4]; 2],
     lights: [[f32; 4]; 2],
     moment: [f32; 4],
+    room_from_world: [f32; 4],
 }
 
 impl Surroundings {
@@ -44,6 +45,7 @@ impl Surroundings {
             light_directions: [words(direction(0), has_lamps), words(direction(1), 0.0)],
             lights: environment.lights.map(|(_, color)| words(color, 0.0)),
             moment: [0.0; 4],
+            room_from_world: unit(environment.room_rotation).to_array(),
         }
     }
 
@@ -94,6 +96,7 @@ fn standard() -> Environment {
         preset: "Standard".to_owned(),
         sky: [Vec3::new(70.0, 70.0, 81.0) / 255.0, Vec3::new(0.035, 0.035, 0.086)],
         sky_rotation: Quat::IDENTITY,
+        room_rotation: Quat::IDENTITY,
         floor: None,
         fog: (Vec3::ZERO, 0.0),
         ambient: Vec3::splat(0.392),

@@ -128,10 +128,11 @@ fn albedo_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
     }
 }
 
-// The normal by which a facet of a disco ball reflects. Like the shader of Tilt Brush, this function treats a
-// world-space normal, whose z points forward, as a tangent-space normal.
+// The normal by which a facet of a disco ball reflects. Like the shader of Tilt Brush, this function treats the
+// facet's normal in the room, whose z points forward, as a tangent-space normal.
 fn disco_normal(facet: vec3<f32>, normal: vec3<f32>, gradients: Gradients, dx: vec3<f32>, dy: vec3<f32>) -> vec3<f32> {
-    let of_plane = vec3(0.0, 0.0, 1.0) + facet.z * vec3(facet.xy, -facet.z);
+    let f = in_room(facet);
+    let of_plane = vec3(0.0, 0.0, 1.0) + f.z * vec3(f.xy, -f.z);
     return in_world(normalize(of_plane), normal, gradients, dx, dy);
 }
 

@@ -26,6 +26,8 @@ struct Surroundings {
     lights: array<vec4<f32>, 2>,
     // x: seconds.
     moment: vec4<f32>,
+    // A quaternion.
+    room_from_world: vec4<f32>,
 }
 
 @group(2) @binding(0) var<uniform> materials: array<Material, 160>;
@@ -198,7 +200,13 @@ fn light_on(normal: vec3<f32>, share: f32) -> vec3<f32> {
     return surroundings.ambient.rgb + surroundings.lights[0].rgb * first + surroundings.lights[1].rgb * second;
 }
 
-// A lamp that surfaces reflect: its direction, and its light as that of a point.
+// Rotates a direction from world space to the space of the room.
+fn in_room(way: vec3<f32>) -> vec3<f32> {
+    let q = surroundings.room_from_world;
+    return way + 2.0 * cross(q.xyz, cross(q.xyz, way) + q.w * way);
+}
+
+// A lamp that surfaces reflect: its direction in the room, and its light as that of a point.
 struct Lamp {
     direction: vec3<f32>,
     light: vec3<f32>,
@@ -247,7 +255,7 @@ fn highlight(material: Material, f0: vec3<f32>, normal: vec3<f32>, to_eye: vec3<
     let lit = share * bright * surroundings.lights[0].rgb * (f0 + (1.0 - f0) * pow(1.0 - l_h, 5.0));
     let most = saturate(gloss + max(f0.r, max(f0.g, f0.b)));
     let mirrored = mix(f0, vec3(most), pow(1.0 - n_v, 5.0)) * (1.0 - 0.28 * roughness * (1.0 - gloss));
-    let seen = mirrored_room(reflect(-to_eye, normal), roughness);
+    let seen = mirrored_room(in_room(reflect(-to_eye, normal)), roughness);
     return lit + surroundings.ambient.w * seen * mirrored;
 }
 
@@ -308,12 +316,12 @@ fn in_world(of_plane: vec3<f32>, normal: vec3<f32>, gradients: Gradients, dx: ve
     let along = cross(dx, normal);
     let tangent = across * gradients.x.x + along * gradients.y.x;
     let bitangent = across * gradients.x.y + along * gradients.y.y;
-    let longest = max(dot(tangent, tangent), dot(bitangent, bitangent));
-    if !(longest > 0.0) {
+    let lengths = vec2(dot(tangent, tangent), dot(bitangent, bitangent));
+    if !(min(lengths.x, lengths.y) > 0.0) {
         return normal;
     }
-    let scale = inverseSqrt(longest);
-    return normalize((tangent * of_plane.x + bitangent * of_plane.y) * scale + normal * max(of_plane.z, 0.05));
+    let slope = of_plane.xy * inverseSqrt(lengths);
+    return normalize(tangent * slope.x + bitangent * slope.y + normal * max(of_plane.z, 0.05));
 }
 
 // Widest outline of a toon, as a part of the picture's height.
@@ -356,7 +364,10 @@ fn surface_color(in: Painted, place: Place) -> vec3<f32> {
         return plain_color(in.color.rgb, style, place.normal, place.to_eye);
     }
     let albedo = albedo_of(material, in, place);
-    let share = first_light_at(in.from_eye.xyz, select(-1.0, 1.0, place.is_front) * normalize(in.normal));
+    let outwards = select(-1.0, 1.0, place.is_front) * normalize(in.normal);
+    // No shadow falls on these brushes.
+    let is_bare = material.kinds.y == DISCO || material.kinds.y == LIGHT_WIRE;
+    let share = select(first_light_at(in.from_eye.xyz, outwards), 1.0, is_bare);
     let light = lit(material, albedo, f0_of(material, in, place), place.normal, place.to_eye, share);
     let color = styled(light + glow_of(material, in, place), style);
     return fogged(color, in.from_eye.w);

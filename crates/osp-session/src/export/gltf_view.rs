@@ -126,6 +126,7 @@ mod tests {
             preset: String::new(),
             sky: [Vec3::ZERO; 2],
             sky_rotation: Quat::IDENTITY,
+            room_rotation: Quat::IDENTITY,
             floor: None,
             fog: (Vec3::ZERO, 0.0),
             ambient: Vec3::splat(0.4),

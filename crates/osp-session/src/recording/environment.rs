@@ -14,6 +14,9 @@ pub struct Environment {
     /// Rotation from the gradient's space, whose +y is up, to world space.
     #[serde(default = "identity", skip_serializing_if = "is_identity")]
     pub sky_rotation: Quat,
+    /// Rotation from world space to the space of the room, whose lamps glossy paint reflects.
+    #[serde(default = "identity", skip_serializing_if = "is_identity")]
+    pub room_rotation: Quat,
     /// Colour of a floor that hides the sky below the horizon.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor: Option<Vec3>,
@@ -63,12 +66,11 @@ impl Environment {
         if self.preset.len() > Self::MAX_NAME_BYTES {
             return Err("a preset's name of at most 64 bytes");
         }
-        let q = self.sky_rotation;
-        let length_squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-        if (length_squared - 1.0).abs() <= 0.02 {
+        let is_rotation = |q: Quat| (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0).abs() <= 0.02;
+        if is_rotation(self.sky_rotation) && is_rotation(self.room_rotation) {
             Ok(())
         } else {
-            Err("a unit quaternion (x, y, z, w) of the sky")
+            Err("a unit quaternion (x, y, z, w) of the sky, and of the room")
         }
     }
 }

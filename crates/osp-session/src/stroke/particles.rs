@@ -114,7 +114,9 @@ impl ParticlesBuilder {
         if brush.particle_speed > 0.0 {
             middle += random.on_sphere(at(2)) * (size_m * brush.particle_speed / brush.size_min);
         }
-        let roll = random.around_zero(at(7), 0.5 * brush.particle_rotation_range_degrees.to_radians());
+        // The texture lies on its side: its right edge is up.
+        let roll = std::f32::consts::FRAC_PI_2
+            + random.around_zero(at(7), 0.5 * brush.particle_rotation_range_degrees.to_radians());
         let corners = CORNERS.map(|corner| middle + (corner * (0.5 * size_m)).extend(0.0));
         out.push(
             ConvexPolygon::quad(corners),

@@ -65,6 +65,7 @@ fn events() -> Vec<u8> {
         preset: "Standard".into(),
         sky: [Vec3::splat(0.25), Vec3::new(0.0, 0.25, 1.0)],
         sky_rotation: Quat::from_xyzw(0.5, 0.5, 0.5, 0.5),
+        room_rotation: Quat::from_xyzw(0.0, 0.6, 0.0, 0.8),
         floor: Some(Vec3::splat(0.05)),
         fog: (Vec3::X, 0.025),
         ambient: Vec3::splat(0.4),

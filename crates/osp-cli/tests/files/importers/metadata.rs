@@ -75,10 +75,15 @@ fn the_artist_changes_sky_and_lights() {
 }
 
 #[test]
-fn how_the_scene_stands_in_the_room_does_not_turn_the_light() {
+fn how_the_scene_stands_in_the_room_turns_only_what_the_paint_reflects() {
     let without = METADATA.replace("SceneTransformInRoomSpace", "Other");
     assert_ne!(without, METADATA);
-    assert_eq!(light_of(&without), light_of(METADATA));
+    let room_rotation = light_of(METADATA).room_rotation;
+    assert_eq!(Environment { room_rotation, ..light_of(&without) }, light_of(METADATA));
+    // Turned by 90 degrees about y, what is forward in the scene is right in the room.
+    let turned = r#"{"SceneTransformInRoomSpace":[[7,8,9],[0,0.70710678,0,0.70710678],2],"Other":"#;
+    let light = light_of(&without.replacen('{', turned, 1).replacen("\"Other\":", "", 1));
+    assert!(near(rotate(light.room_rotation, Vec3::NEG_Z), [1.0, 0.0, 0.0]), "{}", light.room_rotation);
     // But where the canvas stands in the scene does: here turned by 90 degrees about y and twice as large.
     let turned = r#"{"CanvasTransformInSceneSpace":[[7,8,9],[0,0.70710678,0,0.70710678],2],"#;
     let light = light_of(&METADATA.replacen('{', turned, 1));

@@ -28,6 +28,7 @@ fn environment() -> Environment {
         preset: String::new(),
         sky: [Vec3::new(0.4, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.8)],
         sky_rotation: Quat::IDENTITY,
+        room_rotation: Quat::IDENTITY,
         floor: None,
         fog: (Vec3::ZERO, 0.0),
         ambient: Vec3::splat(0.5),
@@ -290,6 +291,25 @@ fn the_full_bloom_brightens_paint_and_the_reduced_darkens_it() {
     };
     // A fourth of the twentieth that spreads, more or less.
     assert_eq!([sky(true), sky(false)], [206, 201]);
+}
+
+#[test]
+fn the_lamps_that_paint_reflects_turn_with_the_room() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of(&stroke(1, "MylarTube", BLACK, 0.3, line(Vec3::NEG_Z)));
+    let mut drawer = drawer(&gpu);
+    let mut reflected = |room_rotation| {
+        let (preset, ambient, lights) = ("Standard".to_owned(), Vec3::ZERO, Default::default());
+        let sky = [Vec3::ZERO; 2];
+        let room = Environment { preset, sky, room_rotation, ambient, lights, ..environment() };
+        drawer.set_environment(Some(&room));
+        drawer.draw(&scene, &ahead(), &[Layer::plain(&set(&all_ids(&scene)))]).expect("a drawn frame");
+        let image = drawer.image().expect("a picture");
+        (0..SIZE.1).map(|y| u32::from(pixel(&image, SIZE.0 / 2, y)[1])).sum::<u32>()
+    };
+    // A lamp is behind the eye. In the turned room it is in front of the eye, behind the tube.
+    let (near, far) = (reflected(Quat::IDENTITY), reflected(Quat::from_rotation_y(std::f32::consts::PI)));
+    assert!(near > 2 * far, "{near} and {far}");
 }
 
 /// A stroke of every brush, around the origin.

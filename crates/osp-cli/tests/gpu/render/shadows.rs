@@ -20,6 +20,7 @@ fn environment() -> Environment {
         preset: String::new(),
         sky: [Vec3::ZERO; 2],
         sky_rotation: Quat::IDENTITY,
+        room_rotation: Quat::IDENTITY,
         floor: None,
         fog: (Vec3::ZERO, 0.0),
         ambient: Vec3::splat(0.2),
@@ -88,6 +89,7 @@ fn what_answers_to_light_throws_a_shadow_on_what_answers_to_light() {
     assert!((38..=44).contains(&shaded) && lit > shaded + 60, "{lit} became {shaded}");
     assert_eq!(with("Flat", Some("Wire")), lit, "unlit paint throws none");
     assert_eq!(with("Flat", Some("Light")), lit, "light throws none");
+    assert_eq!(with("Flat", Some("Toon")), shaded, "of unlit paint, Toon alone throws one");
     assert_eq!(with("DoubleTaperedMarker", Some("Flat")), with("DoubleTaperedMarker", None), "it is unlit");
 }
 

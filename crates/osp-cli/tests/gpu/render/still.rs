@@ -45,6 +45,7 @@ fn drawn(gpu: &Arc<Gpu>, scene: &Scene, view: &View) -> Image {
         preset: String::new(),
         sky: [Vec3::ZERO; 2],
         sky_rotation: Quat::IDENTITY,
+        room_rotation: Quat::IDENTITY,
         floor: None,
         fog: (Vec3::ZERO, 0.0),
         ambient: Vec3::ONE,

@@ -100,6 +100,7 @@ struct CustomLight {
 /// appended to `left_out`.
 pub(super) fn read(
     fields: &mut Fields<'_>,
+    room_from_scene: TiltTransform,
     scene_from_canvas: TiltTransform,
     left_out: &mut Vec<String>,
 ) -> Option<Environment> {
@@ -143,7 +144,7 @@ pub(super) fn read(
     }
     // Versions that did not store themselves drew their thumbnails with the full bloom.
     environment.has_full_bloom = fields.read::<serde::de::IgnoredAny>("ApplicationVersion").is_none();
-    let environment = in_canvas(environment, scene_from_canvas);
+    let environment = in_canvas(environment, room_from_scene, scene_from_canvas);
     match environment.check() {
         Ok(()) => Some(environment),
         Err(expected) => {
@@ -154,12 +155,18 @@ pub(super) fn read(
 }
 
 /// Transforms an environment, in the axes of osp, from the scene's space to the strokes' space.
-fn in_canvas(environment: Environment, scene_from_canvas: TiltTransform) -> Environment {
-    let TiltTransform(_, rotation, scale) = scene_from_canvas;
-    let back = axes::inverse(axes::rotation_from_unity(axes::unit(rotation)));
+fn in_canvas(
+    environment: Environment,
+    room_from_scene: TiltTransform,
+    scene_from_canvas: TiltTransform,
+) -> Environment {
+    let [to_room, to_scene] =
+        [&room_from_scene, &scene_from_canvas].map(|by| axes::rotation_from_unity(axes::unit(by.1)));
+    let (back, scale) = (axes::inverse(to_scene), scene_from_canvas.2);
     let (fog_color, density) = environment.fog;
     Environment {
         sky_rotation: axes::product(back, environment.sky_rotation),
+        room_rotation: axes::product(to_room, to_scene),
         lights: environment.lights.map(|(way, color)| (rotate(back, way), color)),
         fog: (fog_color, density * scale),
         ..environment
@@ -169,7 +176,8 @@ fn in_canvas(environment: Environment, scene_from_canvas: TiltTransform) -> Envi
 /// The GUID of the preset that an environment was made from, and whether the environment is still equal to the preset.
 pub(crate) fn preset_of(environment: &Environment) -> Option<(&'static str, bool)> {
     let preset = PRESETS.iter().find(|preset| preset.name == environment.preset)?;
-    let usual = Environment { has_full_bloom: environment.has_full_bloom, ..preset.environment() };
+    let Environment { room_rotation, has_full_bloom, .. } = *environment;
+    let usual = Environment { room_rotation, has_full_bloom, ..preset.environment() };
     Some((&preset.guid, usual == *environment))
 }
 
@@ -198,6 +206,7 @@ impl Preset {
             preset: self.name.clone(),
             sky,
             sky_rotation: Quat::IDENTITY,
+            room_rotation: Quat::IDENTITY,
             floor: self.floor.map(color),
             fog: (self.fog.0, self.fog.1 * UNITS_PER_METER),
             ambient: self.ambient,

@@ -160,12 +160,17 @@ impl Metadata {
         let mut fields = Fields { text: &self.text, path: &self.path, warnings };
         header.source = Self::source(&mut fields);
         let scene_from_canvas = fields.transform("CanvasTransformInSceneSpace");
+        let room_from_scene = fields.transform("SceneTransformInRoomSpace");
         header.camera =
-            scene_from_canvas.and_then(|scene_from_canvas| camera(&mut fields, scene_from_canvas));
-        let scene_from_canvas = scene_from_canvas.unwrap_or(TiltTransform::IDENTITY);
+            room_from_scene.zip(scene_from_canvas).and_then(|(room_from_scene, scene_from_canvas)| {
+                camera(&mut fields, room_from_scene, scene_from_canvas)
+            });
+        let [room_from_scene, scene_from_canvas] =
+            [room_from_scene, scene_from_canvas].map(|found| found.unwrap_or(TiltTransform::IDENTITY));
         header.layers = layers(&mut fields);
         header.environment =
-            tilt_environment::read(&mut fields, scene_from_canvas, &mut header.left_out).map(Box::new);
+            tilt_environment::read(&mut fields, room_from_scene, scene_from_canvas, &mut header.left_out)
+                .map(Box::new);
         for (field, one, many) in MEDIA {
             header.left_out.extend(fields.read(field).and_then(|media| sentence(&media, one, many)));
         }
@@ -186,12 +191,15 @@ impl Metadata {
 
 /// The thumbnail's camera in canvas space and the axes of osp. `None` if the file has none, or (with a warning) an
 /// unusable one.
-fn camera(fields: &mut Fields<'_>, scene_from_canvas: TiltTransform) -> Option<Camera> {
+fn camera(
+    fields: &mut Fields<'_>,
+    room_from_scene: TiltTransform,
+    scene_from_canvas: TiltTransform,
+) -> Option<Camera> {
     let TiltTransform(p, q, _) = fields.read("ThumbnailCameraTransformInRoomSpace").or_else(|| {
         let OldCamera { position, orientation } = fields.read("ThumbnailCameraTransform")?;
         Some(TiltTransform(position, orientation, 1.0))
     })?;
-    let room_from_scene = fields.transform("SceneTransformInRoomSpace")?;
     let (p, q) = room_from_scene.take_back(p, q);
     let (p, q) = scene_from_canvas.take_back(p, q);
     let (p, q) = (axes::position_from_unity(p * METERS_PER_UNIT), axes::rotation_from_unity(axes::unit(q)));

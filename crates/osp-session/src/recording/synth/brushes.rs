@@ -47,6 +47,7 @@ impl Brushes {
             preset: String::new(),
             sky: [Vec3::new(0.28, 0.28, 0.32), Vec3::new(0.04, 0.04, 0.09)],
             sky_rotation: Quat::IDENTITY,
+            room_rotation: Quat::IDENTITY,
             floor: None,
             fog: (Vec3::ZERO, 0.0),
             ambient: Vec3::splat(0.39),

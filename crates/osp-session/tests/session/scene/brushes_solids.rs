@@ -1,5 +1,7 @@
 //! Brushes without ribbons: particles, sprays, hulls and tubes.
 
+use std::f32::consts::FRAC_PI_2;
+
 use glam::{Quat, Vec3};
 use osp::polygon::{ConvexPolygon, PolygonId};
 use osp_session::{
@@ -130,10 +132,16 @@ fn particles_spread_by_their_size_and_show_one_of_four_cells() {
         let [first, opposite] = [0, 2].map(|corner| piece.surface.uv(corner));
         assert!((opposite - first).distance(glam::Vec2::splat(0.5)) < 1.0e-3);
         cells.insert(((first.x * 2.0).round() as i32, (first.y * 2.0).round() as i32));
-        assert!(piece.surface.roll_radians().abs() <= std::f32::consts::PI);
+        assert!((piece.surface.roll_radians() - FRAC_PI_2).abs() <= std::f32::consts::PI);
         assert_eq!(piece.surface.alpha(0), 1.0);
     }
     assert_eq!(cells.into_iter().collect::<Vec<_>>(), [(0, 0), (0, 1), (1, 0), (1, 1)]);
+}
+
+#[test]
+fn textures_of_particles_lie_on_their_side() {
+    let (pieces, _) = draw(settings("Bubbles", 0.1), &[at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0)]);
+    assert!(pieces.len() > 1 && pieces.iter().all(|piece| piece.surface.roll_radians() == FRAC_PI_2));
 }
 
 #[test]

@@ -137,6 +137,7 @@ fn environment(shining: &[(Vec3, Vec3, f32)]) -> Environment {
         preset: String::new(),
         sky: SKY,
         sky_rotation: Quat::IDENTITY,
+        room_rotation: Quat::IDENTITY,
         floor: None,
         fog: (Vec3::ZERO, 0.0),
         ambient: Vec3::splat(AMBIENT),
