@@ -88,8 +88,8 @@ pub struct Osp {
 }
 
 impl Osp {
-    /// An empty tree. Writes to the memory that it reserves. The first call in a process also takes about a millisecond to
-    /// grow and query a small model, so that no later frame waits until this code is loaded.
+    /// An empty tree. Writes to the memory that it reserves. The first call in a process also grows and queries a small
+    /// model, so that no later frame waits until this code is loaded. This takes about a millisecond.
     pub fn new(config: &IndexConfig) -> Self {
         Self::with_backend(config, Backend::detect())
     }

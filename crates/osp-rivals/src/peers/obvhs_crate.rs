@@ -33,7 +33,16 @@ impl Growing {
         let numbers = (0..boxes.len() as u32).collect();
         let (distance, precision) = (PlocSearchDistance::Minimum, SortPrecision::U64);
         self.tree = PlocBuilder::new().build(distance, &boxes, numbers, precision, 0);
-        self.tree.primitive_indices.iter_mut().for_each(|at| *at = ids[*at as usize]);
+        let Bvh2 { nodes, primitive_indices, primitives_to_nodes, .. } = &mut self.tree;
+        primitive_indices.iter_mut().for_each(|at| *at = ids[*at as usize]);
+        // The crate's own function expects numbers without gaps.
+        let end = ids.iter().max().map_or(0, |last| *last as usize + 1);
+        *primitives_to_nodes = vec![u32::MAX; end];
+        for (number, node) in (0..).zip(nodes).filter(|(_, node)| node.is_leaf()) {
+            for at in node.first_index..node.first_index + node.prim_count {
+                primitives_to_nodes[primitive_indices[at as usize] as usize] = number;
+            }
+        }
     }
 
     /// Gives the updated leaves their boxes.

@@ -25,6 +25,11 @@ fn they_answer_what_brute_force_does() {
             let moved = |b: &Aabb| Aabb::new(b.min + b.extent(), b.max + b.extent());
             (0..2000).filter(|id| id % 3 == 1).for_each(|id| pair.update(id, &moved(&boxes[id])));
             pair.check("moved");
+            (0..2000).filter(|id| id % 3 != 0 || id % 6 == 0).for_each(|id| pair.update(id, &boxes[id]));
+            pair.check("all of it back at its place");
+            (0..2000).step_by(12).for_each(|id| pair.remove(id));
+            pair.update(1999, &moved(&boxes[1999]));
+            pair.check("gone and moved in one batch");
             pair.clear();
             pair.check("cleared");
             boxes.iter().take(50).enumerate().for_each(|(id, b)| pair.insert(id, b));
