@@ -218,7 +218,7 @@ impl Follow for TwoThreads {
     }
 }
 
-/// The least that a frame has to read and write, by copying what is known.
+/// Copies the new boxes and the known result, which is the least that a frame has to read and write.
 struct Floor {
     boxes: Vec<Aabb>,
     in_view: Vec<PolygonId>,

@@ -80,7 +80,7 @@ fn how_the_scene_stands_in_the_room_turns_only_what_the_paint_reflects() {
     assert_ne!(without, METADATA);
     let room_rotation = light_of(METADATA).room_rotation;
     assert_eq!(Environment { room_rotation, ..light_of(&without) }, light_of(METADATA));
-    // Turned by 90 degrees about y, what is forward in the scene is right in the room.
+    // The scene is turned by 90 degrees about y: its forward direction is the room's right.
     let turned = r#"{"SceneTransformInRoomSpace":[[7,8,9],[0,0.70710678,0,0.70710678],2],"Other":"#;
     let light = light_of(&without.replacen('{', turned, 1).replacen("\"Other\":", "", 1));
     assert!(near(rotate(light.room_rotation, Vec3::NEG_Z), [1.0, 0.0, 0.0]), "{}", light.room_rotation);
