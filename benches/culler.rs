@@ -1,12 +1,13 @@
 //! Measures the culler and the layer below it, a `Pipeline` around `Osp`, with the same objects.
 //!
-//! `cargo bench --bench culler [-- SIZE... WORD...]`. SIZE objects (default 100,000), some of them walls, stand in a
-//! square, in rows or in no order. In a frame nothing changes, or a tenth of the objects moves and a hundredth is
-//! replaced. The frame then culls for one camera, for two eyes, or for one camera with the walls as occluders. It lists
-//! the visible objects. The culler has `Dense` numbers or 64-bit keys; the `Geometry` of the layer below is a plain
-//! array. All three run every frame, and another one begins each frame. The table has the median time of a frame,
-//! microseconds, and the median of the ratio to the layer below, frame by frame. Rows whose names do not contain every
-//! WORD are skipped.
+//! `cargo bench --bench culler [-- SIZE... WORD...]`. The world is a square with SIZE objects (default 100,000); some
+//! are walls. The numbers of the objects follow the rows of the square, or are random. In each frame nothing changes,
+//! or a tenth of the objects moves and a hundredth is replaced. The frame then culls for one camera, for two eyes, or
+//! for one camera with the walls as occluders, and lists the visible objects. The bench measures the pipeline with a
+//! plain array as `Geometry`, the culler with `Dense` numbers, and the culler with 64-bit keys. Each frame measures all
+//! three methods, in an order that changes from frame to frame. The table has the median time of a frame in
+//! microseconds, and the median of each frame's ratio to the pipeline. Rows whose names do not contain every WORD are
+//! skipped.
 
 use std::time::Instant;
 
@@ -22,9 +23,9 @@ use osp::{
 };
 
 const FRAMES: usize = 160;
-/// Metres between neighbours in a row.
+/// Distance between neighbours in a row, metres.
 const APART_M: f32 = 2.0;
-/// One object of this number is a wall.
+/// One of this number of objects is a wall.
 const WALL_EVERY: usize = 500;
 
 struct World {
@@ -95,7 +96,7 @@ fn world(objects: usize, is_ordered: bool) -> World {
     World { boxes, walls }
 }
 
-/// The numbers of the objects that move in a frame, and of those that are replaced.
+/// Returns the numbers of the objects that move in a frame, and of the replaced objects.
 fn changed(world: &World, frame: usize, is_still: bool) -> (Vec<usize>, Vec<usize>) {
     let is_of = |i: &usize, part: usize| (i / 32 + frame).is_multiple_of(part) && world.walls[*i].is_none();
     let all = || 0..world.boxes.len();
@@ -108,20 +109,20 @@ fn changed(world: &World, frame: usize, is_still: bool) -> (Vec<usize>, Vec<usiz
     )
 }
 
-/// One way to cull.
-trait Way {
+/// One measured method.
+trait Method {
     /// Returns the time to apply the changes, cull and list, microseconds, and the number of objects to draw in all
     /// views.
     fn frame(&mut self, world: &World, moved: &[usize], replaced: &[usize], views: &[View]) -> (f64, usize);
 }
 
-struct Below {
+struct OnPipeline {
     pipeline: Pipeline,
     changes: Vec<Change>,
     list: Vec<u32>,
 }
 
-impl Below {
+impl OnPipeline {
     fn new(world: &World, hides: bool) -> Self {
         let root = world.boxes.iter().fold(Aabb::EMPTY, |around, bounds| around.union(bounds));
         let index = Osp::new(&IndexConfig { root, capacity: world.boxes.len() });
@@ -135,7 +136,7 @@ impl Below {
     }
 }
 
-impl Way for Below {
+impl Method for OnPipeline {
     fn frame(&mut self, world: &World, moved: &[usize], replaced: &[usize], views: &[View]) -> (f64, usize) {
         let start = Instant::now();
         let id = |i: &usize| PolygonId(*i as u32);
@@ -152,14 +153,14 @@ impl Way for Below {
     }
 }
 
-struct Above<K: Key> {
+struct OnCuller<K: Key> {
     culler: Culler<K>,
     key: fn(usize) -> K,
     hides: bool,
     list: Vec<K>,
 }
 
-impl<K: Key> Above<K> {
+impl<K: Key> OnCuller<K> {
     fn new(world: &World, hides: bool, key: fn(usize) -> K) -> Self {
         let mut culler = Culler::new();
         for (i, bounds) in world.boxes.iter().enumerate() {
@@ -172,7 +173,7 @@ impl<K: Key> Above<K> {
     }
 }
 
-impl<K: Key> Way for Above<K> {
+impl<K: Key> Method for OnCuller<K> {
     fn frame(&mut self, world: &World, moved: &[usize], replaced: &[usize], views: &[View]) -> (f64, usize) {
         let cameras: Vec<_> = views
             .iter()
@@ -208,7 +209,7 @@ fn main() {
     let args = std::env::args().skip(1).filter(|arg| !arg.starts_with('-'));
     let (sizes, words): (Vec<_>, Vec<_>) = args.partition(|arg| arg.parse::<usize>().is_ok());
     let sizes: Vec<usize> = sizes.iter().filter_map(|size| size.parse().ok()).collect();
-    println!("{:<44} {:>9} {:>9} {:>6} {:>9} {:>6}", "", "below", "numbers", "", "keys", "");
+    println!("{:<44} {:>9} {:>9} {:>6} {:>9} {:>6}", "", "pipeline", "numbers", "", "keys", "");
     for objects in if sizes.is_empty() { vec![100_000] } else { sizes } {
         for (is_ordered, order) in [(true, "in rows"), (false, "in no order")] {
             for (is_still, changes) in [(true, "still"), (false, "a tenth moves")] {
@@ -220,10 +221,10 @@ fn main() {
                         continue;
                     }
                     let mut world = world(objects, is_ordered);
-                    let mut ways: [Box<dyn Way>; 3] = [
-                        Box::new(Below::new(&world, hides)),
-                        Box::new(Above::new(&world, hides, |i| Dense(i as u32))),
-                        Box::new(Above::new(&world, hides, |i| (i as u64) << 33 | 1)),
+                    let mut methods: [Box<dyn Method>; 3] = [
+                        Box::new(OnPipeline::new(&world, hides)),
+                        Box::new(OnCuller::new(&world, hides, |i| Dense(i as u32))),
+                        Box::new(OnCuller::new(&world, hides, |i| (i as u64) << 33 | 1)),
                     ];
                     let mut times = [const { Vec::new() }; 3];
                     let mut ratios = [const { Vec::new() }; 3];
@@ -246,21 +247,22 @@ fn main() {
                         let mut frame_us = [0.0; 3];
                         let mut drawn = [0; 3];
                         for turn in 0..3 {
-                            let way = (frame + turn) % 3;
-                            (frame_us[way], drawn[way]) = ways[way].frame(&world, &moved, &replaced, &views);
+                            let method = (frame + turn) % 3;
+                            (frame_us[method], drawn[method]) =
+                                methods[method].frame(&world, &moved, &replaced, &views);
                         }
                         assert!(hides || drawn[1..].iter().all(|&count| count == drawn[0]), "{drawn:?}");
                         if frame >= FRAMES / 8 {
-                            for way in 0..3 {
-                                times[way].push(frame_us[way]);
-                                ratios[way].push(frame_us[way] / frame_us[0]);
+                            for method in 0..3 {
+                                times[method].push(frame_us[method]);
+                                ratios[method].push(frame_us[method] / frame_us[0]);
                             }
                         }
                     }
-                    let [below, numbers, keys] = times.each_mut().map(|times| median(times));
+                    let [pipeline, numbers, keys] = times.each_mut().map(|times| median(times));
                     let [_, of_numbers, of_keys] = ratios.each_mut().map(|ratios| median(ratios));
                     println!(
-                        "{name:<44} {below:>9.1} {numbers:>9.1} {of_numbers:>6.2} {keys:>9.1} {of_keys:>6.2}"
+                        "{name:<44} {pipeline:>9.1} {numbers:>9.1} {of_numbers:>6.2} {keys:>9.1} {of_keys:>6.2}"
                     );
                 }
             }

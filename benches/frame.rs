@@ -1,8 +1,8 @@
 //! Time of a frame from the changes to the bytes that a renderer sends, compared with the bare query of the index.
 //!
-//! `cargo bench --bench frame --features render [-- --quick] [NAME ...]` measures all variants, or only those named.
-//! Each frame removes sixteen polygons and inserts the sixteen that the previous frame removed, so every stage has
-//! work. All variants take turns, frame by frame; figures are medians.
+//! `cargo bench --bench frame --features render [-- --quick] [NAME ...]` measures all variants, or only the variants
+//! with these names. Each frame removes sixteen polygons, and inserts the polygons that the previous frame removed, so
+//! every stage has work. Each frame measures all variants, in rotating order. The printed times are medians.
 
 #![expect(clippy::print_stdout, reason = "a bench prints its table")]
 
@@ -24,7 +24,7 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Number of polygons that a frame removes, and that it inserts again.
+/// Number of polygons that each frame removes; it inserts the same number.
 const CHANGED: usize = 16;
 /// Polygons of one buffer of the renderer.
 const PAGE: usize = 1 << 20;
@@ -103,7 +103,7 @@ fn measure(polygons: u32, frames: usize, only: &[String]) {
         let (mut bare, mut visible) = (Vec::new(), VisibleBlocks::with_capacity(scene.polygon_count()));
         let ids: Vec<PolygonId> = scene.visible_ids().collect();
         for frame in 0..frames {
-            // The polygons that the previous frame removed come back.
+            // Inserts the polygons that the previous frame removed.
             let some = |frame: usize| (0..CHANGED).map(move |i| frame * 7919 + i * 104_729);
             let removed = some(frame).map(|i| Change::Remove(ids[i % ids.len()]));
             let back = frame.checked_sub(1).into_iter().flat_map(some);

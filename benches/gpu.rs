@@ -3,13 +3,14 @@
 //! `cargo bench --bench gpu --features render [-- --sizes 10000,100000] [--files F,G] [--methods none,hzb] [--frames 360]
 //! [--mono]`
 //!
-//! The model is synthetic, or that at the end of a session. The camera turns. Each frame removes sixteen polygons, and
-//! inserts the sixteen that the previous frame removed. All methods take turns, frame by frame, and share the polygons on
-//! the adapter. `detail` is no method of occlusion culling: it draws merged polygons far away. A frame draws one picture
-//! of 1,920 x 1,080 pixels, or two of 2,000 x 2,000 pixels for the eyes of a headset; with `--mono` only the former. At
-//! its 90 Hz a frame has 11.1 ms.
+//! The model is synthetic, or the final model of a session. The camera turns. Each frame removes sixteen polygons, and
+//! inserts the polygons that the previous frame removed. Each frame measures all methods, in rotating order; they share
+//! the polygons on the adapter. `detail` and `light` are not methods of occlusion culling: `detail` draws distant
+//! polygons merged, and `light` draws light beyond its budget at half resolution. A frame draws one picture of 1,920 x
+//! 1,080 pixels, or two pictures of 2,000 x 2,000 pixels for a headset. `--mono` omits the headset. At the headset's
+//! 90 Hz, a frame has 11.1 ms.
 //!
-//! Three counts predict the times on other adapters: vertices and tests of a frame, and bytes that the CPU sends.
+//! Three counts predict the times on other adapters: the vertices, the tests and the bytes sent by the CPU in a frame.
 
 #![expect(clippy::print_stdout, reason = "a bench prints its table")]
 
@@ -33,24 +34,56 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Number of polygons that a frame removes, and that it inserts again.
+/// Number of polygons that each frame removes; it inserts the same number.
 const CHANGED: usize = 16;
-/// Number of frames of each method before the measured ones.
+/// Number of frames of each method before the measured frames.
 const WARM_UP: usize = 4;
 /// Distance between the eyes, metres.
 const EYES_APART_M: f32 = 0.064;
 /// Frame time of a headset, nanoseconds.
 const FRAME_OF_90_HZ_NS: u64 = 11_111_111;
-/// A place of the camera: its path, its distance from the model's middle as a multiple of the path's, and its name.
-const PLACES: [(CameraChoice, f32, &str); 3] = [
+/// A camera: its path, the factor that scales its distance from the model's centre, and its name.
+const CAMERAS: [(CameraChoice, f32, &str); 3] = [
     (CameraChoice::Inside, 1.0, "from inside"),
     (CameraChoice::Orbit, 1.0, "from outside"),
     (CameraChoice::Orbit, 4.0, "from four times as far"),
 ];
-/// The method that draws merged polygons far away.
-const DETAIL: &str = "detail";
-/// Vertices of a polygon: its two triangles share two of them.
+/// Vertices of a polygon; its two triangles share two vertices.
 const VERTICES: u64 = 4;
+
+/// The setting of a row of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Setting {
+    /// A method of occlusion culling.
+    Culling(Method),
+    /// Merged polygons far away.
+    Detail,
+    /// A budget of light.
+    Light,
+}
+
+impl Setting {
+    /// Reads the name of a setting.
+    fn named(name: &str) -> Option<Self> {
+        match name {
+            "detail" => Some(Self::Detail),
+            "light" => Some(Self::Light),
+            _ => Method::all().find(|method| method.name() == name).map(Self::Culling),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Culling(method) => method.name(),
+            Self::Detail => "detail",
+            Self::Light => "light",
+        }
+    }
+
+    fn method(self) -> Method {
+        if let Self::Culling(method) = self { method } else { Method::NONE }
+    }
+}
 
 /// The pictures of a frame.
 struct Pictures {
@@ -68,10 +101,10 @@ const PICTURES: [Pictures; 2] = [
 /// Measurements of one method.
 struct Measured {
     pipeline: Pipeline,
-    /// The number of its first view in the drawer.
+    /// The number of the method's first view in the drawer.
     first_view: usize,
-    /// Times of each frame, nanoseconds: all, changes and query, occlusion culling on the CPU, lists for the adapter,
-    /// submission to completion. The last three are measured by the adapter: depth, test and colour pass.
+    /// Times of each frame, nanoseconds: whole frame, changes and query, occlusion culling on the CPU, lists for the
+    /// adapter, submission to completion; then, measured by the adapter, the depth, test and colour pass.
     ns: [Histogram<u64>; 8],
     late: u64,
     frames: u64,
@@ -199,7 +232,7 @@ impl Measured {
     }
 }
 
-/// Views with a layer each, numbered from `first` on.
+/// Returns the views with one layer each, numbered from `first`.
 fn numbered<'a>(
     first: usize,
     views: &'a [View],
@@ -209,7 +242,7 @@ fn numbered<'a>(
     numbered.map(|((number, view), layer)| (number, view, slice::from_ref(layer))).collect()
 }
 
-/// Prints the time of frames of these pictures on the adapter in which nothing is drawn.
+/// Prints the time of frames that draw no polygon into these pictures.
 fn measure_nothing(
     drawer: &mut Offscreen,
     scene: &Scene,
@@ -239,10 +272,9 @@ struct Wanted {
     sizes: Vec<u32>,
     /// Sessions in place of synthetic models.
     files: Vec<PathBuf>,
-    /// A method of occlusion culling, or `None` for [`DETAIL`].
-    methods: Vec<Option<Method>>,
+    methods: Vec<Setting>,
     frames: usize,
-    /// Whether only the first of [`PICTURES`] is measured.
+    /// Whether to measure only the first of [`PICTURES`].
     is_mono: bool,
 }
 
@@ -257,11 +289,11 @@ impl Wanted {
             },
             files: Vec::new(),
             methods: vec![
-                Some(Method::NONE),
-                None,
-                Some(Method::Hzb),
-                Some(Occlusion::Auto.into()),
-                Some(Occlusion::Msvbsp.into()),
+                Setting::Culling(Method::NONE),
+                Setting::Detail,
+                Setting::Culling(Method::Hzb),
+                Setting::Culling(Occlusion::Auto.into()),
+                Setting::Culling(Occlusion::Msvbsp.into()),
             ],
             frames: if is_software { 12 } else { 360 },
             is_mono: false,
@@ -276,10 +308,7 @@ impl Wanted {
                 "--mono" => wanted.is_mono = true,
                 "--methods" => {
                     let found = |name: &str| {
-                        let method = Method::all().find(|method| method.name() == name).map(Some);
-                        method
-                            .or((name == DETAIL).then_some(None))
-                            .ok_or(format!("--methods: no method is called `{name}`"))
+                        Setting::named(name).ok_or(format!("--methods: no method is called `{name}`"))
                     };
                     wanted.methods = value()?.split(',').map(found).collect::<Result<_, _>>()?;
                 }
@@ -301,7 +330,7 @@ impl Wanted {
     }
 }
 
-/// The scene at the end of a session.
+/// Returns the scene at the end of a session.
 fn end_of<E: Error + 'static>(
     events: impl Iterator<Item = Result<Event, E>>,
 ) -> Result<Scene, Box<dyn Error>> {
@@ -313,7 +342,7 @@ fn end_of<E: Error + 'static>(
     Ok(scene)
 }
 
-/// The view from a multiple of the distance from `middle`.
+/// Returns the view with the eye's distance from `middle` and the clip distances multiplied by `times`.
 fn farther(view: View, middle: glam::Vec3, times: f32) -> View {
     let mut farther = view;
     farther.eye_in_world = middle + (view.eye_in_world - middle) * times;
@@ -333,21 +362,20 @@ fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, name: &str, scene: &Scene) -> Result
         for number in 1..wanted.methods.len() * pictures.eyes.len() {
             assert_eq!(drawer.add_view(width, height)?, number, "views are numbered one after the other");
         }
-        for (camera, times, place) in PLACES {
+        for (camera, times, camera_name) in CAMERAS {
             let path = CameraPath::new(camera, None, &bounds);
             let mut lanes = Vec::new();
             for (number, &method) in wanted.methods.iter().enumerate() {
                 let first_view = number * pictures.eyes.len();
                 for view in first_view..first_view + pictures.eyes.len() {
-                    drawer.set_detail_of(view, method.is_none());
-                    let method = method.unwrap_or(Method::NONE);
-                    drawer.set_occlusion_of(view, method.while_drawing())?;
+                    drawer.set_detail_of(view, method == Setting::Detail);
+                    drawer.set_light_budget_of(view, method == Setting::Light);
+                    drawer.set_occlusion_of(view, method.method().while_drawing())?;
                 }
-                let method = method.unwrap_or(Method::NONE);
-                lanes.push(Measured::new(method, scene, &bounds, first_view)?);
+                lanes.push(Measured::new(method.method(), scene, &bounds, first_view)?);
             }
             for frame in 0..WARM_UP + wanted.frames {
-                // The polygons that the previous frame removed come back.
+                // Inserts the polygons that the previous frame removed.
                 let some = |frame: usize| (0..CHANGED).map(move |i| frame * 7919 + i * 104_729);
                 let back = frame.checked_sub(1).into_iter().flat_map(some);
                 let removed = some(frame).map(|i| Change::Remove(ids[i % ids.len()]));
@@ -369,9 +397,9 @@ fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, name: &str, scene: &Scene) -> Result
             }
             let middle = path.view(&Moment::default()).with_aspect(width as f32 / height as f32);
             measure_nothing(&mut drawer, scene, &vec![middle; pictures.eyes.len()], wanted.frames)?;
-            println!("\n{name}{} polygons, {place}, {}:\n\n{HEAD}", ids.len(), pictures.name);
+            println!("\n{name}{} polygons, {camera_name}, {}:\n\n{HEAD}", ids.len(), pictures.name);
             for (method, lane) in wanted.methods.iter().zip(&lanes) {
-                println!("{}", lane.row(method.map_or(DETAIL, Method::name)));
+                println!("{}", lane.row(method.name()));
             }
             println!("\nPolygons on the adapter: {} kB.", drawer.polygon_memory_bytes() / 1000);
         }

@@ -1,12 +1,13 @@
-//! Groups that move: a group index changes one entry of the group, `osp` the boxes of all its polygons.
+//! Groups that move: a group index changes one entry for the group; `osp` changes the boxes of all polygons of the
+//! group.
 //!
-//! `cargo bench --bench groups`. A group of all polygons of a synthetic session moves in every frame, then a view is
-//! culled.
-//! * `placing`: the work of a frame before the query. `osp_rivals::groups::GroupIndex` changes a matrix, a box and an
-//!   entry. `osp` computes and updates the box of every polygon. `frame` replays the event `Place` in a whole frame,
-//!   with the query: each polygon gets an update, or the group moves as a whole.
-//! * `culling`: the query.
-//! * `instances`: a thousand nodes that show one mesh, compared with a million polygons in `osp`.
+//! `cargo bench --bench groups`. One group contains all polygons of a synthetic session. In every frame the group
+//! moves, then a view is culled.
+//! * `placing`: the time of the move. `osp_rivals::groups::GroupIndex` changes a matrix, a box and an entry. `osp`
+//!   computes and updates the box of every polygon. `frame` measures a whole frame with the event `Place` and the
+//!   query: each polygon gets an update, or the group moves as a whole.
+//! * `culling`: the time of the query.
+//! * `instances`: a thousand nodes that show one mesh in the group index, compared with a million polygons in `osp`.
 
 use std::hint::black_box;
 
@@ -26,10 +27,10 @@ use osp_session::{
 };
 
 const SIZES: [u32; 3] = [1_000, 10_000, 100_000];
-/// Nodes that show one mesh.
+/// Number of nodes that show the mesh.
 const INSTANCES: usize = 1000;
 
-/// A session's scene with all strokes in one group.
+/// Returns a session's scene with all strokes in one group.
 fn scene(mut scene: Scene, polygons: u32) -> Scene {
     let events = synthesize(SynthKind::Scribble, polygons, 1);
     for event in events {
@@ -55,7 +56,7 @@ fn inserted(boxes: &[Aabb]) -> (GroupIndex, MeshId) {
     (index, mesh)
 }
 
-/// The place of the group in a frame. The group swings through the view.
+/// Returns the rotation and the translation of the group in a frame. The group swings through the view.
 fn place(frame: u32) -> (Quat, Vec3) {
     let angle = frame as f32 * 0.01;
     (Quat::from_rotation_y(angle), Vec3::new(2.0 * angle.sin(), 0.1 * angle.cos(), 0.0))
@@ -71,7 +72,7 @@ fn view() -> View {
     View::look_at(eye, Vec3::new(1.0, 1.5, 0.0), Projection::symmetric(45.0, 1.5, 0.05, 100.0))
 }
 
-/// The boxes in the world after the group was placed.
+/// Computes the boxes in the world after the group has moved.
 fn moved(boxes: &[Aabb], to: &Affine3A, out: &mut Vec<Aabb>) {
     out.clear();
     out.extend(
@@ -244,7 +245,7 @@ fn instances(c: &mut Criterion) {
     benches.finish();
 }
 
-#[allow(clippy::print_stderr, reason = "counts beside the times")]
+#[allow(clippy::print_stderr, reason = "counts in addition to the times")]
 fn report(line: &str) {
     eprintln!("{line}");
 }

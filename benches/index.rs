@@ -1,4 +1,5 @@
-//! Insertion and frustum culling for every index, and ray queries for some, on the same synthetic session of ribbons.
+//! Insertion and frustum culling for every index, and ray queries for some indexes. All use the same synthetic session
+//! of ribbons.
 //!
 //! `cargo bench --bench index`. Each iteration does the same work: it inserts the whole session in drawing order into
 //! an empty index, or queries an index that does not change. `osp replay` measures indexes while they grow.
@@ -19,10 +20,10 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Polygons of the session.
+/// Number of polygons of the session.
 const POLYGONS: u32 = 50_000;
 
-/// The boxes of a session's polygons in order of drawing.
+/// Returns the boxes of a session's polygons in drawing order.
 fn boxes() -> Vec<(PolygonId, Aabb)> {
     let mut scene = Scene::new();
     let mut changes = Vec::new();
@@ -86,7 +87,7 @@ fn frustum_cull(c: &mut Criterion) {
     }
 }
 
-/// The nearest hit of rays from outside the model and from inside.
+/// Finds the nearest hit of rays from outside and from inside the model.
 fn ray_nearest(c: &mut Criterion) {
     let mut scene = Scene::new();
     for event in synthesize(SynthKind::Scribble, POLYGONS, 1) {

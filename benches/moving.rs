@@ -1,18 +1,19 @@
 //! Polygons that move from frame to frame: each structure updates their boxes, then lists the ids in a view.
 //!
-//! `cargo bench --bench moving [-- [drawn | shuffled] [each] SIZE...]`. A share of the polygons (0, 0.1, 1, 10 and
-//! 100 %) moves in every frame, always the same ones, each on its own small circle. Updates are sorted by number.
+//! `cargo bench --bench moving [-- [drawn | shuffled] [each] [others] SIZE...]`. The same 0, 0.1, 1, 10 or 100 % of the
+//! polygons move in every frame, on small circles. Updates are sorted by number.
 //! * `drawn`: a synthetic session, in which pieces of 32 consecutive numbers move.
-//! * `shuffled`: boxes whose numbers have no spatial order; the moving ones are chosen at random.
-//! * `each`: a call of `update` for each polygon instead of one of `update_all` for all.
+//! * `shuffled`: boxes whose numbers have no spatial order; a random choice of them moves.
+//! * `each`: one call of `update` for each polygon, instead of one call of `update_all`.
+//! * `others`: different polygons move in every frame; without `loop-beside`, which needs the moving ones in advance.
 //!
-//! The view contains about a tenth of the polygons. In every frame each structure updates and culls, and another one
-//! begins. All must find the same polygons. `--features osp-lab/peers` adds trees of other crates. `loop-beside` is an
-//! index of the resting polygons beside a plain loop over the moving ones. `two-threads` is a plain loop whose second
-//! half runs on another thread. `floor` only copies: the box of each moving polygon to its place, and the numbers in
-//! view to the list. The table has the time of a frame, microseconds: median, 99th percentile and maximum. It also has
-//! the nanoseconds to update one polygon, and the median of the ratio to `osp`, frame by frame. The row of `floor` ends
-//! with the copied bytes of a frame and their rate.
+//! The view contains about a tenth of the polygons. Every frame updates and culls all structures, in rotating order.
+//! All structures must find the same polygons. `--features osp-lab/peers` adds trees of other crates. `loop-beside` has
+//! an index of the resting polygons and a plain loop over the moving polygons. `two-threads` is a plain loop whose
+//! second half runs on another thread. `floor` is a lower bound: it only copies the boxes of the moving polygons, and
+//! the numbers of the polygons in view. The table has the median, the 99th percentile and the maximum of the time of a
+//! frame, in microseconds. It also has the nanoseconds to update one polygon, and the median of each frame's ratio to
+//! `osp`. The last line has the bytes that `floor` copies in a frame, and their rate.
 
 #[path = "support/models.rs"]
 mod models;
@@ -35,12 +36,13 @@ use osp_lab::Contender;
 use osp_rivals::IndexKind;
 use rand_pcg::{Pcg32, rand_core::Rng};
 
-/// Polygons of a piece, radius of a circle as a fraction of the model's diagonal, and angle of a step, radians, as in
-/// `osp bench`.
+/// Polygons of a piece, radius of the circles as a fraction of the model's diagonal, and angle of a frame in radians.
+/// All equal the values of `osp bench`.
 const PIECE: usize = 32;
 const RADIUS: f32 = 0.02;
 const TURN: f32 = 0.125;
-/// Measured frames, and frames before them, in which a structure may separate the moving from the resting polygons.
+/// Number of measured frames, and of frames before. The latter let a structure separate the moving from the resting
+/// polygons.
 const FRAMES: usize = 100;
 const BEFORE: usize = 320;
 
@@ -49,9 +51,10 @@ const BEFORE: usize = 320;
 struct Kind {
     is_shuffled: bool,
     is_each: bool,
+    moves_others: bool,
 }
 
-/// The boxes of a frame's moving polygons, by number.
+/// The polygons of a case, and which of them move.
 struct Model {
     boxes: Vec<Aabb>,
     around: Aabb,
@@ -83,11 +86,28 @@ impl Model {
         Self { boxes, around, moving, is_moving }
     }
 
-    fn moved(&self, frame: usize, is_shuffled: bool, out: &mut Vec<(PolygonId, Aabb)>) {
+    /// As many polygons as `moving`, chosen anew for each frame, sorted.
+    fn others(&self, frame: usize, is_shuffled: bool) -> Vec<PolygonId> {
+        let (mut lot, together) = (Pcg32::new(frame as u64, 7), if is_shuffled { 1 } else { PIECE });
+        // If all move, there are no others.
+        let mut is_moving = vec![self.moving.len() == self.boxes.len(); self.boxes.len()];
+        let mut left = if is_moving[0] { 0 } else { self.moving.len() };
+        while left > 0 {
+            let first = lot.next_u32() as usize % self.boxes.len() / together * together;
+            for moves in is_moving[first..].iter_mut().take(together.min(left)) {
+                left -= usize::from(!std::mem::replace(moves, true));
+            }
+        }
+        (0..self.boxes.len()).filter(|&id| is_moving[id]).map(|id| PolygonId(id as u32)).collect()
+    }
+
+    fn moved(&self, frame: usize, kind: Kind, out: &mut Vec<(PolygonId, Aabb)>) {
         out.clear();
         let radius_m = RADIUS * self.around.extent().length();
-        out.extend(self.moving.iter().map(|&id| {
-            let phase = if is_shuffled { id.0 } else { id.0 / PIECE as u32 } as f32;
+        let others = if kind.moves_others { self.others(frame, kind.is_shuffled) } else { Vec::new() };
+        let moving = if kind.moves_others { &others } else { &self.moving };
+        out.extend(moving.iter().map(|&id| {
+            let phase = if kind.is_shuffled { id.0 } else { id.0 / PIECE as u32 } as f32;
             let angle = frame as f32 * TURN + phase;
             let by = Vec3::new(angle.cos(), angle.sin(), (angle + phase).cos()) * radius_m;
             let of = &self.boxes[id.index()];
@@ -95,7 +115,7 @@ impl Model {
         }));
     }
 
-    /// A slowly turning view from inside, which contains about a tenth of a filled cube.
+    /// Returns a slowly turning view from inside, which contains about a tenth of a filled cube.
     fn view(&self, frame: usize) -> Frustum {
         let size_m = self.around.extent().max_element();
         let angle = frame as f32 * 0.02;
@@ -106,15 +126,15 @@ impl Model {
     }
 }
 
-/// A structure that follows changes.
-trait Follow {
-    /// Gives the structure what another one found, outside of the measured time.
-    fn answer(&mut self, _in_view: &[PolygonId]) {}
-    fn follow(&mut self, moved: &[(PolygonId, Aabb)], is_each: bool);
+/// A measured structure.
+trait Structure {
+    /// Passes the result of another structure. The measured time excludes this call.
+    fn set_result(&mut self, _in_view: &[PolygonId]) {}
+    fn apply(&mut self, moved: &[(PolygonId, Aabb)], is_each: bool);
     fn cull(&self, view: &Frustum, list: &mut Vec<PolygonId>);
 }
 
-struct One(Box<dyn SpatialIndex>);
+struct Single(Box<dyn SpatialIndex>);
 
 fn update(index: &mut dyn SpatialIndex, moved: &[(PolygonId, Aabb)], is_each: bool) {
     let mut refused: Vec<IndexError> = Vec::new();
@@ -127,8 +147,8 @@ fn update(index: &mut dyn SpatialIndex, moved: &[(PolygonId, Aabb)], is_each: bo
     assert_eq!(refused, []);
 }
 
-impl Follow for One {
-    fn follow(&mut self, moved: &[(PolygonId, Aabb)], is_each: bool) {
+impl Structure for Single {
+    fn apply(&mut self, moved: &[(PolygonId, Aabb)], is_each: bool) {
         update(&mut *self.0, moved, is_each);
     }
 
@@ -137,19 +157,20 @@ impl Follow for One {
     }
 }
 
-/// An index of the resting polygons, and a plain loop over the moving ones.
-struct Beside {
+/// An index of the resting polygons, and a plain loop over the moving polygons.
+struct LoopBeside {
     resting: Osp,
     moving: Box<dyn SpatialIndex>,
     numbers: Vec<PolygonId>,
-    told: Vec<(PolygonId, Aabb)>,
+    renumbered: Vec<(PolygonId, Aabb)>,
 }
 
-impl Follow for Beside {
-    fn follow(&mut self, moved: &[(PolygonId, Aabb)], is_each: bool) {
-        self.told.clear();
-        self.told.extend(moved.iter().enumerate().map(|(at, (_, bounds))| (PolygonId(at as u32), *bounds)));
-        update(&mut *self.moving, &self.told, is_each);
+impl Structure for LoopBeside {
+    fn apply(&mut self, moved: &[(PolygonId, Aabb)], is_each: bool) {
+        self.renumbered.clear();
+        self.renumbered
+            .extend(moved.iter().enumerate().map(|(at, (_, bounds))| (PolygonId(at as u32), *bounds)));
+        update(&mut *self.moving, &self.renumbered, is_each);
         self.resting.commit();
     }
 
@@ -166,7 +187,7 @@ enum Work {
     Cull(Frustum, Vec<PolygonId>),
 }
 
-/// Two plain loops, each over one half of the polygons. A thread of its own runs the second one.
+/// Two plain loops, each over one half of the polygons. Another thread runs the second loop.
 struct TwoThreads {
     first: Box<dyn SpatialIndex>,
     /// The number of polygons in the first half.
@@ -200,8 +221,8 @@ impl TwoThreads {
     }
 }
 
-impl Follow for TwoThreads {
-    fn follow(&mut self, moved: &[(PolygonId, Aabb)], _is_each: bool) {
+impl Structure for TwoThreads {
+    fn apply(&mut self, moved: &[(PolygonId, Aabb)], _is_each: bool) {
         let (first, second) = moved.split_at(moved.partition_point(|(id, _)| id.0 < self.half));
         let second = second.iter().map(|(id, bounds)| (PolygonId(id.0 - self.half), *bounds)).collect();
         self.work.send(Work::Move(second)).expect("the thread runs");
@@ -218,14 +239,14 @@ impl Follow for TwoThreads {
     }
 }
 
-/// Copies the new boxes and the known result, which is the least that a frame has to read and write.
+/// Copies only the new boxes and the known result. Every structure must read and write at least these bytes.
 struct Floor {
     boxes: Vec<Aabb>,
     in_view: Vec<PolygonId>,
 }
 
-impl Follow for Floor {
-    fn follow(&mut self, moved: &[(PolygonId, Aabb)], _is_each: bool) {
+impl Structure for Floor {
+    fn apply(&mut self, moved: &[(PolygonId, Aabb)], _is_each: bool) {
         moved.iter().for_each(|(id, bounds)| self.boxes[id.index()] = *bounds);
     }
 
@@ -233,31 +254,31 @@ impl Follow for Floor {
         list.extend_from_slice(&self.in_view);
     }
 
-    fn answer(&mut self, in_view: &[PolygonId]) {
+    fn set_result(&mut self, in_view: &[PolygonId]) {
         self.in_view.clear();
         self.in_view.extend_from_slice(in_view);
     }
 }
 
-struct Follower {
+struct Measured {
     name: &'static str,
-    of: Box<dyn Follow>,
+    of: Box<dyn Structure>,
     list: Vec<PolygonId>,
     frames_us: Vec<f64>,
-    follow_ns: Vec<f64>,
+    apply_ns: Vec<f64>,
 }
 
-impl Follower {
+impl Measured {
     fn frame(&mut self, moved: &[(PolygonId, Aabb)], view: &Frustum, is_each: bool, is_measured: bool) {
         self.list.clear();
         let start = Instant::now();
-        self.of.follow(moved, is_each);
-        let followed = start.elapsed();
+        self.of.apply(moved, is_each);
+        let applied = start.elapsed();
         self.of.cull(view, &mut self.list);
         let frame_us = start.elapsed().as_nanos() as f64 * 1.0e-3;
         if is_measured {
             self.frames_us.push(frame_us);
-            self.follow_ns.push(followed.as_nanos() as f64 / moved.len().max(1) as f64);
+            self.apply_ns.push(applied.as_nanos() as f64 / moved.len().max(1) as f64);
         }
     }
 }
@@ -276,24 +297,24 @@ fn filled(
     index
 }
 
-fn follower(name: &'static str, of: impl Follow + 'static) -> Follower {
-    Follower { name, of: Box::new(of), list: Vec::new(), frames_us: Vec::new(), follow_ns: Vec::new() }
+fn measured(name: &'static str, of: impl Structure + 'static) -> Measured {
+    Measured { name, of: Box::new(of), list: Vec::new(), frames_us: Vec::new(), apply_ns: Vec::new() }
 }
 
-fn followers(model: &Model, kind: Kind) -> Vec<Follower> {
+fn structures(model: &Model, kind: Kind) -> Vec<Measured> {
     let boxes = &model.boxes;
     let config = IndexConfig { capacity: boxes.len(), ..IndexConfig::default() };
     let all = || boxes.iter().enumerate().map(|(id, b)| (PolygonId(id as u32), *b));
-    let mut followers = vec![follower("osp", One(filled(Box::new(Osp::new(&config)), all())))];
+    let mut structures = vec![measured("osp", Single(filled(Box::new(Osp::new(&config)), all())))];
     let rivals: &[&str] = if kind.is_shuffled && boxes.len() > 100_000 {
         &["brute-simd", "loose-octree", "parry3d", "obvhs"]
     } else {
         &["brute-simd", "loose-octree", "time-order", "bvh-sah", "lbvh", "parry3d", "obvhs", "rstar"]
     };
-    // A build without the trees of other crates does not know their names.
+    // `from_name` returns `None` for the trees of other crates if the build lacks them.
     for contender in rivals.iter().filter_map(|name| Contender::from_name(name)) {
         let index = filled(contender.create(&config), all());
-        followers.push(follower(contender.name(), One(index)));
+        structures.push(measured(contender.name(), Single(index)));
     }
     let mut resting = Osp::new(&config);
     for (id, bounds) in all().filter(|(id, _)| !model.is_moving[id.index()]) {
@@ -303,10 +324,12 @@ fn followers(model: &Model, kind: Kind) -> Vec<Follower> {
     let moving = IndexKind::BruteSimd.create(&config);
     let numbered = model.moving.iter().enumerate().map(|(at, id)| (PolygonId(at as u32), boxes[id.index()]));
     let moving = filled(moving, numbered);
-    let beside = Beside { resting, moving, numbers: model.moving.clone(), told: Vec::new() };
-    followers.push(follower("loop-beside", beside));
-    followers.push(follower("two-threads", TwoThreads::new(boxes, &config)));
-    followers
+    let beside = LoopBeside { resting, moving, numbers: model.moving.clone(), renumbered: Vec::new() };
+    if !kind.moves_others {
+        structures.push(measured("loop-beside", beside));
+    }
+    structures.push(measured("two-threads", TwoThreads::new(boxes, &config)));
+    structures
 }
 
 fn at(values: &mut [f64], part: f64) -> f64 {
@@ -317,19 +340,19 @@ fn at(values: &mut [f64], part: f64) -> f64 {
 #[expect(clippy::print_stdout, reason = "a bench prints its table")]
 fn measure(boxes: Vec<Aabb>, share: f64, kind: Kind) {
     let model = Model::new(boxes, share, kind);
-    let mut followers = followers(&model, kind);
-    let mut floor = follower("floor", Floor { boxes: model.boxes.clone(), in_view: Vec::new() });
+    let mut structures = structures(&model, kind);
+    let mut floor = measured("floor", Floor { boxes: model.boxes.clone(), in_view: Vec::new() });
     let mut moved = Vec::new();
     let mut seen = 0;
     for frame in 0..BEFORE + FRAMES {
-        model.moved(frame, kind.is_shuffled, &mut moved);
+        model.moved(frame, kind, &mut moved);
         let view = model.view(frame);
         let is_measured = frame >= BEFORE;
-        let count = followers.len();
+        let count = structures.len();
         for turn in 0..count {
-            followers[(frame + turn) % count].frame(&moved, &view, kind.is_each, is_measured);
+            structures[(frame + turn) % count].frame(&moved, &view, kind.is_each, is_measured);
         }
-        floor.of.answer(&followers[0].list);
+        floor.of.set_result(&structures[0].list);
         floor.frame(&moved, &view, kind.is_each, is_measured);
         let sorted = |list: &[PolygonId]| {
             let mut ids = list.to_vec();
@@ -337,17 +360,17 @@ fn measure(boxes: Vec<Aabb>, share: f64, kind: Kind) {
             ids
         };
         if frame % 16 == 0 {
-            let expected = sorted(&followers[0].list);
+            let expected = sorted(&structures[0].list);
             seen = expected.len();
-            for other in &followers[1..] {
+            for other in &structures[1..] {
                 assert_eq!(sorted(&other.list), expected, "{}", other.name);
             }
         }
     }
     let order = if kind.is_shuffled { "shuffled" } else { "drawn" };
-    let reference = followers[0].frames_us.clone();
-    let in_view = followers[0].list.len();
-    for of in followers.iter_mut().chain([&mut floor]) {
+    let reference = structures[0].frames_us.clone();
+    let in_view = structures[0].list.len();
+    for of in structures.iter_mut().chain([&mut floor]) {
         let ratio =
             at(&mut of.frames_us.iter().zip(&reference).map(|(us, osp)| us / osp).collect::<Vec<_>>(), 0.5);
         let (median, p99, most) =
@@ -357,10 +380,10 @@ fn measure(boxes: Vec<Aabb>, share: f64, kind: Kind) {
             model.boxes.len(),
             moved.len(),
             of.name,
-            at(&mut of.follow_ns, 0.5),
+            at(&mut of.apply_ns, 0.5),
         );
     }
-    // Each moving box is read with its number and written; each number in view is read and written.
+    // Reads each moving box with its number, and writes the box. Reads and writes each number in view.
     let bytes = moved.len() * (size_of::<(PolygonId, Aabb)>() + size_of::<Aabb>())
         + in_view * 2 * size_of::<PolygonId>();
     let us = at(&mut floor.frames_us, 0.5);
@@ -380,7 +403,8 @@ fn main() {
         "polygons", "order", "moving", "seen", "structure", "frame us", "p99", "most", "ns each", "ratio"
     );
     for (order, boxes) in cases.orders() {
-        let kind = Kind { is_shuffled: order == "shuffled", is_each: cases.has("each") };
+        let (is_each, moves_others) = (cases.has("each"), cases.has("others"));
+        let kind = Kind { is_shuffled: order == "shuffled", is_each, moves_others };
         for size in cases.sizes(&[1_000, 10_000, 100_000]) {
             for share in [0.0, 0.001, 0.01, 0.1, 1.0] {
                 measure(boxes(size), share, kind);

@@ -1,9 +1,9 @@
 //! Occlusion culling: updating the candidates, selecting occluders, building each culler, and testing.
 //!
-//! The scenes are those of `osp verify scene:NAME`. Each figure belongs to one view of the finished model, except
-//! `select/moving`. There the camera turns by up to a third of a degree and walks up to 3 mm a frame. The selection
-//! uses data of previous frames. `query/NAME/one-by-one` tests the same boxes one after the other, from the top of the
-//! tree.
+//! `osp verify scene:NAME` uses the same scenes. All benches use one view of the finished model, except
+//! `select/moving`: its camera turns by up to a third of a degree and moves up to 3 mm a frame. `select` uses the data
+//! of the previous selection; `select/forgetful` has none. `query/NAME/one-by-one` tests the same boxes one by one,
+//! each from the root of the culler's tree.
 
 use std::hint::black_box;
 
@@ -81,7 +81,7 @@ fn viewed_scene(scene: TestScene) -> ViewedScene {
     ViewedScene { scene: model, changes, pool, index, view, window }
 }
 
-/// A second of a camera that turns to a side and back while it walks.
+/// Returns the views of one second, in which the camera turns to both sides and moves.
 fn walk(view: &View) -> Vec<ViewWindow> {
     let frame = |i: usize| {
         let turned = (i as f32 / 90.0 * std::f32::consts::TAU).sin() * 0.08;
@@ -152,7 +152,7 @@ fn occlusion(c: &mut Criterion) {
             });
         });
 
-        // The work of a frame; each element is a test.
+        // Measures the tests of a frame; criterion's elements are tests.
         for (name, polygon_test, least_polygons) in [
             ("nodes-of-24", PolygonTest::Never, 24),
             ("nodes", PolygonTest::Never, 1),

@@ -1,4 +1,5 @@
-//! Reads and writes a recording, in events a second. A general RON parser reads the same lines for comparison.
+//! Measures reading and writing of a recording, in events per second. A general RON parser reads the same lines for
+//! comparison.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{Quat, Vec3};
@@ -6,7 +7,8 @@ use osp_session::recording::{Author, Event, Flush, Header, OpenOptions, RonReade
 
 const EVENTS: u32 = 20_000;
 
-/// A recording with two control points for each head pose, and numbers as long as those of trackers.
+/// Returns a recording with two control points for each head pose. Its numbers have as many digits as the numbers of
+/// real trackers.
 fn recording() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut writer =

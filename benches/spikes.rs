@@ -1,14 +1,14 @@
 //! Frames that take longer than their neighbours while a model grows.
 //!
-//! `cargo bench --bench spikes [-- [drawn | shuffled] SIZE...]`. Eight polygons come in each frame, and a slowly
-//! turning view lists its polygons as blocks. The model grows seven times, and the least time of each frame counts.
-//! This leaves out the time that other programs take. `drawn`: a synthetic session; `shuffled`: small boxes in no
-//! spatial order.
+//! `cargo bench --bench spikes [-- [drawn | shuffled] SIZE...]`. Each frame inserts eight polygons, then a query with a
+//! slowly turning view returns blocks. The bench repeats the growth seven times, and uses the shortest time of each
+//! frame, which other programs disturb least. `drawn`: a synthetic session; `shuffled`: small boxes in no spatial
+//! order.
 //!
-//! The column `room` is `first` if every growth begins with memory that was never written to. It is `again` if a growth
-//! reuses the memory of the previous one. The table has the time of a frame, microseconds. It counts the frames that
-//! take more than five times the median of the fifty around them. It also has the largest of these ratios with its
-//! frame. In the first frame the caches are cold.
+//! The column `memory` is `first` if every growth begins with memory that was never written to, and `again` if a growth
+//! reuses the memory of the previous growth. The table has the time of a frame in microseconds. It counts the spikes,
+//! i.e. frames that take more than five times the median of the fifty frames around them. `worst frame` is the largest
+//! of these ratios with its frame. In the first frame the caches are cold.
 
 #[path = "support/models.rs"]
 mod models;
@@ -30,7 +30,7 @@ const GROWTHS: usize = 7;
 const NEIGHBOURS: usize = 50;
 const SPIKE: f64 = 5.0;
 
-/// A view from within, turning slowly.
+/// Returns a slowly turning view from the centre of the model.
 fn view(around: &Aabb, frame: usize) -> Frustum {
     let (size_m, angle) = (around.extent().max_element(), frame as f32 * 0.002);
     let eye = around.center();
@@ -38,11 +38,11 @@ fn view(around: &Aabb, frame: usize) -> Frustum {
     View::look_at(eye, eye + Vec3::new(angle.cos(), 0.1, angle.sin()), projection).frustum()
 }
 
-/// The least time of each frame, microseconds.
+/// Returns the shortest time of each frame over all growths, microseconds.
 fn grow(kind: IndexKind, boxes: &[Aabb], is_first: bool) -> Vec<f64> {
     let config = IndexConfig { capacity: boxes.len(), ..IndexConfig::default() };
     let around = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
-    let mut least_us = vec![f64::INFINITY; boxes.len() / A_FRAME];
+    let mut shortest_us = vec![f64::INFINITY; boxes.len() / A_FRAME];
     let mut index = kind.create(&config);
     let mut visible = VisibleBlocks::with_capacity(boxes.len());
     for _ in 0..GROWTHS {
@@ -51,20 +51,21 @@ fn grow(kind: IndexKind, boxes: &[Aabb], is_first: bool) -> Vec<f64> {
         } else {
             index.clear();
         }
-        for (frame, (came, least_us)) in boxes.chunks_exact(A_FRAME).zip(&mut least_us).enumerate() {
+        for (frame, (inserted, shortest_us)) in boxes.chunks_exact(A_FRAME).zip(&mut shortest_us).enumerate()
+        {
             let view = view(&around, frame);
             visible.clear();
             let start = Instant::now();
-            for (at, bounds) in came.iter().enumerate() {
+            for (at, bounds) in inserted.iter().enumerate() {
                 let id = PolygonId((frame * A_FRAME + at) as u32);
                 index.insert(id, bounds).expect("a finite box, each id once");
             }
             index.commit();
             index.frustum_cull_blocks(&view, &mut visible);
-            *least_us = least_us.min(start.elapsed().as_nanos() as f64 * 1.0e-3);
+            *shortest_us = shortest_us.min(start.elapsed().as_nanos() as f64 * 1.0e-3);
         }
     }
-    least_us
+    shortest_us
 }
 
 fn part(values: &[f64], part: f64) -> f64 {
@@ -83,7 +84,7 @@ fn report(kind: IndexKind, order: &str, boxes: &[Aabb], is_first: bool) {
     let ratios: Vec<f64> = ratios.collect();
     let worst = part(&ratios, 1.0);
     println!(
-        "{:>8} {order:<8} {:<11} {:<5} {:>7.2} {:>7.2} {:>7.2} {:>7.2} {:>6} {:>6.1} {:>6}",
+        "{:>8} {order:<8} {:<11} {:<6} {:>7.2} {:>7.2} {:>7.2} {:>7.2} {:>6} {:>6.1} {:>6}",
         boxes.len(),
         kind.name(),
         if is_first { "first" } else { "again" },
@@ -101,8 +102,8 @@ fn report(kind: IndexKind, order: &str, boxes: &[Aabb], is_first: bool) {
 fn main() {
     let cases = Cases::of_command_line();
     println!(
-        "{:>8} {:<8} {:<11} {:<5} {:>7} {:>7} {:>7} {:>7} {:>6} {:>13}",
-        "polygons", "order", "structure", "room", "p50 us", "p99", "p99.9", "most", "spikes", "worst frame"
+        "{:>8} {:<8} {:<11} {:<6} {:>7} {:>7} {:>7} {:>7} {:>6} {:>13}",
+        "polygons", "order", "structure", "memory", "p50 us", "p99", "p99.9", "most", "spikes", "worst frame"
     );
     for (order, boxes) in cases.orders() {
         for size in cases.sizes(&[3_000, 10_000, 100_000]) {

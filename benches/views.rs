@@ -1,11 +1,12 @@
 //! Several views culled in one walk of the index, and one after the other.
 //!
 //! `cargo bench --bench views [-- SIZE... WORD...]`. SIZE is the number of polygons of a synthetic session, by default
-//! 100,000 and 1,000,000. The rigs turn frame by frame, outside and inside the model. WORDs select the rigs whose names
-//! contain one of them. Every frame culls all views one after the other and in one walk; the two alternate in running
-//! first. The table has medians and 99th percentiles of both times, microseconds. Two medians of ratios follow: the
-//! walk's time to the time of all views, and to the mean time of a view. The last columns have the number of boxes that
-//! each tests, and the number of polygons seen.
+//! 100,000 and 1,000,000. A rig is a set of views of one head, for example the eyes of a headset. The rigs turn from
+//! frame to frame, outside and inside the model. WORDs select the rigs whose names contain one of the words. Every
+//! frame culls all views both one after the other and in one walk, in alternating order. The table has medians and 99th
+//! percentiles of both times, microseconds. Then it has the medians of two ratios: the walk's time divided by the time
+//! of all views, and divided by the mean time of one view. The last columns have the number of boxes that each method
+//! tests, and the number of polygons in view.
 
 use std::time::Instant;
 
@@ -21,9 +22,9 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Frames of a rig.
+/// Number of frames of a rig.
 const FRAMES: usize = 400;
-/// Half the distance of the eyes, metres.
+/// Half the distance between the eyes, metres.
 const HALF_EYES_M: f32 = 0.032;
 
 fn filled(polygons: u32) -> (Osp, Aabb) {
@@ -49,7 +50,7 @@ fn filled(polygons: u32) -> (Osp, Aabb) {
     (osp, around)
 }
 
-/// A head in a frame.
+/// The position and the rotation of the head in a frame.
 #[derive(Clone, Copy)]
 struct Head {
     at: Vec3,
@@ -86,7 +87,7 @@ const RIGS: [Rig; 6] = [
             .to_vec()
     }),
     ("two cameras", |head| {
-        // They look the same way from places three metres apart.
+        // Both cameras look in the same direction, three metres apart.
         let eye = Projection::symmetric(90.0, 1.0, 0.05, 100.0);
         [-1.5, 1.5].map(|aside| head.view(aside, Quat::IDENTITY, eye)).to_vec()
     }),
@@ -126,7 +127,7 @@ fn quarter(head: &Head, side: f32, projection: Projection) -> Frustum {
     head.view(0.0, Quat::from_rotation_y(side * std::f32::consts::FRAC_PI_2), projection)
 }
 
-/// The median and the 99th percentile.
+/// Returns the median and the 99th percentile.
 fn median_and_p99(values: &mut [f64]) -> (f64, f64) {
     values.sort_unstable_by(f64::total_cmp);
     (values[values.len() / 2], values[values.len() * 99 / 100])
@@ -158,8 +159,8 @@ fn main() {
     for size in sizes {
         let (osp, around) = filled(size);
         for (camera, is_inside) in [("outside", false), ("inside", true)] {
-            let is_asked = |name: &str| words.is_empty() || words.iter().any(|word| name.contains(word));
-            for (name, rig) in RIGS.into_iter().filter(|(name, _)| is_asked(name)) {
+            let is_selected = |name: &str| words.is_empty() || words.iter().any(|word| name.contains(word));
+            for (name, rig) in RIGS.into_iter().filter(|(name, _)| is_selected(name)) {
                 let mut sets: Vec<VisibleBlocks> = vec![VisibleBlocks::with_capacity(osp.len()); 6];
                 let (mut each_us, mut walk_us, mut shares, mut of_one) = (vec![], vec![], vec![], vec![]);
                 let (mut boxes, mut seen) = ([0u64; 2], 0u64);
@@ -167,7 +168,7 @@ fn main() {
                     let frusta = rig(&Head::new(&around, frame, is_inside));
                     let sets = &mut sets[..frusta.len()];
                     let mut us = [0.0; 2];
-                    // The two alternate, because the first finds colder caches.
+                    // The order alternates, because the first method finds colder caches.
                     for is_walk in [frame % 2 == 0, frame % 2 != 0] {
                         sets.iter_mut().for_each(VisibleBlocks::clear);
                         let start = Instant::now();

@@ -1,9 +1,9 @@
-//! Bounding volumes of pages of ribbons: the cost of a test against a frustum, and its tightness.
+//! Bounding volumes of pieces of ribbons: their tightness, and the time to test them against a frustum.
 //!
-//! `cargo bench --bench volumes`. A page is a run of sixteen polygons of a synthetic session, as they were drawn. The
-//! tightness of a volume is printed before the times: its share of recognised pages among those outside the frustum. A
-//! page is outside if the planes clip all of its polygons away. Further benches: rays against the same volumes,
-//! transformed objects in world space and in object space, and matrix arithmetic. docs/volumes.md has the figures.
+//! `cargo bench --bench volumes`. A block has sixteen consecutive polygons of a synthetic session. A block is outside the
+//! frustum if the planes clip all of its polygons away. The bench first prints the tightness of each volume: the
+//! percentage of these blocks whose volume is outside, too. Further benches: rays against the same volumes, transformed
+//! objects in world space and in object space, and matrix arithmetic. docs/volumes.md has the results.
 
 use std::hint::black_box;
 
@@ -19,13 +19,13 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Polygons of the session, and of a page.
+/// Number of polygons of the session, and of a block.
 const POLYGONS: u32 = 50_000;
-const PAGE: usize = 16;
-/// Views of each camera.
+const BLOCK: usize = 16;
+/// Number of views of each camera.
 const VIEWS: u64 = 24;
 
-struct Page {
+struct Block {
     polygons: Vec<Vec<Vec3>>,
     aabb: Aabb,
     around_aabb: Sphere,
@@ -34,18 +34,18 @@ struct Page {
     obb: Obb,
 }
 
-fn pages() -> Vec<Page> {
+fn blocks() -> Vec<Block> {
     let mut scene = Scene::new();
     for event in synthesize(SynthKind::Scribble, POLYGONS, 1) {
         scene.apply(&event.expect("a synthetic session is whole"), &mut Vec::new());
     }
     let corners = |id: u32| scene.polygon(PolygonId(id)).vertices().to_vec();
     let ids: Vec<u32> = (0..scene.polygon_count() as u32).collect();
-    let page = |ids: &[u32]| {
+    let block = |ids: &[u32]| {
         let polygons: Vec<Vec<Vec3>> = ids.iter().map(|&id| corners(id)).collect();
         let points = polygons.concat();
         let aabb = Aabb::from_points(&points);
-        Page {
+        Block {
             aabb,
             around_aabb: Sphere::around(&aabb),
             sphere: Sphere::from_points(&points),
@@ -54,16 +54,16 @@ fn pages() -> Vec<Page> {
             polygons,
         }
     };
-    ids.chunks(PAGE).map(page).collect()
+    ids.chunks(BLOCK).map(block).collect()
 }
 
-fn frusta(pages: &[Page], camera: CameraChoice) -> Vec<Frustum> {
-    let bounds = pages.iter().fold(Aabb::EMPTY, |all, page| all.union(&page.aabb));
+fn frusta(blocks: &[Block], camera: CameraChoice) -> Vec<Frustum> {
+    let bounds = blocks.iter().fold(Aabb::EMPTY, |all, block| all.union(&block.aabb));
     let path = CameraPath::new(camera, None, &bounds);
     (0..VIEWS).map(|i| path.view(&Moment { frame: i * 30, ..Moment::default() }).frustum()).collect()
 }
 
-/// Whether clipping by the planes leaves a part of a polygon.
+/// Returns whether the clipped polygon is not empty.
 fn is_in_view(frustum: &Frustum, polygon: &[Vec3]) -> bool {
     let mut left = polygon.to_vec();
     for plane in frustum.planes() {
@@ -83,48 +83,48 @@ fn is_in_view(frustum: &Frustum, polygon: &[Vec3]) -> bool {
     !left.is_empty()
 }
 
-type Test = fn(&Frustum, &Page) -> Containment;
+type Test = fn(&Frustum, &Block) -> Containment;
 
 const VOLUMES: [(&str, Test); 6] = [
-    ("sphere of the box", |f, page| f.classify_volume(&page.around_aabb)),
-    ("sphere", |f, page| f.classify_volume(&page.sphere)),
-    ("capsule", |f, page| f.classify_volume(&page.capsule)),
-    ("aabb", |f, page| f.classify(&page.aabb)),
-    ("aabb by radius", |f, page| f.classify_volume(&page.aabb)),
-    ("obb", |f, page| f.classify_volume(&page.obb)),
+    ("sphere of the box", |f, block| f.classify_volume(&block.around_aabb)),
+    ("sphere", |f, block| f.classify_volume(&block.sphere)),
+    ("capsule", |f, block| f.classify_volume(&block.capsule)),
+    ("aabb", |f, block| f.classify(&block.aabb)),
+    ("aabb by radius", |f, block| f.classify_volume(&block.aabb)),
+    ("obb", |f, block| f.classify_volume(&block.obb)),
 ];
 
-#[allow(clippy::print_stdout, reason = "the figures of a benchmark")]
-fn tightness(pages: &[Page]) {
-    let surface = |page: &Page| {
-        let half = page.obb.half_sides_m();
+#[allow(clippy::print_stdout, reason = "a bench prints its results")]
+fn tightness(blocks: &[Block]) {
+    let surface = |block: &Block| {
+        let half = block.obb.half_sides_m();
         8.0 * (half.x * half.y + half.y * half.z + half.z * half.x)
     };
-    let aabb: f32 = pages.iter().map(|page| page.aabb.surface_area()).sum();
-    let obb: f32 = pages.iter().map(surface).sum();
+    let aabb: f32 = blocks.iter().map(|block| block.aabb.surface_area()).sum();
+    let obb: f32 = blocks.iter().map(surface).sum();
     let sphere: f32 =
-        pages.iter().map(|page| 4.0 * std::f32::consts::PI * page.sphere.size_m().powi(2)).sum();
+        blocks.iter().map(|block| 4.0 * std::f32::consts::PI * block.sphere.size_m().powi(2)).sum();
     println!(
-        "{} pages; surface against the aabb's: obb {:.2}, sphere {:.2}",
-        pages.len(),
+        "{} blocks; surface against the aabb's: obb {:.2}, sphere {:.2}",
+        blocks.len(),
         obb / aabb,
         sphere / aabb
     );
     for camera in [CameraChoice::Orbit, CameraChoice::Inside] {
-        let frusta = frusta(pages, camera);
+        let frusta = frusta(blocks, camera);
         let mut outside = 0;
-        let mut seen_to_be = [0; VOLUMES.len()];
-        for (frustum, page) in frusta.iter().flat_map(|f| pages.iter().map(move |page| (f, page))) {
-            let is_outside = !page.polygons.iter().any(|polygon| is_in_view(frustum, polygon));
+        let mut found_outside = [0; VOLUMES.len()];
+        for (frustum, block) in frusta.iter().flat_map(|f| blocks.iter().map(move |block| (f, block))) {
+            let is_outside = !block.polygons.iter().any(|polygon| is_in_view(frustum, polygon));
             outside += u32::from(is_outside);
-            for ((name, test), count) in VOLUMES.iter().zip(&mut seen_to_be) {
-                let says = test(frustum, page) == Containment::Outside;
-                assert!(is_outside || !says, "{name}: a page in view counts as outside");
-                *count += u32::from(says);
+            for ((name, test), count) in VOLUMES.iter().zip(&mut found_outside) {
+                let is_found = test(frustum, block) == Containment::Outside;
+                assert!(is_outside || !is_found, "{name}: a block in view counts as outside");
+                *count += u32::from(is_found);
             }
         }
-        println!("{}: {outside} of {} are outside", camera.name(), pages.len() * frusta.len());
-        for ((name, _), count) in VOLUMES.iter().zip(seen_to_be) {
+        println!("{}: {outside} of {} are outside", camera.name(), blocks.len() * frusta.len());
+        for ((name, _), count) in VOLUMES.iter().zip(found_outside) {
             println!(
                 "  {name}: {:.2} % of them recognised",
                 100.0 * f64::from(count) / f64::from(outside.max(1))
@@ -134,17 +134,17 @@ fn tightness(pages: &[Page]) {
 }
 
 fn classify(c: &mut Criterion) {
-    let pages = pages();
-    tightness(&pages);
-    let frusta = frusta(&pages, CameraChoice::Inside);
+    let blocks = blocks();
+    tightness(&blocks);
+    let frusta = frusta(&blocks, CameraChoice::Inside);
     let mut group = c.benchmark_group("classify");
-    group.sample_size(20).throughput(Throughput::Elements(pages.len() as u64 * VIEWS));
+    group.sample_size(20).throughput(Throughput::Elements(blocks.len() as u64 * VIEWS));
     for (name, test) in VOLUMES {
         group.bench_function(name, |b| {
             b.iter(|| {
                 for frustum in &frusta {
-                    for page in &pages {
-                        black_box(test(frustum, page));
+                    for block in &blocks {
+                        black_box(test(frustum, block));
                     }
                 }
             });
@@ -152,8 +152,8 @@ fn classify(c: &mut Criterion) {
     }
     group.finish();
     let mut group = c.benchmark_group("fit");
-    let points: Vec<Vec<Vec3>> = pages.iter().map(|page| page.polygons.concat()).collect();
-    group.sample_size(20).throughput(Throughput::Elements(pages.len() as u64));
+    let points: Vec<Vec<Vec3>> = blocks.iter().map(|block| block.polygons.concat()).collect();
+    group.sample_size(20).throughput(Throughput::Elements(blocks.len() as u64));
     group.bench_function("aabb", |b| {
         b.iter(|| {
             points.iter().for_each(|p| {
@@ -185,51 +185,51 @@ fn classify(c: &mut Criterion) {
     group.finish();
 }
 
-type Hit = fn(&Ray, &Page) -> Option<f32>;
+type Hit = fn(&Ray, &Block) -> Option<f32>;
 
 const HIT: [(&str, Hit); 3] = [
-    ("sphere", |ray, page| ray.enter_sphere(&page.sphere, f32::INFINITY)),
-    ("capsule", |ray, page| ray.enter_capsule(&page.capsule, f32::INFINITY)),
-    ("aabb", |ray, page| ray.enter_box(&page.aabb, f32::INFINITY)),
+    ("sphere", |ray, block| ray.enter_sphere(&block.sphere, f32::INFINITY)),
+    ("capsule", |ray, block| ray.enter_capsule(&block.capsule, f32::INFINITY)),
+    ("aabb", |ray, block| ray.enter_box(&block.aabb, f32::INFINITY)),
 ];
 
-/// Distance at which the ray meets the nearest polygon of a page.
-fn meet_polygons(ray: &Ray, page: &Page) -> Option<f32> {
-    let fans = page.polygons.iter().flat_map(|p| (2..p.len()).map(|i| [p[0], p[i - 1], p[i]]));
+/// Returns the ray's parameter at the nearest polygon of a block.
+fn meet_polygons(ray: &Ray, block: &Block) -> Option<f32> {
+    let fans = block.polygons.iter().flat_map(|p| (2..p.len()).map(|i| [p[0], p[i - 1], p[i]]));
     fans.filter_map(|triangle| ray.meet_triangle(triangle)).reduce(f32::min)
 }
 
-/// Rays from points around the model to the centres of pages.
-fn rays_at(pages: &[Page]) -> Vec<Ray> {
-    let bounds = pages.iter().fold(Aabb::EMPTY, |all, page| all.union(&page.aabb));
+/// Returns rays from points around the model to the centres of blocks.
+fn rays_at(blocks: &[Block]) -> Vec<Ray> {
+    let bounds = blocks.iter().fold(Aabb::EMPTY, |all, block| all.union(&block.aabb));
     let around = |i: usize| {
         let turn = Quat::from_euler(EulerRot::YXZ, i as f32 * 2.4, i as f32 * 0.7, 0.0);
         bounds.center() + turn * Vec3::Z * bounds.extent().length()
     };
-    (0..64).map(|i| Ray::new(around(i), pages[i * 7919 % pages.len()].aabb.center() - around(i))).collect()
+    (0..64).map(|i| Ray::new(around(i), blocks[i * 7919 % blocks.len()].aabb.center() - around(i))).collect()
 }
 
-#[allow(clippy::print_stdout, reason = "the figures of a benchmark")]
+#[allow(clippy::print_stdout, reason = "a bench prints its results")]
 fn rays(c: &mut Criterion) {
-    let pages = pages();
-    let rays = rays_at(&pages);
-    let tests = || rays.iter().flat_map(|ray| pages.iter().map(move |page| (ray, page)));
-    let met = tests().filter(|(ray, page)| meet_polygons(ray, page).is_some()).count();
-    println!("{} rays against {} pages: {met} meet a polygon", rays.len(), pages.len());
+    let blocks = blocks();
+    let rays = rays_at(&blocks);
+    let tests = || rays.iter().flat_map(|ray| blocks.iter().map(move |block| (ray, block)));
+    let met = tests().filter(|(ray, block)| meet_polygons(ray, block).is_some()).count();
+    println!("{} rays against {} blocks: {met} meet a polygon", rays.len(), blocks.len());
     for (name, hit) in HIT {
-        let entered = tests().filter(|(ray, page)| hit(ray, page).is_some()).count();
+        let entered = tests().filter(|(ray, block)| hit(ray, block).is_some()).count();
         let is_missed =
-            |(ray, page): &(&Ray, &Page)| meet_polygons(ray, page).is_some() && hit(ray, page).is_none();
-        assert_eq!(tests().filter(is_missed).count(), 0, "{name} misses what is in it");
+            |(ray, block): &(&Ray, &Block)| meet_polygons(ray, block).is_some() && hit(ray, block).is_none();
+        assert_eq!(tests().filter(is_missed).count(), 0, "{name} misses a polygon in it");
         println!("  {name}: {:.1} times as many enter it", entered as f64 / met.max(1) as f64);
     }
     let mut group = c.benchmark_group("ray");
-    group.sample_size(20).throughput(Throughput::Elements((pages.len() * rays.len()) as u64));
+    group.sample_size(20).throughput(Throughput::Elements((blocks.len() * rays.len()) as u64));
     for (name, hit) in HIT {
         group.bench_function(name, |b| {
             b.iter(|| {
-                tests().for_each(|(ray, page)| {
-                    black_box(hit(ray, page));
+                tests().for_each(|(ray, block)| {
+                    black_box(hit(ray, block));
                 })
             });
         });
@@ -237,17 +237,17 @@ fn rays(c: &mut Criterion) {
     group.finish();
 }
 
-/// A transform for each page: rotation, scale and translation.
-fn places(pages: &[Page]) -> Vec<Affine3A> {
+/// Returns a transform for each block: rotation, scale and translation.
+fn places(blocks: &[Block]) -> Vec<Affine3A> {
     let place = |i: usize| {
         let turn = Quat::from_euler(EulerRot::YXZ, i as f32 * 1.7, i as f32 * 0.6, i as f32 * 0.3);
         let size = 0.5 + (i % 7) as f32 * 0.25;
         Affine3A::from_scale_rotation_translation(Vec3::splat(size), turn, Vec3::splat((i % 5) as f32 * 0.2))
     };
-    (0..pages.len()).map(place).collect()
+    (0..blocks.len()).map(place).collect()
 }
 
-/// A box around a transformed box: James Arvo, "Transforming Axis-Aligned Bounding Boxes", Graphics Gems, 1990.
+/// Returns a box around a transformed box. James Arvo, "Transforming Axis-Aligned Bounding Boxes", Graphics Gems, 1990.
 fn transform_box(place: &Affine3A, bounds: &Aabb) -> Aabb {
     let (middle, half) = (place.transform_point3(bounds.center()), bounds.extent() * 0.5);
     let m = place.matrix3;
@@ -259,35 +259,39 @@ fn transform_box(place: &Affine3A, bounds: &Aabb) -> Aabb {
 
 /// Tests objects with transforms: the volume is transformed to world space, or the frustum to object space.
 fn objects(c: &mut Criterion) {
-    type Test = fn(&Frustum, &Affine3A, &Page) -> Containment;
-    const WAYS: [(&str, Test); 4] = [
-        ("sphere in world space", |f, place, page| {
+    type Test = fn(&Frustum, &Affine3A, &Block) -> Containment;
+    const METHODS: [(&str, Test); 4] = [
+        ("sphere in world space", |f, place, block| {
             let size = place.matrix3.x_axis.length();
-            let center = place.transform_point3(page.sphere.center);
-            f.classify_volume(&Sphere { center, radius_m: page.sphere.radius_m * size * 1.000_01 })
+            let center = place.transform_point3(block.sphere.center);
+            f.classify_volume(&Sphere { center, radius_m: block.sphere.radius_m * size * 1.000_01 })
         }),
-        ("box around the box in world space", |f, place, page| f.classify(&transform_box(place, &page.aabb))),
-        ("box in its own space", |f, place, page| f.in_space(place).classify(&page.aabb)),
-        ("obb in its own space", |f, place, page| f.in_space(place).classify_volume(&page.obb)),
+        ("box around the box in world space", |f, place, block| {
+            f.classify(&transform_box(place, &block.aabb))
+        }),
+        ("box in its own space", |f, place, block| f.in_space(place).classify(&block.aabb)),
+        ("obb in its own space", |f, place, block| f.in_space(place).classify_volume(&block.obb)),
     ];
-    let pages = pages();
-    let places = places(&pages);
-    let frusta = frusta(&pages, CameraChoice::Inside);
+    let blocks = blocks();
+    let places = places(&blocks);
+    let frusta = frusta(&blocks, CameraChoice::Inside);
     let mut group = c.benchmark_group("object");
-    group.sample_size(20).throughput(Throughput::Elements(pages.len() as u64 * VIEWS));
-    for (name, test) in WAYS {
+    group.sample_size(20).throughput(Throughput::Elements(blocks.len() as u64 * VIEWS));
+    for (name, test) in METHODS {
         let all = || {
-            frusta.iter().flat_map(|f| pages.iter().zip(&places).map(move |(page, place)| (f, place, page)))
+            frusta
+                .iter()
+                .flat_map(|f| blocks.iter().zip(&places).map(move |(block, place)| (f, place, block)))
         };
-        let outside = all().filter(|(f, place, page)| test(f, place, page) == Containment::Outside).count();
+        let outside = all().filter(|(f, place, block)| test(f, place, block) == Containment::Outside).count();
         note(&format!(
             "{name}: {:.2} % outside",
-            100.0 * outside as f64 / (pages.len() * frusta.len()) as f64
+            100.0 * outside as f64 / (blocks.len() * frusta.len()) as f64
         ));
         group.bench_function(name, |b| {
             b.iter(|| {
-                all().for_each(|(f, place, page)| {
-                    black_box(test(f, place, page));
+                all().for_each(|(f, place, block)| {
+                    black_box(test(f, place, block));
                 })
             });
         });
@@ -295,7 +299,7 @@ fn objects(c: &mut Criterion) {
     group.finish();
 }
 
-#[allow(clippy::print_stdout, reason = "the figures of a benchmark")]
+#[allow(clippy::print_stdout, reason = "a bench prints its results")]
 fn note(line: &str) {
     println!("{line}");
 }
@@ -318,7 +322,8 @@ mod scalar {
         std::array::from_fn(|row| (0..4).map(|k| m[k * 4 + row] * v[k]).sum())
     }
 
-    /// The inverse by cofactors of pairs of columns.
+    /// Returns the inverse: the adjugate from 2 x 2 minors of the first and the last two columns, divided by the
+    /// determinant.
     pub(super) fn inverse(m: &Matrix) -> Matrix {
         let minor = |a: usize, b: usize, row: usize, other: usize| {
             m[a * 4 + row] * m[b * 4 + other] - m[b * 4 + row] * m[a * 4 + other]
@@ -366,8 +371,8 @@ mod scalar {
 }
 
 fn matrices(c: &mut Criterion) {
-    let pages = pages();
-    let simd: Vec<Mat4> = places(&pages).into_iter().map(Mat4::from).collect();
+    let blocks = blocks();
+    let simd: Vec<Mat4> = places(&blocks).into_iter().map(Mat4::from).collect();
     let plain: Vec<scalar::Matrix> = simd.iter().map(Mat4::to_cols_array).collect();
     for (simd, plain) in simd.iter().zip(&plain) {
         let close = |a: Mat4, b: scalar::Matrix| {
@@ -421,26 +426,26 @@ fn matrices(c: &mut Criterion) {
             })
         });
     });
-    let affine = places(&pages);
+    let affine = places(&blocks);
     group.bench_function("box by its middle and half sides, glam", |b| {
         b.iter(|| {
-            affine.iter().zip(&pages).for_each(|(place, page)| {
-                black_box(transform_box(place, &page.aabb));
+            affine.iter().zip(&blocks).for_each(|(place, block)| {
+                black_box(transform_box(place, &block.aabb));
             })
         });
     });
     group.bench_function("box by its corners, glam", |b| {
         b.iter(|| {
-            affine.iter().zip(&pages).for_each(|(place, page)| {
-                black_box(Aabb::from_points(&page.aabb.corners().map(|p| place.transform_point3(p))));
+            affine.iter().zip(&blocks).for_each(|(place, block)| {
+                black_box(Aabb::from_points(&block.aabb.corners().map(|p| place.transform_point3(p))));
             })
         });
     });
     group.bench_function("box by its corners, scalar", |b| {
         b.iter(|| {
-            plain.iter().zip(&pages).for_each(|(m, page)| {
+            plain.iter().zip(&blocks).for_each(|(m, block)| {
                 let mut bounds = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-                for p in page.aabb.corners() {
+                for p in block.aabb.corners() {
                     let moved = scalar::transform(m, [p.x, p.y, p.z, 1.0]);
                     for ((low, high), at) in bounds.0.iter_mut().zip(&mut bounds.1).zip(moved) {
                         (*low, *high) = (low.min(at), high.max(at));

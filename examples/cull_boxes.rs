@@ -1,5 +1,5 @@
-//! The index alone: it takes boxes and returns those that a camera may see. It needs no features: `cargo run --example
-//! cull_boxes`.
+//! The index alone: it stores boxes, and returns the boxes in a camera's frustum. It needs no features: `cargo run
+//! --example cull_boxes`.
 
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
@@ -16,7 +16,7 @@ use osp::{
 };
 
 fn main() -> Result<(), IndexError> {
-    // A hundred thousand cubes of 10 cm on a floor of 100 m; we choose their ids.
+    // A hundred thousand cubes of 10 cm on a floor of 100 m by 100 m. The program chooses their ids.
     let root = Aabb::cube(Vec3::ZERO, 100.0);
     let mut index = Osp::new(&IndexConfig { root, capacity: 100_000 });
     for i in 0..100_000u32 {
@@ -24,18 +24,18 @@ fn main() -> Result<(), IndexError> {
         let center = Vec3::new(column as f32 * 0.316 - 50.0, 0.05, row as f32 * 0.316 - 50.0);
         index.insert(PolygonId(i), &Aabb::cube(center, 0.1))?;
     }
-    // Cubes come and go at any time; nothing is ever rebuilt.
+    // The program can insert, move and remove cubes at any time, without a rebuild.
     index.remove(PolygonId(7))?;
     index.update(PolygonId(8), &Aabb::cube(Vec3::new(0.0, 1.0, -2.0), 0.1))?;
     index.commit();
 
-    // Any engine's matrix: here with reversed depth and no far plane.
+    // The matrix of an engine, here with reversed depth and no far plane.
     let clip_from_view = directx::perspective_infinite_reverse(1.0, 16.0 / 9.0, 0.1);
     let view_from_world = look_at_mat4(Vec3::new(0.0, 1.7, 0.0), Vec3::new(0.0, 1.0, -5.0), Vec3::Y);
     let view =
         View::from_matrix(&(clip_from_view * view_from_world), Depth::OneToZero).expect("a perspective");
 
-    // A program keeps this list from frame to frame, so that no frame allocates.
+    // A program reuses this list in every frame, so that no frame allocates.
     let mut visible = VisibleBlocks::new();
     visible.clear();
     let work = index.frustum_cull_blocks(&view.frustum(), &mut visible);

@@ -1,6 +1,6 @@
-//! An engine's own wgpu renderer. A buffer has the polygons in the order of their ids. Each frame draws the visible
-//! blocks, with an indirect draw for each run of consecutive ids. `cargo run -p osp-render --example custom_wgpu
-//! [OUT.png]`.
+//! An engine's own wgpu renderer. A buffer contains the polygons in the order of their ids. Each frame draws the
+//! visible polygons, with one indirect draw for each sequence of consecutive ids. `cargo run -p osp-render --example
+//! custom_wgpu [OUT.png]`.
 
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
@@ -31,7 +31,7 @@ struct Out { @builtin(position) position: vec4<f32>, @location(0) color: vec3<f3
 @fragment fn fragment(in: Out) -> @location(0) vec4<f32> { return vec4(in.color, 1.0); }
 ";
 
-/// The corners of an upright quad of 20 cm. The quads stand on a spiral.
+/// Returns the corners of an upright quad of 20 cm. The quads stand on a spiral.
 fn quad(i: u32) -> [Vec3; 4] {
     let (angle, radius) = (i as f32 * 0.05, 1.0 + i as f32 * 0.001);
     let foot = Vec3::new(angle.sin() * radius, (i % 7) as f32 * 0.2, angle.cos() * radius);
@@ -39,7 +39,7 @@ fn quad(i: u32) -> [Vec3; 4] {
     [foot - across, foot + across, foot + across + Vec3::Y * 0.2, foot - across + Vec3::Y * 0.2]
 }
 
-/// A draw for each run of consecutive ids in the visible blocks.
+/// Returns a draw for each sequence of consecutive visible ids.
 fn draws(visible: &VisibleBlocks) -> Vec<DrawIndirectArgs> {
     let mut draws: Vec<DrawIndirectArgs> = Vec::new();
     for (block, mask) in visible.blocks() {
@@ -141,7 +141,7 @@ impl Engine {
         Self { gpu, pipeline, group, picture, depth }
     }
 
-    /// Draws and reads the picture back, RGBA.
+    /// Draws the visible polygons, and reads the picture back, RGBA.
     fn draw(&self, visible: &VisibleBlocks) -> Result<Vec<u8>, Box<dyn Error>> {
         let (device, draws) = (self.gpu.device(), draws(visible));
         let bytes: Vec<u8> = draws.iter().flat_map(|draw| draw.as_bytes().to_vec()).collect();

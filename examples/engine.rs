@@ -21,42 +21,43 @@ enum Object {
     Wall([Vec3; 4]),
 }
 
-/// The engine's keys are 64 bits and sparse. Each object also has a place in an array, which is its `PolygonId`.
+/// The engine's keys have 64 bits and are sparse. Each object has a slot in an array; the number of the slot is the
+/// object's `PolygonId`.
 #[derive(Default)]
 struct World {
-    places: Vec<Option<(u64, Object)>>,
+    slots: Vec<Option<(u64, Object)>>,
     free: Vec<u32>,
-    place_of: HashMap<u64, u32>,
+    slot_of: HashMap<u64, u32>,
     /// Changes since the last frame.
     changes: Vec<Change>,
 }
 
 impl World {
     fn spawn(&mut self, key: u64, object: Object) {
-        let place = self.free.pop().unwrap_or(self.places.len() as u32);
-        if place as usize == self.places.len() {
-            self.places.push(None);
+        let slot = self.free.pop().unwrap_or(self.slots.len() as u32);
+        if slot as usize == self.slots.len() {
+            self.slots.push(None);
         }
-        self.places[place as usize] = Some((key, object));
-        self.place_of.insert(key, place);
-        self.changes.push(Change::Insert(PolygonId(place)));
+        self.slots[slot as usize] = Some((key, object));
+        self.slot_of.insert(key, slot);
+        self.changes.push(Change::Insert(PolygonId(slot)));
     }
 
     fn despawn(&mut self, key: u64) {
-        let Some(place) = self.place_of.remove(&key) else { return };
-        self.places[place as usize] = None;
-        self.free.push(place);
-        self.changes.push(Change::Remove(PolygonId(place)));
+        let Some(slot) = self.slot_of.remove(&key) else { return };
+        self.slots[slot as usize] = None;
+        self.free.push(slot);
+        self.changes.push(Change::Remove(PolygonId(slot)));
     }
 
     fn get(&self, id: PolygonId) -> Option<&(u64, Object)> {
-        self.places.get(id.index())?.as_ref()
+        self.slots.get(id.index())?.as_ref()
     }
 }
 
 impl Geometry for World {
     fn id_end(&self) -> usize {
-        self.places.len()
+        self.slots.len()
     }
 
     fn is_present(&self, id: PolygonId) -> bool {
@@ -103,8 +104,7 @@ fn main() {
     let mut hidden = Vec::new();
     for frame in 0..2 {
         if frame == 1 {
-            // The wall is removed, and the meshes that it hid are drawn in the same frame. A new mesh gets the wall's
-            // place.
+            // Without the wall, the same frame draws the meshes that it hid. A new mesh reuses the wall's slot.
             world.despawn(WALL);
             world.spawn(1 << 63, Object::Mesh(Aabb::cube(Vec3::new(0.0, 1.0, -4.0), 0.3)));
         }

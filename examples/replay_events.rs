@@ -1,4 +1,4 @@
-//! A recorded session, played event by event through a scene and the index: `cargo run --example replay_events`.
+//! Plays a recorded session event by event, and culls every frame: `cargo run -p osp-session --example replay_events`.
 
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
 

@@ -1,5 +1,5 @@
-//! Nested groups that move: the solar system of a lecture on scene graphs. The engine multiplies the matrices. The
-//! culler keeps each body in a space of its own and needs one change for each body that moves.
+//! Nested groups that move: a sun, a planet and its moon. The engine multiplies the matrices. The culler keeps each
+//! body in its own space, and needs one change for each moving body.
 //!
 //! `cargo run --example scene_graph`
 
@@ -14,7 +14,7 @@ use osp::{
     view::{Projection, View},
 };
 
-/// Number of plates of a body. The culler has the box of each plate.
+/// Number of plates of a body. The culler stores the box of each plate.
 const PLATES: usize = 1000;
 
 const NAMES: [&str; 3] = ["sun", "planet", "moon"];
@@ -22,9 +22,9 @@ const PLANET: usize = 1;
 const MOON: usize = 2;
 
 struct World {
-    /// The plates of every body, in its own space.
+    /// The plates in the space of a body; all bodies have the same plates.
     plates: Vec<Aabb>,
-    /// Each body's parent, and the transform to the parent's space.
+    /// Each body's parent, and the transform from the body to its parent.
     bodies: [(Option<usize>, Affine3A); 3],
 }
 
@@ -75,14 +75,14 @@ impl Geometry for World {
     }
 }
 
-/// The box of one plate on a unit sphere.
+/// Returns the box of one plate on a unit sphere.
 fn plate(number: usize) -> Aabb {
     let (height, angle) = (number as f32 / (PLATES / 2) as f32 - 1.0, number as f32 * 2.4);
     let around = (1.0 - height * height).max(0.0).sqrt();
     Aabb::cube(Vec3::new(around * angle.cos(), height, around * angle.sin()), 0.05)
 }
 
-/// The transform of a body on an orbit around its parent.
+/// Returns the transform from a body to its parent, for a body on an orbit.
 fn orbit(degrees: f32, radius_m: f32, size: f32) -> Affine3A {
     Affine3A::from_rotation_y(degrees.to_radians())
         * Affine3A::from_scale_rotation_translation(Vec3::splat(size), Quat::IDENTITY, Vec3::X * radius_m)
@@ -99,7 +99,7 @@ fn main() {
     let projection = Projection::symmetric(40.0, 1.5, 0.1, 100.0);
     let view = View::look_at(Vec3::new(0.0, 1.0, 9.0), Vec3::ZERO, projection);
     for day in 0..6 {
-        // One matrix changes, and the moon follows the planet: two changes for two thousand plates.
+        // One matrix changes, and moves the planet and the moon: two changes for two thousand plates.
         world.bodies[PLANET].1 = orbit(45.0 + 60.0 * day as f32, 5.0, 0.5);
         let changes = [PLANET, MOON].map(|body| Change::Place(SpaceId(body as u32)));
         culler.frame(&world, &changes, &view);

@@ -1,5 +1,5 @@
-# Lines of VRPN's vrpn_print_devices become messages for `osp sketch --tracker -`.
-# Sensor 0 is the head, sensor N is hand N; button 0 of a device draws with hand 1 while it is pressed.
+# Converts the lines of VRPN's vrpn_print_devices to messages for `osp sketch --tracker -`.
+# Sensor 0 is the head, sensor N is hand N. Hand 1 draws while button 0 of a device is pressed.
 #
 #   stdbuf -oL vrpn_print_devices Tracker0@trackerhost | awk -f vrpn.awk | osp sketch --tracker -
 
@@ -11,14 +11,14 @@
 
 /^Button .*, number 0 was just/ {
     pressure = /pressed/ ? 1 : 0
-    # The hand stays where it is until its next pose comes.
+    # Repeats the last pose of the hand, because a button event has none.
     if (hand != "") print hand, pressure, 1
     fflush()
 }
 
 /pos \(/ && /quat \(/ {
     gsub(/[^-+.eE0-9]+/, " ")
-    # What is left are the numbers: x y z, and the quaternion x y z w.
+    # The remaining words are the numbers: x y z, and the quaternion x y z w.
     count = 0
     for (i = 1; i <= NF; i++) if ($i ~ /^[-+]?[0-9.]/) number[++count] = $i
     if (count != 7) next

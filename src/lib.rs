@@ -3,7 +3,7 @@
 //!
 //! # In an engine
 //!
-//! A [`Culler`] takes the engine's own keys: insert, move and remove boxes, then cull for each camera.
+//! A [`Culler`] works with the engine's own keys. Insert, move and remove boxes, then cull for each camera.
 //!
 //! ```
 //! use osp::{Camera, Culler, Depth, Occluder, math::Aabb};
@@ -11,9 +11,9 @@
 //! #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 //! struct Entity(u64); // Or any other key that is `Copy + Eq + Hash`; `osp::Dense` numbers need no map.
 //!
-//! let mut culler = Culler::<Entity>::new(); // No size of the world, no capacity: both grow.
+//! let mut culler = Culler::<Entity>::new(); // Needs no size of the world and no capacity.
 //! let (table, cupboard, wall) = (Entity(1), Entity(2), Entity(3));
-//! culler.set(table, [[-1.0, 0.0, -4.0], [1.0, 1.0, -3.0_f32]]); // Inserts it, or moves it: min and max.
+//! culler.set(table, [[-1.0, 0.0, -4.0], [1.0, 1.0, -3.0_f32]]); // Inserts or moves an object: min, max.
 //! culler.set(cupboard, [[-1.0, 0.0, -9.0], [1.0, 2.0, -8.0_f32]]);
 //! culler.set(wall, [[-4.0, 0.0, -6.0], [4.0, 3.0, -5.9_f32]]);
 //! let corners = [[-4.0, 0.0, -6.0], [4.0, 0.0, -6.0], [4.0, 3.0, -6.0], [-4.0, 3.0, -6.0_f32]];
@@ -26,7 +26,7 @@
 //! let main = Camera::from_matrix(clip, Depth::OneToZero)?;
 //! let sun = Camera::from_matrix(ortho, Depth::ZeroToOne)?;
 //!
-//! // In each frame, after the changes. `hide_by_occluders` leaves out objects behind occluders, for this camera.
+//! // In each frame, after the changes. With `hide_by_occluders`, a camera omits the objects behind occluders.
 //! let frame = culler.cull(&[main.hide_by_occluders(), sun]);
 //! let draw: Vec<Entity> = frame[0].iter().collect();
 //! assert!(draw.contains(&table) && draw.contains(&wall) && !draw.contains(&cupboard));
@@ -35,7 +35,7 @@
 //!     eprintln!("{entity:?}: {why}"); // A box that was empty, infinite or NaN.
 //! }
 //!
-//! // The object under the cursor: an engine intersects its meshes. Here a box stands for its mesh.
+//! // The object under the cursor. An engine intersects the ray with meshes, this example with boxes.
 //! let hit = culler.pick(main.ray(0.0, -0.2), |entity, ray| {
 //!     let [min, max] = culler.bounds(entity)?;
 //!     ray.enter_box(&Aabb::new(min.into(), max.into()), f32::INFINITY)
@@ -87,7 +87,7 @@
 //!     view::{Projection, View},
 //! };
 //!
-//! /// Number 0 is a wall that hides others; the others are meshes with boxes only.
+//! /// Polygon 0 is a wall that hides others. The others are meshes, which have only boxes.
 //! struct World {
 //!     wall: [Vec3; 4],
 //!     meshes: Vec<Aabb>,
@@ -137,13 +137,13 @@
 //! assert!(!pipeline.draw_list().contains(PolygonId(51)), "hidden behind the wall");
 //! ```
 //!
-//! `examples/engine.rs` continues from here with objects that come and go and the engine's own keys.
+//! `examples/engine.rs` extends this example by insertions, removals and the engine's own keys.
 //! `examples/cull_boxes.rs` uses the index alone, `examples/culler.rs` the culler.
 //!
 //! # Layers
 //!
-//! `tests/public_api.txt` lists all public items. Items that these pages omit serve the other crates of the workspace, and
-//! change without notice.
+//! `tests/public_api.txt` lists all public items. Public items without documentation serve the other crates of the
+//! workspace, and change without notice.
 //!
 //! A module depends only on modules above it in this table. The library needs `glam`, `libm` and `thiserror` (in a browser also
 //! `web-time`) and has no features.
@@ -155,10 +155,10 @@
 //! | [`index`] | the trait [`SpatialIndex`](index::SpatialIndex), [`Osp`](index::Osp), the reference |
 //! | [`view`] | an eye and what its screen shows |
 //! | [`occlusion`] | occluders, and structures that test boxes against their shadows |
-//! | [`frame`] | one frame: apply changes, cull, leave out what is hidden |
+//! | [`frame`] | one frame: apply changes, cull, omit hidden polygons |
 //! | [`Culler`] | the engine's keys, cameras and occluders, above all these modules; [`oracle`] tests draw lists |
 //!
-//! The program `osp` consists of more crates. Each depends only on crates before it in this list: `osp-session`
+//! The program `osp` consists of further crates. Each depends only on crates before it in this list: `osp-session`
 //! (recordings, brushes, scenes), `osp-rivals` (every other index and culler), `osp-render` (wgpu), `osp-lab` (oracle,
 //! benchmarks), `osp-net` (authors, walls, worlds), `osp-app` (window), `osp-cli`.
 //!
@@ -181,7 +181,8 @@
 //!   the same `f32` expression (see [`math`]), so all indexes agree bit for bit.
 //! * **No allocation.** A frame allocates nothing once its lists have reached full size and the polygons fit the
 //!   [capacity](index::IndexConfig::capacity) of the index.
-//! * **No panic.** The index refuses invalid boxes and ids. [`IndexConfig`](index::IndexConfig) bounds capacity and root.
+//! * **No panic.** The index refuses invalid boxes and ids. [`IndexConfig`](index::IndexConfig) limits capacity and
+//!   root.
 //!
 //! # References
 //!
@@ -206,3 +207,7 @@ pub use view::matrix::Depth;
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct ReadmeExample;
+
+#[cfg(doctest)]
+#[doc = include_str!("../docs/engine.md")]
+struct EngineExample;

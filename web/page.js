@@ -37,7 +37,6 @@ typed.addEventListener('beforeinput', (event) => {
 });
 
 let folders = 0;
-let opened = null;
 
 /// Puts a set of files into a new folder in the program's memory, and opens the first file that may be a session.
 async function open(set) {
@@ -68,7 +67,13 @@ function save({ name, bytes }) {
 }
 
 function saveAs(kind) {
-  if (kind === 'session') return save(osp.session_file());
+  if (kind === 'session') {
+    try {
+      return save(osp.session_file());
+    } catch {
+      return complain('There is no file before something is drawn: draw, or open a session.');
+    }
+  }
   const { path } = JSON.parse(osp.state());
   const stem = path.split('/').pop().replace(/\.[^.]*$/, '') || 'sketch';
   osp.save(`${stem}.${kind}`);
@@ -83,10 +88,7 @@ function showState() {
     if (state.wantsText) typed.focus();
     else typed.blur();
   }
-  if (state.isReplay && opened !== state.path) {
-    opened = state.path;
-    byId('draw').disabled = false;
-  }
+  byId('draw').disabled = !state.isReplay;
   if (state.work) {
     said.textContent = state.work.replace(/^(\S+) .*\//, '$1 ');
   } else if (state.frames > 0) {
@@ -166,7 +168,14 @@ async function start() {
     saving.value = '';
     if (kind) saveAs(kind);
   });
-  byId('draw').addEventListener('click', () => opened && osp.draw_on(opened));
+  byId('draw').addEventListener('click', () => {
+    const { isReplay, path } = JSON.parse(osp.state());
+    if (isReplay) osp.draw_on(path);
+  });
+  // The keys belong to the window, except while a list or a file dialog is open.
+  addEventListener('click', ({ target }) => {
+    if (target instanceof HTMLButtonElement) document.querySelector('canvas')?.focus();
+  });
   const benchmark = new Benchmark(complain);
   byId('measure').addEventListener('click', () => {
     const { path, isReplay, length } = JSON.parse(osp.state());

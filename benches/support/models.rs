@@ -1,4 +1,4 @@
-//! The cases of benches with models that grow: an order of arrival, and sizes.
+//! The cases of the benches `moving` and `spikes`: the order of the boxes, and the sizes of the model.
 
 use osp::{
     glam::Vec3,
@@ -11,7 +11,7 @@ use osp_session::{
 };
 use rand_pcg::{Pcg32, rand_core::Rng};
 
-/// The boxes of a synthetic session, by number.
+/// Returns the boxes of a synthetic session, by number.
 fn session(polygons: u32) -> Vec<Aabb> {
     let (mut scene, mut changes, mut boxes) = (Scene::new(), Vec::new(), Vec::new());
     for event in synthesize(SynthKind::Scribble, polygons, 1) {
@@ -28,7 +28,7 @@ fn session(polygons: u32) -> Vec<Aabb> {
     boxes
 }
 
-/// Boxes in a cube of 100 metres, in no order.
+/// Returns random boxes in a cube of 100 metres.
 fn shuffled(polygons: u32) -> Vec<Aabb> {
     let mut lot = Pcg32::new(7, 3);
     let mut unit = || lot.next_u32() as f32 / u32::MAX as f32;
@@ -39,12 +39,12 @@ fn shuffled(polygons: u32) -> Vec<Aabb> {
     boxes.collect()
 }
 
-/// The cases that the command line names, or all.
+/// The words of the command line, which select the cases. Without words, all cases run.
 pub(crate) struct Cases {
     words: Vec<String>,
 }
 
-/// Makes the boxes of a model with about this number of polygons.
+/// Returns the boxes of a model with about this number of polygons.
 pub(crate) type MakeBoxes = fn(u32) -> Vec<Aabb>;
 
 impl Cases {
@@ -56,13 +56,13 @@ impl Cases {
         self.words.iter().any(|w| w == word)
     }
 
-    /// The sizes on the command line, polygons, or else the usual ones.
+    /// Returns the sizes on the command line, polygons, or else the usual sizes.
     pub(crate) fn sizes(&self, usual: &[u32]) -> Vec<u32> {
         let sizes: Vec<u32> = self.words.iter().filter_map(|size| size.parse().ok()).collect();
         if sizes.is_empty() { usual.to_vec() } else { sizes }
     }
 
-    /// Orders of arrival, with their names.
+    /// Returns the selected orders of the boxes, with their names.
     pub(crate) fn orders(&self) -> impl Iterator<Item = (&'static str, MakeBoxes)> {
         let all = [("drawn", session as MakeBoxes), ("shuffled", shuffled)];
         let is_named = all.iter().any(|(order, _)| self.has(order));

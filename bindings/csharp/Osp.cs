@@ -7,7 +7,7 @@ using Microsoft.Win32.SafeHandles;
 
 namespace OspCulling
 {
-    /// <summary>The reason for which a call was refused.</summary>
+    /// <summary>The reason why a call was refused.</summary>
     public enum OspStatus
     {
         Ok = 0,
@@ -32,7 +32,7 @@ namespace OspCulling
         MinusOneToOne = 2
     }
 
-    /// <summary>The reason for which an object, or its occluder, was left out.</summary>
+    /// <summary>The reason why an object, or its occluder, was refused.</summary>
     public enum OspRefusal
     {
         Bounds = 0,
@@ -57,7 +57,8 @@ namespace OspCulling
         }
     }
 
-    /// <summary>An object whose box a ray enters at T lengths of the direction, or that is T metres from a point; 0 from inside.</summary>
+    /// <summary>An object whose box a ray enters at T lengths of the direction, or that is T metres from a point. T is 0 if the start or
+    /// the point is inside.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct OspHit
     {
@@ -82,7 +83,7 @@ namespace OspCulling
         }
     }
 
-    /// <summary>An object or occluder that was left out, with the reason.</summary>
+    /// <summary>An object whose box or occluder was refused, with the reason.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct OspRefused
     {
@@ -96,10 +97,11 @@ namespace OspCulling
     {
         fixed double clipFromWorld[16];
         int depth, hideByOccluders;
-        /// <summary>Layers that the camera sees, one bit each.</summary>
+        /// <summary>Mask of the layers that the camera sees, with a bit for each layer.</summary>
         public uint Layers;
 
-        /// <summary>Makes a camera from a matrix of sixteen numbers from world to clip space, in column-major order: any projection.</summary>
+        /// <summary>Makes a camera from the matrix of any projection: sixteen numbers from world to clip space, in column-major
+        /// order.</summary>
         public OspCamera(ReadOnlySpan<float> clipFromWorld, OspDepth depth)
         {
             Osp.Length(clipFromWorld.Length, 16, "clipFromWorld");
@@ -109,7 +111,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Makes a camera from a matrix of 64-bit numbers: for an eye far from the origin.</summary>
+        /// <summary>Makes a camera from a matrix of 64-bit numbers. Use it for an eye far from the origin.</summary>
         public OspCamera(ReadOnlySpan<double> clipFromWorld, OspDepth depth)
         {
             Osp.Length(clipFromWorld.Length, 16, "clipFromWorld");
@@ -119,14 +121,15 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Whether objects behind occluders are left out.</summary>
+        /// <summary>Whether the results omit objects behind occluders.</summary>
         public bool HideByOccluders
         {
             get { return hideByOccluders != 0; }
             set { hideByOccluders = value ? 1 : 0; }
         }
 
-        /// <summary>Computes the ray through a point of the screen, from -1 to 1. origin and direction get x y z each.</summary>
+        /// <summary>Computes the ray through a point of the screen. x and y are from -1 to 1. origin and direction get three numbers
+        /// each.</summary>
         public void Ray(float x, float y, Span<float> origin, Span<float> direction)
         {
             Osp.Length(origin.Length, 3, "origin");
@@ -240,7 +243,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Inserts an object, or moves it. An invalid box leaves the object out; Refused lists it.</summary>
+        /// <summary>Inserts an object, or moves it. If the box is invalid, the object is skipped, and Refused lists it.</summary>
         public void Set(ulong key, OspBox box)
         {
             Osp.Check(Native.osp_culler_set(handle, &key, &box, (UIntPtr)1));
@@ -257,7 +260,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Removes an object, with its occluder and layers. Nothing happens if there is none.</summary>
+        /// <summary>Removes an object, with its occluder and layers. A call for an unknown key has no effect.</summary>
         public void Remove(ulong key)
         {
             Osp.Check(Native.osp_culler_remove(handle, &key, (UIntPtr)1));
@@ -278,13 +281,13 @@ namespace OspCulling
             Osp.Check(Native.osp_culler_clear(handle));
         }
 
-        /// <summary>Puts an object on layers, one bit each. By default, objects have the mask 1.</summary>
+        /// <summary>Sets the layers of an object, a mask with a bit for each layer. The default is 1.</summary>
         public void SetLayers(ulong key, uint layers)
         {
             Osp.Check(Native.osp_culler_set_layers(handle, &key, &layers, (UIntPtr)1));
         }
 
-        /// <summary>Gives an object a flat, convex quad as occluder: x y z of each corner. It stays until the object moves.</summary>
+        /// <summary>Sets a flat, convex quad as an object's occluder: x y z of each corner. It stays until the object moves.</summary>
         public void SetOccluderQuad(ulong key, ReadOnlySpan<float> corners)
         {
             Osp.Length(corners.Length, 12, "corners");
@@ -294,13 +297,13 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Gives an object the six sides of a box as occluder.</summary>
+        /// <summary>Sets the six sides of a box as an object's occluder.</summary>
         public void SetOccluderBox(ulong key, OspBox box)
         {
             Osp.Check(Native.osp_culler_set_occluder_box(handle, key, &box));
         }
 
-        /// <summary>Gives an object a mesh as occluder: three numbers for each vertex, three indices for each triangle.</summary>
+        /// <summary>Sets a mesh as an object's occluder: three numbers for each vertex, three indices for each triangle.</summary>
         public void SetOccluderMesh(ulong key, ReadOnlySpan<float> vertices, ReadOnlySpan<uint> indices)
         {
             Osp.Length(vertices.Length % 3, 0, "vertices, beyond three for each");
@@ -313,7 +316,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Removes an object's occluder. Nothing happens if there is none.</summary>
+        /// <summary>Removes an object's occluder. Has no effect if the object has no occluder.</summary>
         public void RemoveOccluder(ulong key)
         {
             Osp.Check(Native.osp_culler_remove_occluder(handle, key));
@@ -325,7 +328,7 @@ namespace OspCulling
             Osp.Check(Native.osp_culler_commit(handle));
         }
 
-        /// <summary>Returns the box that was last set for an object.</summary>
+        /// <summary>Returns the last valid box of an object.</summary>
         public OspBox Box(ulong key)
         {
             OspBox box;
@@ -341,7 +344,8 @@ namespace OspCulling
             return seen;
         }
 
-        /// <summary>Finds the objects that each camera sees, in one pass: two eyes, a camera and its lights. seen is empty, or has one place for each.</summary>
+        /// <summary>Finds the objects that each camera sees: two eyes, or a camera and its lights. seen is empty, or has an entry for
+        /// each camera.</summary>
         public void Cull(ReadOnlySpan<OspCamera> cameras, Span<OspSeen> seen)
         {
             if (seen.Length > 0)
@@ -356,7 +360,8 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Lists the keys of the objects that a camera of the last Cull sees, in no order. Returns false if there are more than keys holds.</summary>
+        /// <summary>Lists the keys of the objects that a camera of the last Cull sees, in no order. Returns false if there are more keys
+        /// than room.</summary>
         public bool Visible(int camera, Span<ulong> keys, out int count)
         {
             fixed (ulong* to = &MemoryMarshal.GetReference(keys))
@@ -381,8 +386,8 @@ namespace OspCulling
             return count;
         }
 
-        /// <summary>Finds for each box whether it is completely hidden from a camera. The boxes belong to no culler: of sounds, of
-        /// characters.</summary>
+        /// <summary>Finds for each box whether it is completely hidden from a camera. The boxes need not belong to objects: they may
+        /// surround sounds or characters.</summary>
         public void AreHidden(OspCamera camera, ReadOnlySpan<OspBox> boxes, Span<bool> hidden)
         {
             Osp.Length(hidden.Length, boxes.Length, "hidden");
@@ -393,7 +398,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Lists the refusals between the last two calls of Cull, with the reasons. A very long list is cut off.</summary>
+        /// <summary>Lists the refusals between the last two calls of Cull, with the reasons. Only the first 4096 are listed.</summary>
         public OspRefused[] Refused()
         {
             OspRefused[] refused = Array.Empty<OspRefused>();
@@ -413,7 +418,8 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Finds the objects whose boxes have a point in common with a box. Returns false if there are more than keys holds.</summary>
+        /// <summary>Finds the objects whose boxes have a point in common with a box. Returns false if there are more keys than
+        /// room.</summary>
         public bool InBox(OspBox box, Span<ulong> keys, out int count)
         {
             fixed (ulong* to = &MemoryMarshal.GetReference(keys))
@@ -425,7 +431,8 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Finds the objects whose boxes have a point in common with a ball.</summary>
+        /// <summary>Finds the objects whose boxes have a point in common with a sphere. Returns false if there are more keys than
+        /// room.</summary>
         public bool InSphere(float x, float y, float z, float radius, Span<ulong> keys, out int count)
         {
             float* center = stackalloc float[3];
@@ -441,8 +448,9 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Finds the objects whose boxes a ray enters at t up to tMax, the nearest first, as many as hits holds. Returns the number of all.
-        /// origin and direction are x y z. To pick by a mesh, test one after the other until T is beyond the nearest hit.</summary>
+        /// <summary>Finds the objects whose boxes a ray enters at t up to tMax, the nearest first, at most hits.Length of them. Returns
+        /// the number of all entered boxes. origin and direction are x y z. To pick an object by its mesh, test the objects in this order
+        /// until T is beyond the nearest hit.</summary>
         public int OnRay(ReadOnlySpan<float> origin, ReadOnlySpan<float> direction, float tMax, Span<OspHit> hits)
         {
             Osp.Length(origin.Length, 3, "origin");
@@ -457,8 +465,8 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Finds the objects whose boxes are nearest to a point, as many as hits holds, the nearest first. Returns their number. T is the
-        /// distance.</summary>
+        /// <summary>Finds the objects whose boxes are nearest to a point, at most hits.Length of them, the nearest first. Returns their
+        /// number. T is the distance.</summary>
         public int Nearest(float x, float y, float z, Span<OspHit> hits)
         {
             float* point = stackalloc float[3];

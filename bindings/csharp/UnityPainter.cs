@@ -1,6 +1,6 @@
-// A painter in Unity that uses osp. Each stroke is a mesh that grows while it is drawn, and the camera draws only those that it may
-// see. This is a sample to start from. It was compiled only with stand-ins for Unity's names (test/UnityNames.cs), never
-// with Unity, and was never measured.
+// A painter in Unity that uses osp. Each stroke is a mesh that grows while it is drawn, and the camera draws only the strokes that it may
+// see. Use this sample as a starting point. It was compiled only with stand-ins for Unity's names (test/UnityNames.cs), never with Unity,
+// and was never measured.
 //
 // Put Osp.cs and this file into a folder of Assets with an assembly definition that allows unsafe code, and the library
 // (osp_c.dll, libosp_c.so, libosp_c.dylib) into Assets/Plugins. Add this component to the camera.
@@ -50,12 +50,12 @@ public sealed class UnityPainter : MonoBehaviour
         strokes.Remove(KeyOf(stroke));
     }
 
-    // This runs after all scripts have moved things, and before the camera draws.
+    // Unity calls this after all scripts have moved objects, and before the camera draws.
     void OnPreCull()
     {
         // Unity's projectionMatrix has OpenGL's depth on every platform. In memory a matrix is in column-major order. Each eye of a
-        // headset has its own: eye.GetStereoProjectionMatrix and eye.GetStereoViewMatrix; cull both in one call, and draw the objects that either
-        // of them sees.
+        // headset has matrices of its own: eye.GetStereoProjectionMatrix and eye.GetStereoViewMatrix. Cull for both eyes in one call, and
+        // draw the objects that at least one eye sees.
         Matrix4x4 matrix = eye.projectionMatrix * eye.worldToCameraMatrix;
         for (int i = 0; i < 16; i++)
         {

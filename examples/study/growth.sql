@@ -1,5 +1,4 @@
--- How the time of a frame grows with the size of the session: sessions in groups of like size (a third of a decade), and
--- over all of them the exponent of a power law, frame time ~ polygons ^ exponent (0: no growth, 1: proportional).
+-- How the time of a frame grows with the number of polygons. A row has the sessions of similar size (a third of a decade). `exponent_over_all` fits all sessions: frame time ~ polygons ^ exponent (0: no growth, 1: proportional).
 WITH measured AS (
     SELECT index, polygons, frame_us.p50 AS frame_p50_us, bytes
     FROM runs

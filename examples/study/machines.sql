@@ -1,5 +1,5 @@
 -- Do machines, builds or indexes disagree? Lists sessions with different fingerprints for the same contents, camera, pace and limits.
--- With occlusion culling it also compares the drawn polygons, for the same index, method and options. No rows: all agree.
+-- With occlusion culling, also compares the drawn polygons, for the same index, method and options. No rows: all agree.
 WITH seen AS (
     SELECT *, regexp_extract(options, '--max-polygons (\d+)', 1) AS max_polygons, contains(options, '--lenient') AS lenient
     FROM runs

@@ -1,5 +1,4 @@
--- The figures of each index over all sessions: quantiles of the sessions' medians and 99th percentiles, and how many times
--- as long as `osp` it took in the same session on the same machine. Without those that were too slow for every frame.
+-- The times of each index over all sessions: quantiles of the sessions' medians and 99th percentiles. `times_osp` is the ratio to the time of `osp` in the same session on the same machine. Omits runs that were too slow for every frame.
 WITH measured AS (
     SELECT *, frame_us.p50 AS frame_p50_us, frame_us.p99 AS frame_p99_us, frame_us.max AS frame_max_us
     FROM runs

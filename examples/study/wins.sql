@@ -1,4 +1,4 @@
--- Which index took the least time in each session (median of a frame), and how often each did.
+-- The fastest index of each session (by the median time of a frame), and its number of wins.
 -- An index that was too slow for every frame (--budget) does not compete.
 WITH ranked AS (
     SELECT file, host, polygons, index, frame_us.p50 AS frame_p50_us,

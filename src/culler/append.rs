@@ -6,12 +6,12 @@ use super::{
 use crate::{index::SpatialIndex, math::Frustum};
 
 impl<K: Key> Culler<K> {
-    /// Takes over all objects of another culler, with their occluders and layers. If both have a key, the object of `other`
-    /// replaces that of `self`, with its occluder and layers.
+    /// Moves all objects of `other` into this culler, with their occluders and layers. If both cullers have an object
+    /// with the same key, the object of `other` replaces the object of `self`.
     ///
-    /// So a level can be loaded in the background: another thread fills and commits `other`, and this commit checks and
-    /// sorts the objects. A culler without objects takes over `other` as it is, O(1). Any other culler inserts the
-    /// objects of `other` with the next commit, in the spatial order of `other`, O(objects of `other`).
+    /// Use it to load a level in the background: another thread fills and commits `other`. That commit checks and sorts
+    /// the objects. If `self` is empty, it becomes `other`, in O(1). Otherwise the next commit of `self` inserts the
+    /// objects in the spatial order of `other`, in O(objects of `other`).
     ///
     /// ```
     /// use osp::Culler;
@@ -31,7 +31,7 @@ impl<K: Key> Culler<K> {
         other.commit();
         let refused: Vec<_> = other.refused.drain(..).chain(other.refused_since.drain(..)).collect();
         if self.has_nothing() {
-            // The refusals of `self` stay its own.
+            // `self` keeps its own refusals.
             std::mem::swap(&mut self.refused, &mut other.refused);
             std::mem::swap(&mut self.refused_since, &mut other.refused_since);
             std::mem::swap(self, &mut other);
@@ -62,7 +62,7 @@ impl<K: Key> Culler<K> {
         for (slot, polygons) in other.hiding.iter().flat_map(|hiding| hiding.iter()) {
             let Some(key) = other.keys.key_in(slot) else { continue };
             if other.bounds_of(slot).is_none() {
-                // An occluder without a box.
+                // The object of `other` has no box, so the object of `self` loses its box, too.
                 self.remove(key);
             }
             if let Ok(occluder) = Occluder::of_polygons(polygons) {

@@ -3,7 +3,10 @@ use thiserror::Error;
 
 use crate::{
     math::{Frustum, Ray},
-    view::{View, ViewWindow, matrix::Depth},
+    view::{
+        View, ViewWindow,
+        matrix::{Depth, is_sheared},
+    },
 };
 
 /// Mask of all layers.
@@ -30,6 +33,12 @@ pub enum CameraError {
     /// The matrix has no inverse: it maps space to a plane, a line or a point.
     #[error("clip_from_world: expected a matrix that has an inverse")]
     Singular,
+    /// The matrix shows nothing in front of an eye, or only its transpose is the matrix of a perspective.
+    #[error(
+        "clip_from_world: expected the matrix column by column, with something in front of the eye; transpose a matrix \
+         that is row by row"
+    )]
+    Transposed,
 }
 
 /// The frustum of a camera or a light in world space, with its options for culling.
@@ -55,22 +64,24 @@ pub struct Camera {
     /// The window for occlusion culling; `None` for a parallel projection.
     window: Option<ViewWindow>,
     world_from_clip: DMat4,
-    /// Depths of the near and the far plane.
+    /// Depth of the near plane, clip space.
     near: f64,
+    /// Depth of the far plane, clip space.
     far: f64,
     hides: bool,
     layers: u32,
 }
 
 impl Camera {
-    /// Makes a camera of a matrix from world space to clip space. `clip_from_world` has the four columns one after the
-    /// other. In clip space, x and y go from -w to w. The projection may be perspective or parallel, on-axis or
+    /// Makes a camera of a matrix from world space to clip space. `clip_from_world` contains the matrix column by
+    /// column. In clip space, x and y go from -w to w. The projection may be perspective or parallel, on-axis or
     /// off-axis, mirrored, with y up or down. It may have an oblique near plane, and no far plane. An `f64` matrix
-    /// counts as exact, however far from the origin the eye is. For a perspective projection, `depth` may have the
-    /// wrong direction.
+    /// counts as exact, however far from the origin the eye is. For a perspective projection, a wrong direction of
+    /// `depth` has no effect.
     ///
     /// # Errors
-    /// [`CameraError`]: a number is not finite, or the matrix has no inverse.
+    /// [`CameraError`]: a number is not finite, the matrix has no inverse, or its numbers are row by row. Not every
+    /// matrix by rows is recognised.
     pub fn from_matrix<N: Into<f64> + Copy>(
         clip_from_world: [N; 16],
         depth: Depth,
@@ -94,10 +105,12 @@ impl Camera {
         let w_of = |depth| (world_from_clip * DVec4::new(0.0, 0.0, depth, 1.0)).w;
         let is_turned = w_of(near) < w_of(far) * (1.0 - 1.0e-9);
         let (near, far) = if is_turned { (far, near) } else { (near, far) };
-        let window = ViewWindow::from_double_matrix(&clip_from_world, depth);
+        if is_behind_eye(&world_from_clip, near, far) || is_transposed(&clip_from_world, depth) {
+            return Err(CameraError::Transposed);
+        }
         Ok(Self {
             frustum: Frustum::from_double_matrix(&clip_from_world, near.min(far)),
-            window: window.filter(|_| has_square_near_plane(&clip_from_world)),
+            window: window_of(&clip_from_world, depth),
             world_from_clip,
             near,
             far,
@@ -113,7 +126,8 @@ impl Camera {
         Self { hides: true, ..self }
     }
 
-    /// The same camera, limited to objects on at least one of these layers, a bit for each. The default is [`ALL_LAYERS`].
+    /// The same camera, limited to objects on at least one of `layers`, a mask with a bit for each layer. The default
+    /// is [`ALL_LAYERS`].
     #[must_use]
     pub fn on_layers(self, layers: u32) -> Self {
         Self { layers, ..self }
@@ -168,8 +182,27 @@ impl From<&View> for Camera {
     }
 }
 
-/// Whether the near plane is perpendicular to the direction of view, as the near plane of a window is.
-fn has_square_near_plane(clip_from_world: &DMat4) -> bool {
+/// The window for occlusion culling; `None` for a parallel projection, an oblique near plane or a sheared screen.
+fn window_of(clip_from_world: &DMat4, depth: Depth) -> Option<ViewWindow> {
+    let window = ViewWindow::from_double_matrix(clip_from_world, depth);
+    window.filter(|_| has_perpendicular_near_plane(clip_from_world))
+}
+
+/// Whether all of the frustum lies behind the eye. The middle alone does not decide this: the frustum of a horizontal
+/// mirror, whose near plane is oblique, may lie beside the middle of the screen.
+fn is_behind_eye(world_from_clip: &DMat4, near: f64, far: f64) -> bool {
+    let w = world_from_clip.row(3);
+    w.x.abs() + w.y.abs() + (w.z * near).max(w.z * far) + w.w <= 0.0
+}
+
+/// Whether a matrix of a perspective was given row by row. The transpose of a perspective has a sheared screen, except for
+/// some cameras near the origin that are turned about one axis at most.
+fn is_transposed(clip_from_world: &DMat4, depth: Depth) -> bool {
+    is_sheared(clip_from_world) && window_of(&clip_from_world.transpose(), depth).is_some()
+}
+
+/// Whether the near plane is perpendicular to the direction of view. A [`ViewWindow`] requires this.
+fn has_perpendicular_near_plane(clip_from_world: &DMat4) -> bool {
     let (depth, distance) = (clip_from_world.row(2).truncate(), clip_from_world.row(3).truncate());
     let Some(forward) = distance.try_normalize() else { return false };
     let sideways = depth - forward * depth.dot(forward);

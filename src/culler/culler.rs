@@ -31,15 +31,16 @@ pub enum Refusal {
     /// A [`Dense`](super::Dense) number is too large, or the culler has too many keys.
     #[error("key: expected a number below {limit}, and at most as many objects", limit = PolygonId::LIMIT)]
     Key,
-    /// The occluders of all objects have too many polygons together. The object has no occluder.
+    /// The occluders of all objects together would have too many polygons. The object gets no occluder.
     #[error("occluder: expected at most {limit} polygons of all occluders together", limit = PolygonId::LIMIT)]
     Occluder,
 }
 
 /// A culler of an engine's objects. Each object has a key that the engine chooses, and a box.
 ///
-/// The caller sets neither a capacity nor limits of the world, because both grow. Objects come, move and go at any time.
-/// The index is built again only if many more objects come at once than are present. See the [crate](crate) for an example.
+/// The capacity and the extent of the world grow as needed. Objects can be inserted, moved and removed at any time. The
+/// index is rebuilt only if one commit inserts many more objects than are present. See the [crate] for an
+/// example.
 ///
 /// Changes take effect with the next [`Culler::cull`] or [`Culler::commit`]. After this call no query finds a removed
 /// object. Several threads may run queries at once. No call panics, and no visible object is ever culled.
@@ -52,10 +53,11 @@ pub struct Culler<K: Key> {
     pub(super) pending: PendingChanges,
     pub(super) indexed: Indexed,
     pub(super) layers: Layers,
-    /// The occluders; created with the first one.
+    /// The occluders; `None` until the first occluder is set.
     pub(super) hiding: Option<Box<Hiding>>,
-    /// Refused changes before the last call of `cull`; `refused_since` has the later ones.
+    /// Changes refused before the last call of [`Culler::cull`].
     pub(super) refused: Vec<(K, Refusal)>,
+    /// Changes refused since the last call of [`Culler::cull`].
     pub(super) refused_since: Vec<(K, Refusal)>,
     frusta: Vec<Frustum>,
     pub(super) views: Views,
@@ -89,9 +91,10 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Inserts an object, or moves it. The box is given as its least and its largest corner, world space, metres. It should
-    /// be tight around everything that is drawn of the object. If the box is empty or not finite, it is
-    /// [refused](Culler::refused), and the object is skipped.
+    /// Inserts an object, or moves it. The box is given as its minimum and maximum corner, world space, metres. It
+    /// should be tight around everything that the engine draws of the object. A box that is empty or not finite is
+    /// [refused](Culler::refused). Its object loses its former box and its occluder, keeps its layers, and is skipped until
+    /// it gets a valid box.
     ///
     /// An object that moves loses its occluder, unless the new box contains the former one. Set the
     /// [occluder](Culler::set_occluder) again at the new place.
@@ -101,21 +104,21 @@ impl<K: Key> Culler<K> {
         let bounds = Aabb::new(min.into(), max.into());
         if !self.pending.set(slot, bounds) {
             self.refuse(key, Refusal::Bounds([min, max]));
-            self.take_box(slot);
+            self.remove_box(slot);
         } else if let Some(hiding) = &mut self.hiding {
             hiding.follow_object(slot, &bounds);
         }
     }
 
-    /// Removes an object with its occluder and its layers. A key without an object has no effect.
+    /// Removes an object with its occluder and its layers. A call for an unknown key has no effect.
     pub fn remove(&mut self, key: K) {
         let Some(slot) = self.keys.take(key) else { return };
-        self.take_box(slot);
+        self.remove_box(slot);
         self.layers.forget(slot);
     }
 
-    /// Sets an object's occluder, in place of the former one. The occluder is in world space, and stays in place until the
-    /// object moves or goes. It has to be drawn itself, or lie inside a drawn object.
+    /// Sets an object's occluder, in place of the former one. The occluder is in world space, and stays in place until
+    /// the object moves or is removed. The engine must draw the occluder itself, or an opaque object around it.
     ///
     /// A key without a box may have an occluder. Such an occluder hides objects, and is never drawn.
     pub fn set_occluder(&mut self, key: K, occluder: Occluder) {
@@ -134,8 +137,8 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Puts an object on layers, a bit for each. A camera sees the object if they share a layer ([`Camera::on_layers`]). By
-    /// default an object is on the first layer, the mask 1. An object on no layer is never seen.
+    /// Sets the layers of an object, a mask with a bit for each layer. A camera sees the object if they share a layer
+    /// ([`Camera::on_layers`]). The default is the first layer, mask 1. An object on no layer is never seen.
     pub fn set_layers(&mut self, key: K, layers: u32) {
         if let Some(slot) = self.slot(key) {
             self.layers.set(slot, layers);
@@ -152,19 +155,19 @@ impl<K: Key> Culler<K> {
         self.len() == 0
     }
 
-    /// The last accepted box of an object, as min and max.
+    /// The box of an object, as min and max; `None` if the last box was refused.
     pub fn bounds(&self, key: K) -> Option<[[f32; 3]; 2]> {
         let bounds = self.bounds_of(self.keys.slot(key)?)?;
         Some([bounds.min.into(), bounds.max.into()])
     }
 
-    /// The changes that were refused between the last two calls of [`Culler::cull`], with reasons. If there are very many,
-    /// only the first ones are stored.
+    /// The changes that were refused between the last two calls of [`Culler::cull`], with reasons. Only the first 4096
+    /// are stored.
     pub fn refused(&self) -> impl Iterator<Item = (K, Refusal)> {
         self.refused.iter().copied()
     }
 
-    /// Applies all changes, so that queries find them. [`Culler::cull`] calls this, too.
+    /// Applies all changes; later queries find the new state. [`Culler::cull`] also commits.
     pub fn commit(&mut self) {
         if !self.pending.is_empty() {
             self.views.begin(0);
@@ -177,9 +180,9 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Finds the objects that may be on the screen of each camera. A camera with [occluders](Camera::hide_by_occluders)
-    /// omits the objects behind them. Two similar cameras, such as the eyes of a headset, share one walk; others are
-    /// culled one after the other.
+    /// Finds the objects that may be on the screen of each camera. With [occlusion culling](Camera::hide_by_occluders),
+    /// the result of a camera omits the objects behind occluders. Two similar cameras, such as the eyes of a headset,
+    /// share one traversal of the index. Each other camera has its own traversal.
     pub fn cull(&mut self, cameras: &[Camera]) -> Frame<'_, K> {
         self.commit();
         std::mem::swap(&mut self.refused, &mut self.refused_since);
@@ -204,9 +207,10 @@ impl<K: Key> Culler<K> {
         self.frame()
     }
 
-    /// Returns for each box whether it is hidden from a camera: out of view, or behind the occluders of a camera that [uses
-    /// them](Camera::hide_by_occluders). The boxes need not be in the culler: sounds, characters, triggers. An empty or
-    /// non-finite box is not hidden. Applies all changes, as [`Culler::cull`] does.
+    /// Returns for each box whether it is hidden from a camera: out of view, or behind the occluders of a camera that
+    /// [uses them](Camera::hide_by_occluders). The boxes need not belong to objects of the culler; they may surround
+    /// sounds, characters or triggers. An empty or non-finite box is not hidden. Applies all changes, as
+    /// [`Culler::cull`] does.
     pub fn are_hidden<P: Into<[f32; 3]> + Copy>(&mut self, camera: &Camera, boxes: &[[P; 2]]) -> Vec<bool> {
         self.commit();
         let corner = |corner: P| corner.into().into();
@@ -219,8 +223,8 @@ impl<K: Key> Culler<K> {
         hidden
     }
 
-    /// Returns the results of the last [`Culler::cull`] again, so that they can be read while queries run. After a
-    /// [`Culler::commit`] of changes, the frame has no camera.
+    /// The results of the last [`Culler::cull`], to read them while queries run. After a [`Culler::commit`] of changes,
+    /// the frame is empty.
     pub fn frame(&self) -> Frame<'_, K> {
         let views = self.views.iter().enumerate().map(|(camera, (in_view, drawn, is_occluded))| {
             let hiding = self.hiding.as_ref().filter(|_| is_occluded);
@@ -231,7 +235,7 @@ impl<K: Key> Culler<K> {
 
     /// The nearest object that a ray meets, and its distance. `hit` is the exact test: it returns the distance to the
     /// object itself, in lengths of the ray's direction, or `None` for a miss. It is called for objects whose boxes the ray
-    /// enters, in any order.
+    /// enters, in any order, on any layer.
     pub fn pick(&self, ray: Ray, mut hit: impl FnMut(K, &Ray) -> Option<f32>) -> Option<(K, f32)> {
         let mut meet = |number| hit(self.key(number)?, &ray);
         let (number, t) = self.indexed.index().ray_nearest(&ray, f32::INFINITY, &mut meet)?;
@@ -240,13 +244,13 @@ impl<K: Key> Culler<K> {
 
     /// The objects whose boxes a ray enters, the nearest first, with the distance of each entry, in lengths of the
     /// ray's direction. The distance is at most `t_max`, and 0 if the ray starts inside. An engine that tests the
-    /// objects themselves may stop at the first box behind its nearest hit.
+    /// objects themselves may stop at the first box behind its nearest hit. Layers have no effect.
     pub fn on_ray(&self, ray: Ray, t_max: f32) -> impl Iterator<Item = (K, f32)> {
         let mut entered = Vec::new();
         let mut note = |number| {
             let t = ray.enter_box(&self.indexed.get(number)?, t_max)?;
             entered.push((t, number));
-            // The walk continues, because no hit is reported.
+            // Without a hit the traversal continues.
             None
         };
         self.indexed.index().ray_nearest(&ray, t_max, &mut note);
@@ -275,7 +279,7 @@ impl<K: Key> Culler<K> {
     }
 
     /// The `count` objects whose boxes are nearest to a point, the nearest first, with their distances from it, metres. The
-    /// distance from a box that contains the point is 0.
+    /// distance from a box that contains the point is 0. Layers have no effect.
     pub fn nearest<P: Into<[f32; 3]>>(&self, point: P, count: usize) -> impl Iterator<Item = (K, f32)> {
         let point = point.into().into();
         let mut distance_m = |number| {
@@ -294,7 +298,7 @@ impl<K: Key> Culler<K> {
         found.into_iter().filter_map(|(number, distance_m)| Some((self.key(number)?, distance_m)))
     }
 
-    /// The key of an object that is in the culler now.
+    /// The key of the object with this number; `None` if the object has been removed.
     pub(super) fn key(&self, number: PolygonId) -> Option<K> {
         let slot = self.keys.slot_of(number)?;
         if self.pending.has_box(slot) { self.keys.key(number) } else { None }
@@ -308,10 +312,10 @@ impl<K: Key> Culler<K> {
         slot
     }
 
-    /// The last accepted box of the object in a slot.
+    /// The box of the object in a slot.
     pub(super) fn bounds_of(&self, slot: Slot) -> Option<Aabb> {
-        let waits = self.pending.waits(slot);
-        waits.or_else(|| self.indexed.get(self.keys.number(slot)?)).filter(|bounds| !bounds.is_empty())
+        let pending = self.pending.pending_box(slot);
+        pending.or_else(|| self.indexed.get(self.keys.number(slot)?)).filter(|bounds| !bounds.is_empty())
     }
 
     pub(super) fn refuse(&mut self, key: K, why: Refusal) {
@@ -320,7 +324,7 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    fn take_box(&mut self, slot: Slot) {
+    fn remove_box(&mut self, slot: Slot) {
         self.pending.remove(slot);
         if let Some(hiding) = &mut self.hiding {
             hiding.remove(slot);

@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// Number of cameras whose results a frame holds without allocation.
-const FEW: usize = 8;
+const INLINE_CAMERAS: usize = 8;
 
 static NOTHING: VisibleBlocks = VisibleBlocks::new();
 
@@ -21,7 +21,7 @@ static NOTHING: VisibleBlocks = VisibleBlocks::new();
 /// Indexing beyond the last camera panics, as in a slice. [`Frame::get`] returns `None` instead.
 #[derive(Clone, Debug)]
 pub struct Frame<'a, K: Key> {
-    first: [Seen<'a, K>; FEW],
+    first: [Seen<'a, K>; INLINE_CAMERAS],
     more: Vec<Seen<'a, K>>,
     len: usize,
 }
@@ -36,14 +36,14 @@ pub struct Seen<'a, K: Key> {
 }
 
 impl<'a, K: Key> Frame<'a, K> {
-    /// `views` has three entries for each camera: the objects in view, the objects that remain after occlusion culling,
-    /// and the culler for further tests.
+    /// `views` yields for each camera the objects in view, the objects that remain after occlusion culling, and the
+    /// culler for further tests.
     pub(super) fn new(
         keys: &'a K::Places,
         views: impl IntoIterator<Item = (&'a VisibleBlocks, &'a VisibleBlocks, Option<&'a dyn OcclusionCuller>)>,
     ) -> Self {
         let nothing = Seen { in_view: &NOTHING, drawn: &NOTHING, keys, culler: None };
-        let mut frame = Self { first: [nothing; FEW], more: Vec::new(), len: 0 };
+        let mut frame = Self { first: [nothing; INLINE_CAMERAS], more: Vec::new(), len: 0 };
         for (in_view, drawn, culler) in views {
             let seen = Seen { in_view, drawn, keys, culler };
             match frame.first.get_mut(frame.len) {
@@ -60,19 +60,21 @@ impl<'a, K: Key> Frame<'a, K> {
         self.len
     }
 
-    /// Whether there was no camera.
+    /// Whether the frame has no camera.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
     /// The result of a camera; `None` beyond the last camera.
     pub fn get(&self, camera: usize) -> Option<&Seen<'a, K>> {
-        self.first[..self.len.min(FEW)].get(camera).or_else(|| self.more.get(camera.checked_sub(FEW)?))
+        self.first[..self.len.min(INLINE_CAMERAS)]
+            .get(camera)
+            .or_else(|| self.more.get(camera.checked_sub(INLINE_CAMERAS)?))
     }
 
     /// The results of all cameras.
     pub fn iter(&self) -> impl Iterator<Item = &Seen<'a, K>> {
-        self.first[..self.len.min(FEW)].iter().chain(&self.more)
+        self.first[..self.len.min(INLINE_CAMERAS)].iter().chain(&self.more)
     }
 }
 
@@ -119,9 +121,9 @@ impl<'a, K: Key> Seen<'a, K> {
         self.number(key).is_some_and(|number| self.in_view.contains(number))
     }
 
-    /// Whether the occluders of this frame certainly hide all of a box in view. `false` means that the box may be visible.
-    /// The box, world space, metres, need not belong to an object. It may surround a light, a sound or something that is
-    /// not loaded yet. A box that is not finite is never hidden. O(log occluders).
+    /// Whether the occluders of this frame certainly hide the part of a box that is in view. `false` means that the box
+    /// may be visible. The box, world space, metres, need not belong to an object. It may surround a light, a sound or
+    /// something that is not loaded yet. A box that is not finite is never hidden. O(log occluders).
     ///
     /// Always `false` for a camera that does not [hide by occluders](crate::Camera::hide_by_occluders).
     pub fn hides_box<P: Into<[f32; 3]>>(&self, bounds: [P; 2]) -> bool {
@@ -142,7 +144,8 @@ impl<'a, K: Key> Seen<'a, K> {
         self.keys.number(self.keys.slot(key)?)
     }
 
-    /// The numbers of the objects to draw, as masks of sixteen. With [`Dense`](super::Dense) keys the numbers are the keys.
+    /// The numbers of the objects to draw, as a mask for each block of sixteen numbers. With [`Dense`](super::Dense)
+    /// keys the numbers are the keys.
     pub fn blocks(&self) -> &'a VisibleBlocks {
         self.drawn
     }
@@ -167,7 +170,7 @@ impl<K: Key> fmt::Debug for Seen<'_, K> {
 pub(super) struct Views {
     pub(super) in_view: Vec<VisibleBlocks>,
     pub(super) drawn: Vec<VisibleBlocks>,
-    /// For each camera, whether occluders were used, so that `drawn` is valid.
+    /// For each camera, whether occlusion culling ran. Only then the entry of `drawn` is valid.
     pub(super) is_occluded: Vec<bool>,
     spare: VisibleBlocks,
 }

@@ -11,14 +11,14 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Largest number of changes that wait for the next frame.
-const MOST_WAITING: usize = 1 << 16;
+/// Largest number of stored changes. If there are more, all are applied before the next frame.
+const MOST_STORED: usize = 1 << 16;
 
 /// The occluders of all objects, and the cullers built from them. The polygons of occluders have numbers of their own.
 #[derive(Debug)]
 pub(super) struct Hiding {
-    surfaces: Surfaces,
-    of_object: BTreeMap<Slot, Own>,
+    surfaces: OccluderPolygons,
+    of_object: BTreeMap<Slot, ObjectOccluder>,
     has_occluder: ById<bool>,
     changes: Vec<Change>,
     pool: OccluderPool,
@@ -29,7 +29,7 @@ pub(super) struct Hiding {
 
 /// An object's occluder and box.
 #[derive(Debug, Default)]
-struct Own {
+struct ObjectOccluder {
     /// The numbers of the occluder's polygons.
     numbers: Vec<PolygonId>,
     /// The object's box, if it has one.
@@ -38,13 +38,13 @@ struct Own {
 
 /// Error: the polygons would exceed the limit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct NoRoom;
+pub(super) struct TooManyPolygons;
 
 impl Hiding {
     pub(super) fn new() -> Self {
         let config = OcclusionConfig::default();
         Self {
-            surfaces: Surfaces::default(),
+            surfaces: OccluderPolygons::default(),
             of_object: BTreeMap::new(),
             has_occluder: ById::new(false),
             changes: Vec::new(),
@@ -74,7 +74,7 @@ impl Hiding {
         object: Slot,
         bounds: Option<Aabb>,
         occluder: &Occluder,
-    ) -> Result<(), NoRoom> {
+    ) -> Result<(), TooManyPolygons> {
         let polygons = occluder.polygons();
         let own = self.of_object.entry(object).or_default();
         own.bounds = bounds;
@@ -82,7 +82,7 @@ impl Hiding {
         self.has_occluder.set(object, true);
         if polygons.len() > numbers.len() + self.surfaces.room() {
             self.remove(object);
-            return Err(NoRoom);
+            return Err(TooManyPolygons);
         }
         for number in numbers.drain(polygons.len().min(numbers.len())..) {
             self.surfaces.remove(number);
@@ -97,7 +97,7 @@ impl Hiding {
             numbers.push(number);
             self.changes.push(Change::Insert(number));
         }
-        if self.changes.len() > MOST_WAITING {
+        if self.changes.len() > MOST_STORED {
             self.follow();
         }
         Ok(())
@@ -127,20 +127,20 @@ impl Hiding {
         })
     }
 
-    /// Makes new occluders candidates. Called before the views of a frame.
+    /// Applies the stored changes to the pool of candidates. Called before the views of a frame are culled.
     pub(super) fn follow(&mut self) {
         self.pool.follow(&self.surfaces, &self.changes);
         self.changes.clear();
     }
 
-    /// The culler of a camera, if the last call of [`Hiding::cull`] has built one.
+    /// The culler that the last call of [`Hiding::cull`] built for a camera.
     pub(super) fn culler(&self, camera: usize) -> Option<&dyn OcclusionCuller> {
         self.views.get(camera + 1).map(ViewOcclusion::culler)
     }
 
     /// Sets `drawn` to the visible part of `in_view`; returns false, without effect, if no occluder is used. If the
-    /// camera does not see an object with an occluder, no occluder is used, because the objects behind it would be
-    /// missing.
+    /// camera's layers exclude an object with an occluder, no occluder is used. Otherwise objects behind this undrawn
+    /// occluder would be missing.
     pub(super) fn cull(
         &mut self,
         indexed: &Indexed,
@@ -154,7 +154,7 @@ impl Hiding {
         true
     }
 
-    /// Selects occluders for a view, and builds the culler with this number; `None` if no occluder is in view.
+    /// Selects occluders for a view, and builds the culler `views[number]`; `None` if no occluder is in view.
     fn build(
         &mut self,
         number: usize,
@@ -200,12 +200,12 @@ pub(super) fn hides_box(culler: &dyn OcclusionCuller, bounds: &Aabb) -> bool {
 
 /// The polygons of all occluders, by number.
 #[derive(Debug, Default)]
-struct Surfaces {
+struct OccluderPolygons {
     polygons: Vec<Option<ConvexPolygon>>,
     free: Vec<PolygonId>,
 }
 
-impl Surfaces {
+impl OccluderPolygons {
     /// Number of polygons that can be added.
     fn room(&self) -> usize {
         PolygonId::LIMIT as usize - self.polygons.len() + self.free.len()
@@ -226,7 +226,7 @@ impl Surfaces {
     }
 }
 
-impl Geometry for Surfaces {
+impl Geometry for OccluderPolygons {
     fn id_end(&self) -> usize {
         self.polygons.len()
     }

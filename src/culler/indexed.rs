@@ -10,11 +10,11 @@ use crate::{
 /// Largest number of moving objects that the index updates together, so that their boxes are still in the cache.
 const MOST_TOGETHER: usize = 256;
 
-/// With fewer new objects than this, they get numbers in order of arrival.
+/// Fewer new objects than this get numbers in order of arrival.
 const LEAST_SORTED: usize = 32;
 
-/// The index is built again if at least this number of objects comes together, and at least [`MANY_TIMES`] times the
-/// number of present objects. If these limits are smaller, the index is built more often.
+/// A commit rebuilds the index if it inserts at least this many objects, and at least [`MANY_TIMES`] times the number
+/// of present objects. If these limits are smaller, the index is rebuilt more often.
 const LEAST_MANY: usize = 1024;
 const MANY_TIMES: usize = 4;
 
@@ -23,7 +23,7 @@ const MANY_TIMES: usize = 4;
 /// together get numbers far apart.
 const MOST_LARGER: f64 = 8.0;
 
-/// Number of cells along an axis in which new objects are sorted, as a power of two.
+/// Number of bits for each axis of the Morton codes that sort new objects.
 const CELL_BITS: u32 = 10;
 
 /// The index, and reused buffers for the next commit.
@@ -32,7 +32,7 @@ pub(super) struct Indexed {
     index: Osp,
     moving: Vec<(PolygonId, Aabb)>,
     coming: Vec<(Slot, Aabb)>,
-    /// For each new object, its position on a curve through space, and its index in `coming`.
+    /// For each new object, its Morton code and its index in `coming`.
     order: Vec<(u32, u32)>,
     refused: Vec<IndexError>,
 }
@@ -52,12 +52,12 @@ impl Indexed {
         self.index.bounds(number)
     }
 
-    /// Applies changes, only the last one of each object. [`Indexed::commit`] ends the batch.
+    /// Passes moves and removals to the index, and collects new objects; [`Indexed::commit`] inserts these.
     pub(super) fn take_all<K: Key>(&mut self, keys: &mut K::Places, changes: &[(Slot, Aabb)]) {
         let mut left = changes;
         while let Some((&(slot, bounds), behind)) = left.split_first() {
             if !K::Places::ARE_NUMBERED {
-                // Slots are numbers, so moved objects are passed on without conversion.
+                // Each slot is the object's number in the index, so moves are passed without conversion.
                 let moves = |change: &&(Slot, Aabb)| !change.1.is_empty() && keys.number(change.0).is_some();
                 let count = left.iter().take(MOST_TOGETHER).take_while(moves).count();
                 if count > 0 {
@@ -92,7 +92,7 @@ impl Indexed {
     pub(super) fn commit<K: Key>(&mut self, keys: &mut K::Places) {
         self.move_all();
         self.insert::<K>(keys);
-        // The index refuses no valid box, whether its number is in the index or not.
+        // The index accepts every valid box, for new objects and for moves.
         debug_assert!(self.refused.is_empty(), "{:?}", self.refused);
         self.refused.clear();
         self.index.commit();
@@ -105,7 +105,7 @@ impl Indexed {
 
     fn insert<K: Key>(&mut self, keys: &mut K::Places) {
         if self.coming.len() >= LEAST_MANY && self.coming.len() / MANY_TIMES >= self.index.len() {
-            self.expect_many();
+            self.rebuild_for_new_objects();
         }
         let are_sorted = K::Places::ARE_NUMBERED && self.coming.len() >= LEAST_SORTED && self.sort();
         if self.coming.len() >= LEAST_SORTED {
@@ -118,9 +118,8 @@ impl Indexed {
         self.coming.clear();
     }
 
-    /// Builds the index again if the new objects are many more than the present ones. This is necessary because neither the
-    /// size of the world nor the number of objects is known beforehand.
-    fn expect_many(&mut self) {
+    /// Rebuilds the index with a root and a capacity for the present and the new objects. Neither is known beforehand.
+    fn rebuild_for_new_objects(&mut self) {
         let mut there = Vec::new();
         self.index.frustum_cull(&Frustum::everything(), &mut there);
         let there: Vec<_> = there.into_iter().filter_map(|id| Some((id, self.index.bounds(id)?))).collect();
@@ -132,12 +131,12 @@ impl Indexed {
         self.refused.extend(there.iter().filter_map(|(id, bounds)| self.index.insert(*id, bounds).err()));
     }
 
-    /// Sorts new objects in spatial order, because sixteen objects with consecutive numbers are tested together if they lie
-    /// side by side. Returns false if their order of arrival has this property already.
+    /// Sorts new objects in spatial order, because queries test sixteen objects with consecutive numbers by one box.
+    /// Returns false if the order of arrival is about as good.
     fn sort(&mut self) -> bool {
         let around = self.coming.iter().fold(Aabb::EMPTY, |around, (_, bounds)| around.union(bounds));
         let root = Aabb::cube(around.center(), around.extent().max_element());
-        let codes = self.coming.iter().map(|(_, bounds)| place_in_order(bounds.center(), &root));
+        let codes = self.coming.iter().map(|(_, bounds)| morton_code(bounds.center(), &root));
         self.order.clear();
         self.order.extend(codes.zip(0..));
         self.order.sort_unstable();
@@ -181,9 +180,8 @@ impl Geometry for Indexed {
     }
 }
 
-/// Position of a point on a curve through all cells of a cube, on which neighbouring cells are mostly close: the
-/// interleaved bits of the point's cell (Morton, 1966).
-fn place_in_order(point: Vec3, cube: &Aabb) -> u32 {
+/// The Morton code of a point in a cube: the interleaved bits of the coordinates of the point's cell (Morton, 1966).
+fn morton_code(point: Vec3, cube: &Aabb) -> u32 {
     let cells = (point - cube.min) / cube.extent() * (1 << CELL_BITS) as f32;
     let spread = |cell: f32| {
         // A cube without a size has one cell.

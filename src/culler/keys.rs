@@ -8,17 +8,17 @@ use std::{
 
 use crate::polygon::{PolygonId, bits};
 
-/// The index of an object in the culler's own lists. It has the type of a polygon's number, because the lists are those
-/// of the index.
+/// The index of an object in the culler's own lists. Its type is [`PolygonId`], because these lists are of type
+/// [`ById`](crate::polygon::ById).
 pub(super) type Slot = PolygonId;
 
-/// The engine's name of an object: anything `Copy + Eq + Hash`, which costs a map lookup in each call, or [`Dense`]
-/// numbers, which need no map.
+/// The engine's key of an object: any type that is `Copy + Eq + Hash`, which costs a hash lookup in each call, or
+/// [`Dense`] without a lookup.
 ///
-/// Objects that come together get numbers in spatial order, the best order for the index. The engine itself chooses
-/// [`Dense`] numbers.
+/// Hashed keys get internal numbers in spatial order, the best order for the index. [`Dense`] keys are internal
+/// numbers, which the engine chooses.
 pub trait Key: Copy {
-    /// The map from the keys of all objects.
+    /// The map from keys to slots and numbers.
     #[doc(hidden)]
     type Places: Places<Self>;
 }
@@ -51,10 +51,10 @@ pub trait Places<K>: Default {
     /// The slot of a key, or a new slot if the key has none; `None` if no slot is left.
     fn slot_or_new(&mut self, key: K) -> Option<Slot>;
 
-    /// Takes the slot of a key away. No other key gets this slot before [`Places::settle`].
+    /// Frees the slot of a key. No other key gets this slot before [`Places::settle`].
     fn take(&mut self, key: K) -> Option<Slot>;
 
-    /// Records that the index contains all changes, so that slots that were taken away can be used again.
+    /// Makes freed slots available again. Called when the index contains all changes.
     fn settle(&mut self);
 
     /// The number of the object in a slot, if the object may be in the index.
@@ -63,19 +63,20 @@ pub trait Places<K>: Default {
     /// Gives the object in a slot a number for the index.
     fn give_number(&mut self, slot: Slot) -> PolygonId;
 
-    /// Announces `coming` new objects. The numbers given next ascend if sorting the free numbers is cheap.
+    /// Sorts the free numbers before `coming` calls of [`Places::give_number`], if sorting is cheap. These calls then
+    /// return ascending numbers.
     fn sort_numbers(&mut self, coming: usize);
 
-    /// Takes away the number of the object in a slot. The object leaves the index.
+    /// Frees the number of the object in a slot. Called when the object leaves the index.
     fn free(&mut self, slot: Slot);
 
-    /// The key of the object with this number; `None` if its slot was taken away.
+    /// The key of the object with this number; `None` if its slot was freed.
     fn key(&self, number: PolygonId) -> Option<K>;
 
     /// The slot of the object with this number.
     fn slot_of(&self, number: PolygonId) -> Option<Slot>;
 
-    /// The key that has a slot; `None` if no key has it.
+    /// The key in a slot; `None` for a free slot.
     fn key_in(&self, slot: Slot) -> Option<K>;
 }
 
@@ -142,11 +143,12 @@ impl Places<Dense> for Numbers {
     }
 }
 
-/// The value that stands for no slot and no number.
+/// Stands for no number.
 const NONE: PolygonId = PolygonId(u32::MAX);
 
 /// Free numbers are sorted if their count is at most this multiple of the count of new objects. If it is larger, frames
-/// with few new objects take longer. If it is smaller, objects that come after many removals lie in more blocks.
+/// with few new objects take longer. If it is smaller, objects that are inserted after many removals lie in more
+/// blocks.
 const FREE_TO_COMING: usize = 8;
 
 /// The map of hashed keys, with their slots and numbers.
@@ -156,9 +158,9 @@ pub struct Map<K> {
     /// For each slot, the key, and the number or [`NONE`].
     objects: Vec<(Option<K>, PolygonId)>,
     free_slots: Vec<Slot>,
-    /// Slots that were taken away since the index was last updated.
+    /// Slots that were freed since the index was last updated.
     taken: Vec<Slot>,
-    /// For each number, the key and its slot; `None` if the slot was taken away.
+    /// For each number, the key and its slot; `None` if the slot was freed.
     keys: Vec<Option<(K, Slot)>>,
     free_numbers: Vec<PolygonId>,
 }
@@ -232,7 +234,7 @@ impl<K: Copy + Eq + Hash> Places<K> for Map<K> {
 
     fn sort_numbers(&mut self, coming: usize) {
         if self.free_numbers.len() <= coming.saturating_mul(FREE_TO_COMING) {
-            // The last number of the list is given first.
+            // [`Places::give_number`] pops numbers from the end of the list.
             self.free_numbers.sort_unstable_by(|a, b| b.cmp(a));
         }
     }
@@ -258,9 +260,9 @@ impl<K: Copy + Eq + Hash> Places<K> for Map<K> {
     }
 }
 
-/// Hashes keys of some bytes: combines the hash with every eight bytes by a multiplication, and mixes the halves of the
-/// product. This is much faster than the hash of the standard library, which also withstands keys chosen by an
-/// attacker.
+/// A hash for short keys. Each eight bytes are combined with the hash by XOR and multiplied by [`FACTOR`]; both halves
+/// of the product are combined by XOR. It is much faster than the hash of the standard library, but does not withstand
+/// keys chosen by an attacker.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct KeyHasher(u64);
 

@@ -9,15 +9,15 @@ const FIRST_LAYER: u32 = 1;
 #[derive(Debug)]
 pub(super) struct Layers {
     masks: ById<u32>,
-    /// Number of objects on other layers than [`FIRST_LAYER`].
-    elsewhere: usize,
+    /// Number of objects whose mask is not [`FIRST_LAYER`].
+    not_first: usize,
     /// Number of objects on no layer.
     unseen: usize,
 }
 
 impl Default for Layers {
     fn default() -> Self {
-        Self { masks: ById::new(FIRST_LAYER), elsewhere: 0, unseen: 0 }
+        Self { masks: ById::new(FIRST_LAYER), not_first: 0, unseen: 0 }
     }
 }
 
@@ -25,19 +25,19 @@ impl Layers {
     pub(super) fn set(&mut self, slot: Slot, layers: u32) {
         let before = self.masks.get(slot);
         self.masks.set(slot, layers);
-        self.elsewhere =
-            self.elsewhere + usize::from(layers != FIRST_LAYER) - usize::from(before != FIRST_LAYER);
+        self.not_first =
+            self.not_first + usize::from(layers != FIRST_LAYER) - usize::from(before != FIRST_LAYER);
         self.unseen = self.unseen + usize::from(layers == 0) - usize::from(before == 0);
     }
 
-    /// The objects that are on other layers than the first, with their layers.
+    /// The objects whose mask is not [`FIRST_LAYER`], with their masks.
     pub(super) fn iter(&self) -> impl Iterator<Item = (Slot, &u32)> {
         self.masks.iter()
     }
 
     /// Puts a removed object back on the first layer.
     pub(super) fn forget(&mut self, slot: Slot) {
-        if self.elsewhere > 0 {
+        if self.not_first > 0 {
             self.set(slot, FIRST_LAYER);
         }
     }
@@ -49,6 +49,6 @@ impl Layers {
 
     /// Whether a camera on these layers may see every object.
     pub(super) fn sees_all(&self, layers: u32) -> bool {
-        if self.elsewhere > 0 { layers == u32::MAX && self.unseen == 0 } else { layers & FIRST_LAYER != 0 }
+        if self.not_first > 0 { layers == u32::MAX && self.unseen == 0 } else { layers & FIRST_LAYER != 0 }
     }
 }

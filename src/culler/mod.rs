@@ -4,8 +4,8 @@
 //! set, remove ─> pending.rs ─ commit ─> indexed.rs: ids, index ─ cull ─> frustum ─> hiding.rs: occlusion ─> frame.rs: keys
 //! ```
 //!
-//! It uses no [`Pipeline`](crate::frame::Pipeline). Use that type for polygons in your own form, for groups that move as a
-//! whole, or for another index. Depends on all other modules except [`frame`](crate::frame).
+//! The culler does not use [`Pipeline`](crate::frame::Pipeline). Use a pipeline instead for polygons in your own form,
+//! for groups that move as a whole, or for another index. Depends on all other modules except [`frame`](crate::frame).
 
 mod append;
 mod camera;

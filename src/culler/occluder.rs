@@ -24,22 +24,25 @@ pub enum OccluderError {
     /// An index is out of range.
     #[error("indices[{at}]: expected less than {vertices}, found {found}")]
     NoVertex {
-        /// Position of the index.
+        /// Position in the list of indices.
         at: usize,
-        /// The index.
+        /// The vertex index at this position.
         found: u32,
         /// Number of vertices.
         vertices: usize,
     },
-    /// No triangle has an area, or the box is empty.
+    /// No triangle or side of the box has an area.
     #[error("expected a surface with an area")]
     NoArea,
+    /// The box's minimum is larger than its maximum on an axis.
+    #[error("bounds: expected min <= max")]
+    EmptyBox,
 }
 
 /// A surface that hides objects behind it, world space, metres: opaque, and seen from both sides.
 ///
-/// The surface is drawn itself, or lies undrawn inside a drawn opaque object, which then hides the same objects. A few
-/// large polygons hide more in less time than many small ones.
+/// The engine draws the surface itself, or an opaque object around it. A few large polygons hide more in less time than
+/// many small ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Occluder(Shape);
 
@@ -50,7 +53,7 @@ enum Shape {
 }
 
 impl Occluder {
-    /// A flat, convex quad, with its corners in order around it, in either direction.
+    /// A flat, convex quad, with its corners in clockwise or counter-clockwise order.
     ///
     /// # Errors
     /// [`OccluderError::NotFinite`], [`OccluderError::NotFlatAndConvex`].
@@ -63,7 +66,7 @@ impl Occluder {
         Ok(Self(Shape::Polygon(ConvexPolygon::quad(corners))))
     }
 
-    /// A mesh of triangles, with three indices for each. Triangles without area are skipped.
+    /// A mesh of triangles, with three indices for each triangle. Triangles without area are skipped.
     ///
     /// # Errors
     /// [`OccluderError::NotTriangles`], [`OccluderError::NotFinite`], [`OccluderError::NoVertex`],
@@ -86,13 +89,13 @@ impl Occluder {
     /// The six sides of a box, `[min, max]`, such as a box inside a house.
     ///
     /// # Errors
-    /// [`OccluderError::NotFinite`], [`OccluderError::NoArea`].
+    /// [`OccluderError::NotFinite`], [`OccluderError::EmptyBox`], [`OccluderError::NoArea`].
     pub fn cuboid<P: Into<[f32; 3]>>(bounds: [P; 2]) -> Result<Self, OccluderError> {
         let corners = bounds.map(point);
         check_finite(&corners)?;
         let bounds = Aabb::new(corners[0], corners[1]);
         if bounds.is_empty() {
-            return Err(OccluderError::NoArea);
+            return Err(OccluderError::EmptyBox);
         }
         let corners = bounds.corners();
         let sides = [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];

@@ -10,18 +10,19 @@ use crate::{
     polygon::PolygonId,
 };
 
-/// Distance from a tested point, as a fraction of the ray's length. Another object up to this distance behind the point
-/// hides the point, because surfaces may touch. A surface of the same object up to this distance in front of the point
-/// does not hide it.
+/// Tolerance at a tested point, the end of a ray, as a fraction of the ray's length. Another object up to this distance
+/// behind the point hides the point, because surfaces may touch. A surface of the same object up to this distance in
+/// front of the point does not hide it.
 const TOUCHES: f64 = 1.0e-5;
 
 /// A ray that misses a triangle by at most this fraction of the triangle's size counts as a hit.
-const BESIDE: f64 = 1.0e-6;
+const MISS_TOLERANCE: f64 = 1.0e-6;
 
 /// Boxes are enlarged by this fraction of the largest coordinate.
 const ROUNDING: f32 = 4.0e-6;
 
-/// Points closer than this to the edge of the screen are not tested; 1 is half the screen.
+/// Points closer than this to the edge of the screen are not tested, in normalised device coordinates (half the screen
+/// is 1).
 const EDGE: f64 = 1.0e-4;
 
 /// The reason why a triangle was refused.
@@ -71,7 +72,7 @@ impl Oracle {
     }
 
     /// Adds opaque triangles of an object, seen from both sides, with corners in world space, metres. Omit transparent
-    /// objects.
+    /// objects. Triangles without area are skipped.
     ///
     /// # Errors
     /// [`OracleError`]: a coordinate is not finite, or there are too many triangles. The triangles before the error were
@@ -88,14 +89,18 @@ impl Oracle {
             if self.triangles.len() >= PolygonId::LIMIT as usize {
                 return Err(OracleError::Full { triangle });
             }
-            self.triangles.push(corners.map(|corner| DVec3::from_array(corner.map(f64::from))));
-            self.objects.push(object);
+            let [a, b, c] = corners.map(|corner| DVec3::from_array(corner.map(f64::from)));
+            if (b - a).cross(c - a) != DVec3::ZERO {
+                self.triangles.push([a, b, c]);
+                self.objects.push(object);
+            }
         }
         Ok(())
     }
 
     /// Finds a visible point of each object that the camera shows although the object is not drawn. Tests `points` points
-    /// of each triangle: its middle, and others. Takes O(triangles log triangles), and O(triangles of undrawn objects x
+    /// of each triangle: its middle, and others. The oracle ignores the camera's layers: `is_drawn` must also return true
+    /// for an object that is on none of them. Takes O(triangles log triangles), and O(triangles of undrawn objects x
     /// `points` x log triangles).
     pub fn missing(&self, camera: &Camera, is_drawn: impl Fn(u32) -> bool, points: u32) -> Vec<Missing> {
         let clip_from_world = camera.world_from_clip().inverse();
@@ -141,18 +146,18 @@ impl Oracle {
     }
 
     /// Whether a surface lies between the start of a ray and its end on a triangle.
-    fn is_hidden(&self, world: &World, triangle: usize, start: DVec3, way: DVec3) -> bool {
+    fn is_hidden(&self, world: &World, triangle: usize, start: DVec3, direction: DVec3) -> bool {
         let object = self.objects[triangle];
-        world.any_along(start, way, |other| {
+        world.any_along(start, direction, |other| {
             let is_own = self.objects[other] == object;
             let end = if is_own { 1.0 - TOUCHES } else { 1.0 + TOUCHES };
-            let t = if other == triangle { None } else { meet(start, way, &self.triangles[other]) };
+            let t = if other == triangle { None } else { meet(start, direction, &self.triangles[other]) };
             t.is_some_and(|t| (0.0..end).contains(&t))
         })
     }
 }
 
-/// All triangles by their boxes, enlarged by the rounding to `f32`.
+/// An index of all triangles. Their boxes are enlarged by the rounding to `f32`.
 struct World {
     index: Osp,
     bounds: Aabb,
@@ -175,15 +180,19 @@ impl World {
     }
 
     /// Whether `is_met` holds for a triangle near a ray. The search reaches a little beyond the ray's end.
-    fn any_along(&self, start: DVec3, way: DVec3, mut is_met: impl FnMut(usize) -> bool) -> bool {
+    fn any_along(&self, start: DVec3, direction: DVec3, mut is_met: impl FnMut(usize) -> bool) -> bool {
         // The ray is shortened to begin at its entry into the world, so that its coordinates are no larger than those of
         // the boxes.
         let (min, max) = (self.bounds.min.as_dvec3(), self.bounds.max.as_dvec3());
-        let (to_min, to_max) = ((min - start) / way, (max - start) / way);
+        let (to_min, to_max) = ((min - start) / direction, (max - start) / direction);
         let enters = to_min.min(to_max).max_element();
         let skipped = if enters.is_finite() { enters.clamp(0.0, 0.999) } else { 0.0 };
-        let left = way * (1.0 - skipped);
-        let ray = Ray::new((start + way * skipped).as_vec3(), left.as_vec3());
+        let left = direction * (1.0 - skipped);
+        let ray = Ray::new((start + direction * skipped).as_vec3(), left.as_vec3());
+        if !ray.is_valid() {
+            // A ray that `f32` cannot express tests nothing, so the point counts as hidden.
+            return true;
+        }
         let mut hit = |id: PolygonId| is_met(id.index()).then_some(0.0);
         self.index.ray_any(&ray, 1.0 + 1.0e-3, &mut hit).is_some()
     }
@@ -202,15 +211,15 @@ fn point_of([a, b, c]: &[DVec3; 3], number: u32) -> DVec3 {
 
 /// Distance at which a ray meets a slightly enlarged triangle, in lengths of the ray (Tomas Möller and Ben Trumbore, "Fast,
 /// Minimum Storage Ray/Triangle Intersection", 1997).
-fn meet(start: DVec3, way: DVec3, [a, b, c]: &[DVec3; 3]) -> Option<f64> {
+fn meet(start: DVec3, direction: DVec3, [a, b, c]: &[DVec3; 3]) -> Option<f64> {
     let (to_b, to_c) = (*b - *a, *c - *a);
-    let across = way.cross(to_c);
+    let across = direction.cross(to_c);
     let volume = to_b.dot(across);
     if volume == 0.0 {
         return None;
     }
     let from_a = start - *a;
     let along = from_a.cross(to_b);
-    let (u, v, t) = (from_a.dot(across) / volume, way.dot(along) / volume, to_c.dot(along) / volume);
-    (u >= -BESIDE && v >= -BESIDE && u + v <= 1.0 + BESIDE).then_some(t)
+    let (u, v, t) = (from_a.dot(across) / volume, direction.dot(along) / volume, to_c.dot(along) / volume);
+    (u >= -MISS_TOLERANCE && v >= -MISS_TOLERANCE && u + v <= 1.0 + MISS_TOLERANCE).then_some(t)
 }

@@ -1,10 +1,11 @@
 use super::keys::Slot;
 use crate::{math::Aabb, polygon::ById};
 
-/// The state of an object beside its box in the index.
+/// The state of an object in the culler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct State {
-    /// Position of the object's pending change in the list, if it has one.
+    /// Index in [`PendingChanges::changes`] of the object's change. If the entry there belongs to another object, or is
+    /// missing, no change is pending.
     change: u32,
     /// Whether the object has a box after its last change.
     has_box: bool,
@@ -13,7 +14,7 @@ struct State {
 /// State of a slot without an object.
 const VACANT: State = State { change: u32::MAX, has_box: false };
 
-/// The changes that wait for the next commit, the last change of each object.
+/// The last change of each object since the last commit.
 #[derive(Debug)]
 pub(super) struct PendingChanges {
     states: ById<State>,
@@ -81,7 +82,7 @@ impl PendingChanges {
 
     /// The new box of an object whose change has not been committed; [`Aabb::EMPTY`] if the object is to be
     /// removed.
-    pub(super) fn waits(&self, slot: Slot) -> Option<Aabb> {
+    pub(super) fn pending_box(&self, slot: Slot) -> Option<Aabb> {
         let change = self.changes.get(self.states.get(slot).change as usize);
         change.filter(|pending| pending.0 == slot).map(|(_, bounds)| *bounds)
     }
@@ -95,7 +96,7 @@ impl PendingChanges {
         self.changes.is_empty()
     }
 
-    /// Passes on all changes, in the order in which their objects first changed.
+    /// Passes all changes to `take`, in the order in which their objects first changed, and clears the list.
     pub(super) fn take_all(&mut self, take: impl FnOnce(&[(Slot, Aabb)])) {
         take(&self.changes);
         if self.gone > 0 {

@@ -34,7 +34,7 @@ impl std::ops::AddAssign for Stage {
 
 /// Number of clock steps that [`StageClock::step_ns`] measures.
 const STEPS: u32 = 16;
-/// Largest number of readings, so that the measurement ends if the clock stands still.
+/// Largest number of readings. The measurement ends even if the clock does not advance.
 const MOST_READINGS: u32 = 1_000_000;
 
 impl StageClock {
@@ -48,8 +48,9 @@ impl StageClock {
         Reading { allocations: (self.allocations)(), at: Instant::now() }
     }
 
-    /// The step in which the clock advances, nanoseconds: the least of 16 differences between readings. Browsers round
-    /// their clocks to 5 to 1000 µs; elsewhere this is about the duration of a reading. 0 if the clock stands still.
+    /// The resolution of the clock, nanoseconds: the smallest of 16 differences between readings. Browsers round their
+    /// clocks to 5 to 1000 µs. Elsewhere the result is about the duration of a reading. 0 if the clock does not
+    /// advance.
     pub fn step_ns(&self) -> u64 {
         let start = Instant::now();
         shortest_step_ns(STEPS, || u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX))
@@ -69,7 +70,7 @@ impl Default for StageClock {
     }
 }
 
-/// The shortest of the first `most` steps of a clock that `read` reads in nanoseconds; 0 if the clock stands still.
+/// The shortest of the first `most` steps of a clock that `read` reads, nanoseconds; 0 if the clock does not advance.
 pub fn shortest_step_ns(most: u32, mut read: impl FnMut() -> u64) -> u64 {
     let (mut last, mut shortest, mut steps) = (read(), u64::MAX, 0);
     for _ in 0..MOST_READINGS {

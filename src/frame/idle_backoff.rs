@@ -1,16 +1,16 @@
 use crate::view::View;
 
-/// Longest pause, frames: a third of a second.
+/// Longest pause, frames: about a third of a second at 90 Hz.
 const LONGEST: u32 = 32;
 
-/// Cosine of the turn of the view that ends the pause, 10 degrees.
+/// Cosine of 10 degrees. A larger rotation of the view ends the pause.
 const TURN_COSINE: f32 = 0.985;
 
 /// The pause ends if the number of polygons in view changes by 1 / `CHANGED_PART`.
 const CHANGED_PART: u64 = 8;
 
-/// Pauses of occlusion culling. After a frame that found no hidden polygon it skips one frame, then two, four, and so on.
-/// Skipped frames draw all polygons in view, which is conservative.
+/// Pauses occlusion culling while it finds no hidden polygon: it skips one frame, after the next vain test two frames,
+/// then four, up to [`LONGEST`]. Skipped frames draw all polygons in view, which is conservative.
 ///
 /// The pauses depend on counts and views alone, so they are the same on every machine.
 #[derive(Clone, Copy, Debug, Default)]
@@ -19,16 +19,18 @@ pub(super) struct IdleBackoff {
     left: u32,
     /// Number of frames skipped after the last test.
     length: u32,
-    /// At the last test: the number of polygons in view, the number of views, and the first view.
+    /// Number of polygons in view at the last test.
     seen: u64,
+    /// Number of views at the last test.
     views: usize,
+    /// The first view at the last test.
     view: Option<View>,
 }
 
 impl IdleBackoff {
     /// Whether the frame skips occlusion culling. `comes_large` returns whether a polygon was inserted that
     /// may be a large occluder.
-    pub(super) fn leaves_out(
+    pub(super) fn skips_frame(
         &mut self,
         seen: u64,
         views: &[View],
@@ -78,43 +80,43 @@ mod tests {
     }
 
     /// Runs `frames` frames, each with `found` hidden polygons, and counts the tests.
-    fn looks(idle: &mut IdleBackoff, frames: u32, found: u64) -> u32 {
+    fn count_tests(idle: &mut IdleBackoff, frames: u32, found: u64) -> u32 {
         let views = [view(Vec3::NEG_Z)];
-        let mut looks = 0;
+        let mut tests = 0;
         for _ in 0..frames {
-            if !idle.leaves_out(1000, &views, || false) {
+            if !idle.skips_frame(1000, &views, || false) {
                 idle.note(found, 1000, &views);
-                looks += 1;
+                tests += 1;
             }
         }
-        looks
+        tests
     }
 
     #[test]
-    fn it_looks_seldom_where_nothing_is_found_and_always_where_something_is() {
+    fn it_tests_seldom_if_nothing_is_found_and_always_if_something_is() {
         let mut idle = IdleBackoff::default();
-        assert_eq!(looks(&mut idle, 1000, 0), 6 + (1000 - 6 - 63) / 33 + 1);
-        assert!(looks(&mut idle, 1000, 1) >= 1000 - LONGEST);
-        assert_eq!(looks(&mut idle, 100, 1), 100);
+        assert_eq!(count_tests(&mut idle, 1000, 0), 6 + (1000 - 6 - 63) / 33 + 1);
+        assert!(count_tests(&mut idle, 1000, 1) >= 1000 - LONGEST);
+        assert_eq!(count_tests(&mut idle, 100, 1), 100);
     }
 
     #[test]
-    fn what_changes_much_ends_the_rest() {
+    fn a_large_change_ends_the_pause() {
         let ahead = [view(Vec3::NEG_Z)];
-        let resting = || {
+        let paused = || {
             let mut idle = IdleBackoff::default();
-            looks(&mut idle, 100, 0);
-            assert!(idle.leaves_out(1000, &ahead, || false));
+            count_tests(&mut idle, 100, 0);
+            assert!(idle.skips_frame(1000, &ahead, || false));
             idle
         };
-        assert!(resting().leaves_out(1100, &[view(Vec3::new(0.1, 0.0, -1.0))], || false));
-        assert!(!resting().leaves_out(1200, &ahead, || false));
-        assert!(!resting().leaves_out(800, &ahead, || false));
-        assert!(!resting().leaves_out(1000, &[view(Vec3::new(0.3, 0.0, -1.0))], || false));
-        assert!(!resting().leaves_out(1000, &[ahead[0], ahead[0]], || false));
-        assert!(!resting().leaves_out(1000, &[], || false));
-        let mut idle = resting();
-        assert!(!idle.leaves_out(1000, &ahead, || true));
+        assert!(paused().skips_frame(1100, &[view(Vec3::new(0.1, 0.0, -1.0))], || false));
+        assert!(!paused().skips_frame(1200, &ahead, || false));
+        assert!(!paused().skips_frame(800, &ahead, || false));
+        assert!(!paused().skips_frame(1000, &[view(Vec3::new(0.3, 0.0, -1.0))], || false));
+        assert!(!paused().skips_frame(1000, &[ahead[0], ahead[0]], || false));
+        assert!(!paused().skips_frame(1000, &[], || false));
+        let mut idle = paused();
+        assert!(!idle.skips_frame(1000, &ahead, || true));
         idle.note(0, 1000, &ahead);
         assert_eq!(idle.left, LONGEST);
     }

@@ -32,13 +32,13 @@ pub struct PassConfig {
     /// less than 640 ns.
     pub occluders: Option<usize>,
     /// Time to draw one polygon, nanoseconds. A test takes about 100 ns, and is made only if it may save at least 400
-    /// ns of drawing. From 400 ns on, each polygon is tested by itself. At 10 ns, only nodes of the index with at least
+    /// ns of drawing. With 400 ns or more, every polygon is tested. With 10 ns, only nodes of the index with at least
     /// 40 polygons are tested.
     pub polygon_ns: f64,
     /// The measure that [`Occlusion::Auto`] compares.
     #[doc(hidden)]
     pub basis: AutoBasis,
-    /// The bounding volume of a node that is tested.
+    /// The bounding volume that represents a node in its test.
     #[doc(hidden)]
     pub node_test: NodeTest,
     /// The score by which occluders are selected.
@@ -54,8 +54,8 @@ impl Default for PassConfig {
 }
 
 impl PassConfig {
-    /// Settings for an engine that draws a mesh for each "polygon". Drawing a mesh takes 10 µs, so each one is
-    /// tested. The largest number of occluders is the default of the method.
+    /// Settings for an engine that draws a mesh for each "polygon". Drawing a mesh is assumed to take 10 µs, so every
+    /// mesh is tested. The largest number of occluders is the default of `choice`.
     pub fn new(choice: Occlusion) -> Self {
         Self {
             choice,
@@ -67,19 +67,20 @@ impl PassConfig {
         }
     }
 
-    /// Settings for the polygons of strokes, which are drawn by the thousand: drawing one costs 10 ns.
+    /// Settings for the polygons of strokes, which are drawn by the thousand: drawing a polygon is assumed to take 10
+    /// ns.
     pub fn for_strokes(choice: Occlusion) -> Self {
         Self { polygon_ns: AutoConfig::default().polygon_ns, ..Self::new(choice) }
     }
 
-    /// The same settings, but [`Occlusion::Auto`] compares work counts instead of measured times. So every machine selects
-    /// the same methods and draws the same polygons.
+    /// The same settings, but [`Occlusion::Auto`] compares work counts instead of measured times. Every machine then
+    /// selects the same methods and draws the same polygons.
     #[must_use]
     pub fn by_work_counts(self) -> Self {
         Self { basis: AutoBasis::Work, ..self }
     }
 
-    /// Configuration of the culling of the index.
+    /// Configuration of the traversal that tests nodes and polygons.
     fn cull(&self) -> CullConfig {
         CullConfig { node_test: self.node_test, ..CullConfig::for_drawing(self.polygon_ns) }
     }
@@ -102,12 +103,11 @@ const MESH_NS: f64 = 10_000.0;
 /// methods.
 const MANY_OCCLUDERS_NS: f64 = 640.0;
 
-/// If the previous-frame method was not used for this number of frames, its visible polygons are dropped. All polygons
-/// in view then replace them.
-const LONGEST_MEMORY: u32 = 8;
+/// If the previous-frame method was not used for more than this number of frames, its list of hidden polygons is
+/// cleared. All polygons in view are then its occluders.
+const LONGEST_UNUSED: u32 = 8;
 
-/// Occlusion culling as the pass of a [`super::Pipeline`], with its state from frame to frame.
-/// [`super::Pipeline::with_occlusion`] makes one.
+/// Occlusion culling as the pass of a [`super::Pipeline`]. [`super::Pipeline::with_occlusion`] creates it.
 #[derive(Debug)]
 pub struct OcclusionPass {
     config: PassConfig,
@@ -120,12 +120,12 @@ pub struct OcclusionPass {
     idle: IdleBackoff,
     /// Whether many polygons were inserted while no occluders were selected. The best occluders may then not be
     /// candidates yet.
-    came_unseen: bool,
+    may_miss_occluders: bool,
     /// The method [`Occlusion::PreviousFrame`] for `switch`, if it can ever save enough time.
     previous_frame: Option<PreviousFramePass>,
-    /// Number of frames since `last` was used.
+    /// Number of frames since `previous_frame` was used.
     since_last: u32,
-    /// Whether `last` culled the last frame.
+    /// Whether `previous_frame` culled the last frame.
     by_last: bool,
     /// The polygons to draw in each view.
     drawn: Vec<VisibleBlocks>,
@@ -139,8 +139,9 @@ impl OcclusionPass {
         Self::with_culler(config.choice.culler(), config, capacity)
     }
 
-    /// A pass with the caller's own cullers, which `make` creates. [`Occlusion::Auto`] selects in each frame no culler,
-    /// such a culler or [`Occlusion::PreviousFrame`]. Every other choice always uses such a culler.
+    /// A pass with the caller's own cullers, which `make` creates. [`Occlusion::Auto`] selects in each frame no
+    /// culling, culling by `make`'s cullers, or [`Occlusion::PreviousFrame`]. Every other choice always uses `make`'s
+    /// cullers.
     pub fn with_culler(make: MakeCuller, config: PassConfig, capacity: usize) -> Self {
         let select =
             SelectConfig { score: config.score, occluders: config.occluders(), ..SelectConfig::default() };
@@ -156,7 +157,7 @@ impl OcclusionPass {
             stage,
             switch,
             idle: IdleBackoff::default(),
-            came_unseen: false,
+            may_miss_occluders: false,
             previous_frame: has_previous_frame.then(|| PreviousFramePass::new(capacity)),
             since_last: u32::MAX,
             by_last: false,
@@ -178,8 +179,8 @@ impl OcclusionPass {
         self.occluders
     }
 
-    /// The shadows of the first view's occluders, the best first, with the eye as the origin. They belong to the last frame
-    /// that used occlusion culling.
+    /// The shadows of the first view's occluders, the best first, relative to the eye, for the last frame with
+    /// occlusion culling.
     pub fn shadows(&self) -> &[ShadowVolume] {
         self.stage.view().selector().chosen()
     }
@@ -271,11 +272,11 @@ impl Pass for OcclusionPass {
     fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.follow_last(changes);
         self.stage.follow_roughly(geometry, changes, 0.0);
-        self.came_unseen |= !changes.is_empty();
+        self.may_miss_occluders |= !changes.is_empty();
     }
 
-    /// The views share the candidates. Each view has its own occluders and tree, because a screen's near plane and sides
-    /// cut its occluders.
+    /// The views share the candidates. Each view has its own occluders and tree, because the near plane and the sides
+    /// of its frustum clip them.
     fn frame(&mut self, frame: &PassInput<'_>) -> OcclusionRecord {
         let PassInput { geometry, changes, views, in_view, clock, .. } = *frame;
         let mut record = OcclusionRecord::default();
@@ -285,18 +286,19 @@ impl Pass for OcclusionPass {
             && changes.is_empty()
             && !switch.can_pay(seen)
         {
-            // The frame ends here, because reading the clock would take longer than the rest. New candidates wait.
+            // The frame ends here, because reading the clock would take longer than the remaining work. A later frame
+            // updates the candidates.
             switch.decide(seen);
             self.since_last = self.since_last.saturating_add(1);
             self.by_last = false;
             return record;
         }
         let start = clock.start();
-        self.came_unseen |= changes.len() > FEW_CHANGES;
+        self.may_miss_occluders |= changes.len() > FEW_CHANGES;
         if self.switch.is_none() {
             let stage = &self.stage;
             let comes_large = || stage.comes_large(geometry, changes, views);
-            if self.idle.leaves_out(seen, views, comes_large) {
+            if self.idle.skips_frame(seen, views, comes_large) {
                 self.stage.follow_roughly(geometry, changes, 0.0);
                 record.select = clock.since(start);
                 return record;
@@ -311,7 +313,7 @@ impl Pass for OcclusionPass {
         let is_by_last = !is_off && self.switch.is_some() && decided == Occlusion::PreviousFrame;
         self.since_last = self.since_last.saturating_add(1);
         self.by_last = false;
-        // A method on trial uses the candidates as they are.
+        // For a method on trial, the candidates are updated only within the idle budget.
         let spent_ns = match self.switch.as_ref().is_none_or(|switch| switch.kept() == Occlusion::Msvbsp) {
             true if !is_off && !is_by_last => {
                 self.stage.follow_in_steps(geometry, changes);
@@ -326,7 +328,7 @@ impl Pass for OcclusionPass {
         }
         if let Some(last) = self.previous_frame.as_mut().filter(|_| is_by_last) {
             let start = clock.start();
-            if self.since_last > LONGEST_MEMORY {
+            if self.since_last > LONGEST_UNUSED {
                 last.forget(in_view.len());
             }
             record.select += clock.since(start);
@@ -338,7 +340,7 @@ impl Pass for OcclusionPass {
         }
         self.drawn.resize_with(views.len(), || VisibleBlocks::with_capacity(self.capacity));
         let mut work_cost_ns = 0.0;
-        // The first view comes last, so that the stage keeps the state of this view.
+        // The views are culled in reverse order, so that the stage keeps the state of the first view.
         for (i, view) in views.iter().enumerate().rev() {
             let Some(window) = view.window() else {
                 self.drawn[i].copy_from(&in_view[i]);
@@ -349,8 +351,8 @@ impl Pass for OcclusionPass {
         record.used = true;
         let drawn: u64 = self.drawn.iter().map(|list| list.len() as u64).sum();
         record.occluded = seen - drawn.min(seen);
-        self.came_unseen &= self.stage.is_behind(geometry);
-        if !self.came_unseen {
+        self.may_miss_occluders &= self.stage.is_behind(geometry);
+        if !self.may_miss_occluders {
             self.idle.note(record.occluded, seen, views);
         }
         self.note(&record, work_cost_ns);
@@ -373,7 +375,7 @@ impl Pass for OcclusionPass {
         switch.set_polygon_ns(polygon_ns);
         self.config.polygon_ns = polygon_ns;
         self.stage.set_cull(self.config.cull());
-        // The number of occluders never falls, because a measured cost goes up and down.
+        // The number of occluders never decreases, because a measured cost fluctuates.
         if self.config.occluders() > self.occluders {
             self.occluders = self.config.occluders();
             self.stage.set_culler((self.make)(self.occluders), self.occluders);

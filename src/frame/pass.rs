@@ -7,13 +7,14 @@ use crate::{
     view::View,
 };
 
-/// A method that culls after the frustum. A [`super::Pipeline`] runs occlusion culling of any kind only as such a pass.
-/// The pipeline calls `load`, or `load_part` for each part, at most once, and then `frame` or `skip` for each frame.
+/// A culling method that runs after frustum culling. Every kind of occlusion culling in a [`super::Pipeline`] is a
+/// pass. Before the first frame, the pipeline may call `load` once, or `load_part` for each part of a model. Then it
+/// calls `frame` or `skip` for each frame.
 pub trait Pass: Any + Debug + Send + Sync {
     /// Receives a whole model before the first frame.
     fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]);
 
-    /// Receives the changes `part` of `all`, before the first frame. `part` begins where the part of the previous call
+    /// Receives the changes `all[part]` before the first frame. `part` begins where the part of the previous call
     /// ended. A pass that cannot load in parts loads the whole model with the last part.
     fn load_part(&mut self, geometry: &dyn Geometry, all: &[Change], part: Range<usize>) {
         if part.end == all.len() {
@@ -31,8 +32,8 @@ pub trait Pass: Any + Debug + Send + Sync {
     /// other frame the pipeline draws all polygons in the frustum.
     fn drawn(&self) -> &[VisibleBlocks];
 
-    /// Sets the largest number of occluders of a view; `None` is the method's own number. A method without occluders
-    /// ignores it.
+    /// Sets the largest number of occluders of a view; `None` sets the default of the method. A method that selects no
+    /// occluders ignores the call.
     fn set_occluders(&mut self, _occluders: Option<usize>) {}
 
     /// Sets the time to draw a polygon, nanoseconds, for a method that culls only if this saves time.
@@ -53,8 +54,8 @@ pub struct PassInput<'a> {
     pub views: &'a [View],
     /// For each view, the polygons that its frustum may contain.
     pub in_view: &'a [VisibleBlocks],
-    /// The polygons of `in_view` that are not in `index`, because they move with a space. It has an entry for each view, or
-    /// is empty if the geometry has no spaces.
+    /// For each view, the polygons of `in_view` that move with a space, so that they are not in `index`. Empty if the
+    /// geometry has no spaces.
     pub spaces: &'a [SpacesInView],
     /// The clock that measures the stages.
     pub clock: &'a StageClock,

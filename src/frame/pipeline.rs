@@ -24,8 +24,9 @@ const ANNOUNCED: usize = 16;
 /// announced together.
 const LOADED_AT_ONCE: usize = 64 * ANNOUNCED;
 
-/// Largest and least number of updates that the index gets together. Fewer updates are passed one by one.
+/// Largest number of updates in one call of [`SpatialIndex::update_all`].
 const MOST_TOGETHER: usize = 256;
+/// Fewer consecutive updates than this are passed to the index one by one.
 const LEAST_TOGETHER: usize = 4;
 
 /// An index, and all state that culling keeps from frame to frame. No frame allocates once the draw lists have
@@ -40,17 +41,18 @@ pub struct Pipeline {
     frusta: Vec<Frustum>,
     /// For each view, the polygons in its frustum.
     in_view: Vec<VisibleBlocks>,
-    /// Number of polygons that each of these sets has room for.
+    /// Number of polygons that each set of `in_view` has room for.
     capacity: usize,
     pass: Option<Box<dyn Pass>>,
     /// Whether occlusion culling ran in the last frame.
     occluded: bool,
     clock: StageClock,
-    /// Working memory: updates that go to the index together. `not_taken` has the refused ones.
+    /// Buffer for the updates of one call of [`SpatialIndex::update_all`].
     together: Vec<(PolygonId, Aabb)>,
-    not_taken: Vec<IndexError>,
+    /// Buffer for the errors of this call.
+    rejected: Vec<IndexError>,
     refused: u64,
-    /// While a model is loaded in steps: all polygons, and the number of loaded ones.
+    /// While a model is loaded in steps: the insertions of all polygons, and the number of insertions already done.
     loading: Option<(Vec<Change>, usize)>,
     frame: u64,
 }
@@ -82,7 +84,7 @@ impl Pipeline {
             occluded: false,
             clock: StageClock::default(),
             together: Vec::with_capacity(MOST_TOGETHER),
-            not_taken: Vec::with_capacity(MOST_TOGETHER),
+            rejected: Vec::with_capacity(MOST_TOGETHER),
             refused: 0,
             loading: None,
             frame: 0,
@@ -125,15 +127,15 @@ impl Pipeline {
         self.with_pass(OcclusionPass::with_culler(make, config, capacity))
     }
 
-    /// Runs one frame: applies the changes, culls by the frustum and by occlusion, and leaves the polygons to draw in
-    /// [`Pipeline::draw_list`]. `changes` are the changes since the previous frame, in their order. `geometry` must already
-    /// contain all of them, because the index reads the boxes from it.
+    /// Runs one frame: applies the changes, culls by the frustum and by occlusion. [`Pipeline::draw_list`] then
+    /// contains the polygons to draw. `changes` are the changes since the previous frame, in their order. `geometry`
+    /// must already contain these changes, because the index reads the boxes from it.
     pub fn frame(&mut self, geometry: &dyn Geometry, changes: &[Change], view: &View) -> FrameRecord {
         self.frame_of_views(geometry, changes, std::slice::from_ref(view))
     }
 
     /// Runs a frame with several views (screens, eyes), each culled separately. [`Pipeline::draw_lists`] has a list for
-    /// each view; the record is the sum over the views. Some indexes cull the two eyes of a head in one walk.
+    /// each view; the record is the sum over the views. Some indexes cull both eyes of a headset in one traversal.
     pub fn frame_of_views(
         &mut self,
         geometry: &dyn Geometry,
@@ -174,7 +176,7 @@ impl Pipeline {
         record
     }
 
-    /// Adds the polygons of spaces that are in view.
+    /// Adds the polygons in view that belong to spaces.
     fn cull_spaces(&mut self, geometry: &dyn Geometry) -> WorkCounts {
         let mut work = WorkCounts::default();
         self.in_spaces.resize_with(self.frusta.len(), SpacesInView::default);
@@ -197,9 +199,9 @@ impl Pipeline {
         self.frame += 1;
     }
 
-    /// Inserts all present polygons before the first frame, outside of any frame's time. Unlike single inserts, it also
-    /// joins small polygons to large occluders ([`OccluderPool::join_walls`](crate::occlusion::OccluderPool::join_walls),
-    /// up to 130 ms).
+    /// Inserts all present polygons before the first frame. No frame's time includes this work. Unlike single inserts,
+    /// it also joins small polygons to large occluders, which takes up to 130 ms
+    /// ([`OccluderPool::join_walls`](crate::occlusion::OccluderPool::join_walls)).
     pub fn load(&mut self, geometry: &dyn Geometry) {
         let all = present(geometry);
         self.apply(geometry, &all, &mut FrameRecord::default());
@@ -241,8 +243,8 @@ impl Pipeline {
         }
     }
 
-    /// Does the work of [`Pipeline::load`] in steps, for callers with little time in each frame: inserts the next of
-    /// the polygons that were present at the first step. Returns whether polygons are left.
+    /// Does one step of [`Pipeline::load`], for callers with little time in each frame. All steps together insert the
+    /// polygons that were present at the first step. Returns whether polygons are left.
     pub fn load_some(&mut self, geometry: &dyn Geometry) -> bool {
         let (all, at) = self.loading.take().unwrap_or_else(|| (present(geometry), 0));
         let end = all.len().min(at + LOADED_AT_ONCE);
@@ -266,7 +268,7 @@ impl Pipeline {
             if together >= LEAST_TOGETHER {
                 record.updated += together as u64;
                 self.index.announce(geometry, &changes[at..at + together]);
-                self.follow_all(geometry, &changes[at..at + together]);
+                self.apply_updates(geometry, &changes[at..at + together]);
                 at += together;
                 continue;
             }
@@ -288,14 +290,14 @@ impl Pipeline {
                     let outcome =
                         if self.spaces.holds(id) { self.spaces.remove(id) } else { self.index.remove(id) };
                     match outcome {
-                        // The polygon was refused when it came.
+                        // The insertion of the polygon was refused.
                         Err(IndexError::Unknown(_)) => Ok(()),
                         outcome => outcome,
                     }
                 }
                 Change::Update(id) => {
                     record.updated += 1;
-                    self.follow(geometry, id)
+                    self.apply_update(geometry, id)
                 }
                 Change::Repaint(_) => continue,
                 Change::Place(space) => {
@@ -307,27 +309,27 @@ impl Pipeline {
         }
     }
 
-    /// Applies updates. Updates of polygons in the index are passed to the index together. The result is the same
-    /// as that of single updates.
-    fn follow_all(&mut self, geometry: &dyn Geometry, updates: &[Change]) {
+    /// Applies updates. Updates of polygons in the index are passed in one call. The result is the same as with single
+    /// updates.
+    fn apply_updates(&mut self, geometry: &dyn Geometry, updates: &[Change]) {
         self.together.clear();
         for &update in updates {
             let Change::Update(id) = update else { continue };
             if self.spaces.holds(id) || geometry.space(id).is_some() {
-                self.refused += u64::from(self.follow(geometry, id).is_err());
+                self.refused += u64::from(self.apply_update(geometry, id).is_err());
             } else {
                 self.together.push((id, geometry.bounds(id)));
             }
         }
-        let mut not_taken = std::mem::take(&mut self.not_taken);
-        self.index.update_all(&self.together, &mut not_taken);
-        for why in not_taken.drain(..) {
-            self.refused += u64::from(self.follow(geometry, why.polygon()).is_err());
+        let mut rejected = std::mem::take(&mut self.rejected);
+        self.index.update_all(&self.together, &mut rejected);
+        for why in rejected.drain(..) {
+            self.refused += u64::from(self.apply_update(geometry, why.polygon()).is_err());
         }
-        self.not_taken = not_taken;
+        self.rejected = rejected;
     }
 
-    fn follow(&mut self, geometry: &dyn Geometry, id: PolygonId) -> Result<(), IndexError> {
+    fn apply_update(&mut self, geometry: &dyn Geometry, id: PolygonId) -> Result<(), IndexError> {
         if let Some(space) = geometry.space(id) {
             // The polygon may have been in the index before.
             if !self.spaces.holds(id) {
@@ -370,8 +372,8 @@ impl Pipeline {
         self.in_view.first().unwrap_or(&NOTHING)
     }
 
-    /// Sets the largest number of occluders of a view, if the pipeline culls by occlusion; `None` is the method's own
-    /// number.
+    /// Sets the largest number of occluders of a view, if the pipeline culls by occlusion; `None` sets the default of
+    /// the method.
     pub fn set_occluders(&mut self, occluders: Option<usize>) {
         if let Some(pass) = &mut self.pass {
             pass.set_occluders(occluders);

@@ -24,7 +24,7 @@ impl PreviousFramePass {
         }
     }
 
-    /// Follows the changes of a frame.
+    /// Applies the changes of a frame.
     pub(super) fn follow(&mut self, changes: &[Change]) {
         self.culling.follow(changes);
     }

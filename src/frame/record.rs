@@ -28,7 +28,7 @@ pub struct FrameRecord {
     /// Number of polygons in the frustum, hidden or not, summed over the views. [`FrameRecord::drawn`] excludes polygons
     /// that occlusion culling removes.
     pub visible: u64,
-    /// Work of culling by occlusion, after the frustum.
+    /// Work of occlusion culling.
     #[doc(hidden)]
     pub occlusion: OcclusionRecord,
 }
@@ -47,7 +47,7 @@ pub struct OcclusionRecord {
     pub select: Stage,
     /// Cost of building the culler.
     pub build: Stage,
-    /// Cost of walking the index and testing.
+    /// Cost of traversing the index and testing boxes.
     pub query: Stage,
     /// Number of selected occluders, summed over the views.
     pub occluders: u64,

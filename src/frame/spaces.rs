@@ -1,13 +1,13 @@
 //! Polygons in spaces that move as a whole.
 //!
-//! An index stores polygons by their boxes in the world. To drag a group of a hundred thousand polygons would cost a
-//! hundred thousand updates a frame. Here each space has its own index, with the boxes of its polygons in that space. If
-//! the space moves, only one box changes: the box around the space, in an index of all spaces.
+//! An index stores polygons by their boxes in the world. There, dragging a group of a hundred thousand polygons would
+//! take a hundred thousand updates in each frame. Here each space has its own index, with the boxes of its polygons in
+//! that space. If the space moves, only one box changes: the box around the space, in an index of all spaces.
 //!
-//! A query returns the same set as an index of world boxes, bit for bit. It tests two frusta in the space. The *outer*
-//! frustum contains all candidates: it is wider than the view's frustum by the rounding and the rotation of boxes. The
-//! *inner* frustum contains only certain hits. Polygons between the two, in a strip as wide as the largest polygon of the
-//! space, are tested by their boxes in the world.
+//! A query returns the same set as an index of world boxes, bit for bit. A frustum query tests two frusta in each
+//! space. The *outer* frustum finds all polygons that may be in view. It is enlarged by rounding errors, and by the
+//! growth of boxes under rotation. The *inner* frustum finds only polygons that are certainly in view. The polygons
+//! that only the outer frustum finds are tested by their boxes in the world.
 
 use std::collections::HashMap;
 
@@ -25,8 +25,8 @@ use crate::{
 /// Rounding error of a kernel's test of a box against a plane, relative to the input numbers.
 const KERNEL_ROUNDING: f64 = PLACE_ROUNDING;
 
-/// A space with its polygons. In `mesh`, a polygon's number is `slot * 16 + id % 16`, where `blocks[slot]` is `id / 16`, so
-/// that masks of the mesh are masks of ids.
+/// A space with its polygons. Each block of sixteen ids with a polygon has a slot: `blocks[slot]` is `id / 16`. In
+/// `mesh`, a polygon has the number `slot * 16 + id % 16`, so that masks of the mesh are masks of ids.
 struct Space {
     id: SpaceId,
     mesh: Mesh,
@@ -133,7 +133,7 @@ struct Scratch {
     inner: VisibleBlocks,
 }
 
-/// All spaces of a pipeline, beside its index.
+/// All spaces of a pipeline. Their polygons are not in the pipeline's index.
 pub(super) struct Spaces {
     spaces: Vec<Space>,
     numbers: HashMap<SpaceId, u32>,
@@ -214,7 +214,7 @@ impl Spaces {
 
     /// Applies the move of a space.
     pub(super) fn place(&mut self, geometry: &dyn Geometry, space: SpaceId) {
-        // The place of an unused space is read when a polygon comes.
+        // The place of an unused space is read with its first polygon.
         if let Some(&number) = self.numbers.get(&space) {
             self.spaces[number as usize].place = geometry.place(space);
             self.note_changed(number);
@@ -304,8 +304,8 @@ impl Spaces {
                 continue;
             }
             found.clear();
-            // If the world box of a polygon touches `bounds`, the polygon lies within the extent of the largest polygon
-            // from `bounds`.
+            // The query box is enlarged by the largest extent of a polygon. It then touches each polygon whose world
+            // box touches `bounds`.
             let largest_m =
                 abs_matrix(&place.world_from_space.matrix3) * space.largest_half_m.as_dvec3() * 2.0;
             let beside_m = (largest_m + 4.0 * place.rounding_of(space.mesh.bounds())).as_vec3();
@@ -334,8 +334,10 @@ impl Spaces {
             let space_from_world = place.world_from_space.inverse();
             let origin = space_from_world.transform_point3(ray.origin.as_dvec3()).as_vec3();
             let direction = space_from_world.transform_vector3(ray.direction.as_dvec3()).as_vec3();
-            if !origin.is_finite() || !direction.is_finite() {
-                // The space is scaled to a plane or a point, so all its polygons are tested.
+            let in_space = Ray::new(origin, direction);
+            if !in_space.is_valid() {
+                // The space is scaled to a plane or a point, or by so much that the direction vanishes, so all its polygons
+                // are tested.
                 for id in space.all().flat_map(|(block, mask)| ids_of(block, mask)) {
                     if let Some(t) = hit(id).filter(|t| *t <= t_max)
                         && nearest.is_none_or(|(first, at)| (t, id) < (at, first))
@@ -345,8 +347,8 @@ impl Spaces {
                 }
                 continue;
             }
-            let mut in_space = |number: PolygonId| hit(space.id(number));
-            let found = space.mesh.index().ray_nearest(&Ray::new(origin, direction), t_max, &mut in_space);
+            let mut hit = |number: PolygonId| hit(space.id(number));
+            let found = space.mesh.index().ray_nearest(&in_space, t_max, &mut hit);
             if let Some((number, t)) = found {
                 (nearest, t_max) = (Some((space.id(number), t)), t);
             }

@@ -8,7 +8,7 @@ pub fn admit(id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
     if bounds.is_valid() { Ok(()) } else { Err(IndexError::InvalidBounds(id)) }
 }
 
-/// Checks the id alone, for an index that stores boxes in a form of its own and checks them there.
+/// Checks only the id, for an index that checks boxes while it converts them to its own form.
 #[inline]
 pub(crate) fn admit_id(id: PolygonId) -> Result<(), IndexError> {
     if id.0 < PolygonId::LIMIT { Ok(()) } else { Err(IndexError::IdBeyondLimit(id)) }

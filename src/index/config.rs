@@ -11,8 +11,9 @@ pub struct IndexConfig {
     pub root: Aabb,
     /// Number of polygons to reserve memory for, at most [`IndexConfig::MOST_RESERVED`]. With at most this number of
     /// polygons no frame of `Osp` allocates. The ids must be below four million, and lie in at most `capacity / 8`
-    /// blocks of sixteen. Up to a million polygons may come, go and move in any way. In a larger model, most polygons
-    /// must lie side by side, as in strokes. For scattered polygons `Osp` frees the memory reserved for strokes.
+    /// blocks of sixteen. Up to a million polygons may be inserted, removed and moved in any order. In a larger model,
+    /// most polygons must be neighbours in space, as in strokes. For scattered polygons `Osp` frees the memory reserved
+    /// for strokes.
     pub capacity: usize,
 }
 
@@ -21,7 +22,7 @@ impl IndexConfig {
     /// polygons is allocated in steps. If this is larger, a mistaken capacity takes more memory.
     pub const MOST_RESERVED: usize = 1 << 22;
 
-    /// Number of polygons to reserve memory for: `capacity`, bounded.
+    /// Number of polygons to reserve memory for: `capacity`, at most [`IndexConfig::MOST_RESERVED`].
     pub fn room(&self) -> usize {
         self.capacity.min(Self::MOST_RESERVED)
     }

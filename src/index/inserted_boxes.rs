@@ -4,7 +4,7 @@ use crate::{
     polygon::{ById, PolygonId},
 };
 
-/// The boxes of an index, by id. The methods check their arguments as every index does.
+/// The boxes of an index, by id. The methods return the same errors as an index.
 #[derive(Clone, Debug)]
 pub struct InsertedBoxes {
     boxes: ById<Aabb>,

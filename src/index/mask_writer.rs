@@ -3,7 +3,7 @@ use std::ops::Range;
 use super::simd::{IdWriter, Kernel, WithKernel};
 use crate::polygon::{BLOCK, PolygonId, VisibleBlocks};
 
-/// The output of a pass over blocks of sixteen ids: a list of ids, or a mask for each block.
+/// The output of a query that tests blocks of sixteen ids: a list of ids, or a mask for each block.
 pub trait RunSink {
     /// Adds the polygons `first + bit` for the set bits of `mask`; all belong to one block.
     fn push_run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
@@ -26,7 +26,7 @@ impl RunSink for IdWriter<'_> {
     }
 }
 
-/// Adds listed polygons to a set that contains none of them. No polygon is listed twice.
+/// Adds the polygons `ids` to a set that contains none of them. `ids` has no duplicates.
 pub(super) struct SetAll<'a> {
     pub(super) visible: &'a mut VisibleBlocks,
     pub(super) ids: &'a [PolygonId],
@@ -51,7 +51,8 @@ pub struct MaskWriter<'a> {
 }
 
 impl<'a> MaskWriter<'a> {
-    /// Writes to the masks of an empty set that reaches to the highest number; see [`crate::polygon::VisibleBlocks::masks_for`].
+    /// A writer to the masks of an empty set. The set must have masks up to the highest id; see
+    /// [`crate::polygon::VisibleBlocks::masks_for`].
     pub fn new(masks: &'a mut [u16]) -> Self {
         Self { masks, begin: usize::MAX, end: 0, found: 0 }
     }

@@ -4,8 +4,7 @@ use crate::{
     polygon::{ById, PolygonId},
 };
 
-/// Largest number of polygons in a plain list. A larger mesh uses a tree, which allocates its upper levels when it is
-/// made.
+/// Largest number of polygons in a plain list. A larger mesh uses a tree, which allocates its upper levels at once.
 const MOST_LISTED: usize = 512;
 
 /// The polygons of one space, found by their boxes in that space.
@@ -14,7 +13,7 @@ pub struct Mesh {
     boxes: ById<Aabb>,
     index: Box<dyn SpatialIndex>,
     is_tree: bool,
-    /// A box around all polygons. Removals and moves leave it too large until the next commit.
+    /// A box around all polygons. After removals and moves it may be too large until the next commit.
     bounds: Aabb,
     /// Whether polygons were removed or moved since `bounds` was computed.
     is_loose: bool,

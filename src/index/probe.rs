@@ -1,5 +1,5 @@
-//! Box, ray, sphere and distance queries for every index. A box query is a query by a frustum; the others walk the
-//! nodes.
+//! Box, ray, sphere and distance queries for every index. A box query culls by a frustum whose planes are the sides of
+//! the box. The other queries traverse the nodes.
 
 use std::collections::BinaryHeap;
 
@@ -29,7 +29,7 @@ pub(crate) fn frustum_of_box(bounds: &Aabb) -> Frustum {
     ])
 }
 
-/// See [`super::SpatialIndex::box_query`].
+/// Implements [`super::SpatialIndex::box_query`] by the frustum query `cull`.
 pub(crate) fn box_query(
     bounds: &Aabb,
     out: &mut Vec<PolygonId>,
@@ -100,7 +100,7 @@ impl Visitor for RayVisitor<'_> {
     }
 }
 
-/// See [`super::SpatialIndex::ray_nearest`].
+/// Implements [`super::SpatialIndex::ray_nearest`] by the traversal `walk`.
 pub(crate) fn ray_nearest(
     ray: &Ray,
     t_max: f32,
@@ -112,7 +112,7 @@ pub(crate) fn ray_nearest(
     visitor.nearest.found()
 }
 
-/// See [`super::SpatialIndex::ray_any`].
+/// Implements [`super::SpatialIndex::ray_any`] by the query `nearest`.
 pub(crate) fn ray_any(
     t_max: f32,
     hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
@@ -153,7 +153,7 @@ impl Visitor for SphereVisitor<'_> {
     }
 }
 
-/// See [`super::SpatialIndex::sphere_query`].
+/// Implements [`super::SpatialIndex::sphere_query`] by the traversal `walk`.
 pub(crate) fn sphere_query(
     sphere: &Sphere,
     within: &mut dyn FnMut(PolygonId) -> bool,
@@ -201,7 +201,8 @@ pub struct NearestPolygons<'a> {
 }
 
 impl<'a> NearestPolygons<'a> {
-    /// `None` if `count` is zero or a coordinate of `point` is NaN.
+    /// A search for the `count` polygons nearest to `point`; `None` if `count` is zero or a coordinate of `point` is
+    /// NaN.
     pub(crate) fn new(
         point: Vec3,
         count: usize,

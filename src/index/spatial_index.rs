@@ -71,21 +71,21 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// [`IndexError::Unknown`].
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError>;
 
-    /// Gives a polygon a new box.
+    /// Sets a new box of a polygon.
     ///
     /// # Errors
     /// [`IndexError::Unknown`], [`IndexError::InvalidBounds`].
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError>;
 
-    /// Gives polygons new boxes. The result is that of one call of [`SpatialIndex::update`] after the other, so the
-    /// last update of an id counts. Appends the errors of refused updates to `refused`, in the order of the updates.
-    /// The default implementation calls `update` for each; an index may be faster for consecutive ids.
+    /// Sets new boxes of polygons. The result is the same as with a call of [`SpatialIndex::update`] for each, in
+    /// order. So the last update of an id counts. Appends the errors of refused updates to `refused`, in the order of
+    /// the updates. The default implementation calls `update` for each; an index may be faster for consecutive ids.
     fn update_all(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
     }
 
     /// Ends a batch of changes. The index does the work that the next query requires, such as a rebuild or a bounded
-    /// share of upkeep. Called once a frame; cheap when nothing has changed.
+    /// part of the upkeep. Called once in each frame; cheap if nothing has changed.
     fn commit(&mut self);
 
     /// Appends the polygons that the frustum may see to `draw_list`, in any order. An index may need room for 272 more
@@ -101,8 +101,8 @@ pub trait SpatialIndex: Any + Send + Sync {
 
     /// Culls for several views (eyes, walls, faces of a cube, shadow cascades). Adds to `visible[i]` exactly the
     /// polygons that [`SpatialIndex::frustum_cull_blocks`] finds for `frusta[i]`. All sets have to be empty. Further
-    /// elements of the longer slice are ignored. An index may cull all views in one walk. In this case the counts are
-    /// of the single walk, but reported polygons are summed over the views.
+    /// elements of the longer slice are ignored. An index may cull all views in one traversal. The counts are then
+    /// those of this traversal, but reported polygons are summed over the views.
     fn frustum_cull_views(&self, frusta: &[Frustum], visible: &mut [VisibleBlocks]) -> WorkCounts {
         let mut work = WorkCounts::default();
         for (frustum, visible) in frusta.iter().zip(visible) {
@@ -111,10 +111,10 @@ pub trait SpatialIndex: Any + Send + Sync {
         work
     }
 
-    /// Walks the nodes that the frustum may see, from the top, and calls `visitor` at each one. The visitor receives
-    /// each polygon in the frustum once, except polygons below nodes that it skips. A visitor that skips nothing
-    /// receives the set of `frustum_cull`. The default implementation has no nodes: the visitor receives all polygons in
-    /// the frustum.
+    /// Traverses the nodes that the frustum may see, from the top, and calls `visitor` at each node. The visitor
+    /// receives each polygon in the frustum once, except polygons below nodes that it skips. A visitor that skips
+    /// nothing receives the set of `frustum_cull`. The default implementation has no nodes: the visitor receives all
+    /// polygons in the frustum.
     #[doc(hidden)]
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         let mut in_view = Vec::new();
@@ -123,10 +123,10 @@ pub trait SpatialIndex: Any + Send + Sync {
         work
     }
 
-    /// Clears polygons from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`] for this frustum, if
-    /// `thinner` finds them hidden. A [`SpatialIndex::traverse`] with the same test results omits the same polygons.
-    /// The method builds no list of polygons, and does not read the polygons of nodes that are not hidden. It returns
-    /// `false`, and changes nothing, if the index cannot do this.
+    /// Removes the polygons that `thinner` finds hidden from `visible`, the result of
+    /// [`SpatialIndex::frustum_cull_blocks`] for this frustum. A [`SpatialIndex::traverse`] with the same test results
+    /// omits the same polygons. The method builds no list of polygons, and does not read the polygons of nodes that are
+    /// not hidden. It returns `false`, and changes nothing, if the index cannot do this.
     #[doc(hidden)]
     fn thin_out(&self, _frustum: &Frustum, _visible: &mut VisibleBlocks, _thinner: &mut dyn Thinner) -> bool {
         false
@@ -143,8 +143,8 @@ pub trait SpatialIndex: Any + Send + Sync {
     ///
     /// `hit` is the exact test: it returns the `t` at which the ray meets the polygon itself, or `None` for a miss. It
     /// is called for every polygon whose box the ray enters no later than the nearest hit so far, and perhaps for
-    /// others. Rounding may make its `t` smaller than the `t` of entry into the box, by at most one part in ten
-    /// thousand.
+    /// others. Rounding may make the `t` of `hit` smaller than the `t` of entry into the box, by at most one part in
+    /// ten thousand.
     fn ray_nearest(
         &self,
         ray: &Ray,
@@ -184,8 +184,8 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// nearest first. At the same distance lower ids come first. A smaller index yields all its polygons.
     ///
     /// `distance_m` returns the exact distance, at least the distance of the polygon's box. If it returns NaN, the
-    /// polygon is skipped. It is called once for every polygon whose box is nearer than the last polygon of the result,
-    /// and perhaps for others.
+    /// polygon is skipped. It is called once for every polygon whose box is nearer than the farthest polygon of the
+    /// result, and perhaps for others.
     fn nearest(
         &self,
         point: Vec3,

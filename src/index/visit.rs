@@ -35,9 +35,9 @@ pub trait Visitor {
     /// Decides about a node.
     fn node(&mut self, node: &Node<'_>) -> Visit;
 
-    /// Whether the walk calls [`Visitor::leaves`] for neighbouring leaves instead of [`Visitor::node`] for each. In
-    /// this case the polygon of a leaf with one polygon counts as taken ([`Visit::Take`]), because the leaf's box is
-    /// the polygon's box.
+    /// Whether the traversal calls [`Visitor::leaves`] once for neighbouring leaves, instead of [`Visitor::node`] for
+    /// each leaf. In this case the polygon of a leaf with one polygon counts as taken ([`Visit::Take`]), because the
+    /// leaf's box is the polygon's box.
     fn tests_together(&self) -> bool {
         false
     }

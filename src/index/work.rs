@@ -10,7 +10,7 @@ pub struct WorkCounts {
     pub boxes: u64,
     /// Number of tests of one box against one plane; a SIMD test counts each of its boxes.
     pub planes: u64,
-    /// Number of polygons taken without a test of their own box.
+    /// Number of polygons reported without a test of their own box.
     pub taken_whole: u64,
     /// Number of polygons reported.
     pub reported: u64,
@@ -30,9 +30,9 @@ impl AddAssign for WorkCounts {
 /// take.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Upkeep {
-    /// Number of polygons that got another box at the same place in the structure.
+    /// Number of new boxes of polygons that stayed in the same node of the structure.
     pub adjusted: u64,
-    /// Number of insertions of polygons: new ones, moved ones, and the polygons of parts that were rebuilt.
+    /// Number of insertions of polygons. Counts new polygons, moved polygons, and all polygons in rebuilt parts.
     pub inserted: u64,
     /// Number of boxes around several polygons that were computed again, refitted or widened.
     pub boxes: u64,

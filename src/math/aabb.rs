@@ -50,7 +50,7 @@ impl Aabb {
         self.min.cmple(other.min).all() && other.max.cmple(self.max).all()
     }
 
-    /// Whether the two boxes share a point. Boxes that touch share one.
+    /// Whether the two boxes share a point. Boxes that touch share a point.
     pub fn intersects(&self, other: &Self) -> bool {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
@@ -74,7 +74,7 @@ impl Aabb {
         2.0 * (e.x * e.y + e.y * e.z + e.z * e.x)
     }
 
-    /// The eight corners. Bits 0, 1, 2 of a corner's position select max on x, y, z.
+    /// The eight corners. Bits 0, 1, 2 of a corner's index select max on x, y, z.
     pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
             let pick = |bit: usize, lo: f32, hi: f32| if i >> bit & 1 == 1 { hi } else { lo };

@@ -9,7 +9,7 @@ use super::{Obb, Ray, Sphere, Volume};
 pub struct Capsule {
     /// One end of the segment.
     pub from: Vec3,
-    /// The other end.
+    /// The other end of the segment.
     pub to: Vec3,
     /// Largest distance from the segment, metres.
     pub radius_m: f32,
@@ -46,7 +46,7 @@ impl Capsule {
         Some(if ball.radius_m < along_axis.radius_m { ball } else { along_axis })
     }
 
-    /// The narrowest capsule around a segment that contains the points, with its rounded ends.
+    /// The narrowest capsule around the segment that contains all points.
     fn around(from: Vec3, to: Vec3, points: &[Vec3]) -> Self {
         let line = Self { from, to, radius_m: 0.0 };
         let far = points.iter().map(|p| line.distance(*p)).fold(0.0, f64::max);
@@ -91,7 +91,7 @@ impl Ray {
     /// Eric Haines, Johannes Günther and Tomas Akenine-Möller, "Precision Improvements for Ray/Sphere Intersection", Ray
     /// Tracing Gems, 2019. It is computed in `f64`, because `f32` fails for small spheres far away.
     pub fn enter_sphere(&self, sphere: &Sphere, t_max: f32) -> Option<f32> {
-        entry(self.in_ball(sphere.center, sphere.radius_m), t_max)
+        self.entry(self.in_ball(sphere.center, sphere.radius_m), t_max)
     }
 
     /// The `t` at which the ray enters the capsule (0 if the ray starts inside), if it is at most `t_max`. It is the first
@@ -100,17 +100,13 @@ impl Ray {
     pub fn enter_capsule(&self, capsule: &Capsule, t_max: f32) -> Option<f32> {
         let Capsule { from, to, radius_m } = *capsule;
         let parts = [self.in_cylinder(capsule), self.in_ball(from, radius_m), self.in_ball(to, radius_m)];
-        parts.into_iter().filter_map(|span| entry(span, t_max)).reduce(f32::min)
+        parts.into_iter().filter_map(|span| self.entry(span, t_max)).reduce(f32::min)
     }
 
     fn in_ball(&self, center: Vec3, radius_m: f32) -> Span {
         let (origin, direction) = (self.origin.as_dvec3() - center.as_dvec3(), self.direction.as_dvec3());
         let radius_squared = f64::from(radius_m) * f64::from(radius_m);
         let a = direction.length_squared();
-        let outside = origin.length_squared() - radius_squared;
-        if a == 0.0 {
-            return (outside <= 0.0).then_some((0.0, f64::INFINITY));
-        }
         let nearest = -origin.dot(direction) / a;
         let below = radius_squared - (origin + direction * nearest).length_squared();
         if below < 0.0 {
@@ -156,10 +152,11 @@ impl Ray {
         }
         (enter <= leave).then_some((enter, leave))
     }
-}
 
-fn entry(span: Span, t_max: f32) -> Option<f32> {
-    let (enter, leave) = span?;
-    let enter = enter.max(0.0);
-    (enter <= leave && enter <= f64::from(t_max)).then_some(enter as f32)
+    /// The `t` of entry into a span, at least 0, if it is at most `t_max`.
+    fn entry(&self, span: Span, t_max: f32) -> Option<f32> {
+        let (enter, leave) = span.filter(|_| self.is_valid())?;
+        let enter = enter.max(0.0);
+        (enter <= leave && enter <= f64::from(t_max)).then_some(enter as f32)
+    }
 }

@@ -13,7 +13,7 @@ pub enum Part {
     Crossing,
 }
 
-/// A walk along the edges of a polygon, from one corner with its signed distance from a plane to the next.
+/// Visits the edges of a polygon in order. Stores the previous corner and its signed distance from a plane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edges<P> {
     from: P,
@@ -21,7 +21,7 @@ pub(crate) struct Edges<P> {
 }
 
 impl<P: Copy + Add<Output = P> + Sub<Output = P> + Mul<f64, Output = P>> Edges<P> {
-    /// The walk that begins at a polygon's last corner.
+    /// Begins at a polygon's last corner.
     pub(crate) fn after(last: P, distance: f64) -> Self {
         Self { from: last, distance }
     }

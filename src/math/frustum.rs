@@ -65,8 +65,8 @@ impl Frustum {
         &self.planes
     }
 
-    /// Tests the position of a box. The test is conservative: a box outside the frustum that is not behind a single plane
-    /// counts as [`Containment::Intersects`]. Every caller gets the same result, bit for bit (see [`crate::math`]).
+    /// Tests the position of a box. The test is conservative: a box outside the frustum that is not behind a single
+    /// plane counts as [`Containment::Intersects`]. All box tests of the crate agree bit for bit (see [`crate::math`]).
     pub fn classify(&self, bounds: &Aabb) -> Containment {
         self.classify_masked(bounds, PlaneMask::ALL).0
     }
@@ -93,7 +93,8 @@ impl Frustum {
         (outcome, PlaneMask(left), tested)
     }
 
-    /// Whether the box may be visible: it does not lie wholly behind any plane. Fingerprints cover exactly this set.
+    /// Whether the box may be visible: it does not lie wholly behind any plane. The fingerprint of a frame covers
+    /// exactly the boxes that may be visible.
     #[inline]
     pub fn may_see(&self, bounds: &Aabb) -> bool {
         // A distance of NaN is not negative, so undecided boxes count as visible.

@@ -2,8 +2,8 @@ use glam::{DMat3, DVec3, Mat3, Vec3};
 
 use super::Aabb;
 
-/// Half sides are enlarged by this fraction of the longest one, because axes in `f32` are only approximately unit vectors
-/// and perpendicular.
+/// Half sides are enlarged by this fraction of the longest half side, because axes in `f32` are only approximately unit
+/// vectors and perpendicular.
 const GROWTH: f64 = 1.0e-6;
 
 /// Number of sweeps of the Jacobi method. Five or six are enough for a 3 x 3 matrix.
@@ -13,8 +13,9 @@ const SWEEPS: usize = 12;
 /// `|z|` at most the half sides.
 ///
 /// Stefan Gottschalk, Ming Lin and Dinesh Manocha, "OBBTree: A Hierarchical Structure for Rapid Interference Detection"
-/// (1996): the box is fitted along the principal axes of its points, and intersected by separating axes. Differences: the
-/// axes are those of the points, not of their convex hull. An axis-aligned box of less surface replaces the fitted box.
+/// (1996): the box is fitted along the principal axes of its points, and intersected by separating axes. Unlike in the
+/// paper, the axes are the principal axes of the points, not of their convex hull. An axis-aligned box with less
+/// surface replaces the fitted box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obb {
     center: Vec3,
@@ -47,7 +48,7 @@ impl Obb {
         Self::along(Mat3::IDENTITY, &[bounds.min, bounds.max])
     }
 
-    /// The smallest box with these axes.
+    /// The smallest box around the points with these axes.
     fn along(axes: Mat3, points: &[Vec3]) -> Self {
         let turned = axes.as_dmat3().transpose();
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -78,7 +79,7 @@ impl Obb {
         self.half
     }
 
-    /// The eight corners. Bits 0, 1, 2 of a corner's position select the far end of axis 0, 1, 2.
+    /// The eight corners. Bits 0, 1, 2 of a corner's position select the positive end of axis 0, 1, 2.
     pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
             let sign = |bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
@@ -107,7 +108,7 @@ impl Obb {
         let (mine, others) = (self.axes().map(|a| a.as_dvec3()), other.axes().map(|a| a.as_dvec3()));
         let separates = |direction: DVec3| {
             let reach = self.reach(direction) + other.reach(direction);
-            // Two parallel sides have no common perpendicular, so all these numbers are nearly zero.
+            // The cross product of two parallel axes is nearly zero, so all these numbers are nearly zero, too.
             let rounding = 1.0e-12 * (apart.length() + self.size() + other.size());
             apart.dot(direction).abs() > reach + rounding
         };

@@ -27,8 +27,8 @@ const UNIT: f64 = f32::EPSILON as f64 * 0.5;
 const ROUNDED: f64 = 3.001 * UNIT;
 
 /// Outward turn of a normal for each unit by which the sum of the terms' sizes grows with depth. It is `5 u`: three for
-/// [`ROUNDED`], one for the rounding of the normal, one to spare. With a smaller turn, planes lie farther out near the
-/// eye; with a larger one, far from the eye.
+/// [`ROUNDED`], one for the rounding of the normal, one as a reserve. With a smaller turn, planes lie farther out near
+/// the eye; with a larger one, far from the eye.
 const TURNED: f64 = 5.0 * UNIT;
 
 /// A plane with all points on its inner side.
@@ -37,8 +37,8 @@ pub(super) const EVERYTHING: Plane = Plane { normal: glam::Vec3::ZERO, d: 0.0 };
 /// The exact frustum, which all planes must contain: the hull of eight corners.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corners {
-    /// Homogeneous coordinates: divided by `w` a point, or a direction where `w` is 0. `far[i]` is the far end of the edge
-    /// that begins at `near[i]`.
+    /// Homogeneous coordinates: the point `xyz / w`, or the direction `xyz` if `w` is 0. `far[i]` is the far end of the
+    /// edge that begins at `near[i]`.
     pub(crate) near: [DVec4; 4],
     pub(crate) far: [DVec4; 4],
     /// A function `xyz . p + w` that grows with the distance from the eye, or is constant.

@@ -12,8 +12,8 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// The plane through `point` with this normal. Because of rounding, the plane of a point far from the origin may pass
-    /// beside the point.
+    /// The plane through `point` with this normal. Because of rounding, the plane may miss a point that is far from the
+    /// origin.
     pub fn from_point_normal(point: Vec3, normal: Vec3) -> Self {
         Self { normal, d: -(normal.x * point.x + normal.y * point.y + normal.z * point.z) }
     }

@@ -7,7 +7,7 @@ pub(crate) const QUAD_FLATNESS: f32 = 1.0e-2;
 pub fn is_flat_and_convex([a, b, c, d]: [Vec3; 4]) -> bool {
     let normal = (c - a).cross(d - b);
     let length = normal.length();
-    // A quad without area counts as bent, so its halves are dropped or kept one by one.
+    // A quad without area counts as not flat, so that callers divide it into triangles.
     if !length.is_normal() {
         return false;
     }

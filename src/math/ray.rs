@@ -4,36 +4,42 @@ use super::Aabb;
 
 /// A ray from `origin` along `direction`. Its parameter `t` is a multiple of `direction`'s length.
 ///
-/// A ray without direction enters only boxes that contain its origin, at 0, and meets no triangle. If a component is NaN,
-/// the box test ignores its axis, and the ray meets no triangle.
+/// A ray that is not finite, or has no direction, meets nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Start, world space.
     pub origin: Vec3,
     /// Direction, any length.
     pub direction: Vec3,
-    /// Component-wise reciprocal of the direction, for the slab test. It is infinite if it would be zero or has lost bits,
-    /// so that no product with it is finite.
+    /// Component-wise reciprocal of the direction, for the slab test. A component is infinite if it would be zero or
+    /// subnormal. No product with it is then finite. All are NaN if the ray meets nothing.
     inverse: Vec3,
 }
 
 impl Ray {
-    /// A ray from its start and direction.
-    pub fn new(origin: Vec3, direction: Vec3) -> Self {
-        let inverse =
-            direction.recip().map(|inverse| if inverse.is_normal() { inverse } else { f32::INFINITY });
-        Self { origin, direction, inverse }
+    /// A ray from its start and direction: arrays, or vectors of any version of glam.
+    pub fn new(origin: impl Into<[f32; 3]>, direction: impl Into<[f32; 3]>) -> Self {
+        let (origin, direction) = (Vec3::from(origin.into()), Vec3::from(direction.into()));
+        let is_valid = origin.is_finite() && direction.is_finite() && direction != Vec3::ZERO;
+        let over = |length: f32| if length.recip().is_normal() { length.recip() } else { f32::INFINITY };
+        Self { origin, direction, inverse: if is_valid { direction.map(over) } else { Vec3::NAN } }
     }
 
-    /// Component-wise reciprocal of the direction; infinite if it would be zero or subnormal.
+    /// Whether the ray is finite and has a direction.
+    #[inline]
+    pub(crate) fn is_valid(&self) -> bool {
+        !self.inverse.x.is_nan()
+    }
+
+    /// Component-wise reciprocal of the direction; infinite if it would be zero or subnormal, NaN if the ray is not valid.
     #[inline]
     pub(crate) fn inverse(&self) -> Vec3 {
         self.inverse
     }
 
     /// The slab test: the `t` at which the ray enters the box (0 if the ray starts inside), if it is at most `t_max`.
-    /// Faces, edges and corners belong to the box, and the box may be flat. If the ray enters a
-    /// box inside this one, its `t` is not smaller.
+    /// Faces, edges and corners belong to the box, and the box may be flat. The ray enters no box inside this box at a
+    /// smaller `t`.
     pub fn enter_box(&self, bounds: &Aabb, t_max: f32) -> Option<f32> {
         let mut near = 0.0f32;
         let mut far = t_max;
@@ -43,8 +49,10 @@ impl Ray {
             let b = (max - origin) * self.inverse[axis];
             let (enter, leave) = if a.is_finite() && b.is_finite() {
                 (a.min(b), a.max(b))
-            } else {
+            } else if self.is_valid() {
                 cross_slab(min, max, origin, self.direction[axis])?
+            } else {
+                return None;
             };
             near = near.max(enter);
             far = far.min(leave);
@@ -56,6 +64,9 @@ impl Ray {
     /// through an edge that two triangles share meets at least one of them (Sven Woop, Carsten Benthin, Ingo Wald,
     /// "Watertight Ray/Triangle Intersection", 2013).
     pub fn meet_triangle(&self, corners: [Vec3; 3]) -> Option<f32> {
+        if !self.is_valid() {
+            return None;
+        }
         let along = self.direction.abs().max_position();
         let (x, y) = ((along + 1) % 3, (along + 2) % 3);
         let over_length = |v: f32| {
@@ -63,7 +74,8 @@ impl Ray {
             if inverse.is_finite() { v * inverse } else { v / self.direction[along] }
         };
         let (shear_x, shear_y) = (over_length(self.direction[x]), over_length(self.direction[y]));
-        // The ray becomes the third axis, so that the test is whether the origin lies in a flat triangle.
+        // A shear turns the ray into the third axis. The test is then whether the origin lies in a triangle of the
+        // plane.
         let [a, b, c] = corners.map(|corner| {
             let p = corner - self.origin;
             (p[x] - shear_x * p[along], p[y] - shear_y * p[along], over_length(p[along]))
@@ -107,7 +119,6 @@ fn cross_slab(min: f32, max: f32, origin: f32, direction: f32) -> Option<(f32, f
         return is_between.then_some((f32::NEG_INFINITY, f32::INFINITY));
     }
     let cross = |plane: f32| (f64::from(plane) - f64::from(origin)) / f64::from(direction);
-    // If `a` or `b` is NaN, both are, and the caller's `min` and `max` ignore them.
     let (a, b) = (cross(min), cross(max));
     let (enter, leave) = (a.min(b), a.max(b));
     // Intervals behind the origin have no effect.

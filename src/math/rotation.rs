@@ -1,6 +1,6 @@
 use glam::{DVec3, Quat, Vec3};
 
-/// The quaternion scaled to unit length. Quaternions of files have unit length within a few per mille.
+/// The quaternion scaled to unit length. The length of quaternions in files differs from 1 by a few per mille.
 pub fn unit(q: Quat) -> Quat {
     let length = (((q.x * q.x + q.y * q.y) + q.z * q.z) + q.w * q.w).sqrt();
     if length > 0.0 && length.is_finite() {
@@ -20,7 +20,7 @@ pub fn rotate(q: Quat, v: Vec3) -> Vec3 {
     v + t * q.w + u.cross(t)
 }
 
-/// Rotates as [`rotate`] does, in `f64`, for bounds that rounding to `f32` must not break.
+/// Does the same as [`rotate`] in `f64`, for bounds that have to be conservative.
 pub fn rotate_exactly(q: Quat, v: DVec3) -> DVec3 {
     let u = Vec3::new(q.x, q.y, q.z).as_dvec3();
     let t = u.cross(v) * 2.0;

@@ -5,11 +5,12 @@ use super::{
     outward::{EVERYTHING, round_up},
 };
 
-/// Largest shift of a volume against a plane by rounding, as a fraction of the input numbers: a handful of `f32` steps.
+/// Largest rounding error of a volume's distance from a plane, relative to the input numbers.
 const ROUNDING: f32 = 16.0 * f32::EPSILON;
 
-/// The far plane counts as infinitely far if it is more than 1 / `LEAST_RATIO` times as far as the near plane. If it is
-/// larger, some far planes cull nothing. If it is smaller, matrices in `f32` without a far plane would get one.
+/// The far plane counts as infinitely far if it is more than 1 / `LEAST_RATIO` times as far as the near plane. With a
+/// larger `LEAST_RATIO`, some far planes would cull nothing. With a smaller `LEAST_RATIO`, matrices in `f32` without a
+/// far plane would get a far plane.
 const LEAST_RATIO: f64 = 1.0e-7;
 
 /// A convex bounding volume with a centre.

@@ -184,8 +184,8 @@ impl<'a> Tests<'a> {
     }
 
     /// The mask of the hidden polygons of a block; 0 if the settings do not test single polygons.
-    fn hidden_in_block(&mut self, geometry: &dyn Geometry, block: usize, mask: u16) -> u16 {
-        if !self.tests_polygons() {
+    pub(super) fn hidden_in_block(&mut self, geometry: &dyn Geometry, block: usize, mask: u16) -> u16 {
+        if mask == 0 || !self.tests_polygons() {
             return 0;
         }
         let (mut ids, mut len) = ([PolygonId(0); BLOCK], 0);

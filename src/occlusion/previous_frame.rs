@@ -11,8 +11,8 @@
 use glam::DVec3;
 
 use super::{
-    CoverageBuffer, CullConfig, Soundness, ViewInput, coverage::Surfaces, culler::OcclusionCuller,
-    view_occlusion::remove_hidden,
+    CoverageBuffer, CullConfig, PolygonTest, Soundness, ViewInput, coverage::Surfaces, cull::Tests,
+    culler::OcclusionCuller, view_occlusion::remove_hidden,
 };
 use crate::{
     polygon::{BLOCK, Change, Geometry, PolygonId, VisibleBlocks, ids_of},
@@ -32,7 +32,7 @@ pub struct PreviousFrameCounts {
 
 impl PreviousFrameCounts {
     /// Approximate time of this work, nanoseconds, computed from the counts: the same on every machine. In Castle
-    /// and Sponza, building took 330 to 550 ns an occluder, and a query 60 to 90 ns a test. The columns `build` and `query`
+    /// and Sponza, building took 330 to 660 ns an occluder, and a query 35 to 71 ns a test. The columns `build` and `query`
     /// of `osp verify FILE --whole --camera inside|orbit --views 4 --occlusion depth-last` show these times.
     pub fn work_ns(&self) -> f64 {
         self.occluders as f64 * 400.0 + self.tests as f64 * 70.0
@@ -50,7 +50,8 @@ const MOST_RESERVED: usize = 1 << 17;
 /// Largest number of changed polygons that are read in a frame.
 const MOST_READS: u32 = 1 << 14;
 
-/// Polygons beyond the largest number of occluders are compared with the others in one of this many frames.
+/// If there are more candidates than occluders, blocks take turns: candidates of a block that are not occluders are
+/// tried again in one of this many frames.
 const TURNS: usize = 4;
 
 /// In a jump, the eye moves by more than this share of the mean distance of the view's occluders, or turns by more than
@@ -132,8 +133,9 @@ pub struct PreviousFrameOccluders {
     surfaces: Surfaces,
     /// The polygons whose current form `surfaces` contains.
     read: VisibleBlocks,
+    /// The read polygons that may hide others with their whole area, so `surfaces` contains all their corners.
+    whole: VisibleBlocks,
     buffer: CoverageBuffer,
-    cull: CullConfig,
     views: Vec<Seen>,
     /// Working memory: the filled polygons, and their sizes.
     filled: Vec<PolygonId>,
@@ -158,8 +160,8 @@ impl PreviousFrameOccluders {
         Self {
             surfaces: Surfaces::with_capacity(reserved),
             read: VisibleBlocks::with_capacity(polygons),
+            whole: VisibleBlocks::with_capacity(polygons),
             buffer,
-            cull: CullConfig::default(),
             views: vec![Seen::with_capacity(polygons)],
             scored: Vec::with_capacity(reserved),
             filled: Vec::with_capacity(reserved),
@@ -188,16 +190,17 @@ impl PreviousFrameOccluders {
     /// is filled next.
     pub fn follow(&mut self, changes: &[Change]) {
         for change in changes {
-            match *change {
+            let id = match *change {
                 Change::Remove(id) => {
                     self.surfaces.take_out(id);
-                    self.read.remove_block(id.index() / BLOCK, 1 << (id.index() % BLOCK));
+                    id
                 }
-                Change::Insert(id) | Change::Update(id) | Change::Repaint(id) => {
-                    self.read.remove_block(id.index() / BLOCK, 1 << (id.index() % BLOCK));
-                }
+                Change::Insert(id) | Change::Update(id) | Change::Repaint(id) => id,
                 // A polygon in a moving space is no occluder.
-                Change::Place(_) => {}
+                Change::Place(_) => continue,
+            };
+            for set in [&mut self.read, &mut self.whole] {
+                set.remove_block(id.index() / BLOCK, 1 << (id.index() % BLOCK));
             }
         }
     }
@@ -243,7 +246,11 @@ impl PreviousFrameOccluders {
             let unread = tried & !self.read.mask(block);
             if unread != 0 && reads < MOST_READS {
                 reads += unread.count_ones();
-                ids_of(block, unread).for_each(|id| self.surfaces.set(geometry, id));
+                for id in ids_of(block, unread) {
+                    if self.surfaces.set(geometry, id) {
+                        self.whole.insert(id);
+                    }
+                }
                 self.read.insert_block(block, unread);
             } else {
                 tried &= !unread;
@@ -298,25 +305,23 @@ impl PreviousFrameOccluders {
     ) {
         let ViewInput { index, geometry, view: seen, in_view, spaces } = *input;
         if self.is_built {
-            let tested = remove_hidden(
-                &self.buffer,
-                self.cull,
-                index,
-                geometry,
-                &seen.frustum(),
-                in_view,
-                spaces,
-                drawn,
-            );
-            counts.tests += tested.node_tests + tested.polygon_tests;
+            // The corners of polygons are tested instead of their boxes, unless they are unknown.
+            let by_box = CullConfig::default();
+            let nodes = CullConfig { polygon_test: PolygonTest::Never, ..by_box };
+            let frustum = seen.frustum();
+            let tested =
+                remove_hidden(&self.buffer, nodes, index, geometry, &frustum, in_view, spaces, drawn);
+            counts.tests += tested.node_tests;
             for (block, mask) in in_view.blocks() {
-                let tested = mask & drawn.mask(block);
-                counts.tests += u64::from(tested.count_ones());
-                if tested != 0 {
-                    let masks = [tested, self.read.mask(block)];
-                    let hidden = self.buffer.hidden_of_block(&self.surfaces, geometry, block, masks);
-                    drawn.remove_block(block, hidden);
-                }
+                let left = mask & drawn.mask(block);
+                let whole = self.whole.mask(block);
+                let mut boxes = Tests::new(&self.buffer, by_box);
+                let hidden = boxes.hidden_in_block(geometry, block, left & !whole);
+                let left = left & !hidden;
+                counts.tests += boxes.counts().polygon_tests + u64::from(left.count_ones());
+                let hidden =
+                    hidden | self.buffer.hidden_of_block(&self.surfaces, geometry, block, [left, whole]);
+                drawn.remove_block(block, hidden);
             }
         } else {
             drawn.copy_from(in_view);

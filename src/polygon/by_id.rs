@@ -4,9 +4,9 @@ use super::PolygonId;
 /// the list of pages is longer.
 const PAGE: usize = 1024;
 
-/// One small value for every polygon number, in pages. A page exists while one of its values is not vacant. Setting a value
-/// never copies the others, and a stray large number takes a page, not an array up to this number. Vacant pages are used
-/// again.
+/// One small value for every polygon number, in pages. A page exists while one of its values is not vacant. Setting a
+/// value never copies the others, and a single large number takes a page, not an array up to this number. Vacant pages
+/// are reused.
 #[derive(Clone, Debug)]
 pub struct ById<T> {
     pages: Vec<Option<Page<T>>>,

@@ -17,8 +17,8 @@ pub trait Geometry {
     /// Whether the polygon exists now. `false` for every number that is not in use.
     fn is_present(&self, id: PolygonId) -> bool;
 
-    /// The tight box of a polygon, world space, metres; any box for a removed polygon ([`Aabb::EMPTY`]). Called only for
-    /// numbers below [`Geometry::id_end`] and for numbers in changes.
+    /// The tight box of a polygon, world space, metres; any box, such as [`Aabb::EMPTY`], for a removed polygon. Called
+    /// only for numbers below [`Geometry::id_end`] and for numbers in changes.
     fn bounds(&self, id: PolygonId) -> Aabb;
 
     /// The corners of a polygon, world space, metres: convex and flat ([`FLATNESS`](super::FLATNESS)). `None` for a removed polygon,

@@ -11,10 +11,10 @@ const PART: usize = 256;
 /// Number of polygons of a mask.
 const BLOCK: usize = u16::BITS as usize;
 
-/// Number of bits that are set in one step.
+/// Number of bits of the words that are read and written.
 const WORD: u32 = u32::BITS;
 
-/// The lowest and the highest number. For an empty list the lowest is the greater one.
+/// The lowest and the highest number; `u32::MAX` and 0 for an empty list.
 #[inline(always)]
 pub(super) fn low_and_high(ids: &[PolygonId]) -> (u32, u32) {
     let (mut low, mut high) = (u32::MAX, 0);
@@ -31,7 +31,7 @@ pub(super) fn low_and_high(ids: &[PolygonId]) -> (u32, u32) {
 #[inline(always)]
 pub(crate) fn mark<const IS_SET: bool>(masks: &mut [u16], ids: &[PolygonId]) -> bool {
     let (_, high) = low_and_high(ids);
-    // A word has two masks.
+    // A word contains two masks.
     let words = masks.len() * BLOCK / WORD as usize;
     if high as usize / WORD as usize >= words {
         return ids.is_empty();

@@ -12,9 +12,9 @@ pub struct SpaceId(pub u32);
 pub struct SpacePlace {
     /// From the space to the world: rotation, scale, translation.
     pub world_from_space: DAffine3,
-    /// Largest distance, by rounding, of a drawn corner at the origin of the space from its exact position, metres.
+    /// Largest rounding error of the drawn position of a corner at the origin of the space, metres.
     pub rounding_m: f64,
-    /// Growth of this distance for each metre between the corner and the origin of the space.
+    /// Growth of this error for each metre between the corner and the origin of the space.
     pub rounding_per_m: f64,
 }
 
@@ -43,7 +43,7 @@ impl SpacePlace {
         self.world_from_space.translation.abs().max(DVec3::splat(self.rounding_m / ROUNDING))
     }
 
-    /// Largest distance, by rounding, of any point of a box in the space from its exact position in the world, metres.
+    /// Largest rounding error of the world position of a point in a box of the space, metres.
     pub(crate) fn rounding_of(&self, in_space: &Aabb) -> f64 {
         let reach = in_space.min.abs().max(in_space.max.abs()).as_dvec3().length();
         self.rounding_m + self.rounding_per_m * reach

@@ -25,14 +25,17 @@ const BEHIND: usize = 512;
 #[derive(Clone, Debug, Default)]
 pub struct VisibleBlocks {
     masks: Vec<u16>,
-    /// Lower bound of the positions of blocks with a set bit.
+    /// Lower bound of the numbers of blocks with a set bit.
     begin: usize,
-    /// Upper bound of these positions, exclusive.
+    /// Exclusive upper bound of the numbers of blocks with a set bit.
     end: usize,
     len: usize,
     /// Working memory for indexes that list numbers.
     listed: Vec<PolygonId>,
 }
+
+/// Largest number of listed polygons that a new set reserves memory for.
+const MOST_RESERVED: usize = 1 << 20;
 
 impl VisibleBlocks {
     /// An empty set.
@@ -43,7 +46,12 @@ impl VisibleBlocks {
     /// An empty set with room for numbers below `ids`, or [`PolygonId::LIMIT`] if that is less.
     pub fn with_capacity(ids: usize) -> Self {
         let mut set = Self::new();
-        set.masks_for(ids.min(PolygonId::LIMIT as usize));
+        let ids = ids.min(PolygonId::LIMIT as usize);
+        set.masks_for(ids);
+        // In a browser, reserved memory counts as used.
+        if !cfg!(target_family = "wasm") {
+            set.listed.reserve(ids.min(MOST_RESERVED) + BEHIND);
+        }
         set
     }
 
@@ -110,7 +118,13 @@ impl VisibleBlocks {
 
     /// Adds the polygons of another set.
     pub fn add(&mut self, other: &Self) {
-        other.blocks().for_each(|(block, mask)| self.insert_block(block, mask));
+        let span = other.begin..other.end;
+        let (mut added, there) = (0, &mut self.masks_for(span.end * BLOCK)[span.clone()]);
+        for (there, mask) in there.iter_mut().zip(&other.masks[span.clone()]) {
+            added += (mask & !*there).count_ones() as usize;
+            *there |= mask;
+        }
+        self.note_filled(span, added);
     }
 
     /// Removes polygons of a block.
@@ -183,7 +197,7 @@ impl VisibleBlocks {
         })
     }
 
-    /// Calls `with` with an empty list that has room for `room` numbers. The list is kept from frame to frame.
+    /// Passes an empty list with room for `room` numbers to `with`. The list is kept from frame to frame.
     pub(crate) fn with_list<R>(
         &mut self,
         room: usize,

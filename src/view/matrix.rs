@@ -13,25 +13,26 @@ pub enum Depth {
     MinusOneToOne,
 }
 
-/// A view is wider than its matrix by this fraction, because the numbers of the view are `f32`, too.
+/// The frustum of a view is wider than the frustum of its matrix by this fraction, because the view's numbers are
+/// rounded to `f32`.
 const WIDENING: f64 = 1.0e-6;
 /// Largest shift of the eye of a `ViewWindow` by rounding, as a fraction of the near distance. A renderer in `f32` shifts
 /// its eye by about as much.
 const MOST_EYE_ROUNDING: f64 = 1.0e-7;
-/// Largest cosine between the screen's axes. A screen with a larger one counts as sheared.
+/// Largest cosine between the screen's axes. A screen with a larger cosine counts as sheared.
 const MOST_SHEAR: f64 = 1.0e-4;
 
 impl View {
     /// The view of a perspective matrix from world space to clip space, with x and y from -w to w, y up or down. The
-    /// projection may be on-axis or off-axis, and have no far plane; `depth` may have the wrong direction.
+    /// projection may be on-axis or off-axis, and have no far plane. A wrong direction of `depth` has no effect.
     /// `Mat4::from_cols_array` makes a matrix of an array of columns.
     ///
-    /// The view is wider by a part in a million, so that it culls nothing inside the matrix's frustum. `None` for a
-    /// parallel projection, a sheared or singular matrix, and numbers that are not finite. `None` also for an eye so far
-    /// from the origin that `f32` rounds it by more than a quarter of the near distance.
+    /// The view is one millionth wider, so that it culls nothing inside the matrix's frustum. `None` for a parallel
+    /// projection, a sheared or singular matrix, and numbers that are not finite. `None` also for an eye so far from
+    /// the origin that `f32` rounds it by more than a quarter of the near distance.
     pub fn from_matrix(clip_from_world: &Mat4, depth: Depth) -> Option<Self> {
-        let shown = Shown::by(&clip_from_world.as_dmat4(), depth)?;
-        let Shown { eye, forward, right, near, far, corners, .. } = shown;
+        let matrix_view = MatrixView::new(&clip_from_world.as_dmat4(), depth)?;
+        let MatrixView { eye, forward, right, near, far, corners, .. } = matrix_view;
         // The view's eye is `f32`. Rounding it shifts all points relative to the eye.
         let eye_in_world = eye.as_vec3();
         let shift = (eye - eye_in_world.as_dvec3()).length();
@@ -44,7 +45,8 @@ impl View {
             let along = corners.map(|corner| corner.dot(axis));
             let low = along.into_iter().fold(f64::INFINITY, f64::min);
             let high = along.into_iter().fold(f64::NEG_INFINITY, f64::max);
-            // The margin also grows with the distance from the axis, because an off-axis screen is far beside it.
+            // The margin also grows with the distance from the axis, because the borders of an off-axis screen are far
+            // from it.
             let farthest = 1.0 + low.abs().max(high.abs());
             let more = WIDENING * (high - low + farthest) + 2.0 * farthest * shift / near;
             ((low - more) as f32, (high + more) as f32)
@@ -74,7 +76,8 @@ impl ViewWindow {
     /// `None` for other matrices, and if the rounding of `f64` may move the eye by more than a part in 10^7 of the near
     /// distance.
     pub fn from_double_matrix(clip_from_world: &DMat4, depth: Depth) -> Option<Self> {
-        let Shown { eye, eye_rounding, forward, near, corners, .. } = Shown::by(clip_from_world, depth)?;
+        let MatrixView { eye, eye_rounding, forward, near, corners, .. } =
+            MatrixView::new(clip_from_world, depth)?;
         let is_known = eye_rounding <= MOST_EYE_ROUNDING * near;
         let middle = corners.iter().sum::<DVec3>() * 0.25;
         let corners = corners.map(|corner| middle + (corner - middle) * (1.0 + WINDOW_MARGIN));
@@ -83,22 +86,24 @@ impl ViewWindow {
 }
 
 /// The view of a perspective matrix, in `f64`, world space.
-struct Shown {
+struct MatrixView {
     eye: DVec3,
     /// Largest distance by which rounding may have moved the eye.
     eye_rounding: f64,
-    /// The direction of view, a unit vector. `right` is a unit vector, too.
+    /// Direction of view, a unit vector.
     forward: DVec3,
+    /// Direction to the right border of the screen, a unit vector.
     right: DVec3,
     /// Distance of the near plane along `forward`.
     near: f64,
+    /// Distance of the far plane along `forward`; may be infinite.
     far: f64,
     /// Directions from the eye to the corners of the screen, at distance 1, in order.
     corners: [DVec3; 4],
 }
 
-impl Shown {
-    fn by(clip_from_world: &DMat4, depth: Depth) -> Option<Self> {
+impl MatrixView {
+    fn new(clip_from_world: &DMat4, depth: Depth) -> Option<Self> {
         if !clip_from_world.is_finite() {
             return None;
         }
@@ -108,13 +113,8 @@ impl Shown {
         let clip_from_direction = DMat3::from_cols(x.truncate(), y.truncate(), w.truncate()).transpose();
         let direction_from_clip = clip_from_direction.inverse();
         let eye = direction_from_clip * -DVec3::new(x.w, y.w, w.w);
-        let forward = w.truncate().try_normalize()?;
-        let across = |row: DVec4| {
-            let along = row.truncate();
-            (along - forward * along.dot(forward)).try_normalize()
-        };
-        let (right, up) = (across(x)?, across(y)?);
-        if !eye.is_finite() || right.dot(up).abs() > MOST_SHEAR {
+        let [right, _, forward] = axes_of(clip_from_world)?;
+        if !eye.is_finite() || is_sheared(clip_from_world) {
             return None;
         }
         // At the distance t along the axis, the depth is (begin + slope t) / (scale t).
@@ -139,11 +139,25 @@ impl Shown {
             let corner = direction_from_clip * DVec3::new(x, y, 1.0);
             corner / corner.dot(forward)
         });
-        // At the eye the three rows are zero; what is left of them is rounding.
+        // At the eye the three rows are zero, so their computed values are rounding errors.
         let size = |row: DVec4| row.truncate().abs().dot(eye.abs()) + row.w.abs();
         let left_over = DVec3::new(size(x), size(y), size(w)) * (8.0 * f64::EPSILON);
         let inverse = direction_from_clip.to_cols_array().map(f64::abs);
         let eye_rounding = (DMat3::from_cols_array(&inverse) * left_over).length();
         Some(Self { eye, eye_rounding, forward, right, near, far, corners })
     }
+}
+
+/// The directions to the right and the upper border of the screen, and the direction of view, unit vectors; `None` for a
+/// parallel projection.
+fn axes_of(clip_from_world: &DMat4) -> Option<[DVec3; 3]> {
+    let [x, y, w] = [0, 1, 3].map(|row| clip_from_world.row(row).truncate());
+    let forward = w.try_normalize()?;
+    let across = |along: DVec3| (along - forward * along.dot(forward)).try_normalize();
+    Some([across(x)?, across(y)?, forward])
+}
+
+/// Whether the screen of a perspective matrix is sheared.
+pub(crate) fn is_sheared(clip_from_world: &DMat4) -> bool {
+    axes_of(clip_from_world).is_some_and(|[right, up, _]| right.dot(up).abs() > MOST_SHEAR)
 }

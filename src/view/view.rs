@@ -49,7 +49,7 @@ pub struct View {
 }
 
 impl View {
-    /// A view from `eye` towards `target`, with +y up. A view straight up or down has -z up.
+    /// A view from `eye` towards `target`, with +y up. A view straight down has -z up, a view straight up has +z up.
     pub fn look_at(eye: Vec3, target: Vec3, projection: Projection) -> Self {
         let back = (eye - target).normalize_or(Vec3::Z);
         let right = Vec3::Y.cross(back);
@@ -92,9 +92,9 @@ impl View {
 
     /// The six planes, world space, normals inwards and of unit length: left, right, lower, upper, near, far.
     ///
-    /// They lie outside the drawn frustum by the largest rounding error of a box test, a part in 10^7 of the coordinates.
-    /// Renderers work relative to the eye, so far from the origin they are more exact than a box test. Without the margin a
-    /// test could cull slivers that they show.
+    /// They lie outside the drawn frustum by the largest rounding error of a box test, a part in 10^7 of the
+    /// coordinates. Renderers work relative to the eye, so far from the origin they are more exact than a box test.
+    /// Without the margin a test could cull slivers that a renderer shows.
     pub fn frustum(&self) -> Frustum {
         let Projection { left, right, bottom, top, near_m, far_m } = self.projection;
         let [left, right, bottom, top, near_m, far_m] =
@@ -132,8 +132,8 @@ impl View {
 
     /// The window for occlusion culling; `None` for a degenerate projection.
     ///
-    /// The window is wider by [`WINDOW_MARGIN`], and its near plane farther by the same fraction. So no rounding of a
-    /// renderer can show anything outside the window, or cut off an occluder.
+    /// The window is wider by [`WINDOW_MARGIN`], and its near plane farther by the same fraction. Rounding errors of a
+    /// renderer can then neither show anything outside the window nor clip an occluder.
     #[doc(hidden)]
     pub fn window(&self) -> Option<ViewWindow> {
         let corners = self.corner_directions().map(|corner| corner.as_dvec3());

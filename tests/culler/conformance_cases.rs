@@ -16,23 +16,23 @@ use osp::{
 
 /// What the file begins with.
 const HEAD: &str = "\
-# Cases that every binding of osp has to pass. One line is one step; executed from the first to the last.
+# Cases that every binding of osp must pass. Each line is a step. A test executes the steps from the first to the last.
 #
-#   case NAME                                    begins with an empty index
-#   box ID minx miny minz maxx maxy maxz         inserts a box, or moves the one with this id
-#   remove ID                                    takes it out
-#   view m0 .. m15                               clip from world, columns one after the other; depth from 0 to 1, or 1 to 0
-#   visible ID ID ...                            what the last view must answer, ascending
-#   boxquery minx miny minz maxx maxy maxz       asks for boxes that share a point with this one
-#   sphere x y z radius                          asks for boxes that share a point with this ball
-#   found ID ID ...                              what the last of these two must answer, ascending
-#   ray ox oy oz dx dy dz tmax                   from a point along a direction, t in units of its length
-#   hit ID t | hit none                          the box that it enters first, and where (0 from inside), to a part in 10^4
-#   quad ID x y z x y z x y z x y z              gives it an occluder with these corners, in place of the one that it had; an occluder
-#                                                goes with its box: when it moves, and when it is taken out
-#   unhidden ID ID ...                           what the last view must answer with occlusion, ascending
+#   case NAME                                    begins with an empty culler
+#   box ID minx miny minz maxx maxy maxz         inserts a box, or moves the box with this id
+#   remove ID                                    removes the box with this id, and its occluder
+#   view m0 .. m15                               the matrix from world to clip space, column-major; depth from 0 to 1, or 1 to 0
+#   visible ID ID ...                            the expected ids in the last view, ascending
+#   boxquery minx miny minz maxx maxy maxz       queries the boxes that share a point with this box
+#   sphere x y z radius                          queries the boxes that share a point with this ball
+#   found ID ID ...                              the expected ids of the last boxquery or sphere, ascending
+#   ray ox oy oz dx dy dz tmax                   an origin, a direction and the largest t, in units of the direction's length
+#   hit ID t | hit none                          the first box that the ray enters, and t there (0 from inside); relative error 10^-4
+#   quad ID x y z x y z x y z x y z              sets the occluder of the box to a quad with these corners; the next move of the box
+#                                                removes it
+#   unhidden ID ID ...                           the expected ids in the last view with occlusion culling, ascending
 #
-# A view answers each box that lies wholly behind none of its six planes; touching is not behind. Numbers are f32.
+# A view contains each box that is not wholly behind one of its six planes; touching is not behind. Numbers are f32.
 # tests/culler/conformance_cases.rs makes this file: OSP_WRITE=1 cargo test --test culler conformance_cases
 ";
 

@@ -1,7 +1,7 @@
 //! Box and ray queries of every index against the plainest code.
 
 mod bsp;
-mod own;
+pub(crate) mod own;
 mod rays;
 
 use glam::Vec3;

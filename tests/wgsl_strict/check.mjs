@@ -32,6 +32,13 @@ async function compile(name, code) {
   return { module, messages: messages.map((m) => `${name}:${m.lineNum}:${m.linePos}: ${m.type}: ${m.message}`) };
 }
 
+/// Whether a fragment shader with this result, as `-> type`, writes colours.
+function returnsColours(code, gives) {
+  const structName = gives?.match(/->\s*(\w+)\s*$/)?.[1];
+  const fields = structName && code.match(new RegExp(`struct\\s+${structName}\\s*\\{([^}]*)\\}`))?.[1];
+  return (fields ?? gives ?? '').includes('@location');
+}
+
 /// Makes an entry point a pipeline: what is known only then (override constants, limits, interfaces) is checked.
 async function link(name, module, { stage, entry: entryPoint }, fragment) {
   device.pushErrorScope('validation');
@@ -48,8 +55,8 @@ async function link(name, module, { stage, entry: entryPoint }, fragment) {
         { shaderLocation: 1, offset: 12, format: beside },
       ],
     }] : [];
-    // One without colours only lets pixels through.
-    const targets = fragment?.gives ? [{ format: 'rgba16float' }] : [];
+    // A fragment shader without colours writes only depth, or only lets pixels through.
+    const targets = fragment?.colours ? [{ format: 'rgba16float' }] : [];
     device.createRenderPipeline({
       layout,
       vertex: { module, entryPoint, buffers },
@@ -81,6 +88,7 @@ for (const [name, code] of shaders) {
   const pattern = /@(vertex|fragment|compute)\b[^{]*?\bfn\s+(\w+)\s*\(([^{]*?)\)\s*(->[^{]*)?\{/g;
   const found = [...code.matchAll(pattern)].map(([, stage, entry, takes, gives]) => ({ stage, entry, takes, gives }));
   const fragments = found.filter(({ stage }) => stage === 'fragment');
+  for (const one of fragments) one.colours = returnsColours(code, one.gives);
   for (const one of found.filter(({ stage }) => stage !== 'fragment')) {
     // A fragment shader takes what its vertex shader gives; one that only lays down depth may have none.
     const type = one.gives?.match(/->\s*(\w+)\s*$/)?.[1];

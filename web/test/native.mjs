@@ -16,7 +16,7 @@ export function canRender() {
   if (process.env.CI && process.env.OSP_GPU_TESTS === '1') {
     throw new Error(`${program} cannot draw: OSP must name a program that was built with the feature window`);
   }
-  console.log(`skipped: pictures beside those of osp render, for ${program} cannot draw: build it with the feature window`);
+  console.log(`skipped: what is drawn without a browser, for ${program} cannot draw: build it with the feature window`);
   return false;
 }
 
@@ -45,6 +45,15 @@ export function render(file, { frames, camera, width, height, momentS }) {
     const out = join(folder, 'picture.png');
     await run(['render', file, out, '--pace', 'recorded', '--frame', String(frames - 1), '--view', camera,
       '--size', `${width}x${height}`, '--time', String(momentS)]);
+    return readFileSync(out);
+  });
+}
+
+/// A film of a session in this format, of 0.8 s with ten pictures a second; the turn goes once around the model.
+export function film(file, ending, size) {
+  return inFolder(async (folder) => {
+    const out = join(folder, `film.${ending}`);
+    await run(['film', file, out, '--size', size, '--seconds', '0.8', '--fps', '10']);
     return readFileSync(out);
   });
 }

@@ -56,7 +56,7 @@ async function read(page, path) {
   const before = (await stateOf(page)).path;
   const since = Date.now();
   await choose(page, path);
-  const state = await until(page, name, ({ isReplay, path, position }) => isReplay && path !== before && path.endsWith(name) && position > 0, 300_000);
+  const state = await until(page, name, ({ isReplay, path, position, work }) => isReplay && !work && path !== before && path.endsWith(name) && position > 0, 300_000);
   return { ms: Date.now() - since, state, ...(await heard(page)) };
 }
 
@@ -129,11 +129,13 @@ try {
   await read(page, large);
   await listen(page);
   const since = Date.now();
+  await page.waitForSelector('#draw:not([disabled])');
   await page.click('#draw');
-  const drawn = await until(page, 'the copy', (state) => !state.isReplay && state.length > 0, 300_000);
+  // The copy is complete when nothing is left to insert.
+  const drawn = await until(page, 'the copy', (state) => !state.isReplay && state.length > 0 && !state.work, 300_000);
   const { gaps: drawGaps, long: drawLong } = await heard(page);
   console.log(`opened to draw on in ${Date.now() - since} ms: tasks of more than 50 ms: ${drawLong.join(' ')}`);
-  check(drawn.polygons === whole.polygons, `a copy to draw on has ${drawn.polygons} polygons, the longest gap ${drawGaps.at(-1).toFixed(0)} ms`);
+  check(drawn.polygons === whole.polygons, `a copy of ${state.path} to draw on, ${drawn.path}, has ${drawn.polygons} polygons, the longest gap ${drawGaps.at(-1).toFixed(0)} ms`);
   await sleep(1000);
   await picture(page, 'to-draw');
 

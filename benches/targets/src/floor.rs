@@ -1,7 +1,7 @@
-//! The least time of a query in any structure. A query must read the boxes that a plane cuts, 24 bytes each, because
-//! nothing else shows whether they are visible. It must write its result, four bytes a polygon or two a block of
-//! sixteen. A plain pass over as many bytes measures this time. It takes turns with the rivals, so it begins with the
-//! caches that they leave.
+//! A lower bound for the time of a query in any structure. Every query must read the boxes that a plane cuts, 24 bytes
+//! each, because no other data tells whether they are visible. It must write its result: four bytes for each polygon,
+//! or two bytes for each block of sixteen. A plain loop over this number of bytes measures the bound. The loop
+//! alternates with the queries of the rivals, so its caches are as cold as theirs.
 
 use std::{hint::black_box, time::Instant};
 
@@ -9,9 +9,10 @@ use osp::math::{Aabb, Containment, Frustum};
 
 use crate::median;
 
-/// The least time of a query, and the bytes: means over the views of the medians over the rounds.
+/// The lower bound of a query's time, and its bytes. For each view, the time is the median of the rounds; the fields
+/// contain the mean of all views.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Least {
+pub struct LowerBound {
     pub ids_us: f64,
     pub ids_kb: f64,
     pub blocks_us: f64,
@@ -37,7 +38,7 @@ pub struct Floor {
 }
 
 impl Floor {
-    /// `found` are the ids seen in each view, ascending.
+    /// `found` contains the ids in each view, ascending.
     pub fn new(boxes: &[Aabb], views: &[Frustum], found: &[Vec<u32>]) -> Self {
         let views = views.iter().zip(found).map(|(frustum, ids)| {
             let is_cut = |id: &&u32| frustum.classify(&boxes[**id as usize]) == Containment::Intersects;
@@ -59,7 +60,7 @@ impl Floor {
         }
     }
 
-    /// One round.
+    /// Measures one round of all views.
     pub fn measure(&mut self) {
         for view in &mut self.views {
             let start = Instant::now();
@@ -79,8 +80,8 @@ impl Floor {
         }
     }
 
-    pub fn least(&mut self) -> Least {
-        let mut all = Least::default();
+    pub fn lower_bound(&mut self) -> LowerBound {
+        let mut all = LowerBound::default();
         let share = 1.0 / self.views.len() as f64;
         for view in &mut self.views {
             all.ids_us += median(&mut view.ids_us) * share;
@@ -92,7 +93,7 @@ impl Floor {
     }
 }
 
-/// Reads boxes, several at once.
+/// Reads all boxes; the compiler uses SIMD.
 fn read(boxes: &[[f32; 6]]) {
     let mut bits = [0u32; 6];
     for chunk in boxes {

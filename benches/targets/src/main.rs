@@ -1,5 +1,5 @@
-//! Measures `osp` and every rival in one run: insertion, queries, whole frames, latency of every batch, memory. Rivals
-//! take turns in every round; the results of each are compared with the results of the first.
+//! Measures `osp` and every rival in one run: insertion, queries, whole frames, latency of every batch, memory. Every
+//! round queries all rivals. All rivals must find the same polygons.
 //!
 //! `cargo run --release --manifest-path benches/targets/Cargo.toml [-- SIZE...]`. SIZE is a number of polygons, by
 //! default 10000, 100000 and 1000000. `OSP_CORPUS` names a folder whose recorded sessions and models (`.obj`) are
@@ -11,7 +11,7 @@ mod sessions;
 
 use std::time::Instant;
 
-use floor::{Floor, Least};
+use floor::{Floor, LowerBound};
 use osp::{
     index::IndexConfig,
     math::{Aabb, Frustum},
@@ -20,11 +20,12 @@ use osp_testkit::boxes::{Place, root, views};
 use peers::{KINDS, Kind, Subject};
 use sessions::Arrivals;
 
-/// Number of rounds of queries; short queries have four times as many. The median of each view counts.
+/// Number of rounds of queries; short queries have four times as many rounds. The result of a view is the median of its
+/// rounds.
 const ROUNDS: usize = 9;
-/// Views of each camera.
+/// Number of views of each camera.
 const VIEWS: usize = 8;
-/// Polygons that come in a frame.
+/// Sizes of the batches, in polygons. A frame inserts one batch.
 const BATCHES: [usize; 3] = [16, 256, 1024];
 
 fn main() {
@@ -50,25 +51,25 @@ fn main() {
 struct Row {
     kind: &'static Kind,
     subject: Box<dyn Subject>,
-    /// Insertion time per polygon for each of [`BATCHES`], nanoseconds, by the least time of every batch in five runs.
-    /// For a rival that rebuilds, the time of a rebuild, nanoseconds.
+    /// Insertion time per polygon for each of [`BATCHES`], nanoseconds, from the shortest time of every batch in five
+    /// runs. For a rival that rebuilds, the time of a rebuild, nanoseconds.
     insert_ns: [f64; BATCHES.len()],
-    /// Microseconds of a batch of 16: p50, p99, p99.9, max.
+    /// Times of the batches of 16, microseconds: p50, p99, p99.9, maximum.
     latency_us: [f64; 4],
-    /// Microseconds a query, outside and inside.
+    /// Time of a query from outside and from inside, microseconds.
     query_us: [f64; 2],
-    /// 99th percentile of all queries in all views, microseconds.
+    /// 99th percentile of all queries of all views, from outside and from inside, microseconds.
     query_p99_us: [f64; 2],
 }
 
 impl Row {
-    /// Nothing measured yet.
+    /// Returns a row without measurements.
     fn new(kind: &'static Kind, subject: Box<dyn Subject>) -> Self {
         let (insert_ns, latency_us) = ([f64::NAN; BATCHES.len()], [f64::NAN; 4]);
         Self { kind, subject, insert_ns, latency_us, query_us: [0.0; 2], query_p99_us: [0.0; 2] }
     }
 
-    /// A whole frame: 16 inserts (or a rebuild) and a query, microseconds.
+    /// Returns the time of a whole frame: 16 inserts (or a rebuild) and a query, microseconds.
     fn frame_us(&self, camera: usize) -> f64 {
         let change_ns = if self.kind.rebuilds { self.insert_ns[0] } else { 16.0 * self.insert_ns[0] };
         change_ns / 1000.0 + self.query_us[camera]
@@ -80,20 +81,20 @@ fn measure(arrivals: &Arrivals) {
     let mut rows: Vec<Row> = KINDS
         .iter()
         .filter(|k| if k.peer { arrivals.peers } else { arrivals.static_trees || !k.rebuilds })
-        .map(|k| grow(k, boxes))
+        .map(|k| measure_insertion(k, boxes))
         .collect();
     let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
-    let (mut seen, mut least) = ([0.0; 2], [Least::default(); 2]);
+    let (mut seen, mut least) = ([0.0; 2], [LowerBound::default(); 2]);
     for (camera, place) in [Place::Outside, Place::Inside].into_iter().enumerate() {
         let views = views(&bounds, VIEWS, place, 7);
-        (seen[camera], least[camera]) = ask(&mut rows, camera, &views, boxes);
+        (seen[camera], least[camera]) = measure_queries(&mut rows, camera, &views, boxes);
         seen[camera] /= (VIEWS * boxes.len()) as f64;
     }
     print(&arrivals.name, boxes.len(), &rows, seen, least);
 }
 
-/// Fills a rival.
-fn grow(kind: &'static Kind, boxes: &[Aabb]) -> Row {
+/// Fills a rival and measures the insertion.
+fn measure_insertion(kind: &'static Kind, boxes: &[Aabb]) -> Row {
     let config = IndexConfig { root: root(), capacity: boxes.len() };
     if kind.rebuilds {
         let mut times = Vec::new();
@@ -118,7 +119,7 @@ fn grow(kind: &'static Kind, boxes: &[Aabb]) -> Row {
         if runs == 1 && batch != 16 {
             continue;
         }
-        // A batch does the same work in every run, so its least time is the least disturbed one.
+        // Every run does the same work, so a batch's shortest time contains the least disturbance by other programs.
         let mut least = vec![f64::MAX; boxes.len().div_ceil(batch)];
         for _ in 0..runs {
             let mut filled = (kind.make)(&config);
@@ -140,13 +141,14 @@ fn grow(kind: &'static Kind, boxes: &[Aabb]) -> Row {
             latency_us = [at(0.5), at(0.99), at(0.999), at(1.0)];
         }
     }
-    let mut subject = subject.expect("it was filled at least once");
+    let mut subject = subject.expect("at least one run");
     subject.rest();
     Row { insert_ns, latency_us, ..Row::new(kind, subject) }
 }
 
-/// Queries all rivals in turns. Returns the number of polygons found, and the least time of a query.
-fn ask(rows: &mut [Row], camera: usize, views: &[Frustum], boxes: &[Aabb]) -> (f64, Least) {
+/// Measures the queries of all rivals, which alternate. Returns the number of polygons found, and the lower bound of
+/// the time.
+fn measure_queries(rows: &mut [Row], camera: usize, views: &[Frustum], boxes: &[Aabb]) -> (f64, LowerBound) {
     let mut list = Vec::new();
     let mut expected: Vec<Vec<u32>> = Vec::new();
     for row in rows.iter() {
@@ -159,7 +161,7 @@ fn ask(rows: &mut [Row], camera: usize, views: &[Frustum], boxes: &[Aabb]) -> (f
             if expected.len() == i {
                 expected.push(ids);
             } else {
-                assert!(ids == expected[i], "{}: another answer", row.kind.name);
+                assert!(ids == expected[i], "{}: found other polygons", row.kind.name);
             }
         }
     }
@@ -183,7 +185,7 @@ fn ask(rows: &mut [Row], camera: usize, views: &[Frustum], boxes: &[Aabb]) -> (f
         all.sort_by(f64::total_cmp);
         row.query_p99_us[camera] = all[(all.len() - 1) * 99 / 100];
     }
-    (expected.iter().map(Vec::len).sum::<usize>() as f64, floor.least())
+    (expected.iter().map(Vec::len).sum::<usize>() as f64, floor.lower_bound())
 }
 
 fn views_are_short(expected: &[Vec<u32>]) -> bool {
@@ -195,7 +197,7 @@ pub(crate) fn median(numbers: &mut [f64]) -> f64 {
     numbers[numbers.len() / 2]
 }
 
-fn print(name: &str, polygons: usize, rows: &[Row], seen: [f64; 2], least: [Least; 2]) {
+fn print(name: &str, polygons: usize, rows: &[Row], seen: [f64; 2], least: [LowerBound; 2]) {
     println!(
         "\n### {name} ({polygons} polygons; {:.0} % seen from outside, {:.0} % from inside)\n",
         seen[0] * 100.0,

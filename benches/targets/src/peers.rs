@@ -1,4 +1,4 @@
-//! The structures that are measured: our own and those of other crates ([`osp_rivals::PeerKind`]).
+//! The measured structures: the project's own, and the structures of other crates ([`osp_rivals::PeerKind`]).
 
 use std::{cell::RefCell, time::Instant};
 
@@ -9,7 +9,7 @@ use osp::{
 };
 use osp_rivals::{IndexKind, PeerKind};
 
-/// A structure that is filled and queried.
+/// A measured structure.
 pub trait Subject {
     fn insert(&mut self, id: u32, bounds: &Aabb);
     /// Ends a frame's inserts.
@@ -17,12 +17,12 @@ pub trait Subject {
     fn cull(&self, frustum: &Frustum, out: &mut Vec<PolygonId>);
     /// Runs frames in which nothing changes.
     fn rest(&mut self) {}
-    /// Appends the result of the last `cull` to `out`, if `cull` returned blocks.
+    /// Appends the result of the last `cull` to `out` if the structure returns blocks.
     fn list(&self, _out: &mut Vec<PolygonId>) {}
     fn bytes(&self) -> usize;
 }
 
-/// A kind of subject, and its constructor.
+/// A kind of measured structure, and its constructor.
 pub struct Kind {
     pub name: &'static str,
     pub rebuilds: bool,
@@ -115,17 +115,17 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "bvh insert", rebuilds: false, peer: true, blocks: false, make: |c| peer(PeerKind::Bvh, c) },
 ];
 
-struct Own(Box<dyn SpatialIndex>);
+struct Indexed(Box<dyn SpatialIndex>);
 
 fn own(kind: IndexKind, config: &IndexConfig) -> Box<dyn Subject> {
-    Box::new(Own(kind.create(config)))
+    Box::new(Indexed(kind.create(config)))
 }
 
 fn peer(kind: PeerKind, config: &IndexConfig) -> Box<dyn Subject> {
-    Box::new(Own(kind.create(config)))
+    Box::new(Indexed(kind.create(config)))
 }
 
-impl Subject for Own {
+impl Subject for Indexed {
     fn insert(&mut self, id: u32, bounds: &Aabb) {
         self.0.insert(PolygonId(id), bounds).expect("finite boxes, each id once");
     }
@@ -143,7 +143,7 @@ impl Subject for Own {
     }
 }
 
-/// `osp` after quiet frames, in which it packs the leaves of scattered polygons.
+/// `osp` after frames without changes, in which it packs the leaves of scattered polygons.
 struct Rested(Box<dyn Subject>);
 
 impl Subject for Rested {
@@ -162,7 +162,7 @@ impl Subject for Rested {
             start.elapsed().as_secs_f64() * 1.0e6
         };
         let mut times: Vec<f64> = (0..20_000).map(frame).collect();
-        // Frames without anything left to pack take almost no time.
+        // Frames that pack nothing take almost no time.
         times.retain(|us| *us > 1.0);
         times.sort_by(f64::total_cmp);
         if let Some(most) = times.last() {
@@ -189,7 +189,7 @@ impl Subject for Rested {
     }
 }
 
-/// `osp` with blocks as results. They are converted to ids only to compare results.
+/// `osp` with blocks as results. `list` converts the blocks to ids, so that the results can be compared.
 struct Blocks {
     tree: Osp,
     found: RefCell<VisibleBlocks>,

@@ -11,9 +11,9 @@ use osp_testkit::boxes::{drawn, shuffled};
 pub struct Arrivals {
     pub name: String,
     pub boxes: Vec<Aabb>,
-    /// Whether the trees of other crates are measured.
+    /// Whether to measure the trees of other crates.
     pub peers: bool,
-    /// Whether our trees that rebuild are measured.
+    /// Whether to measure the project's own trees that rebuild.
     pub static_trees: bool,
 }
 
@@ -31,8 +31,8 @@ pub fn synthetic(count: usize) -> [Arrivals; 2] {
     ]
 }
 
-/// The recorded sessions and models of a folder with at least `at_least` polygons, scaled into the cube of 4 m, and all
-/// its sessions together. The faces of models (`.obj`) have no spatial order.
+/// Returns the recorded sessions and models of a folder that have at least `at_least` polygons, scaled into a cube of 4
+/// m. Appends one entry with the polygons of all sessions. The faces of models (`.obj`) have no spatial order.
 pub fn recorded(folder: &Path, at_least: usize) -> Vec<Arrivals> {
     let mut files = Vec::new();
     find(folder, &mut files);

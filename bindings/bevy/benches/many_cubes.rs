@@ -1,11 +1,13 @@
 //! Measures Bevy's own culling and the plugin, frame by frame in one process. `cargo bench` prints the table of the
-//! README. `cargo bench -- limits` prints the table for the limits of `OspCullingSettings`, `cargo bench -- sun` the one with
-//! a sun whose shadows have four cascades, `-- lamps` the one with point lights and spot lights, `-- movers` the one of
-//! shares of moving cubes. Numbers after it choose the number of cubes.
+//! README. An argument selects another table, and further arguments are numbers of cubes:
+//! * `cargo bench -- limits`: the limits of `OspCullingSettings`.
+//! * `cargo bench -- sun`: a sun whose shadows have four cascades.
+//! * `cargo bench -- lamps`: point lights and spot lights.
+//! * `cargo bench -- movers`: several fractions of moving cubes.
 
-#![expect(clippy::print_stdout, reason = "a table is what it is for")]
+#![expect(clippy::print_stdout, reason = "the bench prints a table")]
 
-#[expect(dead_code, reason = "tests have two threads; here are as many as Bevy takes")]
+#[expect(dead_code, reason = "tests use two threads, this bench as many as Bevy chooses")]
 #[path = "../tests/twins/mod.rs"]
 mod twins;
 
@@ -59,7 +61,7 @@ enum Lights {
 #[derive(Clone, Debug)]
 struct Case {
     cubes: usize,
-    /// Share of the cubes that moves in each frame.
+    /// Fraction of the cubes that moves in each frame.
     moved: f32,
     /// Vertical field of view, degrees.
     fov_degrees: f32,
@@ -80,7 +82,7 @@ impl Case {
     }
 }
 
-/// A cloud of cubes with a turning camera in its middle, like in Bevy's example `many_cubes`.
+/// A cloud of cubes around a rotating camera, as in Bevy's example `many_cubes`.
 struct Cloud {
     random: Pcg64Mcg,
     cubes: Vec<Entity>,
@@ -152,7 +154,8 @@ fn vector(random: &mut Pcg64Mcg) -> Vec3 {
     Vec3::new(signed(), signed(), signed())
 }
 
-/// Number of frames before the first that counts. In them an index is started, filled, and given up if it costs too much.
+/// Number of frames before the measurement. In these frames the plugin builds an index, and drops it if it costs too
+/// much.
 const WARM_FRAMES: usize = 260;
 
 struct Measured {
@@ -186,7 +189,7 @@ fn measure(case: &Case) -> Measured {
     let frames = (3_000_000 / case.cubes.max(1)).clamp(61, 2001);
     let (mut check, mut update) = ([const { Vec::new() }; 2], [const { Vec::new() }; 2]);
     for frame in 0..WARM_FRAMES + frames {
-        // The second app finds a colder cache, so the two take turns.
+        // The app that runs second has a colder cache, so the order alternates.
         let order = if frame % 2 == 0 { [0, 1] } else { [1, 0] };
         for which in order {
             clouds[which].frame(&mut apps[which]);
@@ -217,10 +220,10 @@ fn median(mut times: Vec<f64>) -> f64 {
 
 fn row(name: &str, case: &Case) {
     let Measured { check_ms, update_ms, counts, seen } = measure(case);
-    let way = if counts.views_by_index > 0 { "index" } else { "pass" };
+    let method = if counts.views_by_index > 0 { "index" } else { "pass" };
     let ratio = |times: [f64; 2]| times[1] / times[0];
     println!(
-        "| {} | {name} | {seen} | {way} | {:.3} | {:.3} | {:.2} | {:.3} | {:.3} | {:.2} |",
+        "| {} | {name} | {seen} | {method} | {:.3} | {:.3} | {:.2} | {:.3} | {:.3} | {:.2} |",
         case.cubes,
         check_ms[0],
         check_ms[1],
@@ -236,7 +239,7 @@ fn main() {
     let sizes = arguments.iter().filter_map(|argument| argument.parse().ok()).collect::<Vec<usize>>();
     let sizes_or = |default: &[usize]| if sizes.is_empty() { default.to_vec() } else { sizes.clone() };
     println!(
-        "| cubes | | seen | way | check, Bevy, ms | check, plugin, ms | ratio | update, Bevy, ms | update, plugin, ms | ratio |"
+        "| cubes | | seen | method | check, Bevy, ms | check, plugin, ms | ratio | update, Bevy, ms | update, plugin, ms | ratio |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     if arguments.iter().any(|argument| argument == "limits") {

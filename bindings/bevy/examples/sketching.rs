@@ -1,11 +1,11 @@
-//! A sketch that grows while a camera flies through it. In each frame a hundred hands add a point to the mesh of their
-//! ribbon. Bevy computes the box of a changed mesh again, and the plugin takes it in the same frame. The example needs no
-//! window: it prints the work of the plugin and the time of a frame, and draws the visible ribbons into a picture. In a
-//! game, with Bevy's `DefaultPlugins`, the ribbons also need a `MeshMaterial3d`.
+//! A sketch that grows while a camera flies through it. In each frame, each of a hundred hands adds a point to the mesh
+//! of its ribbon. Bevy recomputes the box of a changed mesh, and the plugin uses it in the same frame. The example
+//! needs no window: it prints the plugin's counts and the time of a frame, and draws the visible ribbons into a
+//! picture. In a game, with Bevy's `DefaultPlugins`, the ribbons also need a `MeshMaterial3d`.
 //!
 //! `cargo run --release --example sketching [-- FRAMES [PICTURE.ppm]]`
 
-#![expect(clippy::print_stdout, reason = "this is what it shows")]
+#![expect(clippy::print_stdout, reason = "the example prints its results")]
 
 use std::{any::TypeId, time::Instant};
 
@@ -26,7 +26,7 @@ use bevy_transform::{TransformPlugin, components::Transform};
 
 /// Number of hands that draw at once: a whole class of artists.
 const HANDS: usize = 100;
-/// Number of frames, each with one point of its hand, in which a ribbon grows.
+/// Number of frames in which a ribbon grows, by one point in each frame.
 const FRAMES_OF_RIBBON: usize = 8;
 /// Duration of a frame in seconds.
 const FRAME_SECS: f32 = 0.02;
@@ -47,7 +47,7 @@ impl Hands {
     }
 }
 
-/// Returns the place of a hand: a curve that does not close, through a room of forty metres.
+/// Returns the position of a hand: a point of a curve that does not close, in a cube of about forty metres.
 fn hand_at(hand: usize, time_secs: f32) -> Vec3 {
     let shift = hand as f32 * 1.7;
     let time = time_secs * 5.0;
@@ -86,7 +86,7 @@ fn fly(hands: Res<'_, Hands>, mut cameras: Query<'_, '_, &mut Transform, With<Ca
     }
 }
 
-/// Draws the lines of these ribbons into a picture with three bytes a pixel.
+/// Draws the lines of these ribbons into a picture with three bytes per pixel.
 fn picture(app: &App, camera: Entity, ribbons: &[Entity]) -> Vec<u8> {
     let [width, height] = SIZE;
     let mut pixels = vec![0; width * height * 3];

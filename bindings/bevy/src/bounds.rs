@@ -1,8 +1,8 @@
 //! Converts Bevy's volumes to osp's: a box in world space that is never smaller, and a frustum that is never narrower.
 //!
 //! Bevy tests an oriented box (and the sphere around it) against the planes, in `f32`. An entity whose box in the index
-//! is behind one of these planes must fail that test, too. With exact numbers it does, because the box contains the
-//! oriented one. [`MARGIN`] and [`LEAST_MARGIN_M`] cover the rounding errors of both tests. Bevy's crates and osp have
+//! is behind one of these planes must fail that test, too. With exact numbers it fails, because the box contains the
+//! oriented box. [`MARGIN`] and [`LEAST_MARGIN_M`] cover the rounding errors of both tests. Bevy's crates and osp have
 //! different versions of glam, so numbers are passed as arrays.
 
 use bevy_camera::primitives::{Aabb, Frustum, Sphere};
@@ -13,13 +13,13 @@ use osp::{
     math::{Aabb as WorldBox, Frustum as OspFrustum, Plane},
 };
 
-/// Share of a coordinate, an extent or a plane's distance by which a box or a plane is enlarged. Each of the two tests
-/// rounds less than sixteen times. Each rounding is at most 2^-24 of a number not larger than the coordinate, extent or
-/// distance.
+/// Fraction of a coordinate, an extent or a plane's distance by which a box is enlarged or a plane is moved outwards.
+/// Each of the two tests rounds less than sixteen times. Each rounding is at most 2^-24 of a number not larger than the
+/// coordinate, extent or distance.
 const MARGIN: f32 = 1.0 / (1 << 19) as f32;
 
 /// Margin in metres that is added to each coordinate, extent and distance, for numbers so small that their products
-/// vanish.
+/// underflow.
 const LEAST_MARGIN_M: f32 = 1.0e-30;
 
 /// Limit in metres of boxes and planes for the index. Beyond it, products of their numbers could overflow.
@@ -70,7 +70,8 @@ pub(crate) const CASCADE_PLANES: [usize; 5] = [0, 1, 2, 3, ViewFrustum::FAR_PLAN
 #[cfg(feature = "light")]
 pub(crate) const ALL_PLANES: [usize; 6] = [0, 1, 2, 3, 4, 5];
 
-/// Returns the cube around a sphere as a frustum, slightly larger; everything if the sphere is not finite.
+/// Returns a frustum with the sides of a cube slightly larger than a sphere. If the sphere is not finite, the frustum
+/// contains everything.
 #[cfg(feature = "light")]
 pub(crate) fn cube_around(sphere: &Sphere) -> OspFrustum {
     let Some(cube) = box_around(sphere.center, Vec3A::splat(sphere.radius)) else {
@@ -89,7 +90,7 @@ pub(crate) fn osp_frustum(frustum: &Frustum, used: &[usize]) -> OspFrustum {
         let half_space = &frustum.half_spaces[*number];
         let (normal, d) = (half_space.normal(), half_space.d());
         let is_unit = (normal.length_squared() - 1.0).abs() < UNIT_TOLERANCE;
-        // Otherwise the plane keeps its initial value, with everything inside.
+        // Otherwise the plane keeps its initial value, which excludes nothing.
         if is_unit && d.abs() < FARTHEST_M {
             let normal = Vec3::from(normal.to_array());
             *plane = Plane { normal, d: d + d.abs() * MARGIN + LEAST_MARGIN_M };

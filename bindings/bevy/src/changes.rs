@@ -82,7 +82,8 @@ impl Changes<'_, '_> {
         self.taken_in.clear();
     }
 
-    /// Passes on all changes since the last run of the system, until `take` stops. An entity may appear several times.
+    /// Passes all changes since the last run of the system to `take`, until it returns `Break`. An entity may appear
+    /// several times.
     pub(crate) fn follow(&mut self, mut take: impl FnMut(Received) -> ControlFlow<()>) -> ControlFlow<()> {
         for entity in self.no_transform.read() {
             take(Received::Gone(entity))?;
@@ -111,7 +112,8 @@ impl Changes<'_, '_> {
         self.for_each_changed(count).is_break()
     }
 
-    /// Passes on each entity that is new or has changed since the last run of the system, and whether it has bounds.
+    /// Passes to `take` each entity that is new or has changed since the last run of the system, and whether it has
+    /// bounds.
     fn for_each_changed(&self, mut take: impl FnMut(Entity, bool) -> ControlFlow<()>) -> ControlFlow<()> {
         let tables = self.entities.contiguous_iter().expect("Bevy keeps these components in tables");
         for (entities, transforms, aabbs, spheres, no_culling, view_visibilities) in tables {
@@ -122,7 +124,7 @@ impl Changes<'_, '_> {
                 aabbs.map(|aabbs| aabbs.changed_ticks_slice()),
                 spheres.map(|spheres| spheres.changed_ticks_slice()),
                 no_culling.map(|no_culling| no_culling.added_ticks_slice()),
-                // This component is added last of those that the query requires.
+                // Bevy adds this component after all others that the query requires.
                 Some(view_visibilities.added_ticks_slice()),
             ];
             let is_newer = |tick: &Tick| tick.is_newer_than(last_run, this_run);
@@ -143,7 +145,7 @@ impl Changes<'_, '_> {
         ControlFlow::Continue(())
     }
 
-    /// Passes on every entity, and whether it has bounds.
+    /// Passes to `take` every entity, whether it has bounds, and its transform.
     pub(crate) fn for_each(&self, mut take: impl FnMut(Entity, bool, &GlobalTransform)) {
         for (entity, transform, aabb, sphere, no_culling, _) in &self.entities {
             let has_bounds = no_culling.is_none() && (aabb.is_some() || sphere.is_some());

@@ -45,7 +45,8 @@ pub(crate) struct Checked {
     is_occluder: Has<Occluder>,
 }
 
-/// The components of a view that the check needs: those of Bevy's system, and its place for occlusion.
+/// The components of a view that the check reads: the components that Bevy's system reads, and projection and transform
+/// for occlusion culling.
 type ViewData = (
     Entity,
     &'static mut VisibleEntities,
@@ -59,7 +60,7 @@ type ViewData = (
 /// The entities that a thread has found, by visibility class.
 type Queue = TypeIdMap<Vec<Entity>>;
 
-/// Buffers whose memory is used again.
+/// Reused buffers.
 #[derive(Default)]
 pub(crate) struct Scratch {
     queues: Parallel<Queue>,
@@ -117,7 +118,7 @@ pub(crate) fn check_visibility(
     }
 }
 
-/// Reads a part of each component that the check of an entity will read.
+/// Reads a part of each component that the check of an entity will read, so that its cache line is loaded.
 #[inline]
 fn touch(item: &CheckedItem<'_, '_>) -> u32 {
     u32::from(item.inherited_visibility.get())
@@ -173,13 +174,13 @@ impl ViewTest<'_> {
             return;
         }
         item.view_visibility.set_visible();
-        // Without a class (gizmos) the entity is visible, and in no list.
+        // An entity without a class, such as a gizmo, is visible, but in no list.
         for class in item.class.into_iter().flat_map(|class| class.iter()) {
             queue.entry(*class).or_default().push(item.entity);
         }
     }
 
-    /// Whether the view sees an entity, by the conditions of Bevy's system, with its own tests of volumes.
+    /// Whether the view sees an entity, by the conditions of Bevy's system and with Bevy's own tests of volumes.
     #[inline]
     fn sees(&self, item: &CheckedItem<'_, '_>) -> bool {
         if !self.conditions.admit(item.entity, item.inherited_visibility, item.layers, item.has_range) {

@@ -6,15 +6,16 @@ use std::time::Instant;
 /// Number of candidates whose tests take about as long as the fixed work for a view.
 const FIXED: usize = 64;
 
-/// The index is given up once frames with a loss outnumber those without by more than this.
+/// The plugin drops the index once the frames with a loss outnumber the frames without a loss by more than this.
 const MOST_LOSSES: u32 = 16;
 
-/// A frame is a loss if updating the index takes longer than the time saved plus this share of the time of all views.
+/// A frame is a loss if updating the index takes longer than the time saved plus this fraction of the time of all
+/// views.
 const TOLERANCE: f32 = 1.0 / 16.0;
 
 /// The kinds of views, which test an entity differently.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(not(feature = "light"), expect(dead_code, reason = "only lights have the others"))]
+#[cfg_attr(not(feature = "light"), expect(dead_code, reason = "only lights use the other kinds"))]
 pub(crate) enum Kind {
     Camera,
     Cascade,
@@ -52,7 +53,7 @@ pub(crate) struct Meter {
 }
 
 impl Meter {
-    /// Starts a measurement, if measured times count.
+    /// Starts a measurement, if `is_measured`.
     pub(crate) fn start(&mut self, is_measured: bool) {
         self.started = is_measured.then(Instant::now);
     }
@@ -90,7 +91,7 @@ impl Meter {
         }
     }
 
-    /// Forgets the losses of an index.
+    /// Resets the losses for a new index.
     pub(crate) fn begin_index(&mut self) {
         self.losses = 0;
     }
@@ -116,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn the_faster_way_is_known_after_each_has_been_taken() {
+    fn the_faster_method_is_chosen_after_both_were_measured() {
         let mut meter = Meter::default();
         assert!(!meter.is_pass_faster(Kind::Camera, 1000, 1000), "nothing is measured yet");
         meter.started = started(100);
@@ -126,7 +127,7 @@ mod tests {
         assert!(!meter.is_pass_faster(Kind::Camera, 100, 1000));
         assert!(meter.is_pass_faster(Kind::Camera, 900, 1000));
         assert!(!meter.is_pass_faster(Kind::Lamp, 900, 1000), "other views have other times");
-        // In time it tries the other way again.
+        // After some frames, the meter tries the other method again.
         let tries = (0..500).filter(|_| !meter.is_pass_faster(Kind::Camera, 900, 1000)).count();
         assert!(tries > 0 && tries < 500, "{tries}");
     }

@@ -17,14 +17,14 @@ use crate::{
     settings::OspCullingSettings,
 };
 
-/// Number of frames to wait before the changes are examined again, after an index was given up or was not worth
-/// filling. Each failed attempt doubles the number.
+/// Number of frames to wait before the changes are examined again, after the plugin has dropped an index or has decided
+/// against an index. Each failed attempt doubles the number.
 const LEAST_WAIT_FRAMES: u32 = 16;
 
 /// Largest number of frames to wait.
 const MOST_WAIT_FRAMES: u32 = 4096;
 
-/// An index that existed for this many frames was worth it. The next wait is short again.
+/// If an index has existed for this many frames, the next wait is short again.
 const KEPT_FRAMES: u32 = 512;
 
 /// An index counts as filled if at most one of this many entities is loose.
@@ -47,10 +47,11 @@ pub struct OspCullingCounts {
     pub entities: usize,
     /// Number of these entities in the index; 0 without an index.
     pub indexed: usize,
-    /// Number of entities that have changed lately, or wait for the index to be filled. They are tested for every view.
-    /// Some of them are also in the index, at an old place.
+    /// Number of entities that have changed recently, or are not in the index yet. They are tested for every view. Some
+    /// of them are also in the index, with an old box.
     pub loose: usize,
-    /// Number of entities that are tested for every view because their place is unknown, or must not be used.
+    /// Number of entities that are tested for every view because they have no finite box, or because a component
+    /// forbids culling by the box.
     pub always: usize,
     /// Number of views that were culled by the index.
     pub views_by_index: usize,
@@ -67,7 +68,7 @@ pub struct OspCullingCounts {
     pub occluded: usize,
 }
 
-/// The index of the world's entities. The plugin adds it and updates it. Everybody may read its counts.
+/// The index of the world's entities. The plugin adds and updates this resource. Any system may read its counts.
 #[derive(Resource, Debug, Default)]
 pub struct OspCulling {
     entities: Entities,
@@ -78,7 +79,7 @@ pub struct OspCulling {
     pub(crate) are_lights_in_place: bool,
     is_indexed: bool,
     wait_frames: u32,
-    /// Number of frames of the present wait, or with the present index.
+    /// Number of frames since the present wait or the present index began.
     frames: u32,
     /// Mean number of entities that change in a frame, over the last frames.
     mean_changed: f32,
@@ -123,12 +124,12 @@ impl OspCulling {
             (_, false) => &mut counts.shadows_by_pass,
         };
         *count += views;
-        // One pass tests all faces of a lamp.
+        // One pass tests all faces of a point light.
         let parts = if matches!(kind, Kind::Lamp) { 1 } else { views };
         self.meter.end_views(kind, parts, found, counts.entities);
     }
 
-    /// Starts a frame: the index is updated, given up, or started.
+    /// Begins a frame: updates, drops or starts the index.
     pub(crate) fn follow(&mut self, settings: &OspCullingSettings, changes: &mut Changes<'_, '_>) {
         let entities = changes.count();
         self.meter.start(settings.is_measured && self.is_indexed);
@@ -136,7 +137,8 @@ impl OspCulling {
         self.frames = self.frames.saturating_add(1);
         let is_large = entities >= settings.least_entities;
         if self.is_indexed {
-            // The limit is a quarter lower here, so that the index does not come and go with a number near the limit.
+            // The limit is a quarter lower here. Otherwise a number of entities near the limit would start and drop the
+            // index again and again.
             if !is_large && entities < settings.least_entities - settings.least_entities / 4 {
                 self.give_up(0);
             } else if changes.has_missed() {
@@ -178,8 +180,8 @@ impl OspCulling {
         let most = OspCullingSettings::part(settings.most_moved_at_once, entities);
         let mut left = most;
         let followed = &mut self.entities;
-        let flow = changes.follow(|heard| {
-            match heard {
+        let flow = changes.follow(|received| {
+            match received {
                 Received::Gone(entity) => followed.forget(entity),
                 Received::Changed { entity, has_bounds } => {
                     if left == 0 || followed.note(entity, has_bounds).is_err() {

@@ -11,8 +11,8 @@ use bevy_utils::Parallel;
 /// Least number of entities for a thread. For fewer, waking another thread takes longer than the tests.
 const LEAST_PART: usize = 1024;
 
-/// Number of entities whose components are fetched before the first of them is tested. They lie far apart in memory.
-/// Waiting for the memory of one after the other would take several times as long.
+/// Number of entities whose components are fetched before the first of these entities is tested. The components lie far
+/// apart in memory. Fetching them one after the other would take several times as long.
 const AT_ONCE: usize = 16;
 
 /// A list of entities in which each occurs once.
@@ -20,7 +20,7 @@ const AT_ONCE: usize = 16;
 pub(crate) struct Distinct<'a>(&'a [Entity]);
 
 impl<'a> Distinct<'a> {
-    /// Wraps entities whose indices ascend, like those of a set. Panics if they do not.
+    /// Wraps entities with ascending indices, as a set yields them. Panics if the indices do not ascend.
     pub(crate) fn ascending(entities: &'a [Entity]) -> Self {
         let do_ascend = entities.is_sorted_by(|a, b| a.index_u32() < b.index_u32());
         assert!(do_ascend, "the numbers of a set ascend");
@@ -35,7 +35,7 @@ impl<'a> Distinct<'a> {
     /// thread keeps. `touch` reads the data that `check` will read, so that the memory of several items is fetched at
     /// once.
     ///
-    /// (Bevy's method for this compares each entity with every other one.)
+    /// Bevy's own method compares each entity with every other entity.
     pub(crate) fn for_each<D: IterQueryData, F: QueryFilter, T: Default + Send>(
         self,
         query: &mut Query<'_, '_, D, F>,
@@ -51,7 +51,7 @@ impl<'a> Distinct<'a> {
                     let entity = *few.get(at)?;
                     // SAFETY: the query is borrowed mutably, so only this function uses it. All entities are different,
                     // and the parts have none in common, so each item is fetched once.
-                    #[expect(unsafe_code, reason = "there is no safe way that does not take quadratic time")]
+                    #[expect(unsafe_code, reason = "the safe method takes quadratic time")]
                     unsafe {
                         query.get_unchecked(entity).ok()
                     }
@@ -94,13 +94,13 @@ mod tests {
             let mut world = World::new();
             let mut all = (0..count).map(|_| world.spawn(Visits(0)).id()).collect::<Vec<_>>();
             all.sort_unstable_by_key(|id| id.index_u32());
-            // Entities that no longer exist are left out.
+            // Entities that no longer exist are skipped.
             let gone = all.iter().copied().step_by(7).collect::<Vec<_>>();
             assert!(gone.iter().all(|id| world.despawn(*id)));
-            let heard = all.clone();
+            let listed = all.clone();
             let visit = move |mut query: Query<'_, '_, &mut Visits>| {
                 let mut locals = Parallel::<usize>::default();
-                Distinct::ascending(&heard).for_each(
+                Distinct::ascending(&listed).for_each(
                     &mut query,
                     &locals,
                     |visits| visits.0 as u32,

@@ -1,7 +1,7 @@
 //! The state of each entity: whether it is in the index, or must be tested in every frame.
 //!
-//! An entity's number in the index is the index of its [`Entity`]. Its record has the whole `Entity`, so that the reuse
-//! of a number for another entity is noticed.
+//! An entity's number in the index is the index of its [`Entity`]. Its record contains the whole `Entity`, to detect
+//! that another entity reuses the number.
 //!
 //! ```text
 //!            changes            rests for some frames
@@ -9,9 +9,8 @@
 //!                        └─ no box, not finite, NoFrustumCulling ──> always
 //! ```
 //!
-//! A loose entity stays in the index at its old place until it settles. So an entity that moves in every frame costs
-//! the index nothing, and one that has moved a little is only adjusted there. Every loose entity is a candidate, so its
-//! place in the index does not matter.
+//! A loose entity stays in the index with its old box until it settles. An entity that moves in every frame therefore
+//! causes no changes of the index. Every loose entity is a candidate for every view, so its old box does no harm.
 
 use std::collections::VecDeque;
 
@@ -22,7 +21,7 @@ use osp::{
     polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
-/// The list that has an entity's number.
+/// The list that contains an entity's number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     /// The entity is not tracked.
@@ -60,7 +59,7 @@ const ABSENT: Record = Record {
 pub(crate) enum Bounds {
     /// The entity no longer exists.
     Gone,
-    /// The place is unknown, or must not be used for culling.
+    /// The box is unknown, or must not be used for culling.
     Unknown,
     /// The entity has this box in world space.
     Box(WorldBox),
@@ -77,7 +76,7 @@ pub(crate) struct Entities {
     records: Vec<Record>,
     always: VisibleBlocks,
     loose: VisibleBlocks,
-    /// Numbers of entities that may settle, and of some that no longer can.
+    /// Numbers of all loose entities, and of some entities that are no longer loose.
     queue: VecDeque<u32>,
     frame: u32,
 }
@@ -96,7 +95,7 @@ impl Default for Entities {
 }
 
 impl Entities {
-    /// Removes everything, and prepares for this many entities in this cube.
+    /// Removes everything, and creates an index for `capacity` entities in the cube `root`.
     pub(crate) fn begin(&mut self, root: WorldBox, capacity: usize) {
         self.clear();
         self.index = Osp::new(&IndexConfig { root, capacity });
@@ -111,7 +110,7 @@ impl Entities {
         self.queue.clear();
     }
 
-    /// Returns the number of entities in the index, including loose ones that have not been removed yet.
+    /// Returns the number of entities in the index, including loose entities with an old box.
     pub(crate) fn indexed(&self) -> usize {
         self.index.len()
     }
@@ -174,7 +173,7 @@ impl Entities {
         }
         let is_to_leave = matches!(state, State::Absent | State::Always);
         if is_to_leave && std::mem::take(&mut record.is_inserted) {
-            // The entity is there, because no other code removes it.
+            // This does not fail, because no other code removes the entity.
             self.index.remove(id).expect("what is inserted is in the index");
         }
         match state {
@@ -193,7 +192,7 @@ impl Entities {
     /// Puts at most `most` entities that have not changed for `frames` frames into the index.
     pub(crate) fn settle(&mut self, most: usize, frames: u32, mut bounds_of: impl FnMut(Entity) -> Bounds) {
         let mut settled = 0;
-        // The same number of entities that still change may also be examined.
+        // Up to `most` entities that still change are examined, too.
         for _ in 0..self.queue.len().min(2 * most) {
             if settled == most {
                 break;
@@ -244,7 +243,7 @@ impl Entities {
         entities.extend(found.ids().map(|id| self.records[id.index()].entity));
     }
 
-    /// Checks that each entity is in one place. For tests.
+    /// Checks that each entity is in exactly one list. For tests.
     #[cfg(test)]
     pub(crate) fn validate(&self) {
         self.index.validate().unwrap();

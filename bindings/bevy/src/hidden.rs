@@ -9,8 +9,8 @@ use osp::math::{Aabb, Sphere};
 
 use crate::occlusion::{Occluders, Shadows, window};
 
-/// A system parameter that tests whether places are hidden from a camera, for example sounds, characters and triggers.
-/// A place need not belong to an entity.
+/// A system parameter that tests whether boxes and spheres are hidden from a camera. They need not belong to an entity:
+/// for example, they may surround sounds, characters or triggers.
 #[derive(SystemParam)]
 pub struct OspHidden<'w, 's> {
     cameras: Query<
@@ -28,8 +28,8 @@ impl std::fmt::Debug for OspHidden<'_, '_> {
 }
 
 impl OspHidden<'_, '_> {
-    /// The occluders that a camera sees now. `None` if the entity is no camera, or if nothing can be hidden from it: a
-    /// parallel projection, a scaled camera, an oblique near plane, a part of a view. O(occluders).
+    /// The occluders that a camera sees now. `None` if the entity is no camera, or if nothing can be hidden from it:
+    /// with a parallel projection, a scaled transform, an oblique near plane, or a sub-view. O(occluders).
     pub fn from_camera(&self, camera: Entity) -> Option<CameraOccluders> {
         let (camera, projection, transform, layers) = self.cameras.get(camera).ok()?;
         let window = window(camera, projection, transform)?;
@@ -55,8 +55,8 @@ impl CameraOccluders {
         bounds.is_valid() && self.shadows.as_ref().is_some_and(|shadows| shadows.hides(&bounds))
     }
 
-    /// The test of [`CameraOccluders::hides_box`] for a sphere. A sphere that is not finite or has a negative radius is
-    /// never hidden.
+    /// Does the test of [`CameraOccluders::hides_box`] for a sphere. A sphere that is not finite or has a negative
+    /// radius is never hidden.
     pub fn hides_sphere(&self, center: Vec3, radius_m: f32) -> bool {
         let is_valid = center.is_finite() && radius_m.is_finite() && radius_m >= 0.0;
         let sphere = Sphere { center: center.to_array().into(), radius_m };

@@ -20,24 +20,24 @@
 //! assert!(!app.world().resource::<OspCulling>().is_indexed(), "there is nothing to cull yet");
 //! ```
 //!
-//! # How a frame goes
+//! # Stages of a frame
 //!
 //! ```text
-//! change ticks, removed components ──> index follows ──> for each view: index finds ──> Bevy's test ──> ViewVisibility,
-//! (all that moved, came, went)         (OspCulling)      candidates                                    VisibleEntities
+//! change ticks, removed components ──> index is updated ──> for each view: index finds ──> Bevy's test ──> ViewVisibility,
+//! (moved, new and removed entities)    (OspCulling)         candidates                                     VisibleEntities
 //! ```
 //!
-//! * An entity that has changed lately is *loose*: it is a candidate for every view until it has rested for some
-//!   frames. So an entity that moves in every frame costs the index nothing.
-//! * A plain pass over all entities is faster for few entities, many that move, or a view of most of the world. The
-//!   system then makes that pass. [`OspCullingSettings`] has the limits.
+//! * An entity that has changed recently is *loose*: it is a candidate for every view until it has not changed for some
+//!   frames. An entity that moves in every frame therefore causes no changes of the index.
+//! * A plain pass over all entities is faster for few entities, many that move, or a view of most of the world. In
+//!   these cases the system uses the plain pass. [`OspCullingSettings`] has the limits.
 //! * An entity that cannot be culled by a finite box is a candidate for every view.
 //!
 //! # Hidden behind walls
 //!
-//! An entity with an [`Occluder`] hides things behind it, by the conservative occlusion culling of [`osp::occlusion`].
-//! Without such entities the visible sets are Bevy's own. [`OspHidden`] tests whether a sound, a character or a trigger
-//! is hidden from a camera.
+//! An entity with an [`Occluder`] hides the entities behind it, by the conservative occlusion culling of
+//! [`osp::occlusion`]. Without such entities the visible sets are Bevy's own. [`OspHidden`] tests whether a sound, a
+//! character or a trigger is hidden from a camera.
 
 mod bounds;
 mod changes;

@@ -1,6 +1,6 @@
 //! The systems that replace Bevy's `check_dir_light_mesh_visibility` and `check_point_light_mesh_visibility`. They find
 //! the entities that cast shadows into each shadow view of a light. A directional light has a view for each cascade, a
-//! point light one for each face of a cube, a spot light one.
+//! point light a view for each face of a cube, a spot light a single view.
 
 use std::any::TypeId;
 
@@ -53,17 +53,17 @@ pub(crate) struct Caster {
 
 type IsCaster = (Without<NotShadowCaster>, Without<DirectionalLight>, Without<NoCpuCulling>, With<Mesh3d>);
 
-/// Entities that are not in the index, or only by a sphere, which Bevy's light systems do not use.
+/// Entities without a box in the index. Spheres do not count, because Bevy's light systems ignore them.
 type IsUnbounded = Or<(Without<Aabb>, Without<GlobalTransform>, Without<ViewVisibility>)>;
 
-/// All casters, and those without a box in the index.
+/// All casters, and the casters without a box in the index.
 type Casters<'w, 's> = ParamSet<
     'w,
     's,
     (Query<'static, 'static, Caster, IsCaster>, Query<'static, 'static, Caster, (IsCaster, IsUnbounded)>),
 >;
 
-/// The entities that a thread has found, for each view that is filled. Their memory is used again.
+/// For each thread, the entities that it has found for each view. The memory is reused.
 type Queues = Parallel<Vec<Vec<Entity>>>;
 
 /// The components of a directional light that the check needs.
@@ -136,8 +136,8 @@ pub(crate) fn check_cascades(
 }
 
 /// Finds the entities that cast shadows for each point light and spot light in view, as Bevy's
-/// `check_point_light_mesh_visibility` does. For point lights it also leaves out entities beyond the range that Bevy's
-/// test of a sphere against a box keeps.
+/// `check_point_light_mesh_visibility` does. For point lights it also skips entities outside the range that Bevy's
+/// inexact test of a sphere against a box keeps.
 #[expect(clippy::too_many_arguments, reason = "each is a parameter of the system")]
 pub(crate) fn check_lamps(
     settings: Res<'_, OspCullingSettings>,
@@ -262,7 +262,7 @@ impl ShadowViews<'_> {
         }
     }
 
-    /// Whether an entity casts shadows for this light, in whichever view.
+    /// Whether an entity casts shadows for this light, in any of the views.
     fn admits(&self, caster: &CasterItem<'_, '_>) -> bool {
         if !self.conditions.admit(caster.entity, caster.inherited_visibility, caster.layers, caster.has_range)
         {
@@ -281,8 +281,8 @@ impl ShadowViews<'_> {
             || range.intersects_obb(aabb, &transform.affine()) && self.cube.as_ref().is_none_or(is_in_cube)
     }
 
-    /// Whether the box of an entity reaches into a view. The near plane of a cascade culls nothing, because a thing in
-    /// front of it casts shadows, too.
+    /// Whether the box of an entity reaches into a view. The near plane of a cascade culls nothing, because an entity
+    /// in front of it casts shadows, too.
     fn reaches(&self, caster: &CasterItem<'_, '_>, frustum: &Frustum) -> bool {
         let (Some(aabb), Some(transform)) = (caster.aabb, caster.transform) else { return true };
         caster.no_frustum_culling
@@ -290,7 +290,7 @@ impl ShadowViews<'_> {
     }
 }
 
-/// Reads a part of each component that the check of an entity will read.
+/// Reads a part of each component that the check of an entity will read, so that its cache line is loaded.
 fn touch(caster: &CasterItem<'_, '_>) -> u32 {
     u32::from(caster.inherited_visibility.get())
         ^ caster.aabb.map_or(0, |aabb| aabb.center.x.to_bits())

@@ -7,11 +7,11 @@ use osp::{
 };
 use thiserror::Error;
 
-/// Largest number of polygons of an occluder. A view measures the polygons of all occluders, and only large ones hide
-/// much. A finer mesh needs a coarse stand-in.
+/// Largest number of polygons of an occluder. Every view computes the sizes of all polygons of occluders, and only
+/// large polygons hide much. For a finer mesh, use a coarse, undrawn occluder inside it.
 const MOST_POLYGONS: usize = 1024;
 
-/// The reason for which something cannot be an occluder.
+/// The reason why a shape cannot be an occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum OccluderError {
     /// A corner is not finite.
@@ -20,7 +20,7 @@ pub enum OccluderError {
     /// The four corners are not in one plane.
     #[error("expected four corners in a plane")]
     NotFlat,
-    /// The four corners are not those of a convex quad, in order.
+    /// The four corners, in order, do not form a convex quad.
     #[error("expected the corners of a convex quad, in order")]
     NotConvex,
     /// The mesh has no triangles with positions of three floats.
@@ -31,7 +31,7 @@ pub enum OccluderError {
     TooMany(usize),
 }
 
-/// The sides of an occluder's polygons that are drawn, and so hide things behind them.
+/// The sides of an occluder's polygons that are drawn. Only drawn sides hide entities.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OccluderSides {
     /// The front: corners run counter-clockwise as seen from the eye. Use this for materials that cull back faces,
@@ -42,21 +42,20 @@ pub enum OccluderSides {
     Both,
 }
 
-/// The drawn polygons of this entity hide things behind them. Add it to a wall, a floor, a hill, or another large,
-/// opaque thing.
+/// Polygons that hide the entities behind them. Add this component to a wall, a floor, a hill, or another large, opaque
+/// entity.
 ///
-/// The polygons are in the entity's space. Every view that draws the entity must draw their whole area opaque: no
-/// holes, no transparency, and no shader that moves them. The conservative MSVBSP of [`osp::occlusion`] then leaves
-/// entities behind them out of the `VisibleEntities` of that view. An entity stays visible if even one pixel of it can
-/// be seen.
+/// The polygons are in the entity's space. Every view that draws the entity must draw the whole area of the polygons
+/// opaque: no holes, no transparency, and no shader that moves them. The conservative MSVBSP of [`osp::occlusion`] then
+/// leaves entities behind them out of the `VisibleEntities` of that view. An entity stays visible if even one pixel of
+/// it can be seen.
 ///
-/// * An entity that is hidden, in no layer of the view, or has a `VisibilityRange` (it may be dithered) hides nothing
-///   there.
-/// * Without an `InheritedVisibility` the occluder is a *stand-in* that is not drawn itself. It must lie inside a drawn
-///   thing.
-/// * Only perspective cameras leave entities out. They never leave out an entity without `Aabb`, or with
+/// * In a view, an entity hides nothing if it is hidden, in no layer of the view, or has a `VisibilityRange` (it may be
+///   dithered).
+/// * An occluder without an `InheritedVisibility` is not drawn itself. It must lie inside a drawn, opaque entity.
+/// * Only perspective cameras omit hidden entities. They never omit an entity without `Aabb`, or with
 ///   `NoFrustumCulling` or an `Occluder`.
-/// * Shadows stay: Bevy's light systems find the entities that cast them independently.
+/// * Hidden entities still cast shadows, because Bevy's light systems find the shadow casters independently.
 #[derive(Component, Clone, Debug, PartialEq)]
 pub struct Occluder {
     polygons: Vec<ConvexPolygon>,

@@ -20,20 +20,20 @@ use osp::{
 
 use crate::{Occluder, OccluderSides};
 
-/// Number of polygons whose shadows are measured for a view: the largest by a rough measure. Things behind the others
-/// are drawn.
+/// Largest number of polygons whose solid angles are computed for a view: the largest by an approximation. Further
+/// polygons hide nothing.
 const MOST_MEASURED: usize = 256;
 
-/// Largest number of occluders of a view: the largest of those polygons. More of them hide little more.
+/// Largest number of occluders of a view: the largest of these polygons. Further polygons would hide little more.
 const MOST_OCCLUDERS: usize = 64;
 
-/// An occluder that covers less than this share of the window hides almost nothing.
-const LEAST_SHARE: f64 = 1.0e-3;
+/// An occluder that covers less than this fraction of the window hides almost nothing.
+const LEAST_FRACTION: f64 = 1.0e-3;
 
 /// Largest deviation of a camera's axes from those of a rotation. A camera that is scaled or sheared has no occluders.
 const MOST_SHEAR: f32 = 1.0e-3;
 
-/// The occluders for a view. Those with a visibility range may be drawn dithered, so they hide nothing.
+/// The occluders for a view. An occluder with a visibility range may be drawn dithered, so it hides nothing.
 pub(crate) type Occluders<'w, 's> = Query<
     'w,
     's,
@@ -46,10 +46,10 @@ pub(crate) type Occluders<'w, 's> = Query<
     Without<VisibilityRange>,
 >;
 
-/// The shadows in one view after the other. Their memory is used again.
+/// The shadows of a view's occluders. One value serves all views, one after the other, and reuses its memory.
 #[derive(Debug, Default)]
 pub(crate) struct Shadows {
-    /// This is created for the first occluder, because it takes some megabytes.
+    /// Created for the first occluder, because it takes some megabytes.
     culler: Option<Msvbsp>,
     polygons: Vec<(f32, [Vec3; 4], usize)>,
     shadows: Vec<ShadowVolume>,
@@ -74,7 +74,7 @@ impl Shadows {
         for (_, corners, len) in &self.polygons {
             ShadowVolume::push_polygon(&corners[..*len], window, &mut self.shadows);
         }
-        let least_sr = LEAST_SHARE * window.solid_angle_sr();
+        let least_sr = LEAST_FRACTION * window.solid_angle_sr();
         let measured = self.shadows.iter().map(|shadow| (shadow.solid_angle_in(window), *shadow));
         self.measured.clear();
         self.measured.extend(measured.filter(|(solid_angle_sr, _)| *solid_angle_sr > least_sr));
@@ -128,7 +128,7 @@ impl Shadows {
         self.culler.as_ref().is_some_and(|culler| culler.test_box(bounds).verdict == Verdict::Hidden)
     }
 
-    /// Whether nothing of a sphere can be seen.
+    /// Whether a sphere is completely hidden.
     pub(crate) fn hides_sphere(&self, sphere: &Sphere) -> bool {
         self.culler.as_ref().is_some_and(|culler| culler.test_sphere(sphere).verdict == Verdict::Hidden)
     }
@@ -150,7 +150,7 @@ impl Shadows {
 }
 
 /// Returns the window of a camera. `None` if nothing is hidden from the camera: it is not perspective, is scaled, has
-/// an oblique near plane, or is drawn in parts.
+/// an oblique near plane, or has a sub-view.
 pub(crate) fn window(
     camera: &Camera,
     projection: &Projection,

@@ -16,7 +16,7 @@ use bevy_utils::prelude::DebugName;
 use crate::lights::{check_cascades, check_lamps};
 use crate::{OspCulling, OspCullingSettings, check::check_visibility};
 
-/// Replaces Bevy's frustum culling on the CPU with an index. Add it beside Bevy's own plugins, in any order.
+/// Replaces Bevy's frustum culling on the CPU with an index. Add it together with Bevy's own plugins, in any order.
 ///
 /// Its system replaces Bevy's [`check_visibility_cpu_culling`]. Systems that are ordered before or after that function
 /// run before or after this one.
@@ -82,7 +82,7 @@ fn replace_lights(app: &mut App) {
     let systems =
         [cascades.map(IntoScheduleConfigs::into_configs), lamps.map(IntoScheduleConfigs::into_configs)];
     for system in systems.into_iter().flatten() {
-        // The places that `LightPlugin` gives to Bevy's systems.
+        // `LightPlugin` orders Bevy's systems in the same way.
         let system = system
             .in_set(SimulationLightSystems::CheckLightVisibility)
             .after(VisibilitySystems::CalculateBounds)
@@ -95,7 +95,7 @@ fn replace_lights(app: &mut App) {
     app.world_mut().resource_mut::<OspCulling>().are_lights_in_place = true;
 }
 
-/// Removes Bevy's system; returns the plugin's, or `None` if the app does not have Bevy's.
+/// Removes Bevy's system; returns the plugin's system, or `None` if the app does not have Bevy's system.
 fn in_place_of<A, B, InA, InB, SetA>(
     app: &mut App,
     bevys: A,

@@ -12,21 +12,22 @@ use bevy_reflect::{Reflect, std_traits::ReflectDefault};
 pub struct OspCullingSettings {
     /// Least number of entities for an index. With fewer entities a plain pass is faster.
     pub least_entities: usize,
-    /// Largest share of the entities that may change in a frame (move, appear, get another box), as a mean over some
-    /// frames. If more of them change, or more than 6,000, the index is given up, and the plugin waits until they rest.
-    /// From 1 on there is no limit.
+    /// Largest fraction of the entities that may change in a frame (move, appear, get another box), as a mean over some
+    /// frames. If more of them change, or more than 6,000, the plugin drops the index, and waits until fewer change.
+    /// With 1 or more there is no limit.
     pub most_moved: f32,
-    /// Largest share of the entities that may change in a single frame. If more change, the index is given up at once.
+    /// Largest fraction of the entities that may change in a single frame. If more change, the plugin drops the index
+    /// at once.
     pub most_moved_at_once: f32,
-    /// Largest share of the entities that the index may find for a view. If it finds more, a plain pass culls the view,
-    /// because looking up so many entities takes longer than a pass over all.
+    /// Largest fraction of the entities that the index may find for a view. If it finds more, a plain pass culls the
+    /// view, because looking up so many entities takes longer than a pass over all.
     pub most_found: f32,
     /// Number of frames without a change after which an entity is put into the index. Until then it is tested in every
     /// frame.
     pub settle_frames: u32,
     /// Approximate number of frames in which a new index is filled.
     pub fill_frames: u32,
-    /// Whether measured times decide, too: within the limits, the plugin takes the method that was faster in the last
+    /// Whether measured times decide, too: within the limits, the plugin uses the method that was faster in the last
     /// frames. The default is `true`, except on `wasm32`, which has no clock.
     pub is_measured: bool,
 }
@@ -64,7 +65,7 @@ impl OspCullingSettings {
         Self { least_entities: usize::MAX, ..Self::default() }
     }
 
-    /// Returns a share of a number of entities. From 1 on there is no limit.
+    /// Returns a fraction of a number of entities; no limit if the fraction is 1 or more.
     pub(crate) fn part(part: f32, entities: usize) -> usize {
         if part >= 1.0 { usize::MAX } else { (f64::from(part) * entities as f64) as usize }
     }

@@ -160,7 +160,8 @@ fn spawn_lamps(app: &mut App, random: &mut Pcg64Mcg) {
         let bulb = PointLight { shadow_maps_enabled, range, ..PointLight::default() };
         let spot = SpotLight { shadow_maps_enabled, range, outer_angle, ..SpotLight::default() };
         app.world_mut().spawn((bulb, place));
-        // A pole beside the range, which Bevy's test of a sphere and a box finds, and a box that just reaches into it.
+        // A long box outside the range, which Bevy's test of a sphere and a box keeps, and a box that just reaches into
+        // the range.
         let pole = (Vec3::new(2.5, 2.5, 0.0), Vec3A::new(0.5, 50.0, 0.5));
         for (way, half_extents) in [pole, (Vec3::X * 1.04, Vec3A::splat(0.05))] {
             let beside = Transform::from_translation(place.translation + way * range);
@@ -174,7 +175,7 @@ fn spawn_lamps(app: &mut App, random: &mut Pcg64Mcg) {
     }
 }
 
-/// The six lists of each point light with its place and range, and the list of each spot light.
+/// The six lists of each point light with its position and range, and the list of each spot light.
 type Lamps = (Vec<(Vec3, f32, Vec<Vec<Entity>>)>, Vec<(Entity, Vec<Entity>)>);
 
 fn lamps(app: &mut App) -> Lamps {
@@ -191,7 +192,7 @@ fn lamps(app: &mut App) -> Lamps {
     (bulbs, spots)
 }
 
-/// Whether an entity has a box, and this is outside the cube around the range of a light.
+/// Whether an entity has a box that lies outside the cube around the range of a light.
 fn is_beyond(app: &App, entity: Entity, center: Vec3, range: f32) -> bool {
     let entity = app.world().entity(entity);
     let (Some(aabb), Some(place)) = (entity.get::<Aabb>(), entity.get::<GlobalTransform>()) else {

@@ -1,6 +1,6 @@
-//! Occluders hide things behind them, and nothing that can be seen.
+//! Tests that occluders hide the entities behind them, and no entity that can be seen.
 
-#[expect(dead_code, reason = "there is nothing of Bevy's to compare with")]
+#[expect(dead_code, reason = "these tests do not compare with Bevy")]
 mod twins;
 
 use std::any::TypeId;
@@ -95,7 +95,7 @@ fn a_wall_hides_what_is_behind_it() {
     assert!(with_wall.iter().all(|id| seen(&app, camera).contains(id)), "the wall does not hide itself");
     assert_eq!(occluded(&app), 1);
 
-    // The wall moves away. In the same frame all things are seen, and so is the wall, because its place is unknown.
+    // The wall moves away. In the same frame all things are seen, and the wall, too, because it is loose.
     app.world_mut().get_mut::<Transform>(wall_id).unwrap().translation.x = 100.0;
     app.update();
     assert_eq!((seen(&app, camera).len(), occluded(&app)), (6, 0));

@@ -87,7 +87,7 @@ fn it_is_where_bevys_system_was() {
 
 #[test]
 #[should_panic(expected = "expects Bevy's CameraPlugin")]
-fn without_bevys_cameras_it_says_so() {
+fn without_bevys_cameras_it_panics_with_a_message() {
     let mut app = App::new();
     app.add_plugins((TaskPoolPlugin::default(), TransformPlugin, OspCullingPlugin::default()));
     app.finish();
@@ -118,7 +118,7 @@ fn messages_that_were_missed_are_noticed() {
     twins.compare(&mut apps, "after messages were missed");
 }
 
-/// There are few entities, then many that rest, then all move, then they rest again.
+/// First there are few entities, then many that do not move, then all move, then none moves.
 #[test]
 fn the_index_comes_when_it_pays_and_goes_when_all_moves() {
     let settings =
@@ -165,7 +165,7 @@ fn the_index_comes_when_it_pays_and_goes_when_all_moves() {
     assert_eq!(run(&mut apps, 1, false, &[]), (false, 0, 0), "few again");
 }
 
-/// A stroke whose mesh gets points in every frame. Bevy computes its box again, and the plugin takes the new one.
+/// A stroke whose mesh gets points in every frame. Bevy recomputes its box, and the plugin uses the new box.
 #[test]
 fn a_mesh_that_grows_is_seen_as_soon_as_it_reaches_the_view() {
     let mut apps = [new_app(None), new_app(Some(OspCullingSettings::always()))];

@@ -128,7 +128,7 @@ impl Dice {
     }
 }
 
-/// A random world. The same dice make the same world.
+/// A random world. The same seed creates the same world.
 struct Game {
     dice: Dice,
     entities: Vec<Entity>,
@@ -204,8 +204,8 @@ impl Game {
                 entity.insert(dice.visibility());
             }
             9 => {
-                // An entity must not be below itself. So only an entity without a parent becomes a parent, and only one
-                // without children gets a parent.
+                // An entity must not be its own ancestor. So only an entity without a parent becomes a parent, and only
+                // an entity without children gets a parent.
                 if let Some(parent) = other
                     && parent != id
                     && !entity.contains::<bevy_ecs::hierarchy::Children>()
@@ -359,8 +359,8 @@ fn restless() -> OspCullingSettings {
     }
 }
 
-/// Plays a game in an app with Bevy's culling and in one with the plugin. Returns the number of frames with an index,
-/// and the number of views that were culled by it.
+/// Plays a game in an app with Bevy's culling and in an app with the plugin. Returns the number of frames with an
+/// index, and the number of views that the index culled.
 fn play(settings: OspCullingSettings, seed: u64, entities: usize, frames: usize) -> (usize, usize) {
     let mut apps = [new_app(None), new_app(Some(settings))];
     let mut games = apps.each_mut().map(|app| Game::new(app.world_mut(), seed, entities));
@@ -399,7 +399,7 @@ fn by_an_index_that_comes_and_goes() {
     }
     assert!(indexed > 60 && indexed < 540, "{indexed} frames with an index");
     assert!(by_index > 20, "{by_index} views by the index");
-    // Whichever way is faster on this machine, the sets are the same.
+    // Whichever method is faster on this machine, the sets are the same.
     play(OspCullingSettings { is_measured: true, ..restless() }, 16, 280, 300);
 }
 

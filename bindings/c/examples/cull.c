@@ -1,4 +1,4 @@
-/* The frames of an engine: objects are added, moved and removed. Two eyes and a light find those to draw. A wall hides things behind it. */
+/* The frames of an engine: objects are added, moved and removed. Two eyes and a light find the objects to draw. A wall hides the objects behind it. */
 #include <osp.h>
 
 #include <stdio.h>
@@ -6,7 +6,7 @@
 
 enum { COUNT = 100000, WALL = 1000000 };
 
-/* Every call can be refused, with a reason. */
+/* Every call returns a status. osp_last_error describes a failure. */
 static void check(OspStatus status) {
     if (status != OSP_STATUS_OK) {
         fprintf(stderr, "osp: %s\n", osp_last_error());

@@ -3,21 +3,21 @@
  *
  * A frame: call osp_culler_set and osp_culler_remove for the changes, osp_culler_cull with the cameras, and osp_culler_visible for each.
  *
- * Status. A function returns OSP_STATUS_OK, or the reason for which nothing has changed; osp_last_error describes it in words. An
- * error inside osp also gives a status; only if the system runs out of memory, the program ends. If there is room for fewer values
- * than were found, the list has the first of them, the status is OSP_STATUS_BUFFER_TOO_SMALL, and *count is the number of all.
+ * Status. A function returns OSP_STATUS_OK, or the reason why it has changed nothing; osp_last_error describes the reason. A fault
+ * inside osp also returns a status. The program ends only if the system runs out of memory. If a list has room for fewer values than
+ * were found, it gets the first values, the status is OSP_STATUS_BUFFER_TOO_SMALL, and *count is the number of all values.
  *
- * Lifetimes. A handle (OspCuller) lives from osp_culler_new to osp_culler_free. osp keeps no pointer from the caller after a call,
- * and returns only handles and messages. The caller chooses the keys: any 64 bits. Each thread has one place for a message, as long
- * as the thread lives; the next failure in the thread overwrites it.
+ * Lifetimes. A handle (OspCuller) lives from osp_culler_new to osp_culler_free. osp keeps no pointer from the caller after a call.
+ * The only pointers that it returns are handles and messages. The caller chooses the keys: any 64 bits. Each thread has one message,
+ * which lives as long as the thread; the next failure in the thread overwrites it.
  *
  * Some things cannot be checked, so the caller must guarantee them. A pointer that is not NULL points to as much memory as the
- * function requires, which nobody else writes during the call. A handle came from osp_culler_new and has not been freed. All other
- * errors give a status.
+ * function requires, which no other thread writes during the call. A handle came from osp_culler_new and has not been freed. All
+ * other errors return a status.
  *
- * Threads. Any thread may use any handle. Functions with a const handle may run at the same time with the same handle. A function with
- * a handle that is not const changes the culler. If it meets another call with this handle, one of the two returns OSP_STATUS_BUSY and
- * has done nothing. Nobody waits. Only osp_culler_free must never meet another call. Messages are kept for each thread.
+ * Threads. Any thread may use any handle. Functions with a const handle may run at the same time with the same handle. A function
+ * with a handle that is not const changes the culler. If it runs at the same time as another call with this handle, one of the two
+ * calls returns OSP_STATUS_BUSY without effect. No call blocks. osp_culler_free must never run at the same time as another call.
  *
  * Space. World space, right-handed or left-handed, in metres. Another unit of a similar size is also possible (two points that are
  * closer than 1e-7 may count as one in the search for occluders).
@@ -56,8 +56,8 @@
 #define OSP_VERSION 256
 
 /**
- * The status that a function returns: OSP_STATUS_OK, or the reason for which it has changed nothing. osp_last_error
- * describes it in words.
+ * The status that a function returns: OSP_STATUS_OK, or the reason why the function has changed nothing.
+ * osp_last_error describes the reason.
  */
 enum OspStatus
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -69,11 +69,11 @@ enum OspStatus
      */
     OSP_STATUS_OK = 0,
     /**
-     * There are more results than there is room for. The list has the first of them. *count is the number of all.
+     * There are more results than room. The list has the first results, and *count is the number of all results.
      */
     OSP_STATUS_BUFFER_TOO_SMALL = 1,
     /**
-     * A pointer is NULL where that is not allowed.
+     * A pointer is NULL, but must not be NULL.
      */
     OSP_STATUS_NULL_POINTER = 2,
     /**
@@ -110,7 +110,7 @@ enum OspStatus
      */
     OSP_STATUS_POISONED = 10,
     /**
-     * An error inside osp, which should be reported. It is also written to standard error.
+     * A fault inside osp, which should be reported. The message is also written to standard error.
      */
     OSP_STATUS_INTERNAL = 11,
 };
@@ -131,15 +131,15 @@ enum OspDepth
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * 0 at the near plane, 1 at the far one: Vulkan, Direct3D, Metal, WebGPU.
+     * 0 at the near plane, 1 at the far plane: Vulkan, Direct3D, Metal, WebGPU.
      */
     OSP_DEPTH_ZERO_TO_ONE = 0,
     /**
-     * 1 at the near plane, 0 at the far one or at infinity: reversed depth.
+     * 1 at the near plane, 0 at the far plane or at infinity: reversed depth.
      */
     OSP_DEPTH_ONE_TO_ZERO = 1,
     /**
-     * -1 at the near plane, 1 at the far one: OpenGL, and Unity's Camera.projectionMatrix.
+     * -1 at the near plane, 1 at the far plane: OpenGL, and Unity's Camera.projectionMatrix.
      */
     OSP_DEPTH_MINUS_ONE_TO_ONE = 2,
 };
@@ -152,7 +152,7 @@ typedef int32_t OspDepth;
 #endif // __cplusplus
 
 /**
- * The reason for which an object, or its occluder, is left out.
+ * The reason why an object, or its occluder, was refused.
  */
 enum OspRefusal
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -160,7 +160,7 @@ enum OspRefusal
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * The box contains NaN or an infinite number, or min > max. The object is left out until it gets another box.
+     * The box contains NaN or an infinite number, or min > max. The object is skipped until it gets a valid box.
      */
     OSP_REFUSAL_BOUNDS = 0,
     /**
@@ -168,7 +168,7 @@ enum OspRefusal
      */
     OSP_REFUSAL_KEY = 1,
     /**
-     * All occluders together have too many polygons. The object has no occluder.
+     * All occluders together would have too many polygons. The object gets no occluder.
      */
     OSP_REFUSAL_OCCLUDER = 2,
 };
@@ -193,20 +193,20 @@ typedef struct {
     /**
      * Matrix from world to clip space, in column-major order; x and y are from -w to w in view. The projection may be
      * perspective or parallel, on-axis or off-axis, mirrored, y up or down. Its near plane may be oblique, and it
-     * needs no far plane. The numbers are taken as exact, even for an eye far from the origin.
+     * needs no far plane. The numbers count as exact, even for an eye far from the origin.
      */
     double clip_from_world[16];
     /**
-     * One of OspDepth. For a perspective projection, the near and the far end may be exchanged.
+     * One of OspDepth. For a perspective projection, a wrong direction of depth has no effect.
      */
     int32_t depth;
     /**
-     * If this is not 0, objects behind occluders are left out. It has no effect for a parallel projection, an oblique
-     * near plane or a sheared screen.
+     * If this is not 0, the results omit objects behind occluders. This has no effect for a parallel projection, an
+     * oblique near plane or a sheared screen.
      */
     int32_t hide_by_occluders;
     /**
-     * Layers that the camera sees, one bit each.
+     * Mask of the layers that the camera sees, with a bit for each layer.
      */
     uint32_t layers;
 } OspCamera;
@@ -240,7 +240,7 @@ typedef struct {
 } OspSeen;
 
 /**
- * An object or occluder that was left out, with the reason.
+ * An object whose box or occluder was refused, with the reason.
  */
 typedef struct {
     /**
@@ -262,8 +262,8 @@ typedef struct {
      */
     uint64_t key;
     /**
-     * For a ray, the place of the hit in lengths of the ray's direction from its origin. For a point, the distance in
-     * metres. 0 from inside.
+     * For a ray, the distance from its origin to the box, in lengths of the ray's direction. For a point, the distance
+     * from the box in metres. 0 if the origin or the point is inside.
      */
     float t;
 } OspHit;
@@ -279,7 +279,7 @@ extern "C" {
 OspStatus osp_camera_f32(const float *clip_from_world, int32_t depth, OspCamera *camera);
 
 /**
- * The same as osp_camera_f32, with a matrix of 64-bit numbers: for an eye that is far from the origin.
+ * Does the same as osp_camera_f32 for a matrix of 64-bit numbers. Use it for an eye far from the origin.
  */
 OspStatus osp_camera_f64(const double *clip_from_world, int32_t depth, OspCamera *camera);
 
@@ -291,10 +291,10 @@ OspStatus osp_camera_f64(const double *clip_from_world, int32_t depth, OspCamera
 OspStatus osp_camera_ray(const OspCamera *camera, float x, float y, float *origin, float *direction);
 
 /**
- * Returns the message of the last call on this thread that did not return OSP_STATUS_OK. It is empty if there was
- * none, and never NULL. It ends with a zero byte and is plain ASCII of at most OSP_MESSAGE_BYTES. The pointer is the
- * same for every call on one thread and is valid until the thread ends. The next failure on this thread writes its
- * message into the same place, so copy a message that you need later.
+ * Returns the message of the last call on this thread that did not return OSP_STATUS_OK. Without such a call it is
+ * empty, and it is never NULL. It is plain ASCII, ends with a zero byte, and has at most OSP_MESSAGE_BYTES bytes.
+ * Every call on one thread returns the same pointer, which is valid until the thread ends. The next failure on this
+ * thread overwrites the message, so copy a message that you need later.
  */
 const char *osp_last_error(void);
 
@@ -305,8 +305,8 @@ const char *osp_last_error(void);
 uint32_t osp_version(void);
 
 /**
- * Makes a culler without objects. It needs no size of the world and no capacity. *culler is the handle, which must be
- * freed with osp_culler_free. It is NULL if the call fails.
+ * Makes a culler without objects. It needs no size of the world and no capacity. *culler gets the handle, or NULL if
+ * the call fails. Free the handle with osp_culler_free.
  */
 OspStatus osp_culler_new(OspCuller **culler);
 
@@ -317,10 +317,10 @@ OspStatus osp_culler_new(OspCuller **culler);
 OspStatus osp_culler_free(OspCuller *culler);
 
 /**
- * Inserts objects, or moves those that exist. Each has a key and a box: the tight box of all drawn parts of the
- * object. A box with NaN, an infinite number or min > max leaves its object out until it gets another box;
- * osp_culler_refused lists it. If a key is given twice, the last box counts. An object that moves loses its occluder,
- * unless the new box contains the old one. keys and boxes may be NULL if count is 0.
+ * Inserts objects, or moves objects that exist: count keys, and a box for each key. A box should be tight around all
+ * drawn parts of its object. A box with NaN, an infinite number or min > max is refused, and osp_culler_refused lists
+ * it. Its object is skipped until it gets a valid box. If a key is given twice, the last box counts. An object that
+ * moves loses its occluder, unless the new box contains the old one. keys and boxes may be NULL if count is 0.
  */
 OspStatus osp_culler_set(OspCuller *culler, const uint64_t *keys, const OspBox *boxes, size_t count);
 
@@ -335,29 +335,30 @@ OspStatus osp_culler_remove(OspCuller *culler, const uint64_t *keys, size_t coun
 OspStatus osp_culler_clear(OspCuller *culler);
 
 /**
- * Puts objects on layers, one bit each. A camera sees an object if they have a layer in common. By default, objects
- * are on the first layer, with the mask 1. An object on no layer is invisible to all cameras.
+ * Sets the layers of objects: for each key, a mask with a bit for each layer. A camera sees an object if both have a
+ * layer in common. The default is the first layer, mask 1. An object on no layer is invisible to all cameras.
  */
 OspStatus osp_culler_set_layers(OspCuller *culler, const uint64_t *keys, const uint32_t *layers, size_t count);
 
 /**
- * Gives an object a flat, convex quad that hides things behind it. It replaces the object's previous occluder. corners
- * has x y z of its four corners in order around it, in either direction; world space, metres.
+ * Sets a flat, convex quad as the occluder of an object, in place of the former occluder. corners has x y z of its
+ * four corners, in clockwise or counter-clockwise order; world space, metres.
  *
- * An occluder is opaque and hides the things behind it, seen from either side. It must be drawn itself, or lie inside
- * drawn things. It stays in place until the object moves or is removed. A key without a box may have an occluder: a
- * stand-in, which hides and is never listed. A few large occluders hide more in less time than many small ones.
+ * An occluder is opaque from both sides, and hides the objects behind it. The engine must draw the occluder itself, or
+ * an opaque object around it. It stays in place until the object moves or is removed. A key without a box may have an
+ * occluder. Such an occluder hides objects, and is never listed. A few large occluders hide more in less time than
+ * many small ones.
  */
 OspStatus osp_culler_set_occluder_quad(OspCuller *culler, uint64_t key, const float *corners);
 
 /**
- * The same as osp_culler_set_occluder_quad, with the six sides of a box: for example a stand-in for a house.
+ * Does the same as osp_culler_set_occluder_quad with the six sides of a box, such as a box inside a house.
  */
 OspStatus osp_culler_set_occluder_box(OspCuller *culler, uint64_t key, const OspBox *bounds);
 
 /**
- * The same as osp_culler_set_occluder_quad, with a mesh. vertices has x y z of vertex_count points. indices has three
- * numbers of vertices for each of triangle_count triangles. Triangles without area are left out.
+ * Does the same as osp_culler_set_occluder_quad with a mesh. vertices has x y z of vertex_count points. indices has
+ * three vertex numbers for each of triangle_count triangles. Triangles without area are skipped.
  */
 OspStatus osp_culler_set_occluder_mesh(OspCuller *culler,
                                        uint64_t key,
@@ -367,7 +368,7 @@ OspStatus osp_culler_set_occluder_mesh(OspCuller *culler,
                                        size_t triangle_count);
 
 /**
- * Removes an object's occluder. Nothing happens if there is none.
+ * Removes an object's occluder. Has no effect if the object has no occluder.
  */
 OspStatus osp_culler_remove_occluder(OspCuller *culler, uint64_t key);
 
@@ -383,15 +384,15 @@ OspStatus osp_culler_commit(OspCuller *culler);
 OspStatus osp_culler_count(const OspCuller *culler, size_t *count);
 
 /**
- * Returns the box that was last set for an object.
+ * Returns the last valid box of an object.
  */
 OspStatus osp_culler_box(const OspCuller *culler, uint64_t key, OspBox *bounds);
 
 /**
  * Finds the objects that each camera sees. An object counts if a part of it may be on the camera's screen and, for a
- * camera with hide_by_occluders, not behind the occluders. No visible object is left out. All cameras are culled in
- * one pass: two eyes, a camera and its lights, the sides of a cube. There may be at most OSP_MAX_CAMERAS. seen gets an
- * OspSeen for each camera; it may be NULL. osp_culler_visible then lists the keys.
+ * camera with hide_by_occluders, not behind the occluders. The result contains every visible object. The cameras may
+ * be two eyes, a camera and its lights, or the faces of a cube map: at most OSP_MAX_CAMERAS. seen gets an OspSeen for
+ * each camera; it may be NULL. Afterwards osp_culler_visible lists the keys.
  */
 OspStatus osp_culler_cull(OspCuller *culler, const OspCamera *cameras, size_t camera_count, OspSeen *seen);
 
@@ -404,9 +405,9 @@ OspStatus osp_culler_visible(const OspCuller *culler, size_t camera, uint64_t *k
 
 /**
  * Finds for each box whether it is completely off a camera's screen or, with hide_by_occluders, behind the occluders.
- * The boxes do not belong to a culler: they may be those of a sound, a character, a trigger. hidden gets 1 or 0 for
- * each. An empty or infinite box, or one with NaN, is not hidden. Applies all changes, like osp_culler_cull. Without
- * changes, the results of the last osp_culler_cull stay.
+ * The boxes need not belong to objects of the culler: they may surround sounds, characters or triggers. hidden gets 1
+ * or 0 for each box. A box that is empty or infinite, or has a NaN, is not hidden. Applies all changes, as
+ * osp_culler_cull does. Without changes, the results of the last osp_culler_cull stay valid.
  */
 OspStatus osp_culler_are_hidden(OspCuller *culler,
                                 const OspCamera *camera,
@@ -415,8 +416,8 @@ OspStatus osp_culler_are_hidden(OspCuller *culler,
                                 uint8_t *hidden);
 
 /**
- * Lists the boxes and occluders that were refused between the last two calls of osp_culler_cull, and the reasons. A
- * very long list is cut off.
+ * Lists the boxes and occluders that were refused between the last two calls of osp_culler_cull, and the reasons. Only
+ * the first 4096 are listed.
  */
 OspStatus osp_culler_refused(const OspCuller *culler, OspRefused *refused, size_t room, size_t *count);
 
@@ -427,7 +428,7 @@ OspStatus osp_culler_refused(const OspCuller *culler, OspRefused *refused, size_
 OspStatus osp_culler_in_box(const OspCuller *culler, const OspBox *bounds, uint64_t *keys, size_t room, size_t *count);
 
 /**
- * Finds the objects whose boxes have a point in common with a ball: center is x y z, radius is in metres. The result
+ * Finds the objects whose boxes have a point in common with a sphere: center is x y z, radius is in metres. The result
  * has the form of osp_culler_visible.
  */
 OspStatus osp_culler_in_sphere(const OspCuller *culler,

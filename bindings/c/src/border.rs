@@ -21,7 +21,7 @@ pub(crate) fn border(call: impl FnOnce() -> Outcome<()>) -> OspStatus {
     }
 }
 
-/// Checks that a pointer may be read and written for `count` values.
+/// Checks that a pointer is not NULL, is aligned, and that `count` values from it on fit into the address space.
 fn check<T>(pointer: *const T, count: usize, name: &str) -> Outcome<()> {
     let failure = |status, what: &str| Err(Failure::new(status, format!("{name}: {what}")));
     if pointer.is_null() {
@@ -54,7 +54,7 @@ pub(crate) unsafe fn object<'a, T>(handle: *const T, name: &str) -> Outcome<&'a 
 /// Reads a value.
 ///
 /// # Safety
-/// See the module.
+/// The caller keeps the guarantees in the documentation of this module.
 pub(crate) unsafe fn value<T: Copy>(pointer: *const T, name: &str) -> Outcome<T> {
     check(pointer, 1, name)?;
     // SAFETY: this is checked as far as possible; the caller guarantees the rest.
@@ -64,7 +64,7 @@ pub(crate) unsafe fn value<T: Copy>(pointer: *const T, name: &str) -> Outcome<T>
 /// Reads `N` numbers.
 ///
 /// # Safety
-/// See the module.
+/// The caller keeps the guarantees in the documentation of this module.
 pub(crate) unsafe fn numbers<T: Copy, const N: usize>(pointer: *const T, name: &str) -> Outcome<[T; N]> {
     check(pointer, N, name)?;
     // SAFETY: this is checked as far as possible; the caller guarantees the rest. An array has the same alignment as
@@ -76,7 +76,7 @@ pub(crate) unsafe fn numbers<T: Copy, const N: usize>(pointer: *const T, name: &
 /// into the same memory.
 ///
 /// # Safety
-/// See the module.
+/// The caller keeps the guarantees in the documentation of this module.
 pub(crate) unsafe fn list<T: Copy>(
     pointer: *const T,
     count: usize,
@@ -101,12 +101,12 @@ pub(crate) unsafe fn list<T: Copy>(
     Ok(copy)
 }
 
-/// The place for one value.
+/// The caller's memory for one value.
 pub(crate) struct Out<T>(*mut T);
 
 impl<T: Copy> Out<T> {
     /// # Safety
-    /// See the module.
+    /// The caller keeps the guarantees in the documentation of this module.
     pub(crate) unsafe fn new(pointer: *mut T, name: &str) -> Outcome<Self> {
         check(pointer, 1, name)?;
         Ok(Self(pointer))
@@ -118,17 +118,17 @@ impl<T: Copy> Out<T> {
     }
 }
 
-/// The caller's place for a list, or none.
+/// The caller's memory for a list of `room` values; `room` is 0 if the caller passes no memory.
 pub(crate) struct OutList<T> {
     pointer: *mut T,
     room: usize,
 }
 
 impl<T: Copy> OutList<T> {
-    /// Creates the place. `pointer` may be NULL if `room` is 0.
+    /// Checks the memory. `pointer` may be NULL if `room` is 0.
     ///
     /// # Safety
-    /// See the module.
+    /// The caller keeps the guarantees in the documentation of this module.
     pub(crate) unsafe fn new(pointer: *mut T, room: usize, name: &str) -> Outcome<Self> {
         if room > 0 {
             check(pointer, room, name)?;
@@ -150,7 +150,7 @@ impl<T: Copy> OutList<T> {
     }
 }
 
-/// The caller's place for a result: a list, and the number of values.
+/// The caller's memory for a result: a list, and the number of values.
 pub(crate) struct Answer<T> {
     list: OutList<T>,
     count: Out<usize>,
@@ -159,7 +159,7 @@ pub(crate) struct Answer<T> {
 
 impl<T: Copy> Answer<T> {
     /// # Safety
-    /// See the module.
+    /// The caller keeps the guarantees in the documentation of this module.
     pub(crate) unsafe fn new(
         list: *mut T,
         room: usize,

@@ -12,11 +12,11 @@ use crate::{
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OspDepth {
-    /// 0 at the near plane, 1 at the far one: Vulkan, Direct3D, Metal, WebGPU.
+    /// 0 at the near plane, 1 at the far plane: Vulkan, Direct3D, Metal, WebGPU.
     ZeroToOne = 0,
-    /// 1 at the near plane, 0 at the far one or at infinity: reversed depth.
+    /// 1 at the near plane, 0 at the far plane or at infinity: reversed depth.
     OneToZero = 1,
-    /// -1 at the near plane, 1 at the far one: OpenGL, and Unity's Camera.projectionMatrix.
+    /// -1 at the near plane, 1 at the far plane: OpenGL, and Unity's Camera.projectionMatrix.
     MinusOneToOne = 2,
 }
 
@@ -26,19 +26,19 @@ pub enum OspDepth {
 pub struct OspCamera {
     /// Matrix from world to clip space, in column-major order; x and y are from -w to w in view. The projection may be
     /// perspective or parallel, on-axis or off-axis, mirrored, y up or down. Its near plane may be oblique, and it
-    /// needs no far plane. The numbers are taken as exact, even for an eye far from the origin.
+    /// needs no far plane. The numbers count as exact, even for an eye far from the origin.
     pub clip_from_world: [f64; 16],
-    /// One of OspDepth. For a perspective projection, the near and the far end may be exchanged.
+    /// One of OspDepth. For a perspective projection, a wrong direction of depth has no effect.
     pub depth: i32,
-    /// If this is not 0, objects behind occluders are left out. It has no effect for a parallel projection, an oblique
-    /// near plane or a sheared screen.
+    /// If this is not 0, the results omit objects behind occluders. This has no effect for a parallel projection, an
+    /// oblique near plane or a sheared screen.
     pub hide_by_occluders: i32,
-    /// Layers that the camera sees, one bit each.
+    /// Mask of the layers that the camera sees, with a bit for each layer.
     pub layers: u32,
 }
 
 impl OspCamera {
-    /// Returns the camera after a check. `name` names it in errors.
+    /// Checks and converts the camera. Error messages contain `name`.
     pub(crate) fn checked(&self, name: &str) -> Outcome<Camera> {
         let depths = [
             (OspDepth::ZeroToOne, Depth::ZeroToOne),
@@ -80,7 +80,7 @@ pub unsafe extern "C" fn osp_camera_f32(
     })
 }
 
-/// The same as osp_camera_f32, with a matrix of 64-bit numbers: for an eye that is far from the origin.
+/// Does the same as osp_camera_f32 for a matrix of 64-bit numbers. Use it for an eye far from the origin.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_camera_f64(
     clip_from_world: *const f64,

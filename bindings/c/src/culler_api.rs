@@ -26,8 +26,8 @@ unsafe fn culler<'a>(culler: *const OspCuller) -> Outcome<&'a Guarded<Culler<u64
     unsafe { object(culler, "culler") }.map(|culler| &culler.0)
 }
 
-/// Makes a culler without objects. It needs no size of the world and no capacity. *culler is the handle, which must be
-/// freed with osp_culler_free. It is NULL if the call fails.
+/// Makes a culler without objects. It needs no size of the world and no capacity. *culler gets the handle, or NULL if
+/// the call fails. Free the handle with osp_culler_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_new(culler: *mut *mut OspCuller) -> OspStatus {
     border(|| {
@@ -47,10 +47,10 @@ pub unsafe extern "C" fn osp_culler_free(culler: *mut OspCuller) -> OspStatus {
     border(|| unsafe { free(culler, "culler") })
 }
 
-/// Inserts objects, or moves those that exist. Each has a key and a box: the tight box of all drawn parts of the
-/// object. A box with NaN, an infinite number or min > max leaves its object out until it gets another box;
-/// osp_culler_refused lists it. If a key is given twice, the last box counts. An object that moves loses its occluder,
-/// unless the new box contains the old one. keys and boxes may be NULL if count is 0.
+/// Inserts objects, or moves objects that exist: count keys, and a box for each key. A box should be tight around all
+/// drawn parts of its object. A box with NaN, an infinite number or min > max is refused, and osp_culler_refused lists
+/// it. Its object is skipped until it gets a valid box. If a key is given twice, the last box counts. An object that
+/// moves loses its occluder, unless the new box contains the old one. keys and boxes may be NULL if count is 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_set(
     culler: *mut OspCuller,
@@ -95,8 +95,8 @@ pub unsafe extern "C" fn osp_culler_clear(culler: *mut OspCuller) -> OspStatus {
     })
 }
 
-/// Puts objects on layers, one bit each. A camera sees an object if they have a layer in common. By default, objects
-/// are on the first layer, with the mask 1. An object on no layer is invisible to all cameras.
+/// Sets the layers of objects: for each key, a mask with a bit for each layer. A camera sees an object if both have a
+/// layer in common. The default is the first layer, mask 1. An object on no layer is invisible to all cameras.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_set_layers(
     culler: *mut OspCuller,
@@ -129,12 +129,13 @@ unsafe fn set_occluder(
     Ok(())
 }
 
-/// Gives an object a flat, convex quad that hides things behind it. It replaces the object's previous occluder. corners
-/// has x y z of its four corners in order around it, in either direction; world space, metres.
+/// Sets a flat, convex quad as the occluder of an object, in place of the former occluder. corners has x y z of its
+/// four corners, in clockwise or counter-clockwise order; world space, metres.
 ///
-/// An occluder is opaque and hides the things behind it, seen from either side. It must be drawn itself, or lie inside
-/// drawn things. It stays in place until the object moves or is removed. A key without a box may have an occluder: a
-/// stand-in, which hides and is never listed. A few large occluders hide more in less time than many small ones.
+/// An occluder is opaque from both sides, and hides the objects behind it. The engine must draw the occluder itself, or
+/// an opaque object around it. It stays in place until the object moves or is removed. A key without a box may have an
+/// occluder. Such an occluder hides objects, and is never listed. A few large occluders hide more in less time than
+/// many small ones.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_set_occluder_quad(
     culler: *mut OspCuller,
@@ -149,7 +150,7 @@ pub unsafe extern "C" fn osp_culler_set_occluder_quad(
     })
 }
 
-/// The same as osp_culler_set_occluder_quad, with the six sides of a box: for example a stand-in for a house.
+/// Does the same as osp_culler_set_occluder_quad with the six sides of a box, such as a box inside a house.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_set_occluder_box(
     culler: *mut OspCuller,
@@ -164,8 +165,8 @@ pub unsafe extern "C" fn osp_culler_set_occluder_box(
     })
 }
 
-/// The same as osp_culler_set_occluder_quad, with a mesh. vertices has x y z of vertex_count points. indices has three
-/// numbers of vertices for each of triangle_count triangles. Triangles without area are left out.
+/// Does the same as osp_culler_set_occluder_quad with a mesh. vertices has x y z of vertex_count points. indices has
+/// three vertex numbers for each of triangle_count triangles. Triangles without area are skipped.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_set_occluder_mesh(
     culler: *mut OspCuller,
@@ -186,7 +187,7 @@ pub unsafe extern "C" fn osp_culler_set_occluder_mesh(
     })
 }
 
-/// Removes an object's occluder. Nothing happens if there is none.
+/// Removes an object's occluder. Has no effect if the object has no occluder.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_remove_occluder(culler: *mut OspCuller, key: u64) -> OspStatus {
     border(|| {
@@ -218,7 +219,7 @@ pub unsafe extern "C" fn osp_culler_count(culler: *const OspCuller, count: *mut 
     })
 }
 
-/// Returns the box that was last set for an object.
+/// Returns the last valid box of an object.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_box(
     culler: *const OspCuller,
@@ -237,9 +238,9 @@ pub unsafe extern "C" fn osp_culler_box(
 }
 
 /// Finds the objects that each camera sees. An object counts if a part of it may be on the camera's screen and, for a
-/// camera with hide_by_occluders, not behind the occluders. No visible object is left out. All cameras are culled in
-/// one pass: two eyes, a camera and its lights, the sides of a cube. There may be at most OSP_MAX_CAMERAS. seen gets an
-/// OspSeen for each camera; it may be NULL. osp_culler_visible then lists the keys.
+/// camera with hide_by_occluders, not behind the occluders. The result contains every visible object. The cameras may
+/// be two eyes, a camera and its lights, or the faces of a cube map: at most OSP_MAX_CAMERAS. seen gets an OspSeen for
+/// each camera; it may be NULL. Afterwards osp_culler_visible lists the keys.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_cull(
     culler: *mut OspCuller,
@@ -289,9 +290,9 @@ pub unsafe extern "C" fn osp_culler_visible(
 }
 
 /// Finds for each box whether it is completely off a camera's screen or, with hide_by_occluders, behind the occluders.
-/// The boxes do not belong to a culler: they may be those of a sound, a character, a trigger. hidden gets 1 or 0 for
-/// each. An empty or infinite box, or one with NaN, is not hidden. Applies all changes, like osp_culler_cull. Without
-/// changes, the results of the last osp_culler_cull stay.
+/// The boxes need not belong to objects of the culler: they may surround sounds, characters or triggers. hidden gets 1
+/// or 0 for each box. A box that is empty or infinite, or has a NaN, is not hidden. Applies all changes, as
+/// osp_culler_cull does. Without changes, the results of the last osp_culler_cull stay valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_are_hidden(
     culler: *mut OspCuller,
@@ -313,8 +314,8 @@ pub unsafe extern "C" fn osp_culler_are_hidden(
     })
 }
 
-/// Lists the boxes and occluders that were refused between the last two calls of osp_culler_cull, and the reasons. A
-/// very long list is cut off.
+/// Lists the boxes and occluders that were refused between the last two calls of osp_culler_cull, and the reasons. Only
+/// the first 4096 are listed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_refused(
     culler: *const OspCuller,
@@ -351,7 +352,7 @@ pub unsafe extern "C" fn osp_culler_in_box(
     })
 }
 
-/// Finds the objects whose boxes have a point in common with a ball: center is x y z, radius is in metres. The result
+/// Finds the objects whose boxes have a point in common with a sphere: center is x y z, radius is in metres. The result
 /// has the form of osp_culler_visible.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_in_sphere(

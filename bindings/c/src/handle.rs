@@ -1,5 +1,5 @@
-//! The object behind a handle. Several threads may read it at once, or one may change it. Nobody waits: a call that
-//! would have to wait is refused, and so is every call after a panic in a change.
+//! The object of a handle. Several threads may read it at once, or one thread may change it. No call blocks: a call
+//! that would have to wait returns an error, and after a panic in a change every call does.
 
 use std::sync::{RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
 
@@ -13,20 +13,21 @@ impl<T> Guarded<T> {
     }
 
     pub(crate) fn read(&self) -> Outcome<RwLockReadGuard<'_, T>> {
-        self.0.try_read().map_err(|e| refusal(&e, "another thread is changing it"))
+        self.0.try_read().map_err(|e| refusal(&e, "another thread is changing the culler"))
     }
 
     pub(crate) fn change(&self) -> Outcome<RwLockWriteGuard<'_, T>> {
-        self.0.try_write().map_err(|e| refusal(&e, "another thread is using it"))
+        self.0.try_write().map_err(|e| refusal(&e, "another thread is using the culler"))
     }
 }
 
 fn refusal<T>(error: &TryLockError<T>, busy: &str) -> Failure {
     match error {
         TryLockError::WouldBlock => Failure::new(OspStatus::Busy, busy),
-        TryLockError::Poisoned(_) => {
-            Failure::new(OspStatus::Poisoned, "a change of it has failed inside of osp: it can only be freed")
-        }
+        TryLockError::Poisoned(_) => Failure::new(
+            OspStatus::Poisoned,
+            "an earlier change of the culler failed inside of osp: the culler can only be freed",
+        ),
     }
 }
 

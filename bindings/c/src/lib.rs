@@ -5,10 +5,13 @@
 //! C ─> culler_api ─> border: pointers and panics ─> handle: threads ─> osp::Culler<u64>
 //! ```
 //!
-//! Below `border` everything is safe Rust.
+//! Only `border` has unsafe code; all code behind it is safe Rust.
 
 #![allow(unsafe_code, reason = "pointers from C; read and written in `border` only")]
-#![allow(clippy::missing_safety_doc, reason = "the header's first comment says it for all functions")]
+#![allow(
+    clippy::missing_safety_doc,
+    reason = "the header's first comment has the guarantees for all functions"
+)]
 
 mod border;
 mod camera;

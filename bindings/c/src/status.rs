@@ -2,16 +2,16 @@
 
 use std::{any::Any, cell::Cell, ffi::c_char};
 
-/// The status that a function returns: OSP_STATUS_OK, or the reason for which it has changed nothing. osp_last_error
-/// describes it in words.
+/// The status that a function returns: OSP_STATUS_OK, or the reason why the function has changed nothing.
+/// osp_last_error describes the reason.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OspStatus {
     /// Success.
     Ok = 0,
-    /// There are more results than there is room for. The list has the first of them. *count is the number of all.
+    /// There are more results than room. The list has the first results, and *count is the number of all results.
     BufferTooSmall = 1,
-    /// A pointer is NULL where that is not allowed.
+    /// A pointer is NULL, but must not be NULL.
     NullPointer = 2,
     /// A pointer is not aligned for its type.
     MisalignedPointer = 3,
@@ -30,11 +30,11 @@ pub enum OspStatus {
     Busy = 9,
     /// An earlier call that changed this culler has failed inside osp. The culler can only be freed.
     Poisoned = 10,
-    /// An error inside osp, which should be reported. It is also written to standard error.
+    /// A fault inside osp, which should be reported. The message is also written to standard error.
     Internal = 11,
 }
 
-/// The reason for which a call is refused.
+/// The status and the message of a refused call.
 #[derive(Debug)]
 pub(crate) struct Failure {
     pub(crate) status: OspStatus,
@@ -60,25 +60,25 @@ pub(crate) type Outcome<T> = Result<T, Failure>;
 pub const OSP_MESSAGE_BYTES: u32 = 1024;
 
 thread_local! {
-    /// This has no destructor, so it exists until the thread's memory is freed.
+    /// The message of the thread. It has no destructor, so it exists until the thread's memory is freed.
     static LAST: [Cell<u8>; OSP_MESSAGE_BYTES as usize] = const { [const { Cell::new(0) }; _] };
 }
 
-/// Stores the message of a failure for this thread, in place of the message before.
+/// Stores the message of a failure for this thread, in place of the previous message.
 pub(crate) fn keep_message(message: &str) {
     let ascii = |letter: char| if letter.is_ascii() && letter != '\0' { letter as u8 } else { b'?' };
     LAST.with(|last| {
         let (_, text) = last.split_last().expect("room for more than the end");
-        // The message before may be longer, so zeros fill the rest. The last byte is never written.
+        // The previous message may be longer, so zeros fill the rest. The last byte is never written.
         let bytes = message.chars().map(ascii).chain(std::iter::repeat(0));
         text.iter().zip(bytes).for_each(|(place, byte)| place.set(byte));
     });
 }
 
-/// Returns the message of the last call on this thread that did not return OSP_STATUS_OK. It is empty if there was
-/// none, and never NULL. It ends with a zero byte and is plain ASCII of at most OSP_MESSAGE_BYTES. The pointer is the
-/// same for every call on one thread and is valid until the thread ends. The next failure on this thread writes its
-/// message into the same place, so copy a message that you need later.
+/// Returns the message of the last call on this thread that did not return OSP_STATUS_OK. Without such a call it is
+/// empty, and it is never NULL. It is plain ASCII, ends with a zero byte, and has at most OSP_MESSAGE_BYTES bytes.
+/// Every call on one thread returns the same pointer, which is valid until the thread ends. The next failure on this
+/// thread overwrites the message, so copy a message that you need later.
 #[unsafe(no_mangle)]
 pub extern "C" fn osp_last_error() -> *const c_char {
     LAST.with(|last| last.as_ptr().cast())

@@ -1,4 +1,4 @@
-//! Values that pass the boundary.
+//! The types of values that C passes and receives.
 
 use osp::{
     Refusal,
@@ -54,8 +54,8 @@ impl OspBox {
 pub struct OspHit {
     /// The object's key.
     pub key: u64,
-    /// For a ray, the place of the hit in lengths of the ray's direction from its origin. For a point, the distance in
-    /// metres. 0 from inside.
+    /// For a ray, the distance from its origin to the box, in lengths of the ray's direction. For a point, the distance
+    /// from the box in metres. 0 if the origin or the point is inside.
     pub t: f32,
 }
 
@@ -69,15 +69,15 @@ pub struct OspSeen {
     pub hidden: usize,
 }
 
-/// The reason for which an object, or its occluder, is left out.
+/// The reason why an object, or its occluder, was refused.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OspRefusal {
-    /// The box contains NaN or an infinite number, or min > max. The object is left out until it gets another box.
+    /// The box contains NaN or an infinite number, or min > max. The object is skipped until it gets a valid box.
     Bounds = 0,
     /// There are OSP_MAX_OBJECTS keys already.
     Key = 1,
-    /// All occluders together have too many polygons. The object has no occluder.
+    /// All occluders together would have too many polygons. The object gets no occluder.
     Occluder = 2,
 }
 
@@ -91,7 +91,7 @@ impl From<Refusal> for OspRefusal {
     }
 }
 
-/// An object or occluder that was left out, with the reason.
+/// An object whose box or occluder was refused, with the reason.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OspRefused {
@@ -115,7 +115,7 @@ pub(crate) fn point(xyz: [f32; 3], name: &str) -> Outcome<Vec3> {
     }
 }
 
-/// Checks a ball that a function receives.
+/// Checks a sphere that a function receives.
 pub(crate) fn sphere(center: [f32; 3], radius: f32) -> Outcome<Sphere> {
     let center = point(center, "center")?;
     if radius >= 0.0 && radius.is_finite() {
@@ -128,7 +128,7 @@ pub(crate) fn sphere(center: [f32; 3], radius: f32) -> Outcome<Sphere> {
 pub(crate) fn ray(origin: [f32; 3], direction: [f32; 3], t_max: f32) -> Outcome<Ray> {
     let (origin, along) = (point(origin, "origin")?, point(direction, "direction")?);
     if along == Vec3::ZERO {
-        return refused("direction: expected another one than 0 0 0".into());
+        return refused("direction: expected a vector other than 0 0 0".into());
     }
     if t_max.is_nan() || t_max < 0.0 {
         return refused(format!("t_max: expected a number from 0 on, found {t_max}"));

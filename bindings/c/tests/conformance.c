@@ -10,7 +10,7 @@ static OspCuller *culler;
 static uint64_t answer[MOST_ANSWER];
 static size_t answered;
 static float matrix[16];
-/* Returns the first object that a ray enters, or none. */
+/* The first object that the last ray entered, and the number of entered objects. */
 static OspHit hit;
 static size_t hits;
 static int line_number;

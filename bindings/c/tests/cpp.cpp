@@ -1,4 +1,4 @@
-// The header in C++, with a handle that frees itself.
+// Uses the header in C++, with a handle that frees its culler.
 #include "osp.h"
 
 #include <cstdio>

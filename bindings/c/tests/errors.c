@@ -1,4 +1,4 @@
-/* Every wrong argument gives its status, and changes nothing. */
+/* Tests that every wrong argument returns its status and changes nothing. */
 #include "test.h"
 
 #include <math.h>
@@ -210,7 +210,7 @@ static void errors_of_queries(OspCuller *culler) {
     EXPECT(count == 0);
 }
 
-/* An invalid box leaves out its own object, but not the others. */
+/* An invalid box excludes its own object, but no other object. */
 static void refusals(OspCuller *culler) {
     const float bad[] = {NAN, INFINITY, -INFINITY, 2};
     uint64_t keys[3] = {100, 101, 102};

@@ -25,7 +25,7 @@ static void set(uint64_t key, OspBox bounds) {
     EXPECT_OK(osp_culler_set(culler, &key, &bounds, 1));
 }
 
-/* The eyes of a headset, 6 cm apart: square, near plane 0.01, no far plane, reversed depth. The second one can ignore occluders. */
+/* The eyes of a headset, 6 cm apart: square, near plane 0.01, no far plane, reversed depth. The second eye can ignore occluders. */
 static void look(int hide_second, uint32_t layers) {
     OspCamera eyes[2];
     for (int i = 0; i < 2; i++) {
@@ -67,7 +67,7 @@ static void run(int as_mesh) {
         float x = (float)(i % 12) * 0.2f - 1.2f, y = (float)(i / 12) * 0.2f - 1.2f;
         set((uint64_t)i, (OspBox){{x, y, -6}, {x + 0.1f, y + 0.1f, -5.9f}});
     }
-    /* This one is beside the wall's shadow. */
+    /* This box is outside the wall's shadow. */
     set(ASIDE, (OspBox){{5.8f, 0, -6}, {5.9f, 0.1f, -5.9f}});
     set(WALL, (OspBox){{-1.9f, -1.9f, -2}, {1.9f, 1.9f, -2}});
     look(1, OSP_ALL_LAYERS);
@@ -92,7 +92,7 @@ static void run(int as_mesh) {
     eye.hide_by_occluders = 1;
     EXPECT_OK(osp_culler_are_hidden(culler, &eye, boxes, 4, hidden));
     EXPECT(hidden[0] == 1 && hidden[1] == 0 && hidden[2] == 1 && hidden[3] == 0);
-    /* The wall is on another layer: only a camera that sees the wall may leave out things behind it. */
+    /* The wall is on another layer: only a camera that sees the wall may omit the boxes behind it. */
     uint64_t wall = WALL;
     uint32_t second = 2;
     EXPECT_OK(osp_culler_set_layers(culler, &wall, &second, 1));
@@ -106,7 +106,7 @@ static void run(int as_mesh) {
     set(WALL, (OspBox){{-1.9f, 50, -2}, {1.9f, 54, -2}});
     look(1, OSP_ALL_LAYERS);
     EXPECT(seen[0].visible == BEHIND + 1);
-    /* The wall is removed. A stand-in without a box hides in its place, until it is removed, too. */
+    /* The wall is removed. An occluder without a box replaces it, until it is removed, too. */
     EXPECT_OK(osp_culler_remove(culler, &wall, 1));
     OspBox house = box_of_hand((OspBox){{-1.9f, -1.9f, -3}, {1.9f, 1.9f, -2}});
     EXPECT_OK(osp_culler_set_occluder_box(culler, STAND_IN, &house));

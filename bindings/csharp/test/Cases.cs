@@ -14,7 +14,7 @@ sealed class Cases : IDisposable
     readonly OspHit[] hit = new OspHit[1];
     int hits;
 
-    /// <summary>Returns the number of compared results. Throws at the first wrong one, with its line.</summary>
+    /// <summary>Returns the number of compared results. Throws at the first wrong result, with its line.</summary>
     public static int Run(string path)
     {
         int answers = 0, line = 0;
@@ -133,7 +133,7 @@ sealed class Cases : IDisposable
         culler.Cull(cameras, seen);
         answer = Names(culler.Visible(1, ref keys));
         Test.Expect(Names(culler.Visible(0, ref keys)).SequenceEqual(answer), "the same by both depths");
-        Test.Expect(seen[0].Visible == answer.Length && (isHiding || seen[0].Hidden == 0), "the books of a frame");
+        Test.Expect(seen[0].Visible == answer.Length && (isHiding || seen[0].Hidden == 0), "the counts of a frame");
     }
 
     /// <summary>Returns the first keys of the result, in the form of the file.</summary>

@@ -123,7 +123,7 @@ static class Test
                 culler.Set(new ulong[] { 4, 5, 6 }, new[] { Unit, box, Unit });
                 culler.Cull(new OspCamera(Identity, OspDepth.ZeroToOne));
                 OspRefused[] refused = culler.Refused();
-                Expect(refused.Length == 1 && refused[0].Key == 5 && refused[0].Why == OspRefusal.Bounds, "the box that is none");
+                Expect(refused.Length == 1 && refused[0].Key == 5 && refused[0].Why == OspRefusal.Bounds, "the invalid box");
                 Expect(culler.Count == 2, "the others");
             }
             culler.Cull(new OspCamera(Identity, OspDepth.ZeroToOne));
@@ -210,7 +210,7 @@ static class Test
         culler.Dispose();
         culler.Dispose();
         Throws<ObjectDisposedException>(() => culler.Set(1, Unit));
-        // This one is left to the finalizer.
+        // The finalizer frees these cullers.
         for (int i = 0; i < 50; i++)
         {
             new OspCuller().Set(1, Unit);

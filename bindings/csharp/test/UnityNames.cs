@@ -1,4 +1,4 @@
-// The names of Unity that UnityPainter.cs calls, without any function. They make sure that the sample still fits Osp.cs.
+// The names of Unity that UnityPainter.cs calls, without any function. With them, a test compiles the sample against Osp.cs.
 using System;
 
 #pragma warning disable 649

@@ -1,5 +1,5 @@
-//! Numbers from Python: anything that numpy can make an array of. They are copied, so that nobody can change them while
-//! osp works. They become `f32` without losing visible parts: boxes and radii are rounded outwards.
+//! Reads numbers from Python: anything that numpy converts to an array. The numbers are copied, so that no thread can
+//! change them during a call. They become `f32`. Boxes and radii are rounded outwards, so that no visible part is lost.
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use osp::{
@@ -139,7 +139,7 @@ pub(crate) fn triangles(
     faces.iter().enumerate().map(triangle).collect()
 }
 
-/// Reads a truth value for each of `count` things.
+/// Reads `count` truth values.
 pub(crate) fn mask(value: &Bound<'_, PyAny>, count: usize, what: &str) -> PyResult<Vec<bool>> {
     let (array, kind, _) = as_array(value)?;
     if kind != "b" {
@@ -153,7 +153,7 @@ pub(crate) fn mask(value: &Bound<'_, PyAny>, count: usize, what: &str) -> PyResu
 }
 
 /// Reads boxes, which may be empty or not finite, and rounds them outwards. The input is an array of the shape (n, 6),
-/// or two of (n, 3) with the smallest and the largest corners. Six numbers, or two times three, are one box.
+/// or two arrays of (n, 3) with the smallest and the largest corners. Six numbers, or two arrays of three, are one box.
 pub(crate) fn boxes(
     boxes: &Bound<'_, PyAny>,
     maxs: Option<&Bound<'_, PyAny>>,
@@ -229,7 +229,7 @@ pub(crate) fn radius(radius_m: f64) -> PyResult<f32> {
     Err(PyValueError::new_err(format!("radius_m: expected a finite number, 0 or more; found {radius_m}")))
 }
 
-/// Returns the smallest `f32` that is not less.
+/// Returns the smallest `f32` that is not less than `v`.
 fn round_up(v: f64) -> f32 {
     let nearest = v as f32;
     if f64::from(nearest) < v { nearest.next_up() } else { nearest }
@@ -242,7 +242,7 @@ fn round_down(v: f64) -> f32 {
 /// Reads whole numbers from 0 to `most`. A single number counts as an array of one.
 pub(crate) fn whole_numbers(value: &Bound<'_, PyAny>, what: &str, most: u64) -> PyResult<Vec<u64>> {
     let (array, kind, _) = as_array(value)?;
-    // numpy gives the empty list the type of floating point numbers.
+    // For numpy, an empty list contains floating point numbers.
     let is_empty = array.getattr("size")?.extract::<usize>()? == 0;
     if is_empty {
         return Ok(Vec::new());
@@ -298,7 +298,7 @@ pub(crate) fn table<'py, const N: usize>(
     PyArray1::from_slice(py, rows.as_flattened()).reshape([rows.len(), N])
 }
 
-/// The same as [`table`], but each row is itself a table of `shape`.
+/// Returns corners as an array of three dimensions, with `corners_a_row` corners in each row.
 pub(crate) fn cube<'py>(
     py: Python<'py>,
     corners: &[Vec3],

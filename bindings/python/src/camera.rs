@@ -12,10 +12,10 @@ use crate::{arrays, view::View};
 /// by w: `"zero-to-one"` (Vulkan, Direct3D, Metal, WebGPU), `"one-to-zero"` (reversed) or `"minus-one-to-one"`
 /// (OpenGL). A `View` is also possible, without `depth`.
 ///
-/// `hide_by_occluders` leaves out objects behind occluders; it has no effect for a parallel projection. `layers` has a
-/// bit for each layer that the camera sees.
+/// With `hide_by_occluders`, the results omit objects behind occluders; this has no effect for a parallel projection.
+/// `layers` has a bit for each layer that the camera sees.
 ///
-/// `ValueError`: another shape, numbers that are not finite, a matrix without an inverse, another depth.
+/// `ValueError`: a wrong shape, numbers that are not finite, a matrix without an inverse, an unknown depth.
 ///
 /// >>> reversed_depth = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0.1], [0, 0, -1, 0]])
 /// >>> camera = osp.Camera(reversed_depth, "one-to-zero", hide_by_occluders=True)
@@ -25,7 +25,7 @@ use crate::{arrays, view::View};
 #[pyclass(module = "osp", frozen)]
 #[derive(Debug)]
 pub(crate) struct Camera {
-    /// This is boxed, because Python's memory is aligned to only 16 bytes.
+    /// Boxed, because Python's memory is aligned to only 16 bytes.
     camera: Box<osp::Camera>,
 }
 

@@ -16,12 +16,11 @@ use crate::{arrays, camera::any_camera, errors};
 type Keys<'py> = Bound<'py, PyArray1<u64>>;
 
 /// Finds the objects that cameras see. Objects can be added, moved and removed at any time. Each has a key of your
-/// choice, any whole number from 0 to 2**64 - 1, and a box. The size of the world and the capacity need not be given;
-/// nothing is ever rebuilt.
+/// choice, any whole number from 0 to 2**64 - 1, and a box. The culler needs no size of the world and no capacity.
 ///
 /// In each frame, call `set` and `remove` for the changes, then `cull` with all cameras. Boxes are in world space,
-/// metres, float32; float64 is rounded outwards. Results are arrays of keys (uint64), in no particular order; no
-/// visible object is left out.
+/// metres, float32; float64 is rounded outwards. Results are arrays of keys (uint64), in no particular order. They
+/// contain every visible object.
 ///
 /// All methods release the interpreter's lock while they work; queries of several threads run at the same time.
 ///
@@ -36,7 +35,7 @@ type Keys<'py> = Bound<'py, PyArray1<u64>>;
 #[pyclass(module = "osp", frozen)]
 #[derive(Debug)]
 pub(crate) struct Culler {
-    /// This is boxed, because Python's memory is aligned to only 16 bytes.
+    /// Boxed, because Python's memory is aligned to only 16 bytes.
     inner: Box<RwLock<osp::Culler<u64>>>,
 }
 
@@ -47,13 +46,13 @@ impl Culler {
         Self { inner: Box::new(RwLock::new(osp::Culler::new())) }
     }
 
-    /// Inserts objects, or moves those that exist. There is a box for each key: `boxes` of the shape (n, 6), or `boxes`
-    /// and `maxs` of (n, 3) with the smallest and the largest corners. One key and six numbers are one object.
+    /// Inserts objects, or moves objects that exist. There is a box for each key: `boxes` of the shape (n, 6), or
+    /// `boxes` and `maxs` of (n, 3) with the smallest and the largest corners. One key and six numbers are one object.
     ///
-    /// A box that is not finite or has min > max leaves its object out until it gets another box; `refused` lists it.
-    /// An object that moves loses its occluder, unless the new box contains the old one.
+    /// A box that is not finite or has min > max is refused, and `refused` lists it. Its object is skipped until it
+    /// gets a valid box. An object that moves loses its occluder, unless the new box contains the old one.
     ///
-    /// `ValueError`: another shape, or different numbers of boxes and keys. `TypeError`: not numbers.
+    /// `ValueError`: a wrong shape, or different numbers of boxes and keys. `TypeError`: not numbers.
     #[pyo3(signature = (keys, boxes, maxs=None))]
     fn set(
         &self,
@@ -89,8 +88,8 @@ impl Culler {
         })
     }
 
-    /// Puts objects on layers, one bit each. `layers` is a number for all, or one for each key. A camera sees an object
-    /// if they have a layer in common. By default, objects are on the first layer, with the mask 1.
+    /// Sets the layers of objects. `layers` is a mask for all keys, or a mask for each key, with a bit for each layer.
+    /// A camera sees an object if both have a layer in common. The default is the first layer, mask 1.
     fn set_layers(&self, py: Python<'_>, keys: &Bound<'_, PyAny>, layers: &Bound<'_, PyAny>) -> PyResult<()> {
         let (keys, layers) = (keys_of(keys)?, arrays::whole_numbers(layers, "layers", u32::MAX.into())?);
         if layers.len() != 1 {
@@ -104,16 +103,15 @@ impl Culler {
         })
     }
 
-    /// Gives an object an occluder, which hides things behind it and replaces the previous occluder; world space,
-    /// metres. `corners` of the shape (4, 3) is a flat, convex quad with its corners in order around it. `corners` of
-    /// (2, 3) is a box from its smallest to its largest corner. With `faces` of (m, 3), `corners` are the vertices of a
-    /// mesh.
+    /// Sets the occluder of an object, in place of the former occluder; world space, metres. `corners` of the shape (4,
+    /// 3) is a flat, convex quad with its corners in clockwise or counter-clockwise order. `corners` of (2, 3) is a box
+    /// from its smallest to its largest corner. With `faces` of (m, 3), `corners` are the vertices of a mesh.
     ///
-    /// An occluder is opaque and hides the things behind it, seen from either side. It must be drawn itself, or lie
-    /// inside drawn things. It stays in place until the object moves or is removed. A key without a box may have an
-    /// occluder, which hides but is in no result.
+    /// An occluder is opaque from both sides, and hides the objects behind it. It must be drawn itself, or lie inside a
+    /// drawn, opaque object. It stays in place until the object moves or is removed. A key without a box may have an
+    /// occluder, which hides objects, but is in no result.
     ///
-    /// `ValueError`: another shape, numbers that are not finite, a bent or crossed quad, a face without a vertex, no
+    /// `ValueError`: a wrong shape, numbers that are not finite, a bent or crossed quad, a face without a vertex, no
     /// area.
     #[pyo3(signature = (key, corners, faces=None))]
     fn set_occluder(
@@ -148,7 +146,7 @@ impl Culler {
         })
     }
 
-    /// Removes an object's occluder. Nothing happens if there is none.
+    /// Removes an object's occluder. Has no effect if the object has no occluder.
     fn remove_occluder(&self, py: Python<'_>, key: u64) -> PyResult<()> {
         py.detach(|| {
             self.change()?.remove_occluder(key);
@@ -156,9 +154,9 @@ impl Culler {
         })
     }
 
-    /// Finds the objects that each camera sees. Returns a tuple with an array of keys for each. A camera is a `Camera`,
-    /// a `View`, or a matrix with the depth from zero to one. All are culled in one pass: two eyes, a camera and its
-    /// lights, the sides of a cube.
+    /// Finds the objects that each camera sees. Returns a tuple with an array of keys for each camera. A camera is a
+    /// `Camera`, a `View`, or a matrix with the depth from zero to one. The cameras may be two eyes, a camera and its
+    /// lights, or the faces of a cube map.
     ///
     /// `ValueError`, `TypeError`: the same as for `Camera`.
     #[pyo3(signature = (*cameras))]
@@ -173,9 +171,9 @@ impl Culler {
     }
 
     /// Finds for each box whether it is completely off a camera's screen or, with `hide_by_occluders`, behind the
-    /// occluders. Returns an array of truth values. The boxes have the form of `set`, but belong to no culler: they may
-    /// be those of a sound, a character, a trigger. A box that is not finite or has min > max is not hidden. Applies
-    /// all changes, like `cull`.
+    /// occluders. Returns an array of truth values. The boxes have the form of `set`, but need not belong to objects:
+    /// they may surround sounds, characters or triggers. A box that is not finite or has min > max is not hidden.
+    /// Applies all changes, as `cull` does.
     #[pyo3(signature = (camera, boxes, maxs=None))]
     fn are_hidden<'py>(
         &self,
@@ -198,13 +196,13 @@ impl Culler {
         })
     }
 
-    /// The refusals between the last two calls of `cull`: pairs of a key and a reason. A very long list is cut off.
+    /// The refusals between the last two calls of `cull`: pairs of a key and a reason. Only the first 4096 are listed.
     #[getter]
     fn refused(&self, py: Python<'_>) -> PyResult<Vec<(u64, String)>> {
         py.detach(|| Ok(self.read()?.refused().map(|(key, why)| (key, why.to_string())).collect()))
     }
 
-    /// The box that was last set for an object: the smallest and the largest corner, float32, of the shape (2, 3).
+    /// The last valid box of an object: the smallest and the largest corner, float32, of the shape (2, 3).
     ///
     /// `KeyError`: no object has this key.
     fn bounds<'py>(&self, py: Python<'py>, key: u64) -> PyResult<Bound<'py, PyArray2<f32>>> {
@@ -227,7 +225,7 @@ impl Culler {
         Ok(keys.into_pyarray(py))
     }
 
-    /// The objects whose boxes have a point in common with a ball; touching counts.
+    /// The objects whose boxes have a point in common with a sphere; touching counts.
     fn in_sphere<'py>(
         &self,
         py: Python<'py>,
@@ -255,9 +253,9 @@ impl Culler {
         Ok(columns(py, self.candidates(py, origin, direction, t_max)?))
     }
 
-    /// The first object that a ray hits, and the place: `(key, t)`, or None. `hit(key)` returns the `t` at which the
-    /// ray hits an object itself, or None. It is called for objects in the order in which the ray enters their
-    /// boxes, until no further box can contain a nearer hit. Without `hit`, the boxes count as the objects.
+    /// The first object that a ray hits, as `(key, t)`, or None. `hit(key)` returns the `t` at which the ray hits an
+    /// object itself, or None. It is called for objects in the order in which the ray enters their boxes, until no
+    /// further box can contain a nearer hit. Without `hit`, the boxes count as the objects.
     #[pyo3(signature = (origin, direction, hit=None, t_max=f64::INFINITY))]
     fn pick(
         &self,

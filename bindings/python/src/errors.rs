@@ -13,8 +13,8 @@ create_exception!(
     RecordingError,
     PyValueError,
     "A recording is damaged, too large, or of a format that osp does not read.\n\n\
-     The message names the file, the line or byte, and what was expected there. The attributes `path`, `line` (from 1) and\n\
-     `byte` (from 0) have the same for programs; `line` and `byte` are None where the place is no line or no byte."
+     The message names the file, the line or byte, and the expected form. The attributes `path`, `line` (from 1) and\n\
+     `byte` (from 0) contain the same. `line` is None if the error has no line, and `byte` if it has no byte."
 );
 
 create_exception!(
@@ -49,7 +49,7 @@ pub(crate) fn of_recording(error: &recording::RecordingError) -> PyErr {
         Place::Byte(byte) => (None, Some(byte)),
     };
     let text = match error {
-        // The option has another name in Python.
+        // In Python, the option has another name.
         Error::Limit(excess) if excess.option.starts_with("--max-polygons") => {
             Excess { option: "max_polygons=N", ..(**excess).clone() }.to_string()
         }
@@ -58,17 +58,17 @@ pub(crate) fn of_recording(error: &recording::RecordingError) -> PyErr {
     Python::attach(|py| {
         let exception = RecordingError::new_err(text);
         let value = exception.value(py);
-        let told = value
+        let attributes = value
             .setattr("path", path.as_os_str())
             .and_then(|()| value.setattr("line", line))
             .and_then(|()| value.setattr("byte", byte));
-        told.err().unwrap_or(exception)
+        attributes.err().unwrap_or(exception)
     })
 }
 
 fn of_io(path: &std::path::Path, cause: &std::io::Error) -> PyErr {
     let text = match cause.raw_os_error() {
-        // Python appends the file's name to this text, and chooses the exception by the number.
+        // Python appends the file's name to this text, and chooses the type of the exception by the number.
         Some(number) => {
             let text = cause.to_string();
             let text = text.strip_suffix(&format!(" (os error {number})")).unwrap_or(&text).to_owned();

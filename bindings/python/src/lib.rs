@@ -1,7 +1,7 @@
 //! The Python module `osp._native`: osp's culler, readers and measurements for numpy arrays.
 //!
-//! Data from Python is checked and copied first ([`arrays`]). So the work itself needs neither the interpreter nor
-//! memory that Python can change, and runs with the interpreter's lock released. The package around this module is in
+//! Each function first checks and copies the data from Python ([`arrays`]). Its work then needs neither the interpreter
+//! nor memory that Python can change, so it releases the interpreter's lock. The package around this module is in
 //! `python/osp`. The public items are declared in `python/osp/_native.pyi` and described in their comments, which
 //! Python's `help` shows.
 

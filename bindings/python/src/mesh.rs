@@ -15,17 +15,19 @@ use crate::{arrays, names, view::View};
 
 /// Number of occluders of a view, if the caller gives none.
 const OCCLUDERS: usize = 64;
-/// Largest number of occluders of a view. The structure that is built from them grows faster than their number.
+/// Largest number of occluders of a view. The structure built from the occluders grows faster than their number.
 const MOST_OCCLUDERS: usize = 4096;
 
-/// Triangles for several views. They are put into an index only once.
+/// Triangles that several views can cull. The index of the triangles is built only once.
 ///
-/// `triangles` are the corners, an array of the shape (n, 3, 3); or, with `faces`, vertices of the shape (n, 3). Faces
-/// are the numbers of their vertices (m, 3), like those of trimesh (`osp.Mesh(mesh.vertices, mesh.faces)`). Float64
-/// becomes float32. `opaque` is an array of truth values, one for each triangle: whether it hides things behind it
-/// (default: all do). A triangle hides the things behind it, seen from either side.
+/// Without `faces`, `triangles` contains the corners, an array of the shape (n, 3, 3). With `faces`, `triangles`
+/// contains vertices of the shape (n, 3), and `faces` their numbers for each triangle, of the shape (m, 3). A mesh of
+/// trimesh fits: `osp.Mesh(mesh.vertices, mesh.faces)`. Float64 becomes float32. `opaque` is an array of truth values,
+/// one for each triangle: whether it hides the triangles behind it (default: true). Opaque triangles hide from both
+/// sides.
 ///
-/// `ValueError`: another shape, numbers that are not finite, a face without a vertex. `TypeError`: not numbers.
+/// `ValueError`: a wrong shape, numbers that are not finite, a face with the number of a missing vertex. `TypeError`:
+/// not numbers.
 ///
 /// >>> wall = [[-4, -4, -2], [4, -4, -2], [0, 8, -2]]
 /// >>> behind = [[-0.1, -0.1, -9], [0.1, -0.1, -9], [0, 0.1, -9]]
@@ -38,9 +40,9 @@ const MOST_OCCLUDERS: usize = 4096;
 #[pyclass(module = "osp", frozen)]
 pub(crate) struct Mesh {
     triangles: Triangles,
-    /// This is boxed, because Python's memory is aligned to only 16 bytes.
+    /// Boxed, because Python's memory is aligned to only 16 bytes.
     index: Box<Osp>,
-    /// The candidates for occluders, found when a method first needs them.
+    /// The candidates for occluders. The first call with a method of occlusion culling finds them.
     pool: OnceLock<Box<OccluderPool>>,
 }
 
@@ -103,11 +105,11 @@ impl Mesh {
     /// `numpy.flatnonzero` converts it to numbers.
     ///
     /// `view` is a `View`, or a matrix in the form of `View.from_matrix` with the depth from zero to one. Without
-    /// `occlusion`, only triangles outside of the view's frustum are left out. With it, triangles that the method finds
-    /// hidden behind others are left out, too: `msvbsp` (a tree of the shadows of the largest occluders), `svbsp` and
-    /// `frusta` (older forms of it) or `depth` (a depth buffer). A triangle is never left out if any point of it can be
-    /// seen. `occluders` is the largest number of occluders in a view (default 64). More occluders hide more and take
-    /// longer.
+    /// `occlusion`, false means that the triangle lies outside the view's frustum. With `occlusion`, triangles that the
+    /// method finds hidden behind others are false, too: `msvbsp` (a tree of the shadows of the largest occluders),
+    /// `svbsp` and `frusta` (older forms of `msvbsp`) or `depth` (a depth buffer). A triangle with any visible point is
+    /// never false. `occluders` is the largest number of occluders in a view (default 64). More occluders hide more and
+    /// take longer.
     ///
     /// `ValueError`: an unknown method, or a number of occluders that is not from 1 to 4096.
     #[pyo3(signature = (view, occlusion=None, *, occluders=None))]
@@ -166,8 +168,8 @@ impl Mesh {
         Ok(Self { triangles, index, pool: OnceLock::new() })
     }
 
-    /// Returns the triangles that are in view and, if a method is given, are not found to be hidden. No state is kept
-    /// from view to view, so the result depends only on the view.
+    /// Returns the triangles in view. With a method, omits the triangles that the method finds hidden. Keeps no state
+    /// between views, so the result depends only on the view.
     fn cull(&self, view: &View, method: Option<Method>, occluders: usize) -> Vec<PolygonId> {
         let mut in_view = VisibleBlocks::new();
         self.index.frustum_cull_blocks(&view.frustum(), &mut in_view);

@@ -36,22 +36,22 @@ pub(crate) fn verified(name: &str) -> PyResult<Method> {
     methods.into_iter().find(|method| method.name() == name).ok_or_else(|| unknown("occlusion", name, &known))
 }
 
-/// Returns a method of a replay: one that the processor runs, or none.
+/// Returns a method of a replay, i.e. one that runs on the processor; `Method::NONE` counts, too.
 pub(crate) fn replayed(name: &str) -> PyResult<Method> {
     let methods = Method::all().filter(|method| !method.is_while_drawing());
     let known = methods.clone().map(Method::name).collect::<Vec<_>>();
     methods.into_iter().find(|method| method.name() == name).ok_or_else(|| unknown("occlusion", name, &known))
 }
 
-/// Returns a method of a picture: any that needs only the recording.
+/// Returns a method of a picture. Every method is permitted.
 pub(crate) fn drawn(name: &str) -> PyResult<Method> {
     let known = || Method::all().map(Method::name).collect::<Vec<_>>();
     Method::all().find(|method| method.name() == name).ok_or_else(|| unknown("occlusion", name, &known()))
 }
 
-/// Returns the camera of a picture that moves like in a replay.
+/// Returns the camera of a picture that moves as in a replay.
 pub(crate) fn picture_camera(name: &str) -> PyResult<CameraChoice> {
-    // The `auto` of a replay is called `recorded` here, beside `whole`.
+    // A picture also has the view `whole`. Its `recorded` is the `auto` of a replay.
     let named = |choice: CameraChoice| if choice == CameraChoice::Auto { "recorded" } else { choice.name() };
     let choice = CameraChoice::ALL.iter().copied().find(|&choice| named(choice) == name);
     choice.ok_or_else(|| {

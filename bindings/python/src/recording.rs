@@ -20,10 +20,10 @@ use pyo3::{
 
 use crate::{arrays, errors, signals::Signals, view::View};
 
-/// Number of samples that are applied to the model at once. It does not change the result.
+/// Number of samples that are applied to the model at once. The result does not depend on this number.
 const AT_ONCE: u32 = 1024;
 
-/// Returns the options for reading a file, from the arguments that all functions share.
+/// Returns the options for reading a file, from the arguments that all reading functions share.
 pub(crate) fn options(lenient: bool, max_polygons: Option<u64>) -> PyResult<OpenOptions> {
     let polygons = max_polygons.unwrap_or(Limits::DEFAULT.polygons);
     if !(1..=u64::from(u32::MAX)).contains(&polygons) {
@@ -33,7 +33,7 @@ pub(crate) fn options(lenient: bool, max_polygons: Option<u64>) -> PyResult<Open
     Ok(OpenOptions { lenient, limits: Limits { polygons, ..Limits::DEFAULT } })
 }
 
-/// A stroke, with the values from its beginning.
+/// A row of the table of strokes.
 struct StrokeRow {
     id: u32,
     tool: &'static str,
@@ -67,7 +67,7 @@ impl Poses {
     }
 }
 
-/// A recorded session that was read to its end. `osp.open` makes one.
+/// A recorded session that was read to its end. `osp.open` creates it.
 #[pyclass(module = "osp._native", frozen)]
 pub(crate) struct Recording {
     path: PathBuf,
@@ -154,7 +154,7 @@ impl Recording {
         self.events
     }
 
-    /// Smallest and largest corner of the model; None if it is empty.
+    /// Smallest and largest corner of the model; None if the model is empty.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         if self.bounds.is_empty() {
@@ -169,7 +169,7 @@ impl Recording {
             let message = format!("aspect: expected a number from 0.001 to 1000; found {aspect}");
             return Err(PyValueError::new_err(message));
         }
-        Ok(View { view: whole_view(&self.bounds, self.artist.backwards(None), aspect as f32) })
+        Ok(View { view: whole_view(&self.bounds, self.artist.direction_to_artist(None), aspect as f32) })
     }
 
     fn strokes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -229,7 +229,7 @@ impl Recording {
                 strokes.push(stroke.id().map_or(-1, |id| i64::from(id.0)));
                 counts.push(vertices.len() as u8);
                 colors.push([r, g, b, a]);
-                // Only a part of the polygon of a brush with holes hides things.
+                // A polygon of a brush with holes hides things only partly, so it does not count as opaque.
                 opaque.push(self.scene.occluder(id) == Some(polygon));
             }
         });
@@ -248,10 +248,10 @@ impl Recording {
     }
 }
 
-/// Returns texts as an array.
+/// Returns the texts as a numpy array.
 fn texts<'py, 'a>(py: Python<'py>, texts: impl Iterator<Item = &'a str>) -> PyResult<Bound<'py, PyAny>> {
     let list = PyList::new(py, texts.collect::<Vec<_>>())?;
-    // numpy gives the empty list no text type.
+    // Without the type, numpy would convert an empty list to numbers.
     py.import("numpy")?.call_method1("array", (list, "str".into_py_any(py)?))
 }
 
@@ -323,7 +323,7 @@ impl Recording {
                 self.begin(rows, stroke.0, "polygon", None, 0.0, *color, *t);
             }
             Event::Layer { layer, name, .. } => {
-                // A layer after the last one is created.
+                // The event creates all missing layers up to its number.
                 let at = *layer as usize;
                 if at >= self.layers.len() {
                     self.layers.resize(at + 1, Layer { name: String::new(), hidden: false });
@@ -337,7 +337,7 @@ impl Recording {
     }
 
     /// Adds a stroke, unless its number is in use.
-    #[expect(clippy::too_many_arguments, reason = "what the beginning of a stroke says")]
+    #[expect(clippy::too_many_arguments, reason = "the values of the beginning of a stroke")]
     fn begin(
         &mut self,
         rows: &mut HashMap<u32, usize>,
@@ -360,7 +360,7 @@ impl Recording {
     }
 }
 
-/// A session whose remarks are kept after its end.
+/// A session that keeps the reader's notes after its end.
 struct Noting {
     session: osp_session::recording::Session,
     notes: Option<osp_session::recording::Notes>,

@@ -28,7 +28,7 @@ use crate::{
     view::View,
 };
 
-/// Longest side of a picture, pixels. Many adapters cannot draw larger ones.
+/// Longest side of a picture, pixels. Many adapters cannot draw larger pictures.
 const MOST_PIXELS: i64 = 16_384;
 /// Permitted times for animated brushes, seconds.
 const TIMES_SECS: std::ops::RangeInclusive<f64> = 0.0..=1.0e4;
@@ -36,7 +36,7 @@ const TIMES_SECS: std::ops::RangeInclusive<f64> = 0.0..=1.0e4;
 /// The position of the eye in a picture.
 #[derive(Clone, Copy)]
 enum Eye {
-    /// A place from which the eye sees the whole model.
+    /// A position from which the eye sees the whole model.
     Whole,
     /// The same as in a replay.
     Path(CameraChoice),
@@ -110,7 +110,7 @@ fn eye(view: &Bound<'_, PyAny>) -> PyResult<Eye> {
     }
 }
 
-/// Plays the session up to the frame like `osp replay`, culls by the index, and draws the rest.
+/// Plays the session up to the frame as `osp replay` does, culls by the index, and draws the remaining polygons.
 fn draw(settings: &Settings) -> PyResult<Image> {
     let Settings { path, size, occlusion, pace, time_s, options, .. } = settings;
     let failed = |error| errors::of_recording(&error);
@@ -132,8 +132,12 @@ fn draw(settings: &Settings) -> PyResult<Image> {
     drawer.set_occlusion(occlusion.while_drawing()).map_err(undrawn)?;
     drawer.set_environment(header.environment.as_deref());
     drawer.set_time(*time_s);
-    let camera =
-        settings.camera(&header, (&summary.bounds, &whole), artist.backwards(header.camera), drawer.aspect());
+    let camera = settings.camera(
+        &header,
+        (&summary.bounds, &whole),
+        artist.direction_to_artist(header.camera),
+        drawer.aspect(),
+    );
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let index = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(IndexKind::Osp.create(&index), capacity);
@@ -150,7 +154,7 @@ fn draw(settings: &Settings) -> PyResult<Image> {
         if moment.frame == wanted {
             let view = camera(&moment);
             pipeline.frame(scene, changes, &view);
-            // A method that culls while it draws uses the polygons of the last frame as occluders in the next.
+            // A method that culls while drawing uses the visible polygons of the previous drawing as occluders.
             let times = if occlusion.is_while_drawing() { 2 } else { 1 };
             for _ in 0..times {
                 let shown = [Layer::plain(pipeline.draw_list())];
@@ -159,7 +163,7 @@ fn draw(settings: &Settings) -> PyResult<Image> {
             return drawer.image().map_err(undrawn);
         }
         if learns {
-            // Like a replay, the pipeline learns from frame to frame which polygons may hide others.
+            // As in a replay, each frame improves the choice of the occluders.
             pipeline.frame(scene, changes, &camera(&moment));
         } else {
             pipeline.skip(scene, changes);
@@ -170,7 +174,7 @@ fn draw(settings: &Settings) -> PyResult<Image> {
 }
 
 impl Settings {
-    /// Returns the number of the frame.
+    /// Returns the number of the frame to draw.
     fn wanted(&self, summary: &Summary) -> PyResult<u64> {
         let path = self.path.display();
         let Some(last) = summary.frames.checked_sub(1) else {
@@ -187,17 +191,17 @@ impl Settings {
         })
     }
 
-    /// Returns the view of each frame, with the aspect ratio of the picture.
+    /// Returns a function from a moment to its view, with the aspect ratio of the picture.
     fn camera(
         &self,
         header: &Header,
         (bounds, whole): (&Aabb, &Aabb),
-        backwards: Option<Vec3>,
+        direction_to_artist: Option<Vec3>,
         aspect: f32,
     ) -> Box<dyn Fn(&Moment) -> view::View> {
         match self.eye {
             Eye::Whole => {
-                let view = whole_view(whole, backwards, aspect);
+                let view = whole_view(whole, direction_to_artist, aspect);
                 Box::new(move |_| view)
             }
             Eye::Path(choice) => {
@@ -212,7 +216,8 @@ impl Settings {
     }
 }
 
-/// Returns the view with a finite farthest distance behind everything, because the renderer's depth is finite.
+/// Returns the view with a finite far distance that lies behind the whole model. The renderer cannot draw an infinite
+/// view.
 fn with_an_end(view: &view::View, bounds: &Aabb) -> view::View {
     let Projection { near_m, far_m, .. } = view.projection;
     if far_m.is_finite() {

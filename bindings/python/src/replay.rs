@@ -105,7 +105,7 @@ struct Played {
     runs: Vec<Run>,
 }
 
-/// Reads the pace of a replay.
+/// Parses the pace of a replay.
 pub(crate) fn pace(text: &str) -> PyResult<Pace> {
     text.parse().map_err(|error| PyValueError::new_err(format!("pace: {error}")))
 }
@@ -162,7 +162,7 @@ pub(crate) fn replay_frames<'py>(
     about.set_item("index", column(&|run| run.index.name().to_owned()))?;
     about.set_item("occlusion", column(&|run| run.occlusion.unwrap_or(Method::NONE).name().to_owned()))?;
     about.set_item("bytes", played.runs.iter().map(|run| run.bytes as u64).collect::<Vec<_>>())?;
-    // Only a run with every frame has a fingerprint, because it is compared with those of other programs and machines.
+    // Only a run that measured every frame has a fingerprint: its value must equal the fingerprint of other programs.
     let fingerprint = |run: &Run| {
         (run.fingerprint.frames() == played.frames).then(|| format!("{:016x}", run.fingerprint.value()))
     };
@@ -171,7 +171,7 @@ pub(crate) fn replay_frames<'py>(
     Ok((played.columns.into_dict(py)?, about))
 }
 
-/// Returns the cube for which an index is prepared: the recording's own, else one around all its polygons.
+/// Returns the root cube of the index: the cube that the recording declares, else a cube around all its polygons.
 pub(crate) fn root_cube(header: &Header, bounds: &Aabb) -> Aabb {
     let own = header.root.map(|root| Aabb::cube(root.center, root.size)).filter(Aabb::is_valid);
     match own {

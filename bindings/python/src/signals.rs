@@ -4,26 +4,26 @@ use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 
-/// Interval between two checks of Python's signals. With a longer one, Ctrl+C takes longer. With a shorter one,
-/// Python's threads delay the work more often.
+/// Interval between two checks of Python's signals. A longer interval delays Ctrl+C; a shorter interval lets Python's
+/// threads delay the work more often.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// Checks at intervals whether Python has requested a stop.
+/// Checks at intervals whether the user has pressed Ctrl+C.
 pub(crate) struct Signals {
-    asked: Instant,
+    checked: Instant,
 }
 
 impl Signals {
     pub(crate) fn new() -> Self {
-        Self { asked: Instant::now() }
+        Self { checked: Instant::now() }
     }
 
-    /// Call this often, in work that has released the interpreter. On an error, stop and return it.
+    /// Long work without the interpreter's lock calls this often, and stops at an error.
     pub(crate) fn check(&mut self) -> PyResult<()> {
-        if self.asked.elapsed() < EVERY {
+        if self.checked.elapsed() < EVERY {
             return Ok(());
         }
-        self.asked = Instant::now();
+        self.checked = Instant::now();
         Python::attach(|py| py.check_signals())
     }
 }

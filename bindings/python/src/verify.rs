@@ -104,12 +104,12 @@ fn verify(settings: &Settings) -> PyResult<Verifier> {
     while player.step().map_err(failed)? {
         verifier.follow(player.scene(), player.changes());
         let moment = Moment { frame: player.frames(), ..player.moment() };
-        // These frames are evenly spaced and include the last one.
+        // The tested frames are evenly spaced and include the last frame.
         if moment.frame * views / summary.frames.max(1) > looked {
             looked += 1;
             match whole {
                 true => moments.push(moment),
-                false => verifier.look(player.scene(), &camera.view(&moment)),
+                false => verifier.verify_view(player.scene(), &camera.view(&moment)),
             }
         }
         signals.check()?;
@@ -118,7 +118,7 @@ fn verify(settings: &Settings) -> PyResult<Verifier> {
         verifier.finish(player.scene());
     }
     for moment in &moments {
-        verifier.look(player.scene(), &camera.view(moment));
+        verifier.verify_view(player.scene(), &camera.view(moment));
         signals.check()?;
     }
     Ok(verifier)

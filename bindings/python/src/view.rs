@@ -11,10 +11,10 @@ use pyo3::{exceptions::PyValueError, prelude::*};
 
 use crate::arrays;
 
-/// An eye in the world and the area of its screen.
+/// A view frustum: an eye in the world, its direction and its projection.
 ///
-/// The world is right-handed, +y up, in metres; a view looks along its own -z. Make one with `View.look_at` or
-/// `View.from_matrix`.
+/// The world is right-handed, +y up, in metres; a view looks along its own -z. `View.look_at` and `View.from_matrix`
+/// create views.
 ///
 /// >>> view = osp.View.look_at(eye=(0, 1.6, 3), target=(0, 1, 0))
 /// >>> view
@@ -29,10 +29,10 @@ pub(crate) struct View {
 
 #[pymethods]
 impl View {
-    /// A view from `eye` towards `target`, each three numbers, metres. `up` is the direction that points upwards on the
-    /// screen. `fov_y_degrees` is the vertical field of view (1 to 170), and `aspect` is the screen's width divided by
-    /// its height. The view shows only distances from `near_m` to `far_m` (which may be `math.inf`), measured along the
-    /// view.
+    /// Returns a view from `eye` towards `target`, each three numbers, metres. `up` is the direction that points
+    /// upwards on the screen. `fov_y_degrees` is the vertical field of view (1 to 170), and `aspect` is the screen's
+    /// width divided by its height. The view shows only distances from `near_m` to `far_m` (which may be `math.inf`),
+    /// measured along the view.
     ///
     /// `ValueError`: a number is out of its range, `eye` equals `target`, or `up` points along the view.
     ///
@@ -82,17 +82,18 @@ impl View {
         Ok(Self { view: view::View { eye_in_world: eye, world_from_view, projection } })
     }
 
-    /// The view of a matrix from the world to clip space. The matrix has four rows in mathematical notation (`clip =
-    /// matrix @ [x, y, z, 1]`); many libraries store the transpose. It must be perspective, on-axis or off-axis.
+    /// Returns the view of a matrix from the world to clip space. The matrix has four rows in mathematical notation
+    /// (`clip = matrix @ [x, y, z, 1]`); many libraries store the transpose. It must be perspective, on-axis or
+    /// off-axis.
     ///
     /// `depth` is the range of visible depths after the division by w: `"zero-to-one"` (Vulkan, Direct3D, Metal,
-    /// WebGPU; also reversed) or `"minus-one-to-one"` (OpenGL). The view is wider than the matrix by a part in a
-    /// million, so that nothing in view of the matrix is culled. The matrix is converted to float32.
+    /// WebGPU; also reversed) or `"minus-one-to-one"` (OpenGL). The view is one millionth wider than the matrix, so
+    /// that nothing in the frustum of the matrix is culled. The matrix is converted to float32.
     ///
-    /// `ValueError`: another shape, numbers that are not finite, a parallel projection, a sheared or singular matrix,
-    /// or an eye so far away that its error in float32 exceeds a quarter of the near distance.
+    /// `ValueError`: a wrong shape, numbers that are not finite, a parallel projection, a sheared or singular matrix,
+    /// or a distant eye: its error in float32 exceeds a quarter of the near distance.
     ///
-    /// >>> p = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0.1], [0, 0, -1, 0]])  # reversed depth, no end
+    /// >>> p = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0.1], [0, 0, -1, 0]])  # reversed depth, no far plane
     /// >>> osp.View.from_matrix(p).far_m
     /// inf
     #[staticmethod]
@@ -132,14 +133,13 @@ impl View {
         shortest(self.view.projection.far_m)
     }
 
-    /// The matrix of four rows from the world to clip space, with reversed depth (near 1, far 0), like in osp's
-    /// renderer.
+    /// The matrix of four rows from the world to clip space, with reversed depth (near 1, far 0) as in osp's renderer.
     #[getter]
     fn clip_from_world<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let near_m = self.view.projection.near_m;
         let mut matrix = self.view.clip_from_world();
         if self.view.projection.far_m.is_infinite() {
-            // Depth is then near / distance.
+            // With an infinite far distance, the depth is near / distance.
             let nearer = Projection { far_m: near_m * 2.0, ..self.view.projection };
             let rows = view::View { projection: nearer, ..self.view }.clip_from_world().transpose();
             let depth = Vec4::new(0.0, 0.0, 0.0, near_m);
@@ -148,8 +148,8 @@ impl View {
         arrays::table(py, &matrix.transpose().to_cols_array_2d())
     }
 
-    /// The six planes against which a culler tests boxes, float32: `nx, ny, nz, d` a row. A box is reported if for each
-    /// plane `nx * x + ny * y + nz * z + d >= 0` at the corner that lies farthest along the normal.
+    /// The six planes against which a culler tests boxes, float32, with `nx, ny, nz, d` in each row. A box is reported
+    /// if for each plane `nx * x + ny * y + nz * z + d >= 0` at the corner that lies farthest along the normal.
     #[getter]
     fn frustum_planes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let rows = self.frustum().planes().map(|plane| plane.normal.extend(plane.d).to_array());
@@ -176,12 +176,12 @@ impl View {
         self.view.frustum()
     }
 
-    /// Reads a view, or a matrix with its depth.
+    /// Converts a `View`, or a matrix with its range of depths.
     pub(crate) fn of(view: &Bound<'_, PyAny>, depth: Option<&str>) -> PyResult<Self> {
         if let Ok(view) = view.cast::<Self>() {
             return match depth {
                 None => Ok(*view.get()),
-                Some(_) => Err(PyValueError::new_err("depth: a View has its own; expected none beside it")),
+                Some(_) => Err(PyValueError::new_err("depth: expected none, as a View has its own")),
             };
         }
         Self::from_matrix(view, depth.unwrap_or("zero-to-one"))
@@ -199,7 +199,7 @@ fn clip_depth(name: &str) -> PyResult<Depth> {
     }
 }
 
-/// Returns the number that Python prints like the `f32`: 0.1, not 0.10000000149011612.
+/// Converts an `f32` to the number that is printed with the same digits: 0.1 stays 0.1, and not 0.10000000149011612.
 fn shortest(v: f32) -> f64 {
     v.to_string().parse().unwrap_or(f64::from(v))
 }

@@ -28,7 +28,7 @@ def corpus():
 
 
 def why_no_picture():
-    """What keeps `osp.render` from drawing here; None if it draws. With OSP_GPU_TESTS=1 that fails instead."""
+    """Returns why `osp.render` cannot draw here; None if it can. With OSP_GPU_TESTS=1, raises the error instead."""
     try:
         osp.render(RECORDINGS / "nested.ron", (16, 16), pace="samples:1024")
     except osp.AdapterError as error:
@@ -45,7 +45,7 @@ def no_picture():
 
 @pytest.fixture
 def adapter(no_picture):
-    """For tests that draw."""
+    """Skips a test that draws if there is no adapter."""
     if no_picture:
         pytest.skip(no_picture)
 
@@ -56,7 +56,7 @@ def rng():
 
 
 def assert_others_run_while(work):
-    """Other threads go on while a call works."""
+    """Checks that this thread runs while another thread is in `work`."""
     done, errors = threading.Event(), []
 
     def run():
@@ -66,7 +66,7 @@ def assert_others_run_while(work):
             errors.append(error)
         done.set()
 
-    # If the work held the lock all the time, the thread would tick only once, at the end.
+    # If `work` held the interpreter's lock, this thread would tick only once, at the end.
     start, ticks = time.monotonic(), [time.monotonic()]
     thread = threading.Thread(target=run)
     thread.start()
@@ -80,14 +80,14 @@ def assert_others_run_while(work):
 
 
 def random_boxes(rng, count, spread=10.0, largest=1.0):
-    """Boxes as an array of (count, 6), in numbers that float32 holds exactly."""
+    """Returns boxes as an array of the shape (count, 6), with numbers that float32 stores exactly."""
     mins = rng.uniform(-spread, spread, (count, 3)).astype(np.float32)
     maxs = (mins + rng.uniform(0, largest, (count, 3))).astype(np.float32)
     return np.hstack([mins, maxs])
 
 
 def perspective(fov_y_degrees, aspect, near, far, depth="zero-to-one"):
-    """A projection as textbooks have it, looking along -z."""
+    """Returns the perspective projection of textbooks, for a view along -z."""
     f = 1 / np.tan(np.radians(fov_y_degrees) / 2)
     if depth == "zero-to-one":
         a, b = far / (near - far), near * far / (near - far)
@@ -97,7 +97,7 @@ def perspective(fov_y_degrees, aspect, near, far, depth="zero-to-one"):
 
 
 def looking(eye, target, up=(0, 1, 0)):
-    """The matrix from the world to the view."""
+    """Returns the matrix from the world to the view."""
     eye, target, up = (np.asarray(v, dtype=float) for v in (eye, target, up))
     back = (eye - target) / np.linalg.norm(eye - target)
     right = np.cross(up, back)
@@ -109,7 +109,7 @@ def looking(eye, target, up=(0, 1, 0)):
 
 
 def is_inside(matrix, points, depth="zero-to-one", margin=0.0):
-    """Which points a matrix shows."""
+    """Returns for each point whether it lies in the clip volume of the matrix."""
     x, y, z, w = np.moveaxis(np.c_[points, np.ones(len(points))] @ matrix.T, -1, 0)
     least = 0 if depth == "zero-to-one" else -w
     in_w = w * (1 - margin)

@@ -10,7 +10,7 @@ FILE = Path(__file__).resolve().parents[2] / "conformance.txt"
 
 
 def with_opengl_depth(matrix):
-    """The same view with depth from -1 to 1."""
+    """Returns the matrix of the same view with depth from -1 to 1."""
     matrix = matrix.copy()
     matrix[2] = 2 * matrix[2] - matrix[3]
     return matrix
@@ -21,7 +21,7 @@ def is_near(hit, expected):
 
 
 class OnCuller:
-    """Keys need all 64 bits: the ids of the file, counted down from the largest."""
+    """The culler under test. Its keys are 2^64 - 1 minus the ids of the file, so they need all 64 bits."""
 
     def __init__(self):
         self.culler = osp.Culler()
@@ -110,7 +110,7 @@ def test_conformance():
                 else:
                     assert tested.in_sphere(numbers[:3], numbers[3]) == expected
             else:
-                raise AssertionError(f"{step}: a step that is not known")
+                raise AssertionError(f"{step}: unknown step")
         except Exception as error:
             raise AssertionError(f"{FILE.name}, line {number}, case {case}: {error}") from error
     assert all(count > 9 for count in checked.values()), checked

@@ -1,4 +1,4 @@
-"""Compares the culler with brute force in numpy, and tests wrong arguments."""
+"""Compares the culler with brute force in numpy, and checks the errors for wrong arguments."""
 
 import threading
 
@@ -139,7 +139,7 @@ def test_queries_answer_as_brute_force(rng):
 
 
 def enter(boxes, origin, direction):
-    """Where a ray enters each box; infinite where it misses."""
+    """Returns the parameter at which a ray enters each box; infinite for boxes that the ray misses."""
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (boxes[:, :3] - origin) / direction, (boxes[:, 3:] - origin) / direction
     near, far = np.fmin(a, b).max(axis=1), np.fmax(a, b).min(axis=1)
@@ -193,7 +193,7 @@ def test_refused_boxes_are_named_and_the_others_are_in():
 
 def test_float64_is_rounded_outwards_and_far_eyes_are_exact():
     culler = osp.Culler()
-    culler.set(5, [0.1] * 3 + [0.7] * 3)  # float32 has neither
+    culler.set(5, [0.1] * 3 + [0.7] * 3)  # float32 can store neither number exactly
     low, high = culler.bounds(5)
     assert (low.astype(float) <= 0.1).all() and (high.astype(float) >= 0.7).all()
     # A million kilometres away, an eye in float32 would be off by metres.

@@ -1,4 +1,4 @@
-"""Runs the examples in the documentation, and checks that everything public is documented."""
+"""Runs the examples in the documentation, and checks that every public name is documented."""
 
 import doctest
 import inspect
@@ -15,7 +15,7 @@ HERE = Path(__file__).resolve().parents[1]
 
 
 def documented():
-    """Every public name of the package with its text."""
+    """Yields every public name of the package with its docstring."""
     yield "osp", osp.__doc__
     for name in osp.__all__:
         thing = getattr(osp, name)
@@ -35,7 +35,7 @@ def is_of_pictures(text):
     return re.search(r"^ *>>> .*osp\.render\(", text, flags=re.MULTILINE) is not None
 
 
-# The page's examples with pictures are separate, so that the others are also tested without an adapter.
+# The README's examples with pictures are separate, so that the other examples run without an adapter, too.
 BLOCKS = re.findall(r"^```python\n.*?^```", (HERE / "README.md").read_text(), flags=re.MULTILINE | re.DOTALL)
 EXAMPLES = {
     **ALL,

@@ -1,4 +1,4 @@
-"""Compares replays and verifications with the values that osp itself has pinned."""
+"""Compares replays and verifications with the values that osp's own tests pin."""
 
 import re
 
@@ -33,7 +33,7 @@ def test_a_replay_is_a_table_of_frames(recordings):
         assert (rows["frame_ns"] == rows["insert_ns"] + rows["cull_ns"]).all() and (rows["cull_ns"] > 0).all()
     assert (reference["visible"] <= reference["polygons"]).all()
     assert reference["inserted"].sum() - reference["removed"].sum() == reference["polygons"].iloc[-1] == 11_327
-    # The reference tests each box in each frame; the tree does not.
+    # Brute force tests each box in each frame; the tree does not.
     assert (reference["boxes_tested"] == reference["polygons"]).all()
     assert of["osp"]["boxes_tested"].sum() < reference["boxes_tested"].sum()
     summary = table.summary.to_pandas().set_index("index")
@@ -80,7 +80,7 @@ def test_a_method_that_hides_what_can_be_seen_is_found_out(recordings):
     table = osp.verify(recordings / "portrait.ron", ["depth-centers", "msvbsp-paper"], views=6, pixels=(640, 360))
     assert not table["conservative"].any()
     assert table["false_culls"].sum() > 0
-    # This method does not promise to be conservative.
+    # `ok` ignores the false culls of methods that are not conservative.
     assert table.ok
 
 

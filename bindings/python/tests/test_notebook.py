@@ -1,4 +1,4 @@
-"""The notebook runs from its first cell to its last, and its statements come from the data."""
+"""Runs all cells of the notebook, and checks that its statements come from the data."""
 
 import os
 import re
@@ -13,7 +13,7 @@ NOTEBOOK = Path(__file__).resolve().parents[1] / "examples" / "which_structure.i
 
 
 def run(monkeypatch, file=None):
-    """Runs it; all that it prints."""
+    """Runs the notebook. Returns everything that it prints."""
     if file:
         monkeypatch.setenv("OSP_NOTEBOOK_FILE", str(file))
     else:

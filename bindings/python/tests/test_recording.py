@@ -1,4 +1,4 @@
-"""Recordings as arrays."""
+"""Tests the arrays of recordings."""
 
 import io
 import pathlib
@@ -63,11 +63,11 @@ def test_a_session_is_read_to_its_arrays(session):
 
 
 def test_only_opaque_paint_hides(tmp_path):
-    """A quad before the eye, of several kinds, and a small one behind it."""
+    """Draws a quad before the eye with several kinds of paint, and a small quad behind it."""
     corners = "[(-1.0,-1.0,-2.0),(1.0,-1.0,-2.0),(1.0,1.0,-2.0),(-1.0,1.0,-2.0)]"
     behind = "Polygon(t:2.0,vertices:[(-0.1,0.0,-4.0),(0.1,0.0,-4.0),(0.0,0.1,-4.0)],color:(1.0,0.0,0.0,1.0))"
     view = osp.View.look_at((0, 0, 0), (0, 0, -1))
-    # Plain paint, the same half transparent, a brush with holes, light that is added.
+    # Plain paint, half transparent paint, a brush with holes, an additive brush.
     for brush, alpha, hides in [("", 1, True), ("", 0.5, False), ("CelVinyl", 1, False), ("Light", 1, False)]:
         paint = f',paint:Some((brush:"{brush}"))' if brush else ""
         begin = BEGIN.format(1, "Ribbon", paint).replace("1.0,0.5,0.25,1.0", f"1.0,0.5,0.25,{alpha:.1f}")
@@ -94,7 +94,7 @@ def test_tables_become_data_frames(session):
 
 
 def test_the_shipped_sessions(recordings):
-    # The numbers of recordings/README.md.
+    # These numbers are in recordings/README.md.
     for name, strokes, points, heads, polygons in [
         ("portrait", 400, 11_026, 13_237, 11_327),
         ("room", 415, 12_094, 17_831, 11_409),

@@ -1,4 +1,4 @@
-"""Pictures of recordings. Without a graphics adapter the tests are skipped, unless OSP_GPU_TESTS is 1."""
+"""Tests pictures of recordings. Without a graphics adapter, pytest skips these tests unless OSP_GPU_TESTS is 1."""
 
 import os
 import subprocess
@@ -12,7 +12,7 @@ import pytest
 from conftest import ROOT, assert_others_run_while, looking, perspective
 
 SIZE = (160, 90)
-# In a room of the recording, in which walls hide most of the other rooms.
+# The eye is in a room of the recording. The walls hide most of the other rooms.
 INSIDE = osp.View.look_at((-1.5, 1.6, 1.5), (2, 1, -1))
 SQUARE = "Polygon(t:{t},vertices:[({0},{0},{z}),({1},{0},{z}),({1},{1},{z}),({0},{1},{z})],color:({rgb},1.0))"
 RED, BLUE = "1.0,0.0,0.0", "0.0,0.0,1.0"
@@ -20,7 +20,7 @@ RED, BLUE = "1.0,0.0,0.0", "0.0,0.0,1.0"
 
 @pytest.fixture
 def squares(tmp_path):
-    """A small red square, and behind it a large blue one, which comes later."""
+    """A small red square, and behind it a large blue square that is drawn later."""
     path = tmp_path / "squares.ron"
     lines = [
         "Header(format:2)",
@@ -44,7 +44,7 @@ def test_a_picture_is_an_array_of_rows_from_the_top(adapter, squares):
     picture = osp.render(squares, (80, 40), view=view)
     assert picture.shape == (40, 80, 4) and picture.dtype == np.uint8 and (picture[..., 3] == 255).all()
     assert is_red(picture[20, 40]) and is_blue(picture[5, 40]) and is_blue(picture[35, 40])
-    # The first rows are the upper ones: for an eye below the red square, it is above the middle.
+    # The first rows are at the top: an eye below the red square sees it above the middle.
     low = osp.render(squares, (80, 40), view=osp.View.look_at((0, -0.7, 0), (0, -0.7, -1)))
     assert is_red(low[11, 40]) and is_blue(low[28, 40])
 
@@ -61,7 +61,7 @@ def test_a_matrix_and_a_view_without_end_show_the_same(adapter, squares):
     matrix = perspective(50, 2, 0.1, 100) @ looking(eye, target)
     of_matrix = osp.render(squares, (80, 40), view=matrix).astype(int)
     without_end = osp.View.look_at(eye, target, fov_y_degrees=50, far_m=float("inf"))
-    # The view has the height of the picture, for any aspect ratio of its own.
+    # The vertical field of view stays, for any aspect ratio of the view.
     of_view = osp.render(squares, (80, 40), view=without_end).astype(int)
     assert len(np.unique(of_view.reshape(-1, 4), axis=0)) > 2
     assert abs(of_matrix - of_view).mean() < 1
@@ -84,7 +84,7 @@ def test_occlusion_culling_changes_no_pixel(adapter, recordings, occlusion):
 
 
 def program():
-    """The `osp` that `OSP` names, else the newest that was built."""
+    """Returns the program that the variable `OSP` names, else the newest `osp` in the target folder."""
     if "OSP" in os.environ:
         return Path(os.environ["OSP"])
     folder = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
@@ -176,7 +176,7 @@ def test_damage_is_an_error_or_passed_over(adapter, squares):
     assert np.array_equal(whole, osp.render(squares, SIZE, lenient=True))
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has the adapters that this test asks for elsewhere")
+@pytest.mark.skipif(sys.platform == "win32", reason="the test needs a system without Direct3D")
 def test_without_an_adapter_there_is_one_clear_error(squares, monkeypatch):
     # Direct3D exists only on Windows.
     monkeypatch.setenv("WGPU_BACKEND", "dx12")

@@ -1,4 +1,4 @@
-"""The interpreter continues while osp works."""
+"""Checks that other threads and Ctrl+C work during calls of osp."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""Views from an eye and from a matrix."""
+"""Tests views from an eye and from a matrix."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Compares the visible triangles of a mesh with rays."""
+"""Compares the visible triangles of a mesh with the triangles that rays hit."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -12,7 +12,7 @@ MATRIX = perspective(60, 16 / 9, 0.1, 100)
 
 
 def is_blocked(eye, points, own, triangles):
-    """Whether another triangle than its own lies between the eye and each point (Möller and Trumbore, float64)."""
+    """Returns for each point whether a triangle other than `own` lies between it and the eye (Möller and Trumbore, float64)."""
     blocked = np.zeros(len(points), dtype=bool)
     a, b, c = np.moveaxis(triangles.astype(float), 1, 0)
     edge1, edge2, from_a = b - a, c - a, eye - a
@@ -32,7 +32,7 @@ def is_blocked(eye, points, own, triangles):
 
 
 def seen_by_rays(rng, matrix, eye, triangles, rays_each=4, among=slice(None)):
-    """Triangles of which a sampled point is in the picture with nothing before it."""
+    """Returns the triangles with a sampled point that lies in the picture and is not blocked."""
     rows = np.arange(len(triangles))[among]
     own = np.repeat(rows, rays_each)
     weights = rng.dirichlet((0.5, 0.5, 0.5), size=len(own))
@@ -94,7 +94,7 @@ def test_a_mesh_of_trimesh():
     assert seen.shape == (len(room.faces),) and seen.dtype == bool
     ball = len(room.faces) - 12
     assert not seen[:ball].any() and seen[ball:].any()
-    # From the other side the ball is seen; as triangles it is the same mesh.
+    # The ball is visible from the other side. `room.triangles` gives the same mesh.
     back = osp.View.look_at((0, 0, -8), (0, 0, 0))
     mesh = osp.Mesh(room.triangles)
     assert mesh.visible(back, "msvbsp")[:ball].sum() > ball / 2

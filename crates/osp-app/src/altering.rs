@@ -1,7 +1,7 @@
 //! Changes of the selected strokes: colour, width, rotation, scale, mirror, copies.
 //!
-//! Each stroke is replaced by a changed copy, all in one [step](Event::Step) of undo. The file stores the copies and
-//! erasures as ordinary events.
+//! A changed copy replaces each stroke. All replacements together are one [step](Event::Step) of undo. The file stores
+//! the copies and erasures as ordinary events.
 
 use std::collections::BTreeMap;
 
@@ -18,9 +18,10 @@ pub enum Altering {
     Turn(f32),
     /// Scale about the selection's centre, a factor.
     Scale(f32),
-    /// Reflection in the mirror if it is on, else in the plane across the x axis through the selection's centre.
+    /// Reflection in the drawing aids' mirror if it is on. Otherwise the plane of reflection is perpendicular to the x
+    /// axis and contains the selection's centre.
     Mirror,
-    /// Any motion, world space.
+    /// A motion in world space.
     Motion(Motion),
 }
 

@@ -90,15 +90,15 @@ pub enum Command {
     Moment(Option<f32>),
     /// Choose which debug structures are drawn over the model.
     Layers(LayerChoice),
-    /// Change the steps of occlusion culling that are shown.
+    /// Edit the displayed steps of occlusion culling.
     Steps(StepsEdit),
     /// Set how the rig's screens show the pictures for two eyes.
     Stereo(Stereo),
-    /// Exchange the pictures of the two eyes, or not.
+    /// Set whether the pictures of the two eyes are exchanged.
     SwapEyes(bool),
     /// Set the distance between the eyes, metres.
     EyeSeparation(f32),
-    /// Show a test pattern on the rig's screens, or the model.
+    /// Show a test pattern (`true`) or the model on the rig's screens.
     TestPattern(bool),
     /// Set the transform from tracker space to room space.
     Calibrate(RoomFromTracker),
@@ -106,7 +106,7 @@ pub enum Command {
     New,
     /// Open a session.
     Open(PathBuf),
-    /// Open a session in a special way: to draw, read-only, or without its damaged parts.
+    /// Open a session with options, such as read-only access.
     OpenAs(PathBuf, Opening),
     /// Write unsaved events to the session's file.
     Save,
@@ -114,7 +114,7 @@ pub enum Command {
     SaveAs(PathBuf),
     /// Save the session under a path, and replace a file there.
     SaveOver(PathBuf),
-    /// Retry a failed write at once.
+    /// Retry a failed write immediately.
     RetrySaving,
     /// Discard everything drawn since the session was opened or saved under a name, after the user has confirmed it.
     Discard,
@@ -131,12 +131,14 @@ pub enum Command {
     Quit,
     /// Answer the window's open question.
     Answer(Answer),
+    /// Replay the session in this file, and play it.
+    PlayFile(PathBuf),
     /// Replay: play or pause.
     Play(bool),
     /// Replay: go to a frame.
     Seek(u64),
     /// Replay: go forwards or back by this number of frames.
     Step(i64),
-    /// Replay: speed, as a factor of the recorded speed.
+    /// Replay: speed, as a multiple of the recorded speed.
     Speed(f64),
 }

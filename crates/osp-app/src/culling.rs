@@ -45,8 +45,8 @@ pub struct Reindexed {
     pub polygons: u64,
     /// Duration.
     pub took: Duration,
-    /// Whether a background thread inserted them.
-    pub beside: bool,
+    /// Whether a background thread inserted the polygons.
+    pub in_background: bool,
 }
 
 /// Results and times of picking with rays, summed since the start.
@@ -67,7 +67,7 @@ pub struct PickCounts {
 /// Counts of searches around points, summed since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReachCounts {
-    /// Number of points.
+    /// Number of search points.
     pub points: u64,
     /// Number of polygons whose boxes were tested one by one.
     pub polygons: u64,
@@ -189,7 +189,7 @@ impl Culling {
         pass.map_or(&[], |pass| pass.shadows())
     }
 
-    /// Duration of the last change of the index.
+    /// The last insertion of a whole model into an index, with its duration.
     pub fn reindexed(&self) -> Option<Reindexed> {
         self.reindexed
     }
@@ -209,14 +209,14 @@ impl Culling {
         &self.plan
     }
 
-    /// Inserts the whole model into another index, or again into the same. The inserted model includes all changes so
-    /// far, so these must not be passed to the next frame.
+    /// Inserts the whole model into another index, or again into the same index. The inserted model includes all
+    /// changes so far, so these changes must not be passed to the next frame.
     pub fn reindex(&mut self, kind: IndexKind, occlusion: Method, scene: &Scene, bounds: &Aabb) {
         let plan = CullingPlan { kind, occlusion, ..self.plan.clone() };
         self.take(plan.index(scene, bounds), false);
     }
 
-    /// Takes over a model that another thread has inserted. If there is none, or it was inserted with another plan,
+    /// Uses a model that another thread has inserted into an index. Without such a model, or if its plan differs,
     /// inserts the model on this thread.
     pub fn take_indexed(&mut self, indexed: Option<Indexed>, scene: &Scene, bounds: &Aabb) {
         match indexed.filter(|indexed| indexed.plan == self.plan) {
@@ -225,10 +225,10 @@ impl Culling {
         }
     }
 
-    fn take(&mut self, indexed: Indexed, beside: bool) {
+    fn take(&mut self, indexed: Indexed, in_background: bool) {
         let Indexed { plan, root, pipeline, took } = indexed;
         let polygons = pipeline.polygon_count() as u64;
-        self.reindexed = Some(Reindexed { kind: plan.kind, polygons, took, beside });
+        self.reindexed = Some(Reindexed { kind: plan.kind, polygons, took, in_background });
         (self.plan, self.root, self.pipeline) = (plan, root, pipeline);
     }
 
@@ -253,7 +253,7 @@ impl Culling {
         self.pipeline.in_view_lists().get(view)
     }
 
-    /// The polygons to draw in a view of the last frame; none if there was no such view.
+    /// The polygons to draw in a view of the last frame. Empty if there was no such view.
     pub fn drawn(&self, view: usize) -> &VisibleBlocks {
         static NOTHING: VisibleBlocks = VisibleBlocks::new();
         match self.pipeline.draw_lists().get(view) {
@@ -263,8 +263,8 @@ impl Culling {
         }
     }
 
-    /// Records the time to draw this number of polygons. From several frames the time saved by culling one polygon is
-    /// estimated.
+    /// Records the time to draw this number of polygons. After several frames, the pipeline gets an estimate of the
+    /// time that culling one polygon saves.
     pub fn note_drawing(&mut self, polygons: u64, ns: u64) {
         self.draw_cost.note(polygons, ns);
         if let Some(polygon_ns) = self.draw_cost.polygon_ns() {
@@ -282,8 +282,8 @@ impl Culling {
         self.draw_cost.polygon_ns()
     }
 
-    /// Appends the polygons that no view of the last frame draws: polygons outside of all views to `outside`, hidden
-    /// ones to `hidden`.
+    /// Finds the polygons that no view of the last frame draws. Appends polygons outside of all views to `outside`, and
+    /// hidden polygons to `hidden`.
     pub fn left_out(&self, scene: &Scene, outside: &mut VisibleBlocks, hidden: &mut VisibleBlocks) {
         let views = self.pipeline.draw_lists().len();
         let is_drawn = |id| (0..views).any(|view| self.drawn(view).contains(id));
@@ -293,8 +293,8 @@ impl Culling {
         outside.extend(scene.visible_ids().filter(|&id| !is_drawn(id) && !is_in_view(id)));
     }
 
-    /// The first polygon that a ray hits, and the ray parameter of the hit. Polygons of the stroke `without` are
-    /// ignored. `waiting` are the changes that no frame has applied to the index yet.
+    /// The first polygon that a ray hits, and the ray parameter of the hit. Only strokes for which `counts` returns
+    /// `true` are tested. `waiting` are the changes that no frame has applied to the index yet.
     pub fn pick(
         &mut self,
         scene: &Scene,
@@ -352,8 +352,9 @@ impl Culling {
         self.found.iter().filter_map(|&id| scene.stroke_of(id).id()).collect()
     }
 
-    /// The polygon whose box is nearest to a point, within `reach_m` along each axis. Among several, the one with the
-    /// smallest id. `waiting` are the changes that no frame has applied to the index yet.
+    /// The polygon whose box is nearest to a point, within `reach_m` along each axis. If several polygons are equally
+    /// near, returns the polygon with the smallest id. `waiting` are the changes that no frame has applied to the index
+    /// yet.
     pub fn nearest_box(
         &mut self,
         scene: &Scene,

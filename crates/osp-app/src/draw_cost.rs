@@ -1,10 +1,10 @@
 //! Estimates the cost of drawing a polygon from frame times.
 
-/// Weight of a new frame relative to all earlier ones.
+/// Weight of a new frame in the running means.
 const WEIGHT: f64 = 0.02;
 /// Number of frames before the first estimate.
 const FIRST_FRAMES: u32 = 60;
-/// Smallest standard deviation of the numbers of polygons for an estimate, as a fraction of their mean.
+/// Smallest standard deviation of the polygon count that permits an estimate, as a fraction of the mean count.
 const LEAST_SPREAD: f64 = 0.05;
 
 /// Number of standard errors that are subtracted from the slope, so that noise does not count as a cost.
@@ -41,8 +41,7 @@ impl DrawCost {
         self.frames
     }
 
-    /// A lower estimate of the cost of a polygon, nanoseconds. `None` until it can be distinguished from the cost of an
-    /// empty frame.
+    /// A lower bound of the cost of a polygon, nanoseconds. `None` until the frame times allow an estimate.
     pub(super) fn polygon_ns(&self) -> Option<f64> {
         let is_clear =
             self.frames >= FIRST_FRAMES && self.variance.sqrt() > LEAST_SPREAD * self.mean_polygons;
@@ -53,7 +52,7 @@ impl DrawCost {
         let left = (self.variance_ns - slope * self.covariance).max(0.0);
         let frames = f64::from(self.frames).min(2.0 / WEIGHT - 1.0);
         let least_ns = slope - ERRORS_OFF * (left / (self.variance * frames)).sqrt();
-        // At most the mean time per polygon, as if an empty frame cost nothing.
+        // The cost is at most the mean time per polygon, which assumes that an empty frame takes no time.
         let most_ns = (self.mean_ns / self.mean_polygons).max(1.0);
         (least_ns > 0.0 || left == 0.0).then(|| least_ns.clamp(1.0, most_ns))
     }

@@ -9,13 +9,13 @@ use osp_session::recording::{Motion, StrokeId};
 pub struct Aids {
     /// Whether strokes are straight, as with Shift.
     pub straight: bool,
-    /// Position of the mirror, a plane across the x axis, metres. Each stroke is also drawn mirrored. `None` without a
-    /// mirror.
+    /// The x coordinate of the mirror plane, metres. The plane is perpendicular to the x axis. Each stroke is also
+    /// drawn mirrored. `None` without a mirror.
     pub mirror_x: Option<f32>,
     /// Width of the brush on the screen, pixels; its width in the model then depends on the distance.
     pub width_px: Option<f32>,
 }
 
-/// Unfinished strokes with their mirror images.
+/// For each unfinished stroke, its mirror image and the reflection.
 #[derive(Clone, Debug, Default)]
 pub(super) struct MirrorStrokes(pub(super) BTreeMap<StrokeId, (StrokeId, Motion)>);

@@ -10,7 +10,7 @@ pub struct Fingers {
     pub count: usize,
     /// Motion of the fingers' centroid, in heights of the window, y downwards.
     pub moved: Vec2,
-    /// Distance between the fingers divided by the previous one.
+    /// Distance between the fingers, divided by their distance in the previous frame.
     pub spread: f32,
 }
 

@@ -11,8 +11,7 @@ use osp_render::{Image, RenderError};
 
 /// Frame rate of the video, Hz.
 pub(super) const VIDEO_RATE: u32 = 30;
-/// Largest number of pictures that wait to be written. If it is reached, the window waits, so that no picture is left
-/// out.
+/// Largest number of queued pictures. If the queue is full, the window waits, so that no picture is lost.
 const WAITING: usize = 8;
 
 /// Writes pictures on its own thread.

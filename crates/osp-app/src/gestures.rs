@@ -25,6 +25,8 @@ pub struct Held {
     pub shift: bool,
     /// Alt, which turns the left button into the right one, for pens without buttons.
     pub alt: bool,
+    /// Space, which turns the left button into the wheel's button.
+    pub space: bool,
 }
 
 /// An input event of the pointer on the window. Positions range from -1 to 1, from left to right and from the lower to
@@ -49,7 +51,7 @@ pub enum Input {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Gesture {
     Draw,
-    /// Erases strokes; stores whether an undo step is open for them.
+    /// Erases strokes; stores whether an undo step is open.
     Erase {
         is_step_open: bool,
     },
@@ -57,7 +59,7 @@ pub(super) enum Gesture {
     Orbit(Vec3),
     Look,
     Pan,
-    /// Drags the selected strokes: the point on them where the drag began, and the translation so far.
+    /// Drags the selected strokes: the point of a stroke where the drag began, and the translation so far.
     Move {
         from: Vec3,
         by: Vec3,
@@ -69,7 +71,7 @@ pub(super) enum Gesture {
         from: Vec3,
         motion: Motion,
     },
-    /// Spans two points of the model: the point at the press, and the point under the pointer.
+    /// Chooses two points of the model: the point at the press, and the point under the pointer.
     Span {
         span: Span,
         from: Vec3,
@@ -84,11 +86,11 @@ pub(super) enum Gesture {
 pub(super) struct Gestures {
     pub(super) pointer: Option<Vec2>,
     pub(super) pressed_at: Vec2,
-    /// Whether a finger has touched the screen. If it also moves the pointer, a press of the pointer follows.
+    /// Whether a finger has touched the screen. The window system then also reports a press of the pointer.
     pub(super) finger_came: bool,
-    /// Whether the pressed button is a finger.
+    /// Whether a finger causes the gesture, not a mouse or a pen.
     pub(super) is_touch: bool,
-    /// A finger that may become the first of several.
+    /// A finger that may become the first of several fingers.
     pub(super) resting: Option<Resting>,
     /// Whether several fingers are on the window.
     pub(super) has_fingers: bool,

@@ -11,10 +11,11 @@ use osp_session::recording::Motion;
 const REACH_PX: f32 = 9.0;
 /// Half the edge of the knob, pixels.
 const KNOB_PX: f32 = 6.0;
-/// Smallest radius of the ring, pixels. The largest radius is a fraction of the window's height.
-const LEAST_PX: f32 = 36.0;
-const MOST_HEIGHTS: f32 = 0.42;
-/// Step of rotations while Shift is held, degrees; the step of scales is a tenth.
+/// Smallest radius of the ring, pixels.
+const MIN_RADIUS_PX: f32 = 36.0;
+/// Largest radius of the ring, as a fraction of the window's height.
+const MAX_RADIUS_HEIGHTS: f32 = 0.42;
+/// Step of rotations while Shift is held, degrees. Scale factors change in steps of 0.1.
 const STEP_DEGREES: f32 = 15.0;
 const COLOR: LineColor = [255, 220, 90, 255];
 
@@ -44,8 +45,8 @@ impl Ring {
             return None;
         }
         let pixel_m = pixel_m(view, distance_m, height_px);
-        let most_m = pixel_m * height_px * MOST_HEIGHTS;
-        let radius_m = half_m.max(LEAST_PX * pixel_m).min(most_m);
+        let most_m = pixel_m * height_px * MAX_RADIUS_HEIGHTS;
+        let radius_m = half_m.max(MIN_RADIUS_PX * pixel_m).min(most_m);
         let q = view.world_from_view;
         Some(Self { middle, right: rotate(q, Vec3::X), up: rotate(q, Vec3::Y), radius_m, pixel_m })
     }

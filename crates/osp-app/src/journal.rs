@@ -52,7 +52,7 @@ pub struct Journal {
     is_named: bool,
     /// Number of events when the session was opened or last saved under a name.
     first_events: u64,
-    /// Whether further events have been added since.
+    /// Whether events have been added since then.
     is_changed: bool,
     /// Whether the file from which the session was opened no longer exists, so that only the journal has its events.
     has_lost_origin: bool,
@@ -83,14 +83,14 @@ fn rest(missing: u64, kept_in: Option<&Path>) -> String {
         Some(path) => {
             format!("the whole session is in {}, and the next `osp sketch` restores it", path.display())
         }
-        None => format!("{missing} events are in no file"),
+        None => format!("{missing} changes are in no file"),
     }
 }
 
 /// Reason for which a session was not saved.
 #[derive(Debug, Error)]
 pub enum SaveError {
-    /// The name does not end in `.ron`, which a session that is continued needs.
+    /// The name does not end in `.ron`. Only such a file can be continued.
     #[error("{}: expected a name that ends in .ron", .0.display())]
     Name(PathBuf),
     /// Another window has the session at this path open.
@@ -167,7 +167,7 @@ impl Journal {
         self.history.push_read(lines)
     }
 
-    /// Marks the current events as those with which the session was opened. Its file, if it exists, already has them.
+    /// Records that the session was opened with the current events. Its file, if it exists, already has these events.
     pub(super) fn start(&mut self) -> Result<(), RecordingError> {
         self.first_events = self.history.events();
         match &mut self.file {
@@ -176,7 +176,7 @@ impl Journal {
         }
     }
 
-    /// Closes the file without reporting an error.
+    /// Closes the session's file with `how`, without reporting an error.
     pub(super) fn give_back(self, how: fn(SessionFile)) {
         if let Some(file) = self.file {
             how(file);
@@ -243,8 +243,8 @@ impl Journal {
         self.file.iter().chain(&self.shelter).all(SessionFile::is_synced)
     }
 
-    /// A message with the path of the drawing, if this is an autosave file whose name the user has not chosen. `None`
-    /// for an autosave file that was opened by its name and not changed.
+    /// A message with the path of the drawing, if its file is an autosave file. `None` if the user opened this autosave
+    /// file and did not change it.
     pub(super) fn place_of_edits(&self) -> Option<String> {
         let is_made = self.file.as_ref().is_some_and(SessionFile::is_made) && self.trouble.is_none();
         let is_news = self.is_changed || !self.is_named;
@@ -256,7 +256,7 @@ impl Journal {
         is_there.then(|| format!("{what} in {}", self.path.display()))
     }
 
-    /// Messages since the last call.
+    /// Returns and clears the messages to the user.
     pub(super) fn take_news(&mut self) -> Vec<String> {
         std::mem::take(&mut self.news)
     }
@@ -266,7 +266,7 @@ impl Journal {
         self.file.as_ref().is_some_and(|file| file.is_at(path))
     }
 
-    /// Adds an event and writes it, at once or, if the file fails, later.
+    /// Adds an event and writes it to the file: immediately or, if the file fails, later.
     ///
     /// # Errors
     /// The event is invalid in a recording, and is skipped.
@@ -297,7 +297,7 @@ impl Journal {
         self.history.text()
     }
 
-    /// Writes the added events, at once or, if the file fails, later.
+    /// Writes the added events to the file: immediately or, if the file fails, later.
     pub(super) fn write_pending(&mut self) {
         self.is_changed = true;
         match &self.trouble {
@@ -326,7 +326,7 @@ impl Journal {
         }
     }
 
-    /// Retries a failed write at once.
+    /// Retries a failed write immediately.
     pub fn retry(&mut self) {
         self.catch_up(Instant::now());
     }

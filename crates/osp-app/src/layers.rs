@@ -26,9 +26,9 @@ pub struct LayerChoice {
     pub straddlers: bool,
     /// The occluders and their shadow volumes.
     pub shadows: bool,
-    /// Culled polygons, tinted by the reason. Only while the culling camera is frozen.
+    /// Culled polygons, tinted by the reason; shown only while the culling camera is frozen.
     pub culled: bool,
-    /// Polygons that intersect the side planes of the frustum; while the culling camera is frozen, of its frustum.
+    /// Polygons that intersect the side planes of the culling camera's frustum.
     pub cut: bool,
     /// The depth pyramid of `hzb` instead of the picture.
     pub pyramid: bool,
@@ -57,7 +57,7 @@ impl Default for LayerChoice {
     }
 }
 
-/// A colour for a level of the tree, different from those of the neighbouring levels.
+/// A colour for a level of the tree, different from the colours of the neighbouring levels.
 fn depth_color(depth: u32) -> LineColor {
     const COLORS: [LineColor; 7] = [
         [240, 240, 240, 200],
@@ -71,7 +71,7 @@ fn depth_color(depth: u32) -> LineColor {
     COLORS[depth as usize % COLORS.len()]
 }
 
-/// Draws the boxes of an index's nodes in the frustum, down to a depth.
+/// Draws the boxes of an index's nodes in the frustum, down to a depth. Returns the number of boxes.
 pub(super) fn draw_nodes(
     index: &dyn SpatialIndex,
     frustum: &Frustum,
@@ -116,8 +116,8 @@ pub(super) fn draw_outlines(
     }
 }
 
-/// Number of polygons in view that lie completely in the frustum, and the polygons that intersect its planes; both
-/// judged by their boxes.
+/// Tests the boxes of the polygons in view. Returns the number of polygons inside the frustum, and the polygons that
+/// intersect its planes.
 pub(super) fn inside_and_cut(
     scene: &Scene,
     frustum: &Frustum,

@@ -5,9 +5,9 @@ use osp::{
     view::{Projection, View},
 };
 
-/// Vertical field of view without a camera in the file, degrees.
+/// Vertical field of view if the session's file has no camera, degrees.
 const FOV_DEGREES: f32 = 55.0;
-/// Limits of the vertical field of view, degrees, because a file may have an unusable one.
+/// Limits of the vertical field of view, degrees. A file may contain an unusable value.
 const FOVS_DEGREES: (f32, f32) = (10.0, 120.0);
 /// Steepest angle up or down, radians, slightly less than vertical, so that "up" stays defined.
 const STEEPEST: f32 = 1.55;
@@ -16,7 +16,7 @@ const NEAR_PART: f32 = 0.01;
 /// Limits of the distance to the centre of the view, metres.
 const DISTANCES_M: (f32, f32) = (1.0e-4, 1.0e7);
 
-/// Position and direction of the eye, stored as the numbers that orbit, pan, zoom and flight change.
+/// An orbit camera: centre of the view, two angles, and distance of the eye from the centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Navigator {
     target: Vec3,
@@ -30,7 +30,7 @@ pub struct Navigator {
 }
 
 impl Default for Navigator {
-    /// Slightly above the floor, two and a half metres from a point at the height of the chest.
+    /// The eye of a standing person, 2.5 m from a point 1.2 m above the floor.
     fn default() -> Self {
         let target = Vec3::new(0.0, 1.2, 0.0);
         Self { target, yaw: 0.35, pitch: -0.2, distance_m: 2.5, fov_degrees: FOV_DEGREES }
@@ -43,7 +43,7 @@ impl Navigator {
         self.fov_degrees = fov_degrees.unwrap_or(FOV_DEGREES).clamp(FOVS_DEGREES.0, FOVS_DEGREES.1);
     }
 
-    /// World from view.
+    /// Rotation from view space to world space.
     pub fn world_from_view(&self) -> Quat {
         (Quat::from_rotation_y(self.yaw) * Quat::from_rotation_x(self.pitch)).normalize()
     }
@@ -104,7 +104,7 @@ impl Navigator {
         self.pitch = (self.pitch - turn.y * 3.0).clamp(-STEEPEST, STEEPEST);
     }
 
-    /// Rotates about the eye.
+    /// Rotates about the eye. `turn` is in heights of the window.
     pub fn look(&mut self, turn: Vec2) {
         let eye = self.eye();
         self.orbit(turn * 0.5);
@@ -118,7 +118,7 @@ impl Navigator {
         self.target += (rotate(q, Vec3::NEG_X) * by.x + rotate(q, Vec3::Y) * by.y) * height_m;
     }
 
-    /// Changes the distance by steps of a wheel; positive steps come nearer.
+    /// Changes the distance by steps of a wheel. Positive steps decrease the distance.
     pub fn zoom(&mut self, steps: f32) {
         self.distance_m = (self.distance_m * 0.88f32.powf(steps)).clamp(DISTANCES_M.0, DISTANCES_M.1);
     }
@@ -174,7 +174,7 @@ impl Navigator {
     }
 }
 
-/// Half the height of a view, as a part of the distance.
+/// Half the height of the view, divided by the distance.
 fn half_height(fov_degrees: f32) -> f32 {
     (fov_degrees.to_radians() * 0.5).tan()
 }

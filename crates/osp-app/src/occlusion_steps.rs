@@ -15,12 +15,13 @@ use osp_render::{Depth, LineBatch, LineColor};
 use osp_session::{recording::Motion, scene::Scene};
 
 /// Initial number of occluders, the same as in `osp draw-occlusion`.
-const FEW: usize = 6;
+const INITIAL_OCCLUDERS: usize = 6;
 
-/// Size of the picture that determines which polygons are visible, to find errors of the printed form.
-const TRUTH: OracleConfig = OracleConfig { width: 1280, height: 720 };
-/// Largest number of polygons in view for which this picture is drawn.
-const MOST_JUDGED: usize = 50_000;
+/// Resolution of the reference picture, which shows the visible polygons. It reveals polygons that
+/// [`ShadowForm::Paper`] wrongly culls.
+const REFERENCE: OracleConfig = OracleConfig { width: 1280, height: 720 };
+/// Largest number of polygons in view for which the reference picture is drawn.
+const MAX_REFERENCE_POLYGONS: usize = 50_000;
 
 const TAKEN: LineColor = [255, 190, 60, 255];
 const NOT_TAKEN: LineColor = [255, 190, 60, 90];
@@ -33,14 +34,14 @@ const NEWLY_HIDDEN: LineColor = [120, 235, 255, 255];
 
 const VISIBLE: LineColor = [255, 60, 60, 255];
 
-/// A change of the steps that are shown.
+/// An edit of the displayed steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StepsEdit {
     /// Show or hide the steps.
     Show(bool),
     /// Go forwards or back by this number of steps.
     By(i64),
-    /// Go to the step with this number of planes; past the last step, to the last.
+    /// Go to the step with this number of planes, at most to the last step.
     To(usize),
     /// Show the tree of this form.
     Form(ShadowForm),
@@ -59,16 +60,16 @@ pub struct StepOccluder {
     pub middle: Vec3,
 }
 
-/// Numbers of polygons.
+/// Numbers of polygons in one step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepCounts {
-    /// Polygons whose boxes are not outside of the view.
+    /// Polygons whose boxes intersect the view.
     pub in_view: u64,
     /// Polygons in view that the step hides.
     pub hidden: u64,
     /// Hidden polygons that the previous step does not hide.
     pub newly_hidden: u64,
-    /// Hidden polygons that the eye sees; `None` if they are not known. The conservative form hides none.
+    /// Polygons that the step hides wrongly: the reference picture shows them. `None` without a reference picture.
     pub visible: Option<u64>,
 }
 
@@ -79,23 +80,23 @@ pub struct OcclusionSteps {
     occluders: usize,
     /// The number of planes of the step.
     planes: usize,
-    look: Option<Look>,
+    shown: Option<ViewSteps>,
     /// The view in the last frame.
     seen: Option<View>,
-    /// Whether `look` belongs to an earlier view, model or setting.
+    /// Whether `shown` belongs to an earlier view, model or setting.
     is_stale: bool,
-    /// Whether the last frame has found steps that the panel does not show yet.
+    /// Whether the last frame computed steps that the panel does not show yet.
     is_new: bool,
 }
 
 /// The steps of a view.
 #[derive(Debug)]
-struct Look {
+struct ViewSteps {
     of: View,
     view: ShadowView,
     steps: ShadowSteps,
     step: ShadowStep,
-    /// The polygons that the step hides. Polygons that the previous step does not hide are at the end.
+    /// The polygons that the step hides. The previous step hides the first `hidden_before` of them, too.
     hidden: Vec<PolygonId>,
     hidden_before: usize,
     /// The polygons that the eye sees, in increasing order. `None` in the conservative form, and if too many polygons
@@ -107,9 +108,9 @@ impl Default for OcclusionSteps {
     fn default() -> Self {
         Self {
             form: ShadowForm::Conservative,
-            occluders: FEW,
+            occluders: INITIAL_OCCLUDERS,
             planes: 0,
-            look: None,
+            shown: None,
             seen: None,
             is_stale: true,
             is_new: false,
@@ -118,7 +119,7 @@ impl Default for OcclusionSteps {
 }
 
 impl OcclusionSteps {
-    /// Largest number of occluders; more would cover each other in the picture.
+    /// Largest number of occluders; more occluders would cover each other in the picture.
     pub const MOST_OCCLUDERS: usize = 64;
 
     /// The form of the tree.
@@ -138,10 +139,10 @@ impl OcclusionSteps {
 
     /// The number of planes of the last step.
     pub fn planes_in_all(&self) -> usize {
-        self.look.as_ref().map_or(0, |look| look.steps.planes())
+        self.shown.as_ref().map_or(0, |shown| shown.steps.planes())
     }
 
-    /// Whether the steps belong to an earlier view or model. New steps are found as soon as view and model stop
+    /// Whether the steps belong to an earlier view or model. New steps are computed as soon as view and model stop
     /// changing.
     pub fn is_stale(&self) -> bool {
         self.is_stale
@@ -149,39 +150,39 @@ impl OcclusionSteps {
 
     /// The tree of the step.
     pub fn tree(&self) -> Option<&ShadowStructure> {
-        self.look.as_ref().map(|look| look.step.structure())
+        self.shown.as_ref().map(|shown| shown.step.structure())
     }
 
     /// Describes the step in one line.
     pub fn line(&self) -> Option<String> {
-        self.look.as_ref().map(|look| look.view.line(&look.step))
+        self.shown.as_ref().map(|shown| shown.view.line(&shown.step))
     }
 
     /// Numbers of polygons that the step hides.
     pub fn counts(&self) -> Option<StepCounts> {
-        let look = self.look.as_ref()?;
+        let shown = self.shown.as_ref()?;
         let sees = |visible: &Vec<PolygonId>| {
-            look.hidden.iter().filter(|id| visible.binary_search(id).is_ok()).count()
+            shown.hidden.iter().filter(|id| visible.binary_search(id).is_ok()).count()
         };
         Some(StepCounts {
-            in_view: look.view.in_view().len() as u64,
-            hidden: look.hidden.len() as u64,
-            newly_hidden: (look.hidden.len() - look.hidden_before) as u64,
-            visible: look.visible.as_ref().map(|visible| sees(visible) as u64),
+            in_view: shown.view.in_view().len() as u64,
+            hidden: shown.hidden.len() as u64,
+            newly_hidden: (shown.hidden.len() - shown.hidden_before) as u64,
+            visible: shown.visible.as_ref().map(|visible| sees(visible) as u64),
         })
     }
 
     /// The occluders, best first.
     pub fn occluders(&self) -> Vec<StepOccluder> {
-        let Some(look) = &self.look else { return Vec::new() };
-        let taken = look.step.taken();
-        let eye = look.view.window().eye_in_world();
-        let occluders = look.view.occluders().iter().enumerate();
+        let Some(shown) = &self.shown else { return Vec::new() };
+        let taken = shown.step.taken();
+        let eye = shown.view.window().eye_in_world();
+        let occluders = shown.view.occluders().iter().enumerate();
         let named = occluders.map(|(number, volume)| {
             let corners = volume.corners();
             let middle = corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
             StepOccluder {
-                text: format!("{} {:.1} %", occluder_name(number), 100.0 * look.view.share(volume)),
+                text: format!("{} {:.1} %", occluder_name(number), 100.0 * shown.view.share(volume)),
                 is_taken: taken.binary_search(&number).is_ok(),
                 middle: (eye + middle).as_vec3(),
             }
@@ -194,7 +195,7 @@ impl OcclusionSteps {
         self.is_stale || self.is_new
     }
 
-    /// Marks the steps as those of an earlier model.
+    /// Marks the steps as outdated, because the model has changed.
     pub(crate) fn forget(&mut self) {
         self.is_stale = true;
     }
@@ -212,52 +213,52 @@ impl OcclusionSteps {
             }
         }
         self.planes = self.planes.min(self.planes_in_all());
-        // Steps of an earlier view are edited, too, because they are shown until new ones are found.
-        if let Some(look) = &mut self.look {
-            look.go_to(self.planes, scene);
+        // Steps of an earlier view are edited, too, because they are shown until new steps are computed.
+        if let Some(shown) = &mut self.shown {
+            shown.go_to(self.planes, scene);
         }
     }
 
-    /// Finds the steps of a view, if neither the view nor the model has changed since the last frame. `is_resting` is
+    /// Computes the steps of a view, if neither the view nor the model has changed since the last frame. `is_resting`:
     /// whether the model is unchanged.
     pub(crate) fn follow(&mut self, scene: &Scene, view: &View, score: Score, is_resting: bool) {
         self.is_new = false;
-        self.is_stale |= !is_resting || self.look.as_ref().is_none_or(|look| look.of != *view);
+        self.is_stale |= !is_resting || self.shown.as_ref().is_none_or(|shown| shown.of != *view);
         let rests = is_resting && self.seen.replace(*view) == Some(*view);
         if !self.is_stale || !rests {
             return;
         }
         (self.is_stale, self.is_new) = (false, true);
         let select = SelectConfig { occluders: self.occluders, score, ..SelectConfig::default() };
-        self.look = ShadowView::new(scene, view, select).map(|found| {
+        self.shown = ShadowView::new(scene, view, select).map(|found| {
             let steps = found.steps(self.form);
             self.planes = self.planes.min(steps.planes());
-            Look::new(*view, found, steps, self.planes, scene)
+            ViewSteps::new(*view, found, steps, self.planes, scene)
         });
     }
 
     /// Draws the step. `bounds` is the box of the model.
     pub(crate) fn draw(&self, scene: &Scene, bounds: &Aabb, out: &mut LineBatch) {
-        if let Some(look) = &self.look {
-            look.draw(scene, bounds, out);
+        if let Some(shown) = &self.shown {
+            shown.draw(scene, bounds, out);
         }
     }
 }
 
-impl Look {
+impl ViewSteps {
     fn new(of: View, view: ShadowView, steps: ShadowSteps, planes: usize, scene: &Scene) -> Self {
         let step = view.step(&steps, planes);
-        let judges = steps.form() == ShadowForm::Paper && view.in_view().len() <= MOST_JUDGED;
+        let judges = steps.form() == ShadowForm::Paper && view.in_view().len() <= MAX_REFERENCE_POLYGONS;
         let visible = judges.then(|| {
-            let sights = view.sights(scene, TRUTH).into_iter();
+            let sights = view.sights(scene, REFERENCE).into_iter();
             let mut visible: Vec<PolygonId> =
                 sights.filter(|(_, sight)| *sight == Sight::Visible).map(|(id, _)| id).collect();
             visible.sort_unstable();
             visible
         });
-        let mut look = Self { of, view, steps, step, hidden: Vec::new(), hidden_before: 0, visible };
-        look.find_hidden(scene);
-        look
+        let mut shown = Self { of, view, steps, step, hidden: Vec::new(), hidden_before: 0, visible };
+        shown.find_hidden(scene);
+        shown
     }
 
     fn go_to(&mut self, planes: usize, scene: &Scene) {

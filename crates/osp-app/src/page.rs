@@ -9,11 +9,7 @@ use std::{
 use winit::event_loop::EventLoopProxy;
 
 use super::{command::Command, studio::Studio, window::Wake, working::ReplayStart};
-use osp_session::{
-    platform::memory,
-    recording::{Camera, OpenOptions, Pace},
-    replay::CameraChoice,
-};
+use osp_session::{platform::memory, recording::Camera};
 
 pub use osp_session::platform::USER_FOLDER;
 
@@ -26,7 +22,7 @@ pub enum Wish {
     Show(PathBuf),
     /// Execute a command.
     Do(Command),
-    /// Let the camera follow the replay's camera, or not.
+    /// Set whether the camera follows the replay's camera.
     FollowCamera(bool),
 }
 
@@ -65,7 +61,7 @@ pub struct State {
     pub failure: Option<String>,
 }
 
-/// Input that the user typed into a text field of the page, which an on-screen keyboard needs.
+/// Input from a text field of the page. An on-screen keyboard needs such a field.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Typed {
     /// Text.
@@ -171,7 +167,7 @@ pub struct Kept {
     pub bytes: Option<Vec<u8>>,
 }
 
-/// The changes since the last call.
+/// Returns and clears the changes of files.
 pub fn take_kept() -> Vec<Kept> {
     let is_session = |path: &Path| path.extension().is_some_and(|ending| ending == "ron" || ending == "open");
     let is_own = |path: &Path| path.starts_with(USER_FOLDER) || is_session(path);
@@ -201,24 +197,19 @@ pub(super) fn fail(error: &dyn std::error::Error) {
     PAGE.with_borrow_mut(|page| page.state.failure = Some(error.to_string()));
 }
 
-fn replay(studio: &mut Studio, path: &Path, start: ReplayStart) {
-    let (camera, options) = (CameraChoice::Auto, OpenOptions::default());
-    studio.replay_beside(path, Pace::Recorded, camera, &options, start);
-}
-
 pub(super) fn before_frame(studio: &mut Studio) {
     let panel_commands = PAGE.with_borrow_mut(|page| std::mem::take(&mut page.panel_commands));
     let is_end =
         |wish: &Wish| matches!(wish, Wish::Replay(_) | Wish::Show(_) | Wish::Do(Command::CancelWork));
-    // A user who opens another session should not wait for the current one.
+    // A user who opens another session should not wait for the current session.
     if studio.is_reading() && panel_commands.iter().any(is_end) {
         studio.command(Command::CancelWork);
     }
     let mut panel_commands = panel_commands.into_iter().peekable();
     while let Some(wish) = panel_commands.next_if(|_| !studio.is_reading()) {
         match wish {
-            Wish::Replay(path) => replay(studio, &path, ReplayStart::Playing),
-            Wish::Show(path) => replay(studio, &path, ReplayStart::Finished),
+            Wish::Replay(path) => studio.replay_file(&path, ReplayStart::Playing),
+            Wish::Show(path) => studio.replay_file(&path, ReplayStart::Finished),
             Wish::Do(command) => studio.command(command),
             Wish::FollowCamera(follows) => studio.follow_replay_camera(follows),
         }
@@ -251,7 +242,7 @@ pub(super) fn after_frame(studio: &mut Studio, adapter: String, clock_step_ns: u
     });
 }
 
-/// The camera on a page, whose single view is symmetric about its axis.
+/// The camera of the first view. A page has one view, which is symmetric about its axis.
 fn camera(studio: &Studio) -> Option<Camera> {
     let view = &studio.views().first()?.view;
     Some(Camera {

@@ -22,9 +22,9 @@ pub struct LayerRow {
 /// A change of the layers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LayerEdit {
-    /// Create a layer and make it the current one.
+    /// Create a layer and make it the current layer.
     New,
-    /// Make a layer the current one.
+    /// Make a layer the current layer.
     Choose(u32),
     /// Name a layer.
     Name(u32, String),

@@ -12,9 +12,9 @@ use super::{
 };
 use osp::frame::{Reading, StageClock};
 use osp_render::{
-    Acquired, Area, Colors, ComingImage, DrawnCounts, Gpu, GpuOcclusion, GpuTimer, Layer, LinePass,
-    PassTimes, PyramidPass, RenderError, Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot,
-    WindowSurface,
+    Acquired, Area, Colors, ComingImage, DrawnCounts, Eye, EyePicture, Gpu, GpuOcclusion, GpuTimer, Layer,
+    LinePass, PassTimes, PyramidPass, RenderError, Renderer, RendererConfig, ShowPass, Shown, Style, Target,
+    ViewSlot, WindowSurface,
 };
 
 /// Style of culled polygons outside of the view.
@@ -45,9 +45,9 @@ pub(super) struct PaintTimes {
 /// Reason for which painting stopped.
 #[derive(Debug)]
 pub(super) enum PaintError {
-    /// The surface is lost; a new one may work.
+    /// The surface is lost; a new surface may work.
     SurfaceLost,
-    /// The device is lost; a new one may work.
+    /// The device is lost; a new device may work.
     Render(RenderError),
 }
 
@@ -64,11 +64,11 @@ struct Pane {
     shown: Shown,
     lines: LinePass,
     timer: GpuTimer,
-    /// The user's strokes that are drawn over the model.
+    /// Slot of the overlay: the user's strokes that are drawn over the model.
     over: Option<ViewSlot>,
 }
 
-/// Settings of the renderer of the user's strokes, which are few.
+/// Settings of the overlay's renderer. The overlay has few strokes.
 #[cfg(feature = "live")]
 const OVER: RendererConfig = RendererConfig { chunk_len: 1 << 12, draw_len: 1 << 12, background: [0.0; 3] };
 
@@ -83,7 +83,7 @@ pub(super) struct Painter {
     show: ShowPass,
     pyramid: PyramidPass,
     egui: egui_wgpu::Renderer,
-    /// Renderer of the user's strokes that are not in a shared session yet; created with the first of them.
+    /// Renderer of the user's strokes that the server has not returned yet. Created for the first such stroke.
     over: Option<Renderer>,
     panes: Vec<Pane>,
     walls: Vec<WallWindow>,
@@ -226,6 +226,21 @@ impl Painter {
         for (i, view) in views.iter().enumerate() {
             self.prepare(studio, i, view, model)?;
         }
+        let of = |i| {
+            let plain = Layer::plain(studio.culling().drawn(i));
+            let left_out = Layer { polygons: studio.culled(), style: LEFT_OUT };
+            [plain, left_out, Layer { polygons: studio.hidden(), style: HIDDEN }]
+        };
+        let layers: Vec<[Layer<'_>; 3]> = (0..views.len()).map(of).collect();
+        let shown = if studio.room().shows_pattern() { 0 } else { 3 };
+        let seen = self.panes.iter_mut().zip(&views).zip(&layers);
+        let mut eyes: Vec<_> = seen
+            .map(|((pane, view), layers)| {
+                let layers = &layers[..shown];
+                Eye { slot: &mut pane.slot, view: &view.view, layers }
+            })
+            .collect();
+        self.renderer.prepare_all(studio.scene(), &mut eyes);
         if self.cannot_cull != refused
             && let Some((_, reason)) = &self.cannot_cull
         {
@@ -305,7 +320,7 @@ impl Painter {
         view: &RoomView,
         model: Area,
     ) -> Result<(), RenderError> {
-        // The size on the view's wall; this window shows a scaled copy.
+        // The picture has the size of the view on its wall; this window shows a scaled copy.
         let on_wall = self.walls.iter().find_map(|wall| wall.area_of(studio.room(), view));
         let area = on_wall.map_or_else(|| part_of(model, view), |(area, _)| area);
         let (width, height) = (area.width as u32, area.height as u32);
@@ -327,7 +342,9 @@ impl Painter {
             pane.target = Target::new(&self.gpu, width, height)?;
             pane.shown = self.show.bind(&self.gpu, &pane.target);
         }
-        self.renderer.set_detail(&mut pane.slot, self.merges.then_some((width, height)));
+        let picture = self.merges.then_some((width, height));
+        self.renderer.set_light_budget(&mut pane.slot, picture);
+        self.renderer.set_detail(&mut pane.slot, picture);
         let wanted = studio.culling().occlusion().while_drawing();
         let is_refused = self.cannot_cull.as_ref().is_some_and(|(refused, _)| *refused == wanted);
         let wanted = if is_refused { GpuOcclusion::None } else { wanted };
@@ -336,13 +353,6 @@ impl Painter {
         {
             self.cannot_cull = Some((wanted, error.to_string()));
         }
-        let layers = [
-            Layer::plain(studio.culling().drawn(i)),
-            Layer { polygons: studio.culled(), style: LEFT_OUT },
-            Layer { polygons: studio.hidden(), style: HIDDEN },
-        ];
-        let layers = if studio.room().shows_pattern() { &[] } else { &layers[..] };
-        self.renderer.prepare(&mut pane.slot, studio.scene(), &view.view, layers);
         pane.lines.prepare(&self.gpu, &view.view, studio.lines_of(i));
         #[cfg(feature = "live")]
         match (&self.over, studio.overlay()) {
@@ -428,7 +438,7 @@ impl Painter {
         }
     }
 
-    /// Draws the windows of a rig's screens. Returns whether one of them is visible.
+    /// Draws the windows of a rig's screens. Returns whether at least one window is visible.
     fn paint_walls(&mut self, studio: &Studio, views: &[RoomView]) -> Result<bool, PaintError> {
         if self.walls.is_empty() {
             return Ok(false);
@@ -444,7 +454,7 @@ impl Painter {
         }
         self.gpu.queue().submit([encoder.finish()]);
         note_submitted(&mut self.panes);
-        // The walls wait for their displays. If this window waited, too, a frame would wait twice.
+        // Presenting on the walls waits for their displays. This window must not wait a second time in the same frame.
         let is_shown = !frames.is_empty();
         self.surface.set_waits(!is_shown);
         for frame in frames {
@@ -454,7 +464,7 @@ impl Painter {
     }
 }
 
-/// Notes that the pictures of the views were submitted to the GPU.
+/// Records that the pictures of the views were submitted to the GPU.
 fn note_submitted(panes: &mut [Pane]) {
     for pane in panes {
         pane.timer.submitted();
@@ -469,15 +479,17 @@ fn encode_panes(
     panes: &mut [Pane],
     encoder: &mut wgpu::CommandEncoder,
 ) {
-    for pane in panes {
-        let Pane { slot, target, lines, timer, over: over_slot, .. } = pane;
-        renderer.encode(encoder, target, slot, timer, |pass| {
-            if let (Some(over), Some(slot)) = (over, over_slot) {
-                over.draw_over(pass, slot);
-            }
-            lines.draw(pass);
-        });
-    }
+    let parts = panes.iter_mut().map(|Pane { slot, target, lines, timer, over, .. }| {
+        (EyePicture { target, slot, timer }, (&*lines, &*over))
+    });
+    let (mut pictures, above): (Vec<_>, Vec<_>) = parts.unzip();
+    renderer.encode_all(encoder, &mut pictures, &mut |i, pass| {
+        let (lines, slot) = above[i];
+        if let (Some(over), Some(slot)) = (over, slot) {
+            over.draw_over(pass, slot);
+        }
+        lines.draw(pass);
+    });
 }
 
 /// The view's part of the model's area, in whole pixels.

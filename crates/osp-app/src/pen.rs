@@ -10,13 +10,15 @@ use osp_session::{
 /// Smallest distance between the samples of a ribbon or tube, pixels. A mouse reports whole pixels, so the direction
 /// between neighbouring pixels is noise.
 const SAMPLE_PX: f32 = 2.5;
-/// Smallest distance between a wall's corners, pixels, because the wall is split into convex pieces, and each corner
-/// adds a piece.
+/// Smallest distance between a wall's corners, pixels. A wall is split into convex pieces, and each corner adds a
+/// piece.
 const CORNER_PX: f32 = 14.0;
 /// Smallest distance between samples, as a fraction of the width, at which a stroke does not fold over itself.
 const SAMPLE_WIDTH: f32 = 0.15;
-/// Distance between the samples of a straight line, in widths; it is larger if there would be too many samples.
+/// Distance between the samples of a straight line, in widths. A long line has [`MOST_LINE_PARTS`] evenly spaced
+/// samples.
 const LINE_WIDTHS: f32 = 1.0;
+/// Largest number of samples of a straight line.
 const MOST_LINE_PARTS: f32 = 256.0;
 /// Width at pressure 0 divided by the full width.
 const THINNEST: f32 = 0.1;
@@ -40,7 +42,7 @@ impl Brush {
     /// Limits of the width, metres.
     pub const WIDTHS_M: (f32, f32) = (1.0e-4, 100.0);
 
-    /// The brush for the current tool; only ribbons have one.
+    /// The brush for the current tool. Only ribbons have a brush.
     pub fn paint(&self) -> Option<&'static brush::Brush> {
         self.paint.filter(|_| self.tool == Tool::Ribbon)
     }
@@ -60,13 +62,13 @@ impl Default for Brush {
 /// Rule for the depth of a stroke.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Snap {
-    /// The plane parallel to the window through the stroke's first point: the point of the model under the cursor, or
-    /// else the centre of the view.
+    /// The plane parallel to the window through the stroke's first point. A stroke begins on the surface under the
+    /// cursor, or else at the depth of the view's centre.
     #[default]
     Start,
-    /// The surface under the cursor along the whole stroke; where there is none, the plane of [`Snap::Start`].
+    /// The surface under the cursor along the whole stroke; without a surface, the plane of [`Snap::Start`].
     Surface,
-    /// The plane through the centre of the view.
+    /// The plane parallel to the window through the centre of the view.
     Off,
 }
 
@@ -86,7 +88,7 @@ struct Drawing {
     /// A point of the drawing plane.
     anchor: Vec3,
     last: Sample,
-    /// The pointer's position, if it was too near to the last sample.
+    /// The pointer's latest position, if it is too near to the last sample to become a sample.
     pending: Option<Sample>,
     /// Whether the stroke's first event is in the session; a press without a movement gives no stroke.
     has_begun: bool,
@@ -124,13 +126,13 @@ impl PenPoint<'_> {
     fn on_plane(&self, anchor: Vec3) -> Vec3 {
         let ray = self.view.ray_through(self.at);
         let forward = self.view.forward_in_world();
-        // The ray's parameter is the distance along the view.
+        // The ray's parameter is the distance along the view direction.
         let distance_m = (anchor - ray.origin).dot(forward).max(self.view.projection.near_m * 2.0);
         ray.origin + ray.direction * distance_m
     }
 
     /// Orientation of a stroke that lies parallel to the window. The x axis of the pose is a plain ribbon's normal and
-    /// points to the viewer. For a brush, the hand points into the picture.
+    /// points to the viewer. For a brush, the pose is the orientation of the view.
     fn orientation(&self, brush: &Brush) -> Quat {
         let q = self.view.world_from_view;
         if brush.paint().is_some() {

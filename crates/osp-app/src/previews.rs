@@ -16,7 +16,7 @@ use osp_session::{
 };
 
 const PIXEL_BYTES: usize = 4;
-/// Width and height of the pictured part of the model, metres: about a usual stroke, so that brushes look as in use.
+/// Width and height of the pictured part of the model, metres. A usual stroke has about this size.
 const CELL_M: (f32, f32) = (0.4, 0.12);
 /// Margin between the ends of a stroke and the edges of its picture, metres.
 const MARGIN_M: f32 = 0.04;
@@ -27,7 +27,7 @@ const SAMPLES: u16 = 60;
 const FOV_DEGREES: f32 = 6.0;
 
 /// Draws a wave with every offered brush, white on black. Returns the rows of the grid's texture as bytes: red, green,
-/// blue and opacity. Each brush is drawn separately, because some brushes spread far.
+/// blue and opacity. Each brush is drawn separately, because some brushes place polygons far from the stroke.
 pub(super) fn draw(gpu: &Arc<Gpu>, grid: &PreviewGrid) -> Result<Vec<u8>, RenderError> {
     let (width_px, height_px) = grid.cell_px();
     let row_bytes = grid.size_px().0 as usize * PIXEL_BYTES;

@@ -16,7 +16,7 @@ pub enum Question {
         /// Whether the window already shows the session, read-only.
         is_shown: bool,
     },
-    /// A copy of a session is to be opened, and edits of the copy exist already.
+    /// The session would be opened as a copy, and an earlier copy has edits.
     Edits(Autosave),
     /// The session that is to be opened is damaged.
     Damaged {
@@ -42,9 +42,9 @@ pub enum Question {
     },
     /// Everything drawn since the session was opened or saved under a name would be discarded.
     Discard {
-        /// Number of these events.
+        /// Number of events to discard.
         events: u64,
-        /// Whether these are all events of the session.
+        /// Whether the session has no other events.
         is_all: bool,
     },
 }
@@ -58,6 +58,8 @@ pub enum Then {
     New,
     /// Another session is opened.
     Open(PathBuf, Opening),
+    /// The session in a file is replayed.
+    Play(PathBuf),
 }
 
 /// An answer to a question.
@@ -73,7 +75,7 @@ pub enum Answer {
     Lenient,
     /// Replace the file.
     Replace,
-    /// Choose another place first.
+    /// Save the session under another path first.
     SaveAs,
     /// Continue: with the edits, or without the unwritten part.
     GoOn,
@@ -87,7 +89,7 @@ impl Question {
     /// The title of the question.
     pub fn title(&self) -> &'static str {
         match self {
-            Self::Held { .. } => "Open in another window",
+            Self::Held { .. } => "This session is open in another window",
             Self::Edits(_) => "Continue with the edits?",
             Self::Damaged { .. } => "Damaged session",
             Self::SaveOver(_) | Self::ExportOver(_) | Self::PictureOver(_) => "Replace the file?",
@@ -117,7 +119,7 @@ impl Question {
             Self::Discard { events, is_all } => {
                 let since = if *is_all { "began" } else { "was opened, or saved under a name" };
                 format!(
-                    "{events} events since this session {since} will be deleted, also in its file. They cannot be brought back."
+                    "{events} changes since this session {since} will be deleted, also in its file. They cannot be brought back."
                 )
             }
         }
@@ -148,7 +150,7 @@ impl Question {
             }
             Self::Unwritten { is_kept: true, .. } => &[
                 (Answer::SaveAs, "Save elsewhere…"),
-                (Answer::GoOn, "Continue, keep that file"),
+                (Answer::GoOn, "Continue; the autosave keeps the changes"),
                 (Answer::Cancel, "Back"),
             ],
             Self::Unwritten { is_kept: false, .. } => &[

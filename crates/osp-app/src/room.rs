@@ -29,11 +29,12 @@ pub struct RoomView {
     pub eye: Eye,
     /// Lower left corner of the picture's part of the window, 0 to 1.
     pub from: Vec2,
-    /// Upper right corner.
+    /// Upper right corner of the same part.
     pub to: Vec2,
     /// Colour channels of the window in which the picture is drawn.
     pub channels: Channels,
-    /// Whether the eye is behind the screen or too near to it. The view is then from the nearest position in front.
+    /// Whether the eye is behind the screen or too near to it. The view is then from the nearest position in front of
+    /// the screen.
     pub is_clamped: bool,
 }
 
@@ -52,7 +53,7 @@ impl Room {
         Self { stereo: rig.stereo, swaps_eyes: rig.swap_eyes, rig: Some(rig), shows_pattern: false }
     }
 
-    /// The rig, if there is one.
+    /// The rig; `None` for a plain window.
     pub fn rig(&self) -> Option<&Rig> {
         self.rig.as_ref()
     }
@@ -72,7 +73,7 @@ impl Room {
         self.swaps_eyes
     }
 
-    /// Exchanges the pictures of the two eyes, or not.
+    /// Sets whether the pictures of the two eyes are exchanged.
     pub fn set_swaps_eyes(&mut self, swaps: bool) {
         self.swaps_eyes = swaps;
     }
@@ -89,7 +90,7 @@ impl Room {
         self.shows_pattern && self.rig.is_some()
     }
 
-    /// Shows a test pattern, or the model, on the screens of the rig.
+    /// Shows a test pattern (`true`) or the model on the screens of the rig.
     pub fn show_pattern(&mut self, shows: bool) {
         self.shows_pattern = shows;
     }
@@ -108,12 +109,12 @@ impl Room {
         test_pattern::draw(&rig.screens[view.screen], view.screen, view.eye, &|p| place.to_world(p), out);
     }
 
-    /// The eye whose place on the screen shows the picture of `eye`.
+    /// The eye that gets the picture rendered for `eye`: the other eye if the pictures are exchanged.
     pub(super) fn shown_at(&self, eye: Eye) -> Eye {
         if self.swaps_eyes { eye.other() } else { eye }
     }
 
-    /// The colour channels of the picture at an eye's place.
+    /// The colour channels of the picture that an eye gets.
     pub(super) fn channels_at(&self, shown_at: Eye) -> Channels {
         match (self.stereo, shown_at) {
             (Stereo::Anaglyph, Eye::Left) => Channels::Red,
@@ -141,7 +142,7 @@ impl Room {
         self.rig.as_ref().map_or(q, |rig| Self::place(rig, navigator).turn_to_world(q))
     }
 
-    /// The rig's head position, and the orientation transformed to room space; `None` without a rig.
+    /// The rig's head position, and `world_from_head` transformed to room space; `None` without a rig.
     pub fn head_tilted_like(&self, world_from_head: Quat) -> Option<(Vec3, Quat)> {
         let rig = self.rig.as_ref()?;
         Some((rig.head, RoomPlace::around(rig, Vec3::ZERO, world_from_head).turn_to_room(world_from_head)))
@@ -186,7 +187,7 @@ impl Room {
         views
     }
 
-    /// Does the same as [`Room::views`], but replaces an existing list.
+    /// Does the same as [`Room::views`], but writes to an existing list.
     pub fn views_into(
         &self,
         navigator: &Navigator,
@@ -267,8 +268,8 @@ impl Room {
     }
 }
 
-/// The largest part with aspect ratio `aspect`, centred in an area with aspect ratio `into`: its corner and size, as
-/// fractions of the area.
+/// The largest rectangle with aspect ratio `aspect`, centred in an area with aspect ratio `into`. Returns its corner
+/// and size as fractions of the area.
 fn fitted(aspect: f32, into: f32) -> (Vec2, Vec2) {
     let size = Vec2::new((aspect / into).min(1.0), (into / aspect).min(1.0));
     ((Vec2::ONE - size) * 0.5, size)

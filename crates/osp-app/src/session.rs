@@ -8,7 +8,11 @@ mod opening;
 mod reader;
 mod replay;
 
-use std::{collections::BTreeSet, io, path::Path};
+use std::{
+    collections::BTreeSet,
+    io,
+    path::{Path, PathBuf},
+};
 
 use super::journal::{Autosave, Journal, SaveError, Unwritten};
 use model::{Model, PIECE};
@@ -16,7 +20,7 @@ use osp::{math::Aabb, polygon::Change};
 use osp_render::background_for;
 use osp_session::{
     export::{KeptStrokes, PolygonTimes},
-    platform::time::Instant,
+    platform::{fs, time::Instant},
     recording::{
         AUTHORS_FORMAT, Author, Event, EventSource, GroupId, Header, Limits, RecordingError, StrokeId,
     },
@@ -29,11 +33,11 @@ pub use opening::{Access, OpenError, Opened, Opening};
 pub(super) use reader::{SessionReader, Started};
 pub use replay::{Jump, Replay, ReplayReader};
 
-/// Finds the time at which each polygon was drawn. It stops when its argument returns `false`.
+/// A function that finds the time at which each polygon was drawn. It stops when its argument returns `false`.
 pub(super) type FindTimes = Box<dyn FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send>;
 
-/// Finds the strokes of a session. Calls its argument with the number of events, and returns `None` once this call
-/// returns `false`.
+/// A function that finds the strokes of a session. It calls its argument with the number of events read, and returns
+/// `None` once this call returns `false`.
 pub(super) type FindStrokes =
     Box<dyn FnOnce(&dyn Fn(u64) -> bool) -> Result<Option<KeptStrokes>, RecordingError> + Send>;
 
@@ -53,14 +57,16 @@ enum Source {
 #[derive(Debug)]
 pub struct Session {
     model: Model,
-    /// Writes the session's file, one event after the other. In a replay it writes nothing.
+    /// Writes the events to the session's file. In a replay it writes nothing.
     journal: Journal,
     source: Source,
     refused: u64,
     news: Vec<String>,
-    /// An earlier copy of the same session with edits, if this is a copy.
+    /// If this session is a copy: an earlier copy of the same original that has edits.
     earlier: Option<Autosave>,
-    /// Whether this is a new copy of a session of another program, which the user opened to view.
+    /// The original, if this is a new copy.
+    original: Option<PathBuf>,
+    /// Whether this is a new copy of another program's session.
     is_import: bool,
 }
 
@@ -73,11 +79,12 @@ impl Session {
             refused: 0,
             news: Vec::new(),
             earlier: None,
+            original: None,
             is_import: false,
         }
     }
 
-    /// Ends the strokes and steps that a crash left open. The file gets these events together with the next one.
+    /// Ends the strokes and steps that a crash left open. The file gets these events together with the next event.
     fn end_open_strokes(&mut self) {
         let Model { scene, last_secs: t, .. } = &self.model;
         let open = scene.strokes().iter().filter(|stroke| stroke.is_open()).filter_map(|stroke| stroke.id());
@@ -99,8 +106,8 @@ impl Session {
         !events.is_empty()
     }
 
-    /// Writes new events to the file together, and applies them to the model. Invalid events are removed from the list;
-    /// in a read-only session, all events are.
+    /// Writes new events to the file together, and applies them to the model. Invalid events are removed from the list.
+    /// In a read-only session, all events are removed.
     pub fn apply_all(&mut self, events: &mut Vec<Event>) {
         if self.is_read_only() {
             events.clear();
@@ -113,7 +120,7 @@ impl Session {
             };
             let Err(error) = pushed else { return true };
             if self.refused == 0 {
-                self.news.push(format!("invalid events were skipped, the first one: {error}"));
+                self.news.push(format!("invalid changes were skipped, the first one: {error}"));
             }
             self.refused += 1;
             false
@@ -156,7 +163,7 @@ impl Session {
         if let Source::Live(live) = &mut self.source {
             return StrokeId(live.new_number());
         }
-        // In a session of several authors each one has a range of numbers. This window has the first range.
+        // In a session of several authors, each author has a range of numbers. This window has the first range.
         let last = if self.has_authors() { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };
         self.model.new_stroke(last)
     }
@@ -175,7 +182,7 @@ impl Session {
         self.header().format >= AUTHORS_FORMAT
     }
 
-    /// Whether the session is read-only, as a replay always is.
+    /// Whether the session is read-only. A replay is always read-only.
     pub fn is_read_only(&self) -> bool {
         #[cfg(feature = "live")]
         if self.live().is_some_and(Live::is_watcher) {
@@ -189,9 +196,25 @@ impl Session {
         matches!(self.source, Source::Replay(_))
     }
 
-    /// Whether this is a new copy of a session of another program. The window first shows it without tools.
+    /// Whether this is a new copy of another program's session. The window first shows such a session without tools.
     pub fn is_import(&self) -> bool {
         self.is_import
+    }
+
+    /// The original, if this is a new copy.
+    pub fn original(&self) -> Option<&Path> {
+        self.original.as_deref()
+    }
+
+    /// The file that holds all that was drawn, if there is one. Before the first change of a copy this is the original.
+    pub fn file_to_play(&self) -> Option<&Path> {
+        match (&self.source, &self.original) {
+            (Source::File, Some(original)) if !self.journal.is_changed() => Some(original),
+            (Source::File, _) if self.event_count() > 0 => {
+                Some(self.path()).filter(|path| fs::is_there(path))
+            }
+            _ => None,
+        }
     }
 
     /// Whether other authors draw in the session, too. Such a session cannot be discarded.
@@ -238,7 +261,7 @@ impl Session {
         is_played
     }
 
-    /// Sets the number of recorded frames for each shown frame.
+    /// Sets the speed of a replay, as a multiple of the recorded speed.
     pub fn set_speed(&mut self, speed: f64) {
         if let Source::Replay(replay) = &mut self.source {
             replay.set_speed(speed);
@@ -289,12 +312,12 @@ impl Session {
         out.append(&mut self.model.changes);
     }
 
-    /// Plays the frames of a replay that are due for the next shown frame. Returns the number of changes.
-    pub(super) fn advance(&mut self) -> usize {
-        self.replay_mut().map_or(0, |(replay, model)| replay.advance(model))
+    /// Plays the frames of a replay that are due after this time, seconds. Returns the number of changes.
+    pub(super) fn advance(&mut self, frame_secs: f32) -> usize {
+        self.replay_mut().map_or(0, |(replay, model)| replay.advance(model, frame_secs))
     }
 
-    /// A box around all polygons drawn so far; in a replay, around those of all frames.
+    /// A box around all polygons drawn so far; in a replay, around the polygons of all frames.
     pub fn bounds(&self) -> Aabb {
         self.model.bounds
     }
@@ -357,12 +380,12 @@ impl Session {
         &mut self.journal
     }
 
-    /// An earlier copy of the same session with edits, if this is a copy. Further calls return `None`.
+    /// Returns and clears the earlier copy with edits, if this session is a copy.
     pub(super) fn take_earlier(&mut self) -> Option<Autosave> {
         self.earlier.take()
     }
 
-    /// Messages to the user since the last call.
+    /// Returns and clears the messages to the user.
     pub fn take_news(&mut self) -> Vec<String> {
         let mut news = std::mem::take(&mut self.news);
         news.append(&mut self.journal.take_news());
@@ -419,7 +442,7 @@ impl Session {
     /// Writes all events of the session, and the user's events that the server has not returned yet.
     ///
     /// # Errors
-    /// A part of them could not be written.
+    /// Some events could not be written.
     pub(super) fn settle(&mut self) -> Result<(), Unwritten> {
         self.journal.settle()?;
         match &mut self.source {
@@ -456,11 +479,11 @@ impl Session {
         }
     }
 
-    /// Whether events of a shared session have arrived that the model does not have yet.
-    pub(super) fn is_behind(&self) -> bool {
+    /// Whether events of a shared session were received that the model lacks.
+    pub(super) fn has_unread_events(&self) -> bool {
         match &self.source {
             #[cfg(feature = "live")]
-            Source::Live(live) => live.is_behind(),
+            Source::Live(live) => live.has_unread_events(),
             _ => false,
         }
     }

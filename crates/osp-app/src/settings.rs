@@ -7,13 +7,15 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
+use super::pen::Brush;
 use osp_session::{
     atomic_file::AtomicFile,
+    brush,
     platform::{fs, user_folder},
     small_file::read_text,
 };
 
-/// Largest number of sessions in the list of recent ones.
+/// Largest number of sessions in the list of recent sessions.
 const MOST_RECENT: usize = 12;
 /// Largest settings file that is read, bytes.
 const MOST_BYTES: u64 = 1 << 20;
@@ -44,6 +46,43 @@ impl Theme {
     }
 }
 
+/// The brush for ribbons, its colour and its width, as they are stored.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct KeptBrush {
+    /// Name of the brush; empty for plain ribbons.
+    pub name: String,
+    /// Red, green, blue, opacity, sRGB.
+    pub color: [f32; 4],
+    /// Full width, metres.
+    pub width_m: f32,
+}
+
+impl KeptBrush {
+    /// The settings of this pen.
+    pub(super) fn of(pen: &Brush) -> Self {
+        let name = pen.paint.map_or("", |brush| brush.name.as_str());
+        Self { name: name.to_owned(), color: pen.color, width_m: pen.width_m }
+    }
+
+    /// Gives a pen these settings. Values that are out of range stay as they are.
+    pub(super) fn give(&self, pen: &mut Brush) {
+        pen.paint = brush::find(&self.name).filter(|_| !self.name.is_empty());
+        if self.color.iter().all(|part| (0.0..=1.0).contains(part)) {
+            pen.color = self.color;
+        }
+        if (Brush::WIDTHS_M.0..=Brush::WIDTHS_M.1).contains(&self.width_m) {
+            pen.width_m = self.width_m;
+        }
+    }
+}
+
+impl Default for KeptBrush {
+    fn default() -> Self {
+        Self::of(&Brush::default())
+    }
+}
+
 /// The window's settings, stored between runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -56,11 +95,19 @@ pub struct Settings {
     pub has_drawn: bool,
     /// The recent named sessions, the latest first.
     pub recent: Vec<PathBuf>,
+    /// The pen.
+    pub brush: KeptBrush,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { theme: Theme::default(), zoom: 1.0, has_drawn: false, recent: Vec::new() }
+        Self {
+            theme: Theme::default(),
+            zoom: 1.0,
+            has_drawn: false,
+            recent: Vec::new(),
+            brush: KeptBrush::default(),
+        }
     }
 }
 
@@ -95,7 +142,7 @@ impl Settings {
         file.commit().map(|_| ())
     }
 
-    /// Moves a session to the front of the recent ones.
+    /// Moves a session to the front of the recent sessions.
     pub fn note_recent(&mut self, path: &Path) {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         // A path that is not valid text cannot be stored.
@@ -113,7 +160,7 @@ impl Settings {
 pub(super) struct SettingsKeeper {
     latest: Option<Sender<Settings>>,
     writer: Option<JoinHandle<()>>,
-    /// The file, if there are no threads.
+    /// The settings file, on a platform without threads.
     at_once: Option<PathBuf>,
 }
 
@@ -141,7 +188,7 @@ impl SettingsKeeper {
         Self { latest: Some(latest), writer: Some(writer), at_once: None }
     }
 
-    /// Writes the settings, unless newer settings follow at once.
+    /// Writes the settings, unless newer settings follow immediately.
     pub(super) fn keep(&self, settings: &Settings) {
         if let Some(path) = &self.at_once {
             let _ = settings.write(path);

@@ -24,7 +24,7 @@ impl Part {
         match span {
             Span::Distance => None,
             Span::Box => {
-                // A margin against rounding errors, because a flat box could miss points of a surface.
+                // The margin compensates rounding errors: without it, a flat box could miss points of a surface.
                 let more = Vec3::splat(from.distance(to) * 1.0e-3);
                 Some(Self::Box(Aabb::new(from.min(to) - more, from.max(to) + more)))
             }

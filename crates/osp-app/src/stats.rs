@@ -17,7 +17,7 @@ pub enum FrameStage {
     Send,
     /// Layout of the user interface.
     Panel,
-    /// From submission to the finished picture.
+    /// Drawing on the GPU, from submission to the finished picture.
     Draw,
 }
 
@@ -76,7 +76,7 @@ impl History {
     /// time is zero or a whole step. The mean over so many frames approximates the true time.
     pub const MEAN_OF: usize = 60;
 
-    /// Adds a frame and drops the oldest one.
+    /// Adds a frame. Above [`History::LENGTH`] frames, drops the oldest frame.
     pub fn push(&mut self, times: FrameTimes) {
         if self.frames.len() == Self::LENGTH {
             self.frames.pop_front();
@@ -124,13 +124,13 @@ impl History {
     }
 }
 
-/// The GPU's times of the last frames. Means are needed, because browsers round the times as coarsely as the clock.
+/// The GPU's times of the last frames. Means are needed, because browsers round GPU times coarsely.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PassHistory(VecDeque<PassTimes>);
 
 impl PassHistory {
-    /// Adds the times of a frame and drops the oldest one. A frame without times clears the history, because the method
-    /// has changed.
+    /// Adds the times of a frame, and drops the oldest times. A frame without times clears the history, because the
+    /// method has changed.
     pub(super) fn push(&mut self, times: Option<PassTimes>) {
         let Some(times) = times else {
             self.0.clear();

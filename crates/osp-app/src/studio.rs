@@ -51,10 +51,7 @@ use parts::{Input, Shown, Work};
 pub use steps::OccluderLabel;
 
 /// The message for an attempt to draw on a read-only session.
-const LOOKED_AT: &str = "this session is open read-only: draw on a copy, or save it elsewhere first";
-
-/// Number of frames that a 60 Hz screen shows in a minute.
-const FRAMES_OF_A_MINUTE: f64 = 3600.0;
+const READ_ONLY_MESSAGE: &str = "this session is open read-only: draw on a copy, or save it elsewhere first";
 
 /// The whole window except its panels and the GPU: the session, the tools, the camera and the culling.
 ///
@@ -79,6 +76,7 @@ pub struct Studio {
     pub(super) moment_s: Option<f32>,
     pub(super) follows_replay_camera: bool,
     pub(super) messages: Vec<String>,
+    message_at: Option<Instant>,
     pub(super) pending: Pending,
     pub(super) events: Vec<Event>,
     pub(super) changes: Vec<Change>,
@@ -112,6 +110,7 @@ impl Studio {
             moment_s: None,
             follows_replay_camera: true,
             messages: Vec::new(),
+            message_at: None,
             pending: Pending::default(),
             events: Vec::new(),
             changes: Vec::new(),
@@ -158,15 +157,20 @@ impl Studio {
         }
     }
 
-    /// Shows the model from the artist's last view, or all of it. The camera then orbits around the centre of the
-    /// model.
+    /// Shows the model from the artist's last view, or the whole model if the session has no camera. The camera then
+    /// orbits around the centre of the model.
     pub(super) fn see_as_painted(&mut self) {
         let bounds = main_bounds(self.session.scene(), &self.session.bounds());
         self.navigator.show_all(&bounds);
         let Some(camera) = self.session.header().camera else { return };
         let ahead_m = (bounds.center() - camera.p).dot(rotate(camera.q, Vec3::NEG_Z));
         let distance_m = if ahead_m > 0.0 { ahead_m } else { self.navigator.distance_m() };
+        let whole = self.navigator;
         self.navigator.go_to_from(camera.p, camera.q, distance_m);
+        let is_in_view = self.navigator.view(self.last_aspect, &bounds).frustum().may_see(&bounds);
+        if !is_in_view {
+            self.navigator = whole;
+        }
     }
 
     /// Shows the finished model of a replay from the artist's last view. When played from there, the replay restarts
@@ -175,7 +179,6 @@ impl Studio {
         let Some(frames) = self.session.replay().map(Replay::frame_count) else { return };
         self.command(Command::Play(false));
         self.command(Command::Seek(frames));
-        self.command(Command::Speed((frames as f64 / FRAMES_OF_A_MINUTE).max(1.0)));
         self.see_as_painted();
     }
 
@@ -265,9 +268,9 @@ impl Studio {
             || self.input.senders.as_ref().is_some_and(|senders| !senders.is_empty())
     }
 
-    /// Longest time for which the window may sleep; it is shorter while data may be received.
+    /// Longest time until the next call of [`Studio::tend`]. It is shorter while data may be received.
     pub fn tend_within(&self) -> Duration {
-        if self.works_in_turns() || self.session.is_behind() {
+        if self.works_in_turns() || self.session.has_unread_events() {
             return Duration::ZERO;
         }
         Duration::from_millis(if self.session.is_shared() || self.is_working() { 20 } else { 500 })
@@ -294,7 +297,7 @@ impl Studio {
                 ));
             }
         } else if !events.is_empty() {
-            self.report_reading();
+            self.report_read_only();
         }
         events.clear();
         self.events = events;
@@ -302,9 +305,9 @@ impl Studio {
     }
 
     /// Shows a message that the session is read-only, except in a replay.
-    fn report_reading(&mut self) {
+    fn report_read_only(&mut self) {
         if !self.session.is_replay() {
-            self.show_once(LOOKED_AT);
+            self.show_once(READ_ONLY_MESSAGE);
         }
     }
 
@@ -312,13 +315,13 @@ impl Studio {
         if self.can_draw() {
             return Some(self.session.new_stroke());
         }
-        self.report_reading();
+        self.report_read_only();
         None
     }
 
-    /// The poses for the views of the screens. In a replay on a rig, while the camera follows the recorded head, this
-    /// head acts as the tracked head: its position and direction move the room, its tilt moves only the eyes.
-    fn hands_before_screens(&self) -> HandsState {
+    /// The poses for the views of the screens. In a replay on a rig, the recorded head acts as the tracked head while
+    /// the camera follows it. Its position and direction move the room; its tilt moves only the eyes.
+    fn tracked_poses(&self) -> HandsState {
         let hands = self.input.hands.state();
         match self.session.replay() {
             Some(replay) if self.follows_replay_camera && hands.head.is_none() => {
@@ -330,7 +333,7 @@ impl Studio {
 
     /// The view under a point of the window (-1 to 1), and that point on its own screen (-1 to 1).
     pub(super) fn view_at(&self, at: Vec2, aspect: f32) -> Option<(View, Vec2)> {
-        let hands = self.hands_before_screens();
+        let hands = self.tracked_poses();
         let views = self.room.views(&self.navigator, &hands, aspect, &self.session.bounds());
         self.room.under(&views, at)
     }
@@ -376,7 +379,7 @@ impl Studio {
         self.follow_width();
         self.changes.clear();
         let start = self.clock.start();
-        self.samples += self.session.advance() as u64;
+        self.samples += self.session.advance(frame_secs) as u64;
         self.session.take_changes(&mut self.changes);
         if let Some(replay) = self.session.replay()
             && self.follows_replay_camera
@@ -389,7 +392,7 @@ impl Studio {
         self.pending.changes.extend_from_slice(&self.changes);
 
         let bounds = self.session.bounds();
-        let hands = self.hands_before_screens();
+        let hands = self.tracked_poses();
         self.room.views_into(&self.navigator, &hands, aspect, &bounds, &mut self.shown.views);
         self.report_screens_behind();
         let eyes: Vec<View> = self.shown.views.iter().map(|view| view.view).collect();
@@ -411,12 +414,12 @@ impl Studio {
         self.shown.report
     }
 
-    /// The changes for the GPU scene since the last call.
+    /// Returns and clears the changes for the GPU scene.
     pub(super) fn take_pending(&mut self) -> Pending {
         std::mem::take(&mut self.pending)
     }
 
-    /// Returns the memory of the changes for reuse.
+    /// Takes back the list of changes, to reuse its memory.
     pub(super) fn give_back(&mut self, mut pending: Pending) {
         pending.changes.clear();
         if self.pending.changes.is_empty() {
@@ -432,7 +435,7 @@ impl Studio {
     /// Ends the session regularly.
     ///
     /// # Errors
-    /// A part of this session, or of one that was closed before, could not be written.
+    /// A part of this session, or of a session that was closed before, could not be written.
     pub fn close(mut self) -> Result<(), Unwritten> {
         self.finish_gestures();
         self.end_hands_strokes();

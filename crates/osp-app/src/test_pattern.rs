@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 use osp_render::{Depth, LineBatch};
 use osp_session::rig::{Eye, Screen};
 
-/// Grid spacings, metres; the smallest that gives few enough lines is used.
+/// Grid spacings, metres. The pattern has the smallest spacing that gives at most [`MOST_LINES`] lines.
 const STEPS_M: [f32; 7] = [0.01, 0.05, 0.1, 0.25, 0.5, 1.0, 5.0];
 const MOST_LINES: f32 = 32.0;
 const CIRCLE_SIDES: u16 = 64;
@@ -46,7 +46,7 @@ pub(super) fn draw(
             at_m += step_m;
         }
     }
-    // Slightly inside the border, which would clip half of each line.
+    // The lines are slightly inside the border, which would clip half of each line.
     let inset = Vec2::splat(size_m.min_element() * 0.004);
     let (from, to) = (inset, size_m - inset);
     let corners = [from, Vec2::new(to.x, from.y), to, Vec2::new(from.x, to.y)];

@@ -1,7 +1,7 @@
-//! Background work on threads. A web page has no threads, so the work is done at once.
+//! Background work on threads. A web page has no threads, so the caller's thread does the work.
 
 /// Runs work on a new thread. A web page has no threads, so there the call itself runs the work.
-pub(crate) fn beside(name: &str, work: impl FnOnce() + Send + 'static) -> std::io::Result<()> {
+pub(crate) fn in_background(name: &str, work: impl FnOnce() + Send + 'static) -> std::io::Result<()> {
     if cfg!(target_arch = "wasm32") {
         work();
         return Ok(());
@@ -9,9 +9,9 @@ pub(crate) fn beside(name: &str, work: impl FnOnce() + Send + 'static) -> std::i
     std::thread::Builder::new().name(name.to_owned()).spawn(work).map(drop)
 }
 
-/// Runs `make`, and on another thread `take`, which gets the items that `make` passes on, in order. Without threads (on
-/// a web page) each item is processed at once. At most `ahead` items wait. Passing on an item returns `false` once
-/// `take` has failed.
+/// Runs `make`, and runs `take` on another thread. `take` gets the items that `make` passes on, in order. Without
+/// threads (on a web page) each item is processed immediately. At most `ahead` items wait. Passing on an item returns
+/// `false` once `take` has failed.
 pub(crate) fn hand_over<T: Send, E: Send, R>(
     ahead: usize,
     take: impl FnMut(T) -> Result<(), E> + Send,

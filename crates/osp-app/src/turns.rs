@@ -4,10 +4,10 @@ use std::time::Duration;
 
 use osp_session::platform::time::Instant;
 
-/// Longest turn, when frames are slow, as a multiple of the shortest.
+/// Largest duration of a turn, as a multiple of the smallest duration.
 const MOST_TURNS: u32 = 8;
 
-/// The duration of turns of work.
+/// Chooses the durations of turns.
 #[derive(Debug, Default)]
 pub(crate) struct Turns {
     least: Duration,

@@ -28,13 +28,15 @@ use osp_net::{
     live::Address,
     wall::{Node, NodeCounts, NodeOptions, Step, WallError},
 };
-use osp_render::{Gpu, GpuTimer, Layer, RenderError, Renderer, RendererConfig, Shown, Target, ViewSlot};
+use osp_render::{
+    Eye, EyePicture, Gpu, GpuTimer, Layer, RenderError, Renderer, RendererConfig, Shown, Target, ViewSlot,
+};
 use osp_session::rig::Rig;
 
 /// Interval between checks for work, if nothing wakes the windows.
-const LOOK: Duration = Duration::from_millis(10);
+const CHECK_INTERVAL: Duration = Duration::from_millis(10);
 /// Interval between checks for events that a frame waits for.
-const SHORT_LOOK: Duration = Duration::from_millis(1);
+const SHORT_CHECK_INTERVAL: Duration = Duration::from_millis(1);
 
 /// Reason for which a computer has stopped.
 #[derive(Debug, Error)]
@@ -57,7 +59,7 @@ impl From<RenderError> for ShowError {
 /// is pressed, or `is_over` returns `true`. Messages about the hub and the session are passed to `tell`.
 ///
 /// # Errors
-/// There is no display, no adapter that can draw, or no such monitor or screen. Or the hub refuses the computer.
+/// There is no display, no adapter that can draw, or no such monitor or screen; or the hub refuses the computer.
 pub fn show_node(
     address: &Address,
     options: &NodeOptions,
@@ -173,7 +175,7 @@ impl<F: Fn() -> bool, T: Fn(&str)> Show<F, T> {
             // The system's events are handled between two frames.
             Ok(Step::Draw | Step::Show) => event_loop.set_control_flow(ControlFlow::Poll),
             Ok(Step::Nothing) => {
-                let look = if self.node.is_waiting() { SHORT_LOOK } else { LOOK };
+                let look = if self.node.is_waiting() { SHORT_CHECK_INTERVAL } else { CHECK_INTERVAL };
                 event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + look));
             }
             Err(error) => self.fail(event_loop, error),
@@ -235,14 +237,27 @@ impl Display {
         };
         let views: Vec<RoomView> = node.views().map(of).collect();
         for (i, view) in views.iter().enumerate() {
-            self.prepare(node, room, i, view)?;
+            self.fit(room, i, view)?;
         }
+        let layers: Vec<_> = node.pipeline().draw_lists().iter().map(Layer::plain).collect();
+        let seen = views.iter().zip(&layers);
+        let mut eyes: Vec<_> = self
+            .eyes
+            .iter_mut()
+            .zip(seen)
+            .map(|(eye, (view, layer))| {
+                let layers = std::slice::from_ref(layer);
+                Eye { slot: &mut eye.slot, view: &view.view, layers }
+            })
+            .collect();
+        self.renderer.prepare_all(node.scene(), &mut eyes);
         let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
-        for Picture { slot, target, timer, .. } in &mut self.eyes[..views.len()] {
-            self.renderer.encode(&mut encoder, target, slot, timer, |_| {});
-        }
+        let eyes = self.eyes[..views.len()].iter_mut();
+        let mut pictures: Vec<_> =
+            eyes.map(|Picture { target, slot, timer, .. }| EyePicture { target, slot, timer }).collect();
+        self.renderer.encode_all(&mut encoder, &mut pictures, &mut |_, _| {});
         for (wall, held) in self.windows.iter_mut().zip(&mut self.frames) {
-            // A frame that was drawn and never presented is drawn over.
+            // A frame that was drawn but never presented is overwritten.
             let frame = match held.take() {
                 Some(frame) => Some(frame),
                 None => wall.acquire(&self.gpu)?,
@@ -261,12 +276,15 @@ impl Display {
         Ok(self.gpu.wait()?)
     }
 
-    /// Prepares the picture of an eye.
-    fn prepare(&mut self, node: &Node, room: &Room, i: usize, view: &RoomView) -> Result<(), ShowError> {
+    /// Fits the picture of an eye to its window.
+    fn fit(&mut self, room: &Room, i: usize, view: &RoomView) -> Result<(), ShowError> {
         let Some((wall, area)) =
             self.windows.iter().find_map(|wall| Some((wall, wall.area_of(room, view)?.0)))
         else {
-            return Err(RenderError::Surface("an eye has no window".to_owned()).into());
+            return Err(RenderError::Surface(
+                "no window of this computer shows the view of one eye; check `outputs` in the rig".to_owned(),
+            )
+            .into());
         };
         let size = ((area.width as u32).max(1), (area.height as u32).max(1));
         if self.eyes.get(i).is_none_or(|picture| picture.target.size() != size) {
@@ -282,8 +300,6 @@ impl Display {
                 }),
             }
         }
-        let layers = [Layer::plain(&node.pipeline().draw_lists()[i])];
-        self.renderer.prepare(&mut self.eyes[i].slot, node.scene(), &view.view, &layers);
         Ok(())
     }
 

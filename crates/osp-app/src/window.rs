@@ -87,7 +87,7 @@ struct App {
     studio: Option<Studio>,
     options: WindowOptions,
     trace: Option<Trace>,
-    live: Option<Live>,
+    live: Option<WindowParts>,
     /// Channel for the painter of a window that is being opened.
     opening: Option<mpsc::Receiver<Opened>>,
     /// Wakes the event loop from other threads.
@@ -97,7 +97,7 @@ struct App {
 }
 
 /// The parts that exist only while a window exists.
-struct Live {
+struct WindowParts {
     window: Arc<Window>,
     egui: egui_winit::State,
     interface: Interface,
@@ -117,14 +117,14 @@ struct Live {
     gamepad: Option<super::gamepad::Gamepad>,
 }
 
-impl Live {
-    /// Receives the pictures of the brushes, which another thread draws. Until they are finished, or if drawing fails,
-    /// the list has only names.
+impl WindowParts {
+    /// Receives the pictures of the brushes, which another thread draws. Until the pictures are finished, or if drawing
+    /// fails, the list has only names.
     fn take_previews(&mut self, context: &egui::Context, studio: &mut Studio, wake: &EventLoopProxy<Wake>) {
         let Some(drawing) = &self.previews else {
             let (gpu, wake) = (Arc::clone(self.painter.gpu()), wake.clone());
             let (drawn, drawing) = mpsc::channel();
-            let _ = threads::beside("previews", move || {
+            let _ = threads::in_background("previews", move || {
                 let pictures = previews::draw(&gpu, &PreviewGrid::default());
                 // A closing window has no receiver. The pictures are sent first, so that the window finds them when it
                 // is woken.
@@ -195,7 +195,7 @@ impl ApplicationHandler<Wake> for App {
             }
             return;
         }
-        // egui must not get the redraw event, because it would request the next one.
+        // egui must not get the redraw event, because egui would request the next redraw.
         if !matches!(event, WindowEvent::RedrawRequested)
             && live.egui.on_window_event(&live.window, &event).repaint
         {
@@ -248,7 +248,7 @@ impl App {
         let event_loop = open_event_loop()?;
         self.wake = Some(event_loop.create_proxy());
         if let Some(studio) = &mut self.studio {
-            studio.work_beside();
+            studio.work_in_background();
         }
         if let Some(path) = &self.options.trace {
             let trace = Trace::create(path);
@@ -281,7 +281,7 @@ impl App {
         }
     }
 
-    /// Writes a trace line. If that fails, the trace ends, because the session is more important.
+    /// Writes a trace line. If writing fails, the trace ends, because the session is more important.
     fn trace(&mut self, times: &FrameTimes, is_shown: bool, window: (u32, u32)) {
         let (Some(trace), Some(studio)) = (&mut self.trace, &mut self.studio) else { return };
         if let Err(error) = trace.write(studio, times, is_shown, window) {
@@ -309,7 +309,7 @@ impl App {
         }
     }
 
-    /// Opens a window. Its painter is created afterwards; on a web page it is available later.
+    /// Opens a window and creates its painter. On a web page the painter is available later.
     fn open_window(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
         let attributes = Window::default_attributes().with_title("osp");
         #[cfg(target_arch = "wasm32")]
@@ -318,7 +318,7 @@ impl App {
         #[cfg(not(target_arch = "wasm32"))]
         let attributes = {
             use winit::dpi::LogicalSize;
-            let (width, height) = self.options.size.unwrap_or((1280, 800));
+            let (width, height) = self.options.size.unwrap_or_else(|| first_size(event_loop));
             let size = LogicalSize::new(width, height);
             attributes.with_inner_size(size).with_min_inner_size(LogicalSize::new(480, 320))
         };
@@ -365,11 +365,11 @@ impl App {
             Some(side),
         );
         let mut interface = Interface::new(painter.adapter());
-        if let Some(path) = &self.options.settings {
-            interface.keep_settings(path.clone(), egui.egui_ctx());
+        if let (Some(path), Some(studio)) = (&self.options.settings, &mut self.studio) {
+            interface.keep_settings(path.clone(), egui.egui_ctx(), studio);
         }
         window.request_redraw();
-        self.live = Some(Live {
+        self.live = Some(WindowParts {
             interface,
             window,
             egui,
@@ -463,7 +463,7 @@ impl App {
             }
             live.window.request_redraw();
         }
-        // Only on a change, because the desktop has its own keys for full screen.
+        // The window changes only when the user's choice changes, because the desktop has its own keys for full screen.
         let wants_screen = live.interface.is_fullscreen();
         if std::mem::replace(&mut live.is_fullscreen, wants_screen) != wants_screen {
             live.window.set_fullscreen(wants_screen.then_some(Fullscreen::Borderless(None)));
@@ -541,6 +541,20 @@ fn model_area(area: egui::Rect, pixels_per_point: f32) -> Area {
     Area { x, y, width: (to.x.round() - x).max(1.0), height: (to.y.round() - y).max(1.0) }
 }
 
+/// Size of the first window, points: it fits the screen, with a title and the desktop's bars.
+#[cfg(not(target_arch = "wasm32"))]
+fn first_size(event_loop: &ActiveEventLoop) -> (u32, u32) {
+    let monitor = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
+    let room = monitor.map(|monitor| monitor.size().to_logical::<u32>(monitor.scale_factor()));
+    match room {
+        Some(room) if room.width > 0 => (
+            1280.min(room.width.saturating_sub(16)).max(480),
+            800.min(room.height.saturating_sub(96)).max(320),
+        ),
+        _ => (1280, 800),
+    }
+}
+
 fn set_title(window: &Window, studio: &Studio) {
     let (session, journal) = (studio.session(), studio.session().journal());
     let name = session.path().file_name().unwrap_or_default().to_string_lossy();
@@ -549,8 +563,10 @@ fn set_title(window: &Window, studio: &Studio) {
         (true, ..) => format!("{name} (read-only) - osp"),
         (_, true, _) => format!("*{name} (NOT saved) - osp"),
         (.., true) => format!("{name} - osp"),
-        _ if journal.is_changed() => "*no name yet - osp".to_owned(),
-        _ => "no name yet - osp".to_owned(),
+        _ => match session.original().and_then(Path::file_name) {
+            Some(original) => format!("{} (a copy) - osp", original.to_string_lossy()),
+            None => "no name yet - osp".to_owned(),
+        },
     };
     if window.title() != title {
         window.set_title(&title);

@@ -1,5 +1,5 @@
 //! Background work of the window: reading a session or writing a model. Without threads a session is read in parts
-//! between frames, and a model is written at once.
+//! between frames, and a model is written in one call.
 
 mod progress;
 mod task;
@@ -33,7 +33,7 @@ use task::ToPlay;
 pub(super) use progress::Progress;
 pub(super) use task::{Done, Exported, ReadSession, Task, ToDraw, Whole};
 
-/// Shortest duration of work whose progress is shown, because a shorter display would only flicker.
+/// Duration of work after which its progress is shown. For shorter work the display would only flicker.
 const SHOWN_AFTER: Duration = Duration::from_millis(200);
 /// Duration of a turn of work in the browser; between turns the page shows frames and handles input.
 pub(super) const TURN: Duration = Duration::from_millis(12);
@@ -41,7 +41,7 @@ pub(super) const TURN: Duration = Duration::from_millis(12);
 /// Mode in which a command reads or writes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum WorkMode {
-    /// At once, before the command returns.
+    /// Immediately, before the command returns.
     #[default]
     AtOnce,
     /// On a thread.
@@ -69,7 +69,7 @@ pub(super) enum Kind {
     Writing { count: u64, of: &'static str },
 }
 
-/// The thread or the turns that do the work.
+/// The thread that does the work, or the task that runs in turns.
 enum Runner {
     Thread(Receiver<Done>),
     Turns(Turns, Box<dyn Task>),
@@ -102,7 +102,7 @@ impl Working {
         let progress = Arc::new(Progress::default());
         let of_thread = Arc::clone(&progress);
         // If the window is closed, the result is dropped.
-        threads::beside("work", move || drop(send.send(task.run(&of_thread))))
+        threads::in_background("work", move || drop(send.send(task.run(&of_thread))))
             .map_err(|error| format!("{what}: {error}"))?;
         Ok(Self { what, kind, progress, runner: Runner::Thread(done), since: Instant::now() })
     }
@@ -118,7 +118,7 @@ impl Working {
         }
     }
 
-    /// Returns the result, if the work has ended. First does one turn of work that is divided into turns.
+    /// Returns the result, if the work has ended. Work without a thread first continues for one turn.
     ///
     /// # Errors
     /// The work ended without a result. The text is for the user.
@@ -218,7 +218,7 @@ impl Working {
 pub struct Reading(pub(super) Working);
 
 impl Reading {
-    /// Starts to read a session for drawing. After a window has taken it over, the thread also inserts the model into
+    /// Starts to read a session for drawing. If a window waits for the session, the thread also inserts the model into
     /// an index, according to `plan`.
     ///
     /// # Errors

@@ -17,7 +17,7 @@ pub(super) fn count() -> u64 {
 }
 
 fn note() {
-    // This fails only while the thread is being torn down. Those allocations do not matter.
+    // Fails only while the thread ends. Allocations at that time do not matter.
     let _ = ALLOCATIONS.try_with(|n| n.set(n.get() + 1));
 }
 
@@ -25,29 +25,29 @@ fn note() {
     unsafe_code,
     reason = "an allocator cannot be wrapped otherwise; every call goes to the system's unchanged"
 )]
-// SAFETY: each method hands its arguments unchanged to `System`, which upholds the contract; counting touches only a
-// thread-local number that needs no allocation.
+// SAFETY: each method passes its arguments unchanged to `System`, which fulfils the contract of `GlobalAlloc`. Counting
+// does not allocate.
 unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         note();
-        // SAFETY: the caller's promises are passed on unchanged.
+        // SAFETY: the caller fulfils the same contract.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promises are passed on unchanged.
+        // SAFETY: the caller fulfils the same contract.
         unsafe { System.dealloc(pointer, layout) }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         note();
-        // SAFETY: the caller's promises are passed on unchanged.
+        // SAFETY: the caller fulfils the same contract.
         unsafe { System.alloc_zeroed(layout) }
     }
 
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
         note();
-        // SAFETY: the caller's promises are passed on unchanged.
+        // SAFETY: the caller fulfils the same contract.
         unsafe { System.realloc(pointer, layout, new_size) }
     }
 }

@@ -25,7 +25,7 @@ pub(super) struct AuthorRow {
     present_secs: f64,
 }
 
-/// Counts the actions of each author. There are no rows while nobody has joined.
+/// Counts the actions of each author.
 #[derive(Debug, Default)]
 pub(super) struct AuthorRows {
     rows: BTreeMap<Author, AuthorRow>,
@@ -61,7 +61,7 @@ impl AuthorRows {
         }
     }
 
-    /// Returns the rows by author number. A session of one author has none.
+    /// Returns the rows, sorted by author number. Without a join event there are no rows.
     pub(super) fn finish(self) -> Vec<AuthorRow> {
         let last_secs = self.last_secs;
         let rows = self.rows.into_values().filter(|_| self.has_joined).map(|mut row| {

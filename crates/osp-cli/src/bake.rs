@@ -31,10 +31,10 @@ use osp_session::{output_file::OutputKind, recording::Event, scene::Scene};
 
 /// Compute potentially visible sets (PVS) of a finished model, for `osp verify --pvs`.
 ///
-/// The command divides a space into cubic cells: the box of the head path, or without a head path the model's box,
-/// enlarged by half. From some points of each cell it draws six pictures, and finds the polygons visible in them. The
-/// sets are sampled, not exact: they miss polygons that are visible only from places between the points. `osp verify
-/// FILE --whole --pvs OUT` counts the missed polygons.
+/// The command divides a space into cubic cells: the box of the head path or, if there is none, the model's box enlarged
+/// by half. From some points of each cell it draws six pictures, and finds the polygons visible in them. The sets are
+/// sampled, not exact: they miss polygons that are visible only from places between the points. `osp verify FILE
+/// --whole --pvs OUT` counts the missed polygons.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp bake recordings/room.ron room.pvs
@@ -75,7 +75,7 @@ pub(super) fn run(args: &BakeArgs) -> anyhow::Result<Outcome> {
     }
     let space = match heads.is_empty() {
         true => around(bounds.center(), bounds.extent() * 0.75),
-        // Makes the space a little larger, so that rounding does not move an eye on its border out of it.
+        // Enlarges the space, so that rounding cannot move an eye on its border outside.
         false => around(heads.center(), heads.extent() * 0.505 + 0.01),
     };
     let cells = ViewCells::filling(&space, args.cells);
@@ -140,7 +140,7 @@ fn bake(
         let config = IndexConfig { capacity: ids.len(), ..IndexConfig::default() };
         let mut index = IndexKind::BvhSah.create(&config);
         for &id in ids {
-            // A polygon that is not finite cannot be drawn.
+            // The index rejects polygons that are not finite; these cannot be drawn.
             let _ = index.insert(id, &scene.bounds(id));
         }
         index.commit();
@@ -155,7 +155,7 @@ fn bake(
         }
     };
     let found = thread::scope(|scope| {
-        // If the system gives no more threads, the existing ones do the work, including this one.
+        // If the system creates no more threads, the existing threads do the work, including this thread.
         let spawn = |_| thread::Builder::new().spawn_scoped(scope, work).ok();
         let workers: Vec<_> = (1..threads.min(cells.len())).map_while(spawn).collect();
         let mut found = work();

@@ -26,11 +26,11 @@ use osp_session::{
     recording::import::files_beside,
 };
 
-/// File endings of sessions. A target gets its own ending in their place. Longer endings come first.
+/// File endings of sessions, which the ending of a target replaces. Longer endings come first.
 const ENDINGS: [&str; 11] =
     [".ron.zst", ".poses.gz", ".obj.gz", ".ron", ".tilt", ".apa", ".json", ".poses", ".obj", ".glb", ".gltf"];
 
-/// A session and the file to make of it.
+/// A session and the file to make from it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Job {
     pub(super) source: PathBuf,
@@ -66,10 +66,10 @@ impl Batch {
             bail!("{}: expected a folder; found a file", out.display());
         }
         let mut found = each_once(sessions(paths, Part::WHOLE)?)?;
-        // There may be thousands of paths.
+        // A set, because there may be thousands of paths.
         let named_ones: HashSet<&Path> = paths.iter().map(PathBuf::as_path).collect();
         let folders: Vec<&Path> = paths.iter().map(PathBuf::as_path).filter(|path| path.is_dir()).collect();
-        // Files that a former run wrote into a folder below the sessions are left out.
+        // Skips files that a previous run wrote into a folder below the sessions.
         let is_below =
             |out: &&Path| folders.iter().any(|path| lies_in(out, path) && !is_same_file(out, path));
         let mut left_out = Vec::new();
@@ -81,7 +81,7 @@ impl Batch {
         let many = found.len();
         found.retain(|session| !has_ending(session, ending));
         let same = many - found.len();
-        // A model that osp wrote beside its session is left out, too.
+        // Skips models that osp wrote into the folder of their session.
         let models: HashSet<PathBuf> =
             found.iter().flat_map(|session| [named(session, ".glb"), with(session, ".glb")]).collect();
         found.retain(|session| {
@@ -123,8 +123,8 @@ impl Batch {
         Ok(Self { finished: all - jobs.len(), jobs, same })
     }
 
-    /// Does the work on `threads` threads. Each gets its own `worker`, which returns remarks. `done` and `kind` are
-    /// words for the last line. Errors are listed before it.
+    /// Does the work on `threads` threads. Each thread creates its own worker, which returns the remarks on a job.
+    /// Prints the errors, then a summary with the words `done` and `kind`.
     pub(super) fn run<W: FnMut(&Job) -> anyhow::Result<Vec<String>>>(
         self,
         threads: usize,
@@ -181,8 +181,8 @@ impl Batch {
     }
 }
 
-/// Removes duplicates: a file may be named together with its folder. Every path gets a name, even the folder of a
-/// .tilt that was given as `.`.
+/// Removes duplicates: a file may be named together with its folder. Replaces a path without a file name by the full
+/// path, for example if `.` is the folder of a .tilt.
 fn each_once(sessions: Vec<PathBuf>) -> anyhow::Result<Vec<PathBuf>> {
     let mut once = Vec::new();
     let mut known = HashSet::new();
@@ -198,12 +198,12 @@ fn each_once(sessions: Vec<PathBuf>) -> anyhow::Result<Vec<PathBuf>> {
     Ok(once)
 }
 
-/// Number of threads: one for each core.
+/// Returns the number of cores, for one thread on each.
 pub(super) fn every_core() -> usize {
     thread::available_parallelism().map_or(1, NonZero::get)
 }
 
-/// A remark or an error that names its session.
+/// Returns a remark or an error, preceded by the name of its session.
 fn of_session(job: &Job, text: &str) -> String {
     let source = job.source.display().to_string();
     if text.starts_with(&source) { text.to_owned() } else { format!("{source}: {text}") }
@@ -223,8 +223,8 @@ fn made<W: FnMut(&Job) -> anyhow::Result<Vec<String>>>(
     let read = newest(&job.source);
     let remarks = work(job)?;
     let is_changed = newest(&job.source) != read;
-    // The next run compares times. If the session has changed or a clock is wrong, the target gets the time of the
-    // session that was read.
+    // The next run compares the times of session and target. If the session has changed or a clock is wrong, the target
+    // gets the time of the session that was read.
     if let Some(read) = read
         && (is_changed || changed(&job.target).is_some_and(|target| target < read))
     {
@@ -241,7 +241,7 @@ fn has_ending(path: &Path, ending: &str) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().to_ascii_lowercase().ends_with(ending))
 }
 
-/// Returns the path of a session's target, before its ending is changed: beside the session, or below `out`.
+/// Returns the path of a session's target before its ending is replaced: in the session's folder, or below `out`.
 fn place_of(folders: &[&Path], session: &Path, out: Option<&Path>) -> PathBuf {
     let Some(out) = out else { return session.to_owned() };
     let below = folders.iter().find_map(|folder| session.strip_prefix(folder).ok());
@@ -249,9 +249,8 @@ fn place_of(folders: &[&Path], session: &Path, out: Option<&Path>) -> PathBuf {
     out.join(below.unwrap_or_else(|| Path::new(session.file_name().unwrap_or(session.as_os_str()))))
 }
 
-/// The targets of sessions at these places. Sessions whose names differ only in their endings keep the endings. So does
-/// a session whose target would have the name of another one. Upper and lower case count as equal, as on some file
-/// systems.
+/// Returns the targets of sessions at these paths. If several sessions would get the same target, their targets keep
+/// the sessions' endings, too. Upper and lower case count as equal, because some file systems do not distinguish them.
 fn targets(places: &[PathBuf], ending: &str) -> Vec<PathBuf> {
     let key = |target: &Path| target.to_string_lossy().to_lowercase();
     let mut targets: Vec<PathBuf> = places.iter().map(|place| named(place, ending)).collect();
@@ -271,7 +270,7 @@ fn targets(places: &[PathBuf], ending: &str) -> Vec<PathBuf> {
     }
 }
 
-/// The name with `ending` in place of a session's ending. A name that is not UTF-8 keeps all its bytes.
+/// Returns the path with `ending` in place of a session's ending. Appends it to a name that is not UTF-8.
 fn named(path: &Path, ending: &str) -> PathBuf {
     let Some(name) = path.file_name().unwrap_or_default().to_str() else { return with(path, ending) };
     // Endings are ASCII, so upper and lower case have the same number of bytes.
@@ -297,7 +296,7 @@ fn changed(path: &Path) -> Option<SystemTime> {
     fs::metadata(path).and_then(|data| data.modified()).ok()
 }
 
-/// Time of the last change of a session, over all of its files.
+/// Returns the time of the last change of a session's files.
 fn newest(session: &Path) -> Option<SystemTime> {
     let mut newest = changed(session)?;
     let inside = fs::read_dir(session).into_iter().flatten().flatten().map(|entry| entry.path());

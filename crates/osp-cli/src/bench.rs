@@ -133,7 +133,7 @@ pub(super) fn command() -> String {
     words.join(" ")
 }
 
-/// Returns the names of the files, each of them different: rows with the same name belong to the same session.
+/// Returns the names of the files. Numbers equal names, because rows with the same name belong to the same session.
 fn names(files: &[PathBuf]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for file in files {

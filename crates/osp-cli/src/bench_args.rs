@@ -28,38 +28,45 @@ use osp_session::{recording::Pace, replay::CameraChoice};
   osp bench sketch.tilt --html sketch.html --csv sketch.csv
   osp bench --sizes 1000,100000,10000000 --index osp,octree-rebuild,lbvh
   osp bench recordings/room.ron --no-growth --json
-  osp bench --sizes 10000,1000000 --no-rays --index osp,bvh-sah,bvh-two-level,dynamic-bvh
+  osp bench --sizes 10000,1000000 --no-rays --index osp,bvh-sah,dynamic-bvh
   osp bench recordings/room.ron --rig dual-wall --no-growth --no-rays
   osp bench recordings/room.ron --paper --draw --html paper.html
-  osp bench sketch.tilt --paper --depth 15 --cube 0.5,1,2 --score paper --node-test sphere
+  osp bench sketch.tilt --paper --depth 15 --cube 0.5,1,2 --score paper \\
+      --node-test sphere
 
 Parts of the report:
-  sessions  each file through every index, with one sample of the hand per frame. With --rig each
-            frame is culled for all screens and eyes. Its time is compared with that of one view,
-            times the number of views
-  growth    a synthetic session at each of the sizes: frames that insert a few polygons, and
-            frames that insert none
-  flight    the finished sessions: frustum culling alone, and with occlusion culling
-  rays      the finished sessions, and the synthetic one at each of the sizes up to a million:
-            nearest hit, any hit, polygons in a box, polygons nearest to a point; in order and
-            best first; while polygons are inserted; refit against rebuild as polygons move
-  moving    the synthetic session at each of the sizes up to a million. In every frame 1, 10 and
-            100 % of the polygons move: in pieces, as a group that is placed as a whole, as
-            instances of one mesh, and scattered with shuffled numbers. Each structure updates
-            their boxes; `group-index` has an entry a group. The report counts changed entries and
-            boxes. If a result is wrong, the command fails
-  paper     with --paper: the paper's experiments. Its tree and its octree while the model grows
-            (figures 19, 21 to 23), beside loops over all boxes and other structures (--index).
-            The report counts the plane tests of insertion; all polygons of cut nodes are drawn.
-            A flight with every culler (figure 20), including the paper's, which cull visible
-            polygons (`not conservative`). The best depth and cube size of the paper's tree.
-            --node-test and --score apply to the conservative cullers
-The page (--html) is one file that works offline: verdict, first chart, links to all parts. A
-click on a column header sorts its table (best first at the start). Charts show the values under
-the pointer; a click on a name shows or hides its line. The page follows the system's dark mode.
-Without scripts there are only tables.
-Every figure is a row: part, recording, index, figure, unit, value, and the ends of the interval of a
-median. --csv writes these rows, --json prints them. Tables, verdict and page contain the same rows.
+  sessions  each file through every index, with one sample of the hand per
+            frame. With --rig each frame is culled for all screens and eyes. Its
+            time is compared with that of one view, times the number of views
+  growth    a synthetic session at each of the sizes: frames that insert a few
+            polygons, and frames that insert none
+  flight    the finished sessions: frustum culling, also with occlusion culling
+  rays      the finished sessions, and the synthetic session at each of the
+            sizes up to a million: nearest hit, any hit, polygons in a box,
+            polygons nearest to a point; in order and best first; while polygons
+            are inserted; refit against rebuild as polygons move
+  moving    the synthetic session at each of the sizes up to a million. In a
+            measurement, 1, 10 or 100 % of the polygons move in every frame: in
+            pieces, as a group that is placed as a whole, or scattered with
+            shuffled numbers. In another one, 100 instances of one mesh move.
+            Each structure updates their boxes; `group-index` stores one box for
+            each group. The report counts index entries that are changed or
+            inserted, and node boxes that are computed. If a result is wrong,
+            the command fails
+  paper     with --paper: the paper's experiments. They compare the paper's tree
+            and octree with loops over all boxes and with other structures
+            (--index), while the model grows (figures 19, 21 to 23). The report
+            counts the plane tests of insertion. All polygons of nodes that the
+            frustum cuts are drawn. A flight runs every culler (figure 20),
+            including the paper's cullers, which cull visible polygons (`not
+            conservative`). Another experiment finds the best depth and cube
+            size of the paper's tree. --node-test and --score apply to the
+            conservative cullers
+The page (--html) is one file that works offline, with the verdict, a first chart, and links to all parts. A click \
+on a column header sorts its table (best first at the start). Charts show the values under the pointer; a click on a \
+name shows or hides its line. The page follows the system's dark mode. Without scripts there are only tables.
+Every value is a row: part, recording, index, figure, unit, value, and the confidence interval of a median. --csv \
+writes these rows, --json prints them. Tables, verdict and page contain the same rows.
 `osp replay --help` describes the indexes.")]
 pub(super) struct BenchArgs {
     /// The sessions, of any format that replay reads.

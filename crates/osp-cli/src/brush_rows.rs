@@ -1,4 +1,4 @@
-//! The brushes of a session, one row for each, for `osp info`.
+//! The table of brushes of `osp info`.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -13,10 +13,10 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Largest number of rows for unknown brushes. The last row is for all others.
+/// Largest number of rows for unknown brushes. The last row also counts all further ones.
 const MOST_UNKNOWN: usize = 1000;
 
-/// The tool or the unknown brush of each stroke without a known brush, which a scene does not keep.
+/// The strokes without a known brush, by their tool or unknown brush. A scene does not store this information.
 #[derive(Default)]
 pub(super) struct Plain {
     rows: Vec<(String, String)>,
@@ -24,12 +24,12 @@ pub(super) struct Plain {
     row_of: HashMap<StrokeId, usize>,
 }
 
-/// The strokes of one brush that are not erased, with their points, and their polygons that are not empty.
+/// Counts for one brush: strokes that are not erased, their points, and their polygons with an area.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub(super) struct BrushRow {
     brush: String,
     drawn_as: String,
-    /// 0 for finished polygons, which belong to no drawn stroke.
+    /// 0 in the row of finished polygons, which belong to no drawn stroke.
     pub(super) strokes: u64,
     /// Number of these strokes that are not drawn, because their layer is hidden.
     hidden_strokes: u64,
@@ -60,7 +60,7 @@ impl Plain {
         self.row_of.entry(*stroke).or_insert(row);
     }
 
-    /// Returns the rows of a model, beginning with the brushes that have the most strokes.
+    /// Returns the rows of a model, sorted by descending number of strokes.
     pub(super) fn rows(&self, scene: &Scene) -> Vec<BrushRow> {
         let mut rows: BTreeMap<(String, String), BrushRow> = BTreeMap::new();
         for stroke in scene.strokes().iter() {
@@ -121,7 +121,7 @@ fn drawn_as(brush: &Brush) -> String {
     format!("{form}, {mixing}, {light}")
 }
 
-/// The rows as a text table.
+/// Returns the rows as a text table.
 pub(super) fn table(rows: &[BrushRow]) -> String {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING);

@@ -26,9 +26,9 @@ use osp_session::{
 ///
 /// A .tilt file holds the data of Tilt Brush and Open Brush: strokes with brushes, control points and pressures,
 /// layers, groups, camera and light. Erased strokes are skipped, and moved strokes are written in their new places. A
-/// session that came from a .tilt file gets all its metadata back; strokes that nobody changed are the same bit for
-/// bit. A warning names each thing that .tilt cannot hold. Only this command writes .tilt: `osp export` writes the
-/// polygons of one frame, and `osp import` writes every event.
+/// session that came from a .tilt file gets all its metadata back, and osp reads its unchanged strokes back bit for bit.
+/// A warning names each thing that .tilt cannot hold. Only this command and the window write .tilt. `osp export` writes
+/// the polygons of one frame, and `osp import` writes every event.
 ///
 /// With --to, the command converts all sessions in the folders, on all cores. It skips a target that is newer than its
 /// session, so the same command continues after an interruption. Each file appears only when it is complete. If there
@@ -146,7 +146,7 @@ fn sketch(args: &ConvertArgs, job: &Job, output: &Output) -> anyhow::Result<Mode
     for event in session.by_ref() {
         kept.note(&event.map_err(|error| import::explain(&error, args.reading.lenient))?);
     }
-    // The picture of a sketch is right only if nobody has changed the sketch.
+    // Copies the thumbnail of a .tilt. Sessions of other formats have none.
     let thumbnail = tilt_thumbnail(&job.source);
     let mut file = output.create()?;
     let named = || output.path().display().to_string();

@@ -14,10 +14,10 @@ use osp_session::{
     scene::{Scene, Stroke},
 };
 
-/// Largest number of strokes that are listed.
+/// Length of the list of expensive strokes.
 const MOST_STROKES: usize = 10;
 
-/// The triangles that a headset draws: the triangles of all polygons in the model that are not empty.
+/// Counts of the polygons that a headset draws: all visible ones with an area.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Cost {
     triangles: u64,
@@ -25,8 +25,8 @@ pub(super) struct Cost {
     budget_triangles: u64,
     /// Number of blended triangles, which belong to brushes that add light, or to transparent paint.
     blended_triangles: u64,
-    /// Average number of blended polygons over a pixel of the artist's view. The headset shades each of them, because
-    /// none hides another.
+    /// Average number of blended polygons that cover a pixel of the artist's view. The headset shades each of them,
+    /// because blended polygons do not hide polygons.
     blended_layers: f64,
     brushes: Vec<BrushCost>,
     /// The strokes with the most triangles.
@@ -182,7 +182,7 @@ fn is_blended(stroke: &Stroke) -> bool {
     }
 }
 
-/// The window of a view.
+/// The image plane of a view.
 struct Window {
     eye: DVec3,
     view_from_world: DQuat,
@@ -201,7 +201,8 @@ impl Window {
         Self { eye: view.eye_in_world.as_dvec3(), view_from_world, left, right, bottom, top, near_m }
     }
 
-    /// Returns the share of the window, from 0 to 1, that a convex polygon covers. Ignores things in front of it.
+    /// Returns the share of the image, from 0 to 1, that a convex polygon covers. Ignores other polygons in front of
+    /// it.
     fn part_covered_by(&self, corners: &[Vec3]) -> f64 {
         let in_view = corners.iter().map(|p| self.view_from_world * (p.as_dvec3() - self.eye));
         let mut polygon: Vec<DVec3> = in_view.collect();
@@ -221,7 +222,7 @@ impl Window {
         let next = flat.iter().cycle().skip(1);
         let area = flat.iter().zip(next).map(|(a, b)| 0.5 * a.perp_dot(*b)).sum::<f64>().abs();
         let covered = area / ((self.right - self.left) * (self.top - self.bottom));
-        // A polygon at infinity covers nothing that can be counted.
+        // The area of a polygon at infinity is not finite. It counts as 0.
         if covered.is_finite() { covered.min(1.0) } else { 0.0 }
     }
 }

@@ -24,10 +24,10 @@ use osp_session::{output_file::OutputKind, scene::Scene};
 const MOST_PLANES: usize = 2000;
 /// Largest number of indexes side by side.
 const MOST_PANELS: usize = 6;
-/// Largest number of polygons whose numbers are written.
+/// Largest number of polygons in a picture with their numbers.
 const MOST_NAMED: u64 = 500;
 
-/// Returns the planes of a tree that cuts along the planes of the polygons, down to `levels`.
+/// Returns the planes of the upper `levels` levels of a BSP tree of the visible polygons.
 fn splits(scene: &Scene, levels: Option<u32>) -> anyhow::Result<Vec<SplitOutline>> {
     let mut tree = Bsp::new(BspConfig::default(), &IndexConfig::default());
     let mut bounds = Aabb::EMPTY;
@@ -142,7 +142,7 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
 }
 
 impl SideArg {
-    /// The side from which a picture shows the space.
+    /// Returns the side from which a picture shows the space.
     pub(super) fn side(self) -> Side {
         match self {
             Self::Front => Side::Front,
@@ -152,7 +152,7 @@ impl SideArg {
     }
 }
 
-/// Whether each node of an index is halved by a plane.
+/// Whether each inner node of an index has a splitting plane.
 fn has_planes(index: IndexKind) -> bool {
     matches!(index, IndexKind::Bsp | IndexKind::OspPaper)
 }

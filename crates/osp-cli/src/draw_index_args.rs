@@ -16,12 +16,13 @@ use osp_rivals::IndexKind;
 #[command(after_help = "Examples:
   osp draw-index recordings/room.ron room.svg
   osp draw-index recordings/room.ron --index octree-rebuild --from top room.png
-  osp draw-index recordings/room.ron --index osp,kd-tree,bvh-sah --colors leaf three.svg
+  osp draw-index room.ron --index osp,kd-tree,bvh-sah --colors leaf three.svg
   osp draw-index recordings/room.ron --ray 0,1.6,6 0,0,-1 --from top ray.png
   osp draw-index recordings/room.ron --index bsp --planes --from top planes.png
-  osp draw-index docs/figures/fall.ron --index osp-paper --as tree --levels 5 --names paper.svg
-  osp draw-index recordings/room.ron --index osp-paper --planes --levels 7 cube.png
-  osp draw-index recordings/room.ron --index osp-paper --depth 6 --cube 2 --planes planes.png
+  osp draw-index docs/figures/fall.ron --index osp-paper --as tree --levels 5 \\
+      --names paper.svg
+  osp draw-index room.ron --index osp-paper --planes --levels 7 cube.png
+  osp draw-index room.ron --index osp-paper --depth 6 --cube 2 --planes p.png
   osp draw-index sketch.tilt --index bvh-sah --frame 40 --as tree tree.svg
   osp draw-index sketch.tilt --as tree tree.dot   (for Graphviz)")]
 pub(super) struct DrawIndexArgs {

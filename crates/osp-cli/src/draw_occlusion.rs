@@ -23,10 +23,11 @@ use osp_session::{
     replay::{CameraChoice, CameraPath, Moment},
 };
 
-/// Time in which a film's tree grows, time of the film's end, and longest time of a picture before the end, hundredths
-/// of a second.
+/// Duration of a film without its last picture, hundredths of a second.
 const GROWING: u16 = 1500;
+/// Duration of a film's last picture, hundredths of a second.
 const END: u16 = 300;
+/// Longest duration of any other picture, hundredths of a second.
 const LONGEST: u16 = 80;
 /// Resolution of the oracle that determines the visible polygons. It finds smaller polygons by rays.
 const TRUTH: OracleConfig = OracleConfig { width: 1280, height: 720 };
@@ -59,7 +60,7 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
     let output = Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, kind)?;
     let Played { header, summary, scene, moment, .. } = Played::model(&args.session, |_, _| {})?;
     let view = match args.view {
-        // Without a head, only the fixed camera determines the view.
+        // The default moment has no head pose, so the fixed camera determines the view.
         Some(_) => CameraPath::new(CameraChoice::Auto, args.view, &summary.bounds).view(&Moment::default()),
         None => CameraPath::new(args.camera, header.camera, &summary.bounds).view(&moment),
     };
@@ -120,8 +121,8 @@ fn most_planes(trees: &[ShadowSteps]) -> usize {
     trees.iter().map(ShadowSteps::planes).max().unwrap_or(0)
 }
 
-/// Selects the side from which the picture shows the shadows. If the eye looks down, its shadows lie below it, so a
-/// view from above would not show them.
+/// Selects the side from which the picture shows the shadows. Avoids the eye's own direction, in which the occluders
+/// cover their shadows.
 fn side_of(given: Option<SideArg>, view: &View) -> Side {
     match given {
         Some(from) => from.side(),
@@ -138,7 +139,7 @@ fn side_of(given: Option<SideArg>, view: &View) -> Side {
     }
 }
 
-/// Writes a film of a tree that grows by `every` planes a picture.
+/// Writes a film of a growing tree. Each picture adds `every` planes.
 fn film<'a>(
     output: &Output,
     planes: usize,

@@ -13,18 +13,18 @@ use osp_session::{recording::Camera, replay::CameraChoice};
 
 /// Draw the occlusion culling of a frame: the occluders with their shadows, and the MSVBSP tree plane by plane.
 ///
-/// The picture shows the eye's view through the window, in which each plane of the tree is a line. Below are the
-/// shadows in parallel projection and the tree. The tree tests the bounding box of each polygon in view. The visible
-/// polygons are determined as in `osp verify`. The command also prints the occluders, best first.
+/// The picture shows the eye's view; each plane of the tree appears as a line. Below are the shadows in parallel
+/// projection and the tree. The tree tests the bounding box of each polygon in view. The command finds the visible
+/// polygons with the same method as `osp verify`. It also prints the occluders, best first.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp draw-occlusion recordings/room.ron room.png
-  osp draw-occlusion docs/figures/vanish.ron vanish.png --form both --occluders 2
+  osp draw-occlusion docs/figures/vanish.ron v.png --form both --occluders 2
   osp draw-occlusion recordings/room.ron planes.gif --occluders 3
   osp draw-occlusion recordings/room.ron tree.dot   (for Graphviz)
 
-A .gif shows the tree as it grows: each picture has --every N planes more than the one before, and
-marks the polygons that these planes hide. A plane outside of its cell is in the tree, but is not drawn.")]
+A .gif shows the growth of the tree: each picture has --every N planes more than the picture before, and marks the \
+polygons that these planes hide. The picture omits planes that do not cross their cell.")]
 pub(super) struct DrawOcclusionArgs {
     #[command(flatten)]
     pub(super) session: FrameArgs,
@@ -35,8 +35,8 @@ pub(super) struct DrawOcclusionArgs {
     /// side.
     #[arg(long, value_enum, default_value_t = Form::Conservative)]
     pub(super) form: Form,
-    /// Place of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`. `orbit` circles
-    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    /// Position of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`. `orbit`
+    /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     pub(super) camera: CameraChoice,
     /// Position of the eye, in place of --camera, in the form of a recording's header: `(p: (x, y, z), q: (x, y, z, w),

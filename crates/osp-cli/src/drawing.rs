@@ -17,9 +17,9 @@ use osp_session::{
 /// Draws the polygons of each frame that culling leaves.
 #[derive(Debug)]
 pub(super) struct Drawing {
-    /// One drawer for each method of culling while drawing, and the number of each lane's drawer. A drawer keeps the
-    /// state of only one method.
+    /// One drawer for each method of culling while drawing, because a drawer keeps the state of only one method.
     drawers: Vec<(GpuOcclusion, Offscreen)>,
+    /// For each lane the index of its drawer.
     of_lane: Vec<usize>,
     frame: usize,
 }
@@ -58,8 +58,8 @@ impl Drawing {
         Ok(drawing)
     }
 
-    /// Draws the frame of each lane that replayed it. Lanes with the same remaining polygons share one drawing: a
-    /// second drawing would find everything in the caches.
+    /// Draws the frame of each lane that replayed it. Draws lanes with the same remaining polygons only once: a second
+    /// time would be shorter, because the GPU's caches already hold the data.
     pub(super) fn frame<I>(
         &mut self,
         replay: &Replay<I>,
@@ -72,7 +72,7 @@ impl Drawing {
         for (_, drawer) in &mut self.drawers {
             drawer.follow(replay.changes());
         }
-        // The views of the frame. Each has its number among the views of all screens and eyes.
+        // The views of the frame, each with its number among the views of all screens and eyes.
         let views: Vec<(usize, &View)> = match replay.rig_views() {
             [] => replay.views().iter().enumerate().collect(),
             of_rig => {
@@ -84,7 +84,7 @@ impl Drawing {
         }
         self.frame += 1;
         let mut drawn: Vec<(usize, u64, DrawTimes)> = Vec::new();
-        // The first lane changes from frame to frame, so that no lane is always the first.
+        // Rotates the order of the lanes from frame to frame, so that the order favours no lane.
         for i in 0..lane_frames.len() {
             let i = (i + self.frame) % lane_frames.len();
             let Some(LaneFrame { drawn: fingerprint, .. }) = lane_frames[i] else { continue };

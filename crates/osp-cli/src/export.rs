@@ -76,12 +76,12 @@ pub(super) struct StaticArgs {
 }
 
 impl StaticArgs {
-    /// The objects of the file if an option is given.
+    /// Returns the objects of a static model, if one of these options is given.
     pub(super) fn objects(self) -> Option<Objects> {
         self.given().map(|_| Objects::Whole { is_compressed: self.compress })
     }
 
-    /// The first option that is given.
+    /// Returns the first of these options that is given.
     pub(super) fn given(self) -> Option<&'static str> {
         let options = [("--static", self.is_static), ("--compress", self.compress)];
         options.into_iter().find_map(|(name, is_given)| is_given.then_some(name))
@@ -106,14 +106,14 @@ pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
     write_model(&args.session, objects, &output)?.print(&args.out)
 }
 
-/// A model that has been written: its contents, and remarks about missing or changed parts.
+/// Report of a written model: one line about its contents, and remarks about missing or changed parts.
 pub(super) struct Model {
     pub(super) line: String,
     pub(super) remarks: Vec<String>,
 }
 
 impl Model {
-    /// Prints the remarks, then the file's name and the rest of its line.
+    /// Prints the remarks, then the file's name and the line about the contents.
     pub(super) fn print(&self, out: &Path) -> anyhow::Result<Outcome> {
         self.remarks.iter().for_each(|remark| warn(&format!("warning: {remark}")));
         print_result(&format!("{}: {}", one_line(&out.to_string_lossy()), self.line))?;
@@ -146,7 +146,7 @@ pub(super) fn write_model(session: &FrameArgs, objects: Objects, output: &Output
     }
     if counts.turned > 0 && options.eye_in_world.is_none() {
         remarks.push(format!(
-            "{} particles face one way: the session has no camera to turn them to",
+            "{} particles face a fixed direction: the session has no camera that they could face",
             thousands(counts.turned)
         ));
     }

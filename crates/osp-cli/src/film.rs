@@ -1,4 +1,4 @@
-//! `osp film`: writes a session as an animated GIF or an MP4.
+//! `osp film`: writes a session as a video (MP4, WebM) or an animated GIF.
 
 use std::{f64::consts::TAU, sync::Arc};
 
@@ -26,8 +26,8 @@ use osp_lab::report::thousands;
 use osp_render::{Gpu, Layer, Offscreen, RendererConfig, background_for};
 use osp_session::replay::{CameraChoice, CameraPath, Moment, Player, main_bounds, whole_view};
 
-/// Number of views that determine the distance of the eye in a turn.
-const LOOKS: usize = 72;
+/// Number of directions sampled to choose the turntable's radius.
+const TURNTABLE_VIEWS: usize = 72;
 
 pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     let mut outputs = Outputs::new(args.shown.force).reads([&args.file]);
@@ -36,7 +36,7 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     let (width, height) = format.size(args.size)?;
     let fps = format.pictures_a_second(args.fps)?;
     let gpu = Arc::new(Gpu::headless()?);
-    let ReadSession { header, summary, model, backwards } =
+    let ReadSession { header, summary, model, direction_to_artist } =
         ReadSession::at(&args.file, &args.shown.reading, args.shown.pace)?;
     let file = || args.file.display().to_string();
     let Some(last) = summary.frames.checked_sub(1) else {
@@ -53,11 +53,11 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     warn(&format!("drawn by {}", drawer.gpu().name()));
     if let Some(asked) = args.size.filter(|asked| (asked.width, asked.height) != (width, height)) {
         let Size { width: asked_width, height: asked_height } = asked;
-        warn(&format!("{asked_width}x{asked_height} pixels become {width}x{height}: an .mp4 has even sides"));
+        warn(&format!("{asked_width}x{asked_height} pixels become {width}x{height}: a video has even sides"));
     }
 
     let aspect = drawer.aspect();
-    let whole = whole_view(&bounds, backwards, aspect);
+    let whole = whole_view(&bounds, direction_to_artist, aspect);
     let path = CameraPath::new(CameraChoice::Auto, header.camera, &summary.bounds);
     let turn = Turn::new(&bounds, &whole);
     let frames = ((args.seconds * f64::from(fps)).round() as u64).max(1);
@@ -65,7 +65,7 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     let view = |frame: u64, moment: &Moment| match args.path.as_str() {
         "turntable" => turn.view(frame as f64 / times.frames as f64),
         "recorded" => path.view(moment).with_aspect(aspect),
-        // Without a head, only the session's own camera determines the view.
+        // The default moment has no head pose, so the session's own camera determines the view.
         _ if header.camera.is_some() => path.view(&Moment::default()).with_aspect(aspect),
         _ => whole,
     };
@@ -98,7 +98,7 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The path of the eye once around the model, always at the same distance.
+/// A circular path of the eye around the model.
 struct Turn {
     center: Vec3,
     /// Vector from the model to the eye at the start of the turn.
@@ -108,31 +108,31 @@ struct Turn {
 }
 
 impl Turn {
-    /// Creates a turn that starts in the direction of the view `whole` and sees all of these bounds from every side.
+    /// Creates a turn that starts in the direction of the view `whole`. All its views contain `bounds`.
     fn new(bounds: &Aabb, whole: &View) -> Self {
         let center = if bounds.is_empty() { Vec3::ZERO } else { bounds.center() };
         let away = rotate(whole.world_from_view, Vec3::Z);
         let Projection { right, top, .. } = whole.projection;
-        let looks = (0..LOOKS).map(|look| {
-            let away = turned(away, look as f64 / LOOKS as f64);
+        let views = (0..TURNTABLE_VIEWS).map(|number| {
+            let away = turned(away, number as f64 / TURNTABLE_VIEWS as f64);
             whole_view(bounds, Some(away), right / top)
         });
         let (mut distance_m, mut projection) = (0.0f32, whole.projection);
-        for view in looks {
+        for view in views {
             distance_m = distance_m.max(view.eye_in_world.distance(center));
             projection.far_m = projection.far_m.max(view.projection.far_m);
         }
         Self { center, away, projection, distance_m }
     }
 
-    /// Returns the view after the share `part` of the full turn.
+    /// Returns the view after a part of the turn, from 0 to 1.
     fn view(&self, part: f64) -> View {
         let eye = self.center + turned(self.away, part) * self.distance_m;
         View::look_at(eye, self.center, self.projection)
     }
 }
 
-/// Rotates a direction about the vertical axis by the share `part` of a full turn.
+/// Rotates a direction about the vertical axis by a part of a full turn, from 0 to 1.
 fn turned(direction: Vec3, part: f64) -> Vec3 {
     rotate(Quat::from_rotation_y((part * TAU) as f32), direction)
 }

@@ -4,40 +4,43 @@ use std::{io, num::NonZeroU32, path::Path};
 
 use anyhow::{bail, ensure};
 
-use super::{
-    gif_file::GifFile,
-    mp4_file::{self, Mp4File},
-    outputs::ending,
-    parsers::Size,
-};
+use super::{gif_file::GifFile, mp4_file::Mp4File, outputs::ending, parsers::Size, webm_file::WebmFile};
 use osp_render::Image;
 use osp_session::{
     atomic_file::{AtomicFile, Destination},
     output_file::OutputKind,
 };
 
-/// Time for which the film shows the end of a session, seconds.
+/// Additional time for which a film shows its last frame, seconds.
 const END_S: u16 = 1;
 /// Largest number of pictures a second in a GIF. Browsers show a faster GIF slowly.
 const MOST_A_SECOND_IN_GIF: u16 = 50;
+/// Limits of the long and the short side of a picture in a video, pixels. The encoder of H.264 sets them.
+const MOST_SIDES: (u32, u32) = (3840, 2160);
+/// Shortest side of a picture in a video, pixels: a block of H.264 and of AV1.
+const LEAST_SIDE: u32 = 16;
 
 /// A format of films.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FilmFormat {
     Gif,
     Mp4,
+    Webm,
 }
 
 impl FilmFormat {
-    /// Returns the format by the ending of the file's name. A pipe, which need not have a name, gets a GIF.
+    /// Returns the format by the ending of the file's name. The format of a pipe without such an ending is GIF.
     pub(super) fn of(path: &Path) -> anyhow::Result<Self> {
         let is_file = matches!(Destination::of(path), Ok(Destination::File(_)));
         match ending(path).as_str() {
-            "mp4" if !is_file => bail!("{}: a film in .mp4 is written to a file only", path.display()),
+            video @ ("mp4" | "webm") if !is_file => {
+                bail!("{}: a film in .{video} is written to a file only", path.display())
+            }
             "mp4" => Ok(Self::Mp4),
+            "webm" => Ok(Self::Webm),
             "gif" => Ok(Self::Gif),
             _ if !is_file => Ok(Self::Gif),
-            _ => bail!("{}: expected a name that ends in .gif or .mp4", path.display()),
+            _ => bail!("{}: expected a name that ends in .mp4, .webm or .gif", path.display()),
         }
     }
 
@@ -45,10 +48,11 @@ impl FilmFormat {
         match self {
             Self::Gif => OutputKind::Gif,
             Self::Mp4 => OutputKind::Mp4,
+            Self::Webm => OutputKind::Webm,
         }
     }
 
-    /// Returns the size of the pictures, pixels: the requested one or the format's default, with even sides in an MP4.
+    /// Returns the size of the pictures, pixels: the requested one or the format's default, with even sides in a video.
     pub(super) fn size(self, asked: Option<Size>) -> anyhow::Result<(u32, u32)> {
         let asked = asked.map(|size| (size.width, size.height));
         if self == Self::Gif {
@@ -57,11 +61,10 @@ impl FilmFormat {
         let (width, height) = asked.unwrap_or((1280, 720));
         let even = (width.next_multiple_of(2), height.next_multiple_of(2));
         let (long, short) = (even.0.max(even.1), even.0.min(even.1));
-        let (most_long, most_short) = mp4_file::MOST_SIDES;
+        let (most_long, most_short) = MOST_SIDES;
         ensure!(
-            long <= most_long && short <= most_short && short >= mp4_file::LEAST_SIDE,
-            "--size {width}x{height}: a film in .mp4 takes {least}x{least} to {most_long}x{most_short} pixels, or portrait",
-            least = mp4_file::LEAST_SIDE
+            long <= most_long && short <= most_short && short >= LEAST_SIDE,
+            "--size {width}x{height}: a video has {LEAST_SIDE}x{LEAST_SIDE} to {most_long}x{most_short} pixels, also in portrait"
         );
         Ok(even)
     }
@@ -70,11 +73,11 @@ impl FilmFormat {
     pub(super) fn pictures_a_second(self, asked: Option<u16>) -> anyhow::Result<u16> {
         let rate = asked.unwrap_or(match self {
             Self::Gif => 20,
-            Self::Mp4 => 30,
+            Self::Mp4 | Self::Webm => 30,
         });
         ensure!(
-            self == Self::Mp4 || rate <= MOST_A_SECOND_IN_GIF,
-            "--fps {rate}: a GIF shows at most {MOST_A_SECOND_IN_GIF} pictures a second; .mp4 takes more"
+            self != Self::Gif || rate <= MOST_A_SECOND_IN_GIF,
+            "--fps {rate}: a GIF shows at most {MOST_A_SECOND_IN_GIF} pictures a second; .mp4 and .webm allow more"
         );
         Ok(rate)
     }
@@ -85,7 +88,7 @@ impl FilmFormat {
 pub(super) struct Times {
     pub(super) frames: u64,
     pub(super) fps: u16,
-    /// Whether the last frame stays for [`END_S`] more.
+    /// Whether the film shows the last frame for [`END_S`] longer.
     pub(super) end_stays: bool,
 }
 
@@ -111,6 +114,7 @@ impl Times {
 pub(super) enum FilmFile {
     Gif(Box<GifFile>, Times),
     Mp4(Box<Mp4File>, Times),
+    Webm(Box<WebmFile>, Times),
 }
 
 impl FilmFile {
@@ -121,13 +125,14 @@ impl FilmFile {
         size: (u32, u32),
         times: Times,
     ) -> io::Result<Self> {
+        let rate = NonZeroU32::try_from(u32::from(times.fps)).map_err(io::Error::other)?;
         Ok(match format {
             FilmFormat::Gif => Self::Gif(Box::new(GifFile::begin(file, size)?), times),
             FilmFormat::Mp4 => {
-                let rate = NonZeroU32::try_from(u32::from(times.fps)).map_err(io::Error::other)?;
                 let pictures = times.frames + u64::from(END_S * times.fps);
                 Self::Mp4(Box::new(Mp4File::begin(file, size, rate, pictures)?), times)
             }
+            FilmFormat::Webm => Self::Webm(Box::new(WebmFile::begin(file, size, rate)?), times),
         })
     }
 
@@ -140,6 +145,7 @@ impl FilmFile {
                 film.add(&rgb, times.delay(frame))
             }
             Self::Mp4(film, times) => film.add(image.rgba(), times.pictures(frame)),
+            Self::Webm(film, times) => film.add(image.rgba(), times.pictures(frame)),
         }
     }
 
@@ -148,6 +154,7 @@ impl FilmFile {
         match self {
             Self::Gif(film, _) => film.finish(),
             Self::Mp4(film, _) => film.finish(),
+            Self::Webm(film, _) => film.finish(),
         }
     }
 }
@@ -169,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn sides_of_an_mp4_are_even_and_within_its_limits() {
+    fn sides_of_a_video_are_even_and_within_its_limits() {
         let size =
             |width, height| FilmFormat::Mp4.size(Some(Size { width, height })).map_err(|e| e.to_string());
         for (asked, found) in [

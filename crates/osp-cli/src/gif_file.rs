@@ -7,10 +7,10 @@ use gif::{Encoder, EncodingError, Frame, Repeat};
 
 use osp_session::atomic_file::AtomicFile;
 
-/// Number of colours of a frame. One more entry of its palette means "no change".
+/// Largest number of colours of a frame. One more entry of its palette means "no change".
 const COLORS: usize = 255;
 const UNCHANGED: u8 = COLORS as u8;
-/// For a frame with more pixels, the colours are chosen from about this many of them.
+/// Approximate number of pixels that are sampled to choose the colours of a frame.
 const LOOKED_AT: usize = 50_000;
 
 /// A film that is being written. Viewers repeat it forever.
@@ -23,12 +23,12 @@ pub(super) struct GifFile {
     choice: ColorChoice,
 }
 
-/// Choice of the palette for a frame with more colours than it holds.
+/// Choice of the palette for a frame with more colours than the palette holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ColorChoice {
     /// Colours that are close to all colours of the frame, for pictures with shades.
     Close,
-    /// Exactly the most frequent colours. In drawings, the others are at the edges of letters and lines.
+    /// Exactly the most frequent colours. In drawings, rare colours occur only at the edges of letters and lines.
     #[cfg(feature = "bench")]
     Frequent,
 }
@@ -55,7 +55,7 @@ impl GifFile {
     pub(super) fn add(&mut self, rgb: &[u8], delay: u16) -> io::Result<()> {
         let mut frame = match self.changed(rgb) {
             Some((columns, rows)) => self.part(rgb, columns, rows),
-            // An unchanged frame is also needed, for its time.
+            // Writes one pixel for an unchanged frame, because the file stores the delay with a picture.
             None => Frame::from_palette_pixels(1, 1, [0], [0, 0, 0], Some(0)),
         };
         frame.delay = delay;
@@ -70,7 +70,7 @@ impl GifFile {
         self.encoder.into_inner().map_err(to_io)
     }
 
-    /// Returns the columns and rows around all pixels that differ from the last frame.
+    /// Returns the smallest range of columns and rows with all pixels that differ from the last frame.
     fn changed(&self, rgb: &[u8]) -> Option<(RangeInclusive<usize>, RangeInclusive<usize>)> {
         let (width, height) = (usize::from(self.size.0), usize::from(self.size.1));
         if self.shown.is_empty() {
@@ -86,7 +86,7 @@ impl GifFile {
         (columns.0 <= columns.1).then_some((columns.0..=columns.1, rows.0..=rows.1))
     }
 
-    /// Returns a part of the picture, without the pixels that are shown there already.
+    /// Returns a rectangle of the picture. Pixels that equal the last frame get the entry "no change".
     fn part(
         &self,
         rgb: &[u8],
@@ -119,8 +119,8 @@ impl GifFile {
     }
 }
 
-/// A palette of at most [`COLORS`] colours plus one entry for "no change", and the palette entry of each of the sorted
-/// colours.
+/// A palette of at most [`COLORS`] colours plus one entry for "no change". Then for each of the sorted colours the
+/// index of its palette entry.
 type Palette = (Vec<u8>, Vec<u8>);
 
 fn filled(mut palette: Vec<u8>) -> Vec<u8> {
@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn frequent_colours_stay_and_rare_ones_become_their_neighbours() {
         let red = [225, 0, 20];
-        // Two pixels of each of 255 shades but for the last, which is rare, and a small area of another colour.
+        // Two pixels of each of 254 shades, one pixel of a further shade, and two red pixels.
         let shades = (0..=254).map(|shade| [shade; 3]);
         let pixels: Vec<_> = shades
             .clone()

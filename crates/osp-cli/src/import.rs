@@ -27,7 +27,7 @@ use osp_session::{
 #[command(after_help = "Examples:
   osp import sketch.tilt sketch.ron.zst
   osp import painting.apa painting.ron
-  osp import sketch_history/chair.json chair.ron   (reads raw_data/chair.json, too, if it exists)
+  osp import sketch_history/chair.json chair.ron   (also reads raw_data/)
   osp import cut-off.tilt rescued.ron --lenient")]
 pub(super) struct ImportArgs {
     /// The session: .tilt (file or folder), .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb, .gltf, .ron or .ron.zst.

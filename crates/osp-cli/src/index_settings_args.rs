@@ -37,14 +37,13 @@ pub(super) struct IndexSettingsArgs {
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct CutNodesArgs {
     /// For osp-paper and octree-paper: polygons of nodes that the frustum cuts are `tested` one by one, or all `drawn`
-    /// as in the paper [default: tested]. `drawn` draws more than is in view, so a replay then takes only one index,
-    /// and neither --check nor --pin.
+    /// as in the paper [default: tested]. `drawn` also draws polygons that are not in view.
     #[arg(long, value_name = "NAME", value_parser = named(&CutNodes::ALL, CutNodes::name))]
     pub(super) cut_nodes: Option<CutNodes>,
 }
 
 impl CutNodesArgs {
-    /// Adds the option to the settings of these indexes. Returns an error if none of them has this setting.
+    /// Adds the option to the settings of these indexes. Returns an error if no index has this setting.
     pub(super) fn add_to(
         self,
         settings: IndexSettings,
@@ -57,7 +56,7 @@ impl CutNodesArgs {
 }
 
 impl IndexSettingsArgs {
-    /// The settings. An option that concerns none of `indexes` is an error.
+    /// Returns the settings. An option that concerns none of `indexes` is an error.
     pub(super) fn settings(&self, indexes: &[IndexKind]) -> anyhow::Result<IndexSettings> {
         for (setting, value) in self.all() {
             if value.is_some() {
@@ -75,7 +74,7 @@ impl IndexSettingsArgs {
         })
     }
 
-    /// The options that were given, as on the command line, each after a space.
+    /// Returns the given options in the form of the command line, each after a space.
     pub(super) fn in_one_line(&self) -> String {
         let given = self.all().into_iter();
         given.filter_map(|(setting, value)| Some(format!(" --{} {}", setting.name(), value?))).collect()
@@ -93,7 +92,8 @@ impl IndexSettingsArgs {
     }
 }
 
-/// Returns an error if a setting concerns none of these indexes. It names the option and the indexes that have the setting.
+/// Returns an error if a setting concerns none of these indexes. The error names the option and the indexes that have
+/// the setting.
 fn check_concerns(setting: IndexSetting, indexes: &[IndexKind]) -> anyhow::Result<()> {
     if indexes.iter().any(|kind| kind.has(setting)) {
         return Ok(());
@@ -107,7 +107,7 @@ fn check_concerns(setting: IndexSetting, indexes: &[IndexKind]) -> anyhow::Resul
     bail!("--{option} is a setting of {having}: expected --index with one of them; found {given}")
 }
 
-/// A range as clap takes it.
+/// Converts a range to the integer type that clap expects.
 fn integers<N: Copy + TryInto<i64>>(range: RangeInclusive<N>) -> RangeInclusive<i64> {
     let of = |n: &N| (*n).try_into().unwrap_or(i64::MAX);
     of(range.start())..=of(range.end())

@@ -24,8 +24,10 @@ use osp_session::{
     scene::GroupNode,
 };
 
-/// Print the contents of a session: strokes, points, polygons, erased strokes, duration, bounds, and dropped points
-/// with reasons. Also authors, groups, brushes, light, layers, and the parts of the file that osp does not show.
+/// Print the contents of a session: strokes, points, polygons, erased strokes, duration and bounds.
+///
+/// The command also prints the number of rejected samples and polygons, with reasons. Then it prints authors, groups,
+/// brushes, light, layers, and the parts of the file that osp does not show.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp info recordings/room.ron
@@ -51,7 +53,7 @@ pub(super) struct InfoArgs {
     reading: ReadArgs,
 }
 
-/// Largest number of layers, and of parts that are not shown, that the text lists.
+/// Largest number of layers in the text, and of lines `not shown`.
 const MOST_LISTED: usize = 20;
 
 /// Largest number of groups that the text lists.
@@ -65,7 +67,8 @@ struct JsonInfo<'a> {
     source: &'a str,
     /// All strokes that were drawn, including erased ones.
     strokes: u64,
-    /// Strokes that are neither erased nor undone. The strokes of all `brushes` add up to this number.
+    /// Strokes that are neither erased nor undone. Equals the sum over `brushes`, except for imported models: `brushes`
+    /// does not count their strokes.
     strokes_at_end: u64,
     points: u64,
     polygons: u64,
@@ -152,9 +155,9 @@ pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
         }
     });
     let (read_session, outcome) = ReadSession::of(header, events, Pace::Samples(1));
-    let ReadSession { header, summary, model: mut scene, backwards } = read_session;
+    let ReadSession { header, summary, model: mut scene, direction_to_artist } = read_session;
     let cost = args.cost.then(|| {
-        let view = still_view(&scene, &summary.bounds, header.camera, backwards, 1.0);
+        let view = still_view(&scene, &summary.bounds, header.camera, direction_to_artist, 1.0);
         Cost::of(&scene, &view, args.budget_triangles)
     });
     let (brushes, tally) = (plain.rows(&scene), PolygonTally::of(&scene));
@@ -166,7 +169,7 @@ pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     } else {
         print_result(&text(args, &session, &contents))?;
     }
-    // The part that could be read is shown even after an error.
+    // Prints the readable part of a damaged session before the error.
     outcome?;
     Ok(Outcome::Done)
 }
@@ -275,7 +278,7 @@ fn text(args: &InfoArgs, session: &OpenSession, contents: &Contents) -> String {
     if session.notes().skipped > 0 {
         line("skipped", format!("damaged parts: {}", thousands(session.notes().skipped)));
     }
-    look(&session.header).into_iter().for_each(|(name, value)| line(name, value));
+    appearance(&session.header).into_iter().for_each(|(name, value)| line(name, value));
     lines.extend(author_rows::lines(authors));
     lines.extend(group_lines(groups));
     if !brushes.is_empty() {
@@ -285,7 +288,8 @@ fn text(args: &InfoArgs, session: &OpenSession, contents: &Contents) -> String {
     lines.join("\n")
 }
 
-/// Returns the number of strokes that are neither erased nor undone. Strokes of models have no brush.
+/// Returns the number of strokes that are neither erased nor undone. Without undo events it does not use `brushes`,
+/// which do not count the strokes of imported models.
 fn at_end(brushes: &[BrushRow], s: &Summary) -> u64 {
     match s.undos {
         0 => s.counts.strokes.saturating_sub(s.counts.erased_strokes),
@@ -343,8 +347,8 @@ fn group_lines(groups: &[GroupNode]) -> Vec<String> {
     lines
 }
 
-/// Returns lines about the light, the layers, and the parts that are not shown.
-fn look(header: &Header) -> Vec<(&'static str, String)> {
+/// Returns lines about the light, the layers, and the parts of the file that osp does not show.
+fn appearance(header: &Header) -> Vec<(&'static str, String)> {
     let mut lines = Vec::new();
     if let Some(environment) = &header.environment {
         lines.push(("light", light(environment)));

@@ -27,7 +27,7 @@ use osp_lab::report::thousands;
 use osp_net::live::{Address, Connection, Link, News, Status, header};
 use osp_session::{output_file::is_same_file, recording::Event};
 
-/// Longest wait at the end until the session has all of this program's strokes.
+/// Longest time to wait at the end until all events of this member are in the session.
 const CLOSING_TIME: Duration = Duration::from_secs(3);
 /// Longest time for the final report after a signal.
 const REPORT: Duration = Duration::from_secs(20);
@@ -53,7 +53,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
     let address = args.server.address(&args.address)?;
     if args.until_empty && !args.watch && args.play.is_none() {
         bail!(
-            "--until-empty: expected --watch or --play; the session is never empty while another member stays"
+            "--until-empty: expected --watch or --play; otherwise this member stays, and the session is never empty"
         );
     }
     let playing = match &args.play {
@@ -62,7 +62,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
     };
     let recording = args.recording(&address)?;
     if args.json {
-        // Messages on the way are not JSON, so they must not go to standard output.
+        // Other messages are not JSON, so they must not go to standard output.
         keep_standard_output_for_a_file();
     }
     let link = Link::open(&address, &args.server.options(args.watch, &args.name), || {})?;
@@ -76,8 +76,8 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
         link: &link,
         recording,
         rows: AuthorRows::default(),
-        there: 0,
-        was_there: false,
+        present: 0,
+        had_authors: false,
         has_left: args.watch,
         refused: 0,
         shown: Shown::default(),
@@ -91,7 +91,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
                 let played = join_player::play(playing, &hand, || ending.load(Ordering::Relaxed));
                 hand.leave();
                 if played.is_err() {
-                    // An error ends everything, with or without a server.
+                    // An error also ends the member, even without a connection.
                     ending.store(true, Ordering::Relaxed);
                 }
                 is_done.store(true, Ordering::Relaxed);
@@ -134,17 +134,17 @@ struct Member<'a> {
     recording: SharedRecording,
     rows: AuthorRows,
     /// Number of authors that have joined and not left.
-    there: u64,
-    was_there: bool,
+    present: u64,
+    had_authors: bool,
     has_left: bool,
-    /// Number of this program's events that the session has refused.
+    /// Number of this member's events that the session has refused.
     refused: u64,
     shown: Shown,
     started: Instant,
 }
 
 impl Member<'_> {
-    /// Writes the session until it is time to end.
+    /// Writes the session's events to the recording until this member leaves.
     fn take_part(&mut self, ending: &AtomicBool, is_played: &AtomicBool) -> anyhow::Result<()> {
         let time = self.args.for_secs.map(Duration::from_secs_f64);
         let mut leaving = None;
@@ -173,8 +173,9 @@ impl Member<'_> {
                 }
             }
             let is_late = leaving.is_some_and(|since: Instant| since.elapsed() >= CLOSING_TIME);
-            // An event that has not been written yet may be the arrival of another author.
-            let is_empty = is_quiet && self.was_there && self.there == 0 && self.link.status().has_caught_up;
+            // An event that is not written yet may be the join of another author.
+            let is_empty =
+                is_quiet && self.had_authors && self.present == 0 && self.link.status().has_caught_up;
             let is_enough = match self.args.until_empty {
                 true => has_left && is_empty,
                 // With --play, the program ends after the last event. Without it, an option or a signal ends the
@@ -182,7 +183,7 @@ impl Member<'_> {
                 false => has_left && is_played.load(Ordering::Relaxed),
             };
             if is_late || is_enough || (is_over && has_left) {
-                // Takes all events that have arrived until now.
+                // Writes all events that have arrived until now.
                 while let Some(news) = self.link.news()? {
                     self.take(news)?;
                 }
@@ -213,11 +214,11 @@ impl Member<'_> {
             self.rows.note(event);
             match event {
                 Event::Join { author, name, .. } => {
-                    (self.there, self.was_there) = (self.there + 1, true);
+                    (self.present, self.had_authors) = (self.present + 1, true);
                     warn(&format!("author {author} has joined{}", called(name)));
                 }
                 Event::Leave { author, .. } => {
-                    self.there = self.there.saturating_sub(1);
+                    self.present = self.present.saturating_sub(1);
                     warn(&format!("author {author} has left"));
                 }
                 _ => {}
@@ -271,12 +272,12 @@ impl Member<'_> {
     }
 }
 
-/// Returns the error text if some of this program's events are not in the session.
+/// Returns the error text if some of this member's events are not in the session.
 fn missing_events(events: u64) -> Option<String> {
     (events > 0).then(|| format!("{} events of this member are not in the session", thousands(events)))
 }
 
-/// Returns the reason for which an author is not in the session, and a remedy.
+/// Returns an error text with a remedy if the session is full or too crowded to join.
 fn refusal(address: &Address, status: &Status) -> Option<String> {
     match (&status.connection, status.author) {
         (Connection::Crowded, _) => {

@@ -15,7 +15,8 @@ use osp_session::recording::Pace;
 ///
 /// Several authors draw in one session over a NATS server with JetStream (`nats-server -js`), which stores the session.
 /// Every member writes the whole session as a recording, beginning with the first event. The recordings of all members
-/// are the same, byte for byte. If the server is lost, a member continues, and catches up when the server returns.
+/// are the same, byte for byte. If the connection is lost, a member continues, and catches up when it is connected
+/// again.
 ///
 /// Without --watch or --play, the member is an author that draws nothing. It writes the recording, and reports when
 /// others leave.
@@ -27,16 +28,16 @@ use osp_session::recording::Pace;
   osp join nats://127.0.0.1/house --play recordings/portrait.ron --name Ann
   osp join tls://ann:word@nats.example.org/house --tls-ca ca.pem
 
-If FILE has the beginning of the session, osp appends the rest. Other files are replaced only with --force.
-A connection to this machine is not encrypted (nats://127.0.0.1, nats://localhost). A connection to another
-machine must be encrypted (tls://), unless --unencrypted is given.
-Credentials: nats://TOKEN@HOST/NAME, nats://USER:PASSWORD@HOST/NAME, or --credentials with a file of one
-line, TOKEN or USER:PASSWORD, which no list of processes shows.
+If FILE has the beginning of the session, osp appends the rest. osp replaces other files only with --force.
+A connection to this machine is not encrypted (nats://127.0.0.1, nats://localhost). A connection to another machine \
+must be encrypted (tls://), unless --unencrypted is given.
+Credentials: nats://TOKEN@HOST/NAME, nats://USER:PASSWORD@HOST/NAME, or --credentials with a file of one line, TOKEN \
+or USER:PASSWORD. The list of processes does not show the contents of this file.
 Ctrl-C leaves the session.
 Exit code 1: events of this member are not in the session, or the session was full or too crowded to join.")]
 pub(super) struct JoinArgs {
     /// The session: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME.
-    // This is parsed later, so that an error message about it does not contain the password.
+    // Parsed after clap, whose error message would print the password.
     #[arg(value_name = "ADDRESS")]
     pub(super) address: String,
     /// The recording to write (.ron) [default: NAME.ron].
@@ -50,8 +51,8 @@ pub(super) struct JoinArgs {
     /// Send the events of this session, with this member as their author, then leave.
     #[arg(long, value_name = "SESSION", conflicts_with = "watch")]
     pub(super) play: Option<PathBuf>,
-    /// Play only the strokes and edits of this author of --play. By default all events are played. Required if several
-    /// authors used undo.
+    /// With --play: play only the strokes and edits of this author of the session [default: all authors]. Required if
+    /// the session has several authors and undo events.
     #[arg(long, value_name = "NUMBER", requires = "play")]
     pub(super) play_author: Option<u32>,
     /// Part of the session that each frame (90 a second) plays: `recorded` (by the time stamps) or `samples:N` (N

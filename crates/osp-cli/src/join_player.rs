@@ -13,7 +13,7 @@ use super::{reading::ReadArgs, session::OpenSession};
 use osp_net::live::{Hand, ME};
 use osp_session::recording::{AUTHORS_FORMAT, Author, Event, GroupId, Pace, Pacer, RecordingError, StrokeId};
 
-/// Largest number of this program's events that may wait for the connection. Above it, playing pauses.
+/// Largest number of this member's events that are not in the session yet. Above this number, playing pauses.
 const MOST_PENDING: usize = 1 << 16;
 
 /// A session that is about to be played.
@@ -50,8 +50,8 @@ impl Playing {
     }
 }
 
-/// Refuses a recording in which several authors undid or redid something. If one author played it, an undo would take
-/// back a different stroke.
+/// Returns an error if a recording has several authors, and undo or redo events. If this member played all authors, an
+/// undo could revert a stroke of a different author.
 fn check_undos(path: &Path, reading: &ReadArgs) -> anyhow::Result<()> {
     let (mut authors, mut takes_back) = (BTreeSet::new(), false);
     for event in OpenSession::open(path, reading)? {
@@ -61,7 +61,7 @@ fn check_undos(path: &Path, reading: &ReadArgs) -> anyhow::Result<()> {
     }
     ensure!(
         authors.len() < 2 || !takes_back,
-        "{}: expected a recording of one author; several have drawn and undone in it: --play-author N plays the part of one",
+        "{}: this recording has several authors and undo events; choose one author with --play-author N",
         path.display()
     );
     Ok(())
@@ -119,8 +119,8 @@ impl Numbers {
         Some(())
     }
 
-    /// Returns an event with this author's numbers, at the time `now`. `Some(None)` for authors that come and go.
-    /// `None` if there are too many numbers.
+    /// Returns an event with this author's numbers, at the time `now`. `Some(None)` for joins and leaves of authors.
+    /// `None` if all numbers are in use.
     fn own(&mut self, mut event: Event, now: f64) -> Option<Option<Event>> {
         match &mut event {
             Event::Join { .. } | Event::Leave { .. } => return Some(None),

@@ -17,13 +17,14 @@ use osp_session::{
 /// Number of bytes of the file that are compared at once.
 const COMPARED: usize = 1 << 16;
 
-/// A file that may already hold the first bytes. They are compared with the session, and the rest is written.
+/// Writes a session to a file that may already hold its beginning. Compares the existing bytes, and appends the others.
 struct Continued {
     file: File,
-    /// Whether a different file is replaced. Otherwise it is an error.
+    /// Whether to replace different contents of the file. If false, they are an error.
     replaces: bool,
-    /// Number of bytes that were in the file already.
+    /// Number of bytes that the file already had.
     known: u64,
+    /// Number of bytes that were compared or written.
     at: u64,
     hash: Xxh3Default,
 }
@@ -64,32 +65,32 @@ impl Write for Continued {
 pub(super) struct Written {
     pub(super) path: PathBuf,
     pub(super) bytes: u64,
-    /// Whether the session had no events. In this case no file is made.
-    pub(super) is_nothing: bool,
+    /// Whether the session had no events. Such a recording leaves no new file.
+    pub(super) is_empty: bool,
     /// Number of bytes in the file beyond the end of the session on the server.
     pub(super) beyond: u64,
     /// 128-bit XXH3 hash of the session.
     pub(super) hash: u128,
 }
 
-/// The file is not touched before the first event.
+/// State of a [`SharedRecording`], which does not change the file before the first event.
 enum State {
     Waiting(Continued, Header),
     Writing(RonWriter<Continued>),
-    /// During the change from one state to the other, or after it has failed.
-    Neither,
+    /// After an error at the first event.
+    Failed,
 }
 
-/// See the [module](self). Whole lines are written at once.
+/// The recording of a shared session. New or continued, see the [module](self).
 pub(super) struct SharedRecording {
     state: State,
     path: PathBuf,
     /// Whether the file is new and has no event.
-    is_nothing: bool,
+    is_empty: bool,
 }
 
 impl SharedRecording {
-    /// Opens the file. Nobody else may write it at the same time.
+    /// Opens and locks the file. Returns an error if another program writes it.
     pub(super) fn open(path: &Path, header: &Header, force: bool) -> anyhow::Result<Self> {
         let about = || path.display().to_string();
         let is_new = !path.exists();
@@ -113,19 +114,19 @@ impl SharedRecording {
         let known = file.metadata().with_context(about)?.len();
         let out = Continued { file, replaces: force, known, at: 0, hash: Xxh3Default::new() };
         let state = State::Waiting(out, header.clone());
-        Ok(Self { state, path: path.to_owned(), is_nothing: is_new })
+        Ok(Self { state, path: path.to_owned(), is_empty: is_new })
     }
 
     pub(super) fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
-        self.is_nothing = false;
+        self.is_empty = false;
         if let State::Waiting(..) = self.state
-            && let State::Waiting(out, header) = std::mem::replace(&mut self.state, State::Neither)
+            && let State::Waiting(out, header) = std::mem::replace(&mut self.state, State::Failed)
         {
             self.state = State::Writing(RonWriter::new(out, &self.path, &header, Flush::AtEnd)?);
         }
         match &mut self.state {
             State::Writing(writer) => writer.write(event),
-            State::Waiting(..) | State::Neither => Ok(()),
+            State::Waiting(..) | State::Failed => Ok(()),
         }
     }
 
@@ -142,24 +143,24 @@ impl SharedRecording {
         let out = match &self.state {
             State::Writing(writer) => writer.get_ref(),
             State::Waiting(out, _) => out,
-            State::Neither => bail!("{}: it could not be begun", self.path.display()),
+            State::Failed => bail!("{}: the recording could not be begun", self.path.display()),
         };
         if out.replaces {
             // Removes the remains of another session behind the new end.
             out.file.set_len(out.at).with_context(|| self.path.display().to_string())?;
         }
         out.file.sync_data().with_context(|| self.path.display().to_string())?;
-        let (is_nothing, hash) = (self.is_nothing, out.hash.digest128());
-        let bytes = if is_nothing { 0 } else { out.at };
+        let (is_empty, hash) = (self.is_empty, out.hash.digest128());
+        let bytes = if is_empty { 0 } else { out.at };
         let beyond = if out.replaces { 0 } else { out.known.saturating_sub(out.at) };
-        Ok(Written { path: self.path.clone(), bytes, is_nothing, beyond, hash })
+        Ok(Written { path: self.path.clone(), bytes, is_empty, beyond, hash })
     }
 }
 
 impl Drop for SharedRecording {
     fn drop(&mut self) {
-        if self.is_nothing {
-            // A file without an event is useless.
+        if self.is_empty {
+            // Removes a new file without events.
             let _ = std::fs::remove_file(&self.path);
         }
     }
@@ -210,7 +211,7 @@ mod tests {
         assert_eq!(std::fs::read(&path).expect("read"), bytes);
         // If no event comes, no file is left behind.
         let none = folder.path().join("none.ron");
-        assert!(write(&none, &header, false, 0).expect("nothing").is_nothing && !none.exists());
+        assert!(write(&none, &header, false, 0).expect("nothing").is_empty && !none.exists());
         write(&path, &other, true, 5).expect("replaced");
         assert!(SharedRecording::open(folder.path(), &header, true).is_err());
     }

@@ -31,7 +31,7 @@ pub(super) struct Report {
     pub(super) undelivered: u64,
 }
 
-/// The session as it is in its recording.
+/// Counts and fingerprint of the session, read from its recording.
 #[derive(Default, Serialize)]
 struct Shape {
     strokes: u64,
@@ -41,9 +41,9 @@ struct Shape {
 }
 
 impl Report {
-    /// Reads the recording again, like any other reader. `None` if there is none.
+    /// Reads the recording again. `None` if no recording was written.
     fn shape(&self) -> anyhow::Result<Option<Shape>> {
-        if self.recording.is_nothing {
+        if self.recording.is_empty {
             return Ok(None);
         }
         let (mut scene, mut changes) = (Scene::new(), Vec::new());

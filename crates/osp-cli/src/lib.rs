@@ -1,4 +1,4 @@
-//! The command line: one file for each subcommand, each a set of arguments and a `run`.
+//! The command line: each subcommand has arguments and a function `run`.
 //!
 //! Exit codes: 0 done, 1 a check failed, 2 bad input or usage.
 //!
@@ -152,6 +152,8 @@ mod wall;
 mod wall_args;
 #[cfg(feature = "live")]
 mod wall_text;
+#[cfg(feature = "render")]
+mod webm_file;
 #[cfg_attr(not(feature = "worlds"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod world_args;
 #[cfg(feature = "worlds")]
@@ -205,7 +207,7 @@ const EXAMPLES: &str = "Examples:
   osp serve
   osp join nats://127.0.0.1/house
   osp wall --hub nats://127.0.0.1/house --rig cave4
-  osp replay --help       describes the indexes and the methods of occlusion culling
+  osp replay --help       describes the indexes and the methods of --occlusion
 
 Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .poses.gz, .obj, .obj.gz, .glb or .gltf.
 Exit codes: 0 done, 1 a check failed, 2 bad input or usage.";
@@ -323,10 +325,9 @@ fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
     args
 }
 
-/// Whether a path may be a session: a file, or an unpacked `.tilt`, which is a folder.
+/// Whether a path may be a session: a file, or an unpacked `.tilt`, which is a folder. `osp sketch` refuses another folder.
 fn is_session(path: &Path) -> bool {
-    path.is_file()
-        || path.is_dir() && path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("tilt"))
+    path.exists()
 }
 
 /// Prints the help, or the error in the arguments.

@@ -26,10 +26,6 @@ use shiguredo_mp4::{
 
 use osp_session::{atomic_file::AtomicFile, output_file::FILM_MARK};
 
-/// Longest and second longest side of a picture, pixels: the limit of the encoder.
-pub(super) const MOST_SIDES: (u32, u32) = (3840, 2160);
-/// Shortest side of a picture, pixels: a block of H.264.
-pub(super) const LEAST_SIDE: u32 = 16;
 /// Quantizer of all pictures, 0 to 51. A quantizer larger by six halves the file, but thin strokes begin to
 /// smear.
 const QUANTIZER: u8 = 22;
@@ -70,7 +66,7 @@ impl Mp4File {
             .complexity(Complexity::High)
             .max_frame_rate(FrameRate::from_hz(rate as f32))
             .intra_frame_period(IntraFramePeriod::from_num_frames(rate * KEY_PERIOD_S))
-            // The conversion below has the matrix of BT.601; the colours themselves are those of screens.
+            // The conversion to YUV has the matrix of BT.601; the pixels have the colours of screens (BT.709).
             .vui(
                 VuiConfig::bt601()
                     .color_primaries(ColorPrimaries::Bt709)
@@ -108,7 +104,7 @@ impl Mp4File {
         let stream = encoded.to_vec();
         let mut bytes = Vec::with_capacity(stream.len());
         for unit in parse_annexb_nal_units(&stream).map_err(io::Error::other)? {
-            // The head of the file has the units of these two types.
+            // Skips the parameter sets, which are in the head of the file.
             if !matches!(unit.nal_unit_type, H264NalUnitType::Sps | H264NalUnitType::Pps) {
                 bytes.extend(u32::try_from(unit.data.len()).map_err(io::Error::other)?.to_be_bytes());
                 bytes.extend(unit.data);
@@ -138,7 +134,7 @@ impl Mp4File {
         Ok(())
     }
 
-    /// Finishes the film: writes its head into the room that was kept for it.
+    /// Finishes the film: writes its head into the bytes reserved for it.
     pub(super) fn finish(mut self) -> io::Result<AtomicFile> {
         let mut out = self.file.handle()?;
         for (offset, bytes) in self.muxer.finalize().map_err(io::Error::other)?.offset_and_bytes_pairs() {

@@ -10,7 +10,7 @@ use osp_session::{
 
 /// A recording that is being written.
 pub(super) struct NewRecording {
-    // Fields are dropped in their order. So the writer closes before the file gets its name or is removed.
+    // Rust drops fields in this order, so the writer closes before the file gets its name or is removed.
     writer: RonWriter<RecordingFile>,
     file: AtomicFile,
     output: Output,
@@ -19,7 +19,7 @@ pub(super) struct NewRecording {
 }
 
 impl NewRecording {
-    /// Creates the temporary file beside its final place.
+    /// Creates a temporary file in the folder of the output.
     pub(super) fn create(output: Output, header: &Header) -> anyhow::Result<Self> {
         let path = output.path();
         let mut file = output.create()?;

@@ -68,7 +68,7 @@ pub(super) fn sides(text: &str, range: &RangeInclusive<u32>) -> Result<(u32, u32
     })
 }
 
-/// A number of bytes, with `k`, `M` or `G` for 2^10, 2^20 or 2^30 of them.
+/// Parses a number of bytes. A final `k`, `M` or `G` multiplies it by 2^10, 2^20 or 2^30.
 pub(super) fn bytes(text: &str) -> Result<u64, String> {
     let trimmed = text.trim();
     let (digits, shift) = match trimmed.chars().last() {

@@ -1,4 +1,4 @@
-/// The result of a command that ran; an error stands for bad input.
+/// The result of a command that ended without an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outcome {
     Done,

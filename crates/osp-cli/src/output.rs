@@ -52,7 +52,7 @@ pub(super) fn print_result(text: &str) -> anyhow::Result<()> {
     }
 }
 
-/// Writes a remark in one line. A closed standard error is no reason to stop.
+/// Writes a remark in one line. Ignores errors, such as a closed standard error.
 pub(super) fn warn(text: &str) {
     warn_lines(&one_line(text));
 }

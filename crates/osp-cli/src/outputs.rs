@@ -53,7 +53,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// Checks an output before any work is done. `option` is the option that named it.
+    /// Checks an output before the work begins. `option` is the option that named it.
     pub(super) fn add(&mut self, option: &str, path: &Path, kind: OutputKind) -> anyhow::Result<Output> {
         // Standard output may lead to a file that is an input.
         let is_standard_output = path == Path::new("-") && cfg!(unix);
@@ -77,21 +77,21 @@ impl Outputs {
             output::keep_standard_output_for_a_file();
         }
         if matches!(destination, Destination::File(_)) {
-            // Only a test file shows whether the folder can be written to.
+            // Creates a temporary file, to find out whether the folder is writable.
             output.create()?;
         }
         self.outputs.push((option.to_owned(), path.to_owned()));
         Ok(output)
     }
 
-    /// Checks pictures in an existing folder.
+    /// Checks the paths of pictures in an existing folder.
     #[cfg(feature = "render")]
     pub(super) fn add_pictures(
         &mut self,
         option: &str,
         paths: impl Iterator<Item = PathBuf>,
     ) -> anyhow::Result<()> {
-        // The names of the pictures differ. One of them shows whether the folder can be written to.
+        // The names of the pictures differ. Creating the first one finds out whether the folder is writable.
         for (i, path) in paths.enumerate() {
             self.is_no_input(option, &path)?;
             let output = Output { path, kind: OutputKind::Png, force: self.force };
@@ -122,7 +122,7 @@ pub(super) struct Output {
     force: bool,
 }
 
-/// The ending of a file's name in lower case, without the dot.
+/// Returns the ending of a file's name in lower case, without the dot.
 #[cfg(any(feature = "bench", feature = "render"))]
 pub(super) fn ending(path: &Path) -> String {
     path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
@@ -138,7 +138,8 @@ impl Output {
         is_there(&self.path, self.kind)
     }
 
-    /// Refuses to replace a file that must not be lost. Such a file may have appeared since the check before the work.
+    /// Returns an error if the output would replace a file that must not be lost. Such a file may have appeared since
+    /// the check before the work.
     pub(super) fn check(&self) -> anyhow::Result<()> {
         check_output(&self.path, self.kind, self.force).map_err(|error: OutputError| {
             match error.yields_to_force() && !self.force {
@@ -156,7 +157,7 @@ impl Output {
     /// Gives the file its name. Returns its size in bytes if it is a file.
     pub(super) fn commit(&self, file: AtomicFile) -> anyhow::Result<Option<u64>> {
         self.check()?;
-        // A session that appears at this moment is not replaced, either.
+        // Does not replace a session that appears after the check, either.
         let is_new_only = !self.force && self.kind.is_session();
         let outcome = if is_new_only { file.commit_new() } else { file.commit() };
         outcome.map_err(|error| self.failed(&error))

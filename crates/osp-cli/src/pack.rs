@@ -58,7 +58,7 @@ pub(super) fn run(args: &PackArgs) -> anyhow::Result<Outcome> {
     progress.finish_and_clear();
     if packed.refused > 0 {
         warn(&format!(
-            "warning: {} polygons skipped: they are out of range, where nothing can be drawn",
+            "warning: {} polygons skipped: they are out of range and cannot be drawn",
             thousands(packed.refused)
         ));
     }
@@ -74,7 +74,7 @@ pub(super) fn run(args: &PackArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Returns the place of a cell of a grid. Cells are counted along x first, then z, then y.
+/// Returns the position of a cell in a grid, in cells. Counts cells along x first, then z, then y.
 fn place([n, _, k]: [u32; 3], cell: usize) -> Vec3 {
     let (n, k) = (n as usize, k as usize);
     Vec3::new((cell % n) as f32, (cell / (n * k)) as f32, (cell / n % k) as f32)

@@ -12,17 +12,18 @@ const ORDERS: [&str; 2] = ["strokes", "space"];
 /// Pack finished sessions into a world that may be larger than memory, for `osp replay --world`.
 ///
 /// The final polygons of each session become blocks of up to 4,096 polygons. An object (a file of a folder) holds 64
-/// blocks. A manifest has the box, size and checksum of each block. It is written last; the world can be opened only
-/// after that. After an interrupted pack, the next pack into the same place removes the remains.
+/// blocks. A manifest has the box, size and checksum of each block. The command writes the manifest last; without it,
+/// the world cannot be opened. After an interruption, the next `osp pack` to the same address removes the incomplete
+/// world.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp pack recordings/*.ron --out sketches.world
   osp pack room.tilt --out city.world --repeat 20x1x20
-  osp pack *.tilt --out s3://bucket/world       needs a build with the feature `worlds-cloud`
+  osp pack *.tilt --out s3://bucket/world   (needs the feature `worlds-cloud`)
 
---repeat fills a grid of places along x, y and z with the sessions in turn, to make larger worlds for
-measurements.
-An s3:// address takes its keys and region from AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION and AWS_ENDPOINT.")]
+--repeat fills a grid of places along x, y and z with the sessions in turn, to make larger worlds for measurements.
+For an s3:// address, osp reads the keys and the region from AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION \
+and AWS_ENDPOINT.")]
 pub(super) struct PackArgs {
     /// The sessions, of any format that replay reads.
     #[arg(required = true)]

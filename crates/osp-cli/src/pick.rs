@@ -23,11 +23,11 @@ use osp_session::replay::{CameraChoice, CameraPath};
   osp pick recordings/room.ron
   osp pick sketch.tilt --at 0.25,0.5 --frame 120 --camera orbit
   osp pick sketch.tilt --index bvh-sah --json
-  osp pick recordings/room.ron --index bvh-sah --search best-first --radius 0.05
+  osp pick room.ron --index bvh-sah --search best-first --radius 0.05
 
-Prints the polygon, its stroke, and the hit point in world space. Also prints the depth of this
-point along the view direction, and the number of polygons that were tested. With --radius a sphere
-is moved along the ray, and the point is the sphere's centre.")]
+The command prints the polygon, its stroke, and the hit point in world space. It also prints the depth of this point \
+along the view direction, and the number of polygons that were tested. With --radius, a sphere moves along the ray, \
+and the point is the sphere's centre.")]
 pub(super) struct PickArgs {
     /// The point of the picture: 0,0 is the upper left corner, 1,1 the lower right one.
     #[arg(long, default_value = "0.5,0.5", value_name = "X,Y")]

@@ -57,14 +57,14 @@ pub(super) struct Played {
     pub(super) header: Header,
     pub(super) summary: Summary,
     pub(super) scene: Scene,
-    /// The indexes, in the order of their kinds.
+    /// The pipelines of the indexes, in the order of the command line.
     pub(super) pipelines: Vec<Pipeline>,
     /// Number of the frame, and the poses of head and hand in it.
     pub(super) moment: Moment,
 }
 
 impl Played {
-    /// Plays up to the frame. Returns the index apart.
+    /// Plays up to the frame. Returns the model, and the pipeline with its index.
     pub(super) fn in_index(args: &IndexedFrameArgs) -> anyhow::Result<(Self, Pipeline)> {
         let settings = args.settings.settings(&[args.index])?;
         let mut played = Self::in_indexes(&args.session, &[args.index], &settings)?;

@@ -3,11 +3,11 @@ use osp_session::scene::Scene;
 /// The polygons of the strokes that are not erased.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PolygonTally {
-    /// Polygons in the model.
+    /// Visible polygons with an area.
     pub(super) drawn: u64,
-    /// Polygons in hidden layers.
+    /// Polygons with an area in hidden layers.
     pub(super) hidden: u64,
-    /// Polygons in the model without area.
+    /// Visible polygons without an area.
     pub(super) without_area: u64,
 }
 

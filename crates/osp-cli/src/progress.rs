@@ -12,7 +12,7 @@ const TICK: Duration = Duration::from_millis(200);
 /// All bars, so that lines of output can be printed above them.
 static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
 
-/// Writes text while no bar is shown. The bars return at their next change. The bars ignore a terminal that is closed.
+/// Hides the bars and writes text. The bars appear again at their next change. Ignores a closed terminal.
 pub(super) fn aside<T>(write: impl FnOnce() -> T) -> T {
     if !BARS.is_hidden() {
         let _ = BARS.clear();
@@ -37,7 +37,7 @@ pub(super) fn spinner() -> ProgressBar {
     spinner
 }
 
-/// Creates lines that are drawn only when they change, so that no thread redraws them.
+/// Creates a bar that shows only text. It is redrawn only when the text changes, not by a thread.
 #[cfg(feature = "bench")]
 pub(super) fn pane() -> ProgressBar {
     let style = ProgressStyle::with_template("{msg}").unwrap_or_else(|_| ProgressStyle::default_bar());

@@ -32,14 +32,15 @@ use osp_session::scene::Scene;
   osp query sketch.tilt --sphere 0,1.5,0 0.25 --frame 120
   osp query sketch.tilt --nearest 0,1.5,0 10 --index kd-tree --json
   osp query recordings/room.ron --ray 0,1.6,0 0,0,-1 --hits nearest
-  osp query recordings/room.ron --ray 0,1.6,0 0,0,-1 --search best-first --radius 0.1 --index kd-tree
+  osp query recordings/room.ron --ray 0,1.6,0 0,0,-1 --search best-first \\
+      --radius 0.1 --index kd-tree
 
-Prints the strokes found, and each polygon with its distance from the sphere's centre, the point or
-the ray's start. Then prints the number of polygons that were tested exactly, and of nodes and boxes
-that the index tested. For a ray, nodes and boxes are counted only with --search or --radius.
-Coordinates are in world space, metres. A polygon that touches a box or sphere counts as inside.
-The polygons are tested, not their boxes. Particles turn to the eye, so they are tested as they are
-stored; for a ray they face the ray's start.")]
+The command prints the strokes found, and each polygon with its distance from the sphere's centre, the point or the \
+ray's start. Then it prints the number of polygons that were tested exactly, and of nodes and boxes that the index \
+tested. For a ray, nodes and boxes are counted only with --search or --radius.
+Coordinates are in world space, metres. A polygon that touches a box or sphere counts as inside. The command tests \
+the polygons themselves, not their boxes. Box and sphere queries test particles in their stored orientation; rays \
+test them facing the ray's start.")]
 pub(super) struct QueryArgs {
     #[command(flatten)]
     part: PartArgs,
@@ -58,7 +59,7 @@ pub(super) struct QueryArgs {
 #[derive(Args, Debug)]
 #[group(required = true, multiple = false)]
 struct PartArgs {
-    /// Find polygons in a box, by its least and its greatest corner.
+    /// Find polygons in a box, by the corners with its smallest and its largest coordinates.
     #[arg(long = "box", num_args = 2, value_names = ["X,Y,Z", "X,Y,Z"], allow_hyphen_values = true)]
     bounds: Option<Vec<Numbers>>,
     /// Find polygons in a sphere, by its centre and its radius.
@@ -128,7 +129,7 @@ impl PartArgs {
                     _ => bail!("--box: expected two corners"),
                 };
                 if bounds.is_empty() {
-                    bail!("--box: expected the least corner first, found one that is greater than the other");
+                    bail!("--box: expected the corner with the smallest coordinates first");
                 }
                 Ok(Part::Box(bounds))
             }
@@ -183,7 +184,7 @@ pub(super) struct Work {
 }
 
 impl Work {
-    /// Part of a line about the work.
+    /// Returns the counts as a part of a sentence.
     pub(super) fn text(&self) -> String {
         format!(" looked at {} nodes and {} boxes,", thousands(self.nodes), thousands(self.boxes))
     }
@@ -224,13 +225,13 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<Outcome> {
     );
     ensure!(
         !args.search.is_given() || args.hits != Some(Hits::Any),
-        "--hits any: expected without --search and --radius, because any hit is the first of the index's own search"
+        "--hits any: expected without --search and --radius, because `any` is the first hit of the index's own search"
     );
     let (played, pipeline) = Played::in_index(&args.frame)?;
     let search = args.search.of(pipeline.index(), &played.scene);
     let along = Along { hits: args.hits.unwrap_or(Hits::All), radius_m: args.search.radius_m(), search };
     let start = Instant::now();
-    let mut answer = ask(pipeline.index(), &played.scene, &part, &along);
+    let mut answer = run_query(pipeline.index(), &played.scene, &part, &along);
     let us = start.elapsed().as_nanos() as f64 / 1000.0;
     let order = |found: &(PolygonId, Option<f32>)| (found.1.unwrap_or(0.0), found.0);
     answer.found.sort_unstable_by(|a, b| {
@@ -275,14 +276,14 @@ struct Answer {
     work: Option<Work>,
 }
 
-/// The hits to report along a ray, and the order of the search.
+/// Options of a search along a ray.
 struct Along {
     hits: Hits,
     radius_m: f32,
     search: Option<RaySearch>,
 }
 
-fn ask(index: &dyn SpatialIndex, scene: &Scene, part: &Part, along: &Along) -> Answer {
+fn run_query(index: &dyn SpatialIndex, scene: &Scene, part: &Part, along: &Along) -> Answer {
     let mut answer = Answer::default();
     let Answer { found, asked, work } = &mut answer;
     match *part {

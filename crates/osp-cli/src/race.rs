@@ -63,7 +63,7 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
 fn race_on<I>(
     args: &RaceArgs,
     name: &str,
-    ReadSession { header, summary, model, backwards }: ReadSession,
+    ReadSession { header, summary, model, direction_to_artist }: ReadSession,
     open: impl Fn() -> anyhow::Result<I>,
     film: Option<Output>,
 ) -> anyhow::Result<RaceReport>
@@ -71,7 +71,8 @@ where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
     // The view of the film.
-    let whole = whole_view(&main_bounds(&model, &summary.bounds), backwards, RaceFilm::MODEL_ASPECT);
+    let whole =
+        whole_view(&main_bounds(&model, &summary.bounds), direction_to_artist, RaceFilm::MODEL_ASPECT);
     drop(model);
     let camera = CameraPath::new(args.camera, header.camera, &summary.bounds);
     let input = RaceInput {
@@ -86,7 +87,7 @@ where
     let mut run = || {
         view.begin();
         race(&input, open()?, |race| view.show(race)).map_err(|error| match error {
-            // The error names the file, so that the hint about a damaged session can name it, too.
+            // Unwraps the error, because the hint about a damaged session needs its type.
             RaceError::Recording(error) => error.into(),
             error => anyhow::Error::from(error),
         })

@@ -12,20 +12,19 @@ use osp_session::{recording::Pace, replay::CameraChoice};
 /// Race structures on one session, frame by frame, and find those that keep up with 90 frames a second.
 ///
 /// Each structure gets the same polygons and the same view in every frame. One thread runs all of them in turns; the
-/// structure that begins changes from frame to frame. A frame is insertion, commit and culling; nothing is drawn. All
-/// structures must have the same polygons in view in every frame.
+/// structure that begins changes from frame to frame. A frame consists of insertion, commit and culling; nothing is
+/// drawn. All structures must find the same polygons in view in every frame.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp race recordings/portrait.ron
   osp race --synth 200000 --runs 3
-  osp race sketch.tilt --index osp,octree-rebuild,bvh-sah,dynamic-bvh --csv race.csv
+  osp race sketch.tilt --index osp,bvh-sah,dynamic-bvh --csv race.csv
   osp race --synth 400000 --pace samples:64 --runs 3 --film race.gif
 
-On a terminal osp shows for each structure the time of the latest frame, a strip chart of the
-frames before, the longest frame, and the number of frames over 11.1 ms. The full height of the
-chart is 11.1 ms, a frame at 90 Hz; longer frames are red. At the end osp prints the verdict in one
-sentence, and a table.
-The exit code is 1 if two structures saw different polygons.
+On a terminal osp shows for each structure the time of the latest frame, a strip chart of the previous frames, the \
+longest frame, and the number of frames over 11.1 ms. The full height of the chart is 11.1 ms, a frame at 90 Hz; \
+longer frames are red. At the end osp prints the verdict in one sentence, and a table.
+The exit code is 1 if two structures found different polygons.
 `osp replay --help` describes the indexes.")]
 pub(super) struct RaceArgs {
     /// The session, of any format that replay reads.
@@ -45,7 +44,7 @@ pub(super) struct RaceArgs {
     /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     pub(super) camera: CameraChoice,
-    /// Number of races. The least time of each frame counts. This excludes most of the time that other programs take
+    /// Number of races. The shortest time of each frame counts. This excludes most of the time that other programs take
     /// from the core.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub(super) runs: u32,
@@ -67,7 +66,7 @@ pub(super) struct RaceArgs {
 }
 
 impl RaceArgs {
-    /// Refuses a race of too few or too many structures.
+    /// Returns an error unless the race has two to four different structures.
     pub(super) fn check(&self) -> anyhow::Result<()> {
         let found = self.index.len();
         ensure!((2..=4).contains(&found), "--index: expected two to four structures; found {found}");

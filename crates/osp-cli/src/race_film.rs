@@ -12,11 +12,12 @@ use osp_lab::{
 };
 use osp_session::recording::{Event, RecordingError};
 
-/// Time of the growing model, and of its end, in hundredths of a second.
+/// Duration of a film without the pause at its end, hundredths of a second.
 const GROWING: usize = 1300;
+/// Duration of the pause at the end of a film, hundredths of a second.
 const END: u16 = 300;
 
-/// Writes the film of a race on these events, with this view of the model.
+/// Writes the film of a race. The film plays `events` and shows the model in `view`.
 pub(super) fn write(
     output: &Output,
     race: &Race,
@@ -36,7 +37,7 @@ pub(super) fn write(
         file.add(rgb, if drawn == film.frames() { delay + END } else { delay })
     };
     film.draw(view, events, take).map_err(|error| match error {
-        // The error names the file, so that the hint about a damaged session can name it, too.
+        // Unwraps the error, because the hint about a damaged session needs its type.
         FilmError::Recording(error) => error.into(),
         error => anyhow::Error::from(error).context(name()),
     })?;

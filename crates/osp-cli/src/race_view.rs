@@ -15,19 +15,20 @@ use osp_lab::{
 const EVERY: Duration = Duration::from_millis(100);
 /// Height of the large digits, and of the strip chart beside them, in lines.
 const HEIGHT: usize = 3;
-/// Number of characters in the longest figure.
+/// Number of characters in the longest time.
 const FIGURE: usize = 6;
 /// Number of columns of a large digit, including the gap after it.
 const DIGIT: usize = 4;
-/// Characters for each number of eighths of a line.
+/// Bars with a height of 0 to 8 eighths of a line.
 const EIGHTHS: [char; 9] = [' ', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 /// The view, in the last lines of the terminal. Nothing is shown if standard error is no terminal.
 pub(super) struct RaceView {
     pane: ProgressBar,
     drawn: Option<Instant>,
-    /// Number of the current race, from 1, and the number of races.
+    /// Number of the current race, from 1.
     run: u32,
+    /// Number of races.
     runs: u32,
 }
 
@@ -41,7 +42,7 @@ impl RaceView {
         self.run += 1;
     }
 
-    /// Shows the race after a frame, unless it was shown a moment ago.
+    /// Shows the race after a frame, at most once in [`EVERY`].
     pub(super) fn show(&mut self, race: &Race) {
         if self.pane.is_hidden() || self.drawn.is_some_and(|drawn| drawn.elapsed() < EVERY) {
             return;

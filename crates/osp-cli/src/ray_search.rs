@@ -11,7 +11,7 @@ use osp::{
 use osp_lab::outline::{Order, Outline, Steps, WideRay};
 use osp_session::scene::Scene;
 
-/// Number of halvings of a range of the ray. Its ends are then neighbours in `f32`.
+/// Number of steps of a search along the ray. They suffice for the precision of `f32`.
 const HALVINGS: usize = 48;
 
 /// Options of a search along a ray.
@@ -40,13 +40,13 @@ impl RaySearchArgs {
         self.search.is_some() || self.radius.is_some()
     }
 
-    /// The radius of the ray, metres.
+    /// Returns the radius of the ray, metres.
     pub(super) fn radius_m(&self) -> f32 {
         self.radius.unwrap_or(0.0)
     }
 
-    /// Returns the search of these options in a model's index. `None` without options: the index's own search is used.
-    /// Reads the whole tree once.
+    /// Returns the search of these options in a model's index. Reads the whole tree once. `None` without options: then
+    /// the command uses the index's own search.
     pub(super) fn of(&self, index: &dyn SpatialIndex, scene: &Scene) -> Option<RaySearch> {
         if !self.is_given() {
             return None;
@@ -59,7 +59,7 @@ impl RaySearchArgs {
 }
 
 impl RaySearch {
-    /// As [`SpatialIndex::ray_nearest`], with the work.
+    /// Finds the nearest hit, like [`SpatialIndex::ray_nearest`]. Also returns the counts of work.
     pub(super) fn nearest(
         &self,
         ray: &Ray,
@@ -72,10 +72,10 @@ impl RaySearch {
     }
 }
 
-/// The distance at which a ball on its way along a ray of unit length meets a polygon.
+/// Returns the distance along the ray at which a moving sphere touches a polygon. The ray's direction has unit length.
 pub(super) fn meet(polygon: &ConvexPolygon, ray: &Ray, radius_m: f32) -> Option<f32> {
     if radius_m == 0.0 {
-        // Far from a small polygon rounding could report a hit where the ray passes beside its box.
+        // The box test rejects false hits, which rounding causes far from a small polygon.
         return ray.enter_box(&polygon.bounds(), f32::INFINITY).and_then(|_| polygon.meet(ray));
     }
     let corners = polygon.vertices();
@@ -84,9 +84,9 @@ pub(super) fn meet(polygon: &ConvexPolygon, ray: &Ray, radius_m: f32) -> Option<
     triangles.filter_map(|triangle| meet_triangle(&triangle, ray, radius_m)).reduce(f32::min)
 }
 
-/// The distance of a triangle from a point on the ray is a convex function of the point's position along the ray. So
-/// the ball touches the triangle in at most one range of positions, which contains the position nearest to the
-/// triangle.
+/// Like [`meet`], for a triangle. The distance between the triangle and a point on the ray is a convex function of the
+/// point's position along the ray. So the sphere touches the triangle in at most one range of positions. This range
+/// contains the position nearest to the triangle.
 fn meet_triangle(triangle: &ConvexPolygon, ray: &Ray, radius_m: f32) -> Option<f32> {
     let distance_m = |t: f32| triangle.distance_m(ray.origin + ray.direction * t);
     let bounds = triangle.bounds();

@@ -17,8 +17,8 @@ pub(super) struct ReadSession {
     pub(super) summary: Summary,
     /// The finished model.
     pub(super) model: Scene,
-    /// Direction from the model to the eye of the session's own camera, else to the artist's first side.
-    pub(super) backwards: Option<Vec3>,
+    /// Direction from the model to the session's own camera; without a camera, to the artist's first head poses.
+    pub(super) direction_to_artist: Option<Vec3>,
 }
 
 impl ReadSession {
@@ -40,7 +40,7 @@ impl ReadSession {
         let mut artist = ArtistSide::default();
         let events = events.inspect(|event| event.iter().for_each(|event| artist.note(event)));
         let (summary, model, read) = summarize(events, pace);
-        let backwards = artist.backwards(header.camera);
-        (Self { header, summary, model, backwards }, read)
+        let direction_to_artist = artist.direction_to_artist(header.camera);
+        (Self { header, summary, model, direction_to_artist }, read)
     }
 }

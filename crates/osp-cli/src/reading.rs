@@ -13,7 +13,7 @@ use osp_session::{
 /// Options for damaged sessions, and limits of a session.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct ReadArgs {
-    /// Skip and count damaged parts, instead of stopping at the first one. If a session exceeds a limit
+    /// Skip and count damaged parts, instead of stopping at the first damage. If a session exceeds a limit
     /// (--max-polygons, --max-unpacking), use the part before the limit.
     #[arg(long)]
     pub(super) lenient: bool,
@@ -56,7 +56,7 @@ impl ReadArgs {
         OpenOptions { lenient: self.lenient, limits: self.limits.limits() }
     }
 
-    /// Refuses a session whose time stamps give more frames than a report can hold.
+    /// Returns an error if the time stamps of a session result in more frames than the limits allow.
     pub(super) fn check_frames(&self, file: &Path, summary: &Summary, pace: Pace) -> anyhow::Result<()> {
         let most = self.limits.limits().frames();
         ensure!(

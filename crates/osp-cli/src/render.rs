@@ -78,7 +78,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     }
     let settings = args.settings.settings(&[args.index])?;
     let gpu = Arc::new(Gpu::headless()?);
-    let ReadSession { header, summary, model, backwards } =
+    let ReadSession { header, summary, model, direction_to_artist } =
         ReadSession::at(&args.file, &args.shown.reading, args.shown.pace)?;
     let environment = &header.environment;
     let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
@@ -95,7 +95,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     drawer.set_environment(environment.as_deref());
     drawer.set_time(args.shown.time);
     drawer.set_colors(args.colors());
-    // This is a second drawer, so that the state of one cannot hide an error of the other.
+    // Uses a second drawer, so that the state of the first drawer cannot hide an error.
     let mut by_painter = match painter {
         Some(painter) => Some(PainterPictures::new(painter, &gpu, args.size, &config)?),
         None => None,
@@ -139,12 +139,12 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
         _ if fixed.is_some() => {
             let path = CameraPath::new(CameraChoice::Auto, fixed, &summary.bounds);
-            // Without a head, only the fixed camera determines the view.
+            // The default moment has no head pose, so the fixed camera determines the view.
             let view = path.view(&Moment::default()).with_aspect(drawer.aspect());
             Box::new(move |_| view)
         }
         RenderCamera::Own | RenderCamera::Whole => {
-            let view = whole_view(&bounds, backwards, drawer.aspect());
+            let view = whole_view(&bounds, direction_to_artist, drawer.aspect());
             Box::new(move |_| view)
         }
         RenderCamera::Path(choice) => {
@@ -157,7 +157,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(args.index.create_with(&config, &settings), capacity);
     let has_occlusion = args.occlusion.is_on_cpu();
-    // Pictures must not depend on the clock.
+    // `auto` chooses by counts of work, because pictures must not depend on the clock.
     let pass = PassConfig::for_strokes(Occlusion::Auto).by_work_counts();
     let mut pipeline = args.occlusion.add_to(pipeline, pass);
     let mut outcome = Outcome::Done;
@@ -215,9 +215,9 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                     if is_coarse {
                         let unlike = image.unlike_pixels(whole);
                         warn(&format!(
-                            "frame {frame}{of}: merging changes {differing} pixels, {unlike} of them away from edges"
+                            "frame {frame}{of}: merging changes {differing} pixels, {unlike} of them unexplained"
                         ));
-                        if unlike * MOVED > image.rgba().len() / 4 {
+                        if unlike * ONE_UNEXPLAINED_IN > image.rgba().len() / 4 {
                             outcome = Outcome::CheckFailed;
                         }
                     } else if differing > 0 {
@@ -226,7 +226,8 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                     }
                 };
                 if args.occlusion.is_while_drawing() {
-                    // The polygons of the last frame occlude in the next one. Here the last frame is the last picture.
+                    // The visible polygons of the preceding frame are the first occluders of a frame. Here the
+                    // preceding frame belongs to the preceding picture, so each picture is drawn twice.
                     let (first, _) = picture(&mut drawer, shown, scene, view, ids)?;
                     compare(&first, ", drawn first");
                 }
@@ -241,12 +242,12 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
                 compare(&image, "");
             }
         } else if has_occlusion {
-            // Like a replay, the pipeline learns from frame to frame which polygons may hide others.
+            // Runs occlusion culling in every frame, like a replay, because it collects statistics about occluders.
             let seen = pictures.seen(rig.as_mut(), &camera(&moment));
             let views: Vec<View> = seen.iter().map(|(_, view)| *view).collect();
             pipeline.frame_of_views(scene, changes, &views);
         } else {
-            // A room that does not move stays at the place of the first eye.
+            // The eye of the first frame determines the position of a fixed room.
             pictures.seen(rig.as_mut(), &camera(&moment));
             pipeline.skip(scene, changes);
         }
@@ -264,10 +265,10 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
-/// With `--detail auto`, one in this number of pixels may differ away from edges: strokes that lie on each other may swap.
-const MOVED: usize = 1000;
+/// With `--detail auto`, one in this number of pixels may be unexplained: overlapping strokes may swap their order.
+const ONE_UNEXPLAINED_IN: usize = 1000;
 
-/// Frame rate of the video that --every suggests.
+/// Frame rate in the command that --every prints for a video.
 const VIDEO_RATE: u32 = 30;
 
 fn picture(
@@ -311,7 +312,7 @@ fn line(frame: u64, scene: &Scene, polygons: &VisibleBlocks, times: &DrawTimes, 
 struct Wanted {
     every: Option<u64>,
     last: u64,
-    /// Number of digits of the largest number, so that the files sort correctly.
+    /// Number of digits in the names of the files, so that they sort by frame.
     digits: usize,
 }
 
@@ -329,7 +330,7 @@ impl Wanted {
         match (&args.to, &args.out) {
             (Some(folder), _) => folder.join(format!("{frame:0width$}.png", width = self.digits)),
             (None, Some(out)) => out.clone(),
-            // clap requires one of the two.
+            // clap requires one of these options.
             (None, None) => PathBuf::from("osp.png"),
         }
     }

@@ -22,12 +22,12 @@ use osp_session::{
     replay::CameraChoice,
 };
 
-/// Names of the ways to draw without a depth buffer.
+/// Names of the sorting methods of the painter's algorithm.
 const PAINTERS: [&str; 2] = ["bsp", "centre"];
-/// Names of the drawing orders of opaque polygons, and a name for all of them.
+/// Names of the drawing orders of opaque polygons, then the name for all of them.
 const ORDERS: [&str; 6] = ["none", "front-to-back", "back-to-front", "material", "z-prepass", "all"];
 
-/// Moment at which brushes that move by themselves are drawn by default, seconds.
+/// Default time of animated brushes, seconds after their beginning.
 pub(super) const MOMENT_S: f32 = 11.5;
 
 /// Draw frames of a session to PNG files, without a window.
@@ -38,26 +38,26 @@ pub(super) const MOMENT_S: f32 = 11.5;
 #[command(after_help = "Examples:
   osp render recordings/portrait.ron portrait.png
   osp render sketch.tilt --frame 120 --camera orbit --size 1920x1080 sketch.png
-  osp render sketch.tilt sketch.png --view '(p:(0,1.6,3),q:(0,0,0,1),fov_degrees:60)'
+  osp render sketch.tilt s.png --view '(p:(0,1.6,3),q:(0,0,0,1),fov_degrees:60)'
   osp render painting.apa --every 30 --to frames/
-  osp render recordings/portrait.ron --every 50 --to frames/ --occlusion msvbsp --check
+  osp render portrait.ron --every 50 --to frames/ --occlusion msvbsp --check
   osp render sketch.tilt sketch.png --occlusion hzb --check
   osp render recordings/room.ron room.png --painter bsp --check
   osp render sketch.tilt sketch.png --order all
   osp render recordings/class.ron class.png --color-by authors
   osp render sketch.tilt small.png --size 320x180 --detail auto
-  osp render recordings/room.ron room.png --rig dual-wall --stereo mono --camera recorded
+  osp render room.ron room.png --rig dual-wall --stereo mono --camera recorded
 
-With --rig osp writes a picture for each screen and eye: room-front-right-eye.png is the picture on
-the screen `front` for the right eye. --size gives the height; the width follows from the screen.
-The tracked head is at the camera's eye.
+With --rig osp writes a picture for each screen and eye: room-front-right-eye.png is the picture on the screen \
+`front` for the right eye. --size gives the height; the width follows from the screen. The tracked head is at the \
+camera's eye.
 
-With --occlusion hzb each picture is drawn twice, as two frames of a camera at rest; the figures
-are those of the second. --check compares both with the picture without culling. The first frame
-starts from the visibility data of the previous picture, which shows another view and an earlier model.
---painter draws every polygon solid in its plain colour, whatever brush has painted it. The picture
-for comparison is drawn in the same way. A pixel counts as explained by an edge if its colour lies
-between those of the 3 x 3 pixels at its place in the other picture.
+With --occlusion hzb osp draws each picture twice, as two frames of a camera at rest. The printed times and counts \
+are those of the second frame. --check compares both frames with the picture without culling. With --every, hzb \
+starts from the visible polygons of the preceding picture.
+Both pictures that --painter compares show every polygon solid, in its plain colour.
+A pixel that differs is unexplained if its colour is not between the colours of the 3 x 3 pixels around the same \
+position in the other picture. Differences at edges of polygons are explained.
 `osp replay --help` describes the indexes and the methods of occlusion culling.")]
 pub(super) struct RenderArgs {
     /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
@@ -85,18 +85,18 @@ pub(super) struct RenderArgs {
     /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,
-    /// Level of detail. `full` draws every polygon. `auto` draws one quad for several neighbouring quads of an opaque
-    /// stroke, where no point moves by half a pixel. It is faster if the model is far away.
+    /// Level of detail. `full` draws every polygon. `auto` merges neighbouring quads of an opaque stroke if no point
+    /// moves by more than half a pixel. It is faster if the model is far away.
     #[arg(long, value_name = "LEVEL", default_value = "full", value_parser = DETAILS)]
     pub(super) detail: String,
-    /// Draw each frame a second time without culling; the exit code is 1 if a pixel differs. With --detail auto it is 1 if
-    /// more than one pixel in 1,000 differs away from edges.
+    /// Draw each frame a second time without culling; the exit code is 1 if a pixel differs. With --detail auto it is 1
+    /// if more than one pixel in 1,000 is unexplained (see below).
     #[arg(long)]
     pub(super) check: bool,
     /// Draw by the painter's algorithm: polygons in view from back to front, without a depth test. `bsp` finds the
     /// order by a BSP tree, and cuts polygons that have no order; `centre` sorts by the distance of their centres. The
-    /// picture is compared with the picture of the depth buffer. With --check, the exit code is 1 if more than one
-    /// pixel in 10,000 differs away from edges.
+    /// command compares the picture with one that is drawn with a depth buffer. With --check, the exit code is 1 if
+    /// more than one pixel in 10,000 is unexplained (see below).
     #[arg(long, value_name = "ORDER", conflicts_with = "rig", value_parser = PAINTERS)]
     pub(super) painter: Option<String>,
     /// Also draw each frame with its opaque polygons in other orders, separated by commas, and print a table of their
@@ -105,7 +105,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_delimiter = ',', value_parser = ORDERS)]
     #[arg(conflicts_with_all = ["painter", "check", "rig"])]
     pub(super) order: Vec<String>,
-    /// Number of rounds of --order. Each round draws every order. An additional first round does not count.
+    /// Number of measured rounds of --order. Each round draws every order. An additional first round is not measured.
     #[arg(long, value_name = "N", requires = "order", default_value_t = 9, value_parser = clap::value_parser!(u16).range(1..))]
     pub(super) repeats: u16,
     /// Print the figures of --order as JSON, one object for each frame.
@@ -113,8 +113,9 @@ pub(super) struct RenderArgs {
     pub(super) json: bool,
     /// Position of the eye. `own` is the session's own camera (for a sketch, the camera of its thumbnail), else
     /// `whole`. `whole` shows the whole model except distant strays, from the side of the session's own camera, else
-    /// from the first position of the artist. `recorded` is the recorded head path, else the session's own camera, else `orbit`.
-    /// `orbit` circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    /// from the first position of the artist. `recorded` is what other commands call `auto`: the recorded head path,
+    /// else the session's own camera, else `orbit`. `orbit` circles around the model, `follow` is behind the hand,
+    /// `inside` turns in the middle of the model.
     #[arg(long, default_value = "own", value_parser = camera_parser())]
     pub(super) camera: RenderCamera,
     /// Position of the eye, in place of --camera, in the form of a recording's header: `(p: (x, y, z), q: (x, y, z, w),
@@ -152,7 +153,7 @@ pub(super) struct ShownArgs {
 pub(super) enum RenderCamera {
     /// The session's camera, else the same as `Whole`.
     Own,
-    /// A place from which the eye sees the whole model.
+    /// A position from which the eye sees the whole model.
     Whole,
     /// The same as in a replay.
     Path(CameraChoice),

@@ -1,4 +1,4 @@
-//! `osp render --order`: measures the cost of each drawing order, all in turns in one run.
+//! `osp render --order`: measures the cost of each drawing order, in turns.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use osp_render::{
 };
 use osp_session::{recording::Environment, scene::Scene};
 
-/// Returns the orders with these names. `all` names each of them.
+/// Returns the orders with these names. `all` stands for all orders.
 pub(super) fn named_orders(names: &[String]) -> Vec<OpaqueOrder> {
     let is_named = |order: &OpaqueOrder, name: &str| name == "all" || name == order.name();
     names.iter().flat_map(|name| OpaqueOrder::ALL.into_iter().filter(|order| is_named(order, name))).collect()
@@ -30,7 +30,7 @@ pub(super) struct OrderTrials {
     repeats: usize,
 }
 
-/// The figures of a frame.
+/// The costs of all orders in a frame.
 #[derive(Serialize)]
 pub(super) struct FrameOrders {
     frame: u64,
@@ -38,8 +38,8 @@ pub(super) struct FrameOrders {
     width: u32,
     height: u32,
     adapter: String,
-    /// Whether the times of drawing come from the time stamps of the adapter. Otherwise they are from submission to
-    /// completion.
+    /// Whether the drawing times come from the adapter's time stamps. If not, they are the CPU's times from submission
+    /// to completion.
     gpu_times: bool,
     repeats: usize,
     orders: Vec<OrderFigures>,
@@ -60,7 +60,7 @@ struct OrderFigures {
     differing_pixels: usize,
 }
 
-/// The measured costs of one order so far.
+/// The measured costs of one order in a frame.
 #[derive(Default)]
 struct Measured {
     sort_ns: Vec<u64>,
@@ -109,7 +109,7 @@ impl OrderTrials {
         let layers = [Layer::plain(polygons)];
         let drawer = &mut self.drawer;
         drawer.set_opaque_order(OpaqueOrder::None, false);
-        // The first frame sends the polygons to the adapter. The others are compared with its picture.
+        // The first frame uploads the polygons to the adapter. The other pictures are compared with its picture.
         let mut gpu_times = drawer.draw(scene, view, &layers)?.gpu_ns.is_some();
         let usual = drawer.image()?;
         let mut measured: Vec<Measured> = self.orders.iter().map(|_| Measured::default()).collect();

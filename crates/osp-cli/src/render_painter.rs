@@ -15,10 +15,10 @@ use osp_render::{
 };
 use osp_session::{brush::Draw, scene::Scene};
 
-/// One in this many pixels may differ without an edge that explains it.
-const UNEXPLAINED: usize = 10_000;
+/// One in this number of pixels may be unexplained.
+const ONE_UNEXPLAINED_IN: usize = 10_000;
 
-/// The painter with this name.
+/// Returns the painter with this name.
 pub(super) fn named_painter(name: &str) -> Option<Painter> {
     Painter::ALL.into_iter().find(|painter| painter.name() == name)
 }
@@ -88,7 +88,7 @@ impl PainterPictures {
         })
     }
 
-    /// Reports once the parts that look different in the ordinary picture.
+    /// Reports once the number of polygons that both pictures show differently from an ordinary picture.
     fn note_what_is_drawn_otherwise(&mut self, scene: &Scene, polygons: &VisibleBlocks) {
         if self.is_noted {
             return;
@@ -106,7 +106,7 @@ impl PainterPictures {
         if brushes > 0 || see_through > 0 {
             self.is_noted = true;
             warn(&format!(
-                "of {} polygons in view brushes have painted {}, and {} are seen through or add light: both pictures \
+                "of {} polygons in view, {} have a brush, and {} are transparent or add light: both pictures \
                  show all of them solid in plain colours",
                 thousands(polygons.len() as u64),
                 thousands(brushes),
@@ -122,9 +122,9 @@ impl PainterPictures {
 }
 
 impl Compared {
-    /// Whether edges explain the difference between the pictures, except for one pixel in ten thousand.
+    /// Whether at most one in [`ONE_UNEXPLAINED_IN`] pixels is unexplained.
     pub(super) fn is_explained(&self) -> bool {
-        self.unexplained * UNEXPLAINED <= self.pixels
+        self.unexplained * ONE_UNEXPLAINED_IN <= self.pixels
     }
 
     pub(super) fn line(&self, frame: u64, path: &Path) -> String {
@@ -143,7 +143,7 @@ impl Compared {
         };
         format!(
             "frame {frame}: painter {}: {} polygons, {tree}order found in {:.2} ms, drawn in {:.2} ms (with a depth \
-             buffer {:.2} ms); {} of {} pixels differ from the depth buffer's, {} of them not explained by an edge, {}",
+             buffer {:.2} ms); {} of {} pixels differ from the depth buffer's, {} of them unexplained, {}",
             self.painter.name(),
             count(self.polygons),
             ms(stats.ns),

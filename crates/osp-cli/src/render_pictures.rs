@@ -15,7 +15,7 @@ use osp_session::{replay::RigPath, rig::Eye};
 pub(super) struct Picture {
     /// Number of the drawer's view.
     pub(super) number: usize,
-    /// Suffix of the file's name, like `left-right-eye`. `None` without a rig.
+    /// Suffix of the file's name: the screen and the eye, such as `left-right-eye`. `None` without a rig.
     suffix: Option<String>,
     /// The screen and the eye, for messages.
     on_screen: Option<(String, Eye)>,
@@ -23,7 +23,7 @@ pub(super) struct Picture {
 }
 
 impl Picture {
-    /// Returns the file of this picture, for a frame with the file `path`.
+    /// Returns the path of this picture: `path`, the path of the frame, with the suffix.
     pub(super) fn path(&self, path: &Path) -> PathBuf {
         let Some(suffix) = &self.suffix else { return path.to_owned() };
         let mut name = path.file_stem().unwrap_or_default().to_owned();
@@ -35,12 +35,12 @@ impl Picture {
         path.with_file_name(name)
     }
 
-    /// Returns a text like `, left-right-eye`. Empty without a rig.
+    /// Returns the suffix for messages, such as `, left-right-eye`. Empty without a rig.
     pub(super) fn name(&self) -> String {
         self.suffix.as_ref().map(|suffix| format!(", {suffix}")).unwrap_or_default()
     }
 
-    /// Returns the reason for which a frame lacks this picture.
+    /// Returns the reason why a frame lacks this picture.
     pub(super) fn why_not(&self) -> String {
         let Some((screen, eye)) = &self.on_screen else { return String::new() };
         format!("the {} is not in front of the screen `{}`", eye.name(), screen.escape_debug())

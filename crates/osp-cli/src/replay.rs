@@ -37,12 +37,12 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     if args.window {
         return in_window(args, &outputs);
     }
-    // Errors in the arguments are reported before the work, not after it.
+    // Reports errors in the arguments before the work begins.
     args.play.check(args.draw.is_some())?;
     ensure!(
         args.play.cut_nodes.cut_nodes != Some(CutNodes::Drawn)
             || (args.check.is_none() && args.pin.is_none()),
-        "--cut-nodes drawn: expected no --check and no --pin, which are about the polygons in view"
+        "--cut-nodes drawn: expected no --check and no --pin, because fingerprints contain only polygons in view"
     );
     let rig = args.rig.path()?;
     let pins = args.check.as_deref().map(Pins::read).transpose()?;
@@ -72,7 +72,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         outputs.charts.draw(number, &report)?;
         if let Some((first, second, frame)) = report.first_disagreement() {
             warn(&format!(
-                "{}: {first} and {second} saw different polygons in frame {frame}",
+                "{}: {first} and {second} found different polygons in frame {frame}",
                 file.display()
             ));
             outcome = Outcome::CheckFailed;
@@ -112,7 +112,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     if let (Some(csv), Some(output)) = (csv, &outputs.csv) {
         output.commit(csv.finish().with_context(|| output.path().display().to_string())?)?;
     }
-    // A run that failed a check is not pinned.
+    // Writes no pins if a check has failed.
     if let Some(output) = outputs.pin.filter(|_| outcome == Outcome::Done) {
         output.check()?;
         new_pins.write(output.path())?;
@@ -120,7 +120,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
-/// The reason for which a session has no fingerprint to compare or to pin.
+/// The message if a session has no fingerprint to compare or to pin.
 const INCOMPLETE: &str = "no index replayed every frame, so the session has no fingerprint: raise --budget";
 
 /// Plays the first session in a window with the first index.
@@ -131,7 +131,7 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
         Autosaves, Command, OpenError, Reading, Session, Settings, Studio, Waited, WindowOptions, run,
     };
     if args.rig.room == RoomMotion::Stands {
-        bail!("--room stands does not work with --window: there the room follows the replay's camera");
+        bail!("--room stands does not work with --window: in a window the room follows the replay's camera");
     }
     let index = args.play.index.first().copied().unwrap_or(IndexKind::Osp);
     let settings = args.play.settings(&[index])?;

@@ -32,76 +32,91 @@ use osp_session::{
   osp replay recordings/portrait.ron
   osp replay sketch.tilt --index osp,octree-rebuild --chart frames.png
   osp replay painting.apa --pace samples:1 --camera inside --csv frames.csv
-  osp replay recordings/room.ron --index osp-paper,lbvh --depth 9 --cube 2 --leaf 16 --morton-bits 10
+  osp replay recordings/room.ron --index osp-paper,lbvh --depth 9 --cube 2 \\
+      --leaf 16 --morton-bits 10
   osp replay recordings/*.ron --check recordings/fingerprints.pins
   osp replay recordings/room.ron --occlusion none,msvbsp,auto --verify-frames 8
-  osp replay recordings/room.ron --occlusion msvbsp --node-test sphere --score paper
+  osp replay room.ron --occlusion msvbsp --node-test sphere --score paper
   osp replay recordings/room.ron --rig dual-wall --occlusion none,msvbsp
 
 The table has a line for each index (times of this machine, one thread):
-  insert   time to insert the frame's polygons, including a rebuild: nanoseconds per polygon, median
-  cull     time of one frustum query, median
-  frame    insert and cull together: median, 95th and 99th percentile, slowest frame
-  visible  polygons in the frustum, mean over the frames
-  culled   the other polygons, mean over the frames
-  frames measured   a slow index is measured on evenly spaced ranges of the session (--budget)
-  ratio    time of a frame divided by that of the fastest index, over the frames measured with both
-  input    time to apply the frame's events to the model, median; it is no part of the frame
-Columns that do not fit the terminal (or COLUMNS) are left out, from the right. The line below the
-table names the fastest index.
+  insert           time to insert the frame's polygons, including a rebuild:
+                   nanoseconds per polygon, median
+  cull             time of one frustum query, median
+  frame            insert and cull together: median, 95th and 99th percentile,
+                   slowest frame
+  visible          polygons in the frustum, mean over the frames
+  culled           polygons outside the frustum, mean over the frames
+  frames measured  number of measured frames; a slow index is measured on evenly
+                   spaced ranges of the session (--budget)
+  ratio            an index's time of a frame, divided by that of the fastest
+                   index, over the frames measured with both
+  input            time to apply the frame's events to the model, median; not a
+                   part of `frame`
+Columns that do not fit the terminal (or COLUMNS) are omitted, from the right. The line below the table names the \
+fastest index.
 With --occlusion the table has a line for each index and method, and more columns:
-  occluded   polygons in the frustum that the method culled because others hide them, mean
-  occlusion  time to choose occluders, build the culler and test: median of the frames that used it
-  occluders, build, tests   these three stages one by one, as far as the method has them
-  used       share of the frames that used the method
-  with drawing   time of the frame plus --polygon-ns for each polygon that is drawn, median
-With --rig each frame is culled for every screen and eye of the rig. The tracked head is at the eye
-of --camera, by default the recorded head; --room sets whether the room moves with it. visible,
-culled, occluded and all times are those of all views together. A second table has for each screen
-and eye the polygons in view and drawn (means of the frames with this view), and:
-  all views     time of a frame with all its views, mean without the slowest hundredth
-  views x one   time of a frame with a single view, mean, times the number of views
-  all against one   the first divided by the second
+  occluded      polygons in the frustum that the method culled because others
+                hide them, mean
+  occlusion     time to choose occluders, build the culler and test: median of
+                the frames that used it
+  occluders, build, tests
+                these three stages one by one, as far as the method has them
+  used          share of the frames that used the method
+  with drawing  assumed total: frame time plus --polygon-ns for each drawn
+                polygon, median
+With --rig each frame is culled for every screen and eye of the rig. The tracked head is at the eye of --camera, by \
+default the recorded head; --room sets whether the room moves with it. The columns visible, culled and occluded, and \
+all times, are sums over all views. A second table has for each screen and eye the polygons in view and drawn (means \
+of the frames with this view), and these columns:
+  all views        time of a frame with all views, mean without the slowest 1 %
+  views x one      mean time of a frame with one view, times the number of views
+  all against one  ratio: time of all views to that of as many single views
 With --draw:
-  draw     time from submission to completion on the graphics adapter: median and 99th percentile
-  send     time to upload new polygons and the draw list, median
-With --draw and --occlusion hzb the table also has means of the groups of polygons tested, and of the
-polygons drawn in the depth pass and in the colour pass. It has medians of the adapter's own times of
-the depth pass, the test and the colour pass.
+  draw  time from submission to completion on the graphics adapter: median and
+        99th percentile
+  send  time to upload new polygons and the draw list, median
+With --draw and --occlusion hzb the table also has mean numbers of the groups of polygons tested, and of the \
+polygons drawn in the depth pass and in the colour pass. It has medians of the adapter's own times of the depth \
+pass, the test and the colour pass.
+With --cut-nodes drawn, a replay accepts only one index, and neither --check nor --pin.
 
 Indexes:
-  brute-force      tests every polygon: the reference
-  brute-simd       one pass over all boxes with SIMD
-  time-order       a hierarchy of boxes over the order of insertion
-  osp-paper        the paper's preallocated binary tree, as printed
-  osp              our own form of it
-  octree-rebuild   an adaptive octree, rebuilt in every frame that inserts a polygon
-  octree-paper     the paper's octree: rebuilt, tests each of the eight children
-  octree-every-child
-                   an octree that holds a polygon in every child that it touches, rebuilt as well
-  octree-bvh       an octree above, a hierarchy of boxes within each of its cells, rebuilt
+  brute-force         tests every polygon: the reference
+  brute-simd          one loop over all boxes with SIMD
+  time-order          a hierarchy of boxes over the order of insertion
+  osp-paper           the paper's own tree: binary, preallocated
+  osp                 our own form of the paper's tree
+  octree-rebuild      an adaptive octree, rebuilt in frames with new polygons
+  octree-paper        the paper's octree: rebuilt, tests all eight children
+  octree-every-child  an octree that stores a polygon in every child that it
+                      touches, also rebuilt
+  octree-bvh          an octree with a hierarchy of boxes in each cell, rebuilt
   bvh-midpoint, bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh
-                   bounding volume hierarchies, rebuilt in every frame that inserts a polygon
+                      bounding volume hierarchies, rebuilt in every frame that
+                      inserts a polygon
   bvh-two-level, dynamic-bvh
-                   bounding volume hierarchies that insert polygons in place
+                      bounding volume hierarchies that insert polygons in place
   loose-octree, kd-tree, quadtree
-                   trees that insert polygons in place
-  bsp              a binary space partition along the polygons' planes, rebuilt like the hierarchies
+                      trees that insert polygons in place
+  bsp                 a BSP tree along the polygons' planes, also rebuilt
 
 Methods of --occlusion:
-  none             frustum culling alone
-  frusta           one shadow volume for each occluder
-  svbsp            the shadow-volume BSP tree of Chin and Feiner
-  svbsp-paper      the paper's variant: inserts single planes
-  msvbsp           the paper's modified tree, made conservative
-  depth            a masked depth buffer in software; only pixels that a polygon wholly covers count
-  depth-last       a depth buffer of the polygons that were visible in the last frame, joined at
-                   shared edges
-  auto             in each frame the cheapest of none, msvbsp, depth-last, and hzb with --draw
-  hzb, queries     on the graphics adapter, while drawing: a hierarchical depth buffer, or hardware
-                   occlusion queries
+  none          frustum culling alone
+  frusta        one shadow volume for each occluder
+  svbsp         the shadow-volume BSP tree of Chin and Feiner
+  svbsp-paper   the paper's variant: inserts single planes
+  msvbsp        the paper's modified tree, made conservative
+  depth         a masked depth buffer in software; only pixels that a polygon
+                wholly covers count
+  depth-last    a depth buffer of the polygons that were visible in the last
+                frame, joined at shared edges
+  auto          in each frame the cheapest of none, msvbsp, depth-last, and hzb
+                with --draw
+  hzb, queries  on the graphics adapter, while drawing: a hierarchical depth
+                buffer, or hardware occlusion queries
   msvbsp-paper, depth-centers
-                   not conservative: they can cull visible polygons")]
+                not conservative: these methods can cull visible polygons")]
 pub(super) struct ReplayArgs {
     /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
     #[arg(required_unless_present = "world")]
@@ -118,14 +133,14 @@ pub(super) struct ReplayArgs {
     /// Print one JSON object for each session instead of a table.
     #[arg(long)]
     pub(super) json: bool,
-    /// Compare the fingerprints of the visible polygons with those in this file; the exit code is 1 if they differ.
+    /// Compare the fingerprint of the visible polygons with the fingerprint in this file; the exit code is 1 if they
+    /// differ.
     #[arg(long, value_name = "FILE")]
     pub(super) check: Option<PathBuf>,
     /// Write the fingerprints of this run to a file for --check.
     #[arg(long, value_name = "FILE")]
     pub(super) pin: Option<PathBuf>,
-    /// In this many frames, compare the polygons that occlusion culling leaves out with the polygons that really are
-    /// hidden.
+    /// Number of frames in which to compare the culled polygons with the polygons that really are hidden.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion", value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
     pub(super) verify_frames: u64,
     /// Let an output replace a file of another type, even a session, but never an input.
@@ -135,14 +150,14 @@ pub(super) struct ReplayArgs {
     pub(super) rig: RigPathArgs,
     #[command(flatten)]
     pub(super) world: WorldArgs,
-    /// Also draw each frame's polygons that are left after culling on the graphics adapter, and measure the time
-    /// [default size: 1280x720].
+    /// Also draw the remaining polygons of each frame on the graphics adapter, and measure the time [default size:
+    /// 1280x720].
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
     pub(super) draw: Option<Size>,
-    /// Play the session in a window, with times and counts. The replay starts at once, unless --paused is given.
+    /// Play the session in a window, with times and counts. The replay starts immediately, unless --paused is given.
     #[arg(long, conflicts_with_all = ["csv", "chart", "json", "check", "pin"])]
     pub(super) window: bool,
-    /// With --window: wait before the first frame until somebody presses play.
+    /// With --window: pause before the first frame, until you press play.
     #[arg(long, requires = "window")]
     pub(super) paused: bool,
     /// With --window: write one line of JSON for each frame shown.
@@ -185,8 +200,8 @@ pub(super) struct PlayArgs {
     /// to test, and `auto` compares methods by this time.
     #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = numbers::nanoseconds)]
     pub(super) polygon_ns: f64,
-    /// Index for the polygons of a group that moves. `polygons` updates each polygon in every frame in which the group
-    /// moves. `whole` keeps the polygons in a second index, in the group's own space. The results are the same. A
+    /// Index for the polygons of a moving group. `polygons` updates each polygon in every frame in which the group
+    /// moves. `whole` stores the polygons in a second index, in the group's own space. Both find the same polygons. A
     /// window always uses `whole`.
     #[arg(long, value_enum, default_value_t = GroupIndexing::Polygons)]
     pub(super) groups: GroupIndexing,
@@ -199,12 +214,12 @@ pub(super) struct PlayArgs {
 pub(super) enum GroupIndexing {
     /// In the main index, each by its box in the world.
     Polygons,
-    /// In an index of their own for each group.
+    /// In a separate index for each group.
     Whole,
 }
 
 impl PlayArgs {
-    /// The indexes, in the order of their rows in the table.
+    /// Returns the indexes, in the order of their rows in the table.
     pub(super) fn indexes(&self) -> Vec<IndexKind> {
         match (self.index.as_slice(), self.occlusion.is_empty()) {
             ([], true) => IndexKind::DEFAULT.to_vec(),
@@ -213,7 +228,7 @@ impl PlayArgs {
         }
     }
 
-    /// The indexes, each with its method of occlusion culling, if any.
+    /// Returns each combination of an index and a method of occlusion culling, if any.
     pub(super) fn runs(&self) -> Vec<(IndexKind, Option<Method>)> {
         let methods: Vec<_> = match self.occlusion.as_slice() {
             [] => vec![None],
@@ -222,16 +237,18 @@ impl PlayArgs {
         self.indexes().iter().flat_map(|index| methods.iter().map(|method| (*index, *method))).collect()
     }
 
-    /// The settings of these indexes. An option that concerns none of them is an error.
+    /// Returns the settings of these indexes. An option that concerns none of them is an error.
     pub(super) fn settings(&self, indexes: &[IndexKind]) -> anyhow::Result<IndexSettings> {
         let settings = self.cut_nodes.add_to(self.settings.settings(indexes)?, indexes)?;
         if settings.cut_nodes == CutNodes::Drawn && indexes.iter().any(|other| *other != indexes[0]) {
-            bail!("--cut-nodes drawn: expected one index, because it draws other polygons than are in view");
+            bail!(
+                "--cut-nodes drawn: expected one index, because it also draws polygons that are not in view"
+            );
         }
         Ok(settings)
     }
 
-    /// Returns all options in one line, including those that were not given. The same line means the same work.
+    /// Returns the values of all options in one line, including the defaults. Equal lines mean the same work.
     pub(super) fn in_one_line(&self) -> String {
         let indexes = self.indexes();
         let join = |names: Vec<&str>| names.join(",");
@@ -268,7 +285,7 @@ impl PlayArgs {
         line
     }
 
-    /// Reports errors in the options before the work, not after it. `draws` is whether frames are drawn.
+    /// Reports errors in the options before the work begins. `draws`: whether the command draws frames.
     pub(super) fn check(&self, draws: bool) -> anyhow::Result<()> {
         if let Some(choice) = self.occlusion.iter().find(|choice| choice.is_while_drawing() && !draws) {
             let name = choice.name();

@@ -30,13 +30,13 @@ use osp_session::{
     replay::{Budget, CameraPath, Lane, Player, Replay, RigPath, Summary, root_cube, summarize},
 };
 
-/// Environment of a replay: the session's reader, the receiver of remarks, and the measure by which `auto` chooses.
+/// Settings of a replay that depend on the command.
 pub(super) struct ReplayContext<'a> {
     pub(super) reader: Reader,
-    /// Counts of work, if the culled polygons must not depend on the clock.
+    /// Measure by which `auto` chooses. Use counts of work if the culled polygons must not depend on the clock.
     pub(super) basis: AutoBasis,
     pub(super) progress: fn(frames: u64, name: &str) -> ProgressBar,
-    /// Receives remarks on the session for the user.
+    /// Receives remarks about the session for the user.
     pub(super) remark: &'a mut dyn FnMut(&str),
 }
 
@@ -49,14 +49,14 @@ pub(super) struct Replayed {
     pub(super) skipped: u64,
 }
 
-/// Plays a session for people at a terminal. Its frames go to the CSV file, if there is one.
+/// Plays a session, with its progress on the terminal. Writes its frames to the CSV file, if there is one.
 pub(super) fn replay_file(
     args: &ReplayArgs,
     file: &Path,
     rig: Option<RigPath>,
     csv: Option<&mut CsvWriter<AtomicFile>>,
 ) -> anyhow::Result<ReplayReport> {
-    // A run that is compared with pinned fingerprints must not depend on the clock.
+    // A replay that is compared with pinned fingerprints must not depend on the clock.
     let is_pinned = args.check.is_some() || args.pin.is_some();
     let context = ReplayContext {
         reader: Reader::Thread,
@@ -67,7 +67,7 @@ pub(super) fn replay_file(
     Ok(replay(args, file, rig, csv, context)?.report)
 }
 
-/// Plays a session. Its frames go to the CSV file, if there is one.
+/// Plays a session. Writes its frames to the CSV file, if there is one.
 pub(super) fn replay(
     args: &ReplayArgs,
     file: &Path,
@@ -79,7 +79,7 @@ pub(super) fn replay(
     if context.reader == Reader::Thread {
         session = session.counted();
     }
-    // The session is read twice: once to measure its length and size, and once to play it.
+    // Reads the session twice: first to measure its length and size, then to play it.
     let (summary, _, read) = summarize(&mut session, args.play.pace);
     session.notes().warnings.iter().for_each(|warning| (context.remark)(warning));
     let skipped = session.notes().skipped;
@@ -103,8 +103,8 @@ pub(super) fn replay(
     let mut rig_report = rig.as_ref().map(RigReport::new);
     let mut lanes = lanes(&args.play, context.basis, &kinds, &settings, &session.header, &summary);
     if rig.is_some() {
-        // The cost of several views is compared with the cost of one. Occlusion culling learns from frame to frame
-        // which polygons are hidden in a view.
+        // More lanes measure the cost of a single view, for comparison. With occlusion culling, a lane stays at the
+        // same view for several frames, because the cullers use data of the previous frames.
         let turn = if kinds.iter().any(|(_, method)| method.is_some()) { 16 } else { 1 };
         let more = self::lanes(&args.play, context.basis, &kinds, &settings, &session.header, &summary);
         lanes.extend(more.into_iter().map(|lane| lane.of_one_view(turn)));
@@ -141,7 +141,7 @@ pub(super) fn replay(
     }
     while let Some(outcomes) = replay.step()? {
         let mut frames = outcomes.to_vec();
-        // With a rig, the lanes of one view come after the others.
+        // With a rig, the lanes of a single view follow the lanes of all views.
         let of_one_view = frames.split_off(kinds.len());
         if let Some(report) = &mut rig_report {
             report.add(replay.rig_views());
@@ -192,7 +192,7 @@ pub(super) fn replay(
     Ok(Replayed { report, format, skipped })
 }
 
-/// Counts the visible polygons that the lanes of this frame have wrongly culled.
+/// Counts the visible polygons that the lanes have wrongly culled in this frame.
 fn verify_frame<I>(replay: &Replay<I>, replayed: &[bool], runs: &mut [RunReport])
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
@@ -210,9 +210,9 @@ where
             else {
                 continue;
             };
-            // All lanes see the same polygons in the frustum.
+            // All lanes have the same polygons in the frustum, so the first lane computes the visible polygons.
             let visible = visible.get_or_insert_with(|| {
-                // The polygons that frustum culling has wrongly left out are tested, too.
+                // Also tests the polygons that frustum culling has wrongly culled.
                 let mut ids = lost_polygons(replay.scene(), view, &in_view.to_vec());
                 ids.extend(in_view.ids());
                 verify::visible_polygons(replay.scene(), &window, &ids, OracleConfig::default())

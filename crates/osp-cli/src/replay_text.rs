@@ -44,7 +44,7 @@ pub(super) fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
     }
     for run in report.runs.iter().filter(|run| run.refused > 0) {
         lines.push(format!(
-            "{} refused {} changes: they moved polygons out of range, where nothing can be drawn.",
+            "{} refused {} changes: they moved polygons out of range, where polygons cannot be drawn.",
             run.index, run.refused
         ));
     }
@@ -53,7 +53,7 @@ pub(super) fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
         lines.push(format!("{name} culled {} visible polygons.", thousands(false_culls)));
     }
     if report.first_disagreement().is_none() {
-        lines.push("All indexes saw the same polygons in every frame that they were measured on.".to_owned());
+        lines.push("All indexes found the same polygons in every measured frame.".to_owned());
     }
     lines.join("\n")
 }

@@ -54,7 +54,7 @@ pub(super) fn run(args: &ReplayArgs, address: &str, csv: Option<&Output>) -> any
     };
     let rate = if options.wait { 0 } else { options.rate };
     let mut due = Instant::now();
-    // This holds no more views than the flight looks ahead. Otherwise `--frames` would make memory unbounded.
+    // Holds only the views that `--prefetch` needs. All views would need memory in proportion to `--frames`.
     let prefetch = usize::from(options.prefetch);
     let mut coming = VecDeque::with_capacity(prefetch + 1);
     loop {
@@ -85,7 +85,7 @@ pub(super) fn run(args: &ReplayArgs, address: &str, csv: Option<&Output>) -> any
 /// Views, one for each frame.
 type Views = Box<dyn Iterator<Item = View>>;
 
-/// Returns the camera's name and its views.
+/// Returns the name of the camera, and its views.
 fn views(args: &ReplayArgs, world: &World) -> anyhow::Result<(String, Views)> {
     let WorldArgs { path, frames, seed, speed, far, .. } = &args.world;
     let camera = args.play.camera;

@@ -33,15 +33,15 @@ pub(super) struct RigCommand {
 const FORMAT: &str = "A rig is a RON file. In the comments, [ ] contains the default of an optional field:
   (
     name: \"two walls\",
-    // Position of the head until a tracker moves the head, metres, y up.
+    // Position of the head before a tracker reports it, metres, y up.
     head: (0.0, 1.6, 0.0),
     // Distance between the eyes, metres [0.064].
     eye_separation_m: 0.064,
     // Mono, SideBySide, TopBottom, Anaglyph or Windows [Mono].
     stereo: SideBySide,
-    // Whether each eye gets the picture of the other one [false].
+    // Whether to exchange the pictures of the two eyes [false].
     swap_eyes: false,
-    // From the tracker's space to the room's space [the same space].
+    // Transform from the tracker's space to the room's space [the same space].
     room_from_tracker: (p: (0, 0, 0), q: (0, 0, 0, 1)),
     // 1 to 16 rectangles, each given by three corners, as seen from the front.
     screens: [
@@ -50,18 +50,18 @@ const FORMAT: &str = "A rig is a RON file. In the comments, [ ] contains the def
         lower_left: (-1.7, 0.3, 0.0),
         lower_right: (0.0, 0.3, -1.7),
         upper_left: (-1.7, 2.1, 0.0),
-        // Monitors that show this screen [beside the others in the window].
+        // Monitors that show this screen [a part of the first window].
         outputs: [(monitor: \"2\", viewport: (0, 0, 1, 1))],
       ),
     ],
   )
-An output contains the name or number of a monitor (`osp rig monitors` lists them). A window without
-borders and panels covers this monitor. `viewport` is the part of the monitor that shows the screen:
-left, top, width and height, each from 0 to 1 [all]. With `stereo: Windows`, the outputs
-`eyes: Left` and `eyes: Right` of a screen show the picture of one eye each, for two projectors.
-The first window has the panels and opens on a monitor that the rig does not use.
-osp draws with wgpu, which supports neither quad-buffered stereo nor genlock (the locking of several
-displays to one frame). Drivers and projectors apply warp meshes.
+An output contains the name or number of a monitor (`osp rig monitors` lists them). A window without borders and \
+panels covers this monitor. `viewport` is the part of the monitor that shows the screen: left, top, width and \
+height, each from 0 to 1 [all]. With `stereo: Windows`, the outputs `eyes: Left` and `eyes: Right` of a screen show \
+the picture of one eye each, for two projectors. The first window has the panels and opens on a monitor that the \
+rig does not use.
+osp draws with wgpu, which supports neither quad-buffered stereo nor genlock (the locking of several displays to \
+one frame). Drivers and projectors apply warp meshes.
 Rigs in osp: desktop, dual-wall, cave4.
 
 Examples:
@@ -74,18 +74,18 @@ Examples:
 enum What {
     /// List the monitors that a rig may name.
     Monitors,
-    /// List the errors in rigs. The exit code is 1 if the head sees nothing on some screen, 2 if a file is no rig.
+    /// List the errors in rigs. The exit code is 1 if the head is behind a screen, 2 if a file is no rig.
     Check {
         /// Files, or names of rigs in osp.
         #[arg(required = true, value_name = "RIG")]
         rigs: Vec<String>,
     },
-    /// Print the screens of a rig as its head sees them, and optionally draw them.
+    /// Print the sizes of a rig's screens and their distances and angles from the head. Optionally draw a plan.
     Show {
         /// A file, or the name of a rig in osp.
         #[arg(value_name = "RIG")]
         rig: String,
-        /// A plan of the room, .svg or .png: from above and from the front.
+        /// The plan of the room to write, .svg or .png: from above and from the front.
         #[arg(value_name = "PLAN")]
         plan: Option<PathBuf>,
         /// Replace a file of another kind.
@@ -111,7 +111,7 @@ fn check(names: &[String]) -> anyhow::Result<Outcome> {
     for name in names {
         let rig = match Rig::open(name) {
             Ok(rig) => rig,
-            // The other rigs are checked first.
+            // Checks the other rigs before it returns the error.
             Err(error) => {
                 if let Some(before) = wrong.replace(error) {
                     warn(&format!("error: {before}"));
@@ -128,8 +128,8 @@ fn check(names: &[String]) -> anyhow::Result<Outcome> {
             if let Some(eye) = eyes.iter().find(is_blind) {
                 outcome = Outcome::CheckFailed;
                 warn(&format!(
-                    "{name}: the {} of the head at {} is not in front of screen `{}`: its corners go the other way round, or \
-                     the head stands behind it",
+                    "{name}: the {} of the head at {} is not in front of screen `{}`: the corners of the screen are in the wrong order, or \
+                     the head is behind the screen",
                     eye.name(),
                     rig.head,
                     screen.name
@@ -153,8 +153,9 @@ fn monitors() -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Near and far planes, which a view requires. They do not matter here.
+/// Near plane, which a view requires. It does not affect the output.
 const NEAR_M: f32 = 0.01;
+/// Far plane, like [`NEAR_M`].
 const FAR_M: f32 = 100.0;
 
 fn show(name: &str, plan: Option<&PathBuf>, force: bool) -> anyhow::Result<Outcome> {
@@ -203,7 +204,7 @@ fn show(name: &str, plan: Option<&PathBuf>, force: bool) -> anyhow::Result<Outco
     Ok(Outcome::Done)
 }
 
-/// Describes the output of a screen's picture.
+/// Returns a line about an output: the monitor, the viewport and the eyes.
 fn shown_on(screen: &Screen, output: &Output) -> String {
     let Viewport(x, y, width, height) = output.viewport;
     let part = match output.viewport == Viewport::WHOLE {
@@ -218,7 +219,7 @@ fn shown_on(screen: &Screen, output: &Output) -> String {
     format!("{}: monitor `{}`{part}{eyes}", one_line(&screen.name), one_line(&output.monitor))
 }
 
-/// Describes a screen as the head sees it.
+/// Returns the row of a screen: name, width, height, distance from the head, and its angles in view.
 fn row(rig: &Rig, screen: &Screen) -> [String; 6] {
     let (across, upwards) = screen.sides();
     let degrees = |low: f32, high: f32| format!("{:.1}", (high.atan() - low.atan()).to_degrees());

@@ -28,9 +28,9 @@ pub(super) struct RigArgs {
 pub(super) struct RigPathArgs {
     #[command(flatten)]
     pub(super) screens: RigArgs,
-    /// Motion of the rig's room. `follows`: the room moves with the eye and turns with it about the vertical. So the
-    /// eye is always at the position that the rig defines for the head. `stands`: the room stays at the first
-    /// frame's eye, and the eye moves in it.
+    /// Motion of the rig's room. `follows`: the room moves with the eye, and turns with it about the vertical axis. The
+    /// eye is then always at the rig's position of the head. `stands`: the eye of the first frame determines the
+    /// position of the room. After that the room stands still, and the eye moves in it.
     #[arg(long, value_name = "HOW", default_value = "follows", requires = "rig", value_parser = room_parser())]
     pub(super) room: RoomMotion,
 }
@@ -45,7 +45,7 @@ pub(super) fn rig_file(name: &str) -> Option<PathBuf> {
 }
 
 impl RigArgs {
-    /// Returns the file of the rig, if it is one. No output may replace it.
+    /// Returns the file of the rig, which no output may replace. `None` for a shipped rig.
     pub(super) fn file(&self) -> Option<PathBuf> {
         self.rig.as_deref().and_then(rig_file)
     }
@@ -84,7 +84,7 @@ impl RigPathArgs {
         Self { screens: RigArgs { rig: None, stereo: None }, room: RoomMotion::Follows }
     }
 
-    /// Returns the screens before the first frame. `None` without a rig.
+    /// Returns the rig at the start of a replay. `None` without a rig.
     pub(super) fn path(&self) -> anyhow::Result<Option<RigPath>> {
         let Some((rig, stereo)) = self.screens.open()? else {
             if self.screens.stereo.is_some() {

@@ -19,7 +19,7 @@ use osp_app::tracker::{EventEncoder, Message, TrackerKey, osc_keyed, osc_packet,
 use osp_lab::report::thousands;
 use osp_session::recording::{Pace, Pacer};
 
-/// Largest number of bytes of a datagram that every network passes in one piece, including a key before the lines.
+/// Largest number of bytes of the lines in a datagram. Together with a key, they fit the packet size of every network.
 const PACKET_BYTES: usize = 1200;
 
 pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
@@ -111,7 +111,7 @@ impl Sender {
         self.packets += 1;
         match self.socket.send(bytes) {
             Ok(_) => Ok(()),
-            // The error belongs to an earlier packet: no window listens (yet).
+            // The error belongs to an earlier packet: no window listens at the address.
             Err(error) if error.kind() == std::io::ErrorKind::ConnectionRefused => {
                 self.refused += 1;
                 Ok(())

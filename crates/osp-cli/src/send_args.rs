@@ -7,7 +7,7 @@ use clap::Args;
 use super::{numbers, reading::ReadArgs, tracker_args::TrackerKey};
 use osp_session::recording::Pace;
 
-/// Play a session as a tracker: send its samples to a window that listens (`osp sketch --tracker udp://…`).
+/// Send the samples of a session to a window, like a tracker (`osp sketch --tracker udp://…`).
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp send recordings/portrait.ron --to 127.0.0.1:9327
@@ -17,7 +17,7 @@ use osp_session::recording::Pace;
 pub(super) struct SendArgs {
     /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
     pub(super) file: PathBuf,
-    /// Address and port of the window that listens.
+    /// Address and port of the window's --tracker.
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub(super) to: String,
     /// Part of the session that each packet contains (90 packets a second): `recorded` (by its time stamps) or `samples:N`

@@ -33,7 +33,7 @@ struct Found {
     bytes: u64,
 }
 
-/// The reason for which there is no file.
+/// The answer to a request without a file: the status code, and the text.
 struct Refusal(StatusCode, &'static str);
 
 const NONE: Refusal = Refusal(StatusCode::NOT_FOUND, "there is no such file here\n");
@@ -72,18 +72,18 @@ impl Site {
             file.push("index.html");
         }
         let file = fs::canonicalize(&file).map_err(|_| NONE)?;
-        // A link must not lead out of the folder, or to a hidden file, either.
+        // Refuses a link that leads out of the folder or to a hidden file.
         if !file.strip_prefix(&self.folder).is_ok_and(is_shown) {
             return Err(NONE);
         }
-        // A pipe would wait for a writer, so it is refused.
+        // Refuses a pipe, because reading it would wait for a writer.
         check_regular(&file).map_err(|_| NONE)?;
         let bytes = fs::metadata(&file).map_err(|_| NONE)?.len();
         Ok(Found { kind: kind_of(&file), path: file, bytes })
     }
 }
 
-/// Whether a path leads only downwards and has no hidden part. Hidden files and folders hold keys and histories.
+/// Whether a path stays below the folder and has no hidden part. Hidden files may contain keys.
 fn is_shown(relative: &Path) -> bool {
     relative
         .components()
@@ -140,17 +140,17 @@ async fn found(site: Arc<Site>, request: Request<Incoming>) -> Result<Response<B
     }
     let kind = file.kind.parse().map_err(|_| FAILED)?;
     let answer = ServeFile::new_with_mime(&file.path, &kind).try_call(request).await;
-    // The file existed a moment ago, so this is rare.
+    // An error is rare, because the file existed before.
     answer.map(|answer| answer.map(Either::Left)).map_err(|_| NONE)
 }
 
 /// Returns the range of a request (RFC 9110, section 14) in a file of `bytes` bytes. The range may begin behind the end
-/// of the file. `None` sends the whole file: for no range, several ranges, a malformed range, or a range with
-/// `If-Range`.
+/// of the file. `None` stands for the whole file. It is returned for no range, several ranges, a malformed range, or a
+/// range with `If-Range`.
 fn part(headers: &HeaderMap, bytes: u64) -> Option<RangeInclusive<u64>> {
     let mut ranges = headers.get_all(header::RANGE).iter();
     let (Some(range), None) = (ranges.next(), ranges.next()) else { return None };
-    // The file may have changed. The whole file is a valid answer.
+    // The file may have changed; the whole file is always a valid answer.
     if headers.contains_key(header::IF_RANGE) {
         return None;
     }
@@ -187,7 +187,7 @@ fn kind_of(file: &Path) -> &'static str {
     }
 }
 
-/// Whether compression is useful: it is for text, WebAssembly and models, but not for raster images and packed files.
+/// Whether compression is useful: true for text, WebAssembly and models, false for raster images and compressed files.
 pub(super) fn is_worth_compressing(_: StatusCode, _: Version, headers: &HeaderMap, _: &Extensions) -> bool {
     let kind = headers.get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
     kind.starts_with("text/")
@@ -206,7 +206,7 @@ pub(super) fn with_headers<B>(mut answer: Response<B>) -> Response<B> {
     ] {
         headers.insert(HeaderName::from_static(name), HeaderValue::from_static(value));
     }
-    // Compressed bytes differ from those of the file, so the tag becomes a weak one.
+    // Compressed bytes differ from the bytes of the file, so the tag becomes weak.
     let tag = headers.get(header::ETAG).filter(|_| headers.contains_key(header::CONTENT_ENCODING));
     let weak = tag.and_then(|tag| HeaderValue::try_from([b"W/", tag.as_bytes()].concat()).ok());
     if let Some(weak) = weak {

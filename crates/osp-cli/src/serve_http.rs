@@ -32,19 +32,19 @@ use super::{
     serve_args::ServeArgs,
 };
 
-/// Largest number of concurrent connections. Further ones wait until one of these ends. A browser opens six.
+/// Largest number of concurrent connections. Further connections wait until a connection ends. A browser opens six.
 const MOST_CONNECTIONS: usize = 64;
-/// Limits for the head of a request: its bytes, and its lines. The first also bounds the buffer of a connection.
+/// Largest number of bytes in the head of a request. Also the size of a connection's buffer.
 const MOST_HEAD_BYTES: usize = 16 << 10;
+/// Largest number of header lines of a request.
 const MOST_HEAD_LINES: usize = 64;
-/// Longest time from the beginning of a connection, or the end of an answer, to the end of the next head.
+/// Longest time to receive the head of a request, from the start of the connection or the end of the last answer.
 const HEAD_TIME: Duration = Duration::from_secs(10);
-/// Longest time in which a browser reads nothing of an answer.
+/// Longest time without progress in sending an answer.
 const STALL_TIME: Duration = Duration::from_secs(10);
-/// Time after which a connection accepts no further request. An answer that has begun then gets the same time
-/// again to end.
+/// Time after which a connection accepts no further request. Its last answer may take the same time again.
 const CONNECTION_TIME: Duration = Duration::from_secs(300);
-/// Time for unfinished answers when a signal arrives.
+/// Time for unfinished answers after a signal.
 const CLOSING_TIME: Duration = Duration::from_secs(2);
 /// Pause after an attempt to accept a connection has failed.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
@@ -87,7 +87,7 @@ async fn serve(args: &ServeArgs, folder: PathBuf) -> anyhow::Result<()> {
             let place = Arc::clone(&free).acquire_owned().await.context("the connections")?;
             match listener.accept().await {
                 Ok((stream, _)) => {
-                    tokio::spawn(hold(stream, Arc::clone(&site), end.subscribe(), place));
+                    tokio::spawn(serve_connection(stream, Arc::clone(&site), end.subscribe(), place));
                 }
                 // The browser has closed the connection, or the process is out of file descriptors.
                 Err(error) => {
@@ -102,13 +102,13 @@ async fn serve(args: &ServeArgs, folder: PathBuf) -> anyhow::Result<()> {
         _ = ending.wait_for(|is_ending| *is_ending) => {}
     }
     drop(listener);
-    // All places are free when all answers have ended. Slower answers are cut off.
+    // Waits until all connections have ended. Cuts off slower answers.
     let _ = timeout(CLOSING_TIME, free.acquire_many(MOST_CONNECTIONS as u32)).await;
     Ok(())
 }
 
 /// Answers the requests of a connection.
-async fn hold(
+async fn serve_connection(
     stream: TcpStream,
     site: Arc<Site>,
     mut ending: watch::Receiver<bool>,
@@ -133,7 +133,7 @@ async fn hold(
         .title_case_headers(true)
         .serve_connection(TokioIo::new(Box::pin(stream)), TowerToHyperService::new(isolated));
     let mut connection = pin!(connection);
-    // A connection that breaks off or sends nonsense does not affect the others.
+    // Errors of a connection do not affect the other connections.
     tokio::select! {
         _ = connection.as_mut() => return,
         () = sleep(CONNECTION_TIME) => {}
@@ -147,7 +147,7 @@ async fn hold(
 fn end_on_signals(end: watch::Sender<bool>) {
     osp_session::atomic_file::on_signal(Some(Box::new(move || {
         end.send_replace(true);
-        // The program normally ends by itself before this; if it does not, the signal ends it.
+        // The program normally ends during this time. If not, the signal ends it.
         std::thread::sleep(2 * CLOSING_TIME);
     })));
 }

@@ -12,13 +12,11 @@ use indicatif::ProgressBar;
 use super::{output::warn, progress, reading::ReadArgs};
 use osp_session::recording::{self, Event, EventSource, Header, Notes, OpenOptions, RecordingError};
 
-/// Largest number of events that are passed on at once.
+/// Largest number of events in a batch from the reading thread.
 const BATCH: usize = 1024;
-/// Largest number of corners of polygons, and of stroke numbers in edits, that are passed on at once. A single event
-/// may have more.
+/// Largest number of polygon corners and stroke numbers in a batch. A batch of a single event may have more.
 const BATCH_LISTS: usize = 1 << 16;
-/// Largest number of batches that may wait. The reader is at most this far ahead, so that memory does not grow with the
-/// file.
+/// Largest number of batches that the reader may be ahead. The limit bounds the memory for large files.
 const WAITING: usize = 16;
 
 /// A message from the reading thread.
@@ -28,12 +26,12 @@ enum Message {
     Notes(Notes),
 }
 
-/// Thread that reads the events of a session.
+/// The thread that reads the events of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reader {
     /// A separate thread, which reads ahead.
     Thread,
-    /// The thread that takes the events. This is for work with only one core.
+    /// The thread that processes the events. For work that uses only one core.
     Here,
 }
 
@@ -43,7 +41,7 @@ enum Feed {
     Here(Box<dyn EventSource>),
 }
 
-/// An open session whose events are read ahead.
+/// An open session, an iterator over its events.
 pub(super) struct OpenSession {
     pub(super) header: Header,
     pub(super) format: &'static str,
@@ -97,7 +95,7 @@ impl OpenSession {
         }
     }
 
-    /// Shows the number of events read so far on a terminal.
+    /// Shows the number of events that have been read, if standard error is a terminal.
     pub(super) fn counted(mut self) -> Self {
         self.progress = progress::events(&self.path.to_string_lossy());
         self
@@ -114,8 +112,8 @@ impl OpenSession {
     }
 }
 
-/// Returns a hint for recovering the readable part of a damaged session. `None` if nothing of it can be read, or for
-/// another error.
+/// Returns a hint for recovering the readable part of a damaged session. `None` for other errors, or if no event is
+/// readable.
 pub(super) fn rescue(error: &anyhow::Error) -> Option<String> {
     let damaged = error.chain().find_map(|cause| match cause.downcast_ref()? {
         RecordingError::Line { path, .. } | RecordingError::Byte { path, .. } => Some(path),
@@ -230,8 +228,7 @@ mod tests {
     use super::*;
     use osp_session::recording::{Author, StrokeId};
 
-    /// Produces far more events than may be read ahead. Each names the same number of strokes. Counts the events that
-    /// were read.
+    /// Produces events without end and counts them. Each event contains the given number of stroke numbers.
     struct Endless(Arc<AtomicUsize>, usize);
 
     impl EventSource for Endless {
@@ -279,7 +276,7 @@ mod tests {
         for _ in 0..100 {
             assert!(session.next().expect("more").is_ok());
         }
-        // Every event fills a batch: one is in hand, some wait, one is being made.
+        // Every event fills a batch: the session has one batch, the channel several, and the thread one.
         thread::sleep(Duration::from_millis(50));
         assert!(read.load(Ordering::Relaxed) <= 100 + WAITING + 2, "{read:?}");
     }

@@ -1,4 +1,4 @@
-//! Connection of a command to the server of a shared session, and its end.
+//! Options for the connection to a shared session, and the end of a command on a signal.
 
 #[cfg(unix)]
 use std::{
@@ -17,7 +17,7 @@ use osp_net::live::{Address, Credentials, LinkOptions, Role, Who};
 use osp_session::small_file::read_text;
 
 impl ServerArgs {
-    /// Parses an address, and adds the credentials of a file. Errors do not contain the password.
+    /// Parses an address, and adds the credentials from a file. Errors do not contain the password.
     pub(super) fn address(&self, typed: &str) -> anyhow::Result<Address> {
         let mut address: Address = typed.parse()?;
         if let Some(path) = &self.credentials {
@@ -53,7 +53,7 @@ impl ServerArgs {
 pub(super) fn end_on_signals(ending: &Arc<AtomicBool>, time: Duration) {
     let ending = Arc::clone(ending);
     osp_session::atomic_file::on_signal(Some(Box::new(move || {
-        // The program normally ends by itself before this; if it does not, the signal ends it.
+        // The program normally ends during this time. If not, the signal ends it.
         ending.store(true, Ordering::Relaxed);
         thread::sleep(time);
     })));

@@ -15,12 +15,13 @@ pub(super) struct ServerArgs {
     /// Certificates (PEM) of authorities to trust in addition to those of the system.
     #[arg(long, value_name = "FILE")]
     pub(super) tls_ca: Option<PathBuf>,
-    /// Allow an unencrypted connection to another machine. Everybody on the way can then read and change the drawing.
+    /// Allow an unencrypted connection to another machine. Everybody between the two machines can then read and change
+    /// the drawing.
     #[arg(long)]
     pub(super) unencrypted: bool,
 }
 
-/// Parses the name under which others see an author.
+/// Parses the name of an author.
 pub(super) fn name(text: &str) -> Result<String, String> {
     match text.len() <= Author::MAX_NAME_BYTES {
         true => Ok(text.to_owned()),

@@ -21,12 +21,12 @@ use osp_app::{Live, Unjoined};
 use osp_rivals::IndexSettings;
 use osp_session::output_file::OutputKind;
 
-/// If reading a session takes longer than this, the window opens before the end, and reports errors itself.
+/// If reading a session takes longer than this, the window opens while the reading continues, and shows errors itself.
 pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
 
 impl SketchArgs {
-    /// Opens the session to draw on it. If another window has the session, opens it for reading only, and reports the
-    /// owner. A long session is read beside the window.
+    /// Opens the session to draw on it. If another window draws on the session, opens it only for viewing, and reports
+    /// the owner. A long session is still being read when the window opens.
     fn open(&self, path: &Path, autosaves: &Autosaves, settings: IndexSettings) -> anyhow::Result<Start> {
         let access = match (self.read_only, self.copy) {
             (true, _) => Access::ReadOnly,
@@ -77,7 +77,7 @@ struct Start {
     session: Session,
     opened: Opened,
     held: Option<OpenElsewhere>,
-    /// The session that will replace the shown one when it has been read.
+    /// A session that is still being read. It replaces `session` later.
     reading: Option<Reading>,
 }
 
@@ -88,13 +88,13 @@ impl Start {
 }
 
 impl WindowArgs {
-    /// Culling of the window until somebody changes it.
+    /// Returns the culling with which the window starts.
     fn culling(&self, settings: IndexSettings) -> CullingPlan {
         let plan = CullingPlan::new(self.index, self.occlusion).with_index_settings(settings);
         plan.with_tests(self.tests.node_test(), self.tests.score())
     }
 
-    /// Refuses a trace that would replace a file of another kind.
+    /// Returns an error if the trace would replace an input or a file of another kind.
     fn check_trace(&self, session: Option<&PathBuf>, tracker: Option<&TrackerAddress>) -> anyhow::Result<()> {
         let rig = self.rig.file();
         let tracker = tracker.and_then(|tracker| match tracker {
@@ -106,7 +106,7 @@ impl WindowArgs {
         Ok(())
     }
 
-    /// Returns the screens.
+    /// Returns the rig's room with its screens.
     fn room(&self) -> anyhow::Result<Room> {
         let mut room = self.rig.room()?;
         room.show_pattern(self.test_pattern);

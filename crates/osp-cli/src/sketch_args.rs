@@ -42,14 +42,16 @@ use osp_rivals::IndexKind;
 
 A tracker sends lines of text (or the same as OSC), metres and unit quaternions, +y up:
   head  X Y Z  QX QY QZ QW
-  hand  X Y Z  QX QY QZ QW  PRESSURE  [HAND]     draws while the pressure is above 0
-  brush TOOL WIDTH  R G B A  [HAND] [NORMAL]     ribbon, wall, tube or a brush name, such as Light
+  hand  X Y Z  QX QY QZ QW  PRESSURE  [HAND]     draws while PRESSURE is above 0
+  brush TOOL WIDTH  R G B A  [HAND] [NORMAL]
   erase X Y Z | undo | redo
-  key WORD                                       first in each packet, if --tracker-key is given
-The window accepts one sender, until this sender has been silent for 5 s. It counts and drops the
-packets of other senders.
-The window also reads packets of ART's DTrack (ASCII): body 0 is the head, Flysticks are the hands, and a
-hand draws while the first button is pressed (--tracker udp://0.0.0.0:5000).
+  key WORD                first in each packet, if --tracker-key is given
+TOOL: ribbon, wall, tube, or the name of a brush, such as Light. HAND: 0 to 255. NORMAL: local-x, side-x, travel or \
+transport.
+The window accepts one sender, until this sender has been silent for 5 s. It counts and drops the packets of other \
+senders.
+The window also reads packets of ART's DTrack (ASCII): body 0 is the head, Flysticks are the hands, and a hand draws \
+while the first button is pressed (--tracker udp://0.0.0.0:5000).
 As OSC: /osp/head, /osp/hand and so on; the key as /osp/key, the first message of a bundle.
 `osp send SESSION --to 127.0.0.1:9327` sends a recorded session as a tracker does.")]
 pub(super) struct SketchArgs {
@@ -61,8 +63,8 @@ pub(super) struct SketchArgs {
     #[command(flatten)]
     pub(super) tracker: TrackerArgs,
     /// Make each sender of the tracker's messages a separate author, 16 at a time. Each has its own strokes, undo and
-    /// colour. The session must be new or have several authors. A sender joins with its first message and leaves after
-    /// five seconds without one.
+    /// colour. The session must be new or have several authors. A sender joins with its first message, and leaves after
+    /// five seconds without a message.
     #[arg(long, requires = "tracker", conflicts_with = "tracker_any")]
     pub(super) tracker_authors: bool,
     /// Only view the session.
@@ -71,14 +73,14 @@ pub(super) struct SketchArgs {
     /// Draw on a copy of the session, in an autosave file.
     #[arg(long, requires = "file")]
     pub(super) copy: bool,
-    /// Skip damaged parts and count them, instead of refusing the session, and draw on a copy.
+    /// Skip and count damaged parts, instead of refusing the session, and draw on a copy.
     #[arg(long, requires = "file")]
     pub(super) lenient: bool,
     /// Draw together with others, in a session on a NATS server: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME
     /// (`osp join --help` describes how to start one). The recording of the whole session is saved while you draw, in
     /// FILE if it is given. FILE must be new, or an unchanged recording of the beginning of this session; the newer
     /// events are appended.
-    // This is parsed later, so that an error message about it does not contain the password.
+    // Parsed after clap, whose error message would print the password.
     #[arg(long, value_name = "ADDRESS", conflicts_with_all = ["read_only", "copy", "lenient"])]
     pub(super) join: Option<String>,
     /// Only watch the others.
@@ -110,8 +112,9 @@ pub(super) struct WindowArgs {
     /// The method of occlusion culling (`osp replay --help` describes them); the window can change it.
     #[arg(long, default_value = "auto", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,
-    /// Level of detail. `auto` draws one quad for several neighbouring quads of an opaque stroke where no point moves by
-    /// half a pixel; see `osp render --help`.
+    /// Level of detail. `auto` merges neighbouring quads of an opaque stroke if no point moves by more than half a
+    /// pixel. If light covers more than four times the picture's pixels, `auto` draws the largest polygons of light at
+    /// half resolution.
     #[arg(long, value_name = "LEVEL", default_value = "full", value_parser = DETAILS)]
     pub(super) detail: String,
     #[command(flatten)]

@@ -34,7 +34,7 @@ use osp_session::recording::RecordingError;
   osp study sketch.tilt --index osp,octree-rebuild,bvh-sah --camera inside
   find sketches -name '*.tilt' | parallel osp study {} --out results.ndjson
 
-osp adds lines to FILE. It skips a session if FILE has a result for the same session contents, options, machine and
+osp adds lines to FILE. It skips a session if FILE has a result for the same session contents, options, machine and \
 build of osp. So the same command continues after an interruption. Several processes may add to one FILE.
 Exit codes: 1 if two indexes find different visible polygons in a session, else 2 if osp cannot read a session.
 docs/study.md describes the fields, recipes for GNU parallel, Slurm and Ray, and SQL queries.
@@ -58,9 +58,9 @@ struct Study<'a> {
     play: &'a PlayArgs,
     options: String,
     place: Place,
-    /// The file to add lines to; `None` prints the lines.
+    /// The file that gets the lines. `None` prints the lines.
     file: Option<StudyFile>,
-    /// Results of sessions that need no measurement, by the hash of their contents.
+    /// Results of the sessions measured so far, by the hash of their contents. Used without a file.
     printed: HashMap<String, Found>,
     measured: usize,
 }
@@ -89,7 +89,7 @@ pub(super) fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
             Found::Agreement => {}
             Found::Disagreement => {
                 disagreeing += 1;
-                warn(&format!("{name}: two indexes saw different polygons"));
+                warn(&format!("{name}: two indexes found different polygons"));
             }
             Found::Error(error) => {
                 unread += 1;
@@ -112,7 +112,7 @@ pub(super) fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
 }
 
 impl Study<'_> {
-    /// Returns the result of a session. A new session is measured, and its line is written.
+    /// Returns the result of a session. Measures a new session and writes its line.
     fn found(&mut self, path: &Path, name: &str) -> anyhow::Result<Found> {
         let contents = Contents::of(path).with_context(|| path.display().to_string());
         if let Ok(Contents { hash, .. }) = &contents {
@@ -161,7 +161,7 @@ impl Study<'_> {
         // If the file changed during the measurement, the hash is not that of the measured contents.
         let is_the_same = Contents::of(path).is_ok_and(|now| now == contents);
         ensure!(is_the_same, "{}: the session changed during the measurement", path.display());
-        // A later run may succeed after an I/O error. A line without a hash makes it try again.
+        // After an I/O error, a later run may succeed. It measures a session again if the line has no hash.
         if !replayed.as_ref().is_err_and(is_of_the_system) {
             line.file_hash = Some(contents.hash);
         }

@@ -18,7 +18,7 @@ const CHUNK: usize = 1 << 20;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Contents {
     pub(super) bytes: u64,
-    /// 32 hexadecimal digits. The hash of a single file, or of a list of the names and hashes of several files.
+    /// The hash of a single file, or of a list with the names and hashes of several files. 32 hexadecimal digits.
     pub(super) hash: String,
 }
 
@@ -41,7 +41,7 @@ impl Contents {
     }
 }
 
-/// The files of a session, each with a name that does not depend on the session's folder.
+/// Returns the files of a session, each with a name that does not depend on the session's folder.
 fn files_of(session: &Path) -> io::Result<BTreeMap<String, PathBuf>> {
     let mut files = BTreeMap::new();
     if session.is_dir() {

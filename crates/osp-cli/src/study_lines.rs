@@ -16,10 +16,10 @@ use osp_session::{atomic_file::Destination, output_file::OutputKind, platform::h
 
 /// Version of the fields.
 const VERSION: u32 = 1;
-/// Longest line that osp reads; real lines are far shorter.
+/// Longest line that osp reads, in bytes. Lines of osp are far shorter.
 const MOST_LINE_BYTES: u64 = 16 << 20;
 
-/// One session. docs/study.md describes the fields.
+/// The line of one session. docs/study.md describes the fields.
 #[derive(Serialize)]
 pub(super) struct StudyLine<'a> {
     /// Version of the fields. This field comes first, so that osp recognises its own lines.
@@ -114,8 +114,8 @@ impl Found {
 }
 
 impl Found {
-    /// Returns the same result for another session with the same contents. An error names the session that was
-    /// measured.
+    /// Returns the same result for another session with the same contents. An error text contains the names of both
+    /// sessions.
     pub(super) fn of(self, name: &str) -> Self {
         match self {
             Self::Error(error) if !error.contains(name) => {
@@ -176,7 +176,7 @@ impl StudyFile {
         &self.path
     }
 
-    /// Ends an incomplete line, which a killed process may have left.
+    /// Ends an incomplete line, which a killed process may have written.
     fn end_line(&mut self) -> io::Result<()> {
         if self.file.metadata()?.len() == 0 {
             return Ok(());
@@ -187,8 +187,8 @@ impl StudyFile {
         if last == *b"\n" { Ok(()) } else { self.file.write_all(b"\n") }
     }
 
-    /// Returns the result of a session with these contents, options and machine, if there is one by now. Other
-    /// processes add lines, too.
+    /// Returns the result of a session with these contents, options and machine, if the file has one. First reads the
+    /// lines that other processes have added.
     pub(super) fn find(
         &mut self,
         hash: &str,
@@ -199,12 +199,11 @@ impl StudyFile {
         Ok(self.known.get(hash))
     }
 
-    /// Adds a line, unless another process has meanwhile added one for the same session. A lock keeps other processes
-    /// out. An incomplete line of another process is ended first, and an incomplete own line is removed.
+    /// Adds a line, unless another process has meanwhile added a line for the same session. Locks the file meanwhile.
+    /// Ends an incomplete line of another process first. Removes its own line after a write error.
     pub(super) fn add(&mut self, line: &StudyLine<'_>) -> anyhow::Result<()> {
         let text = serde_json::to_string(line)?;
-        // Some file systems of clusters have no locks. On such a file system, the line is written in one call without a
-        // lock.
+        // Some file systems of clusters have no locks. There, writes the line in one call without a lock.
         let is_locked = self.file.lock().is_ok();
         let added = self.add_locked(line, &text);
         if is_locked {
@@ -249,12 +248,12 @@ impl StudyFile {
                 return Ok(());
             }
             self.read_to += line.len() as u64;
-            // Other readers refuse a line that is not UTF-8, even if its damage is in other fields.
+            // Skips a line that is not UTF-8, because other readers refuse it.
             let head = str::from_utf8(&line).ok().and_then(|line| serde_json::from_str::<Head>(line).ok());
             let Some(head) = head.filter(|head| head.options == options && head.machine == *machine) else {
                 continue;
             };
-            // A damaged line may have neither an error nor a report.
+            // Skips a damaged line with neither an error nor a report.
             let agree = head.report.map(|report| report.indexes_agree);
             if let Some(hash) = head.file_hash
                 && (head.error.is_some() || agree.is_some())

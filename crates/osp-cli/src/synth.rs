@@ -24,26 +24,28 @@ use osp_session::{
 ///
 /// The same kind, number of polygons and seed give the same file, byte for byte, on every machine.
 #[derive(Args, Debug)]
-#[command(after_help = "\
-Examples:
+#[command(after_help = "Examples:
   osp synth room --polygons 12000 --seed 1 room.ron
   osp synth brushes --polygons 2304 brushes.ron
   osp synth class --authors 5 --polygons 6000 class.ron
   osp synth scribble --polygons 1000000 --seed 7 long.ron.zst
 
 Kinds:
-  portrait   dense small strokes on a bust; the artist walks around it
-  room       walls, furniture and ribbons in several rooms; the artist walks through them
-  scribble   long loose strokes that fill the whole 4 m volume
-  brushes    a card of samples: each brush draws a wave, in rows (--polygons 2304: each once)
-  class      several artists (--authors) scribble at once; sometimes one moves another's strokes")]
+  portrait  dense small strokes on a bust; the artist walks around it
+  room      walls, furniture and ribbons in several rooms; the artist walks
+            through them
+  scribble  long loose strokes that fill the whole 4 m volume
+  brushes   a card of all brushes: each brush draws a wave, in rows (--polygons
+            2304: each brush once)
+  class     several artists (--authors) scribble at the same time; sometimes
+            an artist moves another artist's strokes")]
 pub(super) struct SynthArgs {
     /// Kind of the session.
     #[arg(value_parser = named(&SynthKind::ALL, SynthKind::name))]
     kind: SynthKind,
     /// File to write, `.ron` or `.ron.zst`.
     out: PathBuf,
-    /// Number of polygons to draw: the session ends after the stroke that reaches it.
+    /// Number of polygons to draw. The session ends after the stroke that reaches this number.
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     polygons: u32,
     /// Seed of the random numbers; another seed gives another session of the same kind.

@@ -17,7 +17,7 @@ use osp_render::{Gpu, Layer, Offscreen, RendererConfig, background_for};
 use osp_session::{output_file::OutputKind, recording::Pace, replay::still_view};
 
 pub(super) fn run(args: &ThumbsArgs) -> anyhow::Result<Outcome> {
-    // A picture beside a session with the same name may be the artist's own.
+    // Without --out, `NAME.png` in the folder of a session may be the artist's own picture.
     let ending = if args.out.is_some() { ".png" } else { ".thumb.png" };
     let batch = Batch::plan(&args.files, args.out.as_deref(), (ending, OutputKind::Png), args.force)?;
     batch.run(1, ["drawn", ending], || {
@@ -34,7 +34,7 @@ fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<Stri
     let mut session = OpenSession::open(&job.source, &args.reading)?.counted();
     let (read_session, read) = ReadSession::of(session.header.clone(), session.by_ref(), Pace::Samples(16));
     read?;
-    let ReadSession { header, summary, model: scene, backwards } = read_session;
+    let ReadSession { header, summary, model: scene, direction_to_artist } = read_session;
     let config = RendererConfig { background: background_for(&scene), ..RendererConfig::default() };
     let mut drawer = Offscreen::on(Arc::clone(gpu), args.size.width, args.size.height, &config)?;
     drawer.set_environment(header.environment.as_deref());
@@ -42,7 +42,7 @@ fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<Stri
     let changes: Vec<Change> = scene.visible_ids().map(Change::Insert).collect();
     drawer.follow(&changes);
     let polygons: VisibleBlocks = scene.visible_ids().collect();
-    let view = still_view(&scene, &summary.bounds, header.camera, backwards, drawer.aspect());
+    let view = still_view(&scene, &summary.bounds, header.camera, direction_to_artist, drawer.aspect());
     drawer.draw_view(0, &scene, &view, &[Layer::plain(&polygons)])?;
     output.check()?;
     drawer.image()?.write_png(output.path())?;

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{parsers::Size, reading::ReadArgs};
 
-/// Draw a picture of each session in folders: a PNG from its artist's view, drawn as by `osp render`.
+/// Draw a picture of each session in folders: a PNG with the artist's view, drawn like `osp render`.
 ///
 /// The command skips a picture that is newer than its session, so the same command continues after an interruption. If
 /// there were errors, they are listed at the end, and the exit code is 2. One graphics adapter draws all pictures; a
@@ -17,7 +17,8 @@ use super::{parsers::Size, reading::ReadArgs};
   osp thumbs sketches --size 512x512
   osp thumbs a.tilt b.ron --out thumbs
 
-Without --out, sketch.tilt gets sketch.thumb.png beside it; with it, FOLDER/sketch.png.")]
+Without --out, the picture of sketch.tilt is sketch.thumb.png in the same folder. With --out FOLDER, it is \
+FOLDER/sketch.png.")]
 pub(super) struct ThumbsArgs {
     /// The sessions, of any format that replay reads, or folders of them.
     #[arg(required = true, value_name = "FILES_OR_FOLDERS")]

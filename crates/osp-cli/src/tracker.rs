@@ -15,7 +15,7 @@ const KEY_VARIABLE: &str = "OSP_TRACKER_KEY";
 const KEY_FILE_BYTES: u64 = 2 * TrackerKey::MAX_BYTES as u64;
 
 impl TrackerArgs {
-    /// Refuses a file that cannot be read, before the work begins.
+    /// Returns an error if the tracker's file cannot be read, before the work begins.
     pub(super) fn check(&self) -> anyhow::Result<()> {
         if let Some(TrackerAddress::File(path)) = &self.tracker {
             open_regular(path).with_context(|| format!("tracker {}", path.display()))?;
@@ -23,7 +23,7 @@ impl TrackerArgs {
         Ok(())
     }
 
-    /// Returns the options of the tracker. Prints a warning about dangerous ones. Without a tracker no key is read.
+    /// Returns the options of the tracker. Prints a warning about insecure options. Reads a key only with a tracker.
     pub(super) fn options(&self) -> anyhow::Result<TrackerOptions> {
         let key = match self.tracker {
             Some(_) => key(self.tracker_key.as_ref(), self.tracker_key_file.as_deref())?,
@@ -41,8 +41,8 @@ impl TrackerArgs {
     }
 }
 
-/// Returns the key of the command line, else of the file, else of the variable. A variable with an empty key is
-/// refused: without a key everybody could send.
+/// Returns the key of the command line, else of the file, else of the environment variable. An empty variable is an
+/// error, because without a key everybody could send.
 pub(super) fn key(word: Option<&TrackerKey>, file: Option<&Path>) -> anyhow::Result<Option<TrackerKey>> {
     if word.is_some() {
         return Ok(word.cloned());

@@ -1,4 +1,4 @@
-//! `--tracker` and the options for listening to it.
+//! `--tracker` and the options for reading from it.
 
 use std::path::PathBuf;
 
@@ -15,11 +15,10 @@ pub(super) type TrackerKey = String;
 
 #[derive(Args, Debug)]
 pub(super) struct TrackerArgs {
-    /// Listen to a tracker: udp://ADDRESS:PORT (udp:// is udp://127.0.0.1:9327), a file that grows, or - for standard
-    /// input.
+    /// Read a tracker: udp://ADDRESS:PORT (udp:// is udp://127.0.0.1:9327), a file that grows, or - for standard input.
     #[arg(long, value_name = "FROM")]
     pub(super) tracker: Option<TrackerAddress>,
-    /// Accept the messages of every sender, not only of the first one.
+    /// Accept the messages of every sender, not only of the first sender.
     #[arg(long, requires = "tracker")]
     pub(super) tracker_any: bool,
     /// Accept only packets that begin with this key. The key is sent unencrypted: everybody who reads the packets can

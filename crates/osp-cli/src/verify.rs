@@ -1,4 +1,4 @@
-//! `osp verify`: compares occlusion culling with the truth.
+//! `osp verify`: compares occlusion culling with the true visibility.
 
 use std::path::{Path, PathBuf};
 
@@ -45,7 +45,7 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Compare the polygons that occlusion culling leaves out with the polygons that really are hidden.
+/// Compare the polygons that occlusion culling culls with the polygons that really are hidden.
 ///
 /// At evenly spaced frames of each session, the command draws a picture of polygon numbers at high resolution. A
 /// polygon is visible if some pixel shows its number, or if a ray from the eye reaches it. Then each method culls the
@@ -54,46 +54,52 @@ use osp_session::{
 #[command(after_help = "Examples:
   osp verify recordings/room.ron
   osp verify castle.obj --whole --camera inside --occluders 4,16,64,256
-  osp verify scene:rooms scene:panels --occlusion frusta,svbsp,msvbsp,depth,depth-last
-  osp verify sketch.tilt --occlusion msvbsp-paper,msvbsp-paper-capless --node-test sphere --score paper
+  osp verify scene:rooms scene:panels --occlusion frusta,svbsp,msvbsp,depth
+  osp verify sketch.tilt --occlusion msvbsp-paper,msvbsp-paper-capless \\
+      --node-test sphere --score paper
   osp verify room.ron --whole --pvs room.pvs
   osp verify --all sketches --views 32 --lenient
   osp verify sketch.tilt --occlusion hzb,hzb-16,hzb-4,hzb-1 --size 1920x1080
 
 The table has a line for each method and number of occluders (times of this machine, one thread):
-  used     occluders used in a view
-  wrong    visible polygons that were culled, sum over all frames
-  misreported   polygons that are listed twice, or that are not in the view
-  hidden   share of the really hidden polygons that were culled
-  nodes tested, polygons tested   boxes tested in a view
-  planes   splitting planes of the tree, or tiles of the depth buffer that are covered
-  select, build, query   time to choose the occluders, to build the culler, and to
-           remove hidden polygons from the frustum's result: microseconds a view
---json prints the same as rows: part, recording, index (the method), figure, unit, value.
+  used         occluders used in a view
+  wrong        visible polygons that were culled, sum over all frames
+  misreported  polygons that are listed twice, or that are not in the view
+  hidden       share of the really hidden polygons that were culled
+  nodes tested, polygons tested
+               boxes tested in a view
+  planes       splitting planes of the tree, or tiles of the depth buffer that
+               are covered
+  select, build, query
+               time to choose the occluders, to build the culler, and to remove
+               hidden polygons from the frustum's result: microseconds a view
+--json prints the same values as rows: part, recording, index (the method), figure, unit, value.
 
-The figures of all methods are of the same frames. At each view the camera rests for --settle
-frames, which do not count, and then for --frames frames, which do; the table gives means over
-these frames of all views. The methods that depend on the previous frames (depth-last, hzb,
-queries, auto) cull in all of these frames; the others do the same in each, so they cull once.
-Errors (a visible polygon that is culled, a pixel that differs) count in the --settle frames,
-too.
+All methods are measured on the same frames. At each view the camera rests for --settle frames, which do not count, \
+and then for --frames frames, which count; the table gives means over these frames of all views. The methods that \
+depend on the previous frames (depth-last, hzb, queries, auto) cull in all of these frames. The other methods would \
+repeat the same work, so they cull once.
+Errors (a visible polygon that is culled, a pixel that differs) count in the --settle frames, too.
 
-depth-last takes the polygons that were visible in the previous frame as occluders; its column
-`used` counts those that were filled.
+depth-last uses the polygons that were visible in the previous frame as occluders; its column `used` counts the \
+polygons that it drew into its depth buffer.
 
-With hzb, queries or auto (in builds with the feature `render`) the command draws each frame with
-each method and without culling. If a pixel differs, the exit code is 1. `auto` selects hzb if hzb is
-faster; for this it needs --settle 24. Methods that test groups of polygons:
-  hzb-16, hzb-4, hzb-1   the screen rectangle around the corners of 16, 4 or 1 polygons
-  hzb-16-box, ...        the screen rectangle around the bounding box of the group
-  hzb-16-fine, ...       the rectangle around the corners, then the triangles of each polygon
-  hzb                    the same as hzb-1-fine
+With hzb, queries or auto (in builds with the feature `render`) the command draws each frame with each method and \
+without culling. If a pixel differs, the exit code is 1. `auto` selects hzb if hzb is faster; for this it needs \
+--settle 24. Methods that test groups of polygons:
+  hzb-16, hzb-4, hzb-1
+                    screen rectangle around the corners of 16, 4 or 1 polygons
+  hzb-16-box, ...   screen rectangle around the bounding box of the group
+  hzb-16-fine, ...  rectangle around the corners, then each polygon's triangles
+  hzb               the same as hzb-1-fine
 Columns:
-  pixels that differ   from the picture without culling, sum over all frames
-  hidden               share of the hidden polygons that were not drawn
-  below a sample       polygons that rays find visible, but that cover no sample of a pixel
-  depth pass, colour pass   polygons drawn
-  draw, gpu            milliseconds a frame, medians; draw mean: the mean of draw
+  pixels that differ  from the picture without culling, sum over all frames
+  hidden              share of the hidden polygons that were not drawn
+  below a sample      smaller than a sample: polygons that are visible by ray
+                      but cover no sample of a pixel
+  depth pass, colour pass
+                      polygons drawn
+  draw, gpu           milliseconds a frame, medians; draw mean: the mean of draw
 
 Instead of a file, `scene:NAME` names a built-in scene: rooms, panels, ribbons-narrow, ribbons-wide.
 `osp replay --help` describes the indexes and the methods of occlusion culling.")]
@@ -123,7 +129,7 @@ pub(super) struct VerifyArgs {
         value_parser = clap::value_parser!(u32).range(1..=10_000))]
     frames: u32,
     /// Number of frames of each view before the measured frames. In the first of these frames, methods that depend on
-    /// the previous frame use the data of the view before. `auto` first tries another method after 16 frames.
+    /// the previous frame use the data of the previous view. `auto` first tries another method after 16 frames.
     #[arg(long, default_value_t = AtRest::default().settle, value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=10_000))]
     settle: u32,
@@ -143,7 +149,7 @@ pub(super) struct VerifyArgs {
     /// `samples:N`: the next N hand samples.
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
-    /// Look from every view at the finished model, not at the model of that moment.
+    /// Verify every view with the finished model, instead of the model at the time of the view.
     #[arg(long)]
     whole: bool,
     /// Form of an occluder: a `patch` of neighbouring polygons, or a `single` polygon.
@@ -157,7 +163,7 @@ pub(super) struct VerifyArgs {
     /// Score of an occluder: the `solid-angle` of its part in the picture, or equation (1) of the `paper`.
     #[arg(long, default_value = "solid-angle", value_parser = score_parser())]
     score: Score,
-    /// Also compare the sets that `osp bake` has written for the finished model (with --whole).
+    /// Also verify the sets that `osp bake` has written for the finished model (with --whole).
     #[arg(long, value_name = "FILE", requires = "whole")]
     pvs: Option<PathBuf>,
     /// Test nodes only, not the polygons in them.
@@ -201,7 +207,7 @@ impl VerifyArgs {
         named.unwrap_or(NodeTest::Corners)
     }
 
-    /// Adds the methods that cull visible polygons, exactly as the paper prints them.
+    /// Adds the variants that follow the paper literally and cull visible polygons.
     fn add_literal(&self, verifier: &mut Verifier) {
         let apart = self.tests_corners_apart();
         for method in self.methods().into_iter().filter(|method| method.capless || apart) {
@@ -220,7 +226,7 @@ impl VerifyArgs {
     }
 }
 
-/// Events of a file, or of a built-in scene.
+/// The events of a file or of a built-in scene.
 enum Source {
     File(Box<OpenSession>),
     Scene(std::vec::IntoIter<Event>),
@@ -307,7 +313,7 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
-/// A session of `--json`.
+/// The JSON object of a session.
 #[derive(Serialize)]
 struct Verified<'a> {
     recording: &'a str,
@@ -320,7 +326,7 @@ struct Verified<'a> {
 fn config(args: &VerifyArgs) -> VerifyConfig {
     let grouping = if args.grouping == "single" { Grouping::Single } else { Grouping::Patches };
     let methods = args.methods();
-    // The other methods are added later.
+    // [`VerifyArgs::add_literal`] adds the other methods.
     let methods = methods.iter().filter(|method| !method.capless && !args.tests_corners_apart());
     let methods = methods.map(|method| method.occlusion);
     let kinds = methods.filter(|occlusion| Method::CULLERS.contains(occlusion));
@@ -344,16 +350,16 @@ fn config(args: &VerifyArgs) -> VerifyConfig {
 }
 
 /// Verifies one view with all methods.
-fn look(
+fn verify_view(
     verifier: &mut Verifier,
     drawn: &mut Option<DrawnTrials>,
     scene: &Scene,
     view: &View,
 ) -> anyhow::Result<()> {
     let views = verifier.views().views;
-    verifier.look(scene, view);
+    verifier.verify_view(scene, view);
     if let Some(drawn) = drawn.as_mut().filter(|_| verifier.views().views > views) {
-        drawn.look(scene, view, verifier)?;
+        drawn.draw_view(scene, view, verifier)?;
     }
     Ok(())
 }
@@ -366,11 +372,11 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
         session.warn();
     }
     read?;
-    // A table of zeros would look like a result. With `--all` a folder may contain empty sessions.
+    // A table of zeros would look like a result. With `--all`, folders may contain empty sessions.
     ensure!(args.all || summary.counts.polygons > 0, "{} has no polygons", file.display());
     let source = Source::open(file, &args.reading)?;
     let is_built_in = matches!(source, Source::Scene(_));
-    // Built-in scenes end with their views.
+    // The last events of a built-in scene are the head poses of its views.
     let has_own_views = is_built_in && args.camera == CameraChoice::Auto;
     let whole = args.whole || is_built_in;
     let header = source.header().cloned().unwrap_or_else(|| Header::new("", ""));
@@ -409,13 +415,13 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
             drawn.follow(changes);
         }
         let moment = Moment { frame: player.frames(), ..player.moment() };
-        // The last frame is always one of them.
+        // The views are evenly spaced and include the last frame.
         if moment.frame * args.views / summary.frames.max(1) > verified {
             verified += 1;
             if whole && !has_own_views {
                 moments.push(moment);
             } else if !whole {
-                look(&mut verifier, &mut drawn, scene, &camera.view(&moment))?;
+                verify_view(&mut verifier, &mut drawn, scene, &camera.view(&moment))?;
                 progress.inc(1);
             }
         }
@@ -427,7 +433,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
         verifier.finish(player.scene());
     }
     for moment in moments.iter().take(args.views as usize) {
-        look(&mut verifier, &mut drawn, player.scene(), &camera.view(moment))?;
+        verify_view(&mut verifier, &mut drawn, player.scene(), &camera.view(moment))?;
         progress.inc(1);
     }
     progress.finish_and_clear();

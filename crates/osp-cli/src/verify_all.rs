@@ -1,4 +1,4 @@
-//! `osp verify --all`: verifies every session in folders, and makes a table of all of them.
+//! `osp verify --all`: verifies every session in folders, and prints a table of all sessions.
 
 use std::{
     io::Read,
@@ -17,10 +17,10 @@ use osp_lab::{
 };
 use osp_session::{atomic_file::is_unfinished, output_file::STUDY_START, recording::looks_like_session};
 
-/// Number of bytes at the beginning of a file by which a session is detected.
+/// Number of bytes at the beginning of a file that decide whether the file is a session.
 const START_BYTES: u64 = 4096;
 
-/// One of several parts of the sessions, `K/N`.
+/// A part of the sessions, `K/N` on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Part {
     /// Number of the part, from 0.
@@ -49,12 +49,12 @@ impl FromStr for Part {
     }
 }
 
-/// Returns the named sessions and the sessions in the named folders, sorted by path. Leaves out the sessions of other
-/// parts.
+/// Returns the named sessions and the sessions in the named folders, sorted by path. Returns only the sessions of
+/// `part`.
 pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for path in paths {
-        // A name that leads nowhere is a typing error, not a damaged session.
+        // A missing path is an error: probably a typing error.
         std::fs::metadata(path).with_context(|| path.display().to_string())?;
         if !path.is_dir() || looks_like_session(path, &[]) {
             found.push(path.clone());
@@ -100,7 +100,7 @@ fn join(paths: &[PathBuf]) -> String {
     paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
-/// Whether a file looks like a session. A file that cannot be read counts as one, so that its reader reports the error.
+/// Whether a file looks like a session. True for an unreadable file, so that its reader reports the error.
 fn begins_like_session(path: &Path) -> bool {
     let mut start = Vec::new();
     let read = std::fs::File::open(path).and_then(|file| file.take(START_BYTES).read_to_end(&mut start));

@@ -1,4 +1,4 @@
-//! `osp verify --occlusion hzb`: measures the share of the hidden polygons that a method finds while drawing.
+//! `osp verify --occlusion hzb`: measures the share of the hidden polygons that a method culls while drawing.
 
 use std::{collections::HashSet, sync::Arc};
 
@@ -23,8 +23,9 @@ struct Trial {
     drawer: Offscreen,
     totals: Totals,
     counts: DrawnCounts,
-    /// Sum over the views of the medians of their frames, and sum of their means.
+    /// Sum over the views of the median drawing time of a view's frames.
     draw_ns: u64,
+    /// Sum over the views of the mean drawing time of a view's frames.
     draw_mean_ns: u64,
     passes: PassTimes,
     differing_pixels: u64,
@@ -32,7 +33,7 @@ struct Trial {
     times: Vec<DrawTimes>,
 }
 
-/// Returns the result of a frame without culling.
+/// Returns the counts of a frame without culling.
 fn all_drawn(in_view: usize) -> DrawnCounts {
     DrawnCounts { in_view: in_view as u64, second_pass: in_view as u64, ..DrawnCounts::default() }
 }
@@ -52,7 +53,7 @@ impl Trial {
             None => drawn.extend_from_slice(ids),
             Some(opaque) => {
                 drawn.extend_from_slice(&opaque);
-                // The drawer does not report the transparent polygons that it left out.
+                // The drawer's list has no transparent polygons, so all of them count as drawn.
                 let is_transparent = |id: &&_| scene.stroke_of(**id).color().3 < 1.0;
                 let mut others: Vec<_> = ids.iter().filter(is_transparent).copied().collect();
                 let listed: HashSet<_> = opaque.iter().collect();
@@ -63,7 +64,7 @@ impl Trial {
         Ok(drawn)
     }
 
-    /// Adds up the frames of a view.
+    /// Adds the medians and the mean of a view's frames to the sums.
     fn end_view(&mut self) {
         let times = std::mem::take(&mut self.times);
         let passes = || times.iter().map(|times| times.passes.unwrap_or_default());
@@ -97,7 +98,7 @@ impl DrawnTrials {
         }
         let gpu = Arc::new(Gpu::headless()?);
         let mut trials = Vec::new();
-        // The picture without culling comes first, because all others are compared with it.
+        // The picture without culling comes first, because all other pictures are compared with it.
         for method in std::iter::once(NamedMethod::new(Method::NONE)).chain(drawn) {
             let NamedMethod { name, occlusion, .. } = method;
             let mut drawer =
@@ -126,12 +127,17 @@ impl DrawnTrials {
     }
 
     /// Draws the view that the verifier has just verified.
-    pub(super) fn look(&mut self, scene: &Scene, view: &View, verifier: &mut Verifier) -> anyhow::Result<()> {
+    pub(super) fn draw_view(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        verifier: &mut Verifier,
+    ) -> anyhow::Result<()> {
         let ids = verifier.in_view().to_vec();
         let polygons: VisibleBlocks = ids.iter().copied().collect();
         let mut whole = None;
         for frame in 0..self.at_rest.settle + self.at_rest.frames {
-            // The trials take turns, so that other work of the machine affects all of them.
+            // The trials take turns, so that other processes affect all of them equally.
             for trial in &mut self.trials {
                 let times = trial.drawer.draw(scene, view, &[Layer::plain(&polygons)])?;
                 let picture = trial.drawer.image()?;
@@ -149,18 +155,19 @@ impl DrawnTrials {
         Ok(())
     }
 
-    /// Adds the figures, as means over the measured frames. Pixels that differ from the picture without culling are faults.
+    /// Adds rows of means over the measured frames. Reports pixels that differ from the picture without culling as
+    /// faults.
     pub(super) fn add_to(&self, rows: &mut Rows, recording: &str) {
         let Size { width, height } = self.size;
         rows.part(PART, "Occlusion culling while drawing");
         rows.note(PART, format!("Drawn by {}, {width} x {height} pixels.", self.adapter));
         rows.note(
             PART,
-            "below a sample: visible polygons that were not drawn because they cover no sample of a pixel, though a ray reaches them.",
+            "below a sample: polygons that are visible by ray but cover no sample of a pixel, so they were not drawn.",
         );
         for trial in &self.trials {
             let Trial { name, totals, counts, passes, differing_pixels, .. } = trial;
-            // There is one time for each view.
+            // Divides by the number of views, because the sums have one value for each view.
             let ms = |ns: u64| ns as f64 / totals.views.max(1) as f64 * 1.0e-6;
             if *differing_pixels > 0 {
                 rows.faults.push(format!("{recording}: {name} changed {differing_pixels} pixels"));

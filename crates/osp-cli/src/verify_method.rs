@@ -1,4 +1,4 @@
-//! The methods that `osp verify` compares with the truth, by name.
+//! The methods that `osp verify` compares, by name.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
@@ -29,7 +29,7 @@ impl NamedMethod {
         Self { name: occlusion.name(), occlusion, capless: false }
     }
 
-    /// The conservative methods of the CPU.
+    /// Returns the conservative methods that run on the CPU.
     pub(super) fn conservative() -> Vec<Self> {
         let methods = Method::conservative_cullers().into_iter().chain([Occlusion::PreviousFrame.into()]);
         methods.map(Self::new).collect()
@@ -40,7 +40,7 @@ impl NamedMethod {
         self.occlusion.is_while_drawing() || self.occlusion == Occlusion::Auto.into()
     }
 
-    /// All methods that can be compared.
+    /// Returns all methods of `osp verify`.
     fn all() -> impl Iterator<Item = Self> {
         let methods = Method::CULLERS.iter().copied().chain([Occlusion::PreviousFrame.into()]).map(Self::new);
         let capless = Self { name: CAPLESS, capless: true, ..Self::new(RivalOcclusion::MsvbspPaper.into()) };

@@ -1,4 +1,4 @@
-//! Replaces `verify_drawn` in a build that cannot draw. It refuses the methods that cull while drawing.
+//! Replaces the module `verify_drawn` in a build that cannot draw. Refuses the methods that cull while drawing.
 
 use super::{
     built::{self, Feature},
@@ -27,7 +27,7 @@ impl DrawnTrials {
         match *self {}
     }
 
-    pub(super) fn look(&mut self, _: &Scene, _: &View, _: &mut Verifier) -> anyhow::Result<()> {
+    pub(super) fn draw_view(&mut self, _: &Scene, _: &View, _: &mut Verifier) -> anyhow::Result<()> {
         match *self {}
     }
 

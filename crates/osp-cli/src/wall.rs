@@ -1,4 +1,4 @@
-//! `osp wall`: a wall of several machines that show the same moment of a shared session.
+//! `osp wall`: a wall of several computers that show the same state of a shared session.
 
 use std::{
     sync::{
@@ -28,7 +28,7 @@ use osp_session::{
     rig::{Rig, Stereo},
 };
 
-/// Longest wait of an idle computer without a display.
+/// Longest time that a computer without a display waits for a message.
 const NAP: Duration = Duration::from_millis(20);
 
 pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
@@ -125,7 +125,7 @@ impl WallArgs {
         let options = NodeOptions { certificates, rig, stereo, screen: screen.to_owned(), host };
         let started = Instant::now();
         let counts = match self.headless {
-            true => answer(address, &options, || self.is_over(started, ending))?,
+            true => run_headless(address, &options, || self.is_over(started, ending))?,
             #[cfg(feature = "window")]
             false => osp_app::show_node(address, &options, || self.is_over(started, ending), warn)?,
             #[cfg(not(feature = "window"))]
@@ -143,8 +143,8 @@ impl WallArgs {
     }
 }
 
-/// Runs a computer of the wall that shows nothing.
-fn answer(
+/// Runs a computer of the wall without a display.
+fn run_headless(
     address: &Address,
     options: &NodeOptions,
     is_over: impl Fn() -> bool,
@@ -163,7 +163,7 @@ fn answer(
     Ok(node.counts())
 }
 
-/// The head, from a tracker in the hub's room.
+/// The head's pose in the hub's room, from a tracker.
 #[derive(Debug)]
 struct TrackedHead {
     #[cfg(feature = "window")]
@@ -192,7 +192,7 @@ impl TrackedHead {
         Ok(None)
     }
 
-    /// Returns the current pose in the room.
+    /// Returns the current pose of the head in the room.
     fn now(&mut self) -> (Vec3, Quat) {
         #[cfg(feature = "window")]
         while let Some(message) = self.tracker.take() {
@@ -205,7 +205,7 @@ impl TrackedHead {
         self.head
     }
 
-    /// Returns a new message about the tracker, if any.
+    /// Returns a message when the tracker's poses stop or start again.
     fn news(&mut self) -> Option<&'static str> {
         let is_missed = self.last_pose.elapsed() > Duration::from_secs(1);
         let is_new = std::mem::replace(&mut self.is_missed, is_missed) != is_missed;

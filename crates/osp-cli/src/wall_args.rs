@@ -10,12 +10,13 @@ use super::{
 };
 use osp_session::replay::RoomMotion;
 
-/// Show a shared session on a wall of several computers, with each frame on all screens at once.
+/// Show a shared session on a wall of several computers, with each frame on all screens at the same time.
 ///
-/// A hub chooses the moment of the session. For each screen of the rig, a computer shows the model at this moment. The
-/// hub waits until every active computer has drawn a frame, then lets all of them show it. The hub also has the model,
-/// and reports each computer that shows other polygons. A computer that misses three frames in a row becomes inactive: the
-/// hub no longer waits for it. A computer that then draws 20 frames in time becomes active again.
+/// The hub decides how many events of the session each frame shows. For each screen of the rig, a computer draws the
+/// model after these events. The hub waits until every active computer has drawn a frame, then lets all of them show
+/// it. The hub also has the model, and reports each computer that shows other polygons. A computer that misses three
+/// frames in a row becomes inactive: the hub no longer waits for it. A computer that then draws 20 frames in time
+/// becomes active again.
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -27,18 +28,18 @@ use osp_session::replay::RoomMotion;
   osp wall --node left nats://127.0.0.1/house --rig cave4 --headless
   osp wall status nats://127.0.0.1/house
 
-Several people may draw in the session (osp sketch --join, osp join). osp join ADDRESS --play FILE
-plays a recording in it.
+Several people may draw in the session (osp sketch --join, osp join). osp join ADDRESS --play FILE plays a recording \
+in it.
 The rig is the same on all computers; only the outputs may differ.
-The screens show the view of the session's artist: the first author with a recorded head. With
---tracker they show the view of the head in the hub's room.
+The screens show the view of the session's artist: the first author with a recorded head. With --tracker they show \
+the view of the head in the hub's room.
 osp does not lock the displays to each other: the graphics driver can (genlock)."
 )]
 pub(super) struct WallArgs {
     #[command(subcommand)]
     pub(super) what: Option<What>,
     /// The session: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME.
-    // This is parsed later, so that an error message about it does not contain the password.
+    // Parsed after clap, whose error message would print the password.
     #[arg(value_name = "ADDRESS", required = true)]
     pub(super) address: Option<String>,
     /// Be the hub, which chooses the content and time of each frame.
@@ -56,8 +57,7 @@ pub(super) struct WallArgs {
     /// Largest frame rate of the hub.
     #[arg(long, default_value_t = 90.0, value_name = "FRAMES", conflicts_with = "node", value_parser = rate)]
     pub(super) rate: f64,
-    /// Longest time that the hub waits for a computer in a frame, milliseconds. So a slow computer delays the others no
-    /// longer than this.
+    /// Longest time that the hub waits for a computer in a frame, milliseconds. It limits the delay by a slow computer.
     #[arg(long, default_value_t = 1000.0, value_name = "MS", conflicts_with = "node", value_parser = patience)]
     pub(super) patience: f64,
     #[command(flatten)]

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::numbers;
 
-/// Options of a replay that apply only to sessions that are played, not to finished ones.
+/// Options of a replay that do not apply to worlds.
 const NOT_OF_WORLDS: [&str; 21] = [
     "index",
     "depth",
@@ -39,11 +39,11 @@ pub(super) struct WorldArgs {
     /// the options of worlds.
     #[arg(long, value_name = "DIR|URL", conflicts_with_all = NOT_OF_WORLDS)]
     pub(super) world: Option<String>,
-    /// With --world: bytes that blocks may take in memory; k, M and G stand for 2^10, 2^20 and 2^30.
+    /// With --world: largest number of bytes of blocks in memory; k, M and G stand for 2^10, 2^20 and 2^30.
     #[arg(long, value_name = "BYTES", default_value = "1G", requires = "world", value_parser = numbers::bytes)]
     pub(super) memory: u64,
-    /// With --world: wait in each frame for all blocks in view, so that the fingerprint is that of the same sessions in
-    /// memory. Without it, a frame continues without the missing blocks and counts them.
+    /// With --world: wait in each frame for all blocks in view. The fingerprint then equals that of the same
+    /// sessions in memory. Without --wait, a frame omits and counts the missing blocks.
     #[arg(long, requires = "world")]
     pub(super) wait: bool,
     /// With --world: fly along the recorded head path of this session, cut into frames by --pace.
@@ -52,11 +52,10 @@ pub(super) struct WorldArgs {
     /// With --world: number of frames [default: 900; with --path: all frames].
     #[arg(long, value_name = "N", requires = "world", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     pub(super) frames: Option<u64>,
-    /// With --world: seed of the synthetic flight, which is used without --path and without another --camera.
+    /// With --world: seed of the synthetic flight, which is the default without --path and --camera.
     #[arg(long, value_name = "S", default_value_t = 1, requires = "world", conflicts_with = "path")]
     pub(super) seed: u64,
-    /// With --world: distance of this flight in a second of 90 frames, metres [default: the world's longest side in 10
-    /// s].
+    /// With --world: speed of the synthetic flight, metres in 90 frames [default: the world's longest side in 10 s].
     #[arg(long, value_name = "METRES", requires = "world", conflicts_with = "path", value_parser = numbers::metres)]
     pub(super) speed: Option<f32>,
     /// With --world: greatest distance of visible polygons, metres [default: unlimited].
@@ -91,7 +90,7 @@ impl WorldArgs {
         }
     }
 
-    /// Returns the folder of the world, if it is in one.
+    /// Returns the folder of the world. `None` for an address.
     pub(super) fn folder(&self) -> Option<PathBuf> {
         self.world.as_ref().filter(|world| !world.contains("://")).map(PathBuf::from)
     }

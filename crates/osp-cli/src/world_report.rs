@@ -15,10 +15,10 @@ use osp_lab::{
 use osp_net::world::{Frame, WalkCounts, World};
 use osp_session::replay::SessionFingerprint;
 
-/// Longer frames count as this long, in nanoseconds: an hour.
+/// Upper limit of the recorded frame times, nanoseconds: an hour.
 const LONGEST_NS: u64 = 3_600_000_000_000;
 
-/// The figures of a flight.
+/// The measurements of a flight.
 pub(super) struct WorldReport {
     world: String,
     camera: String,
@@ -41,7 +41,7 @@ pub(super) struct WorldReport {
     counts: WalkCounts,
 }
 
-/// A figure over some frames: the number of frames, the sum, and the largest value.
+/// Statistics of a value: the number of frames with a value above 0, the sum, and the largest value.
 #[derive(Clone, Copy, Debug, Default)]
 struct Part {
     frames: u64,
@@ -58,7 +58,7 @@ impl Part {
 }
 
 impl WorldReport {
-    /// The columns of the table with a line for each frame.
+    /// The columns of the CSV file, which has a line for each frame.
     pub(super) const COLUMNS: &str =
         "world,frame,blocks,visible,late_blocks,missing_blocks,missing_polygons,work_us,wait_us,fingerprint";
 
@@ -90,7 +90,7 @@ impl WorldReport {
         }
     }
 
-    /// Returns a line of the table.
+    /// Returns the line of a frame.
     pub(super) fn line(world: &str, frame: &Frame) -> String {
         let name = csv_cell(world);
         format!(

@@ -52,11 +52,7 @@ impl Machine {
             self.clock_resolution_ns,
             self.version,
             self.commit,
-            if self.optimized {
-                ""
-            } else {
-                ", NOT optimised: build with --release for figures that mean something"
-            }
+            if self.optimized { "" } else { ", NOT optimised: build with --release for meaningful times" }
         )
     }
 }

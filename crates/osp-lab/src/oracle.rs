@@ -129,8 +129,9 @@ pub struct Oracle {
     /// For each subject, the range of its triangles in `facets`.
     facets_of: Vec<std::ops::Range<u32>>,
     ids: Vec<PolygonId>,
-    /// By pixel: the nearest opaque facet, and the reciprocal of its distance along the view.
+    /// For each pixel, the nearest opaque facet.
     owner: Vec<u32>,
+    /// For each pixel, the reciprocal of the distance of its owner along the view.
     depth: Vec<f64>,
     /// For each bin, the range of its opaque facets in `binned`.
     bins: Vec<std::ops::Range<u32>>,

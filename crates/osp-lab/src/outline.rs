@@ -48,7 +48,7 @@ pub struct Steps {
 /// A ball that moves along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct WideRay {
-    /// The way of the ball's centre.
+    /// The ray along which the ball's centre moves.
     pub ray: Ray,
     /// Radius of the ball, metres, at least 0.
     pub radius_m: f32,
@@ -72,7 +72,7 @@ struct OutlineNode {
     polygons: Range<u32>,
 }
 
-/// See [the module](self). Its first node does not belong to the structure; it contains all others.
+/// The nodes and polygons of a structure. The first node does not belong to the structure; it contains all other nodes.
 #[derive(Clone, Debug)]
 pub struct Outline {
     nodes: Vec<OutlineNode>,
@@ -89,13 +89,13 @@ struct Gatherer<'a> {
     depths: Vec<u32>,
     /// Index of the current node.
     at: u32,
-    /// Node of each polygon, with the polygon.
+    /// Each polygon with the index of its node.
     owners: Vec<(u32, PolygonId)>,
 }
 
 impl Visitor for Gatherer<'_> {
     fn node(&mut self, node: &Node<'_>) -> Visit {
-        // The node that surrounds all others is above depth 0.
+        // The additional first node has depth 0, so the structure's nodes are one level deeper.
         let depth = node.depth + 1;
         let mut parent = self.at;
         while self.depths[parent as usize] >= depth {
@@ -195,7 +195,8 @@ impl Outline {
         self.nearest_around(order, &WideRay { ray: *ray, radius_m: 0.0 }, hit, steps)
     }
 
-    /// The polygon that a ball meets first on its way along a ray. `hit` returns the `t` at which the ball meets a polygon.
+    /// The first polygon that a ball meets as it moves along a ray. `hit` returns the `t` at which the ball meets a
+    /// polygon.
     pub fn nearest_around(
         &self,
         order: Order,
@@ -224,7 +225,7 @@ impl Outline {
         while let Some(SearchEntry { t, place: node }) = stack.pop() {
             if is_wanted(t, nearest.reach()) {
                 let before = stack.len();
-                self.look(node, ray, nearest, steps, |waiting| stack.push(waiting));
+                self.expand(node, ray, nearest, steps, |waiting| stack.push(waiting));
                 stack[before..].sort_unstable();
             }
         }
@@ -238,12 +239,12 @@ impl Outline {
             if !is_wanted(t, nearest.reach()) {
                 return;
             }
-            self.look(node, ray, nearest, steps, |waiting| heap.push(waiting));
+            self.expand(node, ray, nearest, steps, |waiting| heap.push(waiting));
         }
     }
 
     /// Tests the polygons of a node and queues its children.
-    fn look(
+    fn expand(
         &self,
         at: u32,
         ray: &WideRay,
@@ -251,7 +252,7 @@ impl Outline {
         steps: &mut Steps,
         mut wait: impl FnMut(SearchEntry<u32>),
     ) {
-        // The node that surrounds all others does not count, because it is not one of the structure.
+        // The first node does not count, because it does not belong to the structure.
         steps.nodes += u64::from(at > 0);
         let own = &self.nodes[at as usize].polygons;
         let own = own.start as usize..own.end as usize;

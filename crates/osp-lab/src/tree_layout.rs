@@ -4,7 +4,7 @@
 /// descendants.
 #[derive(Clone, Debug)]
 pub struct TreeLayout {
-    /// For each node, the least and the greatest horizontal position of its subtree, and its level.
+    /// For each node, the smallest and the largest horizontal position of its subtree, and the node's level.
     spans: Vec<(f32, f32, u32)>,
     places: usize,
     margin: f32,

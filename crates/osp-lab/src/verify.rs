@@ -1,5 +1,5 @@
-//! Compares occlusion culling with the truth: the visible polygons that a method culls, the share of the hidden
-//! polygons that it culls, and its cost.
+//! Compares occlusion culling with the true visibility. Measures the visible polygons that a method culls, the share of
+//! the hidden polygons that it culls, and its cost.
 
 use crate::{
     Method, lost_polygons,
@@ -37,19 +37,18 @@ pub struct VerifyConfig {
     pub repeats: u32,
 }
 
-/// Number of frames for which a camera rests at each view, for methods that depend on the previous frame. The measured
-/// frames are the same for all of these methods. Other methods do the same work in each frame, so they get a single
-/// frame.
+/// Number of frames for which a camera rests at each view, for methods that depend on the previous frame. All these
+/// methods have the same measured frames. Other methods do the same work in each frame, so they cull a single frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AtRest {
-    /// Number of frames before the measured ones; in these frames only culled visible polygons are counted.
+    /// Number of frames before the measured frames. These frames only add culled visible polygons to the sums.
     pub settle: u32,
     /// Number of measured frames, at least 1.
     pub frames: u32,
 }
 
 impl Default for AtRest {
-    /// One frame without a previous one, then three measured ones.
+    /// One frame before three measured frames.
     fn default() -> Self {
         Self { settle: 1, frames: 3 }
     }
@@ -58,12 +57,12 @@ impl Default for AtRest {
 /// One method with one number of occluders, and its sums over all views so far.
 pub struct Trial {
     occluders: usize,
-    means: Means,
+    source: OccluderSource,
     totals: Totals,
 }
 
 /// Source of a method's occluders.
-enum Means {
+enum OccluderSource {
     /// The best-scored polygons of the pool.
     Chosen(Box<ViewOcclusion>),
     /// The polygons that were visible in the previous frame.
@@ -129,17 +128,17 @@ impl Totals {
 impl Trial {
     /// The method's name.
     pub fn name(&self) -> &'static str {
-        match &self.means {
-            Means::Chosen(occlusion) => occlusion.culler().name(),
-            Means::Last(_) => Occlusion::PreviousFrame.name(),
+        match &self.source {
+            OccluderSource::Chosen(occlusion) => occlusion.culler().name(),
+            OccluderSource::Last(_) => Occlusion::PreviousFrame.name(),
         }
     }
 
     /// Whether the method guarantees that it culls no visible polygon.
     pub fn soundness(&self) -> Soundness {
-        match &self.means {
-            Means::Chosen(occlusion) => occlusion.culler().soundness(),
-            Means::Last(_) => Soundness::Conservative,
+        match &self.source {
+            OccluderSource::Chosen(occlusion) => occlusion.culler().soundness(),
+            OccluderSource::Last(_) => Soundness::Conservative,
         }
     }
 
@@ -153,7 +152,7 @@ impl Trial {
         &self.totals
     }
 
-    /// Whether a conservative method has culled a visible polygon, or any method has lost or doubled a polygon.
+    /// Whether a conservative method has culled a visible polygon, or any method has misreported a polygon.
     pub fn failed(&self) -> bool {
         let broken = self.totals.false_culls > 0 && self.soundness() == Soundness::Conservative;
         broken || self.totals.misreported > 0
@@ -234,17 +233,17 @@ impl Verifier {
     pub fn add(&mut self, culler: Box<dyn OcclusionCuller>, occluders: usize) {
         let VerifyConfig { pool, cull, select, .. } = self.config;
         let config = OcclusionConfig { pool, select: SelectConfig { occluders, ..select }, cull };
-        let means = Means::Chosen(Box::new(ViewOcclusion::with_culler(culler, &config)));
-        self.trials.push(Trial { occluders, means, totals: Totals::default() });
+        let source = OccluderSource::Chosen(Box::new(ViewOcclusion::with_culler(culler, &config)));
+        self.trials.push(Trial { occluders, source, totals: Totals::default() });
     }
 
     /// Adds the method whose occluders are the polygons visible in the previous frame. Call it before the first view.
     /// The camera then rests at each view.
     pub fn add_last(&mut self, last: PreviousFrameOccluders) {
-        let means = Means::Last(Box::new(last));
+        let source = OccluderSource::Last(Box::new(last));
         self.trials.push(Trial {
             occluders: PreviousFrameOccluders::MOST_OCCLUDERS,
-            means,
+            source,
             totals: Totals::default(),
         });
     }
@@ -256,8 +255,8 @@ impl Verifier {
         self
     }
 
-    /// Does not determine the visible polygons, which takes minutes in a model of a million polygons. Culled polygons
-    /// are counted and timed, but not compared.
+    /// Skips the search for the visible polygons, which takes minutes in a model of a million polygons. The verifier
+    /// then counts and times, but does not compare.
     #[must_use]
     pub fn without_truth(mut self) -> Self {
         self.has_truth = false;
@@ -271,7 +270,7 @@ impl Verifier {
         self
     }
 
-    /// Whether culled polygons are compared with the visible ones.
+    /// Whether culled polygons are compared with the visible polygons.
     pub fn has_truth(&self) -> bool {
         self.has_truth
     }
@@ -284,7 +283,8 @@ impl Verifier {
     /// Applies the changes of a frame.
     pub fn follow(&mut self, scene: &Scene, changes: &[Change]) {
         for &change in changes {
-            // A box that the index refuses is not finite, so its polygon cannot be drawn or culled wrongly.
+            // The index refuses only boxes that are not finite. Their polygons cannot be drawn, so culling cannot be
+            // wrong.
             let _ = match change {
                 Change::Insert(id) => self.index.insert(id, &scene.bounds(id)),
                 Change::Remove(id) => self.index.remove(id),
@@ -295,7 +295,7 @@ impl Verifier {
         }
         self.pool.follow(scene, changes);
         for trial in &mut self.trials {
-            if let Means::Last(last) = &mut trial.means {
+            if let OccluderSource::Last(last) = &mut trial.source {
                 last.follow(changes);
             }
         }
@@ -307,7 +307,7 @@ impl Verifier {
     }
 
     /// Verifies one view: determines the visible polygons, then runs every method.
-    pub fn look(&mut self, scene: &Scene, view: &View) {
+    pub fn verify_view(&mut self, scene: &Scene, view: &View) {
         // A degenerate projection shows no polygon.
         let Some(window) = view.window() else { return };
         self.index.commit();
@@ -336,7 +336,7 @@ impl Verifier {
             self.in_view.iter().for_each(|id| self.truth[id.index()].0 = Some(Sight::Outside));
         }
         self.views.in_view += self.in_view.len() as u64;
-        let look = Look {
+        let data = ViewData {
             scene,
             window: &window,
             index: &*self.index,
@@ -346,33 +346,33 @@ impl Verifier {
             at_rest: self.at_rest,
             number: self.views.views,
         };
-        for Trial { means, totals, .. } in &mut self.trials {
+        for Trial { source, totals, .. } in &mut self.trials {
             totals.views += 1;
-            match means {
-                Means::Chosen(occlusion) => {
+            match source {
+                OccluderSource::Chosen(occlusion) => {
                     // Each view is a jump of the camera, so each repeat starts without data of a previous view.
                     let select = &mut || {
                         occlusion.forget();
                         occlusion.select(&self.pool, scene, &window)
                     };
-                    let select = look.fastest(&mut totals.select_ns, select);
-                    let build = look.fastest(&mut totals.build_ns, &mut || occlusion.build(&window));
+                    let select = data.fastest(&mut totals.select_ns, select);
+                    let build = data.fastest(&mut totals.build_ns, &mut || occlusion.build(&window));
                     let input =
-                        ViewInput { index: look.index, geometry: scene, view, in_view: blocks, spaces: None };
+                        ViewInput { index: data.index, geometry: scene, view, in_view: blocks, spaces: None };
                     let cull = &mut || occlusion.remove_hidden(&input, left);
-                    let cull = look.fastest(&mut totals.query_ns, cull);
+                    let cull = data.fastest(&mut totals.query_ns, cull);
                     self.drawn.clear();
                     self.drawn.extend(left.ids());
                     totals.occluders += u64::from(select.chosen);
                     totals.planes += u64::from(build.nodes);
                     totals.node_tests += cull.node_tests;
                     totals.polygon_tests += cull.polygon_tests;
-                    totals.add(look.number, &self.drawn, &mut self.truth, &self.in_view);
+                    totals.add(data.number, &self.drawn, &mut self.truth, &self.in_view);
                 }
-                Means::Last(last) => {
+                OccluderSource::Last(last) => {
                     let input =
-                        ViewInput { index: look.index, geometry: scene, view, in_view: blocks, spaces: None };
-                    look.at_rest(last, &input, totals, left, &mut self.truth);
+                        ViewInput { index: data.index, geometry: scene, view, in_view: blocks, spaces: None };
+                    data.at_rest(last, &input, totals, left, &mut self.truth);
                 }
             }
         }
@@ -392,8 +392,8 @@ impl Verifier {
         &self.in_view
     }
 
-    /// Compares the polygons that another method draws in a frame of the last view with the visible ones. The caller
-    /// counts the views.
+    /// Compares the polygons that another method draws in a frame of the last view with the visible polygons. The
+    /// caller counts the views.
     pub fn judge(&mut self, drawn: &[PolygonId], totals: &mut Totals) {
         let view = self.views.views.saturating_sub(1);
         totals.add(view, drawn, &mut self.truth, &self.in_view);
@@ -411,7 +411,7 @@ impl Verifier {
 }
 
 /// A view, and the data for culling it.
-struct Look<'a> {
+struct ViewData<'a> {
     scene: &'a Scene,
     window: &'a ViewWindow,
     index: &'a dyn SpatialIndex,
@@ -422,7 +422,7 @@ struct Look<'a> {
     number: u64,
 }
 
-impl Look<'_> {
+impl ViewData<'_> {
     fn fastest<T: Default>(&self, ns: &mut u64, stage: &mut impl FnMut() -> T) -> T {
         fastest(self.clock, self.repeats, ns, stage)
     }
@@ -449,8 +449,8 @@ impl Look<'_> {
         for _ in 0..self.at_rest.frames.max(1) {
             let build = &mut || last.build(0, self.scene, self.window, input.in_view);
             let built = self.fastest(&mut totals.build_ns, build);
-            // This frame's polygons replace those of the previous frame; the depth buffer stays, so every repeat does
-            // the same work.
+            // The polygons of this frame replace the polygons of the previous frame. The depth buffer does not change,
+            // so every repeat does the same work.
             let cull = &mut || {
                 let mut counts = built;
                 last.cull(0, input, left, &mut counts);

@@ -46,7 +46,7 @@ impl Verifier {
             );
             rows.note(
                 PART,
-                "In view, visible, hidden: means of a view. A polygon in view that is neither lies beside the picture.",
+                "In view, visible, hidden: means of a view. A polygon in view that is neither visible nor hidden is outside the picture.",
             );
         }
         if let Some((view, id)) = views.first_lost {

@@ -17,9 +17,11 @@ fn truth() -> (Vec<(Option<Sight>, u8)>, Vec<PolygonId>) {
 }
 
 fn trial(kind: Method, totals: Totals) -> Trial {
-    let means =
-        Means::Chosen(Box::new(ViewOcclusion::with_culler(kind.create(64), &OcclusionConfig::default())));
-    Trial { occluders: 1, means, totals }
+    let source = OccluderSource::Chosen(Box::new(ViewOcclusion::with_culler(
+        kind.create(64),
+        &OcclusionConfig::default(),
+    )));
+    Trial { occluders: 1, source, totals }
 }
 
 fn added(drawn: &[&[u32]]) -> Totals {

@@ -5,13 +5,13 @@ pub(super) const DARK: [f64; 3] = [0.016, 0.019, 0.026];
 /// The light background, a light grey, for models that hardly stand out from the dark one.
 const LIGHT: [f64; 3] = [0.62, 0.63, 0.65];
 
-/// Least contrast at which paint stands out from a background. Contrast is the ratio of relative luminances, each plus
-/// 0.05, as in the Web Content Accessibility Guidelines 2.1. The guidelines require 3 for graphics. This limit is lower,
-/// because unlit sides of paint are darker than its colour.
+/// Smallest contrast at which paint stands out from a background. Contrast is the ratio of relative luminances, each
+/// plus 0.05, as in the Web Content Accessibility Guidelines 2.1. The guidelines require 3 for graphics. This limit is
+/// lower, because unlit sides of paint are darker than its colour.
 const LEAST_CONTRAST: f64 = 2.0;
 
-/// Selects the background for a model: the dark one, or the light one if more polygons contrast with the light one.
-/// Returns linear red, green, blue. O(strokes).
+/// Selects the background for a model: dark, or light if more polygons contrast with the light background. Returns
+/// linear red, green, blue. O(strokes).
 pub fn background_for(scene: &Scene) -> [f64; 3] {
     let (mut lost_in_dark, mut lost_in_light) = (0u64, 0u64);
     let [dark, light] = [DARK, LIGHT].map(luminance);

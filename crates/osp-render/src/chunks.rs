@@ -1,22 +1,23 @@
 use super::{Gpu, descriptors, gpu::CHUNKS_A_PAGE, record::PolygonRecord, run::CLUSTER};
 
-/// Largest number of polygons of a chunk, whole clusters: 128 MiB, the largest binding that every adapter supports.
+/// Largest number of polygons of a chunk, a multiple of [`CLUSTER`]. Such a chunk takes at most 128 MiB, the largest
+/// binding that every adapter supports.
 const MAX_CHUNK: usize = (128 << 20) / PolygonRecord::SIZE as usize / CLUSTER * CLUSTER;
 
-/// Number of polygons of the first chunk, unless there are more.
+/// Smallest capacity of the first chunk, polygons.
 pub(super) const FIRST_LEN: usize = 1 << 12;
 
 /// Polygons on the GPU, in chunks of fixed size. Growth adds chunks. The first chunk grows by copying until it has the
 /// size of the others.
 #[derive(Debug)]
 pub(super) struct Chunks {
-    /// Number of polygons of a chunk, whole clusters.
+    /// Capacity of a chunk, polygons: a multiple of [`CLUSTER`].
     len: usize,
     buffers: Vec<wgpu::Buffer>,
-    /// For each chunk, whether the placeholder replaces it.
+    /// For each chunk, whether its memory is freed. The placeholder then replaces its buffer.
     is_free: Vec<bool>,
     pages: Vec<wgpu::BindGroup>,
-    /// A buffer that is bound instead of chunks that do not exist.
+    /// Bound in place of chunks that are freed or do not exist.
     placeholder: wgpu::Buffer,
     layout: wgpu::BindGroupLayout,
 }
@@ -35,7 +36,7 @@ impl Chunks {
         }
     }
 
-    /// Chunks of the same size and layout, without polygons.
+    /// Creates an empty store whose chunks have the same size and layout.
     pub(super) fn alike(&self) -> Self {
         let (placeholder, layout) = (self.placeholder.clone(), self.layout.clone());
         Self {
@@ -52,7 +53,7 @@ impl Chunks {
         &self.layout
     }
 
-    /// Number of polygons of a chunk.
+    /// Capacity of a chunk, polygons.
     pub(super) fn len(&self) -> usize {
         self.len
     }
@@ -62,7 +63,8 @@ impl Chunks {
         &self.buffers
     }
 
-    /// A page, if it exists.
+    /// The bind group of a page, which consists of [`CHUNKS_A_PAGE`] consecutive chunks; `None` if the page does not
+    /// exist.
     pub(super) fn page(&self, page: u32) -> Option<&wgpu::BindGroup> {
         self.pages.get(page as usize)
     }
@@ -82,7 +84,7 @@ impl Chunks {
         self.put(gpu, chunk, self.placeholder.clone(), true);
     }
 
-    /// Writes consecutive polygons of one chunk, which may have been freed.
+    /// Writes consecutive polygons of one chunk. A freed chunk gets memory again.
     pub(super) fn write(&mut self, gpu: &Gpu, first: usize, records: &[PolygonRecord]) {
         let (chunk, at) = (first / self.len, first % self.len);
         if self.is_free[chunk] {
@@ -101,7 +103,7 @@ impl Chunks {
         self.pages[page] = self.bind_page(gpu, page);
     }
 
-    /// Makes room for `count` polygons.
+    /// Adds chunks until they hold at least `count` polygons.
     pub(super) fn grow(&mut self, gpu: &Gpu, count: usize) {
         let first_len = count.next_power_of_two().max(FIRST_LEN).min(self.len);
         self.grow_first(gpu, first_len);
@@ -115,7 +117,7 @@ impl Chunks {
         }
     }
 
-    /// Grows the first chunk to `polygons` polygons, at most a whole chunk.
+    /// Grows the first chunk to a capacity of `polygons` polygons. It gets at most the capacity of the other chunks.
     fn grow_first(&mut self, gpu: &Gpu, polygons: usize) {
         let Some(first) = self.buffers.first() else { return };
         if self.is_free[0] || first.size() >= polygons as u64 * PolygonRecord::SIZE {

@@ -81,6 +81,43 @@ pub(super) fn buffer(
     })
 }
 
+/// An uninitialised texture of this size, without smaller levels.
+pub(super) fn new_texture(
+    device: &wgpu::Device,
+    label: &str,
+    format: wgpu::TextureFormat,
+    sample_count: u32,
+    usage: wgpu::TextureUsages,
+    (width, height): (u32, u32),
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+/// A view of the whole of a new texture; see [`new_texture`].
+pub(super) fn image(
+    device: &wgpu::Device,
+    label: &str,
+    format: wgpu::TextureFormat,
+    sample_count: u32,
+    usage: wgpu::TextureUsages,
+    size: (u32, u32),
+) -> wgpu::TextureView {
+    new_texture(device, label, format, sample_count, usage, size).create_view(&Default::default())
+}
+
+/// Usage of a texture that a pass draws to and a shader reads.
+pub(super) const DRAWN_AND_READ: wgpu::TextureUsages =
+    wgpu::TextureUsages::RENDER_ATTACHMENT.union(wgpu::TextureUsages::TEXTURE_BINDING);
+
 /// Resources bound in the order of their numbers.
 pub(super) fn bind_group(
     device: &wgpu::Device,
@@ -113,7 +150,7 @@ pub(super) fn bind_layout(
         .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
 }
 
-/// A uniform buffer of at least `bytes` bytes; 0 if the shader determines the size.
+/// A uniform buffer of at least `bytes` bytes. With 0, the shader determines the size.
 pub(super) fn uniform(bytes: u64) -> wgpu::BindingType {
     buffer_binding(wgpu::BufferBindingType::Uniform, bytes)
 }

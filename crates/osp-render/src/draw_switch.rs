@@ -1,17 +1,17 @@
 use osp::occlusion::TryBudget;
 
-/// Number of frames before the first try, which skips the slow start.
+/// Number of frames before the first try. The first frames of a program are slow, with or without culling.
 const FIRST_TRY: u32 = 16;
-/// Each way of drawing, with culling and without, is measured by the fastest of this number of frames. Disturbances
-/// only make frames longer.
+/// The time of each state, with culling and without, is the fastest of this number of frames. Disturbances only make
+/// frames longer.
 const MEASURED: usize = 4;
 /// Number of frames of a try. The first frame has no previous frame and does not count.
 const TRY_FRAMES: u32 = MEASURED as u32 + 1;
 /// A try ends after this number of frames, even if the GPU has not returned the times of some frames.
 const LONGEST_TRY: u32 = 24;
-/// Least and largest number of frames from one try to the next.
+/// Smallest and largest number of frames from one try to the next.
 const PAUSE: [u32; 2] = [64, 8192];
-/// The fraction of the drawing time that tries may take.
+/// Largest fraction of the drawing time that tries may add.
 const TRY_SHARE: f64 = 0.01;
 /// The switch turns culling on or off if frames in the other state take less than this fraction of the current time.
 const FASTER: f64 = 0.98;
@@ -24,11 +24,11 @@ const LEAST_POLYGONS: usize = 2000;
 pub(super) struct DrawSwitch {
     /// Whether frames are culled, except during a try.
     culls: bool,
-    /// Times of the last frames drawn in the kept way, nanoseconds; infinite before the first ones.
+    /// Times of the last frames drawn in the state `culls`, nanoseconds; infinite where no frame was measured yet.
     usual_ns: [f64; MEASURED],
     tried: Option<Tried>,
     budget: TryBudget,
-    /// Additional time of the frames of the last try, nanoseconds.
+    /// Time that the frames of the last try took beyond usual frames, nanoseconds.
     price_ns: Option<f64>,
 }
 
@@ -73,7 +73,7 @@ impl DrawSwitch {
         self.culls != self.tried.is_some()
     }
 
-    /// Records the time of a frame, perhaps some frames later, and whether this frame was culled.
+    /// Records the time of a frame, and whether it was culled. The time may arrive some frames late.
     pub(super) fn note(&mut self, culled: bool, ns: u64) {
         let ns = ns as f64;
         if culled == self.culls {
@@ -91,7 +91,7 @@ impl DrawSwitch {
         }
     }
 
-    /// Whether a try begins in this frame. Otherwise counts the frame.
+    /// Returns whether a try begins in this frame. If not, the frame adds to the time budget of the next try.
     fn is_try_due(&mut self) -> bool {
         let usual_ns = self.usual();
         if usual_ns.is_infinite() {

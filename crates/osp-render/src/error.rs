@@ -34,13 +34,13 @@ pub enum RenderError {
         /// The driver's message.
         reason: String,
     },
-    /// The device was lost (driver restarted, adapter unplugged). A new [`super::Gpu`] can take over.
+    /// The device was lost (driver restarted, adapter unplugged). A new [`super::Gpu`] can replace it.
     #[error("the graphics device was lost: {0}")]
     DeviceLost(String),
     /// The driver reported an error, such as lack of memory.
     #[error("the graphics driver reported: {0}")]
     Device(String),
-    /// No picture of this size can be made.
+    /// The size of a picture is zero, or exceeds the limit of the adapter.
     #[error("a picture of {width}x{height} cannot be drawn: expected 1 to {limit} pixels each way")]
     Size {
         /// Width requested, pixels.

@@ -6,7 +6,7 @@ use super::{
     shaders,
 };
 
-/// The spread of bright light over the picture.
+/// Strength of bloom, the spread of bright light over the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Bloom {
     Off,
@@ -119,7 +119,9 @@ impl Finish {
         let octaves = HEIGHTS.map(|height| {
             let width = (height as f32 * target.aspect()).round() as u32;
             let size = (width.clamp(1, 1 << 12), height);
-            let views = [(); 2].map(|()| create_view(gpu, size));
+            let usage = descriptors::DRAWN_AND_READ;
+            let view = |()| descriptors::image(gpu.device(), "octave", COLOR_FORMAT, 1, usage, size);
+            let views = [(); 2].map(view);
             let sources = [source(&views[0]), source(&views[1])];
             Octave { size, views, sources }
         });
@@ -137,20 +139,6 @@ impl Finish {
         let samples = gpu.reads_samples().then(samples);
         Octaves { resolved: source(target.resolved()), octaves, all, samples }
     }
-}
-
-fn create_view(gpu: &Gpu, (width, height): (u32, u32)) -> wgpu::TextureView {
-    let texture = gpu.device().create_texture(&wgpu::TextureDescriptor {
-        label: Some("octave"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: COLOR_FORMAT,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    });
-    texture.create_view(&Default::default())
 }
 
 fn begin<'e>(

@@ -40,7 +40,7 @@ impl Gpu {
             pollster::block_on(Self::open(wgpu::Instance::new(description.with_env()), None))
         };
         let best = open(wgpu::Backends::PRIMARY);
-        // OpenGL is tried only with a display, because without one some drivers print errors.
+        // OpenGL is tried only with a display, because some drivers print errors without a display.
         let has_display = ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some());
         match &best {
             Ok(gpu) if !gpu.is_software() || !has_display => best,
@@ -127,7 +127,7 @@ impl Gpu {
         self.adapter.get_info().backend != wgpu::Backend::Gl
     }
 
-    /// Whether the samples of a pixel have their standard positions; `None` if this was not measured.
+    /// Whether the samples of a pixel have their standard positions; `None` before the measurement.
     pub(super) fn samples_in_place(&self) -> Option<bool> {
         self.samples_in_place.get().copied()
     }
@@ -175,9 +175,9 @@ impl Gpu {
     }
 }
 
-/// Flags of an instance for [`Gpu`]. wgpu does not check the arguments of indirect draw calls. The check is
+/// Flags of an instance for [`Gpu`]. They turn off wgpu's check of the arguments of indirect draw calls. The check is
 /// unnecessary, because only shaders of this crate write these arguments, within bounds that the CPU has set. On
-/// Windows wgpu checks the arguments, because with Direct3D 12 this check also passes the first vertex to the shader.
+/// Windows the check stays on, because with Direct3D 12 it also passes the first vertex to the shader.
 pub fn instance_flags() -> wgpu::InstanceFlags {
     let checked = wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL;
     let flags = wgpu::InstanceFlags::default();

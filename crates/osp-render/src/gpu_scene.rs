@@ -16,15 +16,15 @@ use osp::{
 };
 use osp_session::scene::Scene;
 
-/// Moved polygons are sent in one transfer if at most this number of unmoved polygons lies between them. Sending 96 bytes
-/// for each of these costs less than another transfer.
+/// Moved polygons are sent in one transfer if at most this number of unmoved polygons lies between them. Sending 96
+/// bytes for each unmoved polygon costs less than another transfer.
 const GAP: usize = 16;
 
-/// Number of polygons of one transfer (1.5 MiB). It is limited, because otherwise loading a large session would double its
-/// memory for a moment.
+/// Largest number of polygons of one transfer (1.5 MiB). A single transfer of a large session would double its memory
+/// for a moment.
 const TRANSFER: usize = 1 << 14;
 
-/// Number of corners of a polygon, which are its vertices.
+/// Number of vertices of a polygon.
 pub(super) const CORNERS: u32 = 4;
 /// Number of indices of the two triangles of a polygon.
 pub(super) const INDICES: u32 = 6;
@@ -37,14 +37,14 @@ pub(super) struct GpuScene {
     draw_len: usize,
     /// Indices for as many polygons as the scene has, at most `draw_len`.
     indices: wgpu::Buffer,
-    /// Number of polygons that the scene had released at the last [`GpuScene::flush`].
+    /// Number of polygons that the scene had freed at the last [`GpuScene::flush`].
     free_unreachable: u64,
     /// Number of polygons on the GPU.
     uploaded: usize,
     /// A bit for each uploaded polygon that has moved since its upload.
     moved: Vec<u64>,
     any_moved: bool,
-    /// Groups that have moved as a whole since the last [`GpuScene::flush`].
+    /// Changes that moved whole groups since the last [`GpuScene::flush`].
     placed: Vec<Change>,
     /// A bit for each transparent polygon.
     transparent: Vec<u64>,
@@ -81,7 +81,7 @@ impl GpuScene {
         }
     }
 
-    /// Sets the colours; returns whether they have changed. If so, all polygons are sent again.
+    /// Sets the colours; returns whether they have changed. After a change, all polygons are sent again.
     pub(super) fn set_colors(&mut self, colors: Colors) -> bool {
         let is_other = colors != self.colors;
         if is_other {
@@ -131,7 +131,7 @@ impl GpuScene {
         true
     }
 
-    /// Draws the polygons at `places` of the draw list in a style, after [`GpuScene::bind`].
+    /// Draws the polygons at the positions `places` of the draw list in a style. Call it after [`GpuScene::bind`].
     pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, places: Range<u32>, style: u32) {
         for first in places.clone().step_by(self.draw_len) {
             let count = (places.end - first).min(self.draw_len());
@@ -186,7 +186,7 @@ impl GpuScene {
         }
     }
 
-    /// Drops the polygons from number `count` on, because the scene assigns their numbers again.
+    /// Drops the polygons from number `count` on. The scene then gives their numbers to other polygons.
     pub(super) fn truncate(&mut self, count: usize) {
         if count >= self.uploaded {
             return;
@@ -204,14 +204,14 @@ impl GpuScene {
         }
     }
 
-    /// Creates the merged quads of all polygons, if they do not exist. [`GpuScene::merge`] sends them.
+    /// Creates the store of merged quads, if it does not exist. [`GpuScene::merge`] fills it.
     pub(super) fn want_merged(&mut self) {
         if self.merged.is_none() {
             self.merged = Some(MergedQuads::new(&self.chunks, self.uploaded));
         }
     }
 
-    /// Merges polygons that are new or have changed, of at most `most` clusters; returns the number of bytes sent.
+    /// Merges the polygons of at most `most` new or changed clusters; returns the number of bytes sent.
     pub(super) fn merge(&mut self, gpu: &Gpu, scene: &Scene, most: usize) -> u64 {
         let Some(mut merged) = self.merged.take() else { return 0 };
         let bytes = merged.send(gpu, scene, self.colors, most, |first| self.classes_of(first));
@@ -291,7 +291,7 @@ impl GpuScene {
         while at < range.end {
             let (chunk, first) = (at / self.chunk_len(), at % self.chunk_len());
             let count = (range.end - at).min(self.chunk_len() - first).min(TRANSFER);
-            // A chunk whose memory was freed has polygons again if the replay went back.
+            // If the replay jumps back, a freed chunk has polygons again.
             if self.chunks.is_free(chunk) && scene.are_freed(at..at + count) {
                 at += count;
                 continue;
@@ -306,7 +306,7 @@ impl GpuScene {
         sent
     }
 
-    /// Frees the memory of chunks all of whose polygons the scene has released.
+    /// Frees the memory of each chunk whose polygons the scene has all freed.
     fn free_chunks(&mut self, gpu: &Gpu, scene: &Scene) {
         let len = self.chunk_len();
         for chunk in 0..self.uploaded / len {
@@ -316,7 +316,7 @@ impl GpuScene {
         }
     }
 
-    /// Makes room for `count` polygons.
+    /// Grows all buffers to a capacity of at least `count` polygons.
     fn grow(&mut self, gpu: &Gpu, count: usize) {
         let words = bits::words_for(count);
         self.moved.resize(words, 0);

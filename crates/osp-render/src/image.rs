@@ -3,10 +3,11 @@ use std::{io, path::Path};
 use super::RenderError;
 use osp_session::atomic_file::write_atomically;
 
-/// Tolerance of a colour component, of 255, for the mean of some colours.
+/// Largest rounding error of a colour component, 0 to 255, after averaging colours.
 const ROUNDING: u8 = 2;
 
-/// A finished picture, 8 bits for each of red, green, blue and opacity (always full), sRGB, row by row from the top.
+/// A finished picture: sRGB, 8 bits for each of red, green, blue and alpha, row by row from the top. Alpha is always
+/// 255.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     width: u32,
@@ -80,7 +81,7 @@ impl Image {
         (0..width * height).filter(is_unlike).count()
     }
 
-    /// Number of pixels whose colour differs from the first one's (the upper left corner).
+    /// Number of pixels whose colour differs from that of the first pixel (the upper left corner).
     pub fn drawn_pixels(&self) -> usize {
         let mut pixels = self.rgba.chunks_exact(4);
         let first = pixels.next();

@@ -3,16 +3,17 @@
 //! * [`Gpu`] is an adapter and its device. Without an adapter, the error is one line with the reason.
 //! * [`Renderer`] keeps every polygon on the GPU. A polygon is uploaded once, when it is made, and again only when it has
 //!   moved. A frame sends only the numbers of the polygons to draw ([`DrawOrder`]); the vertex shader fetches the corners.
-//! * [`Target`] holds the images of a pass, the same for a picture and for a window; [`Offscreen`] makes [`Image`]s
-//!   and measures.
+//! * [`Target`] holds the textures of a view, for a picture file or for a window. [`Offscreen`] makes [`Image`]s and
+//!   measures their drawing.
 //!
 //! * [`Renderer::set_occlusion`] selects culling of hidden polygons on the GPU.
 //! * [`PaintList`] is the painter's algorithm, for comparison: back to front by a BSP tree, without a depth test.
 //!
-//! Polygons are seen from both sides: flat-shaded, or with the look of their brush ([`Renderer::set_environment`] sets its
-//! light). Opaque and additive polygons are drawn in the order of their numbers, transparent ones back to front. If two
-//! polygons have the same depth, the later one is visible. These orders depend only on the view and the polygons, not on
-//! the index that found them, nor on culled polygons. So two pictures of the same visible surface are equal, bit for bit.
+//! Both sides of polygons are visible, flat-shaded or with the material of their brush. [`Renderer::set_environment`]
+//! sets the light of brushes. Opaque and additive polygons are drawn in the order of their numbers, transparent ones
+//! back to front. If two polygons have the same depth, the later one is visible. These orders depend only on the view
+//! and the polygons, not on the index that found them, nor on culled polygons. So two pictures of the same visible
+//! surface are equal, bit for bit.
 //!
 //! Depends on [`scene`](osp_session::scene), [`view`](osp::view) and [`frame`](osp::frame). The painter depends on the tree
 //! [`Bsp`](osp_rivals::Bsp). Nothing here depends on another index.
@@ -28,8 +29,10 @@ mod formats;
 mod gpu;
 mod gpu_occlusion;
 mod gpu_scene;
+mod half_images;
 mod hzb;
 mod image;
+mod light;
 mod lines;
 mod listing;
 mod octaves;
@@ -69,7 +72,7 @@ pub use overdraw::Overdraw;
 pub use painter::{MOST_POLYGONS, PaintList, PaintStats, Painter, PainterError};
 pub use read_back::ComingImage;
 pub use record::Colors;
-pub use renderer::{Layer, Renderer, RendererConfig};
+pub use renderer::{Eye, EyePicture, Layer, Renderer, RendererConfig};
 pub use run::{Blend, Classes, Run};
 pub use shaders::SHADERS;
 pub use show::{Area, Channels, ShowPass, Shown};

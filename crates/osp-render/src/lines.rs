@@ -48,7 +48,7 @@ impl LineBatch {
         self.faces.clear();
     }
 
-    /// Whether there is nothing to draw.
+    /// Whether the batch has no lines and no faces.
     pub fn is_empty(&self) -> bool {
         self.hidden.is_empty() && self.through.is_empty() && self.faces.is_empty()
     }

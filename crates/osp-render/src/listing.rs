@@ -8,21 +8,21 @@ use super::run::{Blend, CLUSTER, Classes, Handle, HandleRun, Run};
 use osp::polygon::{BLOCK, PolygonId, VisibleBlocks, bits::bits_of};
 use osp_session::scene::Scene;
 
-/// Page of a run before [`Sink::end_page`] sets it.
+/// Placeholder for the page of a run until [`Sink::end_page`] sets it.
 const NO_PAGE: u32 = u32::MAX;
 
-/// Number of polygons of a word.
+/// Number of polygons of a word of a bit mask.
 const WORD: usize = CLUSTER;
 
-/// Number of words that are examined together.
+/// Number of words of a chunk. A chunk of words is examined as a whole.
 const CHUNK_WORDS: usize = 8;
 
-/// A chunk becomes part of a span if at least this number of its polygons is drawn. The number is high, because
-/// each undrawn polygon of a span still costs a vertex invocation.
+/// A chunk of words becomes part of a span if at least this number of its polygons is drawn. The number is high,
+/// because each unset bit of a span still costs vertex invocations.
 const LEAST_OF_CHUNK: u32 = (CHUNK_WORDS * WORD * 3 / 4) as u32;
 
-/// Least number of polygons of a span, a run that sends a bit for each polygon instead of its number. A smaller number
-/// gives more draw calls.
+/// Smallest number of polygons of a span. A span is a run that sends a bit for each polygon instead of its number.
+/// Shorter spans would need more draw calls.
 pub(super) const LEAST_SPAN: usize = 2048;
 
 /// Visible polygons of one style.
@@ -34,22 +34,37 @@ pub(super) struct List<'a, F> {
     pub(super) page_len: usize,
     pub(super) classes_of: F,
     pub(super) transparent: &'a mut Vec<(u32, u32, u32)>,
+    /// Whether additive and whether transparent polygons are listed.
+    pub(super) lists: [bool; 2],
 }
 
-/// The receiver of the opaque polygons of a list, by number.
+/// The receiver of the opaque polygons of a list, in ascending order.
 pub(super) trait Sink {
-    /// Adds the polygons `first + bit`, which belong to one page.
+    /// Adds the polygon `first + bit` for each set bit of `opaque`. The polygons belong to one page.
     fn add(&mut self, first: usize, opaque: u64);
 
-    /// Tries to add the polygons of a chunk, which belong to one page. If it returns `false`, the caller adds them word by
-    /// word.
+    /// Tries to add the polygons of a chunk of words, which belong to one page. If it returns `false`, the caller adds
+    /// them word by word.
     #[inline(always)]
     fn takes_chunk(&mut self, _first: usize, _words: &[u64]) -> bool {
         false
     }
 
-    /// Ends a page: all polygons added since the previous page belong to it.
+    /// Ends a page: all polygons added since the last call belong to page number `page`.
     fn end_page(&mut self, page: usize);
+}
+
+/// Drops all polygons.
+impl Sink for () {
+    #[inline(always)]
+    fn add(&mut self, _first: usize, _opaque: u64) {}
+
+    #[inline(always)]
+    fn takes_chunk(&mut self, _first: usize, _words: &[u64]) -> bool {
+        true
+    }
+
+    fn end_page(&mut self, _page: usize) {}
 }
 
 /// A list and the receivers of its polygons.
@@ -67,6 +82,7 @@ impl<F: Fn(usize) -> Classes, S: Sink> Walk<'_, F, S> {
         let (begin, words) = list.polygons.words();
         let mut page = begin / list.page_len;
         let mut page_end = (page + 1) * list.page_len;
+        let [lists_additive, lists_transparent] = list.lists;
         'words: for (i, chunk) in words.chunks(CHUNK_WORDS).enumerate() {
             let start = begin + i * CHUNK_WORDS * WORD;
             let end = start + chunk.len() * WORD;
@@ -102,7 +118,7 @@ impl<F: Fn(usize) -> Classes, S: Sink> Walk<'_, F, S> {
                 };
                 let classes = (list.classes_of)(first);
                 let transparent = known & classes.transparent;
-                if transparent != 0 {
+                if transparent != 0 && lists_transparent {
                     note_transparent(&mut list, first, transparent);
                 }
                 let added = known & classes.additive & !transparent;
@@ -115,7 +131,9 @@ impl<F: Fn(usize) -> Classes, S: Sink> Walk<'_, F, S> {
                     page_end += list.page_len;
                 }
                 sink.add(first, opaque);
-                additive.add(first, added);
+                if lists_additive {
+                    additive.add(first, added);
+                }
             }
         }
         sink.end_page(page);
@@ -128,11 +146,11 @@ fn word_of(masks: &[u16; WORD / BLOCK]) -> u64 {
     masks.iter().rev().fold(0, |word, mask| word << BLOCK | u64::from(*mask))
 }
 
-/// A bit for each polygon of a span. Word `i` has the polygons from 64 `i` on.
+/// A bit for each polygon of a span. Word `i` has the bits of 64 polygons, from number 64 `i` on.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SpanBits {
     words: Vec<u64>,
-    /// Range from the first to the last word that runs of the frame use.
+    /// Range of the words that runs of the frame use.
     used: Range<usize>,
 }
 
@@ -153,7 +171,7 @@ impl SpanBits {
         self.used = start..self.used.end.max(words.end);
     }
 
-    /// Number of the first word that runs of the frame use, and the words from there on.
+    /// Index of the first word that runs of the frame use, and the used words.
     pub(super) fn used(&self) -> (usize, &[u64]) {
         (self.used.start, &self.words[self.used.clone()])
     }
@@ -165,16 +183,16 @@ pub(super) struct Numbers<'a> {
     runs: &'a mut Vec<Run>,
     style: u32,
     blend: Blend,
-    /// Start of the numbers that belong to no run yet.
+    /// Index in `ids` of the first number that belongs to no run yet.
     start: usize,
-    /// The bits of spans; `None` if every polygon is listed.
+    /// The bits of spans; `None` if all polygons are listed by number.
     bits: Option<&'a mut SpanBits>,
-    /// Range of the last polygons, which have bits and belong to no run yet.
+    /// The current span, polygon numbers. It belongs to no run yet.
     span: Range<usize>,
 }
 
 impl<'a> Numbers<'a> {
-    /// A list without polygons. `bits` has the bits of spans, and the number of polygons of the scene.
+    /// Creates an empty list. `bits` are the bits of spans and the number of polygons of the scene.
     pub(super) fn new(
         ids: &'a mut Vec<PolygonId>,
         runs: &'a mut Vec<Run>,
@@ -233,7 +251,7 @@ impl<'a> Numbers<'a> {
     }
 }
 
-/// Whether enough polygons of a chunk are drawn for a span.
+/// Whether a chunk of words has enough drawn polygons to become part of a span.
 #[inline(always)]
 fn is_dense(words: &[u64]) -> bool {
     // Counting bits is the slowest part, so it is skipped if the full words suffice.
@@ -242,14 +260,14 @@ fn is_dense(words: &[u64]) -> bool {
     (full * WORD) as u32 >= LEAST_OF_CHUNK || polygons() >= LEAST_OF_CHUNK
 }
 
-/// Appends the polygons of a word.
+/// Appends the number of each polygon whose bit is set in a word.
 #[inline(always)]
 fn list(ids: &mut Vec<PolygonId>, first: usize, word: u64) {
     if word == u64::MAX {
         ids.extend((first as u32..(first + WORD) as u32).map(PolygonId));
         return;
     }
-    // A single append checks the capacity only once.
+    // One append for all numbers checks the capacity only once.
     let (mut some, mut count) = ([PolygonId(0); WORD], 0);
     for (id, bit) in some.iter_mut().zip(bits_of(word)) {
         *id = PolygonId((first + bit) as u32);
@@ -291,11 +309,11 @@ impl Sink for Numbers<'_> {
     }
 }
 
-/// Lists polygons as clusters.
+/// Lists polygons as cluster masks.
 pub(super) struct Handles<'a> {
     pub(super) handles: &'a mut Vec<Handle>,
     pub(super) handle_runs: &'a mut Vec<HandleRun>,
-    /// The first handle that belongs to no run yet, and the number of polygons from there on.
+    /// Index of the first cluster mask that belongs to no run yet. `polygons` counts the polygons from this mask on.
     pub(super) start: usize,
     pub(super) polygons: u32,
 }
@@ -320,7 +338,7 @@ impl Sink for Handles<'_> {
     }
 }
 
-/// Lists transparent polygons with their distances.
+/// Adds transparent polygons to the list, with their distances from the eye.
 #[inline(never)]
 fn note_transparent<F>(list: &mut List<'_, F>, first: usize, transparent: u64) {
     let mut left = transparent;

@@ -1,4 +1,4 @@
-/// Heights of the octaves, pixels. For a picture of 256 pixels they are a quarter of its height, a twelfth, and so on.
+/// Heights of the pictures from which bloom is summed, pixels. Each height is about a third of the one before.
 pub(super) const HEIGHTS: [u32; 4] = [64, 21, 7, 2];
 
 /// Resources for finishing the picture of one target.
@@ -11,7 +11,7 @@ pub(super) struct Octaves {
     pub(super) samples: Option<wgpu::BindGroup>,
 }
 
-/// A small picture, and another for the first half of its blur.
+/// A downscaled picture, and a second texture for the first pass of its separable blur.
 #[derive(Debug)]
 pub(super) struct Octave {
     pub(super) size: (u32, u32),

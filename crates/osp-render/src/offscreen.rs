@@ -1,8 +1,9 @@
 use std::{ops::Add, sync::Arc};
 
 use super::{
-    Colors, DrawnCounts, Gpu, GpuOcclusion, GpuTimer, HzbConfig, Image, Layer, OpaqueOrder, OrderCounts,
-    Overdraw, PaintList, PassTimes, PyramidLevel, RenderError, Renderer, RendererConfig, Target, ViewSlot,
+    Colors, DrawnCounts, Eye, EyePicture, Gpu, GpuOcclusion, GpuTimer, HzbConfig, Image, Layer, OpaqueOrder,
+    OrderCounts, Overdraw, PaintList, PassTimes, PyramidLevel, RenderError, Renderer, RendererConfig, Target,
+    ViewSlot,
 };
 use osp::{
     frame::{Stage, StageClock},
@@ -14,7 +15,7 @@ use osp_session::{recording::Environment, scene::Scene};
 /// Times and counts of drawing a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawTimes {
-    /// Time for sending new polygons, sorting the visible ones, and sending their numbers.
+    /// Time for sending new polygons, sorting the visible polygons, and sending their numbers.
     pub prepare: Stage,
     /// Time from submission to completion.
     pub draw: Stage,
@@ -30,9 +31,11 @@ pub struct DrawTimes {
     pub list_bytes: u64,
     /// Number of draw calls.
     pub draw_calls: u64,
-    /// Number of polygons in the draw list, four vertices each. Merged polygons count once. Polygons that are culled on the
-    /// GPU are not in this list.
+    /// Number of polygons in the draw list, four vertices each. A merged quad counts once. Frames that are culled on
+    /// the GPU count only transparent and additive polygons.
     pub listed: u64,
+    /// Number of polygons in the draw list that are drawn at half resolution, because the light exceeds its budget.
+    pub at_half_resolution: u64,
 }
 
 /// Sum of the values that are present.
@@ -43,7 +46,7 @@ fn sum<T: Add<Output = T>>(a: Option<T>, b: Option<T>) -> Option<T> {
     }
 }
 
-/// A view of a drawer.
+/// A view of an [`Offscreen`].
 #[derive(Debug)]
 struct Sight {
     slot: ViewSlot,
@@ -62,7 +65,7 @@ pub struct Offscreen {
 }
 
 impl Offscreen {
-    /// A drawer of pictures of `width` x `height` pixels, on the best adapter.
+    /// Creates a drawer of pictures of `width` x `height` pixels on the best adapter.
     ///
     /// # Errors
     /// The system has no adapter, or a side is zero or longer than the adapter allows.
@@ -70,7 +73,7 @@ impl Offscreen {
         Self::on(Arc::new(Gpu::headless()?), width, height, &RendererConfig::default())
     }
 
-    /// A drawer of pictures of `width` x `height` pixels, on this adapter.
+    /// Creates a drawer of pictures of `width` x `height` pixels on this adapter.
     ///
     /// # Errors
     /// A side is zero or longer than the adapter allows.
@@ -139,7 +142,7 @@ impl Offscreen {
         self.renderer.set_occlusion(&mut self.sights[number].slot, occlusion)
     }
 
-    /// Sets whether all views are drawn with fewer polygons where no point of the picture moves by half a pixel; see
+    /// Sets whether all views merge neighbouring quads if no point of the picture then moves by half a pixel; see
     /// [`Renderer::set_detail`].
     pub fn set_detail(&mut self, is_auto: bool) {
         for number in 0..self.sights.len() {
@@ -154,6 +157,15 @@ impl Offscreen {
     pub fn set_detail_of(&mut self, number: usize, is_auto: bool) {
         let Sight { slot, target, .. } = &mut self.sights[number];
         self.renderer.set_detail(slot, is_auto.then(|| target.size()));
+    }
+
+    /// Sets whether the light of view number `number` has a budget; see [`Renderer::set_light_budget`].
+    ///
+    /// # Panics
+    /// The view does not exist.
+    pub fn set_light_budget_of(&mut self, number: usize, has_budget: bool) {
+        let Sight { slot, target, .. } = &mut self.sights[number];
+        self.renderer.set_light_budget(slot, has_budget.then(|| target.size()));
     }
 
     /// Sets light and sky; see [`Renderer::set_environment`].
@@ -171,7 +183,7 @@ impl Offscreen {
         self.renderer.set_time(time_s);
     }
 
-    /// Records changes of the scene. Call it with the changes of every frame, drawn or not.
+    /// Records changes of the scene. Call it with the changes of every frame, including frames that are not drawn.
     pub fn follow(&mut self, changes: &[Change]) {
         self.renderer.follow(changes);
     }
@@ -187,7 +199,7 @@ impl Offscreen {
         self.renderer.bytes()
     }
 
-    /// Draws a frame of the first view and waits until it is done. If the view has another aspect than the picture, it is
+    /// Draws a frame of the first view and waits for the GPU. A view whose aspect differs from the picture's is
     /// stretched; see [`View::with_aspect`].
     ///
     /// # Errors
@@ -218,7 +230,7 @@ impl Offscreen {
         self.draw_views(scene, &[(number, view, layers)])
     }
 
-    /// Draws a frame of several views, such as the eyes of a headset, in one submission, and waits until it is done. Each
+    /// Draws a frame of several views, such as the eyes of a headset, in one submission, and waits for the GPU. Each
     /// view comes with its number and its layers; no number may occur twice. Returns the sums over the views.
     ///
     /// # Errors
@@ -236,13 +248,25 @@ impl Offscreen {
         let stage = self.clock.start();
         times.polygon_bytes = self.renderer.send(scene);
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let mut sights: Vec<_> = self.sights.iter_mut().map(Some).collect();
+        let (mut eyes, mut timed) = (Vec::new(), Vec::new());
         for &(number, view, layers) in views {
             self.last = number;
-            let Sight { slot, target, timer } = &mut self.sights[number];
-            times.list_bytes += self.renderer.prepare(slot, scene, view, layers);
-            self.renderer.encode(&mut encoder, target, slot, timer, |_| {});
-            times.draw_calls += self.renderer.draw_calls(slot);
-            times.listed += self.renderer.listed(slot);
+            let Some(Sight { slot, target, timer }) = sights[number].take() else { continue };
+            eyes.push(Eye { slot, view, layers });
+            timed.push((&*target, timer));
+        }
+        times.list_bytes = self.renderer.prepare_all(scene, &mut eyes);
+        let pictures = eyes.into_iter().zip(timed);
+        let mut pictures: Vec<_> =
+            pictures.map(|(Eye { slot, .. }, (target, timer))| EyePicture { target, slot, timer }).collect();
+        self.renderer.encode_all(&mut encoder, &mut pictures, &mut |_, _| {});
+        for together in pictures.chunk_by(|_, next| next.slot.is_second) {
+            for EyePicture { slot, .. } in together {
+                times.draw_calls += self.renderer.draw_calls(together[0].slot, slot);
+                times.listed += self.renderer.listed(together[0].slot, slot);
+                times.at_half_resolution += self.renderer.at_half_resolution(slot);
+            }
         }
         let commands = encoder.finish();
         times.prepare = self.clock.since(stage);
@@ -272,8 +296,8 @@ impl Offscreen {
         Ok(times)
     }
 
-    /// Sets the order of opaque polygons in frames that are not culled on the GPU. If `splits_by_material`, each range of
-    /// one material has its own draw call, as if each material required its own state.
+    /// Sets the order of opaque polygons in frames that are not culled on the GPU. With `splits_by_material`, each
+    /// range of one material gets its own draw call, like in a renderer with a pipeline for each material.
     pub fn set_opaque_order(&mut self, order: OpaqueOrder, splits_by_material: bool) {
         self.sights[0].slot.order.set_opaque(order, splits_by_material);
     }
@@ -296,8 +320,8 @@ impl Offscreen {
         self.renderer.set_solid(is_solid);
     }
 
-    /// Draws a painter's list in the first view and waits until it is done. Each part is drawn over the parts before
-    /// it, without a depth test, opaque, in the plain colour of its polygon.
+    /// Draws a painter's list in the first view and waits for the GPU. Each part is drawn over the parts before it,
+    /// without a depth test. Parts are opaque, in the plain colour of their polygon.
     ///
     /// # Errors
     /// The device is lost or the driver reported an error.
@@ -345,7 +369,18 @@ impl Offscreen {
     /// # Errors
     /// The device is lost or the driver reported an error.
     pub fn image(&self) -> Result<Image, RenderError> {
-        self.sights[self.last].target.image(self.gpu())
+        self.image_of(self.last)
+    }
+
+    /// Reads back the last picture of view number `number`.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported an error.
+    ///
+    /// # Panics
+    /// The view does not exist.
+    pub fn image_of(&self, number: usize) -> Result<Image, RenderError> {
+        self.sights[number].target.image(self.gpu())
     }
 
     /// The renderer.

@@ -11,14 +11,15 @@ pub enum OpaqueOrder {
     /// By number, in order of arrival. This is the renderer's default.
     #[default]
     None,
-    /// The nearest first, by the centres of their boxes. Later polygons behind others are rejected before shading.
+    /// The nearest polygon first, by the distance of the box's centre. The early depth test rejects later polygons
+    /// behind others.
     FrontToBack,
-    /// The farthest first. Most samples are shaded without effect.
+    /// The farthest polygon first. Most shaded samples are then overwritten.
     BackToFront,
-    /// By material, then by number. If each material has its own pipeline or bindings, this order changes them least
-    /// often.
+    /// By material, then by number. A renderer with a pipeline for each material changes pipelines least often in this
+    /// order.
     Material,
-    /// By number, twice: first for depth alone, then with colours, so that no sample is shaded without effect.
+    /// By number, in two passes: first depth alone, then colours. No shaded sample is overwritten.
     ZPrepass,
 }
 
@@ -57,8 +58,8 @@ pub struct OrderCounts {
     pub draw_calls: u64,
     /// Number of pipelines that are bound in all passes.
     pub pipelines: u64,
-    /// Number of ranges of opaque polygons with one material, in drawing order: the number of state changes of a renderer
-    /// that has a state for each material. This renderer reads the material with the polygon.
+    /// Number of ranges of opaque polygons with one material, in drawing order. A renderer with a pipeline for each
+    /// material would change it that often. This renderer reads the material with the polygon.
     pub material_runs: u64,
 }
 
@@ -67,7 +68,7 @@ fn material_of(scene: &Scene, id: PolygonId) -> u32 {
     scene.stroke_of(id).brush().map_or(0, |brush| 1 + u32::from(brush.number()))
 }
 
-/// Sorts listed opaque polygons by another order.
+/// Sorts listed opaque polygons into `order`.
 pub(super) fn sort(
     order: OpaqueOrder,
     scene: &Scene,
@@ -92,7 +93,7 @@ pub(super) fn sort(
     }
 }
 
-/// Divides runs so that each range of one material has a run of its own.
+/// Divides runs, so that each run has polygons of a single material.
 pub(super) fn split_by_material(scene: &Scene, ids: &[PolygonId], runs: &mut Vec<Run>) {
     let mut split = Vec::with_capacity(runs.len());
     for run in runs.iter() {

@@ -12,11 +12,23 @@ use osp_session::scene::Scene;
 /// The form of a list of polygons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Listing {
-    /// The number of every polygon; long spans with few gaps are bit masks instead.
+    /// The number of every polygon. If nearly all of many consecutive polygons are drawn, a bit mask replaces their
+    /// numbers.
     #[default]
     Ids,
     /// Clusters with a mask for opaque polygons, and the numbers of all others.
     Clusters,
+}
+
+/// The polygons that an order takes from a list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// All polygons.
+    Whole,
+    /// Opaque and additive polygons, whose order is the same for both eyes.
+    Common,
+    /// Transparent polygons.
+    Own,
 }
 
 /// The order in which polygons are drawn. It is computed again in every frame, in the same memory.
@@ -29,10 +41,10 @@ pub struct DrawOrder {
     ids: Vec<PolygonId>,
     runs: Vec<Run>,
     listing: Listing,
-    /// The order of the opaque polygons of [`Listing::Ids`], and whether each range of one material is a run of its own.
+    /// The order of the opaque polygons of [`Listing::Ids`], and whether each run has polygons of a single material.
     opaque: (OpaqueOrder, bool),
     span_bits: SpanBits,
-    /// The opaque polygons of [`Listing::Clusters`], by number.
+    /// The opaque polygons of [`Listing::Clusters`], as cluster masks in ascending order.
     handles: Vec<Handle>,
     handle_runs: Vec<HandleRun>,
     /// Numbers of merged quads, until [`DrawOrder::finish`] appends them to `ids`.
@@ -40,6 +52,8 @@ pub struct DrawOrder {
     /// Numbers and runs of additive polygons, until [`DrawOrder::finish`] appends them to `ids` and `runs`.
     additive: Vec<PolygonId>,
     additive_runs: Vec<Run>,
+    /// Runs of additive polygons that are drawn at half resolution.
+    half_runs: Vec<Run>,
     /// For each transparent polygon: squared distance from the eye, as float bits that sort like the value; style; number.
     transparent: Vec<(u32, u32, u32)>,
 }
@@ -50,18 +64,36 @@ impl DrawOrder {
         Self::default()
     }
 
-    /// Polygon numbers in drawing order. Runs that are not listed have none here.
+    /// Polygon numbers in drawing order. Runs stored as bit masks have no numbers in this list.
     pub fn ids(&self) -> &[u32] {
         PolygonId::numbers(&self.ids)
     }
 
-    /// Runs in drawing order, all opaque ones first.
+    /// Runs in drawing order, opaque runs first.
     pub fn runs(&self) -> &[Run] {
         &self.runs
     }
 
-    /// Bits of the runs that are not listed: the number of the first word, and the words from there on. Word `i` has a bit
-    /// for each polygon from 64 `i` on, the lowest bit first.
+    /// Runs of all polygons that are not transparent. Both eyes can draw them.
+    pub(super) fn common_runs(&self) -> &[Run] {
+        &self.runs[..self.runs.partition_point(|run| run.blend != Blend::Transparent)]
+    }
+
+    /// The numbers of the additive polygons of [`Listing::Clusters`]; empty for [`Listing::Ids`].
+    pub(super) fn light(&self) -> &[u32] {
+        let last = self.common_runs().last().filter(|_| self.listing == Listing::Clusters);
+        let end = last.map_or(0, |run| run.range.end);
+        &self.ids()[..end as usize]
+    }
+
+    /// Runs of additive polygons that are drawn at half resolution, in drawing order. They are not among
+    /// [`DrawOrder::runs`].
+    pub(super) fn half_runs(&self) -> &[Run] {
+        &self.half_runs
+    }
+
+    /// Bits of the runs stored as bit masks: the index of the first used word, and the used words. Word `i` has the
+    /// bits of 64 polygons, from number 64 `i` on, the lowest bit first.
     pub fn span_bits(&self) -> (usize, &[u64]) {
         self.span_bits.used()
     }
@@ -78,17 +110,17 @@ impl DrawOrder {
         self.ids[places].iter().copied().chain(numbers)
     }
 
-    /// The opaque polygons as clusters, by number; empty for [`Listing::Ids`].
+    /// The opaque polygons as cluster masks, in ascending order; empty for [`Listing::Ids`].
     pub(super) fn handles(&self) -> &[Handle] {
         &self.handles
     }
 
-    /// The pages of [`DrawOrder::handles`], in order.
+    /// The cluster masks of each page: ranges of [`DrawOrder::handles`].
     pub(super) fn handle_runs(&self) -> &[HandleRun] {
         &self.handle_runs
     }
 
-    /// Number of polygons in all handles.
+    /// Number of opaque polygons in all cluster masks.
     pub(super) fn opaque_count(&self) -> u32 {
         self.handle_runs.iter().map(|run| run.polygons).sum()
     }
@@ -98,8 +130,8 @@ impl DrawOrder {
         self.listing
     }
 
-    /// Sets the order of opaque polygons from the next frame on. If `splits_by_material`, each range of one material has
-    /// its own draw call.
+    /// Sets the order of opaque polygons from the next frame on. With `splits_by_material`, each range of one material
+    /// has its own draw call.
     pub(super) fn set_opaque(&mut self, order: OpaqueOrder, splits_by_material: bool) {
         self.opaque = (order, splits_by_material);
     }
@@ -137,6 +169,7 @@ impl DrawOrder {
         self.quads.clear();
         self.additive.clear();
         self.additive_runs.clear();
+        self.half_runs.clear();
         self.transparent.clear();
     }
 
@@ -152,16 +185,17 @@ impl DrawOrder {
         page_len: usize,
         classes_of: impl Fn(usize) -> Classes,
     ) {
-        self.add_with(scene, polygons, style, eye_in_world, page_len, classes_of, None);
+        self.add_with(scene, polygons, Part::Whole, style, eye_in_world, page_len, classes_of, None);
     }
 
-    /// Does the same as [`DrawOrder::add`]. If `detail` is present and every polygon is listed, merged quads stand for
-    /// opaque polygons where the difference is not visible.
-    #[expect(clippy::too_many_arguments, reason = "one argument more than `add`")]
+    /// Does the same as [`DrawOrder::add`] for a part of the polygons. With `detail` and [`Listing::Ids`], merged quads replace opaque polygons if
+    /// the difference is below half a pixel.
+    #[expect(clippy::too_many_arguments, reason = "two arguments more than `add`")]
     pub(super) fn add_with(
         &mut self,
         scene: &Scene,
         polygons: &VisibleBlocks,
+        part: Part,
         style: u32,
         eye_in_world: Vec3,
         page_len: usize,
@@ -171,13 +205,15 @@ impl DrawOrder {
         debug_assert!(page_len.is_multiple_of(CLUSTER));
         let Self { ids, runs, listing, opaque, span_bits, handles, handle_runs, .. } = self;
         let Self { additive, additive_runs, transparent, quads, .. } = self;
-        let list = List { scene, polygons, style, eye_in_world, page_len, classes_of, transparent };
+        let lists = [part != Part::Own, part != Part::Common];
+        let list = List { scene, polygons, style, eye_in_world, page_len, classes_of, transparent, lists };
         // Only the first style has spans, because the spans share one set of bits, and a polygon may have several styles.
         // Clusters and sorted polygons have no spans, either.
         let has_spans = *listing == Listing::Ids && *opaque == Default::default() && style == 0;
         let spans = has_spans.then_some(span_bits);
         let additive = Numbers::new(additive, additive_runs, style, Blend::Additive, None);
         match listing {
+            _ if part == Part::Own => Walk { list, sink: (), additive }.run(),
             Listing::Ids => {
                 let bits = spans.map(|bits| (bits, scene.polygon_count()));
                 let sink = Numbers::new(ids, runs, style, Blend::Opaque, bits);
@@ -197,6 +233,33 @@ impl DrawOrder {
         }
     }
 
+    /// Selects the additive polygons that are drawn at half resolution. `beyond` returns whether each is, or `None` if none
+    /// is. Call it before [`DrawOrder::finish`].
+    pub(super) fn split_light(
+        &mut self,
+        page_len: usize,
+        beyond: impl FnOnce(&[PolygonId]) -> Option<Vec<bool>>,
+    ) {
+        let Some(beyond) = beyond(&self.additive) else { return };
+        let (ids, runs) = (std::mem::take(&mut self.additive), std::mem::take(&mut self.additive_runs));
+        let mut half = Vec::new();
+        for run in runs {
+            let places = run.range.start as usize..run.range.end as usize;
+            for (&id, &is_half) in ids[places.clone()].iter().zip(&beyond[places]) {
+                let (ids, runs) = match is_half {
+                    true => (&mut half, &mut self.half_runs),
+                    false => (&mut self.additive, &mut self.additive_runs),
+                };
+                push(ids, runs, page_len, id, run.style, Blend::Additive);
+            }
+        }
+        let before = self.additive.len() as u32;
+        self.additive.append(&mut half);
+        for run in &mut self.half_runs {
+            run.range = run.range.start + before..run.range.end + before;
+        }
+    }
+
     /// Ends the frame: appends the additive and transparent polygons of all lists.
     pub fn finish(&mut self, page_len: usize) {
         let page_of = |quad: &PolygonId| quad.0 / page_len as u32;
@@ -208,12 +271,10 @@ impl DrawOrder {
         }
         let before = self.ids.len() as u32;
         self.ids.append(&mut self.additive);
-        self.runs.extend(self.additive_runs.drain(..).map(|mut run| {
-            if run.is_listed {
-                run.range = run.range.start + before..run.range.end + before;
-            }
-            run
-        }));
+        for run in self.additive_runs.iter_mut().chain(&mut self.half_runs).filter(|run| run.is_listed) {
+            run.range = run.range.start + before..run.range.end + before;
+        }
+        self.runs.append(&mut self.additive_runs);
         self.transparent.sort_unstable_by(|a, b| b.0.cmp(&a.0).then_with(|| (a.2, a.1).cmp(&(b.2, b.1))));
         for &(_, style, id) in &self.transparent {
             push(&mut self.ids, &mut self.runs, page_len, PolygonId(id), style, Blend::Transparent);

@@ -1,12 +1,13 @@
 use super::{Gpu, RenderError, Target, descriptors, read_back::read_buffer, shaders};
 
-/// Number of pixels of a workgroup in each direction.
+/// Width and height of the pixels that a workgroup counts.
 const SIDE: u32 = 8;
 
 /// Overdraw of opaque polygons. The count of a sample is limited to 2,048.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Overdraw {
-    /// Number of samples, four a pixel, that passed the depth test and were shaded, summed over all polygons.
+    /// Number of samples that passed the depth test and were shaded, summed over all polygons. A pixel has four
+    /// samples.
     pub shaded: u64,
     /// Number of samples that an opaque polygon covers in the finished picture.
     pub covered: u64,

@@ -6,7 +6,7 @@ use super::{
     gpu_scene::GpuScene,
 };
 
-/// The pipelines that draw polygons, and the resources that they bind beside a view and a page of polygons.
+/// The pipelines that draw polygons, and the resources that they bind in addition to a view and a page of polygons.
 #[derive(Debug)]
 pub(super) struct Pipelines {
     opaque: wgpu::RenderPipeline,
@@ -126,7 +126,7 @@ impl Pipelines {
         }
     }
 
-    /// Draws the listed opaque polygons for depth alone, after [`Pipelines::begin_depth`].
+    /// Draws the listed opaque polygons for depth alone. Call it after [`Pipelines::begin_depth`].
     pub(super) fn draw_depth(&self, pass: &mut wgpu::RenderPass<'_>, scene: &GpuScene, runs: &[Run]) {
         for run in runs.iter().filter(|run| run.blend == Blend::Opaque && run.is_listed) {
             if scene.bind(pass, run.page) {
@@ -135,7 +135,7 @@ impl Pipelines {
         }
     }
 
-    /// Counts the opaque polygons in the alpha of each sample, after [`Pipelines::bind`].
+    /// Counts the opaque polygons in the alpha of each sample. Call it after [`Pipelines::bind`].
     pub(super) fn draw_counts(
         &self,
         gpu: &Gpu,
@@ -166,7 +166,8 @@ impl Pipelines {
         }
     }
 
-    /// Draws runs. Positions of listed runs count from `first`, polygon numbers of other runs from `all_from`.
+    /// Draws runs. `first` is added to the positions of listed runs, and `all_from` to the polygon numbers of other
+    /// runs.
     pub(super) fn draw_runs(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
@@ -207,12 +208,7 @@ fn create(
 ) -> wgpu::RenderPipeline {
     let constants = [("CHUNK_LEN", shader.chunk_len as f64)];
     let hides = !matches!(into, Into::Colors(Blend::Additive | Blend::Transparent));
-    let add = wgpu::BlendComponent {
-        src_factor: wgpu::BlendFactor::One,
-        dst_factor: wgpu::BlendFactor::One,
-        operation: wgpu::BlendOperation::Add,
-    };
-    let sum = Some(wgpu::BlendState { color: add, alpha: add });
+    let sum = Some(sum());
     let (label, state) = match into {
         Into::Depth => ("polygons' depth", None),
         Into::Colors(Blend::Opaque) => ("opaque polygons", Some((None, wgpu::ColorWrites::ALL))),
@@ -239,7 +235,7 @@ fn create(
         },
         // Both sides of a polygon are visible, so no back faces are culled.
         primitive: wgpu::PrimitiveState::default(),
-        // At equal depth the later polygon wins. Culling other polygons does not change which polygon is later.
+        // At equal depth the later polygon wins. Culling does not change the order of the remaining polygons.
         depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, hides)),
         multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
         fragment: fragment.map(|entry_point| {
@@ -248,6 +244,16 @@ fn create(
         multiview_mask: None,
         cache: None,
     })
+}
+
+/// Adds colours to those of the target.
+pub(super) fn sum() -> wgpu::BlendState {
+    let add = wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::One,
+        dst_factor: wgpu::BlendFactor::One,
+        operation: wgpu::BlendOperation::Add,
+    };
+    wgpu::BlendState { color: add, alpha: add }
 }
 
 /// A pipeline whose entry point `vertex` draws one triangle over the whole picture.

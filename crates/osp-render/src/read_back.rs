@@ -9,7 +9,7 @@ use std::{
 
 use super::{Gpu, Image, RenderError, descriptors};
 
-/// Copies a texture of four bytes a pixel to memory, and waits for it.
+/// Copies a texture of four bytes a pixel to memory, and waits for the copy.
 pub(super) fn read_back(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Image, RenderError> {
     let coming = begin_read_back(gpu, texture);
     gpu.wait()?;
@@ -27,7 +27,7 @@ pub struct ComingImage {
 }
 
 impl ComingImage {
-    /// The picture, once it is available; `None` before.
+    /// The picture; `None` while it is not available yet.
     ///
     /// # Errors
     /// The device is lost or the driver reported an error.
@@ -38,7 +38,7 @@ impl ComingImage {
         self.is_here.load(Ordering::Acquire).then(|| self.finish())
     }
 
-    /// Waits for the picture and returns it. A page in a browser cannot call this, because it cannot wait.
+    /// Waits for the picture and returns it. In a browser use [`ComingImage::take`], because a page cannot wait.
     ///
     /// # Errors
     /// The device is lost or the driver reported an error.
@@ -88,7 +88,7 @@ pub(super) fn begin_read_back(gpu: &Gpu, texture: &wgpu::Texture) -> ComingImage
     ComingImage { buffer, width, height, padded_row_bytes, is_here }
 }
 
-/// Copies a buffer to memory, and waits for it.
+/// Copies a buffer to memory, and waits for the copy.
 pub(super) fn read_buffer(gpu: &Gpu, from: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, RenderError> {
     if bytes == 0 {
         return Ok(Vec::new());

@@ -5,10 +5,10 @@ use std::sync::{
 
 use super::{Gpu, descriptors};
 
-/// Number of frames whose results may be on their way at once.
+/// Number of frames whose results may be in transfer at the same time.
 pub(super) const SLOTS: usize = 4;
 
-/// Small results of frames that are being copied from the GPU. If no slot is free, a frame has no result.
+/// Small results of frames, in transfer from the GPU. A frame that finds no free slot has no result.
 #[derive(Debug)]
 pub(super) struct ReadRing {
     slots: Vec<Slot>,

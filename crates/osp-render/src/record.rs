@@ -9,7 +9,8 @@ use osp_session::{
     scene::{Scene, Stroke},
 };
 
-/// A polygon in the memory layout of the vertex shader: four corners (a triangle repeats its last), and their paint.
+/// A polygon in the memory layout of the vertex shader: four corners with their paint. A triangle repeats its last
+/// corner.
 ///
 /// The fourth words of the four corners are, in this order:
 /// - the colour: red, green, blue, opacity from the lowest byte;
@@ -17,8 +18,8 @@ use osp_session::{
 /// - the material and the flags;
 /// - the range of animation of a square that faces the eye, metres.
 ///
-/// The corners are stored as words. A colour read as a float could be a signalling NaN, which some drivers change to a
-/// quiet NaN.
+/// The corners are stored as integers. A colour stored as a float could be a signalling NaN, which some drivers change
+/// to a quiet NaN.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct PolygonRecord {
@@ -27,7 +28,7 @@ pub(super) struct PolygonRecord {
     pub(super) normals: [u32; 4],
 }
 
-/// Flag of a square that faces the eye; it lies above the bits of the material's number.
+/// Flag of a square that faces the eye. Flags use the bits above the material's number.
 pub(super) const FACING: u32 = 1 << 16;
 /// Flag of a polygon whose corners have normals of their own.
 pub(super) const SMOOTH: u32 = 1 << 17;
@@ -35,10 +36,10 @@ pub(super) const SMOOTH: u32 = 1 << 17;
 /// The colours in which polygons are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Colors {
-    /// The colours in which they were painted.
+    /// The colours of the paint.
     #[default]
     Own,
-    /// The colours of their authors ([`Scene::author_color`]), with the painted opacity.
+    /// The colours of the polygons' authors ([`Scene::author_color`]), with the opacity of the paint.
     Authors,
 }
 
@@ -108,7 +109,7 @@ impl PolygonRecord {
     }
 }
 
-/// Largest distance by which the sphere around a square can be moved along each axis without leaving the box, metres.
+/// Largest distance along each axis by which the sphere around a square can move within the box, metres.
 fn room_m(square: &ConvexPolygon, bounds: &Aabb) -> f32 {
     let around = square.bounds();
     let middle = around.center();

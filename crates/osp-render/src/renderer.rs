@@ -1,25 +1,28 @@
+mod eyes;
+
 use std::sync::Arc;
 
 use super::{
-    Blend, Classes, Colors, Gpu, GpuOcclusion, GpuTimer, OpaqueOrder, OrderCounts, Overdraw, PaintList,
-    PyramidLevel, RenderError, Style, Target, ViewSlot,
+    Blend, Colors, Gpu, GpuOcclusion, OpaqueOrder, OrderCounts, Overdraw, PaintList, PyramidLevel,
+    RenderError, Style, Target, ViewSlot,
     backdrop::srgb_from_linear,
     descriptors,
     draw_switch::DrawSwitch,
     finish::{Bloom, Finish},
     gpu_scene::GpuScene,
-    hzb::{Frame, Hzb, HzbConfig, HzbView},
+    hzb::{Hzb, HzbConfig, HzbView},
+    light::LightPass,
     opaque_order,
     order::Listing,
     overdraw,
     paint::Paint,
     painter::PartPass,
     pipelines::{Pipelines, Shader},
-    run::Handle,
+    run::{Handle, Run},
     shaders,
     style::MAX_STYLES,
     target::DepthBefore,
-    timer::Ends,
+    view_slot::Place,
 };
 use osp::{
     polygon::{Change, PolygonId, VisibleBlocks},
@@ -27,7 +30,9 @@ use osp::{
 };
 use osp_session::{recording::Environment, scene::Scene};
 
-/// Largest number of clusters that a frame merges in a patient renderer.
+pub use eyes::{Eye, EyePicture};
+
+/// Largest number of clusters that a frame merges after [`Renderer::set_patient`].
 const CLUSTERS_A_FRAME: usize = 256;
 
 /// Polygons to draw in one style.
@@ -49,10 +54,10 @@ impl<'a> Layer<'a> {
 /// Settings of a renderer. Only the background affects the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RendererConfig {
-    /// Number of polygons in a chunk of GPU memory, 96 bytes each. With larger chunks, large scenes need fewer dispatches
-    /// and draw calls. The first chunk grows by doubling, so small scenes take no more memory.
+    /// Number of polygons in a chunk of GPU memory, 96 bytes each. With larger chunks, large scenes need fewer
+    /// dispatches and draw calls. A small scene takes less than a chunk, because the first chunk grows by doubling.
     pub chunk_len: usize,
-    /// Largest number of polygons of a draw call. The index buffer, which all calls share, takes 24 bytes for each of them.
+    /// Largest number of polygons of a draw call. All draw calls share an index buffer with 24 bytes for each polygon.
     pub draw_len: usize,
     /// Background colour: linear red, green, blue.
     pub background: [f64; 3],
@@ -73,13 +78,15 @@ pub struct Renderer {
     view_layout: wgpu::BindGroupLayout,
     pipelines: Pipelines,
     finish: Finish,
-    /// Created with the first polygon that a brush has painted, or with the first environment.
+    /// Created with the first budget of light.
+    light: Option<LightPass>,
+    /// Created for the first polygon that a brush has painted, or for the first environment.
     paint: Option<Paint>,
     environment: Option<Environment>,
     time_s: f32,
     has_changed: bool,
     is_patient: bool,
-    /// Whether every polygon is drawn solid in its plain colour.
+    /// Whether every polygon is drawn opaque in its plain colour.
     is_solid: bool,
     /// Draws the parts of a painter; created on first use.
     parts: Option<PartPass>,
@@ -100,6 +107,7 @@ impl Renderer {
             view_layout,
             pipelines,
             finish,
+            light: None,
             paint: None,
             environment: None,
             time_s: 0.0,
@@ -141,14 +149,14 @@ impl Renderer {
         self.has_changed |= self.scene.set_colors(colors);
     }
 
-    /// Sets whether shadows may be some frames older than their casters. If so, not every frame that changes a large scene
-    /// has to draw the whole scene into the shadow map.
+    /// Sets whether shadows and merged quads may lag some frames behind the scene. A frame that changes a large scene
+    /// then need not draw the whole shadow map.
     pub fn set_patient(&mut self, is_patient: bool) {
         self.is_patient = is_patient;
     }
 
-    /// Sets whether every polygon is drawn solid and flat-shaded in its plain colour, regardless of its brush. A painter
-    /// draws polygons in the same way ([`PaintList`]).
+    /// Sets whether every polygon is drawn opaque and flat-shaded in its plain colour, regardless of its brush.
+    /// [`PaintList`] always draws like this.
     pub fn set_solid(&mut self, is_solid: bool) {
         self.is_solid = is_solid;
     }
@@ -227,15 +235,27 @@ impl Renderer {
         bytes
     }
 
-    /// Sets whether a view is drawn with fewer polygons where no point of the picture moves by half a pixel. `picture` is
-    /// the picture's width and height in pixels, or `None` for all polygons, the default.
+    /// Sets whether a view merges neighbouring quads of an opaque stroke if no point of the picture then moves by half
+    /// a pixel. `picture` is the picture's width and height in pixels, or `None` for all polygons, the default.
     ///
-    /// Only frames with a single layer in its own colours, and without culling on the GPU, have fewer polygons. Neighbouring
-    /// quads of an opaque stroke become one. The quads of all polygons stay on the GPU as long as the renderer.
+    /// Only frames with a single layer in its own colours, and without culling on the GPU, draw merged quads. Merged
+    /// quads stay on the GPU until the renderer is dropped.
     pub fn set_detail(&mut self, slot: &mut ViewSlot, picture: Option<(u32, u32)>) {
         slot.detail = picture;
         if picture.is_some() {
             self.scene.want_merged();
+        }
+    }
+
+    /// Sets whether the light of a view has a budget. `picture` is the picture's width and height in pixels, or `None` for no
+    /// budget, the default. Additive polygons that cover more than four times the picture's pixels are drawn at half
+    /// resolution, the largest first. Within the budget no pixel changes.
+    ///
+    /// Frames that are culled on the GPU have no budget. On an adapter whose shaders cannot read samples, no frame has one.
+    pub fn set_light_budget(&mut self, slot: &mut ViewSlot, picture: Option<(u32, u32)>) {
+        slot.light = picture.filter(|_| self.gpu.reads_samples());
+        if slot.light.is_some() && self.light.is_none() {
+            self.light = Some(LightPass::new(&self.gpu));
         }
     }
 
@@ -306,7 +326,7 @@ impl Renderer {
         let Some(view) = slot.hzb.as_ref().filter(|_| slot.order.listing() == Listing::Clusters) else {
             return Ok(None);
         };
-        let kept = view.read_kept(&self.gpu, slot.order.handles())?;
+        let kept = view.read_kept(&self.gpu)?;
         Ok(Some(kept.iter().flat_map(Handle::ids).collect()))
     }
 
@@ -320,50 +340,13 @@ impl Renderer {
         self.scene.bytes()
     }
 
-    /// Sorts the polygons of a view and sends their order; returns the number of bytes sent. Call it after
-    /// [`Renderer::send`], because polygons that are not on the GPU are skipped. Layers beyond the eighth are drawn in the
-    /// style of the eighth.
-    pub fn prepare(&self, slot: &mut ViewSlot, scene: &Scene, view: &View, layers: &[Layer<'_>]) -> u64 {
-        let page_len = self.scene.page_len();
-        let mut styles = [Style::PLAIN; MAX_STYLES];
-        let is_plain = |(i, layer): (usize, &Layer<'_>)| match i {
-            0 => layer.style == Style::PLAIN,
-            _ => layer.polygons.is_empty(),
-        };
-        let is_plain = layers.iter().enumerate().all(is_plain);
-        let can_cull = slot.hzb.is_some() && is_plain;
-        let in_view = layers.first().map_or(0, |layer| layer.polygons.len());
-        let culls = can_cull && slot.switch.as_mut().is_none_or(|switch| switch.decide(in_view));
-        let is_merged = is_plain && !culls && !self.is_solid && slot.order.opaque() == OpaqueOrder::None;
-        let detail = slot.detail.filter(|_| is_merged).and_then(|size| self.scene.detail(view, size));
-        slot.order.clear_for(if culls { Listing::Clusters } else { Listing::Ids });
-        for (i, layer) in layers.iter().enumerate() {
-            let style = i.min(MAX_STYLES - 1);
-            styles[style] = layer.style;
-            let is_faint = layer.style.opacity < 1.0;
-            let classes_of = |first| match self.scene.classes_of(first) {
-                _ if self.is_solid => Classes::default(),
-                Classes { additive, .. } if is_faint => Classes { additive, transparent: !additive },
-                classes => classes,
-            };
-            let (polygons, eye) = (layer.polygons, view.eye_in_world);
-            slot.order.add_with(scene, polygons, style as u32, eye, page_len, classes_of, detail);
-        }
-        slot.order.sort_opaque(scene, view.eye_in_world, page_len);
-        slot.order.finish(page_len);
-        let mut bytes = slot.send(&self.gpu, &self.view_layout, view, &styles);
-        if let Some(of_view) = slot.hzb.as_mut().filter(|_| culls) {
-            bytes += of_view.prepare(&self.gpu, &slot.order, &self.scene, scene, view);
-        }
-        bytes
-    }
-
     /// Sends a view that a painter draws. Call it after [`Renderer::send`].
     pub(super) fn prepare_parts(&mut self, slot: &mut ViewSlot, view: &View) {
         let Self { parts, gpu, view_layout, scene, .. } = self;
         parts.get_or_insert_with(|| PartPass::new(gpu, view_layout, scene));
         slot.order.clear();
-        slot.send(gpu, view_layout, view, &[Style::PLAIN; MAX_STYLES]);
+        slot.is_second = false;
+        slot.send(gpu, view_layout, (view, &[Style::PLAIN; MAX_STYLES]), Place::ALONE);
     }
 
     /// Encodes the drawing of a prepared view by a painter; returns the number of draw calls.
@@ -375,64 +358,20 @@ impl Renderer {
         list: &PaintList,
     ) -> u64 {
         let Some(parts) = &self.parts else { return 0 };
-        let mut pass = target.begin(encoder, self.background, DepthBefore::Nothing, None);
+        let mut pass =
+            target.begin(encoder, wgpu::LoadOp::Clear(self.background), DepthBefore::Nothing, None);
         pass.set_bind_group(0, slot.bind_group(), &[]);
         let calls = parts.draw(&self.gpu, &mut pass, &self.scene, list);
         drop(pass);
         self.finish.encode(&self.gpu, encoder, target, Bloom::Off, None);
         calls
     }
-
-    /// Encodes the drawing of a prepared view into `target`; `more` draws over the polygons. After submission, call both
-    /// [`GpuTimer::submitted`] and [`ViewSlot::submitted`].
-    pub fn encode(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        target: &Target,
-        slot: &mut ViewSlot,
-        timer: &mut GpuTimer,
-        more: impl FnOnce(&mut wgpu::RenderPass<'_>),
-    ) {
-        if slot.order.listing() == Listing::Clusters
-            && let (Some(hzb), Some(mut view)) = (&self.hzb, slot.hzb.take())
-        {
-            let frame = Frame {
-                gpu: &self.gpu,
-                hzb,
-                scene: &self.scene,
-                pipelines: self.pipelines(),
-                finish: &self.finish,
-                bloom: self.bloom(),
-                view_layout: &self.view_layout,
-                target,
-                background: self.background,
-                uniforms: slot.uniforms(),
-                list: slot.list(),
-                draw: slot.bind_group(),
-                order: &slot.order,
-            };
-            view.encode(&frame, encoder, timer, more);
-            slot.hzb = Some(view);
-            return;
-        }
-        timer.begin();
-        let stamps = timer.stamps(0, Ends::Begin).map(|stamps| stamps.of_render());
-        let (depth, stamps) = self.lay_down_depth(encoder, target, slot, stamps);
-        let mut pass = target.begin(encoder, self.background, depth, stamps);
-        let pipelines = self.pipelines();
-        pipelines.begin(&mut pass, slot.bind_group());
-        pipelines.draw_runs(&mut pass, &self.scene, slot.order.runs(), 0, slot.all_from());
-        more(&mut pass);
-        drop(pass);
-        let stamps = timer.stamps(0, Ends::End).map(|stamps| stamps.of_render());
-        self.finish.encode(&self.gpu, encoder, target, self.bloom(), stamps);
-        timer.end(encoder, 1);
-    }
 }
 
 impl Renderer {
-    /// Draws a prepared view over another renderer's picture, in its render pass. Call it from the `more` of the other
-    /// renderer's [`Renderer::encode`]. Both targets must have the same format. The view must not be culled on the GPU.
+    /// Draws a prepared view over another renderer's picture, in its render pass. Call it in the closure `more` of the
+    /// other renderer's [`Renderer::encode`]. Both targets must have the same format. The view must not be culled on
+    /// the GPU.
     pub fn draw_over(&self, pass: &mut wgpu::RenderPass<'_>, slot: &ViewSlot) {
         let pipelines = self.pipelines();
         pipelines.bind(pass, slot.bind_group());
@@ -441,8 +380,8 @@ impl Renderer {
 }
 
 impl Renderer {
-    /// For [`OpaqueOrder::ZPrepass`], encodes the depth pass with `stamps`. Returns the state of depth and the time stamps
-    /// for the pass with colours.
+    /// For [`OpaqueOrder::ZPrepass`], encodes the depth pass. Returns the depth contents and the time stamps for the
+    /// pass with colours.
     fn lay_down_depth<'s>(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -468,7 +407,7 @@ impl Renderer {
     pub(super) fn count_overdraw(&self, target: &Target, slot: &ViewSlot) -> Result<Overdraw, RenderError> {
         let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
         let (depth, _) = self.lay_down_depth(&mut encoder, target, slot, None);
-        let mut pass = target.begin(&mut encoder, wgpu::Color::TRANSPARENT, depth, None);
+        let mut pass = target.begin(&mut encoder, wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), depth, None);
         let pipelines = self.pipelines();
         pipelines.bind(&mut pass, slot.bind_group());
         pipelines.draw_counts(&self.gpu, &mut pass, &self.scene, slot.order.runs(), slot.all_from());
@@ -477,17 +416,24 @@ impl Renderer {
         overdraw::add_up(&self.gpu, target)
     }
 
-    /// Number of polygons and merged quads in the draw list of a prepared view, with the gaps of its spans.
-    pub(super) fn listed(&self, slot: &ViewSlot) -> u64 {
-        slot.order.runs().iter().map(|run| run.range.len() as u64).sum()
+    /// Number of polygons and merged quads in the draw list of a prepared view. Includes unset bits of bit-mask spans.
+    /// `first` is the other eye if that eye has the polygons of both, or the same view.
+    pub(super) fn listed(&self, first: &ViewSlot, slot: &ViewSlot) -> u64 {
+        runs_of(first, slot).map(|run| run.range.len() as u64).sum::<u64>() + self.at_half_resolution(slot)
     }
 
-    /// Number of draw calls of a prepared view.
-    pub(super) fn draw_calls(&self, slot: &ViewSlot) -> u64 {
-        let in_list = slot.order.runs().iter().map(|run| self.scene.draw_calls(run.range.len()));
+    /// Number of additive polygons of a prepared view that are drawn at half resolution.
+    pub(super) fn at_half_resolution(&self, slot: &ViewSlot) -> u64 {
+        slot.order.half_runs().iter().map(|run| run.range.len() as u64).sum()
+    }
+
+    /// Number of draw calls of a prepared view; see [`Renderer::listed`].
+    pub(super) fn draw_calls(&self, first: &ViewSlot, slot: &ViewSlot) -> u64 {
+        let runs = runs_of(first, slot).chain(slot.order.half_runs());
+        let in_list = runs.map(|run| self.scene.draw_calls(run.range.len()));
         // Culled polygons are drawn twice, for depth and for colours.
         let culled =
-            slot.order.handle_runs().iter().map(|run| 2 * self.scene.draw_calls(run.polygons as usize));
+            first.order.handle_runs().iter().map(|run| 2 * self.scene.draw_calls(run.polygons as usize));
         in_list.chain(culled).sum()
     }
 
@@ -508,6 +454,12 @@ impl Renderer {
             material_runs: opaque_order::material_runs(scene, ids),
         }
     }
+}
+
+/// The runs of a view, except those at half resolution.
+fn runs_of<'a>(first: &'a ViewSlot, slot: &'a ViewSlot) -> impl Iterator<Item = &'a Run> {
+    let common = if slot.is_second { first.order.common_runs() } else { &[] };
+    common.iter().chain(slot.order.runs())
 }
 
 /// The pipelines of polygons in their plain colours.

@@ -26,15 +26,16 @@ pub struct Classes {
     pub additive: u64,
 }
 
-/// A part of the draw list with one page, style and blending.
+/// A part of the draw list whose polygons have the same page, style and blending. A page is a part of the scene's GPU
+/// memory that one bind group binds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// Positions in [`DrawOrder::ids`](super::DrawOrder::ids), or polygon numbers.
+    /// Positions in [`DrawOrder::ids`](super::DrawOrder::ids) if `is_listed`, else polygon numbers.
     pub range: Range<u32>,
-    /// Whether `range` has positions in the list. If not, it has polygon numbers, and the polygons whose bit is set in
-    /// [`DrawOrder::span_bits`](super::DrawOrder::span_bits) are drawn.
+    /// Whether `range` has positions. If not, a polygon in `range` is drawn if its bit is set in
+    /// [`DrawOrder::span_bits`](super::DrawOrder::span_bits).
     pub is_listed: bool,
-    /// Page of the scene's polygons. The page begins at polygon number `page` times the page's length.
+    /// Number of the page. It begins at polygon number `page` times the page's length.
     pub page: u32,
     /// Number of the style.
     pub style: u32,
@@ -43,7 +44,8 @@ pub struct Run {
 }
 
 impl Run {
-    /// The positions to draw. Positions of a listed run count from `first`, polygon numbers of another run from `all_from`.
+    /// The positions to draw: `first` is added to positions of a listed run, and `all_from` to polygon numbers of
+    /// another run.
     pub(super) fn places(&self, first: u32, all_from: u32) -> Range<u32> {
         let from = if self.is_listed { first } else { all_from };
         from + self.range.start..from + self.range.end
@@ -53,11 +55,11 @@ impl Run {
 /// Number of consecutive polygons that are culled together on the GPU.
 pub(super) const CLUSTER: usize = 64;
 
-/// The opaque polygons of one cluster that are drawn.
+/// A mask of the opaque polygons to draw in one cluster.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Handle {
-    /// Number of the cluster; its first polygon is [`CLUSTER`] times this.
+    /// Number of the cluster. Its first polygon has [`CLUSTER`] times this number.
     pub(super) cluster: u32,
     /// Mask of the polygons to draw: the lower 32 bits, then the upper 32 bits.
     pub(super) mask: [u32; 2],
@@ -68,26 +70,26 @@ impl Handle {
         Self { cluster: (first / CLUSTER) as u32, mask: [bits as u32, (bits >> 32) as u32] }
     }
 
-    /// A bit for each polygon, from the lowest number on.
+    /// The mask as one word. The lowest bit is the polygon with the lowest number.
     pub(super) fn bits(&self) -> u64 {
         u64::from(self.mask[0]) | u64::from(self.mask[1]) << 32
     }
 
-    /// The polygons in the order of numbers.
+    /// The polygons of the mask, in ascending order.
     pub(super) fn ids(&self) -> impl Iterator<Item = PolygonId> + use<> {
         let first = self.cluster * CLUSTER as u32;
         bits::bits_of(self.bits()).map(move |bit| PolygonId(first + bit as u32))
     }
 }
 
-/// Handles of one page.
+/// The cluster masks whose polygons lie in one page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct HandleRun {
     /// Range in [`DrawOrder::handles`](super::DrawOrder::handles).
     pub(super) range: Range<u32>,
     /// The page.
     pub(super) page: u32,
-    /// Number of polygons in these handles.
+    /// Number of polygons in these masks.
     pub(super) polygons: u32,
 }
 

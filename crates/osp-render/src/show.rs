@@ -1,6 +1,6 @@
 use super::{Gpu, Target, descriptors, pipelines::of_whole_picture, shaders};
 
-/// The colour channels of a window that a picture is drawn in.
+/// The colour channels of a window that a picture overwrites.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
     /// All channels.

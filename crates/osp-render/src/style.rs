@@ -3,12 +3,12 @@ use super::backdrop::srgb_from_linear;
 /// Largest number of styles of a frame.
 pub(super) const MAX_STYLES: usize = 8;
 
-/// The look of the polygons of a layer.
+/// The appearance of the polygons of a layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Style {
-    /// Linear red, green, blue that replaces the polygon's own colour in part.
+    /// Linear red, green, blue that is mixed into the polygon's own colour.
     pub tint: [f32; 3],
-    /// The part of the polygon's own colour that the tint replaces, 0 to 1.
+    /// Weight of the tint, from 0 to 1.
     pub amount: f32,
     /// Factor of the opacity. If it is below 1, the polygons are drawn as transparent.
     pub opacity: f32,

@@ -1,6 +1,6 @@
 use super::{Gpu, RenderError};
 
-/// The drawable surface of a window. It adapts to the window's size and to changes by the system.
+/// The surface of a window, to which frames are presented. It follows the window's size.
 #[derive(Debug)]
 pub struct WindowSurface {
     surface: wgpu::Surface<'static>,
@@ -33,7 +33,7 @@ impl WindowSurface {
         height: u32,
     ) -> Result<Self, RenderError> {
         let capabilities = surface.get_capabilities(gpu.adapter());
-        // The user interface blends stored values, so formats that convert would make it paler.
+        // The user interface blends encoded values, so a format that encodes as sRGB would make it paler.
         let format = capabilities
             .formats
             .iter()

@@ -1,8 +1,9 @@
 use std::sync::OnceLock;
 
 use super::{
-    Gpu, Image, RenderError,
+    Gpu, Image, RenderError, descriptors,
     formats::{COLOR_FORMAT, DEPTH_FORMAT, PICTURE_FORMAT, SAMPLES},
+    half_images::HalfImages,
     octaves::Octaves,
     read_back::{ComingImage, begin_read_back, read_back},
 };
@@ -20,6 +21,8 @@ pub struct Target {
     picture_view: wgpu::TextureView,
     /// Resources for finishing the picture, created with the first finished picture.
     pub(super) octaves: OnceLock<Octaves>,
+    /// Images of light at half resolution, created with the first such light.
+    pub(super) half: OnceLock<HalfImages>,
 }
 
 impl Target {
@@ -33,18 +36,9 @@ impl Target {
             return Err(RenderError::Size { width, height, limit });
         }
         let texture = |label, format, sample_count, usage| {
-            gpu.device().create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage,
-                view_formats: &[],
-            })
+            descriptors::new_texture(gpu.device(), label, format, sample_count, usage, (width, height))
         };
-        let sampled = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+        let sampled = descriptors::DRAWN_AND_READ;
         let of_samples = if gpu.reads_samples() { sampled } else { wgpu::TextureUsages::RENDER_ATTACHMENT };
         let samples = texture("samples", COLOR_FORMAT, SAMPLES, of_samples);
         let depth = texture("depth", DEPTH_FORMAT, SAMPLES, of_samples);
@@ -60,6 +54,7 @@ impl Target {
             picture_view: picture.create_view(&Default::default()),
             picture,
             octaves: OnceLock::new(),
+            half: OnceLock::new(),
         })
     }
 
@@ -111,11 +106,11 @@ impl Target {
         &self.depth
     }
 
-    /// Begins a pass that clears the target's colours and draws into it.
+    /// Begins a pass that clears the target's colours, or loads those that another pass has stored, and draws into it.
     pub(super) fn begin<'e>(
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
-        background: wgpu::Color,
+        colors: wgpu::LoadOp<wgpu::Color>,
         depth: DepthBefore,
         timestamps: Option<wgpu::RenderPassTimestampWrites<'_>>,
     ) -> wgpu::RenderPass<'e> {
@@ -125,7 +120,7 @@ impl Target {
                 view: &self.samples,
                 depth_slice: None,
                 resolve_target: Some(&self.resolved),
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(background), store: wgpu::StoreOp::Store },
+                ops: wgpu::Operations { load: colors, store: wgpu::StoreOp::Store },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &self.depth,
@@ -190,16 +185,16 @@ impl Target {
     }
 }
 
-/// Contents of the depth texture before a pass with colours, and whether the pass stores them.
+/// Contents of the depth texture before a pass with colours, and whether the pass stores its depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DepthBefore {
     /// Depth is cleared, and not stored.
     Nothing,
-    /// A pass without colours has stored depth; it is not stored again.
+    /// The depth of a pass without colours is kept, and not stored again.
     Kept,
     /// Depth is cleared, then stored for later passes.
     NothingAndKept,
 }
 
 /// Depth is reversed: 0 is the farthest.
-const FARTHEST: wgpu::LoadOp<f32> = wgpu::LoadOp::Clear(0.0);
+pub(super) const FARTHEST: wgpu::LoadOp<f32> = wgpu::LoadOp::Clear(0.0);

@@ -175,8 +175,8 @@ fn pass_times(bytes: &[u8], period_ns: f64) -> Option<PassTimes> {
         Some((ticks as f64 * period_ns) as u64)
     };
     let stamps = bytes.len() / 8;
-    // The first pass is always the same; the order of the others varies. If the adapter's counter was reset, the frame has
-    // no times.
+    // The first pass is always the same. The order of the other passes varies. If the adapter's counter was reset, the
+    // frame has no times.
     let end = (1..stamps).step_by(2).max_by_key(|&i| stamp(i))?;
     let total_ns = between(0, end)?;
     let of = |pass: usize| between(pass * 2, pass * 2 + 1);

@@ -5,25 +5,36 @@ use super::{
     DrawOrder, DrawnCounts, Gpu, GpuOcclusion, Style, descriptors, draw_switch::DrawSwitch, hzb::HzbView,
     order::Listing, style::MAX_STYLES,
 };
-use osp::{math::rotate, view::View};
+use osp::{math::rotate, polygon::VisibleBlocks, view::View};
 
 /// Resources of one view, such as a screen or an eye: its uniforms, and the numbers of its polygons.
 #[derive(Debug)]
 pub struct ViewSlot {
     uniforms: wgpu::Buffer,
-    /// First the polygon numbers of listed runs, then one bit for each polygon, which the other runs use.
+    /// First the polygon numbers of listed runs, then one bit for each polygon for the other runs.
     ids: wgpu::Buffer,
-    /// Number of polygon numbers for which the buffer has room. The bits begin at this position.
+    /// Capacity of the buffer for polygon numbers. The bits begin at this position.
     all_from: u32,
-    /// Number of words of 32 bits with room for bits.
+    /// Capacity of the buffer for bits, words of 32 bits.
     bit_words: u32,
     bind_group: wgpu::BindGroup,
+    /// The draw list in `bind_group`: `ids`, or that of the other eye.
+    list: wgpu::Buffer,
+    /// Position of the first polygon of `order` in `list`.
+    pub(super) first: u32,
     pub(super) order: DrawOrder,
+    /// Whether `order` lacks the polygons that both eyes draw. They are in the order of the view before this view.
+    pub(super) is_second: bool,
+    /// The polygons of both eyes. Empty in most views; kept for its memory.
+    pub(super) both: VisibleBlocks,
     pub(super) hzb: Option<Box<HzbView>>,
     /// For [`GpuOcclusion::Auto`]: whether the next frame is culled.
     pub(super) switch: Option<DrawSwitch>,
-    /// Width and height of the picture, pixels, if merged quads stand for polygons far away.
+    /// Width and height of the picture, pixels, if merged quads may replace polygons; see
+    /// [`Renderer::set_detail`](super::Renderer::set_detail).
     pub(super) detail: Option<(u32, u32)>,
+    /// Width and height of the picture, pixels, if its light has a budget.
+    pub(super) light: Option<(u32, u32)>,
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -34,7 +45,7 @@ pub(super) struct Uniforms {
     styles: [[[f32; 4]; 2]; MAX_STYLES],
     up_in_world: [f32; 4],
     corners: [[f32; 4]; 3],
-    /// x: the position that stands for polygon 0; each later position stands for the next number.
+    /// x: the position of polygon 0. Each later position stands for the next polygon number.
     all_from: [u32; 4],
 }
 
@@ -56,17 +67,21 @@ impl ViewSlot {
         let all_from = 1 << 14;
         let ids = create_ids(gpu, u64::from(all_from));
         let bind_group = bind(gpu, layout, &uniforms, &ids);
-        let order = DrawOrder::new();
         Self {
             uniforms,
+            list: ids.clone(),
             ids,
             all_from,
             bit_words: 0,
             bind_group,
-            order,
+            first: 0,
+            order: DrawOrder::new(),
+            is_second: false,
+            both: VisibleBlocks::new(),
             hzb: None,
             switch: None,
             detail: None,
+            light: None,
         }
     }
 
@@ -88,10 +103,10 @@ impl ViewSlot {
     }
 
     pub(super) fn list(&self) -> &wgpu::Buffer {
-        &self.ids
+        &self.list
     }
 
-    /// For runs that are not listed, the position that stands for polygon 0.
+    /// For runs that are not listed, the position of polygon 0.
     pub(super) fn all_from(&self) -> u32 {
         self.all_from
     }
@@ -105,10 +120,11 @@ impl ViewSlot {
         }
     }
 
-    /// Records the time of a frame of this view, nanoseconds, and whether the frame was culled on the GPU. The call may
-    /// come some frames later. [`GpuOcclusion::Auto`] compares these times.
+    /// Records the time of a frame of this view, nanoseconds, and whether the frame was culled on the GPU. The time may
+    /// arrive some frames late. [`GpuOcclusion::Auto`] compares these times. The time of an eye that shares its list
+    /// belongs to the other eye, which decides for both.
     pub fn note_time(&mut self, culled: bool, ns: u64) {
-        if let Some(switch) = &mut self.switch {
+        if let Some(switch) = self.switch.as_mut().filter(|_| !self.is_second) {
             switch.note(culled, ns);
         }
     }
@@ -133,13 +149,14 @@ impl ViewSlot {
         self.hzb.as_mut()?.take_counts()
     }
 
-    /// Sends the view and the order of drawing; returns the number of bytes sent.
+    /// Sends the view and the order of drawing; returns the number of bytes sent. `place` is where the list of another
+    /// eye leaves room for this one.
     pub(super) fn send(
         &mut self,
         gpu: &Gpu,
         layout: &wgpu::BindGroupLayout,
-        view: &View,
-        styles: &[Style; MAX_STYLES],
+        (view, styles): (&View, &[Style; MAX_STYLES]),
+        place: Place<'_>,
     ) -> u64 {
         let from_eye = View { eye_in_world: Vec3::ZERO, ..*view };
         let [from, right, _, up] = view.corner_directions();
@@ -151,7 +168,7 @@ impl ViewSlot {
             corners: [from, right - from, up - from].map(|way| way.extend(0.0).to_array()),
             ..Uniforms::zeroed()
         };
-        self.send_uniforms(gpu, layout, uniforms)
+        self.send_uniforms(gpu, layout, uniforms, place)
     }
 
     /// Does the same as [`ViewSlot::send`], with these uniforms instead of a view's.
@@ -160,12 +177,46 @@ impl ViewSlot {
         gpu: &Gpu,
         layout: &wgpu::BindGroupLayout,
         uniforms: Uniforms,
+        place: Place<'_>,
     ) -> u64 {
-        // The GPU lists the opaque polygons of clusters before the others.
-        let before = u64::from(self.order.opaque_count());
+        let (list, all_from) = match place {
+            Place::Behind(other) => {
+                self.first = other.first + other.order.ids().len() as u32;
+                (other.ids.clone(), other.polygon_0())
+            }
+            Place::Own { before, more } => {
+                self.first = before;
+                self.grow(gpu, u64::from(before) + self.order.ids().len() as u64 + more);
+                (self.ids.clone(), self.polygon_0())
+            }
+        };
+        if self.list != list {
+            self.bind_group = bind(gpu, layout, &self.uniforms, &list);
+            self.list = list;
+        }
         let ids: &[u8] = bytemuck::cast_slice(self.order.ids());
         let (first_word, bits) = self.order.span_bits();
-        let listed = before + self.order.ids().len() as u64;
+        if !ids.is_empty() {
+            gpu.queue().write_buffer(&self.list, u64::from(self.first) * 4, ids);
+        }
+        let bits: &[u8] = bytemuck::cast_slice(bits);
+        if !bits.is_empty() {
+            gpu.queue().write_buffer(&self.list, u64::from(all_from) * 4 + first_word as u64 * 8, bits);
+        }
+        let uniforms = Uniforms { all_from: [all_from; 4], ..uniforms };
+        gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
+        (ids.len() + bits.len() + size_of::<Uniforms>()) as u64
+    }
+
+    /// The position of polygon 0 in the list.
+    fn polygon_0(&self) -> u32 {
+        // Without bits, no position stands for a polygon number, because other lists may be longer than this one.
+        if self.order.span_bits().1.is_empty() { u32::MAX } else { self.all_from }
+    }
+
+    /// Makes room for `listed` polygons and the bits of the order.
+    fn grow(&mut self, gpu: &Gpu, listed: u64) {
+        let (first_word, bits) = self.order.span_bits();
         let bit_words = if bits.is_empty() { 0 } else { (first_word + bits.len()) as u64 * 2 };
         if listed > u64::from(self.all_from) || bit_words > u64::from(self.bit_words) {
             // Both parts are written again in every frame, so the old contents need not be copied.
@@ -173,22 +224,22 @@ impl ViewSlot {
             self.all_from = grown(self.all_from, listed);
             self.bit_words = if bit_words == 0 { self.bit_words } else { grown(self.bit_words, bit_words) };
             self.ids = create_ids(gpu, u64::from(self.all_from) + u64::from(self.bit_words));
-            self.bind_group = bind(gpu, layout, &self.uniforms, &self.ids);
         }
-        if !ids.is_empty() {
-            gpu.queue().write_buffer(&self.ids, before * 4, ids);
-        }
-        let bits: &[u8] = bytemuck::cast_slice(bits);
-        // Without bits, no position stands for a polygon number, because other lists may be longer than this one.
-        let mut all_from = u32::MAX;
-        if !bits.is_empty() {
-            all_from = self.all_from;
-            gpu.queue().write_buffer(&self.ids, u64::from(all_from) * 4 + first_word as u64 * 8, bits);
-        }
-        let uniforms = Uniforms { all_from: [all_from; 4], ..uniforms };
-        gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
-        (ids.len() + bits.len() + size_of::<Uniforms>()) as u64
     }
+}
+
+/// The place of a view's list.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Place<'a> {
+    /// The view's own buffer. The adapter lists `before` polygons before the list, and another eye `more` behind it.
+    Own { before: u32, more: u64 },
+    /// The buffer of another eye, behind its list.
+    Behind(&'a ViewSlot),
+}
+
+impl Place<'_> {
+    /// A buffer for nothing but the list.
+    pub(super) const ALONE: Self = Self::Own { before: 0, more: 0 };
 }
 
 fn create_ids(gpu: &Gpu, count: u64) -> wgpu::Buffer {
@@ -196,7 +247,7 @@ fn create_ids(gpu: &Gpu, count: u64) -> wgpu::Buffer {
         gpu.device(),
         "draw list",
         count * 4,
-        wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+        wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
     )
 }
 

@@ -3,10 +3,10 @@
 /// Treatment of the polygons of a node that a plane of the frustum cuts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CutNodes {
-    /// The box of each polygon is tested. The result then equals that of every other index.
+    /// The index tests the box of each polygon. The result then equals the result of every other index.
     #[default]
     Tested,
-    /// All polygons are drawn, as in the paper's Fig. 6: more than the frustum may see, never less.
+    /// All polygons are drawn, as in the paper's Fig. 6: also polygons that are not in view.
     Drawn,
 }
 
@@ -28,7 +28,7 @@ impl CutNodes {
 pub struct InsertionCounts {
     /// Number of insertions. A tree that is rebuilt counts each polygon again in every build.
     pub polygons: u64,
-    /// Number of nodes that a polygon was compared with: in an octree, all eight children of each node on its way.
+    /// Number of nodes that a polygon was compared with: in an octree, all eight children of each visited node.
     pub nodes: u64,
     /// Number of planes that a polygon was compared with.
     pub planes: u64,

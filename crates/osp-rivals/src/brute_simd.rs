@@ -7,8 +7,8 @@ use osp::{
     polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
-/// A SIMD pass over flat boxes, sixteen at a time, in order of arrival. A tree has to be faster than this index, which has
-/// no structure.
+/// A SIMD loop over all boxes in the order of their ids, sixteen at a time, without any structure. A tree has to be
+/// faster.
 #[derive(Clone, Debug)]
 pub struct BruteSimd {
     backend: Backend,
@@ -176,7 +176,7 @@ impl SpatialIndex for BruteSimd {
     }
 }
 
-/// A test of one block against all planes.
+/// The input of a test of one block against all planes.
 struct One<'a> {
     planes: &'a PlaneSet,
     boxes: &'a Boxes<16>,

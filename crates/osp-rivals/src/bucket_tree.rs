@@ -1,6 +1,6 @@
-//! A tree that grows in place, with any way to partition space. A polygon lies in the leaf that contains its centre. Leaves
-//! split when they are full, and are joined when they have few polygons. Every node has the tight box around all polygons
-//! below.
+//! A tree that grows in place, for any partition of space. A polygon lies in the leaf that contains its centre. Leaves
+//! split when they are full, and are joined when they have few polygons. Every node has the tight box around all
+//! polygons below.
 
 mod cull;
 mod edit;
@@ -42,7 +42,7 @@ pub(super) trait Partition: 'static + Send + Sync + std::fmt::Debug {
     /// The extent of a node, and the split of an inner node.
     type Cell: Copy + Send + Sync + std::fmt::Debug;
 
-    /// The cell of the first root.
+    /// The cell of the root of an empty tree.
     fn root_cell(&self) -> Self::Cell;
 
     /// A cell that contains `root` and extends towards `center`, and the number of the child that `root` becomes. [`None`]
@@ -78,9 +78,9 @@ struct TreeNode<C> {
     chain: u32,
     /// Number of polygons in the node and below.
     polygons: u32,
-    /// A leaf with more polygons than this is split; the number is doubled if no split separates them. An inner node
-    /// with more polygons than this is checked for balance. Its number is 1.5 times the number of polygons at the
-    /// build.
+    /// A leaf with more polygons than this is split. If no split separates them, the number is doubled. An inner node
+    /// with more polygons than this is checked for balance. For an inner node, the number is 1.5 times the number of
+    /// polygons at the build.
     rebuild_at: u32,
 }
 
@@ -98,7 +98,7 @@ pub(super) struct BucketTree<P: Partition> {
     leaf_capacity: u32,
     /// All nodes; the first is the root.
     nodes: Vec<TreeNode<P::Cell>>,
-    /// The first of a chain of unused rows of nodes, linked by `parent`.
+    /// The first of a list of unused groups of [`Partition::ARITY`] nodes, linked by `parent`.
     first_free: u32,
     buckets: Buckets<BLOCKS>,
     inserted: InsertedBoxes,

@@ -17,7 +17,7 @@ use osp::{
 /// The number that stands for no bucket.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// The position of a polygon: its bucket times the number of polygons of a bucket, plus its lane.
+/// The position of a polygon: the number of its bucket, times the capacity of a bucket, plus its lane in the bucket.
 pub(super) type Spot = u32;
 
 /// The value that stands for no spot.
@@ -109,7 +109,7 @@ impl<const B: usize> Buckets<B> {
         at
     }
 
-    /// Removes a polygon from its chain. If another polygon moves to the free spot, returns this polygon's id.
+    /// Removes a polygon from its chain. Returns the id of the polygon that moves to its spot, if any.
     pub(super) fn remove(&mut self, head: &mut u32, spot: Spot) -> Option<PolygonId> {
         let first = *head as usize;
         let last_lane = self.buckets[first].len as usize - 1;
@@ -190,7 +190,7 @@ impl<const B: usize> Buckets<B> {
         }
     }
 
-    /// Takes the polygons of a chain without a test.
+    /// Reports the polygons of a chain without a test.
     pub(super) fn take_all(&self, head: u32, sink: &mut impl Sink, work: &mut WorkCounts) {
         for (_, bucket) in self.chain(head) {
             let ids = &bucket.ids.as_flattened()[..bucket.len as usize];

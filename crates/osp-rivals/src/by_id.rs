@@ -3,5 +3,5 @@
 use osp::polygon::PolygonId;
 pub(super) use osp::{index::kernels::InsertedBoxes, polygon::ById};
 
-/// Stands for no polygon in a hole of an array; beyond [`PolygonId::LIMIT`].
+/// The id in a hole of an array, which belongs to no polygon. It is above [`PolygonId::LIMIT`].
 pub(super) const NO_POLYGON: PolygonId = PolygonId(u32::MAX);

@@ -3,8 +3,9 @@ use osp::{
     math::{Aabb, Frustum, PlaneMask},
 };
 
-/// The exact test of one polygon's box: whether the box is behind none of the planes of `mask`. With the mask of a node
-/// around the box, the result equals that of [`Frustum::may_see`], because the whole node has passed the other planes.
+/// Whether a polygon's box may be in view: it is not wholly behind any plane of `mask`. If `mask` belongs to a node
+/// around the box, the result equals [`Frustum::may_see`]. The reason is that the whole node is in front of the other
+/// planes.
 #[inline]
 pub(super) fn passes(frustum: &Frustum, mask: PlaneMask, bounds: &Aabb, work: &mut WorkCounts) -> bool {
     work.boxes += 1;

@@ -1,6 +1,6 @@
 use osp::{math::Aabb, polygon::PolygonId};
 
-/// A polygon in the form that builders move.
+/// A polygon as builders sort it: its box and its id.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
     pub(super) bounds: Aabb,

@@ -25,8 +25,8 @@ use osp::{
 pub struct KdTreeConfig {
     /// A leaf with more polygons than this is split.
     pub leaf_capacity: usize,
-    /// Largest share of its parent's polygons that a child may have, 0.55 to 1. If it is larger, rebuilds are rarer and
-    /// trees deeper.
+    /// Largest share of its parent's polygons that a child may have, 0.55 to 1. A larger share makes rarer rebuilds and
+    /// deeper trees.
     pub max_share: f32,
 }
 
@@ -83,7 +83,7 @@ impl Partition for KdPartition {
         let (_, median, after) = items.select_nth_unstable_by(half, |a, b| center(a).total_cmp(&center(b)));
         let mut at = center(median);
         if at == centers.min[axis] {
-            // At least half of the polygons have the least coordinate, so the split lies above it.
+            // At least half of the polygons have the smallest coordinate, so the split lies above it.
             at = after.iter().map(center).filter(|&x| x > at).fold(f32::INFINITY, f32::min);
         }
         Some(KdSplit { axis, at })

@@ -13,14 +13,14 @@ use osp::{
 /// Number of boxes that are tested at once against a plane, by four, two or one SIMD instructions.
 pub(super) const LANES: usize = 16;
 
-/// The planes that boxes are tested against, namely the planes of a frustum selected by `mask`.
+/// The planes against which boxes are tested: the planes of `all` that `mask` selects.
 #[derive(Clone, Copy)]
 pub(super) struct Planes<'a> {
     pub(super) all: &'a PlaneSet,
     pub(super) mask: u8,
 }
 
-/// The exact test of the boxes of `lanes`. Adds the ids of boxes that belong to a polygon and are behind no plane.
+/// Tests the boxes in `lanes` exactly. Adds the ids of boxes that belong to a polygon and are not behind any plane.
 #[inline(always)]
 pub(super) fn cull_lanes<K: Kernel>(
     kernel: K,
@@ -38,10 +38,11 @@ pub(super) fn cull_lanes<K: Kernel>(
     }
 }
 
-/// Boxes with their ids, in blocks of sixteen whose sides are rows, so that one plane is tested against many boxes at once.
+/// Boxes with their ids. Blocks of sixteen boxes store each side as an array, so that SIMD instructions test many boxes
+/// against one plane.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BoxLanes {
-    /// The ids; [`NO_POLYGON`] from `len` on, up to the end of the last block.
+    /// The ids. The last block is filled with [`NO_POLYGON`].
     ids: Vec<PolygonId>,
     blocks: Vec<Boxes<LANES>>,
     len: usize,

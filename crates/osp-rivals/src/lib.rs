@@ -1,5 +1,5 @@
-//! All other spatial indexes, to compare with [`Osp`](osp::index::Osp), each in its best form and with the same
-//! kernels, and all other methods of [`occlusion`] culling.
+//! All spatial indexes that are compared with [`Osp`](osp::index::Osp), each in its best form and with the same
+//! kernels. Also all other methods of [`occlusion`] culling.
 //!
 //! Each index finds exactly the same set as [`BruteForce`](osp::index::BruteForce) and counts its work. [`IndexKind`] lists
 //! all of them, including `Osp`. [`groups`] is a scene graph over indexes, for models whose groups move.

@@ -1,9 +1,9 @@
-//! An octree above and a bounding volume hierarchy within each of its cells, in one tree. It is rebuilt when polygons come
-//! or go, and refitted when they only move.
+//! An octree with a bounding volume hierarchy in each of its cells, in one tree. It is rebuilt when polygons come or
+//! go, and refitted when they only move.
 //!
-//! The cells are those of [`octree_rebuild`](super::octree_rebuild()): a polygon lies in the cell of its centre, and every
-//! node has the tight box around all polygons below. The hierarchies are those of [`bvh_sah`](super::bvh_sah). After a refit
-//! a polygon may lie outside its cell, but its node's box is tight all the same.
+//! The cells are those of [`octree_rebuild`](super::octree_rebuild()): a polygon lies in the cell of its centre, and
+//! every node has the tight box around all polygons below. The hierarchies are those of [`bvh_sah`](super::bvh_sah).
+//! After a refit a polygon may lie outside its cell, but its node's box is still tight.
 
 use super::{
     bvh::{BinnedSahBuilder, SahConfig},
@@ -17,8 +17,8 @@ use osp::index::{IndexConfig, SpatialIndex};
 /// Configuration of an octree with a hierarchy in each cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OctreeBvhConfig {
-    /// A cell with more polygons than this is split into octants. If it is larger, the octree is smaller, and the
-    /// hierarchies are larger.
+    /// A cell with more polygons than this is split into octants. A larger capacity makes a smaller octree and larger
+    /// hierarchies.
     pub cell_capacity: usize,
     /// The deepest level of the octree, at most 60. Cells on this level have any number of polygons.
     pub max_depth: usize,
@@ -45,7 +45,7 @@ struct Builder {
 
 impl Builder {
     fn new(config: &OctreeBvhConfig) -> Self {
-        // A hierarchy bounds its depth if its top is not below this level.
+        // A hierarchy bounds its depth only if its root is not deeper than this level.
         let max_depth = config.max_depth.min(COUNTED_DEPTH);
         let octree = OctreeConfig { leaf_capacity: config.cell_capacity, max_depth };
         Self { octree: OctreeBuilder::new(octree), hierarchy: BinnedSahBuilder::new(config.sah) }

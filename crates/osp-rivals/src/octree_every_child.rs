@@ -21,8 +21,8 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// Largest number of entries of the tree, as a multiple of the number of polygons. If it is larger, models of large
-/// polygons are divided further.
+/// Largest number of entries of the tree, as a multiple of the number of polygons. A larger multiple divides models of
+/// large polygons further.
 const MOST_COPIES: usize = 8;
 
 /// An octree that stores a polygon in every child that it touches. It is rebuilt in every commit that follows a change.
@@ -46,13 +46,13 @@ struct Pending {
 #[derive(Debug)]
 struct Builder {
     config: OctreeConfig,
-    /// Indexes of the polygons of all pending nodes; those of the next node are the last.
+    /// Indices of the polygons of all pending nodes. The polygons of the next node are at the end.
     numbers: Vec<u32>,
     pending: Vec<Pending>,
     leaf: Vec<Item>,
-    /// Number of copies that the tree may still make.
+    /// Number of additional entries that the tree may still get.
     spare: usize,
-    /// The number after the greatest id of the tree.
+    /// The largest id of the tree, plus 1.
     ids_end: usize,
 }
 
@@ -68,8 +68,8 @@ impl Builder {
         }
     }
 
-    /// Appends the nodes below a node, the last first. Returns whether the node is divided. This requires that its
-    /// parts together have at most one and a half times its polygons.
+    /// Divides a node if its children together have at most 1.5 times its polygons. Appends the children in reverse
+    /// order. Returns whether the node was divided.
     fn divide(&mut self, mut node: Pending, items: &[Item], tree: &mut FlatTree) -> bool {
         let count = node.end - node.start;
         let (most, waiting) = (count + (count / 2).min(self.spare), self.pending.len());
@@ -117,7 +117,7 @@ impl TreeBuilder for Builder {
         self.numbers.clear();
         self.numbers.extend(0..items.len() as u32);
         let around = items.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds));
-        // The cube begins at the least corner, so a flat model lies in the lower half along its thin direction.
+        // The cube begins at the smallest corner, so a flat model lies in the lower half along its thin direction.
         let side = (around.max - around.min).max_element();
         // Rounding must not cut the cube short of the model.
         let cell = Aabb::new(around.min, (around.min + side).max(around.max));
@@ -140,7 +140,7 @@ impl TreeBuilder for Builder {
     }
 }
 
-/// The polygons that a query has passed on, a bit for each.
+/// The polygons that a query has already reported, one bit for each.
 struct Once(Vec<u64>);
 
 impl Once {
@@ -152,7 +152,7 @@ impl Once {
     }
 }
 
-/// Passes each polygon to a visitor the first time.
+/// Passes each polygon to a visitor only once.
 struct FirstTime<'a> {
     visitor: &'a mut dyn Visitor,
     once: Once,

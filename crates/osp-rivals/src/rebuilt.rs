@@ -16,11 +16,11 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// A tree is refitted until its relative surface is this multiple of the surface after the build; then it is rebuilt. If it
-/// is larger, commits are cheaper and queries slower.
+/// A tree is refitted until its relative surface exceeds this multiple of the surface after the build. Then it is
+/// rebuilt. A larger limit makes cheaper commits and slower queries.
 const REFIT_LIMIT: f64 = 1.5;
 
-/// A builder, which orders polygons into a [`FlatTree`].
+/// A builder of a [`FlatTree`].
 pub(super) trait TreeBuilder: 'static + Send + Sync + std::fmt::Debug {
     /// The name of the index on the command line and in tables.
     const NAME: &'static str;
@@ -28,7 +28,7 @@ pub(super) trait TreeBuilder: 'static + Send + Sync + std::fmt::Debug {
     /// The action of a commit, if only boxes have changed since the last commit.
     const ON_UPDATE: OnUpdate;
 
-    /// The number of leaves that hold a polygon.
+    /// Number of leaves that contain the same polygon.
     const LEAVES: Leaves = Leaves::One;
 
     /// Fills `tree` with all `items` (at least one). The builder may reorder `items`.
@@ -47,7 +47,7 @@ pub(super) enum OnUpdate {
     Refit,
 }
 
-/// The number of leaves that hold a polygon. A query of the tree reports a polygon once for each visited leaf.
+/// Number of leaves that contain the same polygon. A query of the tree reports a polygon once for each visited leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Leaves {
     One,
@@ -62,8 +62,8 @@ enum Due {
     Rebuild,
 }
 
-/// A static structure as an index. [`SpatialIndex::commit`] builds it again whenever polygons came or went since the last
-/// commit. All memory is kept from build to build.
+/// A static structure as an index. [`SpatialIndex::commit`] builds it again if polygons were inserted or removed since
+/// the last commit. Builds reuse the memory.
 #[derive(Debug)]
 pub(super) struct Rebuilt<B> {
     builder: B,
@@ -97,7 +97,7 @@ impl<B: TreeBuilder> Rebuilt<B> {
         &self.builder
     }
 
-    /// The builder, to change settings that boxes do not contain. The next commit builds again.
+    /// The builder, to change data other than boxes. The next commit builds again.
     pub(super) fn builder_mut(&mut self) -> &mut B {
         self.due = Due::Rebuild;
         &mut self.builder

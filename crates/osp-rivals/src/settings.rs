@@ -18,7 +18,8 @@ pub struct IndexSettings {
     /// `osp-paper`, and 10 levels of octants for `octree-paper`.
     pub max_depth: Option<u32>,
     /// Edge of the cube of `osp-paper`, as a multiple of the longest edge of [`IndexConfig::root`]. If the product is
-    /// negative or not finite, the cube has the size 0: every polygon is then outside it, but kept and found.
+    /// negative or not finite, the cube has the size 0: every polygon is then outside the cube, but queries still find
+    /// it.
     pub cube: f32,
     /// Treatment of nodes that the frustum cuts. Only [`CutNodes::Drawn`] changes which polygons an index reports.
     pub cut_nodes: CutNodes,
@@ -65,7 +66,7 @@ impl IndexSetting {
     pub const ALL: [Self; 6] =
         [Self::MaxDepth, Self::Cube, Self::CutNodes, Self::Buckets, Self::LeafCapacity, Self::MortonBits];
 
-    /// The name of its option on the command line, without the dashes.
+    /// The name of the setting's option on the command line, without the dashes.
     pub fn name(self) -> &'static str {
         match self {
             Self::MaxDepth => "depth",

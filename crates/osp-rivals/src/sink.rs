@@ -42,7 +42,7 @@ impl Sink for Vec<PolygonId> {
     }
 }
 
-/// Passes all ids to a visitor, with the visitor's decision about the node.
+/// Passes all ids to a visitor, together with the visitor's decision about their node.
 pub(super) struct VisitorSink<'a> {
     pub(super) visitor: &'a mut dyn Visitor,
     pub(super) decision: Visit,

@@ -7,8 +7,8 @@ use osp::{
     polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
-/// A hierarchy of boxes over the order of arrival: sixteen polygons form a block, sixteen blocks a larger group, and so
-/// on. No polygon is sorted. Queries are fast if polygons that are drawn together lie close together.
+/// A hierarchy of boxes over the order of the ids: sixteen polygons form a block, sixteen blocks a larger group, and so
+/// on. Nothing is sorted. Queries are fast if polygons that are drawn one after the other lie close together.
 #[derive(Clone, Debug)]
 pub struct TimeOrder {
     backend: Backend,
@@ -68,7 +68,7 @@ impl TimeOrder {
             }
             let boxes = &mut self.levels[level];
             boxes.resize(groups.max(boxes.len()), Boxes::EMPTY);
-            // `clear` keeps the levels, so each of them gets its first group back.
+            // `clear` keeps the levels, so each level gets its first group again.
             if boxes.len() == 1 && level > 0 && level + 1 == self.levels.len() {
                 return;
             }
@@ -151,7 +151,7 @@ impl<S: RunSink> WithKernel for Cull<'_, S> {
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) -> (WorkCounts, S) {
         let Some(top) = self.index.top() else { return (self.work, self.out) };
-        // At most fifteen siblings wait at each of eight levels.
+        // The stack has at most fifteen siblings of each of eight levels.
         let mut stack = [(0u8, 0u32, 0u8); 16 * 8];
         stack[0] = (top as u8, 0, PlaneSet::ALL);
         let mut waiting = 1;
@@ -169,7 +169,7 @@ impl<S: RunSink> WithKernel for Cull<'_, S> {
             let below = self.index.levels[usize::from(level) - 1].len() as u32 - group * 16;
             let mut seen = !sides.behind & ((1u32 << below.min(16)) - 1);
             while seen != 0 {
-                // The last lane is pushed first, so that the stack returns the lanes in order of arrival.
+                // Pushes the last lane first, so that the stack returns the lanes in the order of their ids.
                 let lane = seen.ilog2();
                 seen &= !(1 << lane);
                 stack[waiting] = (level - 1, group * 16 + lane, sides.planes_at(mask, lane as usize));

@@ -1,8 +1,8 @@
-/// Number of entries on the stack, without memory from the heap.
+/// Number of entries in the inline array.
 const INLINE: usize = 128;
 
-/// The nodes that a walk through a tree has still to visit. A tree of usual depth never fills the part on the stack. A
-/// deeper tree costs an allocation, not a crash.
+/// The nodes that a traversal has still to visit. The inline array suffices for trees of usual depth. Deeper trees use
+/// the heap.
 pub(super) struct WalkStack<T> {
     inline: [T; INLINE],
     len: usize,

@@ -1,8 +1,8 @@
 //! Atomic outputs: an output appears under its name complete, or not at all.
 //!
 //! A writer fills an unnamed file beside the target, flushes it to the disk, and then replaces the target in one step.
-//! Until then the target does not change. A writer that fails or is dropped leaves no file behind; neither does a
-//! program that a signal ends.
+//! Until then the target does not change. The unfinished file is removed if the writer fails or is dropped, or if a
+//! signal ends the program.
 
 use std::{
     collections::BTreeSet,
@@ -19,7 +19,7 @@ const MOST_LINKS: usize = 40;
 /// Prefix of the names of unfinished files.
 const PREFIX: &str = ".unfinished-";
 
-/// Whether the file has the name of an unfinished file: one that is being written, or that a killed program left
+/// Whether the file has the name of an unfinished file. Such a file is being written, or a killed program left it
 /// behind.
 pub fn is_unfinished(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(PREFIX))
@@ -42,7 +42,7 @@ pub enum Destination {
     StandardError,
     /// A pipe or a device, which is written to directly.
     Special(PathBuf),
-    /// A file, which is replaced as a whole; links have been followed.
+    /// A file, which is replaced as a whole. The path is the target of all links.
     File(PathBuf),
 }
 
@@ -81,7 +81,7 @@ impl Destination {
     }
 }
 
-/// Whether the path that a symbolic link contains still leads to the file that the link itself opens.
+/// Whether `path` is a link to an open file whose name still leads to the same file.
 fn is_link_to_file(path: &Path) -> bool {
     #[cfg(unix)]
     if let (Ok(target), Ok(open)) = (fs::read_link(path), fs::metadata(path)) {
@@ -129,7 +129,7 @@ impl AtomicFile {
     /// written byte.
     ///
     /// # Errors
-    /// The system gives no further handle, or earlier bytes cannot be written.
+    /// The system refuses a further handle, or earlier bytes cannot be written.
     pub fn handle(&mut self) -> io::Result<File> {
         self.out.flush()?;
         self.out.get_ref().file.try_clone()
@@ -138,7 +138,7 @@ impl AtomicFile {
     /// Replaces the target by the output. Returns the size in bytes if the target is a file.
     ///
     /// # Errors
-    /// The output cannot be written or renamed; the target then has not changed.
+    /// The output cannot be written or renamed. The target is then unchanged.
     pub fn commit(self) -> io::Result<Option<u64>> {
         self.finish(|unfinished, target| unfinished.persist(target))
     }
@@ -189,14 +189,14 @@ impl Write for AtomicFile {
 /// Replaces a file, completely or not at all, by the bytes that `write` writes.
 ///
 /// # Errors
-/// `write` fails, or the file cannot be written; the file then has not changed.
+/// `write` fails, or the file cannot be written. The file is then unchanged.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let mut file = AtomicFile::create(path)?;
     write(&mut file)?;
     file.commit().map(drop)
 }
 
-/// Opens an output that other programs read while it grows. The old contents are gone at once.
+/// Opens an output that other programs read while it grows. A file loses its old contents at once.
 ///
 /// # Errors
 /// The output cannot be written.
@@ -303,7 +303,7 @@ fn keep_permissions(file: &File, old: &Metadata) -> io::Result<()> {
     file.set_permissions(old.permissions())
 }
 
-/// Flushes the folder, because a new name is on the disk only after that.
+/// Flushes the folder. A new name is certain to be on the disk only then.
 fn sync_folder(folder: &Path) -> io::Result<()> {
     // A folder without read permission cannot be opened, and some file systems cannot flush a folder.
     #[cfg(unix)]
@@ -359,7 +359,7 @@ pub fn remove_unfinished_on_signals() -> io::Result<()> {
     let mut signals = Signals::new(wanted)?;
     std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
         for signal in signals.forever() {
-            // The lock is held until the end, so that no file is begun or renamed any more.
+            // The lock is held until the program ends, so no file is created or renamed any more.
             let all = unfinished();
             for path in all.iter() {
                 let _ = fs::remove_file(path);

@@ -28,6 +28,8 @@ pub enum OutputKind {
     Gif,
     /// A film that a video player plays.
     Mp4,
+    /// A film that browsers play.
+    Webm,
     /// A picture in vector form.
     Svg,
     /// A graph for Graphviz.
@@ -50,18 +52,20 @@ pub enum OutputKind {
 
 /// First bytes of a study's results.
 pub const STUDY_START: &[u8] = b"{\"osp_study\":";
-/// Beginning of the JSON of a model that osp wrote, behind the headers of the file and of its first chunk.
+/// Beginning of the JSON in a model that osp wrote. It follows the headers of the file and of its first chunk.
 const OWN_MODEL_START: &[u8] = b"{\"asset\":{\"generator\":\"osp ";
-/// Name of the pictures' track in a film that osp wrote. Videos of other programs must not be replaced.
+/// Name of the video track in an MP4 that osp wrote, and of the program in a WebM. Videos of other programs must not be replaced.
 pub const FILM_MARK: &str = "osp film";
-/// Number of bytes of both headers.
+/// Size of the headers of the file and of its first chunk, bytes.
 const MODEL_HEADS: usize = 20;
 
-use OutputKind::{Csv, Dot, Gif, Glb, Html, Mp4, Pins, Png, Pvs, Recording, Study, Svg, Tilt, Trace};
+use OutputKind::{Csv, Dot, Gif, Glb, Html, Mp4, Pins, Png, Pvs, Recording, Study, Svg, Tilt, Trace, Webm};
 
 impl OutputKind {
-    /// The kinds that are recognised by a file's contents. A sketch counts as a recording, because it is a session.
-    const ALL: [Self; 13] = [Png, Gif, Mp4, Glb, Pvs, Html, Svg, Dot, Pins, Trace, Study, Csv, Recording];
+    /// The kinds that a file's contents reveal. The contents of a `.tilt` count as [`Recording`], because both are
+    /// sessions.
+    const ALL: [Self; 14] =
+        [Png, Gif, Mp4, Webm, Glb, Pvs, Html, Svg, Dot, Pins, Trace, Study, Csv, Recording];
 
     /// The kind's name in messages.
     fn name(self) -> &'static str {
@@ -71,6 +75,7 @@ impl OutputKind {
             Png => "a picture (PNG)",
             Gif => "a film (GIF)",
             Mp4 => "a film of osp (MP4)",
+            Webm => "a film of osp (WebM)",
             Svg => "a picture (SVG)",
             Dot => "a graph (DOT)",
             Trace => "a trace",
@@ -90,6 +95,7 @@ impl OutputKind {
             Png => &[".png"],
             Gif => &[".gif"],
             Mp4 => &[".mp4"],
+            Webm => &[".webm"],
             Svg => &[".svg"],
             Dot => &[".dot"],
             Trace => &[".jsonl"],
@@ -102,10 +108,10 @@ impl OutputKind {
         }
     }
 
-    /// Whether the name must have one of the endings, because programs depend on it. Text files may have any ending
-    /// that does not belong to another kind.
+    /// Whether the name must have one of the endings. Files of other kinds are text, and may have any ending that does
+    /// not belong to another kind.
     fn needs_ending(self) -> bool {
-        matches!(self, Png | Gif | Mp4 | Svg | Dot | Pvs | Glb | Study | Recording | Tilt)
+        matches!(self, Png | Gif | Mp4 | Webm | Svg | Dot | Pvs | Glb | Study | Recording | Tilt)
     }
 
     /// Whether the kind is a session. A session is a person's work, so an output never replaces it without `--force`.
@@ -148,6 +154,7 @@ impl OutputKind {
             Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
             Gif => start.starts_with(b"GIF8"),
             Mp4 => start.get(4..8) == Some(b"ftyp") && holds(start, FILM_MARK),
+            Webm => start.starts_with(b"\x1A\x45\xDF\xA3") && holds(start, FILM_MARK),
             Glb => start.starts_with(b"glTF"),
             // A killed program may have left only a part of the first line.
             Study => text.starts_with(STUDY_START) || (!text.is_empty() && STUDY_START.starts_with(text)),
@@ -208,10 +215,10 @@ pub enum OutputError {
     /// A file of another kind exists at the path.
     #[error("{}: holds {found}, not {wanted}", path.display())]
     OtherKind { path: PathBuf, found: &'static str, wanted: &'static str },
-    /// A model of another program exists at the path. It is a person's work, and a session that osp can read.
+    /// A model of another program exists at the path. Such a model is a person's work.
     #[error("{}: holds a model of another program", path.display())]
     ForeignModel { path: PathBuf },
-    /// A file exists whose kind is only replaced with `--force`.
+    /// A file exists whose kind an output replaces only with `--force`.
     #[error("{}: exists already", path.display())]
     Exists { path: PathBuf },
     /// The path cannot be used.
@@ -301,7 +308,7 @@ fn start_of(path: &Path) -> io::Result<Vec<u8>> {
     Ok(start)
 }
 
-/// Kind of a file with this beginning; `None` if it is empty.
+/// Kind of a file with this beginning, or the name of an unknown kind; `None` if the file is empty.
 fn kind_of(start: &[u8], path: &Path) -> Option<Result<OutputKind, &'static str>> {
     if start.is_empty() {
         return None;
@@ -314,7 +321,7 @@ fn is_own_model(start: &[u8]) -> bool {
     start.get(MODEL_HEADS..).is_some_and(|json| json.starts_with(OWN_MODEL_START))
 }
 
-/// Whether two paths lead to the same file, through symbolic or hard links. Neither file is opened.
+/// Whether two paths lead to the same file. Symbolic and hard links are followed, and neither file is opened.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     #[cfg(unix)]
     if let (Ok(a), Ok(b)) = (fs::metadata(a), fs::metadata(b)) {
@@ -327,7 +334,7 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// The canonical path. For a file that does not exist yet, the folder's path is canonical.
+/// The canonical path. For a file that does not exist yet, the canonical path of its folder is extended by its name.
 fn whole_path(path: &Path) -> Option<PathBuf> {
     let Ok(Destination::File(target)) = Destination::of(path) else { return None };
     let by_folder = || {

@@ -1,5 +1,5 @@
-//! Reads small files that a user specifies and that are not sessions. Only regular files up to a given size are read. A
-//! pipe without a writer, an endless device and a file of gigabytes each give a clear error.
+//! Reads small files that a user names and that are not sessions. Only regular files up to a given size are read. A
+//! pipe, a device or a file of gigabytes gives a clear error.
 
 use std::{
     io::{self, Read},
@@ -8,7 +8,8 @@ use std::{
 
 use crate::platform::fs::{self, File};
 
-/// Opens a regular file. Other kinds are refused, because a pipe would wait for a writer and a device might never end.
+/// Opens a regular file. Pipes and devices are refused: reading a pipe would wait for a writer, and a device may never
+/// end.
 pub fn open_regular(path: &Path) -> io::Result<File> {
     check_regular(path)?;
     File::open(path)

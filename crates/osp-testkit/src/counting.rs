@@ -1,4 +1,4 @@
-//! An allocator that counts what each thread allocates and holds.
+//! An allocator that counts the allocations and the memory of each thread.
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -12,7 +12,7 @@ thread_local! {
 }
 
 fn note(allocations: u64, bytes: i64) {
-    // This fails only while the thread is being torn down.
+    // Fails only while the thread ends.
     let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + allocations));
     let _ = HELD_BYTES.try_with(|held| {
         held.set(held.get() + bytes);
@@ -30,25 +30,25 @@ pub struct Counting;
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         note(1, layout.size() as i64);
-        // SAFETY: the caller's promise is passed on.
+        // SAFETY: the caller fulfils the same contract.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         note(1, layout.size() as i64);
-        // SAFETY: the caller's promise is passed on.
+        // SAFETY: the caller fulfils the same contract.
         unsafe { System.alloc_zeroed(layout) }
     }
 
     unsafe fn dealloc(&self, ptr: *mut u8, layout: Layout) {
         note(0, -(layout.size() as i64));
-        // SAFETY: the caller's promise is passed on.
+        // SAFETY: the caller fulfils the same contract.
         unsafe { System.dealloc(ptr, layout) }
     }
 
     unsafe fn realloc(&self, ptr: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
         note(1, new_size as i64 - layout.size() as i64);
-        // SAFETY: the caller's promise is passed on.
+        // SAFETY: the caller fulfils the same contract.
         unsafe { System.realloc(ptr, layout, new_size) }
     }
 }
@@ -58,8 +58,8 @@ pub fn allocations() -> u64 {
     ALLOCATIONS.with(Cell::get)
 }
 
-/// Returns the bytes that this thread has allocated minus those that it has freed, even if another thread allocated
-/// them.
+/// Returns the bytes that this thread has allocated, minus the bytes that it has freed. The freed bytes may come from
+/// other threads.
 pub fn held_bytes() -> i64 {
     HELD_BYTES.with(Cell::get)
 }

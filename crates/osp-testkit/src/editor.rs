@@ -98,7 +98,7 @@ impl Editor {
             10..=12 => SOLE.undo(),
             13..=14 => SOLE.redo(),
             15 => return self.stroke(),
-            // The erasure hides the move, and an undo may restore the erasure alone.
+            // The erasure hides the move, and an undo may revert only the erasure.
             16 => {
                 return vec![SOLE.moved([a], self.way()), SOLE.erase(a)];
             }

@@ -17,8 +17,8 @@ pub use program::{Program, json, make_pipe, names, shipped_session, stderr, stdo
 pub use random::Random;
 pub use repository::{ROOT, at, packages};
 
-/// Whether a missing graphics adapter, display or tool makes a test fail instead of skipping it. This is so if `CI` is
-/// set and `OSP_GPU_TESTS=1`.
+/// Whether a missing graphics adapter, display or tool makes a test fail instead of skipping it. True if `CI` is set
+/// and `OSP_GPU_TESTS=1`.
 pub fn nothing_may_be_skipped() -> bool {
     std::env::var_os("CI").is_some_and(|ci| !ci.is_empty())
         && std::env::var("OSP_GPU_TESTS").as_deref() == Ok("1")

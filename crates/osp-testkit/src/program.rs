@@ -23,7 +23,7 @@ impl Program {
         args: impl IntoIterator<Item = S>,
     ) -> Command {
         let mut command = Command::new(self.0);
-        // Some graphics drivers complain if this variable is missing.
+        // Some graphics drivers print warnings if this variable is missing.
         command.args(args).current_dir(folder).env("XDG_RUNTIME_DIR", std::env::temp_dir());
         command
     }

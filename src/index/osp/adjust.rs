@@ -1,6 +1,6 @@
-//! Updates the boxes of polygons, such as moving things or the last pieces of a stroke that is being smoothed. Polygons
-//! that move together mostly lie in the same runs. So a run gets all its new boxes at once, and moves to another leaf as a
-//! whole.
+//! Updates the boxes of polygons, such as moving objects, or the last pieces of a stroke that is being smoothed.
+//! Polygons that move together mostly lie in the same runs. All new boxes of a run are therefore applied at once, and
+//! the run moves to another leaf as a whole.
 
 use super::{
     announce::{LEAST, TOGETHER},
@@ -33,7 +33,7 @@ impl Moved {
 }
 
 impl Osp {
-    /// Implements [`SpatialIndex::update_all`](crate::index::SpatialIndex::update_all). Updates the polygons of the
+    /// Implements [`SpatialIndex::update_all`]. Updates the polygons of the
     /// tree block by block.
     pub(super) fn update_blocks(&mut self, mut updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         while self.is_linear {
@@ -46,6 +46,9 @@ impl Osp {
                 refused.extend(self.update(*id, bounds).err());
                 updates = &updates[1..];
             }
+        }
+        if self.moves_most(updates) {
+            self.move_all_to_rows();
         }
         let is_worth_it = updates.len() >= LEAST;
         // Number of blocks whose memory has been prefetched.
@@ -113,8 +116,12 @@ impl Osp {
 
     /// Sets new boxes of polygons in runs, run by run.
     fn move_block(&mut self, block: u32, moved: &Moved) {
-        if moved.lanes != 0 && self.ids.is_hot(block, self.clock as u8) {
-            self.take_in(block, moved.lanes, &moved.boxes);
+        let is_churned = self.is_churned();
+        if moved.lanes != 0 && self.ids.is_hot(block, self.clock as u8) || is_churned || self.has_burst() {
+            self.move_to_rows(block, moved.lanes, &moved.boxes);
+            if is_churned {
+                self.move_all_to_rows();
+            }
             return;
         }
         let mut left = moved.lanes;
@@ -140,6 +147,7 @@ impl Osp {
             for_each_lane(lanes, |lane| store.set_wide(lane, boxes[lane]));
         }
         self.upkeep.boxes += 1;
+        self.churn.edits += 1;
         let count = lanes.count_ones();
         self.removals += count;
         let head = self.chain_head(self.pages[place / 16].bucket);

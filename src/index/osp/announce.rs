@@ -18,7 +18,7 @@ impl Osp {
     /// Prefetches the memory of these changes if they lie far apart. The changes of a stroke being drawn touch few cache
     /// lines, which are in the cache already.
     pub(super) fn prefetch(&self, geometry: &dyn Geometry, changes: &[Change]) {
-        // A batch of updates is left out, because `update_blocks` prefetches for itself.
+        // A batch of updates only is skipped, because `update_blocks` prefetches its memory itself.
         let are_together = || changes.iter().all(|change| matches!(change, Change::Update(_)));
         if changes.len() < LEAST || self.is_linear || are_together() {
             return;
@@ -82,7 +82,7 @@ impl Osp {
         }
     }
 
-    /// Prefetches the cache lines that the next run appended to a bucket will be written to.
+    /// Prefetches the cache lines to which the next run of a bucket will be written.
     pub(super) fn prefetch_end_of(&self, bucket: u32) {
         let bucket = &self.buckets[bucket];
         let at = bucket.page_count as usize - usize::from(bucket.page_count > 0);

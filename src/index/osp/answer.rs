@@ -73,7 +73,8 @@ pub(super) trait Filling: Answer {
     /// Adds the polygons `seen` of at most sixteen blocks with these numbers.
     fn numbered<K: Kernel>(&mut self, kernel: K, numbers: &[u32], seen: &[u16; BLOCK]);
 
-    /// Adds the ids whose lanes are set in `seen`, from at most sixteen groups. They may belong to any blocks.
+    /// Adds the ids whose lanes are set in `seen`, from at most sixteen groups. The ids of a group may belong to any
+    /// blocks.
     fn listed<K: Kernel>(&mut self, kernel: K, groups: &[[u32; BLOCK]], seen: &[u16; BLOCK]);
 }
 
@@ -104,7 +105,7 @@ impl<'a> Ids<'a> {
                 self.0.push_span(kernel, id_of(start), (block - start) * 16);
                 continue;
             }
-            // Full blocks have no branch of their own here, because it would be unpredictable.
+            // A branch for full blocks would be unpredictable here.
             let end = (block + TOGETHER).min(masks.len());
             self.0.push_blocks(kernel, id_of(block), &masks[block..end]);
             block = end;
@@ -179,7 +180,7 @@ impl Answer for Ids<'_> {
 pub(super) struct Blocks<'a>(MaskWriter<'a>);
 
 impl<'a> Blocks<'a> {
-    /// `masks` has a place for every block of the index.
+    /// `masks` has an entry for every block of the index.
     pub(super) fn new(masks: &'a mut [u16]) -> Self {
         Self(MaskWriter::new(masks))
     }

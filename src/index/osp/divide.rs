@@ -9,15 +9,15 @@ use super::{
 };
 use crate::{index::simd::Wide, math::Aabb};
 
-/// A commit moves at most this number of runs (a page), and twice the number of runs that were inserted since the last
-/// commit.
+/// Number of runs that every commit moves, if so many are queued: a page.
 const MOVED_A_COMMIT: u32 = 16;
+/// Number of further runs that a commit moves for each run that was inserted since the last commit.
 const MOVED_FOR_EACH: u32 = 2;
 
 /// Number of additional runs that a commit moves if no run was inserted since the last commit.
-const MOVED_IN_A_REST: u32 = 32;
+const MOVED_WHEN_IDLE: u32 = 32;
 
-/// Numbers of polygons of the model from which on scattered leaves may have more runs; see [`Osp::most_scattered`].
+/// Numbers of polygons from which on scattered leaves may have more runs; see [`Osp::most_scattered`].
 const SMALL: usize = 1 << 15;
 const LARGE: usize = 1 << 16;
 
@@ -25,10 +25,10 @@ impl Osp {
     /// Replaces a leaf with too many runs by a node.
     /// * If its runs are scattered, the leaf is packed, and stays until it has [`Osp::most_scattered`] runs.
     /// * If most runs are short enough for a smaller cell, commits move them to the node's children.
-    /// * If most runs are as long as the cell, the leaf stays until it has twice [`LEAF_RUNS`] runs. When the leaf has
-    ///   them, all its runs become straddlers of the node for good, and only later runs go to the children.
+    /// * If most runs are as long as the cell, the leaf stays until it has twice [`LEAF_RUNS`] runs. Then all its runs
+    ///   become permanent straddlers of the node, and only later runs go to the children.
     ///
-    /// So at most twice [`LEAF_RUNS`] runs of a node wait to be moved.
+    /// Therefore at most twice [`LEAF_RUNS`] runs of a node are queued.
     pub(super) fn try_split(&mut self, head: u32) {
         let Bucket { slot, shift, runs, movable, .. } = self.buckets[head];
         let most = self.most_scattered();
@@ -46,8 +46,8 @@ impl Osp {
         }
     }
 
-    /// Largest number of runs of a scattered leaf before it is split. It grows with the model, because packing a leaf is a
-    /// smaller part of the frame of a large model.
+    /// Largest number of runs of a scattered leaf before it is split. It grows with the model, because packing a leaf
+    /// is a smaller part of the frame time of a large model.
     fn most_scattered(&self) -> u32 {
         match self.len {
             0..SMALL => LEAF_RUNS + LEAF_RUNS / 2,
@@ -91,7 +91,7 @@ impl Osp {
         }
     }
 
-    /// Builds a tree from the list at the top, which is too long.
+    /// Builds a tree from the list of the top node, which is too long.
     pub(super) fn build_tree(&mut self) {
         self.is_flat = false;
         self.shape += 1;
@@ -117,7 +117,7 @@ impl Osp {
     pub(super) fn divide_some(&mut self, new_runs: u32) {
         let mut left = MOVED_FOR_EACH.saturating_mul(new_runs).saturating_add(MOVED_A_COMMIT);
         if new_runs == 0 {
-            left += MOVED_IN_A_REST;
+            left += MOVED_WHEN_IDLE;
         }
         while left > 0 {
             let Some(&head) = self.to_divide.front() else { return };
@@ -128,7 +128,7 @@ impl Osp {
         }
     }
 
-    /// A bucket of the chain whose runs wait to be moved; `None` if all have been moved, or if the chain no longer exists.
+    /// A bucket of the chain whose runs are queued; `None` if all have been moved, or if the chain no longer exists.
     fn next_to_move(&mut self, head: u32) -> Option<u32> {
         while self.buckets[head].divides {
             let mut at = self.buckets[head].next;
@@ -159,7 +159,8 @@ impl Osp {
         self.give_bucket(bucket);
     }
 
-    /// Inserts the runs of a bucket's last page again. Returns their number, at least 1.
+    /// Moves the runs of a bucket's last page to the leaves or lists where they belong now. Returns their number, at
+    /// least 1.
     fn move_page_down(&mut self, head: u32, bucket: u32) -> u32 {
         let Bucket { pages, page_count, .. } = self.buckets[bucket];
         let page = pages[page_count as usize - 1];

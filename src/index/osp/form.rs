@@ -22,7 +22,7 @@ impl Osp {
     }
 
     /// Inserts a polygon into the full plain list, if the list's limit may rise. The limit rises as long as the
-    /// polygons are scattered and few come in a frame.
+    /// polygons are scattered and few are inserted in a frame.
     #[inline(never)]
     pub(super) fn insert_into_full_list(&mut self, id: PolygonId, bounds: &Aabb) -> Inserted {
         let may_be_longer =
@@ -38,9 +38,9 @@ impl Osp {
     #[inline(never)]
     pub(super) fn make_tree(&mut self) {
         (self.is_linear, self.list_blocks) = (false, self.linear_blocks);
-        // A list counts polygons, of which sixteen are about a run.
+        // For the list, `new_runs` counts polygons; sixteen polygons make about one run.
         self.new_runs = self.new_runs.div_ceil(BLOCK as u32);
-        if self.linear.give_to(&mut self.movers) {
+        if self.linear.move_to(&mut self.movers) {
             self.len = 0;
             self.is_settling = true;
         }
@@ -82,6 +82,6 @@ impl Osp {
             at = bucket.next;
         }
         self.clear_tree();
-        self.is_linear = true;
+        (self.is_linear, self.churn.keeps_rows) = (true, false);
     }
 }

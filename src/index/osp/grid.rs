@@ -22,8 +22,8 @@ pub(super) const ROOT_SHIFT: u32 = 20;
 /// Level of the largest possible cell, `2^38` root cubes wide. Positions outside of it are clamped to its outermost cells.
 pub(super) const TOP_SHIFT: u32 = 58;
 
-/// Position of the root cube along each axis, in root cubes. Its bits alternate, so that each doubling of the top cell adds
-/// room on the other side.
+/// Position of the root cube along each axis, in root cubes. Its bits alternate, so that successive doublings extend
+/// the top cell alternately to both sides.
 const BIAS: u64 = 0x15_5555_5555;
 
 /// Number of preallocated entries: one for the root cube, and one for each cell of `levels` levels below it.

@@ -5,8 +5,9 @@
 /// smaller, the last pieces of a stroke being smoothed go to the rows and return.
 const HOT: u8 = 4;
 
-/// Two moves of a block count as consecutive if their commits are at most this many commits apart.
-const APART: u8 = 2;
+/// Two moves of a block count as consecutive if their commits are at most this many commits apart. Physics often runs at a
+/// third of the frame rate.
+const APART: u8 = 8;
 
 /// The commit of a block's last move, and the number of its consecutive commits with moves.
 #[derive(Clone, Copy, Debug)]

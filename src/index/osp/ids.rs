@@ -43,7 +43,7 @@ pub(super) type Place = u32;
 
 #[derive(Clone, Copy, Debug)]
 struct Shelf {
-    /// For each block, the ids in use, as a mask.
+    /// For each block, a mask of its ids in the tree.
     in_tree: [u16; BLOCKS],
     /// For each block, the place of its only run; or `DETAILED` with the number of its detail; or [`NONE`].
     place: [u32; BLOCKS],
@@ -53,7 +53,7 @@ struct Shelf {
     heat: [Heat; BLOCKS],
     /// Number of blocks with a polygon; in a free shelf, the next free shelf.
     live: u32,
-    /// Upper bound of the numbers of blocks that have ever had a polygon.
+    /// One more than the highest number of a block that has ever had a polygon.
     end: u32,
 }
 
@@ -163,7 +163,7 @@ impl IdMap {
         self.shelf_mut(block).is_some_and(|(shelf, at)| shelf.heat[at].note(clock))
     }
 
-    /// Sets the ids of a block that are still in use. Releases the block's entries if none is.
+    /// Sets the ids of a block that are still in use. Releases the block's entries if `in_tree` is 0.
     pub(super) fn set_in_tree(&mut self, block: u32, in_tree: u16) {
         let (number, at) = Self::split(block);
         if self.directory.get(number).is_none_or(|&shelf| shelf == NONE) {
@@ -279,8 +279,8 @@ impl IdMap {
         unsafe { &self.stores.known(store).boxes }
     }
 
-    /// Sets the ids of a block that are in use, at least one. Stores the exact boxes of the polygons `shared`, if there are
-    /// any. Returns the number of these boxes, or [`NONE`].
+    /// Sets the ids that are in use in the block of `open`, at least one. Stores the exact boxes of the polygons
+    /// `shared`, if there are any. Returns the number of these boxes, or [`NONE`].
     pub(super) fn note_block(&mut self, open: &OpenBlock, shared: u16) -> u32 {
         let (number, at) = Self::split(open.block());
         if number >= self.directory.len() {
@@ -364,8 +364,8 @@ impl IdMap {
         }
     }
 
-    /// Frees a part of the room for exact boxes if polygons are scattered, because runs of one polygon need none, and pages
-    /// need the memory. Keeps room for `polygons` further polygons.
+    /// If polygons are scattered, frees part of the memory reserved for exact boxes. Runs of one polygon need no exact
+    /// boxes, but more pages. Keeps room for `polygons` further polygons.
     pub(super) fn give_room_back(&mut self, polygons: usize) {
         if self.are_scattered() {
             self.stores.give_room_back(2 * self.stores.live() as usize + polygons / 16, CHUNKS_BACK);

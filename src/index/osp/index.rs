@@ -3,6 +3,7 @@ use std::collections::VecDeque;
 use glam::Vec3;
 
 use super::{
+    churn::Churn,
     grid::{self, Grid, ROOT_SHIFT},
     ids::IdMap,
     layout::{Bucket, Node, OWN, TakenRun},
@@ -12,7 +13,7 @@ use super::{
     pages::Pages,
     pool::{NONE, Pool},
     spans::Spans,
-    tuning::{self, LINEAR_BLOCKS, MOST_TAKEN, RESTING_COMMITS, SCATTERED_FACTOR, UPKEEP_PER_COMMIT},
+    tuning::{self, LINEAR_BLOCKS, MOST_TAKEN, RESTING_COMMITS, SCATTERED_FACTOR},
 };
 use crate::{
     index::{
@@ -25,9 +26,10 @@ use crate::{
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
 };
 
-/// The fast form of the OSP (octal space partition) tree, and the index that most programs should use: an octree of loose
-/// cells for polygons that come and go at any time. It never rebuilds the tree, and keeps few polygons in a plain list. It
-/// tests eight or sixteen boxes at once (AVX-512, AVX2, SSE2, NEON, simd128).
+/// The fast form of the OSP (octal space partition) tree, and the index that most programs should use: a loose octree
+/// for polygons that are inserted and removed at any time. The tree is never rebuilt. As long as there are few
+/// polygons, they are stored in a plain list instead. Queries test eight or sixteen boxes at once (AVX-512, AVX2, SSE2,
+/// NEON, simd128).
 #[derive(Clone, Debug)]
 pub struct Osp {
     pub(super) backend: Backend,
@@ -36,7 +38,7 @@ pub struct Osp {
     pub(super) is_linear: bool,
     /// Largest number of blocks of sixteen ids in the plain list.
     pub(super) linear_blocks: usize,
-    /// The current limit of the list. It is higher than `linear_blocks` for scattered polygons as long as more come.
+    /// The current limit of the list. For scattered polygons it rises above `linear_blocks` while more are inserted.
     pub(super) list_blocks: usize,
     /// Number of commits since the last insertion into the plain list.
     quiet: u32,
@@ -59,11 +61,11 @@ pub struct Osp {
     gathered: Option<Box<Gathered>>,
     /// Working memory for the runs of a leaf that is being packed.
     pub(super) taken: Vec<TakenRun>,
-    /// First page that waits for upkeep.
+    /// First page of the queue for upkeep.
     pub(super) queue: u32,
-    /// Leaves that wait to be packed.
+    /// Queue of the leaves to pack.
     pub(super) to_pack: VecDeque<u32>,
-    /// Straddlers that wait to be moved to the children of their node.
+    /// Queue of the lists of straddlers to move to the children of their node.
     pub(super) to_divide: VecDeque<u32>,
     /// Number of runs inserted into the tree since the last commit, or of polygons inserted into the list.
     pub(super) new_runs: u32,
@@ -72,11 +74,14 @@ pub struct Osp {
     /// Polygons that move in frame after frame. They are neither in the tree nor in the list, and `len` does not count
     /// them.
     pub(super) movers: Movers,
-    /// Whether polygons of a former plain list wait for the tree.
+    /// Whether `movers` contains polygons of a former plain list, which commits insert into the tree.
     pub(super) is_settling: bool,
+    pub(super) churn: Churn,
+    /// Number of the first commit in which polygons of the rows return to the tree again.
+    pub(super) next_return: u32,
     /// Number of commits.
     pub(super) clock: u32,
-    /// Value of `clock` at the beginning of the current round through the movers.
+    /// Value of `clock` at the beginning of the current scan of the movers.
     pub(super) round: u32,
     /// Number of blocks closed and runs moved since the last check of the free room.
     pub(super) changes: u32,
@@ -88,8 +93,9 @@ pub struct Osp {
 }
 
 impl Osp {
-    /// An empty tree. Writes to the memory that it reserves. The first call in a process also grows and queries a small
-    /// model, so that no later frame waits until this code is loaded. This takes about a millisecond.
+    /// An empty index. The call writes to all reserved memory, so that the system commits it now. The first call in a
+    /// process also builds and queries a small model, so that no later frame waits until this code is loaded. This
+    /// takes about a millisecond.
     pub fn new(config: &IndexConfig) -> Self {
         Self::with_backend(config, Backend::detect())
     }
@@ -107,7 +113,7 @@ impl Osp {
         // This is room for a drawn session of `capacity` polygons, and the additional room of `make_room`.
         let polygons = config.room() + AHEAD;
         let runs = polygons / 8;
-        // This is room for the same polygons in runs of one polygon, as after all have moved one by one.
+        // Reserves memory for the case that each polygon has its own run, because each has moved alone.
         let most_runs = config.room().min(MOST_SCATTERED);
         let mut osp = Self {
             backend,
@@ -139,6 +145,8 @@ impl Osp {
             spans: Spans::with_room_for(config.room().min(MOST_SCATTERED)),
             movers: Movers::with_room_for(config.room()),
             is_settling: false,
+            churn: Churn::NONE,
+            next_return: 0,
             clock: 0,
             round: 0,
             changes: CHANGES_BETWEEN,
@@ -179,8 +187,8 @@ impl Osp {
         self.set_top(top);
     }
 
-    /// Number of polygons in flat rows beside the tree. They move in frame after frame, or came from the plain list and
-    /// wait for their insertion into the tree. The query results do not depend on it.
+    /// Number of polygons in flat rows outside the tree. These polygons move in frame after frame, or come from the
+    /// plain list and are not in the tree yet. The query results do not depend on this number.
     pub fn moving(&self) -> usize {
         self.movers.len()
     }
@@ -226,7 +234,7 @@ impl Osp {
             let mut gathered = self.gathered.take().unwrap_or_default();
             self.open.gather(&mut gathered);
             let store = self.ids.note_block(&self.open, gathered.shared);
-            self.file_gathered(gathered, store);
+            self.insert_gathered(gathered, store);
         }
         self.open.close();
     }
@@ -237,10 +245,10 @@ impl Osp {
         let mut gathered = self.gathered.take().unwrap_or_default();
         block.gather(&mut gathered);
         let store = self.ids.note_block(block, gathered.shared);
-        self.file_gathered(gathered, store);
+        self.insert_gathered(gathered, store);
     }
 
-    fn file_gathered(&mut self, mut gathered: Box<Gathered>, store: u32) {
+    fn insert_gathered(&mut self, mut gathered: Box<Gathered>, store: u32) {
         let runs = &mut gathered.runs[..gathered.count];
         for (run, _) in runs.iter_mut().filter(|(run, _)| run.mask != 1) {
             run.store = store;
@@ -249,14 +257,14 @@ impl Osp {
         self.gathered = Some(gathered);
     }
 
-    /// The polygons of a block that wait in the open block, as a mask; 0 if another block is open.
+    /// The polygons in the open block, as a mask, if this block is open; otherwise 0.
     #[inline]
     pub(super) fn open_lanes(&self, block: u32) -> u16 {
         if self.open.is(block) { self.open.lanes() } else { 0 }
     }
 
-    /// Sets a new box of a polygon that is neither in the list nor in the rows of moving ones. This is a separate
-    /// function, so that [`SpatialIndex::update`] need not save many registers for moving polygons.
+    /// Sets a new box of a polygon in the tree or the open block, or returns the error of an update. It is a separate
+    /// function, so that [`SpatialIndex::update`] saves fewer registers for moving polygons.
     #[inline(never)]
     fn update_resting(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         let is_known = if self.is_linear { self.linear.holds(id.0) } else { self.holds(id) };
@@ -276,10 +284,10 @@ impl Osp {
         Ok(())
     }
 
-    /// Puts a polygon that is neither in the list nor in the flat rows into the open block. This is a separate
-    /// function, so that [`SpatialIndex::insert`] need not save many registers when it inserts into the list.
+    /// Puts a polygon that is neither in the list nor in the flat rows into the open block. It is a separate function,
+    /// so that [`SpatialIndex::insert`] saves fewer registers for an insertion into the list.
     #[inline(never)]
-    fn insert_into_tree(&mut self, id: PolygonId, bounds: Wide) -> Result<(), IndexError> {
+    fn insert_into_open_block(&mut self, id: PolygonId, bounds: Wide) -> Result<(), IndexError> {
         let (block, lane) = (id.0 / 16, id.index() % 16);
         if !self.open.is(block) {
             if self.holds(id) {
@@ -356,11 +364,20 @@ impl SpatialIndex for Osp {
                 Inserted::Full => self.make_tree(),
             }
         }
-        self.insert_into_tree(id, wide)
+        if self.churn.keeps_rows {
+            if self.len > 0 && self.holds(id) {
+                return Err(IndexError::Duplicate(id));
+            }
+            self.churn.inserted += 1;
+            self.movers.insert(id, bounds);
+            return Ok(());
+        }
+        self.insert_into_open_block(id, wide)
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
-        if self.movers.remove(id).is_some() {
+        if self.movers.remove(id) {
+            self.churn.removals += u32::from(self.churn.keeps_rows);
             return Ok(());
         }
         if self.is_linear {
@@ -401,19 +418,22 @@ impl SpatialIndex for Osp {
 
     fn commit(&mut self) {
         let new_runs = self.new_runs;
+        if !self.is_linear {
+            self.note_edits();
+        }
         self.settle(new_runs);
         if self.is_linear {
             self.linear.commit();
             self.quiet = if new_runs == 0 { self.quiet.saturating_add(1) } else { 0 };
             self.new_runs = 0;
-            // A long list is faster than a tree only while polygons come in each frame.
+            // A long list is faster than a tree only while polygons are inserted in each frame.
             if self.quiet >= RESTING_COMMITS && self.linear.len() > self.linear_blocks {
                 self.make_tree();
             }
             return;
         }
         if self.queue != NONE {
-            self.keep_up(UPKEEP_PER_COMMIT + self.removals);
+            self.keep_up();
         }
         self.divide_some(new_runs);
         self.pack_some(new_runs);
@@ -494,7 +514,7 @@ impl SpatialIndex for Osp {
             + self.buckets.bytes()
             + self.pages.bytes()
             + self.ids.bytes()
-            + self.linear.rows().bytes()
+            + self.linear.bytes()
             + self.movers.bytes()
             + self.spans.bytes()
             + (self.to_pack.capacity() + self.to_divide.capacity()) * size_of::<u32>()
@@ -506,11 +526,11 @@ impl SpatialIndex for Osp {
         self.linear.clear();
         self.movers.clear();
         (self.is_linear, self.list_blocks) = (self.linear_blocks > 0, self.linear_blocks);
-        self.len = 0;
+        (self.len, self.churn) = (0, Churn::NONE);
     }
 }
 
-/// If at least this number of polygons came since the last commit, a full list does not become longer.
+/// If at least this number of polygons was inserted since the last commit, the limit of the list does not rise.
 pub(super) const AT_ONCE: u32 = 64;
 
 /// Number of blocks closed and runs moved between two checks of the free room.
@@ -526,14 +546,15 @@ const MOST_SCATTERED: usize = 1 << 20;
 /// polygons had moved one by one, the measured average was 11.5.
 const RUNS_A_PAGE: usize = 10;
 
-/// Average number of polygons left in a block of sixteen ids after removals at random places. New polygons get new ids.
+/// Average number of polygons left in a block of sixteen ids after removals at random places, if new polygons get new
+/// ids.
 const POLYGONS_A_BLOCK: usize = 8;
 
 /// Number of nodes, and of buckets, for which room is reserved in advance.
 const NODES_AHEAD: usize = 64;
 
 impl Osp {
-    /// Empties the tree. Except the root's, all cells of the preallocated levels must be empty already.
+    /// Empties the tree. All preallocated cells below the root cube must be empty already.
     pub(super) fn clear_tree(&mut self) {
         self.nodes.clear();
         self.buckets.clear();

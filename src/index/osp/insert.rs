@@ -1,4 +1,4 @@
-//! Inserts runs: finds the place of a run, appends it there, and widens the boxes above.
+//! Inserts runs: finds the bucket of a run, appends the run, and widens the boxes above.
 
 use super::{
     grid::{self, Grid, Key, TOP_SHIFT},
@@ -66,7 +66,7 @@ impl Osp {
     /// Inserts a run at its destination. If `is_loose`, the run's box may be too large, and its page is queued for
     /// upkeep.
     pub(super) fn insert_run(&mut self, run: Run, bounds: Wide, target: Destination, is_loose: bool) {
-        let has_grown = self.is_beside(&target.key) && self.grow_to(&target.key);
+        let has_grown = self.is_outside_top(&target.key) && self.grow_to(&target.key);
         let target = if has_grown { self.destination(bounds) } else { target };
         let head = if target.bucket != NONE { target.bucket } else { self.add_bucket(&target) };
         let wider = !self.buckets[head].bounds.contains(bounds);
@@ -86,7 +86,7 @@ impl Osp {
                 self.try_split(head);
             }
         } else if leaf.runs >= leaf.pack_at {
-            self.let_wait_for_packing(head);
+            self.queue_for_packing(head);
         }
     }
 
@@ -99,13 +99,13 @@ impl Osp {
 
     /// Whether there is a tree, and a key lies outside of its top cell.
     #[inline]
-    fn is_beside(&self, key: &Key) -> bool {
+    fn is_outside_top(&self, key: &Key) -> bool {
         let top = &self.nodes[self.top];
         !self.is_flat && !grid::same_cell(&top.key, key, top.shift)
     }
 
-    /// Adds levels on top until the top cell contains the key. Returns whether it added any. The size of existing cells
-    /// stays.
+    /// Adds levels on top until the top cell contains the key. Returns whether it added a level. Existing cells keep
+    /// their size.
     fn grow_to(&mut self, key: &Key) -> bool {
         let mut grown = false;
         loop {
@@ -263,7 +263,7 @@ impl Osp {
     pub(super) fn empty_first(&mut self, head: u32) {
         let full = self.buckets.take();
         // Only the first bucket of a chain has these flags.
-        self.buckets[full] = Bucket { prev: head, waits: false, divides: false, ..self.buckets[head] };
+        self.buckets[full] = Bucket { prev: head, is_queued: false, divides: false, ..self.buckets[head] };
         let Bucket { next: after, pages, page_count, .. } = self.buckets[full];
         if after != NONE {
             self.buckets[after].prev = full;

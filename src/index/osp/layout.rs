@@ -7,8 +7,8 @@ use crate::{
     math::Aabb,
 };
 
-/// A page: the polygons of sixteen runs. The boxes of the runs are stored apart ([`PageBoxes`]), because a page inside
-/// every plane is read without them.
+/// A page: up to sixteen runs. Their boxes are stored separately ([`PageBoxes`]), because a query does not read the
+/// boxes of a page that lies inside every plane.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Page {
@@ -23,9 +23,9 @@ pub(super) struct Page {
     /// Mask of the runs that have lost a polygon since their box was computed.
     pub(super) loose: u16,
     pub(super) runs: u8,
-    /// Position in its bucket.
+    /// Index of the page in its bucket.
     pub(super) at: u8,
-    /// Whether the page waits for upkeep.
+    /// Whether the page is in the queue for upkeep.
     pub(super) queued: bool,
     /// The page's bucket; [`NONE`] once the page is released; in a free page, the next free page.
     pub(super) bucket: u32,
@@ -126,11 +126,11 @@ pub(super) struct Bucket {
     pub(super) counts: [u8; 16],
     /// Mask of the pages whose runs all have one polygon.
     pub(super) single: u16,
-    /// First bucket of a chain only: whether the leaf waits to be packed.
-    pub(super) waits: bool,
-    /// First bucket of a chain only: whether the runs of later buckets wait to be moved to the node's children.
+    /// First bucket of a chain only: whether the leaf is queued for packing.
+    pub(super) is_queued: bool,
+    /// First bucket of a chain only: whether the runs of later buckets are queued for a move to the node's children.
     pub(super) divides: bool,
-    /// Whether the bucket's runs wait to be moved to the node's children.
+    /// Whether the bucket's runs are queued for a move to the node's children.
     pub(super) drains: bool,
     /// First bucket of a chain only: number of runs at which the leaf is packed next.
     pub(super) pack_at: u32,
@@ -158,7 +158,7 @@ impl Pooled for Bucket {
         movable: 0,
         counts: [0; 16],
         single: 0,
-        waits: false,
+        is_queued: false,
         divides: false,
         drains: false,
         pack_at: super::tuning::PACKED_FIRST,
@@ -181,7 +181,7 @@ impl Bucket {
         (1 << self.page_count) - 1
     }
 
-    /// Whether the bucket belongs to a leaf most of whose polygons have a run of their own. Strokes are inserted in
+    /// Whether the bucket belongs to a leaf in which most polygons have a run of their own. Strokes are inserted in
     /// order and need no packing.
     pub(super) fn is_scattered(&self) -> bool {
         self.slot != OWN && self.polygons < self.runs * 2 && self.runs as usize <= super::tuning::MOST_TAKEN

@@ -1,9 +1,10 @@
-//! The linear form: a plain list of few blocks, which every query passes over completely. If the box around all blocks is
-//! inside the frustum, the query tests no polygon. Boxes around the blocks, in groups of sixteen, exclude blocks outside
-//! the frustum. Insertion, movement and removal write a box, and build nothing.
+//! The linear form: a plain list of few blocks. Every query reads the whole list. If the box around all blocks is
+//! inside the frustum, the query tests no polygon. Boxes around the blocks, in groups of sixteen, exclude blocks
+//! outside the frustum. Insertions, moves and removals write only one box or mask.
 
 use super::{
     answer::Answer,
+    block_table::BlockTable,
     movers::Movers,
     rows::Rows,
     tuning::{LINEAR_BLOCKS, RUN_STRETCH},
@@ -14,37 +15,39 @@ use crate::{
         simd::{Kernel, PlaneSet, PreparedPlane, Wide, WithKernel},
     },
     math::{Aabb, Frustum},
-    polygon::{BLOCK, PolygonId},
+    polygon::{BLOCK, PolygonId, bits::bits_of},
 };
 
 /// The blocks of the list. No block is empty.
 #[derive(Clone, Debug)]
 pub(super) struct Linear {
     rows: Rows,
+    table: BlockTable,
     /// Upper bound of the blocks' numbers.
     highest: u32,
     /// Whether a block has changed since the last round of [`Linear::refresh`] began.
     is_changed: bool,
-    /// Whether a polygon has moved or gone since the last round began, so `bounds` may be too large.
+    /// Whether a polygon was moved or removed since the last round began, so that `bounds` may be too large.
     is_loose: bool,
-    /// Number of commits with changes since the last round ended, and the number at which the next one begins.
+    /// Number of commits with changes since the last round ended.
     commits: u32,
+    /// Value of `commits` at which the next round begins.
     wait: u32,
     /// Box that contains all polygons.
     bounds: Wide,
     round: Round,
 }
 
-/// A round of [`Linear::refresh`], which passes over all groups, a few in each commit.
+/// A round of [`Linear::refresh`] over all groups, a few groups in each commit.
 #[derive(Clone, Copy, Debug)]
 struct Round {
-    /// The next group; 0 outside of a round.
+    /// The next group; 0 between two rounds.
     group: usize,
     /// Number of blocks whose boxes this round has computed.
     refreshed: usize,
     /// Whether this round also computes the box around everything.
     is_loose: bool,
-    /// If so, the box around the polygons of the groups that were passed, and all new boxes since the round began.
+    /// In such a round, the box around the groups that are done, and around all boxes set since the round began.
     bounds: Wide,
 }
 
@@ -52,19 +55,20 @@ impl Round {
     const NONE: Self = Self { group: 0, refreshed: 0, is_loose: false, bounds: Wide::EMPTY };
 }
 
-/// Number of commits after which the boxes around changed blocks are computed. It is more than one, because polygons being
-/// drawn change again in the next frame. It is larger if polygons of more than one in [`MANY`] blocks have moved, because
-/// the boxes are soon out of date.
+/// Number of commits with changes before a round computes the boxes around changed blocks. It is more than one, because
+/// polygons being drawn change again in the next frame.
 const WAIT: u32 = 4;
+/// The same number after a round that computed boxes of more than one in [`MANY`] blocks. Such boxes are soon out of date.
 const LONG_WAIT: u32 = 64;
 const MANY: usize = 8;
 
 /// Number of groups with changed blocks whose boxes a commit computes.
 const GROUPS_A_COMMIT: usize = 1;
 
-/// Number of blocks in the sample that decides whether polygons are scattered. Each sampled polygon is compared with the
-/// `COMPARED_BEFORE` polygons before it, because strokes that are drawn at the same time take turns.
+/// Number of blocks in the sample that decides whether polygons are scattered.
 const SAMPLED_BLOCKS: usize = 8;
+/// Each sampled polygon is compared with this number of polygons before it, because the ids of strokes that are drawn at
+/// the same time alternate.
 const COMPARED_BEFORE: usize = 4;
 
 /// Result of an insertion.
@@ -83,6 +87,7 @@ impl Linear {
     pub(super) fn with_room_for(blocks: usize, most: usize) -> Self {
         Self {
             rows: Rows::with_room_for(blocks, most),
+            table: BlockTable::with_room_for(blocks, most),
             highest: 0,
             is_changed: false,
             is_loose: false,
@@ -95,13 +100,14 @@ impl Linear {
 
     pub(super) fn clear(&mut self) {
         self.rows.clear();
+        self.table.clear();
         (self.is_changed, self.is_loose) = (false, false);
         (self.highest, self.commits, self.wait, self.bounds) = (0, 0, WAIT, Wide::EMPTY);
         self.round = Round::NONE;
     }
 
-    /// Moves all blocks to the flat rows beside the tree. Returns `false` if these are not empty.
-    pub(super) fn give_to(&mut self, movers: &mut Movers) -> bool {
+    /// Moves all blocks to `movers`. Returns `false`, without effect, if `movers` is not empty.
+    pub(super) fn move_to(&mut self, movers: &mut Movers) -> bool {
         let is_given = movers.len() == 0;
         if is_given {
             movers.take_rows(&mut self.rows);
@@ -110,8 +116,19 @@ impl Linear {
         is_given
     }
 
+    /// Memory held, bytes.
+    pub(super) fn bytes(&self) -> usize {
+        self.rows.bytes() + self.table.bytes()
+    }
+
     pub(super) fn rows(&self) -> &Rows {
         &self.rows
+    }
+
+    /// The rows; they must be empty, because a change of blocks would invalidate the boxes around them.
+    pub(super) fn rows_mut(&mut self) -> &mut Rows {
+        debug_assert!(self.rows.len() == 0);
+        &mut self.rows
     }
 
     /// Whether most polygons of a sample lie apart from the polygons just before them. Returns `false` if the sampled
@@ -154,10 +171,7 @@ impl Linear {
         if numbers.get(likely) == Some(&number) {
             return Some(likely);
         }
-        if number > self.highest {
-            return None;
-        }
-        numbers.iter().rposition(|&other| other == number)
+        self.table.find(numbers, number)
     }
 
     /// The position of a polygon's block, and the polygon's lane; `None` if the polygon is not in the list.
@@ -196,7 +210,7 @@ impl Linear {
         Inserted::Done
     }
 
-    /// Enlarges the boxes around everything.
+    /// Enlarges the box around all polygons, and the box of the current round.
     #[inline(always)]
     fn contain(&mut self, bounds: Wide) {
         self.bounds = self.bounds.union(bounds);
@@ -208,6 +222,7 @@ impl Linear {
     fn push(&mut self, number: u32) -> usize {
         self.highest = self.highest.max(number);
         self.is_changed = true;
+        self.table.push(number);
         self.rows.push(number)
     }
 
@@ -229,11 +244,17 @@ impl Linear {
     /// Sets new boxes in order, up to the first polygon that is not in the list or the first invalid box. Returns the
     /// number of boxes set.
     pub(super) fn update_first(&mut self, updates: &[(PolygonId, Aabb)]) -> usize {
-        let (mut all, mut count) = (Wide::EMPTY, 0);
+        let (mut all, mut count, mut last) = (Wide::EMPTY, 0, 0);
         // Without a loop for each block, no branch depends on how many polygons of a block move.
         for (id, bounds) in updates {
             let wide = Wide::from_box(bounds);
-            let Some((at, lane)) = self.place(id.0).filter(|_| wide.is_valid()) else { break };
+            let (number, lane) = (id.0 / 16, id.index() % BLOCK);
+            let is_last = self.rows.numbers.get(last) == Some(&number);
+            let Some(at) = (if is_last { Some(last) } else { self.find(number) }) else { break };
+            if self.rows.lanes[at] >> lane & 1 == 0 || !wide.is_valid() {
+                break;
+            }
+            last = at;
             self.rows.boxes[at].set(lane, bounds);
             all = all.union(wide);
             self.mark_changed(at);
@@ -251,9 +272,10 @@ impl Linear {
         self.rows.lanes[at] &= !(1 << lane);
         self.is_loose = true;
         if self.rows.lanes[at] == 0 {
+            self.table.swap_remove(&self.rows.numbers, at);
             self.rows.swap_remove(at);
             self.is_changed = true;
-            // The block that was moved may have been skipped.
+            // The current round would miss the last block, which moves to this position.
             self.round = Round::NONE;
         } else {
             self.mark_changed(at)
@@ -263,12 +285,11 @@ impl Linear {
 
     #[inline]
     fn mark_changed(&mut self, at: usize) {
-        if self.rows.mark_changed(at) {
-            self.is_changed = true;
-        }
+        self.rows.mark_changed(at);
+        self.is_changed = true;
     }
 
-    /// Ends a batch of changes. Every few commits begins to compute the boxes around the blocks that have changed.
+    /// Ends a batch of changes. After some commits with changes, a round of [`Linear::refresh`] begins.
     #[inline]
     pub(super) fn commit(&mut self) {
         if self.is_changed || self.round.group > 0 {
@@ -317,14 +338,14 @@ impl Linear {
         }
         self.rows.check()?;
         for (at, (number, lanes, boxes)) in self.rows.blocks().enumerate() {
-            if self.find(number) != Some(at) {
-                return Err(format!("block {number} is there twice"));
+            if self.find(number) != Some(at) || lanes == 0 {
+                return Err(format!("block {number} is there twice or is empty"));
             }
             if !self.bounds.contains(Wide::from_box(&boxes.around(u32::from(lanes)))) {
                 return Err(format!("block {number} lies outside the box around everything"));
             }
         }
-        // In a round, the groups before the next one have no changes, or `is_changed` is set again.
+        // The current round will examine the groups from `round.group` on, so changes there do not need `is_changed`.
         let unseen = if self.round.group > 0 { self.round.group } else { self.rows.groups() };
         let is_changed = (0..unseen).any(|group| self.rows.group(group).1 != 0);
         if is_changed && !self.is_changed {
@@ -335,7 +356,7 @@ impl Linear {
 }
 
 /// The frustum query of the linear form.
-pub(super) struct Pass<'a, A> {
+pub(super) struct LinearQuery<'a, A> {
     pub(super) linear: &'a Linear,
     /// Number of polygons in the list.
     pub(super) polygons: usize,
@@ -343,7 +364,7 @@ pub(super) struct Pass<'a, A> {
     pub(super) answer: A,
 }
 
-impl<A: Answer> WithKernel for Pass<'_, A> {
+impl<A: Answer> WithKernel for LinearQuery<'_, A> {
     type Output = (WorkCounts, A::Done);
 
     #[inline(always)]
@@ -355,7 +376,7 @@ impl<A: Answer> WithKernel for Pass<'_, A> {
             let before = answer.count();
             work.nodes = 1;
             let bounds = linear.bounds.to_box();
-            let (planes, count) = if linear.len() > FEW {
+            let (planes, count) = if linear.len() > UNTESTED_BLOCKS {
                 // Planes that do not cut the box around everything cut no polygon.
                 PlaneSet::new(frustum).cutting(&bounds)
             } else if is_inside(frustum, &bounds) {
@@ -385,17 +406,17 @@ impl<A: Answer> WithKernel for Pass<'_, A> {
     }
 }
 
-/// Whether a box lies wholly on the inner side of every plane; stops at the first plane that it does not pass.
+/// Whether a box lies wholly on the inner side of every plane; stops at the first plane that excludes this.
 #[inline(always)]
 fn is_inside(frustum: &Frustum, bounds: &Aabb) -> bool {
     frustum.planes().iter().all(|plane| plane.signed_distance(plane.negative_vertex(bounds)) >= 0.0)
 }
 
 impl Linear {
-    /// Tests the polygons of all blocks that are not behind a plane. It does not compute which planes cut a block, because
-    /// this costs as much as testing the polygons. It tests the blocks of a group first only if enough blocks lie behind a
-    /// plane. Every [`SAMPLE`]th group is tested to estimate this.
-    /// `work` counts all polygons beforehand.
+    /// Tests the polygons of all blocks that are not behind a plane. It does not compute which planes cut a block,
+    /// because this costs as much as testing the polygons. It tests the blocks of a group first only if enough blocks
+    /// lie behind a plane. Every [`SAMPLE`]th group is tested to estimate this. `work.boxes` includes all polygons
+    /// beforehand.
     #[inline(always)]
     fn test_each<K: Kernel, A: Answer, const N: usize>(
         &self,
@@ -407,7 +428,7 @@ impl Linear {
         // The polygons of a long list are scattered, so hardly any block lies behind a plane.
         let rows = &self.rows;
         let is_long = rows.numbers.len() > LINEAR_BLOCKS;
-        let mut is_worth_it = !is_long && rows.numbers.len() > FEW;
+        let mut is_worth_it = !is_long && rows.numbers.len() > UNTESTED_BLOCKS;
         for (group, numbers) in rows.numbers.chunks(BLOCK).enumerate() {
             let from = group * BLOCK;
             let to = from + numbers.len();
@@ -417,26 +438,33 @@ impl Linear {
                 work.boxes += numbers.len() as u64;
                 let (around, changed) = rows.group(group);
                 behind = kernel.behind_any(planes, around) & !u32::from(changed);
-                is_worth_it = behind.count_ones() >= WORTH_IT;
+                is_worth_it = behind.count_ones() >= LEAST_BEHIND;
             }
-            let blocks = numbers.iter().zip(&rows.lanes[from..to]).zip(&rows.boxes[from..to]);
-            for (i, ((&number, &lanes), boxes)) in blocks.enumerate() {
-                if behind >> i & 1 == 0 {
+            let (lanes, boxes) = (&rows.lanes[from..to], &rows.boxes[from..to]);
+            let there = !(u32::MAX << numbers.len());
+            if behind & there == 0 {
+                for ((&number, &lanes), boxes) in numbers.iter().zip(lanes).zip(boxes) {
                     let seen = u32::from(lanes) & !kernel.behind_any(planes, boxes);
                     answer.run(kernel, number * 16, seen);
-                } else {
-                    work.boxes -= u64::from(lanes.count_ones());
                 }
+                continue;
+            }
+            // A loop over bits has fewer branches that depend on the view than a test of each block.
+            work.boxes -=
+                bits_of((behind & there).into()).map(|i| u64::from(lanes[i].count_ones())).sum::<u64>();
+            for i in bits_of((there & !behind).into()) {
+                let seen = u32::from(lanes[i]) & !kernel.behind_any(planes, &boxes[i]);
+                answer.run(kernel, numbers[i] * 16, seen);
             }
         }
     }
 }
 
 /// In a list of at most this number of blocks, polygons are tested without a test of their blocks, except in samples.
-const FEW: usize = 32;
+const UNTESTED_BLOCKS: usize = 32;
 
 /// Every `SAMPLE`th group is always tested for blocks behind a plane.
 const SAMPLE: usize = 4;
 
 /// If a group has at least this number of blocks behind a plane, the blocks of the next group are tested, too.
-const WORTH_IT: u32 = 3;
+const LEAST_BEHIND: u32 = 3;

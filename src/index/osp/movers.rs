@@ -1,18 +1,19 @@
-//! Flat rows beside the tree for polygons that move again and again. Setting a new box writes six numbers; a query
-//! tests all boxes, sixteen at a time. `settle.rs` moves polygons to the rows and back.
+//! Flat rows outside the tree, for polygons that move in frame after frame. Setting a new box writes six numbers; a
+//! query tests all boxes, sixteen at a time. `settle.rs` moves polygons to the rows and back.
 //!
-//! A block of sixteen ids with many moving polygons has a group of its own, with a lane for each id. So polygons with
-//! consecutive ids are written and found together. Polygons of other blocks share groups in order of arrival.
+//! A block of sixteen ids with many moving polygons has a group of its own, with a lane for each id. Polygons with
+//! consecutive ids are therefore written and found together. Polygons of other blocks share groups in order of arrival.
 
 use super::{
+    groups::{Group, GroupIds, Groups, id_in, lanes_of},
     rows::Rows,
     slots::{Slot, Slots},
     tuning::LINEAR_BLOCKS,
 };
 use crate::{
-    index::simd::{Boxes, Wide},
+    index::simd::{Boxes, Wide, prefetch_lines},
     math::Aabb,
-    polygon::{BLOCK, PolygonId, bits},
+    polygon::{BLOCK, PolygonId},
 };
 
 /// A block with more moving polygons than this gets a group of its own. With a smaller number, groups have more empty
@@ -23,6 +24,12 @@ const OWN_GROUP: usize = 8;
 /// polygons that stop and start do not move between groups again and again.
 const FEW_LEFT: u32 = 4;
 
+/// A batch has many updates for each block if this number of updates has ids within two blocks.
+const MANY_OF_BLOCK: usize = 8;
+
+/// Largest number of additional groups to reserve memory for, because blocks may have gaps.
+const MOST_GAPS: usize = 1 << 16;
+
 /// The moving polygons, by id, with their boxes.
 #[derive(Clone, Debug)]
 pub(super) struct Movers {
@@ -31,114 +38,49 @@ pub(super) struct Movers {
     own: Rows,
     /// For each group of one block, the lanes that were added or moved since the group was last examined.
     own_moved: Vec<u16>,
-    /// The groups of polygons of any blocks, all full except the last, and the ids of these polygons.
+    /// The groups of polygons of any blocks, all full except the last.
     shared: Groups,
+    /// For each shared group, the ids of its polygons.
     ids: Vec<[u32; BLOCK]>,
     /// Guess of the shared slot that gets the next new box. Polygons that move together mostly have slots in the order of
     /// their updates, or in the reverse order. A right guess saves a read from the large table `slots`.
     guess: Slot,
-    /// The shared slot that last got a new box, and the expected distance of the next one: 1, or -1 as a wrapping number.
+    /// The shared slot updated last.
     last: Slot,
+    /// Expected step to the next slot: 1, or -1 as a wrapping number.
     step: u32,
     /// The group of one block in which a single polygon last got a new box.
     last_own: usize,
     len: usize,
     /// Upper bound of all ids since the rows were last empty.
     ids_end: usize,
-    /// Largest number of shared groups, and of ids so far. The system commits memory only when the memory is written to.
+    /// Largest number of shared groups so far, and of ids. [`Movers::bytes`] counts only memory that was written to,
+    /// because the system has not committed the rest.
     most: [usize; 2],
-    /// Number of shared groups, and of groups of one block, that this round has not examined yet. These are the
-    /// first groups of each kind.
+    /// Numbers of shared groups and of groups of one block that the current round of [`Movers::take_resting`] has not
+    /// examined yet. These are the first groups of each kind.
     unexamined: [usize; 2],
+    /// The blocks whose groups lost polygons and have few left. The next commit dissolves such groups.
+    sparse: Vec<u32>,
 }
 
-/// Groups of sixteen lanes, with polygons of any blocks.
-#[derive(Clone, Debug)]
-struct Groups {
-    boxes: Vec<Boxes<BLOCK>>,
-    /// For each group, the lanes in use. Other lanes have unspecified boxes.
-    lanes: Vec<u16>,
-    /// For each group, the lanes that were added or moved since the group was last examined.
-    moved: Vec<u16>,
-}
-
-impl Groups {
-    fn with_room_for(groups: usize) -> Self {
-        let (boxes, lanes) = (Vec::with_capacity(groups), Vec::with_capacity(groups));
-        Self { boxes, lanes, moved: Vec::with_capacity(groups) }
-    }
-
-    fn push(&mut self) {
-        self.boxes.push(Boxes::EMPTY);
-        self.lanes.push(0);
-        self.moved.push(0);
-    }
-
-    #[inline(always)]
-    fn set(&mut self, group: usize, lane: usize, bounds: &Aabb) {
-        self.boxes[group].set(lane % BLOCK, bounds);
-        self.moved[group] |= 1 << lane;
-    }
-
-    /// Sets a lane that was not in use.
-    fn put(&mut self, group: usize, lane: usize, bounds: &Aabb) {
-        self.lanes[group] |= 1 << lane;
-        self.set(group, lane, bounds);
-    }
-
-    fn truncate(&mut self, groups: usize) {
-        self.boxes.truncate(groups);
-        self.lanes.truncate(groups);
-        self.moved.truncate(groups);
-    }
-}
-
-/// A group of sixteen lanes, and the ids of its polygons.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Group<'a> {
-    pub(super) boxes: &'a Boxes<BLOCK>,
-    pub(super) lanes: u16,
-    pub(super) ids: GroupIds<'a>,
-}
-
-/// The ids of a group.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum GroupIds<'a> {
-    /// The consecutive ids of a block with this number.
-    Block(u32),
-    Each(&'a [u32; BLOCK]),
-}
-
-impl GroupIds<'_> {
-    #[inline]
-    pub(super) fn id(self, lane: usize) -> PolygonId {
-        PolygonId(match self {
-            Self::Block(block) => block * BLOCK as u32 + lane as u32,
-            Self::Each(ids) => ids[lane % BLOCK],
-        })
-    }
-}
-
-/// The id of a lane of a block.
-fn id_in(block: u32, lane: usize) -> PolygonId {
-    GroupIds::Block(block).id(lane)
-}
-
-fn lanes_of(mask: u16) -> impl Iterator<Item = usize> {
-    bits::bits_of(u64::from(mask))
-}
+/// In rows of more blocks than this, boxes are prefetched [`AHEAD`] updates before their own.
+const MOST_CACHED: usize = 1 << 14;
+const AHEAD: usize = 8;
+/// Largest number of sparse groups that wait for a commit.
+const MOST_SPARSE: usize = 256;
 
 impl Movers {
     /// Empty rows with room for `polygons` polygons with consecutive ids.
     pub(super) fn with_room_for(polygons: usize) -> Self {
-        // In a browser, reserved memory counts as used.
         let polygons = if cfg!(target_family = "wasm") { 0 } else { polygons };
         let groups = (polygons / BLOCK + 1).max(LINEAR_BLOCKS);
+        let gaps = groups.min(MOST_GAPS);
         let mut movers = Self {
             // Polygons that replace others have new ids, so twice as many ids are needed.
             slots: Slots::with_room_for(2 * polygons),
-            own: Rows::with_room_for(0, groups),
-            own_moved: Vec::with_capacity(groups),
+            own: Rows::with_room_for(0, groups + gaps),
+            own_moved: Vec::with_capacity(groups + gaps),
             shared: Groups::with_room_for(groups),
             ids: Vec::with_capacity(groups),
             guess: Slot::shared(0, 0),
@@ -149,6 +91,7 @@ impl Movers {
             ids_end: 0,
             most: [0; 2],
             unexamined: [0; 2],
+            sparse: Vec::with_capacity(MOST_SPARSE),
         };
         if polygons > 0 {
             // The memory for a plain list is written to here, so that no frame waits until the system commits it.
@@ -162,7 +105,8 @@ impl Movers {
         movers
     }
 
-    /// Frees the boxes of a long list whose polygons are all in the tree now. Reserves room for the same number.
+    /// Frees the committed memory of a long list whose polygons are all in the tree now, and reserves the same capacity
+    /// again.
     pub(super) fn give_boxes_back(&mut self) {
         self.own.give_boxes_back(LINEAR_BLOCKS);
     }
@@ -173,6 +117,7 @@ impl Movers {
         self.own_moved.clear();
         self.shared.truncate(0);
         self.ids.clear();
+        self.sparse.clear();
         (self.len, self.ids_end, self.unexamined) = (0, 0, [0; 2]);
     }
 
@@ -187,7 +132,7 @@ impl Movers {
         self.ids_end
     }
 
-    /// Memory held, bytes. Room that was never written to does not count, because the system has not committed it.
+    /// Memory held, bytes, without memory that was never written to.
     pub(super) fn bytes(&self) -> usize {
         let [shared, ids] = self.most;
         shared * (size_of::<Boxes<BLOCK>>() + 2 * size_of::<u16>() + size_of::<[u32; BLOCK]>())
@@ -236,7 +181,7 @@ impl Movers {
         Some(boxes[slot.group()].get(slot.lane()))
     }
 
-    /// Gives the polygon at a slot a new box.
+    /// Sets the box of the polygon in a slot.
     #[inline(always)]
     pub(super) fn set(&mut self, slot: Slot, bounds: &Aabb) {
         if slot.is_own() {
@@ -254,16 +199,8 @@ impl Movers {
     #[inline(always)]
     fn set_own(&mut self, group: usize, lane: usize, bounds: &Aabb) {
         self.own.boxes[group].set(lane % BLOCK, bounds);
-        self.note_moved(group, 1 << lane);
-    }
-
-    #[inline(always)]
-    fn note_moved(&mut self, group: usize, lanes: u16) {
-        let moved = &mut self.own_moved[group];
-        if *moved == 0 {
-            self.own.mark_changed(group);
-        }
-        *moved |= lanes;
+        self.own.mark_changed(group);
+        self.own_moved[group] |= 1 << lane;
     }
 
     /// Sets new boxes in order, up to the first polygon that is not in the rows or the first invalid box. Returns the
@@ -273,7 +210,19 @@ impl Movers {
         while let Some((id, bounds)) = updates.get(at) {
             match self.slot(*id) {
                 Some(slot) if slot.is_own() => {
-                    let count = self.update_own(slot.group(), &updates[at..]);
+                    let rest = &updates[at..];
+                    let is_dense = rest
+                        .get(MANY_OF_BLOCK)
+                        .is_some_and(|(other, _)| other.0.wrapping_sub(id.0) < 2 * BLOCK as u32);
+                    let count = if is_dense {
+                        let (moved, count) = self.own.set_first(slot.group(), rest);
+                        self.own_moved[slot.group()] |= moved;
+                        count
+                    } else if self.own.len() > MOST_CACHED {
+                        self.update_each_own::<true>(rest)
+                    } else {
+                        self.update_each_own::<false>(rest)
+                    };
                     at += count;
                     if count == 0 {
                         break;
@@ -289,32 +238,40 @@ impl Movers {
         at
     }
 
-    /// Does the same as [`Movers::update_first`] for the polygons of a group of one block.
-    #[inline(always)]
-    fn update_own(&mut self, group: usize, updates: &[(PolygonId, Aabb)]) -> usize {
-        let (boxes, there, block) =
-            (&mut self.own.boxes[group], self.own.lanes[group], self.own.numbers[group]);
-        let (mut moved, mut count) = (0, 0);
-        for (id, bounds) in updates {
-            let lane = id.index() % BLOCK;
-            let is_there = id.0 / BLOCK as u32 == block && there >> lane & 1 == 1;
-            if !(is_there && Wide::from_box(bounds).is_valid()) {
-                break;
+    /// Does the same as [`Movers::update_first`] for polygons of groups of one block each. The loop has no branch for
+    /// the next block, which a processor could not predict.
+    #[inline(never)]
+    fn update_each_own<const IS_LARGE: bool>(&mut self, updates: &[(PolygonId, Aabb)]) -> usize {
+        let (lanes, boxes, changed) = self.own.columns();
+        let (boxes, changed) = (&mut boxes[..lanes.len()], &mut changed[..lanes.len()]);
+        let moved = &mut self.own_moved[..lanes.len()];
+        for (at, (id, bounds)) in updates.iter().enumerate() {
+            if IS_LARGE
+                && let Some((ahead, _)) = updates.get(at + AHEAD)
+                && let Some(group) = self.slots.own_group(ahead.index() / BLOCK)
+            {
+                prefetch_lines::<6, _>(boxes.as_ptr().wrapping_add(group));
             }
-            boxes.set(lane, bounds);
-            moved |= 1 << lane;
-            count += 1;
+            let lane = id.index() % BLOCK;
+            match self.slots.own_group(id.index() / BLOCK) {
+                Some(group)
+                    if lanes.get(group).is_some_and(|lanes| lanes >> lane & 1 == 1)
+                        && Wide::from_box(bounds).is_valid() =>
+                {
+                    boxes[group].set(lane, bounds);
+                    moved[group] |= 1 << lane;
+                    changed[group] = 1;
+                }
+                _ => return at,
+            }
         }
-        self.note_moved(group, moved);
-        count
+        updates.len()
     }
 
     /// Adds a polygon that is not in the rows.
     pub(super) fn insert(&mut self, id: PolygonId, bounds: &Aabb) {
         let block = id.index() / BLOCK;
-        self.len += 1;
-        self.ids_end = self.ids_end.max((block + 1) * BLOCK);
-        self.most[1] = self.most[1].max(self.ids_end);
+        self.count(block, 1);
         if let Some(group) = self.slots.own_group(block) {
             let lane = id.index() % BLOCK;
             self.own.lanes[group] |= 1 << lane;
@@ -322,14 +279,13 @@ impl Movers {
             return;
         }
         self.share(id, bounds);
-        let ids = (block * BLOCK..(block + 1) * BLOCK).map(|id| PolygonId(id as u32));
-        if ids.filter(|&id| self.slots.shared(id).is_some()).count() > OWN_GROUP {
+        if self.slots.shared_in_block(block) > OWN_GROUP {
             self.give_own_group(block);
         }
     }
 
-    /// Takes over the blocks of the plain list if the rows are empty. They are swapped with the empty rows, so no box is
-    /// copied. The polygons count as unmoved. The polygons of blocks with few lanes go to shared groups.
+    /// Moves the blocks of the plain list to the rows, which must be empty. Both are swapped, so that no box is copied.
+    /// The polygons count as unmoved. Polygons of blocks with fewer than [`FEW_LEFT`] polygons go to shared groups.
     pub(super) fn take_rows(&mut self, rows: &mut Rows) {
         std::mem::swap(&mut self.own, rows);
         self.own_moved.resize(self.own.len(), 0);
@@ -360,7 +316,7 @@ impl Movers {
         self.most[0] = self.most[0].max(self.ids.len());
     }
 
-    /// Removes a polygon from the shared groups. The last polygon takes its slot.
+    /// Removes a polygon from the shared groups. The last shared polygon moves to its slot.
     fn unshare(&mut self, id: PolygonId, slot: Slot) {
         self.slots.set_shared(id, None);
         let last = self.ids.len() - 1;
@@ -381,6 +337,39 @@ impl Movers {
             self.shared.truncate(last);
             self.ids.pop();
         }
+    }
+
+    /// Takes the memory of empty rows if they have room for more blocks.
+    pub(super) fn take_room_of(&mut self, rows: &mut Rows) {
+        if rows.len() == 0 && rows.boxes.capacity() > self.own.boxes.capacity() {
+            rows.append_blocks_of(&self.own);
+            std::mem::swap(&mut self.own, rows);
+            rows.clear();
+        }
+    }
+
+    /// Adds polygons of a block that are not in the rows. They count as unmoved.
+    pub(super) fn insert_block(&mut self, block: u32, lanes: u16, boxes: &Boxes<BLOCK>) {
+        let number = block as usize;
+        if self.slots.own_group(number).is_none() && lanes.count_ones() as usize > OWN_GROUP {
+            self.give_own_group(number);
+        }
+        let Some(group) = self.slots.own_group(number) else {
+            for lane in lanes_of(lanes) {
+                self.insert(id_in(block, lane), &boxes.get(lane));
+            }
+            return;
+        };
+        if self.own.lanes[group] == 0 {
+            self.own.boxes[group] = *boxes;
+        } else {
+            for lane in lanes_of(lanes) {
+                self.own.boxes[group].set(lane, &boxes.get(lane));
+            }
+        }
+        self.own.lanes[group] |= lanes;
+        self.own.mark_changed(group);
+        self.count(number, lanes.count_ones());
     }
 
     /// Moves the polygons of a block from the shared groups to a group of its own.
@@ -404,13 +393,13 @@ impl Movers {
         let (block, lanes, boxes) = self.own.block(group);
         let boxes = *boxes;
         self.remove_group(group);
-        // Groups are examined from the last to the first, so the reverse order of lanes makes one order of all ids.
+        // The groups and the lanes are examined in reverse order, so the ids are in descending order.
         for lane in (0..BLOCK).rev().filter(|lane| lanes >> lane & 1 == 1) {
             self.share(id_in(block, lane), &boxes.get(lane));
         }
     }
 
-    /// Removes a block's own group with its polygons. The last group takes its position.
+    /// Removes a block's own group with its polygons. The last group moves to its position.
     fn remove_group(&mut self, group: usize) {
         self.slots.set_own_group(self.own.numbers[group] as usize, None);
         self.own.swap_remove(group);
@@ -420,16 +409,52 @@ impl Movers {
         }
     }
 
-    /// Removes a polygon; returns its box, or `None` if it was not in the rows.
-    pub(super) fn remove(&mut self, id: PolygonId) -> Option<Aabb> {
-        let (slot, bounds) = (self.slot(id)?, self.bounds(id));
+    /// Removes a polygon; returns `false` if it is not in the rows.
+    pub(super) fn remove(&mut self, id: PolygonId) -> bool {
+        let Some(slot) = self.slot(id) else { return false };
         if slot.is_own() {
-            self.remove_lanes(slot.group(), 1 << slot.lane());
+            self.drop_lane(slot.group(), slot.lane());
         } else {
             self.unshare(id, slot);
         }
         self.uncount(1);
-        bounds
+        if self.len == 0 {
+            self.dissolve_sparse();
+        }
+        true
+    }
+
+    /// Removes a polygon of a group of one block. The group stays until the commit.
+    fn drop_lane(&mut self, group: usize, lane: usize) {
+        self.own.lanes[group] &= !(1 << lane);
+        self.own_moved[group] &= !(1 << lane);
+        if self.own.lanes[group].count_ones() == FEW_LEFT - 1 {
+            self.sparse.push(self.own.numbers[group]);
+            if self.sparse.len() == MOST_SPARSE {
+                self.dissolve_sparse();
+            }
+        }
+    }
+
+    /// Work of a commit: dissolves the groups that have few polygons left, and computes boxes around changed blocks.
+    pub(super) fn commit(&mut self) {
+        self.dissolve_sparse();
+        self.own.refresh_some();
+    }
+
+    fn dissolve_sparse(&mut self) {
+        while let Some(block) = self.sparse.pop() {
+            if let Some(group) = self.slots.own_group(block as usize) {
+                self.remove_lanes(group, 0);
+            }
+        }
+    }
+
+    /// Counts polygons that were added to a block.
+    fn count(&mut self, block: usize, added: u32) {
+        self.len += added as usize;
+        self.ids_end = self.ids_end.max((block + 1) * BLOCK);
+        self.most[1] = self.most[1].max(self.ids_end);
     }
 
     fn uncount(&mut self, removed: usize) {
@@ -439,7 +464,7 @@ impl Movers {
         }
     }
 
-    /// Removes polygons of a group of one block. Does not count them.
+    /// Removes the polygons `lanes` of a group of one block. The caller updates `len`.
     fn remove_lanes(&mut self, group: usize, lanes: u16) {
         self.own.lanes[group] &= !lanes;
         self.own_moved[group] &= !lanes;
@@ -477,6 +502,19 @@ impl Movers {
         (&self.ids, &self.shared.lanes, &self.shared.boxes)
     }
 
+    /// Number of polygons that were added or moved since their group was last examined, or since
+    /// [`Movers::forget_moves`].
+    pub(super) fn moved_count(&self) -> usize {
+        let count = |moved: &[u16]| moved.iter().map(|lanes| lanes.count_ones() as usize).sum::<usize>();
+        count(&self.own_moved) + count(&self.shared.moved)
+    }
+
+    /// Counts all polygons as unmoved.
+    pub(super) fn forget_moves(&mut self) {
+        self.own_moved.fill(0);
+        self.shared.moved.fill(0);
+    }
+
     /// Starts a round in which every group is examined once.
     pub(super) fn begin_round(&mut self) {
         self.unexamined = [self.ids.len(), self.own.len()];
@@ -509,11 +547,11 @@ impl Movers {
             self.unexamined = [at, 0];
             let Some(moved) = self.shared.moved.get_mut(at) else { return 0 };
             let (ids, lanes) = (self.ids[at], self.shared.lanes[at] & !std::mem::take(moved));
+            let boxes = self.shared.boxes[at];
             for lane in lanes_of(lanes) {
                 let id = PolygonId(ids[lane]);
-                let Some(bounds) = self.remove(id) else { continue };
-                resting[count] = (id, bounds);
-                count += 1;
+                resting[count] = (id, boxes.get(lane));
+                count += usize::from(self.remove(id));
             }
         }
         count
@@ -526,7 +564,14 @@ impl Movers {
         for (at, group) in self.groups().enumerate() {
             found += group.lanes.count_ones() as usize;
             let is_shared = at < self.ids.len();
-            let least = if is_shared { 1 } else { FEW_LEFT };
+            let is_sparse = matches!(group.ids, GroupIds::Block(block) if self.sparse.contains(&block));
+            let least = if is_sparse {
+                0
+            } else if is_shared {
+                1
+            } else {
+                FEW_LEFT
+            };
             if group.lanes.count_ones() < least {
                 return Err(format!("group {at} of what moves has the lanes {:b}", group.lanes));
             }

@@ -46,12 +46,12 @@ impl Gathered {
     }
 }
 
-/// Number of latest runs that a polygon may join before it begins a new run. It is more than one, because strokes that are
-/// drawn at the same time, such as mirrored strokes, take turns.
-const OFFERS: usize = 4;
+/// Number of latest runs that a polygon may join. It is more than one, because the ids of strokes that are drawn at the
+/// same time, such as mirrored strokes, alternate.
+const JOINABLE_RUNS: usize = 4;
 
-/// After this number of runs, polygons begin new runs without a test if no polygon has joined an earlier run.
-const TURNS_SHOW: usize = 6;
+/// If no polygon has joined one of the first runs of this number, later polygons begin new runs without a test.
+const TESTED_RUNS: usize = 6;
 
 impl OpenBlock {
     pub(super) fn new() -> Self {
@@ -142,9 +142,9 @@ impl OpenBlock {
                     to.add(self.block, run.mask, run.bounds);
                 }
                 breaks += 1;
-                // Few runs mean strokes that follow each other. Many runs may mean strokes that take turns.
-                if breaks > OFFERS {
-                    self.gather_in_turns(to);
+                // Few runs mean consecutive strokes. Many runs may mean that the ids of strokes alternate.
+                if breaks > JOINABLE_RUNS {
+                    self.gather_alternating(to);
                     return;
                 }
                 run = OpenRun { mask: 1 << lane, bounds, length_m: bounds.length() };
@@ -155,22 +155,22 @@ impl OpenBlock {
         }
     }
 
-    /// Does the same as [`OpenBlock::gather`] for strokes that take turns.
-    fn gather_in_turns(&self, to: &mut Gathered) {
+    /// Does the same as [`OpenBlock::gather`] for strokes whose ids alternate.
+    fn gather_alternating(&self, to: &mut Gathered) {
         let mut open = [OpenRun::NONE; 16];
-        let (mut count, mut taken_in) = (0, 0);
+        let (mut count, mut joined_count) = (0, 0);
         let mut left = self.lanes;
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
             left &= left - 1;
             let bounds = Wide::from_box(&self.boxes.get(lane % 16));
-            // If strokes take turns, polygons soon join earlier runs. Otherwise the polygons are scattered.
-            let taken = (taken_in > 0 || count < TURNS_SHOW) && {
-                let offers = open[..count].iter_mut().rev().take(OFFERS);
-                offers.into_iter().any(|run| run.join(lane, bounds))
+            // If the ids of strokes alternate, polygons soon join earlier runs. Otherwise the polygons are scattered.
+            let has_joined = (joined_count > 0 || count < TESTED_RUNS) && {
+                let latest = open[..count].iter_mut().rev().take(JOINABLE_RUNS);
+                latest.into_iter().any(|run| run.join(lane, bounds))
             };
-            taken_in += usize::from(taken);
-            if !taken {
+            joined_count += usize::from(has_joined);
+            if !has_joined {
                 open[count] = OpenRun { mask: 1 << lane, bounds, length_m: bounds.length() };
                 count += 1;
             }

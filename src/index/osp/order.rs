@@ -1,7 +1,7 @@
 //! Sorts runs along a space-filling curve if polygons are inserted in no spatial order, such as the faces of many
 //! imported models. The pages of a leaf are filled in the order of arrival. Without sorting, each page is as wide as
 //! the leaf, and a plane that cuts the leaf cuts all its pages. A leaf that has grown by half is queued to be packed:
-//! neighbouring runs then share a page. A commit packs few of the queued leaves.
+//! neighbouring runs then share a page. A commit packs a few of the queued leaves.
 
 use super::{
     grid::{self, Key},
@@ -15,7 +15,7 @@ use crate::index::simd::Wide;
 /// Number of levels below the leaf's cell down to which runs are sorted.
 const LEVELS: u32 = 3;
 
-/// Number of cells of the lowest of these levels.
+/// Number of cells of the lowest level.
 const CELLS: usize = 1 << (3 * LEVELS);
 
 /// Position on a Hilbert curve of the cell that contains a key. Successive cells on the curve share a side.
@@ -83,34 +83,34 @@ const fn place_on_curve(morton: usize) -> u16 {
     place
 }
 
-/// A commit packs at most [`LEAVES_A_COMMIT`] leaves, and one more for every [`RUNS_A_LEAF`] runs that were inserted since
-/// the last commit.
+/// Number of leaves that every commit packs, if so many are queued.
 const LEAVES_A_COMMIT: u32 = 1;
+/// A commit packs a further leaf for this number of runs that were inserted since the last commit.
 const RUNS_A_LEAF: u32 = 64;
 
 impl Osp {
     /// Queues a leaf that has grown since it was packed, if its polygons are scattered.
-    pub(super) fn let_wait_for_packing(&mut self, head: u32) {
+    pub(super) fn queue_for_packing(&mut self, head: u32) {
         let leaf = &mut self.buckets[head];
         leaf.pack_at = leaf.runs + leaf.runs / 2;
-        if leaf.is_scattered() && !leaf.waits {
-            leaf.waits = true;
+        if leaf.is_scattered() && !leaf.is_queued {
+            leaf.is_queued = true;
             self.to_pack.push_back(head);
         }
     }
 
-    /// Packs a few of the queued leaves. `new_runs` is the number of runs inserted since the last commit. Packs no leaf while
-    /// polygons of a former plain list wait for the tree.
+    /// Packs a few of the queued leaves. `new_runs` is the number of runs inserted since the last commit. Packs no leaf
+    /// while [`Osp::is_settling`]. Each leaf is then packed once, after all polygons of the former list are in the
+    /// tree.
     pub(super) fn pack_some(&mut self, new_runs: u32) {
-        // Each leaf is then packed once, after all polygons have come.
         if self.is_settling {
             return;
         }
         for _ in 0..LEAVES_A_COMMIT + new_runs / RUNS_A_LEAF {
             let Some(head) = self.to_pack.pop_front() else { return };
-            // Meanwhile the leaf may have been removed, replaced by another bucket, or filled with other runs.
-            if self.buckets[head].waits {
-                self.buckets[head].waits = false;
+            // Since the leaf was queued, it may have been removed or replaced.
+            if self.buckets[head].is_queued {
+                self.buckets[head].is_queued = false;
                 if self.buckets[head].is_scattered() {
                     self.pack(head);
                 }
@@ -121,7 +121,7 @@ impl Osp {
     /// Releases a bucket and clears its marks.
     pub(super) fn give_bucket(&mut self, number: u32) {
         let bucket = &mut self.buckets[number];
-        (bucket.waits, bucket.divides, bucket.drains) = (false, false, false);
+        (bucket.is_queued, bucket.divides, bucket.drains) = (false, false, false);
         self.buckets.give(number);
     }
 

@@ -18,7 +18,7 @@ pub(super) struct Sets<'a> {
 }
 
 impl<'a> Sets<'a> {
-    /// Two empty sets with a place for every block of the index.
+    /// Two empty sets with an entry for every block of the index.
     #[inline(always)]
     pub(super) fn new(masks: [&'a mut [u16]; 2]) -> Self {
         Self { masks, begin: usize::MAX, end: 0, found: [0; 2] }

@@ -1,7 +1,7 @@
-//! Selects the method of a query. If the whole tree is in view, the result is every polygon. If most of it is in view, the
-//! query searches for the polygons outside the frustum and removes them from the set of all. Otherwise it searches for the
-//! polygons inside. So it never reads the larger part. But if the polygons are scattered, a query for a list of ids
-//! always searches for the polygons inside.
+//! Selects the method of a query. If the whole tree is in view, the result is the set of all polygons. If most of the
+//! tree is in view, the query searches for the polygons outside the frustum and removes them from this set. Otherwise
+//! it searches for the polygons inside. The query therefore reads only the smaller part of the tree. If the polygons
+//! are scattered, a query for a list of ids always searches for the polygons inside.
 
 use std::{cell::Cell, ops::Range};
 
@@ -9,7 +9,7 @@ use super::{
     answer::{Answer, Blocks, Filling, Ids, Listing, Outside},
     index::Osp,
     layout::{Node, Target},
-    linear::Pass,
+    linear::LinearQuery,
     pool::NONE,
     query::{Below, Cull, WorkQueue, count},
 };
@@ -24,7 +24,7 @@ use crate::{
 };
 
 thread_local! {
-    /// Working memory of a query that first sets all ids and then clears those outside: a bit for each id up to the
+    /// Working memory of a query that first sets all ids and then clears the ids outside: a bit for each id up to the
     /// highest. Its contents are unspecified before a query.
     static MASKS: Cell<Vec<u16>> = const { Cell::new(Vec::new()) };
 }
@@ -44,22 +44,25 @@ impl Osp {
     pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         let answer = Ids::new(draw_list);
         if self.is_linear {
-            return self.backend.run(Pass { linear: &self.linear, polygons: self.len, frustum, answer }).0;
+            return self
+                .backend
+                .run(LinearQuery { linear: &self.linear, polygons: self.len, frustum, answer })
+                .0;
         }
         let planes = PlaneSet::new(frustum);
         let (top, plan, mut work) = self.plan(frustum, &planes);
         match plan {
-            // For scattered polygons, copying the ids inside costs less than a pass over all masks.
+            // For scattered polygons, copying the ids inside costs less than reading all masks.
             Plan::Outside if !self.ids.are_scattered() => {
                 let span = self.ids.span();
                 let mut masks = MASKS.try_with(Cell::take).unwrap_or_default();
                 if masks.len() < span.len() {
                     masks.resize(span.len(), 0);
                 }
-                work += self.look_for_outside(top, &planes, &mut masks, span.start);
+                work += self.search_outside(top, &planes, &mut masks, span.start);
                 let rest = Listed { osp: self, planes: &planes, masks: &masks, first: span.start, answer };
                 work += self.backend.run(rest);
-                // If the thread ends, nothing is kept.
+                // If the thread is ending, the memory is freed.
                 let _ = MASKS.try_with(|kept| kept.set(masks));
             }
             Plan::All => work += self.backend.run(All { osp: self, planes: &planes, answer }).0,
@@ -72,7 +75,7 @@ impl Osp {
         if self.is_linear {
             let answer = Blocks::new(visible.masks_for(self.ids_end()));
             let (work, (blocks, found)) =
-                self.backend.run(Pass { linear: &self.linear, polygons: self.len, frustum, answer });
+                self.backend.run(LinearQuery { linear: &self.linear, polygons: self.len, frustum, answer });
             visible.note_filled(blocks, found);
             return work;
         }
@@ -92,7 +95,7 @@ impl Osp {
         let found = match plan {
             Plan::All => self.fill(visible, |answer| self.backend.run(All { osp: self, planes, answer })),
             _ if is_outside => {
-                let outside = self.take_outside_out(top, planes, visible);
+                let outside = self.fill_by_exclusion(top, planes, visible);
                 visible.note_filled(self.ids.span(), outside.reported as usize);
                 work += outside;
                 self.fill(visible, |answer| self.backend.run(Open { osp: self, planes, answer }))
@@ -124,21 +127,21 @@ impl Osp {
 
     /// Sets the masks of an empty set to all polygons in the tree except the polygons outside the frustum. The caller
     /// records the written blocks in the set.
-    fn take_outside_out(&self, top: u32, planes: &PlaneSet, visible: &mut VisibleBlocks) -> WorkCounts {
+    fn fill_by_exclusion(&self, top: u32, planes: &PlaneSet, visible: &mut VisibleBlocks) -> WorkCounts {
         let end = self.ids_end();
         if !self.ids.are_scattered() {
-            return self.look_for_outside(top, planes, visible.masks_for(end), 0);
+            return self.search_outside(top, planes, visible.masks_for(end), 0);
         }
         visible.with_list(self.len, |visible, singles| {
             let masks = visible.masks_for(end);
             let answer = Listing::new(Outside::new(masks, 0, &self.ids), singles);
             let (work, _) = self.backend.run(Cull { osp: self, top, planes, answer });
-            self.backend.run(TakeOut { masks, singles });
+            self.backend.run(ClearListed { masks, singles });
             work
         })
     }
 
-    /// Upper bound of all ids, also those of the open block.
+    /// Upper bound of all ids, including the ids of the open block.
     pub(super) fn ids_end(&self) -> usize {
         if self.is_linear {
             return self.linear.ids_end();
@@ -150,31 +153,31 @@ impl Osp {
     /// Returns the node at which the query begins, the plan, and the work counts of planning.
     pub(super) fn plan(&self, frustum: &Frustum, planes: &PlaneSet) -> (u32, Plan, WorkCounts) {
         let (mut top, mut passed) = (self.top, 0);
-        // Top levels with a single child node are passed, because they decide nothing.
+        // Top levels with a single child node are skipped, because their test decides nothing.
         while let Some(below) = self.nodes[top].only_node() {
             (top, passed) = (below, passed + 1);
         }
         let (plan, mut work) = self.backend.run(Weigh { osp: self, top, frustum, planes });
         work.nodes += passed;
-        // A search for the polygons outside passes over all blocks from the first to the last, so the ids must be dense.
+        // A search for the polygons outside reads all blocks from the first to the last, so the ids must be dense.
         let is_dense = plan != Plan::Outside || self.ids.span().len() <= self.len;
         (top, if is_dense { plan } else { Plan::Inside }, work)
     }
 
     /// Sets the masks of all polygons in the tree that are not outside the frustum. `masks` begins with block `first`.
-    fn look_for_outside(&self, top: u32, planes: &PlaneSet, masks: &mut [u16], first: usize) -> WorkCounts {
+    fn search_outside(&self, top: u32, planes: &PlaneSet, masks: &mut [u16], first: usize) -> WorkCounts {
         let answer = Outside::new(masks, first, &self.ids);
         self.backend.run(Cull { osp: self, top, planes, answer }).0
     }
 }
 
 /// Clears the bits of the listed polygons.
-struct TakeOut<'a> {
+struct ClearListed<'a> {
     masks: &'a mut [u16],
     singles: &'a [PolygonId],
 }
 
-impl WithKernel for TakeOut<'_> {
+impl WithKernel for ClearListed<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -183,7 +186,7 @@ impl WithKernel for TakeOut<'_> {
     }
 }
 
-/// Estimates whether most of the tree lies inside the frustum.
+/// Chooses the plan: tests whether all of the tree lies inside the frustum, or estimates whether most of it does.
 struct Weigh<'a> {
     osp: &'a Osp,
     top: u32,
@@ -201,7 +204,7 @@ impl WithKernel for Weigh<'_> {
     fn run<K: Kernel>(self, kernel: K) -> (Plan, WorkCounts) {
         let mut work = WorkCounts::default();
         let top = &self.osp.nodes[self.top];
-        // The other plans pass over all blocks of the id map, so its entries must not outnumber the polygons.
+        // The other plans read all blocks of the id map, so its entries must not outnumber the polygons.
         if self.osp.ids.entries() > self.osp.len {
             return (Plan::Inside, work);
         }
@@ -259,12 +262,12 @@ impl Weigh<'_> {
         let mut more_seen = 0i64;
         // The weight that is not decided yet.
         let mut open = i64::from(top.weight());
-        let mut looked = 0;
-        while looked < WEIGHED && waiting.len() > 0 && more_seen.abs() <= open {
+        let mut tested = 0;
+        while tested < WEIGHED && waiting.len() > 0 && more_seen.abs() <= open {
             let (Below { number, planes }, by_center) = waiting.pop();
             more_seen -= by_center;
             let node = &self.osp.nodes[number];
-            looked += usize::from(node.used().count_ones() > 1);
+            tested += usize::from(node.used().count_ones() > 1);
             work.nodes += 1;
             count(work, 8, planes);
             let sides = self.planes.sides8(kernel, planes, &node.boxes);
@@ -325,7 +328,7 @@ impl<A: Answer> WithKernel for Open<'_, A> {
     }
 }
 
-/// A query that reports all polygons from the id map, without a read of the tree.
+/// A query that reports all polygons of the id map and does not read the tree.
 struct All<'a, A> {
     osp: &'a Osp,
     planes: &'a PlaneSet,

@@ -24,7 +24,8 @@ const MOST_CHUNKS: usize = 8;
 /// Largest number of chunks whose memory is committed when the pool is made: enough for a model of a million polygons.
 const TOUCHED_CHUNKS: usize = 256;
 
-/// A pool of numbered entries. It grows by whole chunks, so entries are never copied. Released entries are used first.
+/// A pool of numbered entries. It grows by whole chunks, so entries are never copied. Released entries are reused
+/// first.
 #[derive(Clone, Debug)]
 pub(super) struct Pool<T> {
     /// Every chunk has room for [`Pool::CHUNK`] entries from the start.
@@ -57,7 +58,8 @@ impl<T: Pooled> Pool<T> {
         pool
     }
 
-    /// Adds room, to `entries` entries in total. The additional memory is not written to, because it is rarely needed.
+    /// Extends the room to `entries` entries in total. The additional memory is not written to, because it is rarely
+    /// needed.
     pub(super) fn and_room_for(mut self, entries: usize) -> Self {
         self.reserve_chunks(entries.div_ceil(Self::CHUNK));
         self
@@ -124,7 +126,7 @@ impl<T: Pooled> Pool<T> {
     #[inline(always)]
     pub(super) unsafe fn known(&self, i: u32) -> &T {
         debug_assert!(i < self.len);
-        // SAFETY: `take` has filled every place below `len`.
+        // SAFETY: `take` has written every entry below `len`.
         unsafe {
             let chunk = self.chunks.get_unchecked((i >> Self::SHIFT) as usize);
             chunk.get_unchecked(i as usize & (Self::CHUNK - 1))

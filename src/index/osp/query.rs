@@ -3,7 +3,7 @@
     reason = "numbers found in the tree are looked up without a check, and queues begin without contents"
 )]
 //! The frustum query. It tests eight children of a node, sixteen pages, sixteen runs, and at last sixteen polygons at a
-//! time. Boxes inside every plane are taken without further tests.
+//! time. The polygons of boxes inside every plane are reported without further tests.
 //!
 //! Buckets and pages wait in short queues while their cache lines are prefetched. A query mostly waits for memory, so it
 //! requests many lines at once. Runs that one plane cuts wait in that plane's list. A full list is tested with the plane in
@@ -96,8 +96,8 @@ impl Osp {
     }
 }
 
-/// A queue of fixed capacity. Unused places are not initialised, because this would cost a small query more than all its
-/// tests.
+/// A queue of fixed capacity. Unused entries are not initialised, because this would cost a small query more than all
+/// its tests.
 pub(super) struct WorkQueue<T, const N: usize> {
     entries: [MaybeUninit<T>; N],
     pushed: usize,
@@ -127,14 +127,14 @@ impl<T: Copy, const N: usize> WorkQueue<T, N> {
     #[inline(always)]
     pub(super) fn pop(&mut self) -> T {
         assert!(self.popped < self.pushed, "the queue is empty");
-        // SAFETY: places from `popped` to `pushed` have been written; a place is overwritten by entries only.
+        // SAFETY: entries from `popped` to `pushed` have been written, and are overwritten only by other entries.
         let entry = unsafe { self.entries[self.popped % N].assume_init() };
         self.popped += 1;
         entry
     }
 }
 
-/// A list of fixed capacity. Unused places are not initialised, as in [`WorkQueue`].
+/// A list of fixed capacity. Unused entries are not initialised, as in [`WorkQueue`].
 pub(super) struct List<T, const N: usize> {
     entries: [MaybeUninit<T>; N],
     len: usize,
@@ -208,9 +208,10 @@ pub(super) const SEVERAL: usize = 6;
 /// A list with at least this number of runs is tested. A page adds at most sixteen runs.
 pub(super) const LIST: usize = 16;
 
-/// Number of buckets, and of pages, that may stay in their queues while the walk can still find more. A step adds at most
-/// nine buckets or sixteen pages, which fit into a queue of 32.
+/// Largest number of buckets that stay queued while the walk can still find more. A step adds at most nine buckets, so
+/// that all fit into a queue of 32.
 pub(super) const BUCKETS_WAIT: usize = 8;
+/// The same limit for pages. A step adds at most sixteen pages.
 pub(super) const PAGES_WAIT: usize = 12;
 
 /// Number of buckets wholly in view that wait in their queue while the cache lines of their pages are loaded.
@@ -238,7 +239,7 @@ struct Walk<'a, K, A> {
 
 impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     /// Walks the tree from the node `top`. Each step processes the lowest level of the tree on which enough entries
-    /// wait. Each kind of entry has one place in this loop, so that the compiler inlines all of it.
+    /// wait. Each kind of entry is processed at one point of this loop, so that the compiler inlines all functions.
     #[inline(always)]
     fn all(&mut self, top: u32) {
         if !A::IS_OUTSIDE {
@@ -251,7 +252,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         if !self.osp.is_flat {
             nodes.push(top);
         } else if own != NONE {
-            self.wait_for_bucket(Below { number: own, ..top });
+            self.enqueue_bucket(Below { number: own, ..top });
         }
         let (mut buckets_wait, mut pages_wait) = (BUCKETS_WAIT, PAGES_WAIT);
         loop {
@@ -304,7 +305,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
             }
             match node.children[child].target() {
                 Target::Nothing => {}
-                Target::Leaf(number) => self.wait_for_bucket(Below { number, planes }),
+                Target::Leaf(number) => self.enqueue_bucket(Below { number, planes }),
                 Target::Node(number) => {
                     // SAFETY: the children of an entry in the tree are in the tree.
                     prefetch_lines::<4, _>(unsafe { self.osp.known_node(number) });
@@ -313,7 +314,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
             }
         }
         if node.own != NONE {
-            self.wait_for_bucket(Below { number: node.own, planes: mask });
+            self.enqueue_bucket(Below { number: node.own, planes: mask });
         }
     }
 
@@ -329,7 +330,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     }
 
     #[inline(always)]
-    fn wait_for_bucket(&mut self, below: Below) {
+    fn enqueue_bucket(&mut self, below: Below) {
         // SAFETY: the caller found this bucket in the tree.
         let bucket: *const Bucket = unsafe { self.osp.known_bucket(below.number) };
         prefetch_lines::<3, _>(bucket);
@@ -347,7 +348,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         let bucket = unsafe { self.osp.known_bucket(number) };
         self.work.nodes += 1;
         if bucket.next != NONE {
-            self.wait_for_bucket(Below { number: bucket.next, planes });
+            self.enqueue_bucket(Below { number: bucket.next, planes });
         }
         if planes == 0 {
             self.whole_bucket(number, bucket);
@@ -361,12 +362,12 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
             wanted &= wanted - 1;
             let singles = if bucket.single >> i & 1 == 1 { bucket.counts[i] } else { 0 };
             let planes = A::planes_of(&sides, planes, i);
-            self.wait_for_page(BelowPage { number: bucket.pages[i], planes, singles });
+            self.enqueue_page(BelowPage { number: bucket.pages[i], planes, singles });
         }
     }
 
-    /// Takes all pages of a bucket without a test, after their cache lines have arrived. Only the ids of pages of single
-    /// polygons are read.
+    /// Prefetches the pages of a bucket inside every plane, and queues the bucket. [`Walk::next_whole`] reports the
+    /// pages without a test. If a page contains single polygons, only their ids are read.
     #[inline(always)]
     fn whole_bucket(&mut self, number: u32, bucket: &Bucket) {
         let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
@@ -404,7 +405,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     }
 
     #[inline(always)]
-    fn wait_for_page(&mut self, below: BelowPage) {
+    fn enqueue_page(&mut self, below: BelowPage) {
         // SAFETY: the caller found this page in the tree.
         let page: *const Page = unsafe { self.osp.known_page(below.number) };
         // SAFETY: the page is in the tree.
@@ -465,19 +466,19 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         while left != 0 {
             let plane = left.trailing_zeros() as usize % 8;
             left &= left - 1;
-            self.wait_for_one(plane, page, boxes, cut & once & sides.cut_by(plane));
+            self.enqueue_cut_by_one(plane, page, boxes, cut & once & sides.cut_by(plane));
         }
         let mut several = cut & !once;
         while several != 0 {
             let i = several.trailing_zeros() as usize & 15;
             several &= several - 1;
-            self.wait_for_several(page, boxes, i, sides.planes_at(planes, i));
+            self.enqueue_cut_by_several(page, boxes, i, sides.planes_at(planes, i));
         }
     }
 
     /// Appends runs of a page to the list of one plane.
     #[inline(always)]
-    fn wait_for_one(&mut self, plane: usize, page: &Page, of: &PageBoxes, runs: u32) {
+    fn enqueue_cut_by_one(&mut self, plane: usize, page: &Page, of: &PageBoxes, runs: u32) {
         let prepared = self.planes.plane(plane);
         let list = &mut self.cut[plane];
         let mut left = runs;
@@ -493,7 +494,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     }
 
     #[inline(always)]
-    fn wait_for_several(&mut self, page: &Page, of: &PageBoxes, i: usize, planes: u8) {
+    fn enqueue_cut_by_several(&mut self, page: &Page, of: &PageBoxes, i: usize, planes: u8) {
         // SAFETY: `i` is a run of several polygons in a page of the tree.
         let boxes = unsafe { store_of(self.osp, of.store[i]) };
         prefetch_lines::<6, _>(boxes);
@@ -548,7 +549,7 @@ trait BoxTests: Answer {
         }
     }
 
-    /// The planes left to test below a selected box; none if it is reported as a whole.
+    /// The planes left to test below a selected box; no planes if the box is reported as a whole.
     #[inline(always)]
     fn planes_of(sides: &Sides, mask: u8, lane: usize) -> u8 {
         if Self::IS_OUTSIDE && sides.behind >> lane & 1 == 1 { 0 } else { sides.planes_at(mask, lane) }

@@ -6,9 +6,9 @@ use std::cell::Cell;
 use glam::Vec3;
 
 use super::{
+    groups::{Group, GroupIds},
     index::Osp,
     layout::Target,
-    movers::{Group, GroupIds},
     pool::NONE,
 };
 use crate::{
@@ -22,8 +22,9 @@ use crate::{
     polygon::PolygonId,
 };
 
+/// A part of the index that a search still has to test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Place {
+enum Candidate {
     Node(u32),
     /// A leaf, by its first bucket.
     Leaf(u32),
@@ -96,9 +97,9 @@ impl Osp {
 }
 
 thread_local! {
-    /// The memory of the last walk's stack. A search that starts within the exact test of another search gets an empty
-    /// stack.
-    static STACK: Cell<Vec<SearchEntry<Place>>> = const { Cell::new(Vec::new()) };
+    /// The stack of a search. Later searches of the same thread reuse it. A search that starts within the exact test of
+    /// another search gets a new stack.
+    static STACK: Cell<Vec<SearchEntry<Candidate>>> = const { Cell::new(Vec::new()) };
 }
 
 /// A search to run on a kernel.
@@ -127,7 +128,7 @@ struct Walk<'a, S, K> {
     kernel: K,
     osp: &'a Osp,
     search: S,
-    stack: Vec<SearchEntry<Place>>,
+    stack: Vec<SearchEntry<Candidate>>,
     work: WorkCounts,
 }
 
@@ -148,12 +149,12 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
         }
         if !osp.is_linear && osp.len > 0 {
             // The top node has no box of its own; the boxes of its children are tested.
-            self.stack.push(SearchEntry { t: 0.0, place: Place::Node(osp.top) });
+            self.stack.push(SearchEntry { t: 0.0, place: Candidate::Node(osp.top) });
         }
         while let Some(SearchEntry { t, place }) = self.stack.pop() {
             if self.search.wants(t) {
                 let before = self.stack.len();
-                self.look(place);
+                self.visit(place);
                 self.stack[before..].sort_unstable();
             }
         }
@@ -166,24 +167,24 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
     }
 
     #[inline(always)]
-    fn look(&mut self, place: Place) {
+    fn visit(&mut self, place: Candidate) {
         self.work.nodes += 1;
         match place {
-            Place::Node(number) => {
+            Candidate::Node(number) => {
                 let node = &self.osp.nodes[number];
                 for (slot, t) in self.reach(&node.boxes, node.used()).lanes() {
                     let place = match node.children[slot].target() {
                         Target::Nothing => continue,
-                        Target::Leaf(head) => Place::Leaf(head),
-                        Target::Node(below) => Place::Node(below),
+                        Target::Leaf(head) => Candidate::Leaf(head),
+                        Target::Node(below) => Candidate::Node(below),
                     };
                     self.stack.push(SearchEntry { t, place });
                 }
                 self.pages_of(node.own);
             }
-            Place::Leaf(head) => self.pages_of(head),
-            Place::Page(number) => self.test_page(number),
-            Place::Block(at) => {
+            Candidate::Leaf(head) => self.pages_of(head),
+            Candidate::Page(number) => self.test_page(number),
+            Candidate::Block(at) => {
                 let (number, lanes, boxes) = self.osp.linear.rows().block(at as usize);
                 self.test_lanes(GroupIds::Block(number), u32::from(lanes), boxes);
             }
@@ -197,7 +198,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
         for group in 0..linear.rows().groups() {
             let blocks = (linear.len() - group * 16).min(16);
             for (lane, t) in self.reach(&linear.rows().around_each(group), (1 << blocks) - 1).lanes() {
-                self.stack.push(SearchEntry { t, place: Place::Block((group * 16 + lane) as u32) });
+                self.stack.push(SearchEntry { t, place: Candidate::Block((group * 16 + lane) as u32) });
             }
         }
         self.stack.sort_unstable();
@@ -215,7 +216,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
                     break;
                 }
                 for (lane, t) in self.reach(boxes, used).lanes() {
-                    self.stack.push(SearchEntry { t, place: Place::Page(bucket.pages[8 * half + lane]) });
+                    self.stack.push(SearchEntry { t, place: Candidate::Page(bucket.pages[8 * half + lane]) });
                 }
             }
             at = bucket.next;

@@ -2,20 +2,23 @@
 //!
 //! Removal clears a bit of the run's mask. It queues the page each time a run has lost half of its polygons. Until then the
 //! run's box, around at most sixteen neighbours, may be a little too large. A commit processes as many queued pages as
-//! polygons were removed or moved, and a few more. So the cost of upkeep is proportional to the changes, and work does not
-//! accumulate.
+//! polygons were removed or moved, up to a limit. So the cost of upkeep is proportional to the changes.
 
 use super::{
     grid::Grid,
     index::Osp,
     layout::{Bucket, Link, Node, OWN, Run, TakenRun, Target},
     pool::NONE,
-    tuning::MERGE_RUNS,
+    tuning::{MERGE_RUNS, UPKEEP_PER_COMMIT},
 };
 use crate::{
     index::simd::{Boxes, Wide},
     math::Aabb,
 };
+
+/// Largest number of pages that a commit processes because of removals, or one for every [`UPKEEP_SHARE`] polygons.
+const MOST_UPKEEP: u32 = 64;
+const UPKEEP_SHARE: u32 = 512;
 
 impl Osp {
     /// Removes a polygon in the tree from its run.
@@ -37,6 +40,8 @@ impl Osp {
         bucket.runs -= gone;
         let (parent, slot) = (bucket.parent, bucket.slot);
         self.void_spans(parent, slot);
+        self.churn.note_removal(block);
+        self.churn.gone += gone;
         if gone == 1 {
             self.drop_run(page_number, lane);
         }
@@ -45,8 +50,8 @@ impl Osp {
         }
     }
 
-    /// Removes a whole run from its leaf, so that it can be inserted into another leaf. Meanwhile its polygons still count
-    /// as inserted.
+    /// Removes a whole run from its leaf, so that it can be inserted into another leaf. Its polygons still count as
+    /// inserted.
     pub(super) fn take_run_out(&mut self, place: u32, run: Run, head: u32) {
         let leaf = &mut self.buckets[head];
         leaf.polygons -= run.mask.count_ones();
@@ -57,7 +62,7 @@ impl Osp {
         self.queue_page(place / 16);
     }
 
-    /// Removes a run; the page's last run takes its lane.
+    /// Removes a run; the page's last run moves to its lane.
     fn drop_run(&mut self, page_number: u32, lane: usize) {
         let page = &mut self.pages[page_number];
         page.runs -= 1;
@@ -92,7 +97,7 @@ impl Osp {
         self.queue_page(place / 16);
     }
 
-    /// Releases a page at once. If the page is queued, upkeep releases it.
+    /// Releases a page: at once, or during upkeep if the page is queued.
     pub(super) fn release_page(&mut self, page_number: u32) {
         let page = &mut self.pages[page_number];
         page.runs = 0;
@@ -102,9 +107,11 @@ impl Osp {
         }
     }
 
-    /// Processes up to `budget` queued pages.
-    pub(super) fn keep_up(&mut self, budget: u32) {
-        for _ in 0..budget {
+    /// Processes queued pages: as many as polygons were removed or moved, and a few more. After very many removals, the
+    /// work takes several commits.
+    pub(super) fn keep_up(&mut self) {
+        let most = MOST_UPKEEP.max(self.len as u32 / UPKEEP_SHARE);
+        for _ in 0..UPKEEP_PER_COMMIT + self.removals.min(most) {
             let page_number = self.queue;
             if page_number == NONE {
                 break;
@@ -169,7 +176,7 @@ impl Osp {
         self.pages.set_run(page_number, lane, run, &bounds);
     }
 
-    /// Removes a page from its bucket; the bucket's last page takes its position.
+    /// Removes a page from its bucket; the bucket's last page moves to its position.
     pub(super) fn detach_page(&mut self, page_number: u32) {
         let (bucket_number, at) = (self.pages[page_number].bucket, usize::from(self.pages[page_number].at));
         let bucket = &mut self.buckets[bucket_number];
@@ -234,7 +241,7 @@ impl Osp {
         for (into, from) in [(prev, bucket), (bucket, next)] {
             if into != NONE && from != NONE {
                 let counts = (self.buckets[into].page_count, self.buckets[from].page_count);
-                // Runs that wait to be moved to the node's children must not mix with runs that stay.
+                // Runs that are queued for a move to the node's children must not mix with runs that stay.
                 let is_alike = self.buckets[into].drains == self.buckets[from].drains || counts.1 == 0;
                 if is_alike && page_count <= 8 && counts.0 + counts.1 <= 16 {
                     self.move_pages(from, into);

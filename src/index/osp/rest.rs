@@ -1,5 +1,5 @@
-//! Writes a second list of the ids of scattered polygons that do not move, over several commits. A *span* is the part of
-//! this list that has the ids of one child of a node. A change invalidates the spans that contain its leaf.
+//! Writes a second list of the ids of scattered polygons that do not move. This takes several commits. A *span* is the
+//! part of this list with the ids of one child of a node. A change invalidates the spans that contain its leaf.
 
 use super::{
     index::Osp,
@@ -12,17 +12,17 @@ use crate::polygon::{PolygonId, bits::bits_of};
 /// Number of commits without a change before the ids are written.
 const QUIET: u32 = 16;
 
-/// A commit writes one of every [`IDS_SHARE`] ids, at least [`IDS_A_COMMIT`]. If it writes more, spans are complete sooner,
-/// and commits take longer.
+/// Number of ids that a commit writes. If it is larger, the list is complete sooner, and commits take longer.
 const IDS_A_COMMIT: usize = 4096;
+/// A commit writes at least this fraction of all ids: 1 / `IDS_SHARE`.
 const IDS_SHARE: usize = 64;
 
 /// The ids are written again if more than one of every `VOID` ids lies in no valid span.
 const VOID: usize = 8;
 
 impl Osp {
-    /// Invalidates the span of a node's slot and those of the slots above it up to the root, because polygons below the
-    /// slot change. All spans above an invalid span are invalid.
+    /// Invalidates the span of a slot of `node`, and the spans of all slots above it, because polygons in this slot
+    /// change. All spans above an invalid span are invalid.
     #[inline]
     pub(super) fn void_spans(&mut self, node: u32, slot: u32) {
         self.spans.give_up();
@@ -50,7 +50,7 @@ impl Osp {
         self.spans.void = self.spans.void.saturating_add(lost);
     }
 
-    /// Writes a share of the ids, if the tree has not changed.
+    /// Writes a part of the ids, if the tree has not changed for [`QUIET`] commits.
     pub(super) fn write_spans(&mut self) {
         if self.is_flat || !self.ids.are_scattered() {
             return;

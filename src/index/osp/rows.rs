@@ -1,10 +1,11 @@
-//! Blocks of sixteen ids with the boxes of their polygons, in any order: the storage of the plain list, and of the blocks
-//! that move. Groups of sixteen blocks have the boxes around each block, so a query excludes sixteen blocks at once.
+//! Blocks of sixteen ids with the boxes of their polygons, in any order: the storage of the plain list, and of moving
+//! blocks. Sixteen blocks form a group. The boxes around the blocks of a group are stored together, so that a query
+//! tests sixteen blocks at once.
 
 use crate::{
-    index::simd::Boxes,
+    index::simd::{Boxes, Wide},
     math::Aabb,
-    polygon::{BLOCK, bits::bits_of},
+    polygon::{BLOCK, PolygonId, bits::bits_of},
 };
 
 /// Blocks in any order.
@@ -18,11 +19,44 @@ pub(super) struct Rows {
     pub(super) boxes: Vec<Boxes<BLOCK>>,
     /// For each group of sixteen blocks, the box around each block. It is out of date if the block is in `changed`.
     around: Vec<Boxes<BLOCK>>,
-    /// For each group, the mask of the blocks whose box in `around` is out of date.
-    changed: Vec<u16>,
-    /// Largest number of blocks so far. The system commits memory only when the memory is written to.
+    /// For each group, 1 for each block whose box in `around` is out of date. A change only writes a byte, and does not
+    /// wait for the write of the change before.
+    changed: Vec<[u8; BLOCK]>,
+    /// Largest number of blocks so far, for [`Rows::bytes`]. The system has not committed the memory of further blocks.
     most: usize,
+    round: Round,
+    /// Whether most blocks were narrow in the last round.
+    are_narrow: bool,
 }
+
+/// A round of [`Rows::refresh_some`] over all groups.
+#[derive(Clone, Copy, Debug)]
+struct Round {
+    /// The next group.
+    group: usize,
+    /// Number of blocks whose boxes this round has computed.
+    measured: usize,
+    /// Number of these blocks that are at most half as long as `bounds`.
+    narrow: usize,
+    /// The box around the blocks measured in this round.
+    bounds: Wide,
+    /// Number of commits until the round begins.
+    pause: u32,
+    /// Whether the round begins without a pause, so that blocks may be unchanged.
+    follows: bool,
+}
+
+impl Round {
+    const NONE: Self =
+        Self { group: 0, measured: 0, narrow: 0, bounds: Wide::EMPTY, pause: 0, follows: false };
+}
+
+/// Number of commits of a round. If it is larger, more blocks have changed since they were measured, so that queries
+/// test their polygons one by one.
+const ROUND: usize = 16;
+
+/// Number of commits without a round after a round that had no effect.
+const PAUSE: u32 = 64;
 
 impl Rows {
     /// Empty rows with room for `most` blocks. Only the memory of the first `blocks` is written to.
@@ -33,8 +67,10 @@ impl Rows {
             lanes: vec![0; blocks],
             boxes: vec![Boxes::EMPTY; blocks],
             around: vec![Boxes::EMPTY; groups],
-            changed: vec![0; groups],
+            changed: vec![[0; BLOCK]; groups],
             most: blocks,
+            round: Round::NONE,
+            are_narrow: false,
         };
         std::hint::black_box(&mut rows).clear();
         // In a browser, reserved memory counts as used.
@@ -58,9 +94,11 @@ impl Rows {
         self.boxes.clear();
         self.around.clear();
         self.changed.clear();
+        (self.round, self.are_narrow) = (Round::NONE, false);
     }
 
-    /// If the rows are empty and once had more than `most` blocks, frees their boxes and reserves the same room again.
+    /// If the rows are empty and once had more than `most` blocks, frees the committed memory of their boxes, and
+    /// reserves the same capacity again.
     pub(super) fn give_boxes_back(&mut self, most: usize) {
         if self.numbers.is_empty() && self.most > most {
             self.boxes = Vec::with_capacity(self.boxes.capacity());
@@ -68,11 +106,21 @@ impl Rows {
         }
     }
 
+    /// Appends the blocks of other rows to empty rows.
+    pub(super) fn append_blocks_of(&mut self, other: &Self) {
+        self.numbers.extend_from_slice(&other.numbers);
+        self.lanes.extend_from_slice(&other.lanes);
+        self.boxes.extend_from_slice(&other.boxes);
+        self.around.extend_from_slice(&other.around);
+        self.changed.extend_from_slice(&other.changed);
+        self.most = self.most.max(self.len());
+    }
+
     /// Memory held, bytes. Room that was never written to does not count, because the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
         let groups = self.most.div_ceil(BLOCK);
         self.most * (size_of::<u32>() + size_of::<u16>())
-            + groups * size_of::<u16>()
+            + groups * BLOCK
             + (self.most + groups) * size_of::<Boxes<BLOCK>>()
     }
 
@@ -92,6 +140,12 @@ impl Rows {
         (self.numbers[at], self.lanes[at], &self.boxes[at])
     }
 
+    /// Whether the boxes around most blocks are small, as those of drawn strokes.
+    #[inline(always)]
+    pub(super) fn are_narrow(&self) -> bool {
+        self.are_narrow
+    }
+
     /// Number of groups of sixteen blocks.
     pub(super) fn groups(&self) -> usize {
         self.around.len()
@@ -100,13 +154,13 @@ impl Rows {
     /// The boxes around the blocks of a group, and the blocks whose boxes are out of date.
     #[inline(always)]
     pub(super) fn group(&self, group: usize) -> (&Boxes<BLOCK>, u16) {
-        (&self.around[group], self.changed[group])
+        (&self.around[group], self.changed(group))
     }
 
-    /// The boxes around the blocks of a group.
+    /// The up-to-date boxes around the blocks of a group.
     pub(super) fn around_each(&self, group: usize) -> Boxes<BLOCK> {
         let mut around = self.around[group];
-        for lane in bits_of(u64::from(self.changed[group])) {
+        for lane in bits_of(u64::from(self.changed(group))) {
             around.set(lane, &self.measure(group * BLOCK + lane));
         }
         around
@@ -114,8 +168,11 @@ impl Rows {
 
     /// The box around the block at position `at` of [`Rows::blocks`].
     pub(super) fn around(&self, at: usize) -> Aabb {
-        let is_changed = self.changed[at / BLOCK] >> (at % BLOCK) & 1 == 1;
-        if is_changed { self.measure(at) } else { self.around[at / BLOCK].get(at % BLOCK) }
+        if self.changed[at / BLOCK][at % BLOCK] == 1 {
+            self.measure(at)
+        } else {
+            self.around[at / BLOCK].get(at % BLOCK)
+        }
     }
 
     fn measure(&self, at: usize) -> Aabb {
@@ -132,25 +189,54 @@ impl Rows {
         self.boxes.push(Boxes::EMPTY);
         if at.is_multiple_of(BLOCK) {
             self.around.push(Boxes::EMPTY);
-            self.changed.push(0);
+            self.changed.push([0; BLOCK]);
         }
         self.mark_changed(at);
         at
     }
 
-    /// Marks the box around a block as out of date. Returns `false` if it was marked before.
+    /// The blocks of a group whose boxes in `around` are out of date.
     #[inline(always)]
-    pub(super) fn mark_changed(&mut self, at: usize) -> bool {
-        let changed = &mut self.changed[at / BLOCK];
-        // Without this test, a change of a block would wait for the write of the previous change.
-        let is_new = *changed >> (at % BLOCK) & 1 == 0;
-        if is_new {
-            *changed |= 1 << (at % BLOCK);
-        }
-        is_new
+    fn changed(&self, group: usize) -> u16 {
+        // The product moves the lowest bit of each byte to the highest byte.
+        let eight = |bytes: u64| bytes.wrapping_mul(0x0102_0408_1020_4080) >> 56;
+        let bytes = u128::from_le_bytes(self.changed[group]);
+        (eight(bytes as u64) | eight((bytes >> 64) as u64) << 8) as u16
     }
 
-    /// Removes a block; the last block takes its position.
+    /// Marks the box around a block as out of date.
+    #[inline(always)]
+    pub(super) fn mark_changed(&mut self, at: usize) {
+        self.changed[at / BLOCK][at % BLOCK] = 1;
+    }
+
+    /// Sets new boxes of polygons of a block, up to the first polygon that is not in it or the first invalid box. Returns
+    /// the mask of the lanes and the number of the boxes set. The loop is in a function of its own, so that its variables
+    /// stay in registers.
+    #[inline(never)]
+    pub(super) fn set_first(&mut self, at: usize, updates: &[(PolygonId, Aabb)]) -> (u16, usize) {
+        let (there, number, boxes) = (self.lanes[at], self.numbers[at], &mut self.boxes[at]);
+        let (mut moved, mut count) = (0, 0);
+        for (id, bounds) in updates {
+            let lane = id.index() % BLOCK;
+            let is_there = id.0 / BLOCK as u32 == number && there >> lane & 1 == 1;
+            if !(is_there && Wide::from_box(bounds).is_valid()) {
+                break;
+            }
+            boxes.set(lane, bounds);
+            moved |= 1 << lane;
+            count += 1;
+        }
+        self.mark_changed(at);
+        (moved, count)
+    }
+
+    /// For each block: the mask of its polygons, their boxes, and whether the box around it is out of date.
+    pub(super) fn columns(&mut self) -> (&[u16], &mut [Boxes<BLOCK>], &mut [u8]) {
+        (&self.lanes, &mut self.boxes, self.changed.as_flattened_mut())
+    }
+
+    /// Removes a block; the last block moves to its position.
     pub(super) fn swap_remove(&mut self, at: usize) {
         let last = self.len() - 1;
         self.numbers.swap_remove(at);
@@ -158,20 +244,52 @@ impl Rows {
         self.boxes.swap_remove(at);
         self.mark_changed(at);
         self.around[last / BLOCK].set(last % BLOCK, &Aabb::EMPTY);
-        self.changed[last / BLOCK] &= !(1 << (last % BLOCK));
+        self.changed[last / BLOCK][last % BLOCK] = 0;
         let groups = last.div_ceil(BLOCK);
         self.around.truncate(groups);
         self.changed.truncate(groups);
     }
 
-    /// Computes the boxes around the blocks of a group that have changed; returns their number.
+    /// Computes the boxes around the changed blocks of a group; returns the number of these blocks.
     pub(super) fn refresh(&mut self, group: usize) -> usize {
-        let changed = std::mem::take(&mut self.changed[group]);
+        let changed = self.changed(group);
         for lane in bits_of(u64::from(changed)) {
             let bounds = self.measure(group * BLOCK + lane);
             self.around[group].set(lane, &bounds);
         }
+        self.changed[group] = [0; BLOCK];
         changed.count_ones() as usize
+    }
+
+    /// Computes the boxes around the changed blocks of some groups. Pauses after a round in which nearly all blocks had
+    /// changed, or most were about as long as all of them together.
+    pub(super) fn refresh_some(&mut self) {
+        if self.round.pause > 0 {
+            self.round.pause -= 1;
+            return;
+        }
+        for _ in 0..self.groups().div_ceil(ROUND) {
+            let Round { group, measured, narrow, mut bounds, follows, .. } = self.round;
+            if group >= self.groups() {
+                let is_rested = !follows || 2 * measured < self.len();
+                self.are_narrow = 4 * narrow >= measured;
+                let follows = is_rested && self.are_narrow;
+                self.round = Round { pause: if follows { 0 } else { PAUSE }, follows, ..Round::NONE };
+                return;
+            }
+            let changed = self.changed(group);
+            for lane in bits_of(u64::from(changed)) {
+                let around = self.measure(group * BLOCK + lane);
+                bounds = bounds.union(Wide::from_box(&around));
+                if 2.0 * Wide::from_box(&around).length() < bounds.length() {
+                    self.around[group].set(lane, &around);
+                    self.changed[group][lane] = 0;
+                    self.round.narrow += 1;
+                }
+            }
+            self.round.measured += changed.count_ones() as usize;
+            (self.round.group, self.round.bounds) = (group + 1, bounds);
+        }
     }
 
     /// Checks the invariants; for tests.
@@ -185,9 +303,6 @@ impl Rows {
         }
         for (at, (number, lanes, boxes)) in self.blocks().enumerate() {
             let bounds = boxes.around(u32::from(lanes));
-            if lanes == 0 {
-                return Err(format!("block {number} is empty"));
-            }
             if !self.around(at).contains(&bounds) {
                 return Err(format!(
                     "the box around block {number} is {:?}, without {bounds:?}",

@@ -1,6 +1,6 @@
-//! Moves polygons between the tree and the flat rows beside it. The rows contain polygons that move in frame after
-//! frame, and polygons of a plain list that becomes a tree. Polygons return to the tree when they have not moved for a
-//! while, so a caller need not declare which polygons will move.
+//! Moves polygons between the tree and the flat rows. The rows contain polygons that move in frame after frame, and
+//! polygons of a plain list that becomes a tree. Polygons return to the tree when they have not moved for a while, so a
+//! caller need not declare which polygons will move.
 
 use super::{index::Osp, linear::Inserted, open::OpenBlock, tuning::RESTING_COMMITS};
 use crate::{
@@ -9,15 +9,22 @@ use crate::{
     polygon::{BLOCK, PolygonId},
 };
 
-/// A commit examines this number of groups for unmoved polygons, and in addition one of every [`GROUPS_SHARE`] groups.
-/// With larger numbers, unmoved polygons return sooner, and frames in which they return take longer.
+/// Number of groups that a commit examines for unmoved polygons. With a larger number, unmoved polygons return sooner,
+/// and frames in which they return take longer.
 const GROUPS_A_COMMIT: usize = 2;
+/// A commit also examines this fraction of all groups: 1 / `GROUPS_SHARE`.
 const GROUPS_SHARE: usize = 512;
 
-/// While polygons of a former plain list wait for the tree, a commit moves about this number of their runs to the tree.
-/// It moves one more for each run that was inserted since the last commit. If none was inserted, it moves
-/// [`RUNS_ALONE`]. With larger numbers, the rows are empty sooner, and the frames until then take longer.
+/// A commit returns about this number of runs, and one more for every [`RUNS_SHARE`] polygons in the rows. So it takes at
+/// most a third longer than the test of the rows.
+const RUNS_A_COMMIT: u32 = 4;
+const RUNS_SHARE: usize = 1500;
+
+/// Number of additional runs of a former plain list that a commit moves to the tree. It also moves one run for each run
+/// inserted since the last commit. With a larger number, the rows are empty sooner, and the frames until then take
+/// longer.
 const RUNS_WITH_MORE: u32 = 12;
+/// Number of runs of a former plain list that a commit moves if no run was inserted since the last commit.
 const RUNS_ALONE: u32 = 48;
 
 /// Largest number of groups that such a commit examines, in addition to one for each inserted run.
@@ -25,7 +32,7 @@ const GROUPS_WAITING: usize = 8;
 
 impl Osp {
     /// Moves polygons of the tree or the open block to the flat rows.
-    pub(super) fn take_in(&mut self, block: u32, lanes: u16, boxes: &[Wide; BLOCK]) {
+    pub(super) fn move_to_rows(&mut self, block: u32, lanes: u16, boxes: &[Wide; BLOCK]) {
         let mut left = lanes;
         while left != 0 {
             let lane = left.trailing_zeros() as usize % BLOCK;
@@ -37,14 +44,18 @@ impl Osp {
         }
     }
 
-    /// Returns a bounded number of unmoved polygons to the tree. `new_runs` is `Osp::new_runs`: the number of runs or polygons
-    /// inserted since the last commit.
+    /// Returns a bounded number of unmoved polygons to the tree. `new_runs` is `Osp::new_runs`: the number of runs or
+    /// polygons inserted since the last commit.
     pub(super) fn settle(&mut self, new_runs: u32) {
         self.clock = self.clock.wrapping_add(1);
         if self.movers.len() == 0 {
             if std::mem::take(&mut self.is_settling) {
                 self.movers.give_boxes_back();
             }
+            return;
+        }
+        self.movers.commit();
+        if self.churn.keeps_rows {
             return;
         }
         if self.movers.is_round_over() {
@@ -54,13 +65,27 @@ impl Osp {
             self.round = self.clock;
             self.movers.begin_round();
         }
+        if (self.clock.wrapping_sub(self.next_return) as i32) < 0 {
+            return;
+        }
+        let runs = RUNS_A_COMMIT + (self.movers.len() / RUNS_SHARE) as u32;
         let (groups, runs) = match (self.is_settling, new_runs) {
-            (false, _) => (GROUPS_A_COMMIT + new_runs as usize / BLOCK, u32::MAX),
+            (false, _) => (GROUPS_A_COMMIT + new_runs as usize / BLOCK, runs),
             (true, 0) => (GROUPS_WAITING, RUNS_ALONE),
             (true, _) => (GROUPS_WAITING + new_runs as usize, new_runs.saturating_add(RUNS_WITH_MORE)),
         };
-        let last_run = self.new_runs.saturating_add(runs);
-        for _ in 0..groups + self.movers.group_count() / GROUPS_SHARE {
+        let first_run = self.new_runs;
+        self.return_resting(
+            groups + self.movers.group_count() / GROUPS_SHARE,
+            first_run.saturating_add(runs),
+        );
+        // A group is returned as a whole, so the next commits return nothing if it has more runs than one commit returns.
+        self.next_return = self.clock.wrapping_add((self.new_runs - first_run) / runs.max(1));
+    }
+
+    /// Returns the unmoved polygons of the next groups to the tree, until `new_runs` is at least `last_run`.
+    fn return_resting(&mut self, groups: usize, last_run: u32) {
+        for _ in 0..groups {
             if self.new_runs >= last_run {
                 return;
             }
@@ -71,12 +96,12 @@ impl Osp {
             }
             let mut resting = [(PolygonId(0), Aabb::EMPTY); BLOCK];
             let count = self.movers.take_resting(&mut resting);
-            self.put_back(&resting[..count]);
+            self.return_to_tree(&resting[..count]);
         }
     }
 
     /// Inserts polygons that were in the flat rows into the tree or the list.
-    fn put_back(&mut self, resting: &[(PolygonId, Aabb)]) {
+    fn return_to_tree(&mut self, resting: &[(PolygonId, Aabb)]) {
         for of_block in resting.chunk_by(|(a, _), (b, _)| a.0 / 16 == b.0 / 16) {
             let number = of_block[0].0.0 / 16;
             let is_apart = of_block.len() > 1 && !self.is_linear && !self.open.is(number);

@@ -2,7 +2,7 @@
 
 use crate::polygon::{BLOCK, PolygonId};
 
-/// Marks a slot in a group that belongs to a single block.
+/// Flag of a slot in a group that belongs to a single block.
 const OWN: u32 = 1 << 31;
 
 /// The group and lane of a moving polygon.
@@ -40,17 +40,18 @@ impl Slot {
     }
 }
 
-/// The slots of ids in shared groups, and the own groups of blocks. A chunk is allocated as zeros, so the system
-/// commits its memory only at the first write.
+/// The slots of ids in shared groups, and the groups that belong to single blocks. A chunk is allocated as zeros, so
+/// the system commits its memory only at the first write.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Slots {
     /// A chunk begins with the slots of its ids: `group * 16 + lane + 1`, or 0 for a polygon that is not in a shared
-    /// group. It ends with the own groups of its blocks: `group + 1`, or 0 for a block without one.
+    /// group. It ends with the groups that belong to its blocks: `group + 1`, or 0 for a block without such a group.
     chunks: Vec<Box<[u32]>>,
 }
 
 impl Slots {
-    /// Number of ids of a chunk. Some systems write the zeros of smaller chunks at once, not on first use.
+    /// Number of ids of a chunk. For smaller chunks, some systems write the zeros immediately instead of at the first
+    /// use.
     const CHUNK: usize = 1 << 16;
 
     pub(super) fn with_room_for(ids: usize) -> Self {
@@ -69,6 +70,16 @@ impl Slots {
         let chunk = self.chunks.get(id.index() / Self::CHUNK)?;
         let slot = *chunk.get(id.index() % Self::CHUNK)?;
         (slot != 0).then(|| Slot(slot - 1))
+    }
+
+    /// Number of polygons of a block in shared groups.
+    #[inline]
+    pub(super) fn shared_in_block(&self, block: usize) -> usize {
+        let slots = self.chunks.get(block / (Self::CHUNK / BLOCK)).and_then(|chunk| {
+            let first = block % (Self::CHUNK / BLOCK) * BLOCK;
+            chunk.get(first..first + BLOCK)
+        });
+        slots.map_or(0, |slots| slots.iter().filter(|&&slot| slot != 0).count())
     }
 
     /// The group that belongs to a block.

@@ -11,11 +11,11 @@ use crate::polygon::PolygonId;
 /// Greatest number of levels of nodes.
 const LEVELS: usize = TOP_SHIFT as usize + 1;
 
-/// Ids in the order of the tree.
+/// The ids of all polygons in the order of the tree, and the number of ids of each subtree.
 #[derive(Clone, Debug)]
 pub(super) struct Spans {
     pub(super) ids: Vec<PolygonId>,
-    /// Largest number of ids so far. The system commits memory only when the memory is written to.
+    /// Largest number of ids so far, for [`Spans::bytes`]. The system has not committed the memory of further ids.
     pub(super) most: usize,
     /// The spans of a node are valid if the node's edition equals this number. If this number is 0, no span
     /// is valid.
@@ -33,7 +33,7 @@ pub(super) struct Spans {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Open {
     pub(super) node: u32,
-    /// The next slot to write; [`OWN`](super::layout::OWN) is the last.
+    /// The next slot to write. The last slot is [`OWN`](super::layout::OWN).
     pub(super) slot: u32,
     /// Number of ids in the list before the node's first id.
     pub(super) start: u32,

@@ -62,7 +62,7 @@ impl WithKernel for Thin<'_> {
 
 impl Thin<'_> {
     fn test(&mut self, bounds: &Aabb, polygons: usize) -> Visit {
-        // An empty place may still wait for upkeep.
+        // A node that has become empty may still be queued for upkeep.
         if polygons == 0 || polygons < self.least || bounds.is_empty() {
             return Visit::Take;
         }
@@ -75,7 +75,8 @@ impl Thin<'_> {
         self.least.div_ceil(RUN).next_power_of_two()
     }
 
-    /// Tests groups of blocks, then single blocks, or neighbouring blocks together if a test requires more polygons.
+    /// Tests each group of blocks. In a partly hidden group, tests single blocks, or several neighbouring blocks at
+    /// once if a test requires more polygons.
     fn rows(&mut self, rows: &Rows) {
         let together = self.together();
         for group in 0..rows.groups() {

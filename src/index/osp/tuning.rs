@@ -38,8 +38,8 @@ pub(super) const UPKEEP_PER_COMMIT: u32 = 16;
 /// faster, until a tree saves more tests than it costs. The change that moves all blocks to the tree takes longer.
 pub(super) const LINEAR_BLOCKS: usize = 224;
 
-/// Factor by which the plain list may be longer if its polygons are scattered and only a few come in each frame.
-/// Testing all of them then costs less than insertion into a tree and packing. If it is larger, frames with most
+/// Factor by which the plain list may be longer if its polygons are scattered and only a few are inserted in each
+/// frame. Testing all of them then costs less than insertion into a tree and packing. If it is larger, frames with most
 /// polygons out of view take longer.
 pub(super) const SCATTERED_FACTOR: usize = 3;
 

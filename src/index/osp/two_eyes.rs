@@ -8,8 +8,8 @@
 //! Both eyes see nearly the same, so a polygon that both see is written once. The first set contains the polygons of the
 //! first eye. Until the walk ends, the second set contains the polygons that only one eye sees.
 //!
-//! Walls, faces of a cube and shadow cascades are culled one after the other, because they share few nodes. A common walk
-//! would save less than the bookkeeping for several views costs.
+//! The walls of a CAVE, the faces of a cube map and shadow cascades are culled one after the other, because they share
+//! few nodes. A common walk would save less than the bookkeeping for several views costs.
 
 use std::ops::Range;
 
@@ -33,9 +33,9 @@ use crate::{
 
 /// Least scalar product of the normals of two similar planes.
 const ALIKE: f32 = 0.9;
-/// Largest number of whole pages in the queue before a bucket adds up to sixteen; the queue has 32 places.
+/// Largest number of whole pages in the queue when a bucket adds its pages, at most sixteen. The queue has 32 entries.
 const WHOLE_WAIT: usize = 14;
-/// Two slabs are similar if neither is wider than the other by more than this factor.
+/// The distances between opposite planes are similar if neither is larger than the other by more than this factor.
 const AS_WIDE: f32 = 1.25;
 
 impl Osp {
@@ -159,13 +159,13 @@ struct CutRun<'a> {
     eyes: u8,
 }
 
-/// Results of a test of boxes against the planes of both eyes, one bit for each box. `by` has the boxes that each eye may
-/// see.
+/// Results of a test of boxes against the planes of both eyes, one bit for each box.
 struct Seen {
+    /// The boxes that each eye may see.
     by: [u32; 2],
-    /// The boxes that an eye may see and that one of its planes cuts. `cut_by` has them by plane, for the tested planes
-    /// only.
+    /// The boxes that an eye may see and that one of its planes cuts.
     cut: u32,
+    /// The boxes of `cut` by plane, for the tested planes only.
     cut_by: [u32; 6],
 }
 
@@ -243,7 +243,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
         if !self.osp.is_flat {
             nodes.push(below);
         } else if top.own != NONE {
-            self.wait_for_bucket(Below { number: top.own, ..below });
+            self.enqueue_bucket(Below { number: top.own, ..below });
         }
         let (mut buckets_wait, mut pages_wait) = (BUCKETS_WAIT, PAGES_WAIT);
         loop {
@@ -306,7 +306,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
 
     /// Tests the boxes of `used` against `planes` of `eyes`; `halves` has one or two groups of eight boxes.
     #[inline(always)]
-    fn look(&self, planes: u8, eyes: u8, halves: &[Boxes<8>], used: u32) -> Seen {
+    fn test_boxes(&self, planes: u8, eyes: u8, halves: &[Boxes<8>], used: u32) -> Seen {
         let (mut behind, mut outside) = ([0; 2], [[0; 2]; 6]);
         let mut left = planes;
         while left != 0 {
@@ -340,7 +340,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
         // SAFETY: every waiting entry is in the tree.
         let node = unsafe { self.osp.known_node(number) };
         self.work.nodes += 1;
-        let seen = self.look(planes, eyes, std::slice::from_ref(&node.boxes), 0xFF);
+        let seen = self.test_boxes(planes, eyes, std::slice::from_ref(&node.boxes), 0xFF);
         count(&mut self.work, 8 * eyes.count_ones(), planes);
         let mut left = seen.by_any();
         while left != 0 {
@@ -349,7 +349,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
             let (planes, eyes) = (seen.planes(planes, child), seen.eyes(child));
             match node.children[child].target() {
                 Target::Nothing => {}
-                Target::Leaf(number) => self.wait_for_bucket(Below { number, planes, eyes }),
+                Target::Leaf(number) => self.enqueue_bucket(Below { number, planes, eyes }),
                 Target::Node(number) => {
                     // SAFETY: the children of an entry in the tree are in the tree.
                     prefetch_lines::<4, _>(unsafe { self.osp.known_node(number) });
@@ -358,12 +358,12 @@ impl<'a, K: Kernel> Walk<'a, K> {
             }
         }
         if node.own != NONE {
-            self.wait_for_bucket(Below { number: node.own, planes, eyes });
+            self.enqueue_bucket(Below { number: node.own, planes, eyes });
         }
     }
 
     #[inline(always)]
-    fn wait_for_bucket(&mut self, below: Below) {
+    fn enqueue_bucket(&mut self, below: Below) {
         // SAFETY: the caller found this bucket in the tree.
         let bucket: *const Bucket = unsafe { self.osp.known_bucket(below.number) };
         prefetch_lines::<3, _>(bucket);
@@ -380,20 +380,20 @@ impl<'a, K: Kernel> Walk<'a, K> {
         let bucket = unsafe { self.osp.known_bucket(number) };
         self.work.nodes += 1;
         if bucket.next != NONE {
-            self.wait_for_bucket(Below { number: bucket.next, planes, eyes });
+            self.enqueue_bucket(Below { number: bucket.next, planes, eyes });
         }
         if planes == 0 {
             self.whole_bucket(bucket, eyes);
             return;
         }
-        let seen = self.look(planes, eyes, &bucket.boxes.0, bucket.used());
+        let seen = self.test_boxes(planes, eyes, &bucket.boxes.0, bucket.used());
         count(&mut self.work, bucket.page_count * eyes.count_ones(), planes);
         let mut left = seen.by_any();
         while left != 0 {
             let i = left.trailing_zeros() as usize & 15;
             left &= left - 1;
             let (planes, eyes) = (seen.planes(planes, i), seen.eyes(i));
-            self.wait_for_page(Below { number: bucket.pages[i], planes, eyes });
+            self.enqueue_page(Below { number: bucket.pages[i], planes, eyes });
         }
     }
 
@@ -420,7 +420,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
     }
 
     #[inline(always)]
-    fn wait_for_page(&mut self, below: Below) {
+    fn enqueue_page(&mut self, below: Below) {
         // SAFETY: the caller found this page in the tree.
         prefetch_lines::<2, Page>(unsafe { self.osp.known_page(below.number) });
         if below.planes != 0 {
@@ -442,7 +442,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
         }
         // SAFETY: the page is in the tree.
         let boxes = unsafe { self.osp.known_page_boxes(number) };
-        let seen = self.look(planes, eyes, &boxes.boxes.0, page.used());
+        let seen = self.test_boxes(planes, eyes, &boxes.boxes.0, page.used());
         count(&mut self.work, u32::from(page.runs) * eyes.count_ones(), planes);
         // The box of a run of one polygon is the polygon's own box, so the polygon is tested already.
         let exact = u32::from(page.exact);
@@ -488,7 +488,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
             } else {
                 [self.kernel.behind(&first, run.boxes), self.kernel.behind(&second, run.boxes)]
             };
-            self.take_tested(&run, behind);
+            self.add_tested(&run, behind);
         }
         self.cut[list].clear();
         self.tested += (self.answers.count() - before) as u64;
@@ -504,14 +504,14 @@ impl<'a, K: Kernel> Walk<'a, K> {
                 self.planes[0].behind(self.kernel, run.planes, run.boxes),
                 self.planes[1].behind(self.kernel, run.planes, run.boxes),
             ];
-            self.take_tested(&run, behind);
+            self.add_tested(&run, behind);
         }
         self.cut[SEVERAL].clear();
         self.tested += (self.answers.count() - before) as u64;
     }
 
     #[inline(always)]
-    fn take_tested(&mut self, run: &CutRun<'_>, behind: [u32; 2]) {
+    fn add_tested(&mut self, run: &CutRun<'_>, behind: [u32; 2]) {
         let lanes = u32::from(run.mask) << (run.first % 16);
         count(&mut self.work, lanes.count_ones() * run.eyes.count_ones(), run.planes);
         let [first, second] =

@@ -49,17 +49,17 @@ impl Osp {
         ensure!(!self.is_flat || nodes == 1, "runs are kept at the top, and there is a tree");
         let leaves = top.children.iter().filter(|&&link| link != Link::NONE).count();
         ensure!(!self.is_flat || leaves == 0, "runs are kept at the top, and there are leaves");
-        let mut zombies = 0;
+        let mut released = 0;
         let mut at = self.queue;
         while at != NONE {
             let page = &self.pages[at];
-            ensure!(page.queued, "page {at} waits but does not know");
-            zombies += u32::from(page.bucket == NONE);
+            ensure!(page.queued, "page {at} is queued, but not marked");
+            released += u32::from(page.bucket == NONE);
             at = page.next;
         }
         ensure!(
-            pages + zombies == self.pages.live(),
-            "{pages}+{zombies} pages found, {} in use",
+            pages + released == self.pages.live(),
+            "{pages}+{released} pages found, {} in use",
             self.pages.live()
         );
         let open = self.open.lanes().count_ones() as usize;
@@ -144,7 +144,7 @@ impl Osp {
                 Target::Leaf(head) => self.check_chain(head, number, slot, Some(&bounds), buckets, pages)?,
                 Target::Node(below) => {
                     let child = &self.nodes[below];
-                    ensure!((child.parent, child.slot) == (number, slot), "node {below} hangs elsewhere");
+                    ensure!((child.parent, child.slot) == (number, slot), "node {below} has another parent");
                     ensure!(child.shift + 1 == node.shift, "node {below} has the wrong level");
                     ensure!(
                         grid::same_cell(&child.key, &cell, child.shift),
@@ -233,9 +233,9 @@ impl Osp {
         while at != NONE {
             *buckets += 1;
             let bucket: &Bucket = &self.buckets[at];
-            ensure!((bucket.parent, bucket.slot) == (node, slot), "bucket {at} hangs elsewhere");
-            ensure!(bucket.prev == before, "bucket {at} does not know the one before it");
-            ensure!(at == head || !bucket.waits, "bucket {at} waits to be packed and is not the first");
+            ensure!((bucket.parent, bucket.slot) == (node, slot), "bucket {at} has another parent");
+            ensure!(bucket.prev == before, "bucket {at} has the wrong previous bucket");
+            ensure!(at == head || !bucket.is_queued, "bucket {at} waits to be packed and is not the first");
             ensure!(!bucket.drains || at != head && slot == OWN, "bucket {at} waits to be moved to children");
             ensure!(at == head || !bucket.divides, "bucket {at} divides and is not the first");
             let mut fresh = *bucket;
@@ -302,12 +302,15 @@ impl Osp {
                 ensure!(place == Some(number * 16 + lane as u32), "polygon {id} is said to be at {place:?}");
                 let own = if exact { run_box } else { self.ids.boxes(store).get(id as usize % 16) };
                 ensure!(own.is_valid(), "polygon {id} has the box {own:?}");
-                ensure!(run_box.contains(&own), "polygon {id} sticks out of its run");
+                ensure!(run_box.contains(&own), "polygon {id} extends beyond the box of its run");
                 all = all.union(&own);
             }
             let loose = page.loose >> lane & 1 == 1;
-            let waits = page.queued || exact || run.mask != 1;
-            ensure!(waits, "page {number}: run {lane} has one polygon left but does not wait for upkeep");
+            let may_be_inexact = page.queued || exact || run.mask != 1;
+            ensure!(
+                may_be_inexact,
+                "page {number}: run {lane} has one polygon left but does not wait for upkeep"
+            );
             ensure!(loose || all == run_box, "page {number}: the box of run {lane} is not tight");
         }
         Ok(Found { runs: u32::from(page.runs), polygons })

@@ -1,9 +1,9 @@
 //! The walk that passes nodes, leaves, pages and runs to a visitor.
 
 use super::{
+    groups::{Group, GroupIds},
     index::Osp,
     layout::Target,
-    movers::{Group, GroupIds},
     pool::NONE,
 };
 use crate::{
@@ -23,7 +23,7 @@ struct Walk<'a> {
 }
 
 /// A node, leaf, page or run: its box, depth and content.
-struct Place {
+struct Part {
     bounds: Aabb,
     depth: u32,
     polygons: usize,
@@ -49,23 +49,23 @@ impl Osp {
         }
         let bounds = self.node_box(self.top);
         let polygons = self.len - self.open.lanes().count_ones() as usize;
-        let place = Place { bounds, depth: 0, polygons, is_leaf: false };
-        walk.node(self.top, &place, PlaneMask::ALL, Visit::Descend);
+        let part = Part { bounds, depth: 0, polygons, is_leaf: false };
+        walk.node(self.top, &part, PlaneMask::ALL, Visit::Descend);
         walk.work
     }
 }
 
 impl Walk<'_> {
-    /// Tests a place against the frustum and passes it to the visitor. Returns the planes left to test and the visitor's
-    /// decision; `None` if the place is outside the frustum or skipped.
-    fn decide(&mut self, place: &Place, mask: PlaneMask, decision: Visit) -> Option<(PlaneMask, Visit)> {
-        if place.polygons == 0 || place.bounds.is_empty() {
-            // An empty place may still wait for upkeep.
+    /// Tests a part of the index against the frustum and passes it to the visitor. Returns the planes left to test and
+    /// the visitor's decision; `None` if the part is outside the frustum or skipped.
+    fn decide(&mut self, part: &Part, mask: PlaneMask, decision: Visit) -> Option<(PlaneMask, Visit)> {
+        if part.polygons == 0 || part.bounds.is_empty() {
+            // A node that has become empty may still be queued for upkeep.
             return None;
         }
         self.work.nodes += 1;
         self.work.boxes += 1;
-        let (containment, mask, planes) = self.frustum.classify_masked(&place.bounds, mask);
+        let (containment, mask, planes) = self.frustum.classify_masked(&part.bounds, mask);
         self.work.planes += u64::from(planes);
         if containment == Containment::Outside {
             return None;
@@ -73,7 +73,7 @@ impl Walk<'_> {
         if decision == Visit::Take {
             return Some((mask, Visit::Take));
         }
-        let Place { bounds, depth, polygons, is_leaf } = place;
+        let Part { bounds, depth, polygons, is_leaf } = part;
         let node = Node { bounds, depth: *depth, containment, polygons: *polygons, is_leaf: *is_leaf };
         match self.visitor.node(&node) {
             Visit::Skip => None,
@@ -81,33 +81,33 @@ impl Walk<'_> {
         }
     }
 
-    /// Visits polygons that are not in the tree, as a leaf at the top.
+    /// Visits polygons that are not in the tree, as a leaf of depth 0.
     fn block(&mut self, ids: GroupIds<'_>, lanes: u16, bounds: Aabb, boxes: &Boxes<16>) {
         let polygons = lanes.count_ones() as usize;
-        let place = Place { bounds, depth: 0, polygons, is_leaf: true };
-        if let Some((mask, answer)) = self.decide(&place, PlaneMask::ALL, Visit::Descend) {
+        let part = Part { bounds, depth: 0, polygons, is_leaf: true };
+        if let Some((mask, answer)) = self.decide(&part, PlaneMask::ALL, Visit::Descend) {
             self.polygons(ids, u32::from(lanes), mask, answer, |lane| boxes.get(lane));
         }
     }
 
-    fn node(&mut self, number: u32, place: &Place, mask: PlaneMask, decision: Visit) {
-        let Some((mask, answer)) = self.decide(place, mask, decision) else { return };
+    fn node(&mut self, number: u32, part: &Part, mask: PlaneMask, decision: Visit) {
+        let Some((mask, answer)) = self.decide(part, mask, decision) else { return };
         let node = &self.osp.nodes[number];
-        let depth = place.depth + 1;
+        let depth = part.depth + 1;
         for (slot, link) in node.children.iter().enumerate() {
             let bounds = node.boxes.get(slot);
             match link.target() {
                 Target::Nothing => {}
                 Target::Leaf(head) => {
                     let polygons = self.osp.buckets[head].polygons as usize;
-                    let place = Place { bounds, depth, polygons, is_leaf: false };
-                    if let Some((mask, answer)) = self.decide(&place, mask, answer) {
+                    let part = Part { bounds, depth, polygons, is_leaf: false };
+                    if let Some((mask, answer)) = self.decide(&part, mask, answer) {
                         self.chain(head, depth + 1, mask, answer);
                     }
                 }
                 Target::Node(below) => {
-                    let polygons = place.polygons;
-                    self.node(below, &Place { bounds, depth, polygons, is_leaf: false }, mask, answer);
+                    let polygons = part.polygons;
+                    self.node(below, &Part { bounds, depth, polygons, is_leaf: false }, mask, answer);
                 }
             }
         }
@@ -123,15 +123,15 @@ impl Walk<'_> {
                 let page = &self.osp.pages[number];
                 let polygons =
                     page.masks[..usize::from(page.runs)].iter().map(|m| m.count_ones() as usize).sum();
-                let place = Place { bounds: bucket.boxes.get(i), depth, polygons, is_leaf: false };
-                self.page(number, &place, mask, decision);
+                let part = Part { bounds: bucket.boxes.get(i), depth, polygons, is_leaf: false };
+                self.page(number, &part, mask, decision);
             }
             at = bucket.next;
         }
     }
 
-    fn page(&mut self, number: u32, place: &Place, mask: PlaneMask, decision: Visit) {
-        let Some((mask, answer)) = self.decide(place, mask, decision) else { return };
+    fn page(&mut self, number: u32, part: &Part, mask: PlaneMask, decision: Visit) {
+        let Some((mask, answer)) = self.decide(part, mask, decision) else { return };
         if answer == Visit::Descend && self.visitor.tests_together() {
             self.runs_together(number, mask);
             return;
@@ -141,8 +141,8 @@ impl Walk<'_> {
             let lanes = u32::from(run.lanes());
             let first = run.first & !15;
             let polygons = lanes.count_ones() as usize;
-            let place = Place { bounds, depth: place.depth + 1, polygons, is_leaf: true };
-            let Some((mask, answer)) = self.decide(&place, mask, answer) else { continue };
+            let part = Part { bounds, depth: part.depth + 1, polygons, is_leaf: true };
+            let Some((mask, answer)) = self.decide(&part, mask, answer) else { continue };
             if run.is_exact() {
                 self.polygons(GroupIds::Block(first / 16), lanes, PlaneMask::NONE, answer, |_| bounds);
             } else {
@@ -195,7 +195,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Passes the polygons of a run that pass the remaining planes to the visitor.
+    /// Passes to the visitor those polygons of a run that no remaining plane excludes.
     fn polygons(
         &mut self,
         of: GroupIds<'_>,

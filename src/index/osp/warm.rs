@@ -29,7 +29,7 @@ impl Osp {
 fn grow(backend: Backend) {
     let config = IndexConfig { root: Aabb::cube(Vec3::ZERO, 2.0), capacity: POLYGONS as usize };
     let mut index = Osp::empty(&config, backend).with_linear_blocks(BLOCK);
-    // Planes through the model, so that nodes, leaves and runs are tested.
+    // These planes cut the model, so that nodes, leaves and runs are tested.
     let [x, y, z] = [Vec3::X, Vec3::Y, Vec3::Z].map(|normal| Plane { normal, d: 0.5 });
     let view = Frustum::new([x, y, z, x, y, z]);
     let (mut ids, mut visible) = (Vec::new(), VisibleBlocks::new());
@@ -37,7 +37,7 @@ fn grow(backend: Backend) {
         for number in first..first + A_FRAME {
             let angle = number as f32 * 0.1;
             let center = Vec3::new(angle.cos(), angle.sin(), angle.sin() * angle.cos());
-            // Each polygon is in a block of its own, so a few of them make many runs.
+            // Each polygon is in a block of its own, and therefore in a run of its own.
             let inserted = index.insert(PolygonId(number * BLOCK as u32), &Aabb::cube(center, 0.05));
             debug_assert_eq!(inserted, Ok(()));
         }

@@ -9,17 +9,17 @@
 use std::sync::OnceLock;
 
 #[cfg(target_arch = "aarch64")]
-use super::aarch64_neon::Neon as Least;
+use super::aarch64_neon::Neon as Baseline;
 #[cfg(not(any(
     target_arch = "x86_64",
     target_arch = "aarch64",
     all(target_arch = "wasm32", target_feature = "simd128")
 )))]
-use super::scalar::Scalar as Least;
+use super::scalar::Scalar as Baseline;
 #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
-use super::wasm_simd128::Simd128 as Least;
+use super::wasm_simd128::Simd128 as Baseline;
 #[cfg(target_arch = "x86_64")]
-use super::{x86_avx2::Avx2, x86_avx512::Avx512, x86_sse2::Sse2 as Least};
+use super::{x86_avx2::Avx2, x86_avx512::Avx512, x86_sse2::Sse2 as Baseline};
 
 use super::WithKernel;
 
@@ -27,7 +27,7 @@ use super::WithKernel;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Backend {
-    /// Plain Rust, for targets that have none of the others.
+    /// Plain Rust, for targets without any of the other instruction sets.
     Scalar,
     /// x86-64 with SSE2: four boxes an instruction. Every x86-64 processor has SSE2.
     Sse2,
@@ -50,7 +50,7 @@ impl Backend {
         &[Self::Scalar, Self::Sse2, Self::Neon, Self::Simd128, Self::Avx2, Self::Avx512];
 
     /// The best backend of this processor, or the backend that the environment variable `OSP_SIMD` names if the
-    /// processor has it. It is detected once a process.
+    /// processor has it. The call detects it once and stores it for the process.
     pub fn detect() -> Self {
         static CHOSEN: OnceLock<Backend> = OnceLock::new();
         *CHOSEN.get_or_init(|| {
@@ -78,7 +78,7 @@ impl Backend {
             Self::Neon => true,
             #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
             Self::Simd128 => true,
-            #[allow(unreachable_patterns, reason = "those of the other targets")]
+            #[allow(unreachable_patterns, reason = "the patterns of other targets")]
             _ => false,
         }
     }
@@ -120,7 +120,7 @@ impl Backend {
             }
             _ => {}
         }
-        work.run(Least::new())
+        work.run(Baseline::new())
     }
 }
 

@@ -33,7 +33,7 @@ impl<const N: usize> Boxes<N> {
         }
     }
 
-    /// Sets a lane.
+    /// Sets the box of a lane.
     #[inline]
     pub(crate) fn set_wide(&mut self, lane: usize, bounds: Wide) {
         self.set(lane, &bounds.to_box());
@@ -54,11 +54,11 @@ impl<const N: usize> Boxes<N> {
     /// The box around the boxes in the lanes of `mask`, which is below `2^N`.
     #[inline]
     pub fn around(&self, mask: u32) -> Aabb {
-        let is_asked: [bool; N] = std::array::from_fn(|lane| mask >> lane & 1 == 1);
-        // Halves are compared with each other again and again, so that SIMD compares many lanes at once.
+        let is_selected: [bool; N] = std::array::from_fn(|lane| mask >> lane & 1 == 1);
+        // Each step compares one half of the lanes with the other half, so that SIMD compares many lanes at once.
         let fold = |row: usize, none: f32, takes: fn(f32, f32) -> bool| {
             let mut lanes: [f32; N] =
-                std::array::from_fn(|lane| if is_asked[lane] { self.rows[row][lane] } else { none });
+                std::array::from_fn(|lane| if is_selected[lane] { self.rows[row][lane] } else { none });
             let mut half = N / 2;
             while half > 0 {
                 for lane in 0..half {
@@ -147,8 +147,8 @@ impl Wide {
     /// Whether an index accepts the box, see [`Aabb::is_valid`].
     #[inline]
     pub(crate) fn is_valid(self) -> bool {
-        let limit = Vec4::INFINITY;
-        (self.min.cmple(self.max) & self.min.abs().cmplt(limit) & self.max.abs().cmplt(limit)).all()
+        let is_finite = self.min.cmpgt(Vec4::NEG_INFINITY) & self.max.cmplt(Vec4::INFINITY);
+        (self.min.cmple(self.max) & is_finite).all()
     }
 
     #[inline]

@@ -10,7 +10,7 @@ pub struct EyeBoxes {
     pub(crate) center: [[f64; 16]; 3],
     /// Half edges: x, y, z.
     pub(crate) half: [[f64; 16]; 3],
-    /// For each box, the distance behind a plane from which on the box counts as beyond the plane.
+    /// For each box, the least distance behind a plane at which the box counts as beyond the plane.
     pub(crate) slack: [f64; 16],
 }
 

@@ -25,8 +25,8 @@ pub struct IdWriter<'a> {
     capacity: usize,
 }
 
-/// Number of ids that a page writes at most. The writer keeps this many places free behind the ids of a list, because
-/// each store writes sixteen places even if it appends fewer ids.
+/// Largest number of entries that a page overwrites. The writer keeps this many unused entries after the ids of a list,
+/// because each store writes sixteen entries even if it appends fewer ids.
 pub const ROOM_BEHIND: usize = 16 * 17;
 
 impl<'a> IdWriter<'a> {
@@ -53,11 +53,11 @@ impl<'a> IdWriter<'a> {
     /// Sets the length of the complete list.
     #[inline(always)]
     pub fn finish(self) {
-        // SAFETY: the first `len` places were filled, each within the capacity.
+        // SAFETY: the first `len` entries were filled, each within the capacity.
         unsafe { self.list.set_len(self.len) };
     }
 
-    /// Makes room for `more` ids, and for the places that a page overwrites behind them ([`ROOM_BEHIND`]).
+    /// Makes room for `more` ids, and for the entries that a page overwrites after them ([`ROOM_BEHIND`]).
     #[inline(always)]
     fn make_room(&mut self, more: usize) {
         if self.capacity - self.len < more + ROOM_BEHIND {
@@ -65,13 +65,13 @@ impl<'a> IdWriter<'a> {
         }
     }
 
-    /// The sixteen places that begin `ahead` places after the last id.
+    /// The sixteen entries that begin `ahead` entries after the last id.
     ///
     /// # Safety
     /// The list has room for `ahead + 16` more ids.
     #[inline(always)]
-    unsafe fn places(&mut self, ahead: usize) -> &mut [MaybeUninit<u32>; 16] {
-        // SAFETY: the caller guarantees that the places belong to the list; `PolygonId` is a transparent `u32`.
+    unsafe fn entries(&mut self, ahead: usize) -> &mut [MaybeUninit<u32>; 16] {
+        // SAFETY: the caller guarantees that the entries belong to the list; `PolygonId` is a transparent `u32`.
         unsafe { &mut *self.start.add(self.len + ahead).cast() }
     }
 
@@ -80,7 +80,7 @@ impl<'a> IdWriter<'a> {
     pub(crate) fn push<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
         self.make_room(0);
         // SAFETY: there is room now.
-        self.len += kernel.write_ids(first, mask, unsafe { self.places(0) });
+        self.len += kernel.write_ids(first, mask, unsafe { self.entries(0) });
     }
 
     /// Largest number of blocks in a call of [`IdWriter::push_blocks`].
@@ -92,8 +92,8 @@ impl<'a> IdWriter<'a> {
         self.make_room(0);
         for (block, &mask) in masks.iter().take(Self::BLOCKS).enumerate() {
             let first = first.wrapping_add(block as u32 * 16);
-            // SAFETY: sixteen blocks take at most 256 places, so sixteen are left for each.
-            self.len += kernel.write_ids(first, u32::from(mask), unsafe { self.places(0) });
+            // SAFETY: sixteen blocks take at most 256 entries, so sixteen are left for each.
+            self.len += kernel.write_ids(first, u32::from(mask), unsafe { self.entries(0) });
         }
     }
 
@@ -102,8 +102,8 @@ impl<'a> IdWriter<'a> {
     pub(crate) fn push_numbered<K: Kernel>(&mut self, kernel: K, numbers: &[u32], seen: &[u16; 16]) {
         self.make_room(0);
         for (&number, &seen) in numbers.iter().zip(seen) {
-            // SAFETY: sixteen blocks take at most 256 places, so sixteen are left for each.
-            self.len += kernel.write_ids(number * 16, u32::from(seen), unsafe { self.places(0) });
+            // SAFETY: sixteen blocks take at most 256 entries, so sixteen are left for each.
+            self.len += kernel.write_ids(number * 16, u32::from(seen), unsafe { self.entries(0) });
         }
     }
 
@@ -112,8 +112,8 @@ impl<'a> IdWriter<'a> {
     pub(crate) fn push_groups<K: Kernel>(&mut self, kernel: K, groups: &[[u32; 16]], seen: &[u16; 16]) {
         self.make_room(0);
         for (ids, &seen) in groups.iter().zip(seen) {
-            // SAFETY: sixteen groups take at most 256 places, so sixteen are left for each.
-            self.len += kernel.pack(ids, u32::from(seen), unsafe { self.places(0) });
+            // SAFETY: sixteen groups take at most 256 entries, so sixteen are left for each.
+            self.len += kernel.pack(ids, u32::from(seen), unsafe { self.entries(0) });
         }
     }
 
@@ -122,14 +122,14 @@ impl<'a> IdWriter<'a> {
     pub(crate) fn push_span<K: Kernel>(&mut self, kernel: K, first: u32, count: usize) {
         self.make_room(count);
         // SAFETY: there is room for `count` and sixteen more.
-        kernel.write_sixteen(first, unsafe { self.places(0) });
-        // The first store may be unaligned. The next ones fill whole cache lines, which is twice as fast; each position
-        // determines its id.
+        kernel.write_sixteen(first, unsafe { self.entries(0) });
+        // The first store may be unaligned. The next stores fill whole cache lines, which is twice as fast; the
+        // position of an entry determines its id.
         let address = self.start.wrapping_add(self.len).addr() / size_of::<u32>();
         let mut skip = 16 - address % 16;
         while skip < count {
             // SAFETY: there is room for `count` and sixteen more.
-            kernel.write_sixteen(first.wrapping_add(skip as u32), unsafe { self.places(skip) });
+            kernel.write_sixteen(first.wrapping_add(skip as u32), unsafe { self.entries(skip) });
             skip += 16;
         }
         self.len += count;
@@ -140,7 +140,7 @@ impl<'a> IdWriter<'a> {
     pub(crate) fn push_copy<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], count: u32) {
         self.make_room(0);
         // SAFETY: there is room now.
-        kernel.copy(ids, unsafe { self.places(0) });
+        kernel.copy(ids, unsafe { self.entries(0) });
         self.len += (count as usize).min(16);
     }
 
@@ -148,7 +148,7 @@ impl<'a> IdWriter<'a> {
     #[inline]
     pub fn push_slice(&mut self, ids: &[PolygonId]) {
         self.make_room(ids.len());
-        // SAFETY: there is room for them now, and they do not belong to the list.
+        // SAFETY: there is room for `ids` now, and `ids` does not belong to the list.
         unsafe {
             self.start.add(self.len).cast::<PolygonId>().copy_from_nonoverlapping(ids.as_ptr(), ids.len())
         };
@@ -160,12 +160,12 @@ impl<'a> IdWriter<'a> {
     pub fn push_packed<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], lanes: u32) {
         self.make_room(0);
         // SAFETY: there is room now.
-        let places = unsafe { self.places(0) };
+        let entries = unsafe { self.entries(0) };
         self.len += if lanes == 0xFFFF {
-            kernel.copy(ids, places);
+            kernel.copy(ids, entries);
             16
         } else {
-            kernel.pack(ids, lanes, places)
+            kernel.pack(ids, lanes, entries)
         };
     }
 
@@ -176,19 +176,19 @@ impl<'a> IdWriter<'a> {
         let all = (1u32 << (runs & 31)) - 1;
         let mut at = 0;
         if page.single == all {
-            // SAFETY: sixteen runs take at most 256 places, so sixteen are left for each.
-            kernel.copy(page.first, unsafe { self.places(0) });
+            // SAFETY: the list has room for sixteen entries of each run, i.e. for 256 entries of a page.
+            kernel.copy(page.first, unsafe { self.entries(0) });
             at = runs as usize;
         } else if page.gaps == 0 {
             for (&first, &mask) in page.first.iter().zip(page.masks).take(runs as usize) {
-                // SAFETY: sixteen runs take at most 256 places, so sixteen are left for each.
-                kernel.write_sixteen(first, unsafe { self.places(at) });
+                // SAFETY: the list has room for sixteen entries of each run, i.e. for 256 entries of a page.
+                kernel.write_sixteen(first, unsafe { self.entries(at) });
                 at += mask.count_ones() as usize;
             }
         } else {
             for (&first, &mask) in page.first.iter().zip(page.masks).take(runs as usize) {
-                // SAFETY: sixteen runs take at most 256 places, so sixteen are left for each.
-                at += kernel.write_ids(first, u32::from(mask), unsafe { self.places(at) });
+                // SAFETY: the list has room for sixteen entries of each run, i.e. for 256 entries of a page.
+                at += kernel.write_ids(first, u32::from(mask), unsafe { self.entries(at) });
             }
         }
         self.len += at;
@@ -203,21 +203,22 @@ impl<'a> IdWriter<'a> {
         while whole != 0 {
             let lane = whole.trailing_zeros() as usize & 15;
             whole &= whole - 1;
-            // SAFETY: sixteen runs take at most 256 places, so sixteen are left for each.
-            kernel.write_sixteen(page.first[lane], unsafe { self.places(at) });
+            // SAFETY: the list has room for sixteen entries of each run, i.e. for 256 entries of a page.
+            kernel.write_sixteen(page.first[lane], unsafe { self.entries(at) });
             at += page.masks[lane].count_ones() as usize;
         }
         let mut gaps = lanes & page.gaps & 0xFFFF;
         while gaps != 0 {
             let lane = gaps.trailing_zeros() as usize & 15;
             gaps &= gaps - 1;
-            // SAFETY: sixteen runs take at most 256 places, so sixteen are left for each.
-            at += kernel.write_ids(page.first[lane], u32::from(page.masks[lane]), unsafe { self.places(at) });
+            // SAFETY: the list has room for sixteen entries of each run, i.e. for 256 entries of a page.
+            at +=
+                kernel.write_ids(page.first[lane], u32::from(page.masks[lane]), unsafe { self.entries(at) });
         }
         let single = lanes & page.single & 0xFFFF;
         if single != 0 {
-            // SAFETY: sixteen runs take at most 256 places, so sixteen are left for each.
-            at += kernel.pack(page.first, single, unsafe { self.places(at) });
+            // SAFETY: the list has room for sixteen entries of each run, i.e. for 256 entries of a page.
+            at += kernel.pack(page.first, single, unsafe { self.entries(at) });
         }
         self.len += at;
     }
@@ -228,7 +229,7 @@ impl<'a> IdWriter<'a> {
 #[cold]
 #[inline(never)]
 fn grow(list: &mut Vec<PolygonId>, len: usize, more: usize) -> (*mut MaybeUninit<u32>, usize) {
-    // SAFETY: the first `len` places were filled, each within the capacity.
+    // SAFETY: the first `len` entries were filled, each within the capacity.
     unsafe { list.set_len(len) };
     list.reserve(len.max(more + ROOM_BEHIND));
     (list.as_mut_ptr().cast(), list.capacity())

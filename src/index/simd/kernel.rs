@@ -34,6 +34,16 @@ pub trait Kernel: Copy {
         numbers.iter().enumerate().fold(0, |lanes, (i, &number)| lanes | u32::from(number >= 0.0) << i)
     }
 
+    /// The numbers of `inside` in the lanes of `mask`, and of `outside` in the other lanes.
+    #[inline(always)]
+    fn select(self, mask: u32, inside: &[f32; 16], outside: &[f32; 16]) -> [f32; 16] {
+        let mut numbers = *outside;
+        for (lane, number) in numbers.iter_mut().enumerate() {
+            *number = if mask >> lane & 1 == 1 { inside[lane] } else { *number };
+        }
+        numbers
+    }
+
     /// The cells of a square of 8 x 8, row by row, at which `at + across * x + up * y` is at least 0 for every line; NaN
     /// does not count. The cell in column `x` and row `y` has bit `8 y + x`.
     #[inline(always)]
@@ -55,8 +65,8 @@ pub trait Kernel: Copy {
         cells
     }
 
-    /// The lanes whose boxes lie beyond a plane by at least their slack, and the lanes whose boxes lie as far on its
-    /// other side. The plane has a unit normal and the signed distance `distance` from the eye.
+    /// Returns two masks of lanes: the boxes that lie beyond a plane by at least their slack, and the boxes as far in
+    /// front of it. The plane has a unit normal and the signed distance `distance` from the eye.
     #[inline(always)]
     fn beyond_and_in_front(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
         let [x, y, z] = normal;

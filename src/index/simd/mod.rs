@@ -2,9 +2,9 @@
 //!
 //! A [`Kernel`] is a zero-sized token of an instruction set; it exists only if the processor has that set.
 //! [`Backend::detect`] chooses the set once, when an index is created, and [`Backend::run`] enters code compiled for
-//! it. The environment variable `OSP_SIMD` forces another set than the best. Every kernel computes the distance to a
-//! plane in the order that [`crate::math`] fixes, without fused multiply-add. So all kernels return the same results,
-//! bit for bit.
+//! it. The environment variable `OSP_SIMD` selects another set. Every kernel computes the distance to a plane in the
+//! order that [`crate::math`] fixes, without fused multiply-add. All kernels therefore return the same results, bit for
+//! bit.
 
 #[cfg(target_arch = "aarch64")]
 mod aarch64_neon;

@@ -105,7 +105,7 @@ impl PlaneSet {
         kernel.behind_any(&self.planes, boxes)
     }
 
-    /// The planes that do not have a box wholly on their inner side, and their number. The rest of the array is
+    /// The planes for which a box does not lie wholly on the inner side, and their number. The rest of the array is
     /// unspecified.
     #[inline(always)]
     pub(crate) fn cutting(&self, bounds: &Aabb) -> ([PreparedPlane; 6], usize) {
@@ -148,8 +148,8 @@ impl PlaneSet {
 pub struct PlaneLanes {
     normal: [[f32; 8]; 3],
     d: [f32; 8],
-    /// For each axis, the planes whose normal does not point down this axis: the corner farthest along the normal has
-    /// the box's greater coordinate.
+    /// For each axis, whether the normal of a plane has a component of at least 0. If so, the corner farthest along the
+    /// normal has the box's maximum on this axis.
     rises: [[bool; 8]; 3],
 }
 

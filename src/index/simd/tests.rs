@@ -1,5 +1,5 @@
 //! Compares every kernel with the scalar one, bit for bit.
-#![allow(clippy::print_stderr, reason = "a skipped test says why")]
+#![allow(clippy::print_stderr, reason = "a skipped test prints the reason")]
 
 use std::mem::MaybeUninit;
 
@@ -15,6 +15,7 @@ struct KernelResults {
     behind_any: u32,
     not_negative: [u32; 2],
     half_planes: [u64; 2],
+    selected: [u32; 16],
     sides: [(u32, u32); 12],
     sides_of_eight: [(u32, u32); 6],
     ids: Vec<u32>,
@@ -31,20 +32,20 @@ struct Case {
     numbers: [u32; 16],
 }
 
-/// The first `count` places, which the kernel must have written.
-fn written(count_and_places: (usize, [MaybeUninit<u32>; 16])) -> Vec<u32> {
-    let (count, places) = count_and_places;
-    // `places` has set every place before the kernel wrote to it.
-    places[..count].iter().map(|place| read(*place)).collect()
+/// The first `count` entries, which the kernel must have written.
+fn written(count_and_entries: (usize, [MaybeUninit<u32>; 16])) -> Vec<u32> {
+    let (count, entries) = count_and_entries;
+    // `unwritten` has set every entry before the kernel wrote to it.
+    entries[..count].iter().map(|entry| read(*entry)).collect()
 }
 
-#[expect(unsafe_code, reason = "the place was set by `places`")]
-fn read(place: MaybeUninit<u32>) -> u32 {
-    // SAFETY: `places` has set all places.
-    unsafe { place.assume_init() }
+#[expect(unsafe_code, reason = "the entry was set by `unwritten`")]
+fn read(entry: MaybeUninit<u32>) -> u32 {
+    // SAFETY: `unwritten` has set all entries.
+    unsafe { entry.assume_init() }
 }
 
-fn places() -> [MaybeUninit<u32>; 16] {
+fn unwritten() -> [MaybeUninit<u32>; 16] {
     [MaybeUninit::new(0xDEAD_BEEF); 16]
 }
 
@@ -58,7 +59,7 @@ impl WithKernel for &Case {
             eight.set(lane, &self.boxes.get(lane));
         }
         let write = |write: &mut dyn FnMut(&mut [MaybeUninit<u32>; 16]) -> usize| {
-            let mut out = places();
+            let mut out = unwritten();
             (write(&mut out), out)
         };
         KernelResults {
@@ -68,6 +69,10 @@ impl WithKernel for &Case {
                 kernel.not_negative(&self.boxes.rows[0]),
                 kernel.not_negative(self.boxes.rows[1][4..].first_chunk::<8>().expect("twelve")),
             ],
+            selected: {
+                let [inside, outside] = [&self.boxes.rows[0], &self.boxes.rows[1]];
+                kernel.select(self.mask, inside, outside).map(f32::to_bits)
+            },
             half_planes: {
                 let [at, across, up] =
                     [0, 1, 2].map(|row| *self.boxes.rows[row].first_chunk::<3>().expect("eight"));
@@ -130,7 +135,7 @@ fn case(state: &mut u64) -> Case {
 }
 
 #[test]
-fn every_kernel_says_the_same() {
+fn every_kernel_returns_the_same() {
     let mut state = 7;
     let cases: Vec<Case> = (0..3000).map(|_| case(&mut state)).collect();
     for &backend in Backend::ALL {
@@ -146,11 +151,11 @@ fn every_kernel_says_the_same() {
 
 /// Compares the scalar kernel with the test of a frustum against one box.
 #[test]
-fn the_plain_kernel_says_what_the_frustum_says() {
+fn the_scalar_kernel_agrees_with_the_frustum() {
     let mut state = 8;
     for _ in 0..500 {
         let case = case(&mut state);
-        let said = (&case).run(Scalar);
+        let results = (&case).run(Scalar);
         for lane in 0..16 {
             let bounds = case.boxes.get(lane);
             for (i, plane) in case.planes.iter().enumerate() {
@@ -158,8 +163,8 @@ fn the_plain_kernel_says_what_the_frustum_says() {
                 let plane = Plane { normal: Vec3::new(x, y, z), d: plane.d };
                 let behind = plane.signed_distance(plane.positive_vertex(&bounds)) < 0.0;
                 let inside = plane.signed_distance(plane.negative_vertex(&bounds)) >= 0.0;
-                assert_eq!(said.behind[i] >> lane & 1 == 1, behind);
-                let sides = said.sides[i * 2 + lane / 8];
+                assert_eq!(results.behind[i] >> lane & 1 == 1, behind);
+                let sides = results.sides[i * 2 + lane / 8];
                 assert_eq!(
                     (sides.0 >> (lane % 8) & 1 == 1, sides.1 >> (lane % 8) & 1 == 1),
                     (behind, inside)
@@ -167,11 +172,11 @@ fn the_plain_kernel_says_what_the_frustum_says() {
             }
         }
         let ids = (0..16).filter(|lane| case.mask >> lane & 1 == 1).map(|lane| case.first.wrapping_add(lane));
-        assert_eq!(said.ids, ids.collect::<Vec<_>>());
+        assert_eq!(results.ids, ids.collect::<Vec<_>>());
     }
 }
 
-/// The cells right of a line, and those of them above another one.
+/// The cells to the right of a line, and the cells that also lie above another line.
 struct Cells;
 
 impl WithKernel for Cells {
@@ -192,7 +197,7 @@ fn half_planes_are_cut_out_of_the_cells_row_by_row() {
 }
 
 #[test]
-fn names_lead_back() {
+fn a_name_selects_its_backend() {
     for &backend in Backend::ALL {
         assert_eq!(Backend::from_name(backend.name()), Some(backend));
     }

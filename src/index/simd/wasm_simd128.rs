@@ -79,14 +79,14 @@ fn pack_quarters(mask: u32, out: &mut [MaybeUninit<u32>; 16], numbers: impl Fn(u
         // SAFETY: the table has sixteen entries of sixteen bytes, and `lanes` is below sixteen.
         let order = unsafe { v128_load(PACKED[lanes].as_ptr().cast()) };
         let packed = u8x16_swizzle(numbers(quarter), order);
-        // SAFETY: the quarters before have at most four lanes each, so four places are left from `count` on.
+        // SAFETY: the quarters before have at most four lanes each, so four entries are left from `count` on.
         unsafe { v128_store(out.as_mut_ptr().add(count).cast(), packed) };
         count += lanes.count_ones() as usize;
     }
     count
 }
 
-/// For each mask of four lanes: the byte order that moves its lanes to the beginning. The bytes behind them become 0.
+/// For each mask of four lanes: the byte order that moves its lanes to the beginning. The other bytes become 0.
 const PACKED: [[u8; 16]; 16] = {
     let mut table = [[255; 16]; 16];
     let mut mask = 0;

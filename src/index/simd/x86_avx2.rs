@@ -131,7 +131,8 @@ impl Kernel for Avx2 {
 
     #[inline(always)]
     fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
-        // SAFETY: the token proves AVX2 and BMI2. `out` has sixteen places: the second store starts at `low`'s count, at most 8.
+        // SAFETY: the token proves AVX2 and BMI2. `out` has sixteen entries: the second store starts at `low`, at most
+        // 8.
         unsafe {
             let base = _mm256_set1_epi32(first as i32);
             let to = out.as_mut_ptr();
@@ -195,6 +196,23 @@ impl Kernel for Avx2 {
             lanes |= unsafe { not_negative(_mm256_loadu_ps(numbers.as_ptr().add(8 * part))) } << (8 * part);
         }
         lanes
+    }
+
+    #[inline(always)]
+    fn select(self, mask: u32, inside: &[f32; 16], outside: &[f32; 16]) -> [f32; 16] {
+        let mut numbers = [0.0; 16];
+        for at in [0, 8] {
+            // SAFETY: the token proves AVX2; eight numbers from `at` on are read twice and written once.
+            unsafe {
+                let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+                let lanes = _mm256_and_si256(_mm256_set1_epi32((mask >> at) as i32), bits);
+                let chosen = _mm256_castsi256_ps(_mm256_cmpeq_epi32(lanes, bits));
+                let (inside, outside) =
+                    (_mm256_loadu_ps(inside.as_ptr().add(at)), _mm256_loadu_ps(outside.as_ptr().add(at)));
+                _mm256_storeu_ps(numbers.as_mut_ptr().add(at), _mm256_blendv_ps(outside, inside, chosen));
+            }
+        }
+        numbers
     }
 
     #[inline(always)]

@@ -4,7 +4,7 @@ use std::{arch::x86_64::*, mem::MaybeUninit};
 
 use super::{Boxes, EyeBoxes, Kernel, PreparedPlane};
 
-/// AVX-512 (F and VL) with BMI: one register holds sixteen lanes, and comparisons give masks.
+/// AVX-512 (F and VL) with BMI: one register holds sixteen lanes, and comparisons return masks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx512(());
 
@@ -85,6 +85,17 @@ impl Kernel for Avx512 {
             lanes |= u32::from(outcome) << (8 * part);
         }
         lanes
+    }
+
+    #[inline(always)]
+    fn select(self, mask: u32, inside: &[f32; 16], outside: &[f32; 16]) -> [f32; 16] {
+        // SAFETY: the token proves AVX-512F; sixteen numbers are read twice and written once.
+        unsafe {
+            let [inside, outside] = [_mm512_loadu_ps(inside.as_ptr()), _mm512_loadu_ps(outside.as_ptr())];
+            let mut numbers = [0.0; 16];
+            _mm512_storeu_ps(numbers.as_mut_ptr(), _mm512_mask_blend_ps(mask as u16, outside, inside));
+            numbers
+        }
     }
 
     #[inline(always)]
@@ -182,7 +193,7 @@ impl Kernel for Avx512 {
 
     #[inline(always)]
     fn beyond_and_in_front(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
-        // SAFETY: the token proves AVX-512F; the places 0 and 8 leave eight lanes of a row of sixteen.
+        // SAFETY: the token proves AVX-512F; eight lanes follow lanes 0 and 8 of a row of sixteen.
         unsafe {
             let (low, high) =
                 (far_sides8(normal, distance, boxes, 0), far_sides8(normal, distance, boxes, 8));

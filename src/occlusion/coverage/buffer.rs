@@ -200,18 +200,18 @@ impl CoverageBuffer {
         self.backend.run(TestPolygon { tiles: &self.tiles, picture, polygon })
     }
 
-    /// The polygons of a block that [`CoverageBuffer::hides_polygon`] finds hidden. The surfaces contain the
-    /// current form of the polygons in `read`; their corners are projected once in a frame.
+    /// The polygons of a block that [`CoverageBuffer::hides_polygon`] finds hidden. The corners in the surfaces are projected
+    /// once in a frame.
     pub(in crate::occlusion) fn hidden_of_block(
         &mut self,
         surfaces: &Surfaces,
         geometry: &dyn Geometry,
         block: usize,
-        [tested, read]: [u16; 2],
+        [tested, whole]: [u16; 2],
     ) -> u16 {
         let Self { facets, tiles, backend, .. } = self;
         let Some(picture) = facets.picture().copied() else { return 0 };
-        backend.run(TestBlock { facets, tiles, picture: &picture, surfaces, geometry, block, tested, read })
+        backend.run(TestBlock { facets, tiles, picture: &picture, surfaces, geometry, block, tested, whole })
     }
 
     fn test_all(&self, boxes: &[Aabb], needed: Needed, each: impl FnMut(usize, Tested)) {
@@ -287,7 +287,8 @@ struct TestBlock<'a> {
     geometry: &'a dyn Geometry,
     block: usize,
     tested: u16,
-    read: u16,
+    /// The polygons whose corners the surfaces contain.
+    whole: u16,
 }
 
 impl WithKernel for TestBlock<'_> {
@@ -295,24 +296,24 @@ impl WithKernel for TestBlock<'_> {
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> u16 {
-        let Self { facets, tiles, picture, surfaces, geometry, block, tested, read } = self;
+        let Self { facets, tiles, picture, surfaces, geometry, block, tested, whole } = self;
         let (mut hidden, mut left) = (0, tested);
         while left != 0 {
             let bit = left & left.wrapping_neg();
             left ^= bit;
             let id = PolygonId((block * BLOCK) as u32 + bit.trailing_zeros());
-            let whole = if read & bit != 0 { surfaces.whole_corners_of(id) } else { &[] };
-            let is_hidden = if whole.is_empty() {
+            let corners_of = if whole & bit != 0 { surfaces.corners_of(id) } else { &[] };
+            let is_hidden = if corners_of.is_empty() {
                 match geometry.polygon(id) {
                     Some(polygon) => TestPolygon { tiles, picture, polygon: &polygon }.run(kernel),
                     None => false,
                 }
             } else {
-                let (mut corners, mut may_be) = (TestedCorners::NONE, true);
-                for &corner in whole {
+                let mut corners = TestedCorners::NONE;
+                let may_be = corners_of.iter().all(|&corner| {
                     let (eye, seen) = facets.see(surfaces, corner, picture);
-                    may_be = may_be && corners.push(eye, seen, tiles);
-                }
+                    corners.push(eye, seen, tiles)
+                });
                 may_be && corners.are_hidden(kernel, tiles, picture)
             };
             hidden |= if is_hidden { bit } else { 0 };
@@ -342,8 +343,26 @@ impl TestedCorners {
 
     #[inline(always)]
     fn are_hidden<K: Kernel>(&self, kernel: K, tiles: &Tiles, picture: &Picture) -> bool {
-        match Facet::of_tested(&self.eyes[..self.len], &self.seen[..self.len], picture) {
-            Some(facet) => is_hidden(kernel, &facet, tiles, picture),
+        let seen = &self.seen[..self.len];
+        let (mut low, mut high, mut nearest) = ([i32::MAX; 2], [i32::MIN; 2], 0.0_f64);
+        for &(at, nearness) in seen {
+            for axis in 0..2 {
+                low[axis] = low[axis].min(at[axis]);
+                high[axis] = high[axis].max(at[axis]);
+            }
+            nearest = nearest.max(nearness);
+        }
+        let ends = [0, 1].map(|axis| [low[axis], high[axis]]);
+        if !picture.shows_corners(ends) {
+            return false;
+        }
+        // Most hidden polygons lie behind a rectangle that hides their nearest corner.
+        let near = (nearest * (1.0 + DEPTH_SLACK)) as f32;
+        if tiles.hides_between(kernel, ends, near) {
+            return true;
+        }
+        match Facet::of_tested(&self.eyes[..self.len], seen, picture) {
+            Some(facet) => is_hidden(kernel, &facet, tiles),
             None => false,
         }
     }

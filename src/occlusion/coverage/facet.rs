@@ -13,6 +13,9 @@ use super::{
 /// Largest number of sides of a facet: four of a quad, and one at the near plane.
 pub(super) const FACET_SIDES: usize = SIDES + 1;
 
+/// The number of lanes for the sides of a facet, a full register.
+pub(super) const LANES: usize = 8;
+
 /// Bound of the relative error of depths in `f32` from rounding, with a margin.
 const DEPTH_SLACK: f64 = 1.0e-6;
 
@@ -29,8 +32,8 @@ const SQUARE: f64 = SIDE as f64;
 /// A convex outline in the picture, counterclockwise (`y` up).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Facet {
-    /// The corners, in steps.
-    pub(super) at: [[i32; 2]; FACET_SIDES],
+    /// The corners across and up, in steps. The first corner also fills the lanes without a corner.
+    pub(super) at: [[i32; LANES]; 2],
     pub(super) len: u8,
     /// Whether the facet's orientation in the picture is the reverse of the polygon's.
     pub(super) is_turned: bool,
@@ -103,7 +106,7 @@ impl Facet {
     }
 
     pub(super) const NONE: Self = Self {
-        at: [[0; 2]; FACET_SIDES],
+        at: [[0; LANES]; 2],
         len: 0,
         is_turned: false,
         polygon: NONE,
@@ -139,15 +142,45 @@ impl Facet {
         self.is_turned = is_turned;
         self.len = len as u8;
         self.end = outline.farthest.unwrap_or(0.0) * (1.0 - DEPTH_SLACK);
+        self.edges = outline.edges;
         if self.is_turned {
             for i in 0..len {
-                self.at[i] = outline.at[len - 1 - i];
                 // In the reversed outline, the edge that ends at a corner begins there.
                 self.edges[i] = outline.edges[(2 * len - 2 - i) % len];
             }
-        } else {
-            (self.at, self.edges) = (outline.at, outline.edges);
         }
+        let corners = &outline.at[..len];
+        if self.is_turned {
+            self.set_corners(corners.iter().rev().copied());
+        } else {
+            self.set_corners(corners.iter().copied());
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn set_corners(&mut self, mut corners: impl Iterator<Item = [i32; 2]>) {
+        let first = corners.next().unwrap_or_default();
+        self.at = first.map(|v| [v; LANES]);
+        for (i, [x, y]) in corners.enumerate() {
+            (self.at[0][i + 1], self.at[1][i + 1]) = (x, y);
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn corner(&self, i: usize) -> [i32; 2] {
+        [self.at[0][i], self.at[1][i]]
+    }
+
+    /// The lowest and highest coordinates across and up, in steps.
+    #[inline(always)]
+    pub(super) fn ends(&self) -> [[i32; 2]; 2] {
+        self.at.map(|along| {
+            let (mut low, mut high) = (i32::MAX, i32::MIN);
+            for v in along {
+                (low, high) = (low.min(v), high.max(v));
+            }
+            [low, high]
+        })
     }
 
     /// The facet of a tested polygon. `eyes` are the polygon's corners relative to the eye, in the axes of the view.
@@ -174,14 +207,10 @@ impl Facet {
     /// small or nearly edge-on.
     #[inline(always)]
     pub(super) fn set_plane(&mut self, eyes: &[DVec3], raster: &Raster, pushed: Pushed) {
-        let ends = |axis: usize| {
-            let along = self.at[..usize::from(self.len)].iter().map(move |at| at[axis]);
-            along.fold((i32::MAX, i32::MIN), |(low, high), v| (low.min(v), high.max(v)))
-        };
-        let is_small = [0, 1].into_iter().all(|axis| {
-            let (low, high) = ends(axis);
-            i64::from(high) - i64::from(low) < i64::from(SMALL_PX) * STEPS as i64
-        });
+        let is_small = self
+            .ends()
+            .into_iter()
+            .all(|[low, high]| i64::from(high) - i64::from(low) < i64::from(SMALL_PX) * STEPS as i64);
         if is_small {
             return;
         }

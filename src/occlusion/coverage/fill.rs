@@ -2,8 +2,8 @@
 //! touch.
 
 use super::{
-    facet::{FACET_SIDES, Facet},
-    picture::{MARGIN, Picture, STEPS},
+    facet::{FACET_SIDES, Facet, LANES as EDGES},
+    picture::{MARGIN, STEPS, pixels_between},
     slope::SIDE,
     surfaces::SIDES,
     table::NONE,
@@ -21,9 +21,6 @@ const INSIDE: f32 = 2.0e-5;
 
 /// Largest distance of a sample from an edge that comes within [`MARGIN`] of the sample's pixel.
 const TOUCH: f32 = (SAMPLE + MARGIN) as f32 + INSIDE;
-
-/// The number of lanes for the edges of a facet, a full register.
-const EDGES: usize = 8;
 
 /// The distance of an edge that bounds nothing.
 const NOWHERE: f64 = 1.0e9;
@@ -85,7 +82,8 @@ fn fill<K: Kernel>(kernel: K, facet: &Facet, number: u32, tiles: &mut Tiles) {
                 open |= edges.touched(kernel, &part, left.trailing_zeros() as usize, [x as i32, y as i32]);
                 left &= left - 1;
             }
-            tiles.push([column, row], number, Part { covered, open, depth });
+            let touched = pixels_within(edges.pixels[0], edges.pixels[1], x as i32, y as i32);
+            tiles.push([column, row], number, Part { covered, open, touched, depth });
             let mut left = part.cut & earlier;
             while left != 0 {
                 tiles.unite([column, row], facet.mates[left.trailing_zeros() as usize]);
@@ -95,13 +93,11 @@ fn fill<K: Kernel>(kernel: K, facet: &Facet, number: u32, tiles: &mut Tiles) {
     }
 }
 
-/// Whether all pixels that a tested polygon touches are covered nearer than the polygon's nearest depth.
+/// Whether all pixels that a tested polygon touches are covered nearer than the polygon's nearest depth. The polygon must
+/// lie in the shown part of the picture.
 #[inline(always)]
-pub(super) fn is_hidden<K: Kernel>(kernel: K, facet: &Facet, tiles: &Tiles, picture: &Picture) -> bool {
+pub(super) fn is_hidden<K: Kernel>(kernel: K, facet: &Facet, tiles: &Tiles) -> bool {
     let edges = Edges::new(facet);
-    if !picture.shows(edges.low.map(|v| v - MARGIN), edges.high.map(|v| v + MARGIN)) {
-        return false;
-    }
     let [columns, rows] = edges.reach(tiles);
     for row in rows[0]..rows[1] {
         for column in columns[0]..columns[1] {
@@ -146,8 +142,6 @@ struct Edges {
     /// The columns and rows of pixels within [`MARGIN`] of each open edge, and of the facet.
     near: [[[i32; 2]; 2]; FACET_SIDES],
     pixels: [[i32; 2]; 2],
-    low: [f64; 2],
-    high: [f64; 2],
 }
 
 /// The edges of a facet in a tile that the facet reaches.
@@ -158,60 +152,45 @@ struct EdgesInTile {
     cut: u32,
 }
 
-/// The pixels in a range of coordinates, widened by [`MARGIN`].
-#[inline(always)]
-fn pixels_of(low: f64, high: f64) -> [i32; 2] {
-    [(low - MARGIN).floor() as i32, (high + MARGIN).floor() as i32 + 1]
-}
-
 impl Edges {
     #[inline(always)]
     fn new(facet: &Facet) -> Self {
-        let len = usize::from(facet.len);
         let mut edges = Self {
             a: [0.0; EDGES],
             b: [0.0; EDGES],
-            c: [NOWHERE; EDGES],
+            c: [0.0; EDGES],
             ends: [[0.0; EDGES]; 2],
             open: 0,
             points: 0,
             near: [[[0; 2]; 2]; FACET_SIDES],
-            pixels: [[0; 2]; 2],
-            low: [f64::INFINITY; 2],
-            high: [f64::NEG_INFINITY; 2],
+            pixels: facet.ends().map(pixels_between),
         };
-        let px = |i: usize| facet.at[i].map(|v| f64::from(v) * (1.0 / STEPS));
-        let mut from = px(0);
-        for i in 0..len {
-            let to = px(if i + 1 == len { 0 } else { i + 1 });
-            for (axis, &at) in to.iter().enumerate() {
-                edges.low[axis] = smaller(edges.low[axis], at);
-                edges.high[axis] = larger(edges.high[axis], at);
-            }
-            let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-            let length = dx.abs() + dy.abs();
-            if facet.mates[i] == NONE {
-                edges.open |= 1 << i;
-                edges.near[i] =
-                    [0, 1].map(|axis| pixels_of(smaller(from[axis], to[axis]), larger(from[axis], to[axis])));
-            }
-            if length == 0.0 {
-                edges.points |= 1 << i;
-            } else {
-                // Counterclockwise: the facet lies on the left of its edges.
-                let (a, b) = (-dy / length, dx / length);
-                (edges.a[i], edges.b[i]) = (a, b);
-                edges.c[i] = a * (SAMPLE - from[0]) + b * (SAMPLE - from[1]);
-            }
-            from = to;
-        }
+        let from = &facet.at;
+        let to = from.map(|at| std::array::from_fn::<_, EDGES, _>(|i| at[(i + 1) % EDGES]));
         for i in 0..EDGES {
-            let (a, b) = (edges.a[i], edges.b[i]);
+            let [from_x, from_y] = [0, 1].map(|axis| f64::from(from[axis][i]) * (1.0 / STEPS));
+            let [to_x, to_y] = [0, 1].map(|axis| f64::from(to[axis][i]) * (1.0 / STEPS));
+            let (dx, dy) = (to_x - from_x, to_y - from_y);
+            let length = dx.abs() + dy.abs();
+            let is_point = length == 0.0;
+            let length = if is_point { 1.0 } else { length };
+            // Counterclockwise: the facet lies on the left of its edges.
+            let (a, b) = (-dy / length, dx / length);
+            let c = a * (SAMPLE - from_x) + b * (SAMPLE - from_y);
+            (edges.a[i], edges.b[i], edges.c[i]) = (a, b, if is_point { NOWHERE } else { c });
             let first = -SAMPLE * (a + b);
             edges.ends[0][i] = (first + SIZE * (smaller(a, 0.0) + smaller(b, 0.0)) - 2.0 * MARGIN) as f32;
             edges.ends[1][i] = (first + SIZE * (larger(a, 0.0) + larger(b, 0.0)) + 2.0 * MARGIN) as f32;
         }
-        edges.pixels = [0, 1].map(|axis| pixels_of(edges.low[axis], edges.high[axis]));
+        for i in 0..usize::from(facet.len) {
+            let [from, to] = [[from[0][i], from[1][i]], [to[0][i], to[1][i]]];
+            edges.points |= u32::from(from == to) << i;
+            if facet.mates[i] == NONE {
+                edges.open |= 1 << i;
+                edges.near[i] =
+                    [0, 1].map(|axis| pixels_between([from[axis].min(to[axis]), from[axis].max(to[axis])]));
+            }
+        }
         edges
     }
 

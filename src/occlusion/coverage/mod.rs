@@ -16,11 +16,12 @@
 //! * [`fill`] visits each tile of 8 x 8 pixels that a facet reaches. It finds the samples that the facet covers, and
 //!   the pixels within `MARGIN` of an open edge.
 //! * [`tiles`] joins the facets of a tile that are neighbours to surfaces. A surface covers the pixels of its samples,
-//!   except pixels near its open edges. It covers them from the farthest depth of its facets in the tile on.
+//!   except pixels near its open edges. It covers a pixel from the farthest depth of its facets that touch this pixel on.
 //! * [`buffer`] calls a box hidden if all pixels that its corners span are covered nearer than its nearest depth. It
 //!   calls a polygon hidden if all pixels that it touches are covered nearer than its nearest depth in their tile. Most
 //!   objects are visible, so two short cuts come first. A box is not hidden if its middle pixel is not covered. A
-//!   polygon is not hidden if the pixel of a corner is not covered.
+//!   polygon is not hidden if the pixel of a corner is not covered. It is hidden if all pixels between its corners
+//!   hide its nearest corner.
 //!
 //! # Why a covered pixel is covered
 //! Let `S` be the facets of one surface in a tile, `p` a pixel of it (closed), and `s` its sample.
@@ -46,8 +47,10 @@
 //!    neighbours along the diagonal.
 //! 5. *Depth.* This polygon has a facet in `S`. The facet's bound holds for all depths of the polygon in the tile. It
 //!    is the polygon's plane, moved back to the farthest corner, or the depth of this corner. The plane of a pair is
-//!    that of one triangle, pushed back to the farthest corner of the other. The surface takes the farthest bound of all
-//!    its facets.
+//!    that of one triangle, pushed back to the farthest corner of the other. The polygon meets `p`, and its corners lie
+//!    within `MARGIN` of the facet's. So `p` is in the rectangle of pixels around the facet, widened by `MARGIN`. In `p`,
+//!    the surface takes the farthest bound of the facets whose rectangles contain `p`. The facets that cover `s` are among
+//!    them, so there is a bound. Facets with nearly equal bounds are bounded together, in all their pixels.
 //!
 //! Any part of the surfaces may be omitted: an edge whose neighbour is omitted is open. So budgets, facets without area
 //! or convex outline, and corners too far to the side only reduce the number of hidden objects. A pixel has the

@@ -53,7 +53,7 @@ impl Facets {
         let mates = &other.mates[..3];
         let mate_side = mates.iter().position(|&mate| mate as usize == i)?;
         let is_once = mates.iter().filter(|&&mate| mate as usize == i).count() == 1;
-        let at = |facet: &Facet, corner: usize| facet.at[corner % 3].map(i64::from);
+        let at = |facet: &Facet, corner: usize| facet.corner(corner % 3).map(i64::from);
         let (from, to) = (at(own, side), at(own, side + 1));
         let (apex, other_apex) = (at(own, side + 2), at(other, mate_side + 2));
         let is_convex = turn(other_apex, to, apex) >= 0 && turn(apex, from, other_apex) >= 0;
@@ -80,12 +80,12 @@ impl Facets {
             quad.has_plane = true;
         }
         quad.end = own.end.min(other.end);
-        let parts = [(own, side + 1), (own, side + 2), (other, mate_side + 1), (other, mate_side + 2)];
+        let parts = [(&own, side + 1), (&own, side + 2), (&other, mate_side + 1), (&other, mate_side + 2)];
         for (k, (facet, corner)) in parts.into_iter().enumerate() {
-            quad.at[k] = facet.at[corner % 3];
             quad.edges[k] = facet.edges[corner % 3];
             quad.mates[k] = facet.mates[corner % 3];
         }
+        quad.set_corners(parts.iter().map(|(facet, corner)| facet.corner(corner % 3)));
         quad.len = 4;
         self.facets[i] = quad;
         self.facets[mate].len = 0;
@@ -115,7 +115,7 @@ impl Facet {
     }
 
     fn length_squared(&self, side: usize) -> i64 {
-        let [a, b] = [side, (side + 1) % 3].map(|corner| self.at[corner].map(i64::from));
+        let [a, b] = [side, (side + 1) % 3].map(|corner| self.corner(corner).map(i64::from));
         (a[0] - b[0]).pow(2) + (a[1] - b[1]).pow(2)
     }
 

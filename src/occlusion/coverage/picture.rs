@@ -91,6 +91,13 @@ impl Picture {
         DVec2::from(low).cmpge(known_low).all() && DVec2::from(high).cmple(known_high).all()
     }
 
+    /// Whether an object with corners in these ranges of coordinates, in steps, may be reported as hidden.
+    #[inline(always)]
+    pub(super) fn shows_corners(&self, ends: [[i32; 2]; 2]) -> bool {
+        let px = |steps: i32| f64::from(steps) * (1.0 / STEPS);
+        self.shows(ends.map(|[low, _]| px(low) - MARGIN), ends.map(|[_, high]| px(high) + MARGIN))
+    }
+
     /// Projects a point: its position in steps, and its reciprocal depth. The depth is 0 if the point is too
     /// near or too far to the side.
     #[inline(always)]
@@ -103,6 +110,15 @@ impl Picture {
         let px = self.raster.flat_in_pixels(eye.x / eye.z, eye.y / eye.z) * STEPS;
         ([px.x, px.y].map(rounded), nearness)
     }
+}
+
+/// Number of bits of a corner's coordinate that are below the pixel.
+pub(super) const STEP_BITS: u32 = (STEPS as u32).trailing_zeros();
+
+/// The pixels in a range of coordinates in steps, widened by [`MARGIN`], which is one step.
+#[inline(always)]
+pub(super) fn pixels_between([low, high]: [i32; 2]) -> [i32; 2] {
+    [(low - 1) >> STEP_BITS, ((high + 1) >> STEP_BITS) + 1]
 }
 
 /// Rounds to the nearest whole number. `v` lies between -2^30 and 2^30.

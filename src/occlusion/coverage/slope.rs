@@ -16,8 +16,7 @@ pub(super) struct Slope {
     pub(super) from: f32,
     /// Increase of the bound from one side of the tile to the other, across and up.
     pub(super) across: [f32; 2],
-    /// A constant bound: at most the least value of a lower bound, at least the largest value of an upper
-    /// bound.
+    /// A constant limit: a lower bound is at least `end` in every pixel, an upper bound at most `end`.
     pub(super) end: f32,
 }
 
@@ -45,8 +44,8 @@ impl Slope {
 
     /// A lower bound in each pixel of a group of rows.
     ///
-    /// Each of the six operations errs by at most 2^-24 of the sum of the terms, which
-    /// [`Facet::slack`](super::facet::Facet::slack) contains.
+    /// [`Facet::slack`](super::facet::Facet::slack) includes the rounding error: at most 2^-24 of the sum of the terms for
+    /// each of the six operations.
     #[inline(always)]
     pub(super) fn least_in_pixels(&self, group: usize) -> [f32; ROWS] {
         let least = (self.across[0].min(0.0) + self.across[1].min(0.0)) * PIXEL;
@@ -71,7 +70,7 @@ impl Slope {
     /// Largest amount by which this bound exceeds `other` in the tile; negative if it is always less.
     #[inline(always)]
     fn excess(&self, other: &Self) -> f32 {
-        let [x, y] = [0, 1].map(|axis| (self.across[axis] - other.across[axis]).max(0.0));
+        let [x, y] = [0, 1].map(|axis| larger(self.across[axis] - other.across[axis], 0.0));
         (self.from - other.from) + x + y
     }
 
@@ -82,18 +81,43 @@ impl Slope {
         self.end >= other.end || other.excess(self) <= 0.0
     }
 
+    /// A lower bound that is valid for both bounds, if they differ by at most this share in the whole tile.
+    #[inline(always)]
+    pub(super) fn joined(&self, other: &Self, share: f32) -> Option<Self> {
+        let (most, excess) = (share * self.end, self.excess(other));
+        (excess <= most && other.excess(self) <= most).then(|| self.lowered(other, excess))
+    }
+
     /// A lower bound that is valid for both bounds.
     #[inline(always)]
     pub(super) fn farther_of(&self, other: &Self) -> Self {
-        let lower = self.excess(other).max(0.0) * (1.0 + 4.0 * f32::EPSILON);
-        let end = self.end.min(other.end);
+        self.lowered(other, self.excess(other))
+    }
+
+    /// A lower bound that is valid for both bounds. `excess` is the [excess](Slope::excess) over the other one.
+    #[inline(always)]
+    fn lowered(&self, other: &Self, excess: f32) -> Self {
+        let lower = larger(excess, 0.0) * (1.0 + 4.0 * f32::EPSILON);
+        let end = if other.end < self.end { other.end } else { self.end };
         let from = self.from - lower;
-        let least = from + self.across[0].min(0.0) + self.across[1].min(0.0);
+        let least = from + smaller(self.across[0], 0.0) + smaller(self.across[1], 0.0);
         // Selects the bound that is better in the middle.
         if from + 0.5 * (self.across[0] + self.across[1]) > end {
-            Self { from, across: self.across, end: end.max(least) }
+            Self { from, across: self.across, end: larger(end, least) }
         } else {
             Self::level(end)
         }
     }
+}
+
+/// The larger number; the second one for NaN.
+#[inline(always)]
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// The smaller number; the second one for NaN.
+#[inline(always)]
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }

@@ -23,8 +23,6 @@ struct Face {
     corners: [u32; SIDES],
     /// For each edge, the same edge of another polygon. All polygons at one edge form a ring.
     next: [EdgeCode; SIDES],
-    /// Whether these are the corners of the drawn polygon, and not only of its solid part.
-    is_whole: bool,
 }
 
 impl Face {
@@ -41,10 +39,10 @@ fn corner_hash(p: Vec3) -> u64 {
     hash_of([p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), 0])
 }
 
-const NO_FACE: Face = Face { corners: [NONE; SIDES], next: [NONE; SIDES], is_whole: false };
+const NO_FACE: Face = Face { corners: [NONE; SIDES], next: [NONE; SIDES] };
 
 /// The occluders of a model as surfaces: polygons whose corners have the same coordinates bit for bit share these
-/// corners, and the edges between them. A polygon takes 36 bytes, a corner about 40.
+/// corners, and the edges between them. A polygon takes 32 bytes, a corner about 40.
 #[derive(Clone, Debug, Default)]
 pub(in crate::occlusion) struct Surfaces {
     faces: Vec<Face>,
@@ -70,17 +68,21 @@ impl Surfaces {
         }
     }
 
-    /// Reads a changed polygon. A polygon of a group that moves as a whole is no occluder.
-    pub(in crate::occlusion) fn set(&mut self, geometry: &dyn Geometry, id: PolygonId) {
+    /// Reads a changed polygon. Returns whether it is an occluder with its whole area. A polygon of a group that moves as a
+    /// whole is no occluder.
+    pub(in crate::occlusion) fn set(&mut self, geometry: &dyn Geometry, id: PolygonId) -> bool {
         let is_fixed = id.0 < PolygonId::LIMIT && geometry.is_present(id) && geometry.space(id).is_none();
         let polygon = if is_fixed { geometry.occluder(id) } else { None };
         let polygon = polygon.filter(|polygon| polygon.vertices().iter().all(|p| p.is_finite()));
-        let Some(polygon) = polygon else { return self.take_out(id) };
+        let Some(polygon) = polygon else {
+            self.take_out(id);
+            return false;
+        };
         if !self.is_same(id, &polygon) {
             self.take_out(id);
             self.put_in(id, &polygon);
         }
-        self.faces[id.index()].is_whole = geometry.polygon(id) == Some(polygon);
+        geometry.polygon(id) == Some(polygon)
     }
 
     fn is_same(&self, id: PolygonId, polygon: &ConvexPolygon) -> bool {
@@ -214,16 +216,6 @@ impl Surfaces {
     #[inline]
     pub(super) fn corners_of(&self, id: PolygonId) -> &[u32] {
         self.faces.get(id.index()).map_or(&[], Face::corners)
-    }
-
-    /// The corners of a polygon as it is drawn; none if the polygon is no occluder, or hides only with a part of its
-    /// area.
-    #[inline]
-    pub(super) fn whole_corners_of(&self, id: PolygonId) -> &[u32] {
-        match self.faces.get(id.index()) {
-            Some(face) if face.is_whole => face.corners(),
-            _ => &[],
-        }
     }
 
     /// Whether a polygon may occlude.

@@ -6,7 +6,6 @@ use super::{
     buffer::CoverageBuffer,
     facet::Facet,
     fill::is_hidden,
-    picture::Picture,
     slope::Slope,
     surfaces::Surfaces,
     tiles::{Part, Tiles},
@@ -103,7 +102,7 @@ fn window(eye_in_world: Vec3) -> ViewWindow {
 fn built(polygons: &Polygons, window: &ViewWindow) -> CoverageBuffer {
     let mut surfaces = Surfaces::default();
     let ids = || (0..polygons.0.len() as u32).map(PolygonId);
-    ids().for_each(|id| surfaces.set(polygons, id));
+    ids().for_each(|id| _ = surfaces.set(polygons, id));
     let mut buffer = CoverageBuffer::new(320, 184);
     buffer.build_of(window, &surfaces, ids());
     buffer
@@ -121,15 +120,23 @@ fn is_hidden_by_all_pixels(buffer: &CoverageBuffer, polygon: &ConvexPolygon) -> 
     let in_axes = |p: &Vec3| raster.in_axes(p.as_dvec3() - raster.eye_in_world);
     let eyes: Vec<DVec3> = polygon.vertices().iter().map(in_axes).collect();
     let seen: Vec<_> = eyes.iter().map(|eye| picture.project(*eye)).collect();
+    let steps = |axis: usize| seen.iter().map(move |(at, _)| at[axis]);
+    let ends = [0, 1].map(|axis| [steps(axis).min().unwrap_or(0), steps(axis).max().unwrap_or(0)]);
     seen.iter().all(|(_, nearness)| *nearness > 0.0)
-        && Facet::of_tested(&eyes, &seen, picture)
-            .is_some_and(|facet| Backend::detect().run(AllPixels { facet: &facet, tiles, picture }))
+        && picture.shows_corners(ends)
+        && Backend::detect().run(AllPixels {
+            facet: Facet::of_tested(&eyes, &seen, picture),
+            ends,
+            near: (seen.iter().fold(0.0_f64, |near, seen| near.max(seen.1)) * (1.0 + 1.0e-6)) as f32,
+            tiles,
+        })
 }
 
 struct AllPixels<'a> {
-    facet: &'a Facet,
+    facet: Option<Facet>,
+    ends: [[i32; 2]; 2],
+    near: f32,
     tiles: &'a Tiles,
-    picture: &'a Picture,
 }
 
 impl WithKernel for AllPixels<'_> {
@@ -137,7 +144,11 @@ impl WithKernel for AllPixels<'_> {
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> bool {
-        is_hidden(kernel, self.facet, self.tiles, self.picture)
+        match &self.facet {
+            Some(facet) => is_hidden(kernel, facet, self.tiles),
+            // Without an outline, only the nearest depth of all pixels between the corners counts.
+            None => self.tiles.hides_between(kernel, self.ends, self.near),
+        }
     }
 }
 
@@ -151,7 +162,7 @@ fn a_short_cut_gives_the_answer_of_the_whole_test() {
         let window = window(if round < 4 { Vec3::ZERO } else { Vec3::new(3.0, 1.0, 30.0) });
         let mut surfaces = Surfaces::default();
         let ids = || (0..polygons.0.len() as u32).map(PolygonId);
-        ids().for_each(|id| surfaces.set(&polygons, id));
+        ids().for_each(|id| _ = surfaces.set(&polygons, id));
         let mut tested = polygons.0.clone();
         for i in 0..1600 {
             let (away, size) = (2.0 + 8.0 * random.next(), [0.02, 0.1, 0.5, 2.0][i % 4]);
@@ -200,7 +211,8 @@ fn a_short_cut_gives_the_answer_of_the_whole_test() {
     assert!(hidden > 500 && visible > 500 && hidden_boxes > 300, "{hidden}, {visible}, {hidden_boxes}");
 }
 
-/// A tile with a facet in each half, at two depths. The facets may be neighbours. The first has the border `open`.
+/// A tile with a facet in each half, at two depths. Each facet touches one row of the other half. The facets may be
+/// neighbours. The first has the border `open`.
 struct OneTile {
     are_neighbours: bool,
     depths: [f32; 2],
@@ -213,11 +225,11 @@ impl WithKernel for &OneTile {
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> Self::Output {
         let mut tiles = Tiles::new(1, 1);
-        let halves = [u64::MAX >> 32, !(u64::MAX >> 32)];
-        for (number, (covered, depth)) in halves.into_iter().zip(self.depths).enumerate() {
+        let halves = [(u64::MAX >> 32, u64::MAX >> 24), (!(u64::MAX >> 32), !(u64::MAX >> 40))];
+        for (number, ((covered, touched), depth)) in halves.into_iter().zip(self.depths).enumerate() {
             assert!(tiles.begin_facet([[0, 1], [0, 1]]));
             let open = if number == 0 { self.open } else { 0 };
-            tiles.push([0, 0], number as u32, Part { covered, open, depth: Slope::level(depth) });
+            tiles.push([0, 0], number as u32, Part { covered, open, touched, depth: Slope::level(depth) });
             if number == 1 && self.are_neighbours {
                 tiles.unite([0, 0], 0);
             }
@@ -229,13 +241,17 @@ impl WithKernel for &OneTile {
 }
 
 #[test]
-fn neighbours_cover_a_tile_together_from_the_farther_depth_on_and_strangers_each_from_their_own() {
+fn neighbours_cover_the_pixels_that_both_touch_from_the_farther_depth_on_and_strangers_each_from_their_own() {
     let is_hidden_at = |tiles: &Tiles, pixel: [usize; 2], near: f32| tiles.hides_pixel(pixel, near);
     for &backend in Backend::ALL.iter().filter(|backend| backend.is_available()) {
         let run = |are_neighbours, depths, open| backend.run(&OneTile { are_neighbours, depths, open });
         let (tiles, useful) = run(true, [0.5, 0.25], 0);
         assert_eq!(useful, [true; 2]);
-        assert!(tiles.hides_all(0, &Slope::level(0.25)) && !is_hidden_at(&tiles, [0, 0], 0.4));
+        assert!(tiles.hides_all(0, &Slope::level(0.25)) && !is_hidden_at(&tiles, [0, 4], 0.3));
+        assert!(is_hidden_at(&tiles, [0, 2], 0.5) && !is_hidden_at(&tiles, [0, 3], 0.3));
+        let (tiles, _) = run(true, [0.25, 0.5], 0);
+        assert!(tiles.hides_all(0, &Slope::level(0.25)) && !is_hidden_at(&tiles, [0, 3], 0.3));
+        assert!(is_hidden_at(&tiles, [0, 5], 0.5) && !is_hidden_at(&tiles, [0, 4], 0.3));
         let (tiles, useful) = run(false, [0.5, 0.25], 0);
         assert_eq!(useful, [true; 2]);
         assert!(is_hidden_at(&tiles, [0, 0], 0.4) && !is_hidden_at(&tiles, [0, 7], 0.4));
@@ -248,6 +264,37 @@ fn neighbours_cover_a_tile_together_from_the_farther_depth_on_and_strangers_each
             tiles.clear();
             assert!(!is_hidden_at(tiles, [0, 0], 0.1) && !tiles.hides_all(0, &Slope::level(0.1)));
         }
+    }
+}
+
+/// A near facet in the lower half of a tile, and behind it a surface of two facets in the whole tile.
+struct HalfHidden;
+
+impl WithKernel for HalfHidden {
+    type Output = [bool; 3];
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> Self::Output {
+        let (mut tiles, half) = (Tiles::new(1, 1), u64::MAX >> 32);
+        for (number, (pixels, depth)) in
+            [(half, 0.5), (half >> 8, 0.25), (!(half >> 8), 0.25)].into_iter().enumerate()
+        {
+            assert!(tiles.begin_facet([[0, 1], [0, 1]]));
+            let depth = Slope { end: depth * 0.5, ..Slope::level(depth * (1.0 + 0.1 * number as f32)) };
+            tiles.push([0, 0], number as u32, Part { covered: pixels, open: 0, touched: pixels, depth });
+            if number == 2 {
+                tiles.unite([0, 0], 1);
+            }
+        }
+        tiles.join(kernel, 3);
+        [0, 1, 2].map(|facet| tiles.is_useful(facet))
+    }
+}
+
+#[test]
+fn a_facet_is_useless_if_its_surface_hides_only_other_pixels() {
+    for &backend in Backend::ALL.iter().filter(|backend| backend.is_available()) {
+        assert_eq!(backend.run(HalfHidden), [true, false, true], "{}", backend.name());
     }
 }
 
@@ -264,6 +311,33 @@ fn large_neighbours_leave_no_gap_at_the_edge_that_they_share() {
         let tested = buffer.test_box(&Aabb::cube(middle, 0.3));
         assert_eq!(tested.verdict, Verdict::Hidden, "{middle}");
     }
+}
+
+#[test]
+fn a_pixel_at_a_fold_is_no_nearer_than_the_receding_side() {
+    let side = |x: f32, z: f32| {
+        let [low, high] = [-4.0, 4.0].map(|y| Vec3::new(x, y, z));
+        [low, high]
+    };
+    let ([a, b], [c, d], [e, f]) = (side(-4.0, -5.0), side(0.0, -5.0), side(4.0, -45.0));
+    let polygons = Polygons(vec![ConvexPolygon::quad([a, c, d, b]), ConvexPolygon::quad([c, e, f, d])]);
+    let mut hidden = 0;
+    for step in 0..64 {
+        // The fold lies at another place in its pixel each time.
+        let eye = Vec3::new(0.002 * step as f32, 0.0, 0.0);
+        let buffer = built(&polygons, &window(eye));
+        assert_eq!(buffer.facets(), 2);
+        for x in [0.001, 0.003, 0.006, 0.012] {
+            // The receding side lies at -5 - 10 x.
+            let at = |past: f32| {
+                let p = |dx: f32, y: f32| Vec3::new(x + dx, y, -5.0 - 10.0 * x - past);
+                ConvexPolygon::triangle(p(0.0, 0.0), p(0.0005, 0.0), p(0.0, 0.001))
+            };
+            assert!(!buffer.hides_polygon(&at(-0.003)), "{x} in front of the side, from {eye}");
+            hidden += usize::from(buffer.hides_polygon(&at(1.0)));
+        }
+    }
+    assert!(hidden > 150, "{hidden}");
 }
 
 /// A flat grid of quads, or of two triangles each.
@@ -393,10 +467,10 @@ fn a_block_is_tested_by_the_drawn_and_current_polygons_not_by_stored_parts_of_th
     let window = window(Vec3::ZERO);
     let hidden = |polygons: &dyn Geometry, after: &dyn Geometry, read: u16| {
         let mut surfaces = Surfaces::default();
-        [0, 1].into_iter().for_each(|id| surfaces.set(polygons, PolygonId(id)));
+        let whole = [0, 1].map(|id| u16::from(surfaces.set(polygons, PolygonId(id))) << id);
         let mut buffer = CoverageBuffer::new(320, 184);
         buffer.build_of(&window, &surfaces, [PolygonId(0)].into_iter());
-        buffer.hidden_of_block(&surfaces, after, 0, [2, read])
+        buffer.hidden_of_block(&surfaces, after, 0, [2, (whole[0] | whole[1]) & read])
     };
     let behind = Polygons(vec![square(1.0, -3.0), triangle(0.8, -4.0)]);
     let before = Polygons(vec![square(1.0, -3.0), triangle(0.8, -2.0)]);

@@ -2,7 +2,7 @@
 //! If some of its pixels are covered at nearer depths, the tile also has a depth for each pixel.
 
 use super::{
-    picture::STEPS,
+    picture::{STEP_BITS, STEPS, pixels_between},
     slope::{ROWS, SIDE, Slope},
     table::NONE,
 };
@@ -16,9 +16,10 @@ const RESERVED_ENTRIES: usize = 1 << 17;
 /// Number of facets in one tile for which memory is reserved.
 const RESERVED_LOCALS: usize = 1 << 10;
 
-/// Number of bits of a corner's coordinate that are below the pixel.
-const STEP_BITS: u32 = (STEPS as u32).trailing_zeros();
 const TILE_STEPS: i32 = SIDE as i32 * STEPS as i32 - 1;
+
+/// Facets of a surface are bounded together if their bounds differ by at most this share in the whole tile.
+const FLAT: f32 = 1.0 / 500.0;
 
 /// The part of a facet, or of a surface, in a tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,11 +28,13 @@ pub(super) struct Part {
     pub(super) covered: u64,
     /// Pixels through which an edge without a neighbour passes.
     pub(super) open: u64,
+    /// All pixels that it touches, and perhaps others.
+    pub(super) touched: u64,
     /// A lower bound of its reciprocal depth in the tile.
     pub(super) depth: Slope,
 }
 
-/// See [`Entry::previous_root`].
+/// Marks a root whose surface hides something. Its `open` then has the pixels in which the surface was the nearest.
 const USEFUL: u32 = NONE - 1;
 
 /// The part of one facet in a tile.
@@ -44,6 +47,8 @@ struct Entry {
     parent: u32,
     /// For a root, the previous root in the tile; later [`USEFUL`], if the surface hides anything.
     previous_root: u32,
+    /// For a root, the last entry of its surface that it does not bound. For such an entry, the previous one.
+    bent: u32,
 }
 
 /// The tiles that a facet reaches.
@@ -77,7 +82,8 @@ pub(super) const GROUPS: usize = SIDE * SIDE / ROWS;
 struct Depths([[f32; ROWS]; GROUPS]);
 
 impl Depths {
-    /// The lowest and the highest number.
+    /// The smallest and the largest depth of the tile.
+    #[inline(always)]
     fn ends(&self) -> [f32; 2] {
         let (mut low, mut high) = ([f32::INFINITY; ROWS], [0.0; ROWS]);
         for depths in &self.0 {
@@ -215,7 +221,7 @@ impl Tiles {
     pub(super) fn push(&mut self, [column, row]: [usize; 2], facet: u32, part: Part) {
         let parent = self.entries.len() as u32;
         let tile = (row * self.columns + column) as u32;
-        self.entries.push(Entry { part, facet, tile, parent, previous_root: NONE });
+        self.entries.push(Entry { part, facet, tile, parent, previous_root: NONE, bent: NONE });
         let reach = &mut self.reaches[facet as usize];
         let bit = |place| 1_u64.checked_shl(place);
         reach.present |= reach.place(column, row).and_then(bit).unwrap_or(0);
@@ -267,11 +273,18 @@ impl Tiles {
                 let last = &mut self.last[self.entries[number].tile as usize];
                 self.entries[number].previous_root = std::mem::replace(last, root);
             } else {
-                self.entries[number].parent = root;
-                let sum = &mut self.entries[root as usize].part;
+                let Entry { part: sum, bent, .. } = &mut self.entries[root as usize];
                 sum.covered |= part.covered;
                 sum.open |= part.open;
-                sum.depth = sum.depth.farther_of(&part.depth);
+                let mut previous = NONE;
+                if let Some(both) = sum.depth.joined(&part.depth, FLAT) {
+                    sum.touched |= part.touched;
+                    sum.depth = both;
+                } else {
+                    previous = std::mem::replace(bent, number as u32);
+                }
+                let entry = &mut self.entries[number];
+                (entry.parent, entry.bent) = (root, previous);
             }
         }
         self.useful.clear();
@@ -291,7 +304,9 @@ impl Tiles {
             }
         }
         for entry in &self.entries {
-            self.useful[entry.facet as usize] |= self.entries[entry.parent as usize].previous_root == USEFUL;
+            let root = &self.entries[entry.parent as usize];
+            self.useful[entry.facet as usize] |=
+                root.previous_root == USEFUL && root.part.open & entry.part.touched != 0;
         }
     }
 
@@ -301,7 +316,8 @@ impl Tiles {
         self.surfaces.clear();
         let mut at = self.last[tile];
         while at != NONE {
-            let Entry { part: Part { covered, open, depth }, previous_root, .. } = self.entries[at as usize];
+            let Entry { part: Part { covered, open, depth, .. }, previous_root, .. } =
+                self.entries[at as usize];
             if covered & !open != 0 {
                 self.surfaces.push((depth.end, at));
             }
@@ -312,49 +328,74 @@ impl Tiles {
         }
         for k in 0..self.surfaces.len() {
             let (_, root) = self.surfaces[k];
-            let part = self.entries[root as usize].part;
-            if self.add_surface(kernel, tile, &part) {
-                self.entries[root as usize].previous_root = USEFUL;
+            let raised = self.add_surface(kernel, tile, root);
+            if raised != 0 {
+                let root = &mut self.entries[root as usize];
+                (root.previous_root, root.part.open) = (USEFUL, raised);
             }
         }
     }
 
-    /// Adds a surface to a tile. Returns whether it covers a pixel nearer than the surfaces added before.
+    /// The parts of a surface that its root does not bound.
     #[inline(always)]
-    fn add_surface<K: Kernel>(&mut self, kernel: K, tile: usize, surface: &Part) -> bool {
-        if surface.depth.end <= self.all[tile] {
-            return false;
-        }
+    fn bent(&self, root: u32) -> impl Iterator<Item = &Part> {
+        let mut at = self.entries[root as usize].bent;
+        std::iter::from_fn(move || {
+            let Entry { part, bent, .. } = self.entries.get(at as usize)?;
+            at = *bent;
+            Some(part)
+        })
+    }
+
+    /// Adds a surface to a tile. Returns the pixels that it covers nearer than the surfaces added before.
+    #[inline(always)]
+    fn add_surface<K: Kernel>(&mut self, kernel: K, tile: usize, root: u32) -> u64 {
+        let surface = self.entries[root as usize].part;
         let covered = surface.covered & !surface.open;
         let is_whole = covered == u64::MAX;
-        if is_whole && !self.is_fine[tile] {
-            (self.all[tile], self.slopes[tile], self.whole[tile]) = (surface.depth.end, surface.depth, NONE);
-            return true;
+        let is_flat = self.entries[root as usize].bent == NONE;
+        let all = if is_flat || is_whole {
+            self.bent(root).fold(surface.depth, |all, part| all.farther_of(&part.depth))
+        } else {
+            surface.depth
+        };
+        let is_nearer = all.end > self.all[tile];
+        if is_flat && !is_nearer {
+            return 0;
         }
-        if !std::mem::replace(&mut self.is_fine[tile], true) {
-            let whole = self.slopes[tile];
-            for group in 0..GROUPS {
-                self.depths[tile].0[group] = whole.least_in_pixels(group);
+        if is_flat && is_whole && !self.is_fine[tile] {
+            (self.all[tile], self.slopes[tile], self.whole[tile]) = (all.end, all, NONE);
+            return u64::MAX;
+        }
+        let mut bounds: [_; GROUPS] = std::array::from_fn(|_| [f32::INFINITY; ROWS]);
+        if is_flat {
+            for (group, bound) in bounds.iter_mut().enumerate() {
+                *bound = all.least_in_pixels(group);
+            }
+        } else {
+            farthest(kernel, &surface, &mut bounds);
+            for part in self.bent(root).filter(|part| part.touched & covered != 0) {
+                farthest(kernel, part, &mut bounds);
             }
         }
-        let mut is_useful = false;
-        for group in 0..GROUPS {
+        let was_fine = std::mem::replace(&mut self.is_fine[tile], true);
+        let whole = self.slopes[tile];
+        let mut all_raised = 0;
+        for (group, depths) in self.depths[tile].0.iter_mut().enumerate() {
             let pixels = (covered >> (group * ROWS)) as u32 & 0xFFFF;
-            let (depths, bound) = (&mut self.depths[tile].0[group], surface.depth.least_in_pixels(group));
+            let before = if was_fine { *depths } else { whole.least_in_pixels(group) };
             let mut behind = [0.0; ROWS];
             for k in 0..ROWS {
-                behind[k] = depths[k] - bound[k];
+                behind[k] = before[k] - bounds[group][k];
             }
             let raised = pixels & !kernel.not_negative(&behind);
-            is_useful |= raised != 0;
-            for k in 0..ROWS {
-                depths[k] = if raised >> k & 1 == 1 { bound[k] } else { depths[k] };
-            }
+            all_raised |= u64::from(raised) << (group * ROWS);
+            *depths = kernel.select(raised, &bounds[group], &before);
         }
-        if is_whole {
-            (self.all[tile], self.slopes[tile], self.whole[tile]) = (surface.depth.end, surface.depth, NONE);
+        if is_whole && is_nearer {
+            (self.all[tile], self.slopes[tile], self.whole[tile]) = (all.end, all, NONE);
         }
-        is_useful
+        all_raised
     }
 
     /// Whether a single bound covers the whole tile in front of the upper bound `near` of an object's reciprocal
@@ -404,9 +445,9 @@ impl Tiles {
     /// Whether the pixel of a polygon's corner may be covered in front of the corner. `at` is the corner's position in
     /// steps, `nearness` its reciprocal depth.
     ///
-    /// A bound is the farthest depth of a covering surface in a tile. The polygon touches this pixel, so it is visible if
-    /// no bound of the pixel is nearer than the corner. A bound that hides the polygon is nearer in the whole tile. A
-    /// corner that was rounded into the tile is an exception. The polygon then counts as visible, which is safe.
+    /// A bound is the farthest depth of a covering surface in a tile or in a pixel. The polygon touches this pixel, so it is
+    /// visible if no bound of the pixel is nearer than the corner. A bound that hides the polygon is nearer in the whole
+    /// pixel. A corner that was rounded into the pixel is an exception. The polygon then counts as visible, which is safe.
     #[inline(always)]
     pub(super) fn may_hide_corner(&self, at: [i32; 2], nearness: f64) -> bool {
         let [x, y] = at.map(|v| v >> STEP_BITS);
@@ -429,6 +470,16 @@ impl Tiles {
         let tile = y / SIDE * self.columns + x / SIDE;
         let bit = y % SIDE * SIDE + x % SIDE;
         self.all[tile] >= near || self.is_fine[tile] && self.depths[tile].0[bit / ROWS][bit % ROWS] >= near
+    }
+
+    /// Whether all pixels in a range of corners are covered in front of the reciprocal depth `near`. The range is in steps,
+    /// across and up.
+    #[inline(always)]
+    pub(super) fn hides_between<K: Kernel>(&self, kernel: K, ends: [[i32; 2]; 2], near: f32) -> bool {
+        let [x, y] = ends.map(pixels_between);
+        let within = |[from, end]: [i32; 2], tiles: usize| [from.max(0), end.min((tiles * SIDE) as i32)];
+        let (x, y) = (within(x, self.columns), within(y, self.rows));
+        x[0] >= x[1] || y[0] >= y[1] || self.test(kernel, x, y, near, 0.0, Needed::Hidden).0
     }
 
     /// Tests the pixels in these columns and rows; both ranges lie in the picture and are not empty. Returns whether
@@ -466,6 +517,18 @@ impl Tiles {
             }
         }
         (is_hidden, may_hide, steps)
+    }
+}
+
+/// Moves the bounds of the pixels that a facet touches back to the facet's bound.
+#[inline(always)]
+fn farthest<K: Kernel>(kernel: K, part: &Part, bounds: &mut [[f32; ROWS]; GROUPS]) {
+    for (group, bound) in bounds.iter_mut().enumerate() {
+        let own = part.depth.least_in_pixels(group);
+        let own = kernel.select((part.touched >> (group * ROWS)) as u32, &own, &[f32::INFINITY; ROWS]);
+        for k in 0..ROWS {
+            bound[k] = if own[k] < bound[k] { own[k] } else { bound[k] };
+        }
     }
 }
 

@@ -185,6 +185,36 @@ fn a_ray_goes_from_the_near_plane_to_what_lies_behind_its_place_on_the_screen() 
 }
 
 #[test]
+fn a_perspective_by_rows_is_refused_and_a_level_mirror_is_not() {
+    let is_refused = |matrix: DMat4, depth| {
+        let columns = matrix.to_cols_array();
+        let single = columns.map(|number| number as f32);
+        let results = [Camera::from_matrix(columns, depth), Camera::from_matrix(single, depth)];
+        results.iter().all(|result| *result == Err(CameraError::Transposed))
+    };
+    for case in cases(&mut Rng(13)) {
+        let is_plain = !case.is_parallel && !case.name.starts_with("oblique");
+        if is_plain && case.reach < 1.0e6 {
+            assert!(is_refused(case.clip_from_world.transpose(), case.depth), "{}", case.name);
+        }
+    }
+    // Not turned, so the transpose is not sheared.
+    let endless = perspective([-1.0, 1.0, -1.0, 1.0], 0.1, f64::INFINITY, Depth::OneToZero);
+    assert!(is_refused(endless.transpose(), Depth::OneToZero));
+    let error =
+        Camera::from_matrix(endless.transpose().to_cols_array(), Depth::OneToZero).expect_err("by rows");
+    assert!(error.to_string().contains("column by column"), "{error}");
+    // What an eye 1 m under water sees above it. The near plane is the water, which the middle of the screen misses.
+    let mut mirror = endless;
+    (mirror.y_axis.z, mirror.z_axis.z, mirror.w_axis.z) = (1.0, 0.0, -1.0);
+    for turn in [DQuat::IDENTITY, DQuat::from_rotation_y(0.7)] {
+        let eye = DMat4::from_rotation_translation(turn, DVec3::NEG_Y);
+        let camera = Camera::from_matrix((mirror * eye.inverse()).to_cols_array(), Depth::ZeroToOne);
+        assert!(camera.is_ok(), "{camera:?}");
+    }
+}
+
+#[test]
 fn what_is_no_camera_says_why() {
     let mut numbers = DMat4::IDENTITY.to_cols_array();
     numbers[6] = f64::NAN;

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use osp::{
-    Camera, Culler, Dense, Key, Occluder, OccluderError, Refusal,
-    glam::Vec3,
+    Camera, Culler, Dense, Depth, Key, Occluder, OccluderError, Refusal,
+    glam::{DMat4, Vec3},
     math::{Aabb, Ray},
     view::{Projection, View},
 };
@@ -268,6 +268,13 @@ fn what_has_gone_is_found_by_no_query_and_what_came_by_the_next_commit() {
     assert_eq!(culler.on_ray(ray, f32::INFINITY).count(), 0);
     assert_eq!(culler.nearest([0.0_f32; 3], 9).count(), 0);
     culler.commit();
+    assert_eq!(
+        culler.on_ray(Ray::new([5.5_f32, 5.5, 9.0], [0.0_f32, 0.0, -2.0]), 2.0).next(),
+        Some(("new", 1.5))
+    );
+    let nowhere = Ray::new([f32::NAN; 3], Vec3::Z);
+    assert_eq!(culler.on_ray(nowhere, f32::INFINITY).count(), 0);
+    assert_eq!(culler.pick(nowhere, |key, _| panic!("{key}")), None);
     assert!(culler.in_sphere([5.5_f32; 3], 0.1).eq(["new"]));
     assert_eq!((culler.bounds("old"), culler.len()), (None, 1));
 }
@@ -276,6 +283,7 @@ fn what_has_gone_is_found_by_no_query_and_what_came_by_the_next_commit() {
 fn refusals_name_the_object_and_what_was_expected() {
     let mut culler = Culler::<Dense>::new();
     culler.set(Dense(4), [[0.0_f32; 3], [1.0; 3]]);
+    culler.set_layers(Dense(4), 2);
     culler.set(Dense(4), [[0.0_f32, 0.0, 2.0], [1.0; 3]]);
     culler.set(Dense(u32::MAX), [[0.0_f32; 3], [1.0; 3]]);
     culler.set_layers(Dense(1 << 27), 2);
@@ -291,6 +299,11 @@ fn refusals_name_the_object_and_what_was_expected() {
         ]
     );
     assert!(culler.is_empty(), "where it was, it is no more");
+    assert_eq!(culler.bounds(Dense(4)), None);
+    culler.set(Dense(4), [[0.0_f32; 3], [1.0; 3]]);
+    let camera = Camera::from_matrix(DMat4::IDENTITY.to_cols_array(), Depth::ZeroToOne).expect("a camera");
+    let frame = culler.cull(&[camera.on_layers(1), camera.on_layers(2)]);
+    assert_eq!((frame[0].len(), frame[1].len()), (0, 1), "it keeps its layers");
 }
 
 #[test]
@@ -330,7 +343,9 @@ fn what_is_no_occluder_says_why() {
     assert_eq!(Occluder::mesh(&square, &[0, 0, 2]), Err(OccluderError::NoArea));
     assert_eq!(Occluder::mesh::<[f32; 3]>(&[], &[]), Err(OccluderError::NoArea));
     assert!(Occluder::cuboid([[0.0_f32; 3], [1.0; 3]]).is_ok());
-    assert_eq!(Occluder::cuboid([[0.0_f32; 3], [-1.0; 3]]), Err(OccluderError::NoArea));
+    assert_eq!(Occluder::cuboid([[0.0_f32; 3]; 2]), Err(OccluderError::NoArea));
+    let turned = Occluder::cuboid([[0.0_f32; 3], [-1.0; 3]]).expect_err("max, min");
+    assert_eq!(turned.to_string(), "bounds: expected min <= max");
 }
 
 #[test]

@@ -108,5 +108,7 @@ fn a_triangle_that_is_not_finite_is_refused_by_its_place() {
     );
     let camera = cameras(Vec3::ZERO)[0];
     assert_eq!(oracle.missing(&camera, |_| false, 30).len(), 1, "the one before it was added");
-    assert_eq!(Oracle::new().missing(&camera, |_| false, 4), []);
+    let mut line = Oracle::new();
+    line.add(7, [[[-1.0, 0.0, -2.0], [0.0, 0.0, -2.0], [1.0, 0.0, -2.0]]]).expect("finite");
+    assert_eq!(line.missing(&camera, |_| false, 4), [], "it covers nothing");
 }

@@ -112,7 +112,7 @@ fn verifying_culls_as_a_frame_does() {
         };
         let mut verifier = Verifier::new(Box::new(index), config, StageClock::default());
         verifier.follow(&model, &changes);
-        verifier.look(&model, &view);
+        verifier.verify_view(&model, &view);
         assert_eq!(walks.load(Relaxed), if can_thin { 0 } else { 3 });
         assert!(!verifier.trials()[0].failed());
         verifier.trials()[0].totals().clone()

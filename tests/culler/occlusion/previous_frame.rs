@@ -1,12 +1,13 @@
 //! Occluders of the frame before.
 
+use crate::index_queries::own::WallAndMeshes;
 use glam::Vec3;
-
 use osp::{
     frame::{OcclusionPass, PassConfig, Pipeline, PreviousFramePass},
     index::IndexConfig,
+    math::Aabb,
     occlusion::Occlusion,
-    polygon::{Change, PolygonId, VisibleBlocks},
+    polygon::{Change, Geometry, PolygonId, VisibleBlocks},
     view::{Projection, View},
 };
 use osp_rivals::IndexKind;
@@ -22,7 +23,7 @@ fn square(center: Vec3, half_m: f32) -> Event {
 }
 
 /// What is drawn of each view in the fourth frame at rest.
-fn at_rest(scene: &Scene, changes: &[Change], views: &[View]) -> Vec<Vec<PolygonId>> {
+fn at_rest(scene: &dyn Geometry, changes: &[Change], views: &[View]) -> Vec<Vec<PolygonId>> {
     let index = IndexKind::Osp.create(&IndexConfig::default());
     let mut pipeline = Pipeline::new(index, 256).with_pass(PreviousFramePass::new(256));
     for frame in 0..4 {
@@ -54,6 +55,21 @@ fn each_view_is_culled_by_its_own_window() {
 fn at_origin() -> View {
     let projection = Projection::symmetric(60.0, 1.5, 0.01, 100.0);
     View::look_at(Vec3::ZERO, Vec3::NEG_Z, projection)
+}
+
+#[test]
+fn meshes_are_culled_by_their_boxes_one_by_one() {
+    let wall = Aabb { min: Vec3::new(-1.0, -1.0, -2.0), max: Vec3::new(1.0, 1.0, -2.0) };
+    // Those with even numbers stand beside the wall, so no box around several meshes is hidden.
+    let mesh = |i: u32| {
+        let x = if i.is_multiple_of(2) { 2.2 } else { -0.5 };
+        Aabb::cube(Vec3::new(x, i as f32 * 0.1 - 0.6, -3.0), 0.05)
+    };
+    let world = WallAndMeshes([wall].into_iter().chain((1..13).map(mesh)).collect());
+    let changes: Vec<Change> = (0..13).map(|i| Change::Insert(PolygonId(i))).collect();
+    let drawn = at_rest(&world, &changes, &[at_origin()]);
+    let expected: Vec<PolygonId> = (0..13).step_by(2).map(PolygonId).collect();
+    assert_eq!(drawn, [expected]);
 }
 
 /// A rough wall of triangles, which no large occluder can stand for.

@@ -145,7 +145,7 @@ fn verified_with(
     verifier.follow(&model, &changes);
     let camera = CameraPath::new(CameraChoice::Auto, None, &Aabb::EMPTY);
     for moment in moments.iter().take(views) {
-        verifier.look(&model, &camera.view(moment));
+        verifier.verify_view(&model, &camera.view(moment));
     }
     verifier
 }

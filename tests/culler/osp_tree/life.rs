@@ -222,7 +222,7 @@ fn moving_leaves_no_trace() {
     while osp.moving() > 0 {
         osp.commit();
         commits += 1;
-        assert!(commits < 200, "{} are still kept beside the tree", osp.moving());
+        assert!(commits < 1_000, "{} are still kept beside the tree", osp.moving());
     }
     osp.validate().unwrap();
     assert_cost(&osp, &tree_of(&all, root()), &some_views(&root()), 1.3, "moved and moved back");

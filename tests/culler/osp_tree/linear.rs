@@ -205,7 +205,7 @@ fn scattered_polygons_become_a_tree_when_no_more_come() {
     }
     assert!(is_linear(&osp) && osp.moving() == 0);
     assert_all_same(&osp, &reference, &boxes, 58);
-    for frame in 0..400 {
+    for frame in 0..1_200 {
         osp.commit();
         if frame % 50 == 0 {
             assert_all_same(&osp, &reference, &boxes, 59 + frame);

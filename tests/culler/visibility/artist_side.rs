@@ -21,7 +21,7 @@ fn point() -> Event {
 fn side_of<'a>(events: impl IntoIterator<Item = &'a Event>) -> Option<Vec3> {
     let mut side = ArtistSide::default();
     events.into_iter().for_each(|event| side.note(event));
-    side.backwards(None)
+    side.direction_to_artist(None)
 }
 
 #[test]
@@ -38,7 +38,7 @@ fn the_portrait_is_seen_from_its_face() {
         side.note(&event);
     }
     assert!(last.z < -0.5, "the artist ends behind it");
-    let back = side.backwards(None).expect("a head").normalize();
+    let back = side.direction_to_artist(None).expect("a head").normalize();
     // The face looks along +z (the generator of this session: "radians from its face").
     assert!(back.z > 0.8, "{back}");
     let bounds = Aabb::new(Vec3::new(-1.0, 0.5, -1.0), Vec3::new(1.0, 2.5, 1.0));
@@ -75,8 +75,8 @@ fn the_sessions_own_camera_comes_before_the_artist() {
     let mut side = ArtistSide::default();
     let camera = Camera { p: Vec3::ONE, q: Quat::from_rotation_y(1.0), fov_degrees: 60.0, near_m: None };
     let back = camera.q * Vec3::Z;
-    assert!(side.backwards(Some(camera)).is_some_and(|found| found.abs_diff_eq(back, 1.0e-6)));
+    assert!(side.direction_to_artist(Some(camera)).is_some_and(|found| found.abs_diff_eq(back, 1.0e-6)));
     [head(3.0, 0.0), point()].iter().for_each(|event| side.note(event));
-    assert!(side.backwards(Some(camera)).is_some_and(|found| found.abs_diff_eq(back, 1.0e-6)));
-    assert!(side.backwards(None).is_some_and(|found| !found.normalize().abs_diff_eq(back, 0.1)));
+    assert!(side.direction_to_artist(Some(camera)).is_some_and(|found| found.abs_diff_eq(back, 1.0e-6)));
+    assert!(side.direction_to_artist(None).is_some_and(|found| !found.normalize().abs_diff_eq(back, 0.1)));
 }

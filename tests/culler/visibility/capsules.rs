@@ -91,7 +91,7 @@ proptest! {
 }
 
 #[test]
-fn rays_that_start_inside_run_along_the_axis_or_have_no_length() {
+fn rays_that_start_inside_or_run_along_the_axis() {
     let capsule = Capsule { from: Vec3::ZERO, to: Vec3::X * 4.0, radius_m: 1.0 };
     let entered = |origin: Vec3, direction: Vec3| Ray::new(origin, direction).enter_capsule(&capsule, 100.0);
     assert_eq!(entered(Vec3::X, Vec3::Y), Some(0.0));
@@ -100,6 +100,4 @@ fn rays_that_start_inside_run_along_the_axis_or_have_no_length() {
     assert_eq!(entered(Vec3::X * 9.0, Vec3::X), None, "behind");
     assert_eq!(entered(Vec3::X * 9.0, Vec3::NEG_X * 2.0), Some(2.0), "in units of the direction");
     assert_eq!(entered(Vec3::new(2.0, 5.0, 0.0), Vec3::NEG_Y), Some(4.0));
-    assert_eq!(entered(Vec3::X, Vec3::ZERO), Some(0.0));
-    assert_eq!(entered(Vec3::X * 9.0, Vec3::ZERO), None);
 }

@@ -69,10 +69,10 @@ fn verification_notices_what_the_frustum_loses() {
     let lost = PolygonId(1234);
     let mut verifier = verifier(Box::new(Altered::by(move |list| list.retain(|&id| id != lost))), Vec::new());
     verifier.follow(&scene, &changes);
-    verifier.look(&scene, &away);
+    verifier.verify_view(&scene, &away);
     assert_eq!((verifier.views().lost, verifier.views().first_lost), (0, None), "it is not in view");
-    verifier.look(&scene, &looking_at_it);
-    verifier.look(&scene, &looking_at_it);
+    verifier.verify_view(&scene, &looking_at_it);
+    verifier.verify_view(&scene, &looking_at_it);
     assert_eq!((verifier.views().lost, verifier.views().first_lost), (2, Some((1, lost))));
     // Erased polygons and such as cannot be drawn are not missed.
     let some: Vec<PolygonId> = scene.visible_ids().filter(|id| id.0 % 3 != 0).collect();
@@ -93,7 +93,7 @@ fn no_sound_method_loses_a_polygon_far_from_the_origin() {
         let mut verifier = verifier(IndexKind::Osp.create(&IndexConfig::default()), kinds);
         verifier.follow(&scene, &changes);
         for _ in 0..if place_m > 1.0e3 { 12 } else { 3 } {
-            verifier.look(&scene, &view(&mut random, at));
+            verifier.verify_view(&scene, &view(&mut random, at));
         }
         assert_eq!(verifier.views().first_lost, None, "{place_m} m");
         for trial in verifier.trials() {
@@ -126,7 +126,7 @@ fn no_polygon_at_the_border_of_a_view_is_lost_far_from_the_origin() {
             }
             let mut verifier = verifier(IndexKind::Osp.create(&IndexConfig::default()), Vec::new());
             verifier.follow(&scene, &changes);
-            verifier.look(&scene, &view);
+            verifier.verify_view(&scene, &view);
             assert_eq!(verifier.views().first_lost, None, "{place_m} m, {view:?}");
             inside += verifier.in_view().len();
             beside += scene.polygon_count() - verifier.in_view().len();

@@ -124,8 +124,8 @@ impl Race {
         let (summary, model, read) = summarize(events, pace);
         read?;
         let aspect = PICTURE.0 as f32 / PICTURE.1 as f32;
-        let backwards = artist.backwards(header.camera);
-        let view = whole_view(&main_bounds(&model, &summary.bounds), backwards, aspect);
+        let direction_to_artist = artist.direction_to_artist(header.camera);
+        let view = whole_view(&main_bounds(&model, &summary.bounds), direction_to_artist, aspect);
         drop(model);
         let camera = CameraPath::new(CameraChoice::Auto, header.camera, &summary.bounds);
         let input = RaceInput {

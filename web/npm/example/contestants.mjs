@@ -1,4 +1,4 @@
-// Three ways to find the boxes in a view: osp-culling, THREE.Frustum over all boxes, and bvh.js, grown box by box or built at once.
+// Three ways to find the boxes in a view: osp-culling, THREE.Frustum over all boxes, and bvh.js, grown box by box or built in one go.
 // All take the same boxes and answer ids in a Uint32Array.
 
 import { BVH, HybridBuilder } from "bvh.js";
@@ -79,7 +79,7 @@ function builtBvh(count) {
     out = new Uint32Array(count);
   const all = { ids: [], boxes: [] };
   return {
-    name: "bvh.js, built at once",
+    name: "bvh.js, built in one go",
     out,
     insert: (ids, numbers) =>
       ids.forEach((id, i) => {

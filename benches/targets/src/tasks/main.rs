@@ -1,7 +1,7 @@
-//! Five tasks of an engine, with osp and with three other crates: lines of code, and times. Each solution is the
-//! shortest that the crate allows. `cargo run --release --manifest-path benches/targets/Cargo.toml --bin tasks`.
+//! Five tasks of an engine, solved with osp and with three other crates: lines of code, and times. Each solution is the
+//! shortest that its crate allows. `cargo run --release --manifest-path benches/targets/Cargo.toml --bin tasks`.
 //!
-//! The engine has keys of 64 bits. All solutions must return the same results.
+//! The engine's keys have 64 bits. All solutions must return the same results.
 
 mod planes;
 mod times;
@@ -10,24 +10,25 @@ mod with_osp;
 mod with_parry;
 mod with_rstar;
 
-/// The least and the largest corner, metres.
+/// The minimum and the maximum corner, metres.
 type Bounds = [[f32; 3]; 2];
 
-/// The tasks of an engine in its frames.
+/// The tasks of an engine in a frame.
 trait Tasks {
-    /// Objects come.
+    /// Inserts objects.
     fn come(&mut self, objects: &[(u64, Bounds)]);
-    /// One moves.
+    /// Moves an object.
     fn shift(&mut self, key: u64, bounds: Bounds);
-    /// One goes.
+    /// Removes an object.
     fn go(&mut self, key: u64);
-    /// The objects that a camera may show. Its matrix maps world to clip space, by columns, with depths from 0 to 1.
+    /// Returns the objects whose boxes are in a camera's frustum. The matrix is column-major and maps world to clip
+    /// space, with depths from 0 to 1.
     fn draw(&mut self, clip_from_world: &[f32; 16]) -> Vec<u64>;
-    /// The object whose box a ray enters first, and the distance.
+    /// Returns the object whose box a ray enters first, and the ray's parameter there.
     fn pick(&self, origin: [f32; 3], direction: [f32; 3]) -> Option<(u64, f32)>;
 }
 
-/// The functions of a way, in the order of the table.
+/// The functions of [`Tasks`] with the names of their rows in the table.
 const TASKS: [(&str, &str); 5] = [
     ("come", "objects come"),
     ("shift", "one moves"),
@@ -45,13 +46,13 @@ fn key(i: u64) -> u64 {
 }
 
 fn bounds(i: u64, z: f32) -> Bounds {
-    // No box is so close to a plane of the frustum that rounding decides.
+    // No box is so close to a plane of the frustum that rounding could change the result.
     let corner =
         [(i % 20) as f32 * 0.97 - 9.83, (i / 20 % 20) as f32 * 1.01 - 10.31, z - (i / 400) as f32 * 0.93];
     [corner, corner.map(|v| v + 0.5)]
 }
 
-/// All results of an engine in some frames.
+/// Returns the results of twenty frames.
 fn play(world: &mut dyn Tasks) -> Vec<(Vec<u64>, Option<u64>)> {
     let objects: Vec<_> = (0..1000).map(|i| (key(i), bounds(i, -4.0))).collect();
     world.come(&objects);
@@ -69,7 +70,7 @@ fn play(world: &mut dyn Tasks) -> Vec<(Vec<u64>, Option<u64>)> {
     answers
 }
 
-/// Lines of a function, without comments and blank ones.
+/// Counts the lines of a function, without comments and blank lines.
 fn lines_of(source: &str, function: &str) -> usize {
     let begin = format!("    fn {function}(");
     let lines = source.lines().skip_while(|line| !line.starts_with(&begin));
@@ -83,7 +84,7 @@ fn is_code(line: &str) -> bool {
 
 fn main() {
     let planes = include_str!("planes.rs").lines().filter(|line| is_code(line)).count();
-    let ways: [(&str, &str, Box<dyn Tasks>); 4] = [
+    let solutions: [(&str, &str, Box<dyn Tasks>); 4] = [
         ("osp", include_str!("with_osp.rs"), Box::<with_osp::World>::default()),
         ("parry3d", include_str!("with_parry.rs"), Box::<with_parry::World>::default()),
         ("obvhs", include_str!("with_obvhs.rs"), Box::<with_obvhs::World>::default()),
@@ -94,7 +95,7 @@ fn main() {
     rows.push(("all", Vec::new()));
     let mut expected = None;
     let mut names = Vec::new();
-    for (name, source, mut world) in ways {
+    for (name, source, mut world) in solutions {
         let answers = play(&mut *world);
         assert!(answers.iter().any(|(seen, picked)| seen.len() > 100 && picked.is_some()));
         let pairs = expected.get_or_insert_with(|| answers.clone()).iter().zip(&answers);
@@ -105,7 +106,7 @@ fn main() {
         let mut of_tasks = TASKS.map(|(function, _)| lines_of(source, function));
         let all = source.lines().filter(|line| is_code(line)).count();
         let kept = all - of_tasks.iter().sum::<usize>();
-        // A crate without cameras needs the planes of the matrix.
+        // A crate without cameras also needs the code of planes.rs.
         let own = if source.contains("planes::") { planes } else { 0 };
         of_tasks[3] += own;
         let column = [kept].into_iter().chain(of_tasks).chain([all + own]);

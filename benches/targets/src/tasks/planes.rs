@@ -1,6 +1,6 @@
 use glam::{Mat4, Vec3, Vec4};
 
-/// The six planes of a matrix. A point is inside if no distance from a plane is negative.
+/// Returns the six frustum planes of a matrix. A point is inside if its distance from every plane is positive or zero.
 pub(crate) fn planes(clip_from_world: &[f32; 16]) -> [Vec4; 6] {
     let m = Mat4::from_cols_array(clip_from_world).transpose();
     [
@@ -13,7 +13,7 @@ pub(crate) fn planes(clip_from_world: &[f32; 16]) -> [Vec4; 6] {
     ]
 }
 
-/// Whether a box lies wholly behind no plane.
+/// Returns false if the box lies wholly behind a plane.
 pub(crate) fn may_see(planes: &[Vec4; 6], min: [f32; 3], max: [f32; 3]) -> bool {
     planes.iter().all(|plane| {
         let n = plane.truncate();

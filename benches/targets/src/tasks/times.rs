@@ -1,16 +1,16 @@
-//! The times of the tasks: all ways in turns, frame by frame, on one thread.
+//! The times of the tasks. Every frame measures all crates, in rotating order, on one thread.
 
 use std::{hint::black_box, time::Instant};
 
 use crate::{CLIP, TASKS, Tasks, bounds, key, with_obvhs, with_osp, with_parry, with_rstar};
 
 const OBJECTS: u64 = 10_000;
-/// Number of objects that come, that move and that go in a frame.
+/// Number of objects that each frame inserts, and also moves, and also removes.
 const CHANGES: u64 = 16;
 const FRAMES: u64 = 400;
 
-/// Prints the median time of each task of a frame. osp applies the changes of a frame when it culls, so the last row
-/// has whole frames.
+/// Prints the median time of each task of a frame. osp applies the changes of a frame only when it culls. The last row
+/// has whole frames, so it compares all crates fairly.
 pub(crate) fn print(names: &[&str]) {
     let mut worlds: [Box<dyn Tasks>; 4] = [
         Box::<with_osp::World>::default(),
@@ -47,9 +47,9 @@ pub(crate) fn print(names: &[&str]) {
     }
 }
 
-/// Nanoseconds of each task in a frame, and of all.
+/// Returns the time of each task in a frame, and their sum, nanoseconds.
 fn frame_ns(world: &mut dyn Tasks, frame: u64) -> [u64; TASKS.len() + 1] {
-    // New objects have the highest numbers; the objects with the lowest numbers go.
+    // New objects have the highest numbers; the objects with the lowest numbers are removed.
     let first = frame * CHANGES;
     let new: Vec<_> =
         (0..CHANGES).map(|i| (key(OBJECTS + first + i), bounds(7 * (first + i) % OBJECTS, -4.0))).collect();

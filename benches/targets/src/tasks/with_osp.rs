@@ -24,6 +24,6 @@ impl Tasks for World {
     }
 
     fn pick(&self, origin: [f32; 3], direction: [f32; 3]) -> Option<(u64, f32)> {
-        self.on_ray(Ray::new(origin.into(), direction.into()), f32::INFINITY).next()
+        self.on_ray(Ray::new(origin, direction), f32::INFINITY).next()
     }
 }

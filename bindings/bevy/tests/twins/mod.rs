@@ -1,4 +1,4 @@
-//! Apps with and without the plugin, side by side.
+//! Creates apps with and without the plugin, and compares them.
 
 use bevy_app::{App, Last, TaskPoolOptions, TaskPoolPlugin};
 #[cfg(feature = "light")]
@@ -19,7 +19,7 @@ use bevy_mesh::MeshPlugin;
 use bevy_osp::{OspCullingPlugin, OspCullingSettings};
 use bevy_transform::TransformPlugin;
 
-/// The entities whose visibility counts as changed in a frame, on which renderers depend.
+/// The entities whose visibility counts as changed in a frame. Renderers depend on these changes.
 #[derive(Resource, Default, PartialEq, Debug)]
 struct Changes(Vec<Entity>);
 
@@ -59,7 +59,7 @@ pub(crate) fn new_app_on(least_threads: usize, settings: Option<OspCullingSettin
     app.finish();
     app.cleanup();
     app.update();
-    // Resources are entities, too, and the plugin has some. From here on, both apps give the same ids.
+    // Resources are entities, too, and the plugin has some. From here on, both apps create the same ids.
     while app.world_mut().spawn_empty().id().index_u32() < FIRST_ENTITY - 1 {}
     app
 }

@@ -1,9 +1,9 @@
 """Visibility culling for 3D models that grow, for numpy.
 
 * `Culler`: objects with keys of your choice, which can be added, moved and removed. It finds the objects that each
-  camera sees, also with walls that hide others. It finds the objects in a box or a ball, along a ray, or nearest to a
-  point.
-* `visible`, `Mesh`: finds the triangles of a mesh that a camera sees, also without those that others hide.
+  camera sees, with or without the objects that occluders hide. It finds the objects in a box or a sphere, along a ray,
+  or nearest to a point.
+* `visible`, `Mesh`: finds the triangles of a mesh that a camera sees, with or without the triangles that others hide.
 * `open`: reads recorded sketches (Tilt Brush, Open Brush, A-Painter, CASSIE, osp's own, .obj, .glb) as arrays.
 * `replay`, `verify`: measure spatial structures and occlusion culling on a recording.
 * `render`: draws a picture of a recording, if there is a graphics adapter.

@@ -26,21 +26,21 @@ class Replay(Table):
     | `index`, `occlusion` | names of the structure and of the method of occlusion culling |
     | `frame` | number of the frame, from 0 |
     | `inserted`, `removed`, `updated` | polygons that were added, removed and moved in this frame |
-    | `polygons`, `visible`, `drawn` | polygons in the model, in the frustum, and left to draw after occlusion culling |
+    | `polygons`, `visible`, `drawn` | polygons in the model, in the frustum, and to draw after occlusion culling |
     | `boxes_tested` | boxes that the frustum was tested against |
     | `insert_ns`, `cull_ns`, `occlusion_ns`, `frame_ns` | time to apply the changes (including a rebuild), to cull by the frustum, to cull by occlusion, and the sum of the three, nanoseconds |
-    | `timed` | False if frames before this one were skipped (`budget_secs`), so its times include their changes |
+    | `timed` | False if the frames before this frame were skipped (`budget_secs`), so that its times include the changes of the skipped frames |
     | `fingerprint` | a hash of the polygons in the frustum, uint64: equal for equal sets |
     """
 
     summary: Table
     """A row for each index (and method): `index`, `occlusion`, `frames` (measured), `insert_us`, `cull_us` (medians),
     `frame_us_p50`, `frame_us_p95`, `frame_us_p99`, `frame_us_max`, `visible`, `drawn` (means), `memory_bytes`,
-    `fingerprint` (of the session, 16 hexadecimal digits, the same as in `osp replay`; empty if frames were left
-    out)."""
+    `fingerprint` (of the session, 16 hexadecimal digits, the same as in `osp replay`; empty if frames were
+    skipped)."""
 
     agree: bool
-    """Whether all structures saw the same polygons in every frame."""
+    """Whether all structures found the same polygons in every frame."""
 
     def __init__(self, columns: Dict[str, Any], about: Dict[str, Any]) -> None:
         runs = columns.pop("run")
@@ -104,7 +104,7 @@ def replay(
 
     `indexes` are names of `osp.INDEXES`. With `occlusion` (`none`, `auto`, `depth-last` or one of
     `osp.OCCLUSION_METHODS`; several are compared) each structure also culls hidden polygons. `pace` is `samples:N`, N
-    samples of the hand a frame, or `recorded`, by the time stamps. `camera` is `auto` (the recorded head, else the
+    samples of the hand in each frame, or `recorded`, by the time stamps. `camera` is `auto` (the recorded head, else the
     session's own camera, else `orbit`), `orbit`, `follow` or `inside`. An index is timed for at most `budget_secs`, on
     evenly spaced parts of the session. `lenient` and `max_polygons` are the same as in `osp.open`.
 
@@ -132,23 +132,23 @@ class Verification(Table):
     | column | content |
     | --- | --- |
     | `occlusion`, `occluders` | name of the method, largest number of occluders in a view |
-    | `conservative` | whether the method promises never to cull a visible polygon |
+    | `conservative` | whether the method guarantees never to cull a visible polygon |
     | `views` | views that were compared |
     | `false_culls` | visible polygons that were culled: 0 for a conservative method |
     | `misreported` | polygons reported twice, or that are not in view |
-    | `hidden`, `hidden_culled`, `hidden_culled_percent` | hidden polygons in view, and number and share of them that were culled |
-    | `drawn` | polygons that were left to draw |
+    | `hidden`, `hidden_culled`, `hidden_culled_percent` | number of hidden polygons in view, and number and percentage of these that were culled |
+    | `drawn` | polygons to draw |
     | `select_ns`, `build_ns`, `query_ns` | time to choose occluders, to build the structure from them, and to test, nanoseconds |
-    | `failed` | whether the method broke its promise |
+    | `failed` | whether the method broke its guarantee |
     """
 
     seen: Dict[str, int]
     """Sums over the views that do not depend on a method: `views`, `in_view` (polygons in the frustum), `visible` and
-    `hidden` (of these, those that can and cannot be seen), `lost` (polygons in view that frustum culling wrongly left
-    out: 0)."""
+    `hidden` (the polygons of these that can and cannot be seen), `lost` (polygons in view that frustum culling wrongly
+    culled: 0)."""
 
     ok: bool
-    """Whether no method broke its promise and frustum culling left out nothing wrongly."""
+    """Whether every method kept its guarantee, and frustum culling culled no polygon in view."""
 
     def __init__(self, columns: Dict[str, Any], seen: Dict[str, int]) -> None:
         super().__init__(columns)
@@ -173,8 +173,8 @@ def verify(
 
     `occlusion` names methods: those of `osp.OCCLUSION_METHODS`, and `msvbsp-paper` and `depth-centers`, which are not
     conservative. `occluders` is one number or several to compare. `views` are spread over the session; with `whole`
-    each shows the finished model. A picture of `pixels` (width, height), and rays to polygons that own no pixel,
-    determine the visible polygons. Other arguments and errors are the same as in `osp.replay`.
+    each shows the finished model. A picture of `pixels` (width, height), and rays to polygons that cover no
+    pixel, determine the visible polygons. Other arguments and errors are the same as in `osp.replay`.
 
     >>> table = osp.verify(recordings / "room.ron", ["msvbsp", "depth"], views=1, pixels=(320, 180))
     >>> table.ok

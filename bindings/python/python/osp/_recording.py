@@ -28,9 +28,9 @@ def open(
     content, then from the name.
 
     With `lenient`, damaged parts are skipped and counted (`Recording.skipped`, `Recording.warnings`). `max_polygons`
-    (default 4,000,000) bounds the memory that a file may take.
+    (default 4,000,000) limits the memory that a file may take.
 
-    `OSError`: the file cannot be read. `RecordingError` (a `ValueError`): it is damaged, too large or of another
+    `OSError`: the file cannot be read. `RecordingError` (a `ValueError`): the file is damaged, too large or of another
     format; the message names the file, the line or byte, and the expected form.
 
     >>> sketch = osp.open(recordings / "room.ron")
@@ -43,10 +43,10 @@ def open(
 
 
 class Recording:
-    """A recorded sketch: the drawn strokes, and the model at the end. `osp.open` makes one.
+    """A recorded sketch: the drawn strokes, and the model at the end. `osp.open` creates it.
 
-    The tables are made at their first use. Positions are in metres in the world, times in seconds. Colours are sRGB
-    from 0 to 1 with opacity. Rotations are quaternions (x, y, z, w) from the rotated thing's space to the world.
+    The tables are computed at their first use. Positions are in metres in the world, times in seconds. Colours are sRGB
+    from 0 to 1 with opacity. Rotations are quaternions (x, y, z, w) from the space of the tracker or head to the world.
 
     >>> sketch = osp.open(recordings / "portrait.ron")
     >>> sketch.strokes["tool"][:3].tolist()
@@ -111,8 +111,8 @@ class Recording:
 
     @cached_property
     def strokes(self) -> Table:
-        """A row for each stroke, in the order of their beginnings: `stroke` (its number), `tool` (`ribbon`, `wall`,
-        `tube`; `polygon` for faces without a tool), `brush` (name; empty if it has none), `color` (n, 4), `width_m`,
+        """A row for each stroke, in the order in which they begin: `stroke` (its number), `tool` (`ribbon`, `wall`,
+        `tube`; `polygon` for faces without a tool), `brush` (name; empty without a brush), `color` (n, 4), `width_m`,
         `begin_secs`, `end_secs` (NaN if it has no end), `points` (their number), `layer`, `visible` (whether it is in
         the model at the end: not erased, undone or hidden)."""
         return Table(self._native.strokes())
@@ -120,7 +120,7 @@ class Recording:
     @cached_property
     def points(self) -> Table:
         """A row for each control point, in the order of recording: `stroke`, `time_secs`, `position` (n, 3), `rotation`
-        (n, 4) of the tracker, `pressure` (0 to 1). Points are the places of the hand; edits do not change them."""
+        (n, 4) of the tracker, `pressure` (0 to 1). Points are the positions of the hand; edits do not change them."""
         return Table(self._native.points())
 
     @cached_property
@@ -136,8 +136,8 @@ class Recording:
     def polygons(self) -> Table:
         """A row for each polygon of the model at the end: `polygon` (its number), `stroke` (-1 if it has none),
         `corners` (n, 4, 3), where a triangle repeats its last corner, `corner_count` (3 or 4), `color` (n, 4), `opaque`
-        (whether its whole area hides things behind it). Particles, which normally turn to the eye, lie as they are
-        stored."""
+        (whether its whole area hides the polygons behind it). Particles, which are drawn facing the eye, have their stored
+        orientation."""
         return Table(self._model["polygons"])
 
     @property
@@ -148,26 +148,27 @@ class Recording:
 
     @property
     def polygon_of_triangle(self) -> NDArray[np.uint32]:
-        """For each triangle the row of its polygon: `polygons["color"][polygon_of_triangle]` are their colours."""
+        """For each triangle the row of its polygon: `polygons["color"][polygon_of_triangle]` are the colours of the
+        triangles."""
         rows: NDArray[np.uint32] = self._model["polygon_of_triangle"]
         return rows
 
     @cached_property
     def mesh(self) -> _native.Mesh:
-        """The triangles as an `osp.Mesh`, in which only opaque paint hides things behind it: `sketch.mesh.visible(view,
-        "msvbsp")` has a truth value for each of them."""
+        """The triangles as an `osp.Mesh`, in which only opaque triangles hide others: `sketch.mesh.visible(view, "msvbsp")`
+        has a truth value for each triangle."""
         return _native.Mesh(self.triangles, opaque=self.polygons["opaque"][self.polygon_of_triangle])
 
     @property
     def time_span_secs(self) -> Optional[Tuple[float, float]]:
-        """The least and the largest time of a point or head pose; None without one."""
+        """The least and the largest time of a point or head pose; None if there is neither."""
         columns = [self.points["time_secs"], self.heads["time_secs"]]
         spans = [(float(column.min()), float(column.max())) for column in columns if len(column)]
         return (min(s[0] for s in spans), max(s[1] for s in spans)) if spans else None
 
     def whole_view(self, aspect: float = 16 / 9) -> _native.View:
-        """A view that shows all of the model at the end on a screen of this shape (width by height), from the side where
-        the artist began, if the head was recorded. `ValueError`: `aspect` is not between 0.001 and 1000."""
+        """A view that shows all of the model at the end on a screen with the ratio `aspect` of width to height, from the
+        side where the artist began, if the head was recorded. `ValueError`: `aspect` is not between 0.001 and 1000."""
         return self._native.whole_view(aspect)
 
     def __repr__(self) -> str:

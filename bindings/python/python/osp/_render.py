@@ -30,22 +30,22 @@ def render(
     is width and height in pixels. `frame` is the number of the frame, from 0 as in `osp.replay` at the same `pace`; without
     it the last frame is drawn.
 
-    `view` is the position of the eye. `whole` shows the whole model, from the side of the session's own camera, else
-    from the artist's first side; `recorded` is the recorded head, else the session's own camera, else `orbit`; `orbit`
+    `view` selects the view. `whole` shows the whole model, from the side of the session's own camera, else from the side
+    where the artist began; `recorded` is the recorded head, else the session's own camera, else `orbit`; `orbit`
     circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model. It can also be a
-    `View`, or a matrix in the form of `View.from_matrix` with the depth from zero to one. Then its height fills the
-    picture, and the width follows `size`.
+    `View`, or a matrix in the form of `View.from_matrix` with the depth from zero to one. Then the height of the
+    view fills the picture, and the width follows `size`.
 
-    Polygons outside of the view are left out. With `occlusion`, polygons that a method finds hidden are left out, too:
+    Polygons outside of the view are not drawn. With `occlusion`, polygons that a method finds hidden are not drawn, either:
     `hzb` and `queries` on the adapter, or a method of `osp.replay`. The methods `msvbsp-paper` and `depth-centers` may
-    leave out visible polygons; no other method changes a pixel. `time_secs` (0 to 10,000) is the time at which animated
+    omit visible polygons; no other method changes a pixel. `time_secs` (0 to 10,000) is the time at which animated
     brushes are shown. `lenient` and `max_polygons` are the same as in `osp.open`.
 
     A software driver suffices (on Debian, `mesa-vulkan-drivers`). Each call reads the file twice and opens the adapter
     again.
 
     `AdapterError` (a `RuntimeError`): there is no graphics adapter, or it cannot draw this picture. `ValueError`: the
-    size is not 1 to 16,384 pixels each way (some adapters draw less), there is no such frame, or a name is unknown.
+    width or height is not 1 to 16,384 pixels (some adapters draw less), there is no such frame, or a name is unknown.
     Other errors are those of `osp.open`.
 
     >>> osp.render(recordings / "room.ron", (320, 180)).shape

@@ -68,7 +68,7 @@ impl Studio {
             self.apply_events();
             return;
         }
-        self.take_copies(&alteration);
+        self.replace_by_copies(&alteration);
     }
 
     /// The event that moves the selection if it is a whole group. This event takes one line of the file, while copies
@@ -85,7 +85,7 @@ impl Studio {
     }
 
     /// Replaces the selected strokes by changed copies.
-    fn take_copies(&mut self, alteration: &Alteration) {
+    fn replace_by_copies(&mut self, alteration: &Alteration) {
         let strokes = self.alterable();
         let Some(events) = self.events_of(&strokes) else { return };
         let t = self.now_secs();
@@ -156,14 +156,15 @@ impl Studio {
         }
     }
 
-    /// Numbers for new strokes, in reverse order of use.
+    /// Unused ids for new strokes. The last id is used first.
     fn new_strokes(&mut self, count: usize) -> Vec<StrokeId> {
         let mut ids: Vec<StrokeId> = (0..count).map(|_| self.session.new_stroke()).collect();
         ids.reverse();
         ids
     }
 
-    /// Applies all edits as one step of undo, or none of them.
+    /// Applies all edits as one step of undo. Returns `false`, without effect, if an edit is invalid or exceeds a
+    /// limit.
     pub(crate) fn take_step(&mut self, edits: usize, events: Vec<Event>) -> bool {
         if edits == 0 || !self.can_draw() {
             return false;
@@ -210,7 +211,7 @@ impl Studio {
         !self.input.clip.strokes.is_empty()
     }
 
-    /// Copies the selected strokes. Returns `false` if there were none.
+    /// Copies the selected strokes. Returns `false` if no stroke could be copied.
     pub(crate) fn copy_selection(&mut self) -> bool {
         self.finish_gestures();
         let Some(clip) = self.clip_selection() else { return false };
@@ -268,9 +269,9 @@ impl Studio {
     /// Draws the copied strokes again and selects them. Each further paste has a larger offset from the original place.
     fn place_clip(&mut self, clip: &Clip) {
         /// Offset of one paste, as a fraction of the extent.
-        const BESIDE: f32 = 0.1;
+        const PASTE_OFFSET: f32 = 0.1;
         let aside = rotate(self.navigator.world_from_view(), Vec3::new(1.0, -1.0, 0.0));
-        let motion = Motion::by(aside * (clip.extent_m * BESIDE * clip.pasted as f32));
+        let motion = Motion::by(aside * (clip.extent_m * PASTE_OFFSET * clip.pasted as f32));
         // Strokes of a closed layer are pasted to the current layer.
         let mut moved_to = BTreeMap::<u32, u32>::new();
         for layer in clip.strokes.iter().map(|stroke| stroke.layer).collect::<BTreeSet<_>>() {
@@ -334,9 +335,9 @@ impl Studio {
     }
 }
 
-/// Two transforms for a copy that moves in the world but stays in its group. The first leads from the space of the
-/// stroke's samples to the copy's space, the second from the copy's space to world space. `None` if the group has scale
-/// 0.
+/// Two transforms for a copy that moves in the world but stays in its group. The first transform leads from the space
+/// of the stroke's samples to the copy's space. The second transform leads from the copy's space to world space. `None`
+/// if the group has scale 0.
 fn spaces(scene: &Scene, id: StrokeId, motion: &Motion) -> Option<(Motion, Motion)> {
     let stroke = scene.stroke(id)?;
     let home = match scene.groups_of(stroke).first() {
@@ -359,7 +360,7 @@ fn layer_of(events: &[Event]) -> u32 {
     }
 }
 
-/// Appends the events that move strokes to layers; returns their number.
+/// Appends the events that move strokes to layers. Returns the number of events.
 fn assign(t: f64, layers: BTreeMap<u32, Vec<StrokeId>>, out: &mut Vec<Event>) -> usize {
     let first = out.len();
     for (layer, strokes) in layers {

@@ -7,6 +7,7 @@ use crate::{
     question::{Answer, Question, Then},
     session::{Access, OpenError, Opening},
     studio::Studio,
+    working::ReplayStart,
 };
 use osp_session::{
     output_file::{OutputKind, check_output},
@@ -24,8 +25,8 @@ impl Studio {
         self.work.question = Some(question);
     }
 
-    /// Opens a question if the window shows a session that has edits in an earlier copy. The user chooses whether to
-    /// continue with these edits.
+    /// If the shown session is a copy, and an earlier copy of the same original has edits, opens a question. The user
+    /// chooses whether to continue with these edits.
     pub(crate) fn offer_edits(&mut self) {
         if self.work.question.is_none()
             && let Some(edits) = self.session.take_earlier()
@@ -48,7 +49,7 @@ impl Studio {
     /// be written.
     pub(crate) fn leave(&mut self, then: Then) {
         self.finish_gestures();
-        if matches!(then, Then::Open(..)) && self.is_busy() {
+        if matches!(then, Then::Open(..) | Then::Play(_)) && self.is_busy() {
             return;
         }
         self.work.question = None;
@@ -67,6 +68,7 @@ impl Studio {
             Then::Close => self.work.is_closing = true,
             Then::New => self.begin(),
             Then::Open(path, how) => self.open_or_ask(&path, how),
+            Then::Play(path) => self.replay_file(&path, ReplayStart::Playing),
         }
     }
 
@@ -85,7 +87,7 @@ impl Studio {
             // opened.
             self.begin();
         }
-        self.open_beside(path, how);
+        self.open_in_background(path, how);
     }
 
     /// Shows the choices for a session that could not be opened, or reports the error.
@@ -124,7 +126,7 @@ impl Studio {
         }
     }
 
-    /// Saves a picture with the next frame. If the path has a picture already, shows a question first.
+    /// Saves the next frame as a picture. If the path already has a picture, shows a question first.
     pub(crate) fn ask_for_picture(&mut self, path: PathBuf) {
         match check_output(&path, OutputKind::Png, false) {
             Err(error) => self.report_file(Err(error.to_string())),
@@ -133,7 +135,7 @@ impl Studio {
         }
     }
 
-    /// Saves a picture with the next frame. It replaces an existing picture, but no other file.
+    /// Saves the next frame as a picture. Replaces an existing picture, but no other kind of file.
     pub(crate) fn picture_over(&mut self, path: PathBuf) {
         match check_output(&path, OutputKind::Png, false) {
             Ok(()) => self.work.picture = Some(path),

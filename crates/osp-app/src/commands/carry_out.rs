@@ -32,7 +32,11 @@ impl Studio {
     pub fn can(&self, command: &Command) -> bool {
         let scene = self.session.scene();
         match command {
-            Command::Undo => self.can_draw() && scene.can_undo_of(self.author()),
+            // Undo of a new copy begins with the user's own edits, not with the last stroke of the original.
+            Command::Undo => {
+                let is_own = self.session.original().is_none() || self.session.journal().is_changed();
+                self.can_draw() && is_own && scene.can_undo_of(self.author())
+            }
             Command::Redo => self.can_draw() && scene.can_redo_of(self.author()),
             // Measuring does not change the session.
             Command::Tool(ToolChoice::Span(Span::Distance)) => true,
@@ -191,6 +195,7 @@ impl Studio {
             Command::New => self.leave(Then::New),
             Command::Open(path) => self.leave(Then::Open(path, Opening::default())),
             Command::OpenAs(path, how) => self.leave(Then::Open(path, how)),
+            Command::PlayFile(path) => self.leave(Then::Play(path)),
             Command::Save => self.save(),
             Command::SaveAs(path) => self.ask_to_save_as(path),
             Command::SaveOver(path) => self.save_as(&path),
@@ -212,7 +217,7 @@ impl Studio {
         self.apply_events();
     }
 
-    /// Chooses a tool, and shows the grid with all tools but [`ToolChoice::Look`].
+    /// Chooses a tool. [`ToolChoice::Look`] hides the grid; the other tools restore it.
     pub(crate) fn set_tool(&mut self, tool: ToolChoice) {
         match (self.input.tool == ToolChoice::Look, tool == ToolChoice::Look) {
             (false, true) => self.input.grid_with_tools = std::mem::take(&mut self.layers.grid),
@@ -247,7 +252,7 @@ impl Studio {
         }
     }
 
-    /// Writes all pending events to the file at once, and shows the file's name.
+    /// Writes all pending events to the file immediately, and shows the file's name.
     fn save(&mut self) {
         self.finish_gestures();
         self.apply_events();
@@ -264,7 +269,7 @@ impl Studio {
         match outcome {
             Ok(()) if missing > 0 => {
                 self.show_message(format!(
-                    "the server has not confirmed {missing} of your events yet; all others are in {path}"
+                    "the server has not confirmed {missing} of your changes yet; all others are in {path}"
                 ));
             }
             Ok(()) => self.show_message(format!("saved: the whole session is in {path}")),
@@ -277,7 +282,7 @@ impl Studio {
         let outcome = match self.session.is_replay() {
             true => Err("a replay is saved already: open it with `osp sketch` to change it".to_owned()),
             false => self.session.save_as(path).map_err(|error| match is_sketch(path) {
-                true => format!("{error}; *Export .tilt…* writes a sketch"),
+                true => format!("{error}; the menu entry \"Export .tilt…\" writes a sketch"),
                 false => error.to_string(),
             }),
         };
@@ -294,12 +299,12 @@ impl Studio {
         }
     }
 
-    /// Returns the result of the last command that read or wrote a file, once.
+    /// Returns and clears the result of the last command that read or wrote a file.
     pub fn take_file_outcome(&mut self) -> Option<Result<(), String>> {
         self.work.file_outcome.take()
     }
 
-    /// Returns the file for the picture that a command requested, once.
+    /// Returns and clears the path of the picture that a command requested.
     pub(crate) fn take_picture(&mut self) -> Option<std::path::PathBuf> {
         self.work.picture.take()
     }
@@ -330,7 +335,7 @@ impl Studio {
     }
 
     fn take_jump(&mut self, jump: Jump) {
-        // The index is updated at once, because after another jump the scene may lack these polygons.
+        // The index is updated immediately, because after another jump the scene may lack these polygons.
         self.culling.follow(self.session.scene(), &jump.changes);
         self.forget_steps();
         let keep = self.pending.keep.map_or(jump.polygon_count, |keep| keep.min(jump.polygon_count));

@@ -13,6 +13,7 @@ use osp_session::{
     atomic_file::AtomicFile,
     export::{ExportError, ExportOptions, write_glb_watched, write_tilt},
     output_file::is_same_file,
+    recording::import::tilt_thumbnail,
 };
 
 impl Studio {
@@ -36,8 +37,8 @@ impl Studio {
         }
     }
 
-    /// Checks that an export may write this file. An export must not replace the session that the window shows, because
-    /// the session contains more.
+    /// Checks that an export may write this file. An export must not replace the shown session, because an export
+    /// contains less than the session.
     pub(super) fn may_export(&self, path: &Path) -> Result<(), String> {
         if is_same_file(path, self.session.path()) {
             return Err(format!("{}: expected another file; the window shows this session", path.display()));
@@ -53,7 +54,7 @@ impl Studio {
         let (camera, environment) = (header.camera, header.environment.as_deref().cloned());
         let scene = self.scene().clone();
         let kind = Kind::Writing { count: scene.counts().visible, of: "polygons" };
-        self.write_beside(path, kind, move |file, progress| {
+        self.write_in_background(path, kind, move |file, progress| {
             let times = Some(times(&|| progress.note(0)));
             let options =
                 ExportOptions { times, eye_in_world, camera, environment, ..ExportOptions::default() };
@@ -68,17 +69,18 @@ impl Studio {
         let (count, strokes) = self.session.find_strokes();
         let header = self.session.header().clone();
         let kind = Kind::Writing { count, of: "events" };
-        self.write_beside(path, kind, move |file, progress| {
+        // A thumbnail that lacks the edits shows at least which sketch it was.
+        let thumbnail = self.session.original().and_then(tilt_thumbnail);
+        self.write_in_background(path, kind, move |file, progress| {
             let found = strokes(&|events| progress.note(events)).map_err(io::Error::other)?;
             let strokes = found.ok_or(ExportError::Cancelled)?;
-            // Without a thumbnail, because the read sketch's thumbnail lacks the edits.
-            let counts = write_tilt(&strokes, &header, None, file)?;
+            let counts = write_tilt(&strokes, &header, thumbnail.as_deref(), file)?;
             Ok((count, Exported::Sketch(counts)))
         });
     }
 
     /// Starts to write a file. `write` returns its final progress and its result.
-    fn write_beside(
+    fn write_in_background(
         &mut self,
         path: &Path,
         kind: Kind,

@@ -7,7 +7,7 @@ use crate::{
 use osp_session::recording::{Author, Event};
 
 impl Studio {
-    /// The layers in order. A session without layers has one row.
+    /// The layers in order. The list of a session without layers has one default layer.
     pub fn session_layers(&self) -> Vec<LayerRow> {
         let header = &self.session.header().layers;
         let states = self.scene().layer_states();
@@ -40,7 +40,7 @@ impl Studio {
         self.input.brush.layer
     }
 
-    /// Whether this window's author can close a layer to other authors, or has done so.
+    /// Whether this window's author may close a layer to other authors, or open it again.
     pub fn can_close_layer(&self, layer: u32) -> bool {
         let me = self.author();
         let owner = self.scene().layer_states().get(&layer).and_then(|state| state.owner);

@@ -20,16 +20,17 @@ use osp_session::{
 };
 
 impl Studio {
-    /// From now on commands read and write in the background. Before this call a command finishes its work before it
-    /// returns.
-    pub fn work_beside(&mut self) {
+    /// Lets commands read and write files in the background. Without this call, a command returns only after it has
+    /// finished its work.
+    pub fn work_in_background(&mut self) {
         self.work.mode = match cfg!(target_arch = "wasm32") {
             true => WorkMode::Turns(TURN),
             false => WorkMode::Thread,
         };
     }
 
-    /// Does the same as [`Studio::work_beside`], but without a thread: each call of [`Studio::tend`] works for the time `turn`.
+    /// Does the same as [`Studio::work_in_background`], but without a thread. Each call of [`Studio::tend`] then works
+    /// for the time `turn`.
     pub fn work_in_turns(&mut self, turn: Duration) {
         self.work.mode = WorkMode::Turns(turn);
     }
@@ -44,7 +45,7 @@ impl Studio {
         self.work.working.is_some()
     }
 
-    /// Whether the work runs in turns, so that [`Studio::tend`] should be called soon.
+    /// Whether background work runs without a thread, and the next call of [`Studio::tend`] should follow soon.
     pub(crate) fn works_in_turns(&self) -> bool {
         self.work.working.as_ref().is_some_and(Working::is_in_turns)
     }
@@ -69,14 +70,15 @@ impl Studio {
         }
     }
 
-    /// Handles the outcome of the background work, if it has ended. Work in turns first continues for one turn.
+    /// Handles the outcome of the background work, and returns whether the work has ended. Work without a thread first
+    /// continues for one turn.
     pub(crate) fn take_work(&mut self) -> bool {
         let Some(work) = &mut self.work.working else { return false };
         let Some(outcome) = work.poll() else { return false };
         let is_cancelled = work.is_cancelled();
         self.work.working = None;
         match outcome {
-            // The session was read completely before the work noticed the cancellation.
+            // The session was read completely before the cancellation took effect.
             Ok(Done::Opened { path, outcome: Ok(read), .. }) if is_cancelled => {
                 let closed = read.session.close();
                 debug_assert!(closed.is_ok(), "nothing was drawn in it");
@@ -155,14 +157,14 @@ impl Studio {
         }
     }
 
-    /// Returns the error of a session that could not be read, once.
+    /// Returns and clears the error of a session that could not be read.
     pub fn take_unread(&mut self) -> Option<OpenError> {
         self.work.unread.take()
     }
 
-    /// Takes over a background read, and shows the session when it is complete.
+    /// Continues a background read that is already running, and shows the session when it is complete.
     pub fn take_over(&mut self, reading: Reading) {
-        self.work_beside();
+        self.work_in_background();
         self.wait_for(reading.0);
     }
 
@@ -170,17 +172,17 @@ impl Studio {
         self.work.working = Some(working.for_window());
     }
 
-    /// Opens a session instead of the current one; on an error the current one stays.
-    pub(crate) fn open_beside(&mut self, path: &Path, how: Opening) {
+    /// Opens a session and replaces the current session. On an error the current session stays.
+    pub(crate) fn open_in_background(&mut self, path: &Path, how: Opening) {
         self.end_hands_strokes();
         let how = Opening { limits: self.limits, ..how };
         let task = ToDraw::new(path.to_owned(), self.autosaves.clone(), how, self.culling.plan().clone());
         self.start(reading(path), Kind::Reading, Box::new(task));
     }
 
-    /// Replays a session instead of the current one. If reading fails, the current one stays, and
+    /// Replays a session and replaces the current session. If reading fails, the current session stays, and
     /// [`Studio::take_unread`] returns the error.
-    pub fn replay_beside(
+    pub fn replay_in_background(
         &mut self,
         path: &Path,
         pace: Pace,
@@ -196,6 +198,12 @@ impl Studio {
         self.end_hands_strokes();
         let task = to_play(path, pace, camera, options, start, false);
         self.start(reading(path), Kind::Reading, Box::new(task));
+    }
+
+    /// Does the same as [`Studio::replay_in_background`] with the session's own pace and camera.
+    pub(crate) fn replay_file(&mut self, path: &Path, start: ReplayStart) {
+        let options = OpenOptions { limits: self.limits, ..OpenOptions::default() };
+        self.replay_in_background(path, Pace::Recorded, CameraChoice::Auto, &options, start);
     }
 
     fn take_opened(

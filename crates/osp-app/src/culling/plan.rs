@@ -82,7 +82,8 @@ impl CullingPlan {
     }
 
     fn pipeline(&self, root: Aabb, polygons: usize) -> Pipeline {
-        // Twice the number of polygons, so that the index of a growing model need not be enlarged in a frame.
+        // The capacity is twice the number of polygons, so that the index of a growing model is not enlarged during a
+        // frame.
         let capacity = IndexConfig::default().capacity.max(polygons * 2);
         let index = self.kind.create_with(&IndexConfig { root, capacity }, &self.settings);
         let pass = PassConfig {
@@ -120,7 +121,7 @@ impl Indexing {
     }
 }
 
-/// The default root cube if it contains everything, else a cube around everything.
+/// The default root cube if it contains the model's box, else a cube around the box.
 fn root_for(bounds: &Aabb) -> Aabb {
     let usual = IndexConfig::default().root;
     if bounds.is_empty() || usual.contains(bounds) {

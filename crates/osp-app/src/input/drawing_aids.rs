@@ -53,7 +53,7 @@ impl Studio {
         Brush { width_m: width_m.clamp(Brush::WIDTHS_M.0, Brush::WIDTHS_M.1), ..self.input.brush }
     }
 
-    /// Adds the mirror images of the strokes in the pending events, from event number `first` on.
+    /// Adds the mirror images of the strokes that the pending events draw, from the event with index `first` on.
     pub(crate) fn mirror_events(&mut self, first: usize) {
         if self.input.aids.mirror_x.is_none() && self.input.twins.0.is_empty() {
             return;

@@ -43,7 +43,8 @@ impl Studio {
         }
     }
 
-    /// Records a finger. The window system reports it first as a touch, then as the pointer.
+    /// Records whether a finger has touched the screen. The window system reports a touch first, and then the same
+    /// finger as the pointer.
     pub fn note_finger(&mut self, has_come: bool) {
         self.input.gestures.finger_came = has_come;
     }

@@ -13,10 +13,10 @@ use osp_session::{
     recording::{Author, Event},
 };
 
-/// Largest number of tracker messages that a frame handles; the others wait for the next frame. At 60 frames a second a
-/// hundred trackers send fewer.
+/// Largest number of tracker messages that a frame handles; further messages wait for the next frame. At 60 frames a
+/// second a hundred trackers send fewer.
 const MESSAGES_A_FRAME: u32 = 4096;
-/// Largest number of erasures, undos and redos that a frame handles, because a single one may change the whole model.
+/// Largest number of erasures, undos and redos that a frame handles, because a single edit may change the whole model.
 const EDITS_A_FRAME: u32 = 64;
 /// Number of changed polygons after which the frame handles no more messages.
 const CHANGES_A_FRAME: usize = 1 << 16;
@@ -91,7 +91,7 @@ impl Studio {
             if begins && !may_touch {
                 let name = self.session_layer(layer).name;
                 self.show_once(&format!(
-                    "only another author may edit {name}: a tracker draws on the first layer"
+                    "{name} belongs to another author, so the tracker draws on the first layer"
                 ));
             } else if begins && let Some(why) = self.why_layer_is_closed() {
                 self.show_once(&format!("{why}; the tracker can still draw in this layer"));
@@ -140,7 +140,7 @@ impl Studio {
         };
         let taken = senders.take((from, Instant::now()), t, message, session.scene(), &mut self.events);
         if taken.is_some_and(|(author, _)| senders.first_with_head() == Some(author)) {
-            // The screens follow the head of the first sender that has one.
+            // The screens follow the head of the first sender that has a head.
             self.input.hands.look(message);
         }
         if taken.is_none() {
@@ -169,7 +169,7 @@ impl Studio {
         }
     }
 
-    /// Erases the stroke nearest to a point, if one is within reach.
+    /// Erases the stroke nearest to a point, if the stroke is within reach.
     fn erase_near(&mut self, t: f64, p: Vec3, author: Author) {
         /// Largest distance from the point to a stroke, metres: about a finger's width.
         const REACH_M: f32 = 0.01;

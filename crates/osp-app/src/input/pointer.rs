@@ -17,9 +17,9 @@ use osp_session::recording::{Author, Event, Motion, StrokeId};
 /// Largest movement of the pointer during a click, heights of the window.
 const CLICK: f32 = 0.006;
 
-/// Distance from a stroke at which the pointer still touches it, pixels, because strokes can be thinner than a pixel.
+/// Largest distance at which the pointer touches a stroke, pixels. Strokes can be thinner than a pixel.
 const TOUCH_PX: f32 = 4.0;
-/// Largest number of points tested along one movement of the eraser, because a fast hand makes long movements.
+/// Largest number of points tested along one movement of the eraser. Fast movements are long.
 const MAX_TOUCHES: f32 = 256.0;
 
 impl Studio {
@@ -65,6 +65,7 @@ impl Studio {
         self.input.gestures.pressed_at = at;
         self.input.gestures.is_touch = false;
         let gesture = match (button, held) {
+            (Button::Primary, Held { space: true, .. }) => Some(Gesture::Pan),
             (Button::Primary, Held { alt: false, .. }) if self.input.tool != ToolChoice::Look => {
                 self.press_tool(at, size_px, aspect)
             }
@@ -286,7 +287,7 @@ impl Studio {
     /// layers.
     pub(crate) fn stroke_under(&mut self, at: Vec2, size_px: Vec2) -> Option<(StrokeId, Vec3)> {
         /// Offsets to try: the point itself, then the points around it.
-        const BESIDE: [(f32, f32); 9] = [
+        const TOUCH_OFFSETS: [(f32, f32); 9] = [
             (0.0, 0.0),
             (1.0, 0.0),
             (0.0, 1.0),
@@ -302,8 +303,8 @@ impl Studio {
         let locked: Vec<u32> = layers.filter(|&layer| self.is_layer_held(layer)).collect();
         // The coordinates of the window go from -1 to 1.
         let touch = 2.0 * TOUCH_PX / size_px.max(Vec2::ONE);
-        BESIDE.iter().find_map(|&beside| {
-            let (view, on_screen) = self.view_at(at + touch * Vec2::from(beside), aspect)?;
+        TOUCH_OFFSETS.iter().find_map(|&offset| {
+            let (view, on_screen) = self.view_at(at + touch * Vec2::from(offset), aspect)?;
             let ray = view.ray_through(on_screen);
             let (id, t) = self.pick(&ray, |stroke| !locked.contains(&stroke.layer()))?;
             let stroke = self.scene().stroke_of(id).id()?;

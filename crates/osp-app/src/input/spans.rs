@@ -38,7 +38,7 @@ impl Studio {
         self.deselect_locked();
     }
 
-    /// The two points to show: the chosen ones, or else the ends of the last measured distance.
+    /// The two points to show: the points being chosen, or else the ends of the last measured distance.
     pub(crate) fn shown_span(&self) -> Option<(Span, Vec3, Vec3)> {
         let is_measuring = self.input.tool == ToolChoice::Span(Span::Distance);
         let measured = self.input.measured.filter(|_| is_measuring);

@@ -19,20 +19,20 @@ use osp_session::{
 /// Largest number of bytes of the original session's name in the name of a copy.
 const MOST_STEM_BYTES: usize = 100;
 
-/// Longest first line of an autosave file that is read to find the session's source, bytes.
+/// Largest number of bytes that are read from an autosave file to find the session's source.
 const MOST_HEADER_BYTES: u64 = 1 << 16;
-/// Beginning of the source in the header of a session drawn with osp.
+/// Prefix of the header's field `source` in a session drawn with osp.
 pub(crate) const OURS: &str = "osp sketch ";
-/// Separator before the path of the original session in the source of a copy.
+/// Separator in a copy's field `source`, before the path of the original session.
 const FROM: &str = ", from ";
 
-/// The source of a copy of a session.
+/// The header's field `source` for a copy of a session.
 pub(crate) fn source_of_copy(session: &Path, source: &str) -> String {
     let version = env!("CARGO_PKG_VERSION");
     format!("{OURS}{version}{FROM}{}: {source}", true_path(session).display())
 }
 
-/// The origin in the source of a copy: the path and the source of the original session.
+/// The origin in a copy's field `source`: the original session's path and its `source`.
 fn origin(header: &Header) -> Option<&str> {
     header.source.strip_prefix(OURS)?.split_once(FROM).map(|(_, origin)| origin)
 }
@@ -47,7 +47,7 @@ pub(super) fn name_of_origin(header: &Header) -> Option<String> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Autosave {
     path: PathBuf,
-    /// Name of the session that the file is a copy of, or its own name.
+    /// Name of the original session if the file is a copy, else the beginning of the file's own name.
     of: String,
     changed: SystemTime,
 }
@@ -58,7 +58,7 @@ impl Autosave {
         &self.path
     }
 
-    /// Name of the session that the file is a copy of; for other files the beginning of the file's own name.
+    /// Name of the original session if the file is a copy, else the beginning of the file's own name.
     pub fn of(&self) -> &str {
         &self.of
     }
@@ -125,7 +125,7 @@ impl Autosaves {
             && true_path(path).parent().is_some_and(|folder| folder == true_path(&self.folder))
     }
 
-    /// All non-empty autosave files, the last written first, named without the time.
+    /// All non-empty autosave files, newest first. Their names lack the time.
     fn files(&self) -> Vec<Autosave> {
         let Ok(entries) = fs::read_dir(&self.folder) else { return Vec::new() };
         let found = entries.flatten().filter_map(|entry| {
@@ -139,8 +139,7 @@ impl Autosaves {
         found
     }
 
-    /// At most `most` autosave files, the last written first. A file whose header cannot be read is listed by its file
-    /// name.
+    /// At most `most` autosave files, newest first. A file whose header cannot be read is listed by its file name.
     pub fn last(&self, most: usize) -> Vec<Autosave> {
         let mut found = self.files();
         found.truncate(most);
@@ -153,7 +152,7 @@ impl Autosaves {
         found
     }
 
-    /// The copy of this session that was written last. Every copy has edits.
+    /// The newest copy of this session. A copy exists only if the user edited it.
     pub(crate) fn edits_of(&self, session: &Path) -> Option<Autosave> {
         let stem = session.file_stem().unwrap_or_default().to_string_lossy();
         let from = format!("{}: ", true_path(session).display());
@@ -192,8 +191,8 @@ impl Autosaves {
     }
 }
 
-/// Releases the lock if the session's file is empty. Its program may have drawn a first stroke and ended since the
-/// check.
+/// Releases the lock if the session's file is empty. Since the caller's check, another program may have drawn a first
+/// stroke.
 fn release_if_empty(lock: SessionLock, session: &Path) {
     match fs::metadata(session) {
         Ok(data) if data.len() > 0 => lock.leave(),

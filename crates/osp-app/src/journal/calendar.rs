@@ -16,8 +16,7 @@ impl Moment {
         Self::of(platform::time::now())
     }
 
-    /// Howard Hinnant's algorithm for the date of a number of days: "chrono-Compatible Low-Level Date Algorithms",
-    /// 2013.
+    /// Converts a time to a date with Howard Hinnant's algorithm ("chrono-Compatible Low-Level Date Algorithms", 2013).
     pub(super) fn of(time: SystemTime) -> Self {
         let secs = time.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs());
         // Eras of 400 years begin in March, so that the leap day is the last day of a year.

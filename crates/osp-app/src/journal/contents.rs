@@ -15,7 +15,8 @@ pub(super) struct Contents {
 }
 
 impl Contents {
-    /// Hashes the first `bytes` bytes of a file, or all if there are fewer. The file's position is then unspecified.
+    /// Hashes the first `bytes` bytes of a file, or the whole file if it is shorter. Afterwards the file's position is
+    /// unspecified.
     pub(super) fn read(mut file: &File, bytes: u64) -> io::Result<Self> {
         let mut contents = Self::default();
         file.seek(SeekFrom::Start(0))?;

@@ -12,7 +12,7 @@ use osp_session::{
     },
 };
 
-/// Size of a block of text that is compressed at once, bytes. Compressing a block takes the window's thread about a
+/// Size of a block of text that is compressed in one call, bytes. Compressing a block takes the window's thread about a
 /// quarter of a millisecond.
 const BLOCK_BYTES: usize = 1 << 16;
 /// Longest line that is kept unchanged from the file, bytes.
@@ -21,7 +21,7 @@ const KEPT_LINE_BYTES: usize = 512;
 const COMPRESSION_LEVEL: i32 = 1;
 
 /// The lines of all events of a session in memory, the same as in its file. If the file is lost or damaged, the session
-/// is written again from them.
+/// is written again from these lines.
 #[derive(Debug)]
 pub(super) struct History {
     lines: RonWriter<Text>,
@@ -81,7 +81,7 @@ impl History {
             Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. } => {
                 self.strokes.entry(*stroke).or_insert((start, end)).1 = end;
             }
-            // Damaged files have millions of strokes without a beginning; these must take no memory.
+            // A damaged file may have millions of strokes without a beginning; such strokes must take no memory.
             Event::Point { stroke, .. } | Event::End { stroke, .. } => {
                 if let Some(lines) = self.strokes.get_mut(stroke) {
                     lines.1 = end;
@@ -144,7 +144,8 @@ impl History {
         self.lines.lines() - 1
     }
 
-    /// The text from a byte on, block by block. If a line begins at that byte, the pieces are complete lines.
+    /// The text from byte `from` on, block by block. If a line begins at this byte, each piece consists of complete
+    /// lines.
     pub(super) fn pieces(&self, from: u64) -> Pieces<'_> {
         self.lines.get_ref().pieces(from)
     }
@@ -176,7 +177,7 @@ impl History {
 pub(crate) struct Lines {
     events: Vec<Event>,
     text: String,
-    /// End of each event's line in `text`; an event without a line takes no bytes of it.
+    /// End of each event's line in `text`. An event without a line takes no bytes.
     ends: Vec<usize>,
     /// Total size of the lines that were read, bytes.
     bytes: usize,
@@ -203,7 +204,7 @@ impl Lines {
     }
 }
 
-/// Lines in blocks, all compressed but the last.
+/// Lines in blocks. All blocks except the last are compressed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Text {
     blocks: Vec<Arc<Block>>,

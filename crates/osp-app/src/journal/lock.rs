@@ -19,7 +19,7 @@ use osp_session::platform::{
 const MOST_LOCK_BYTES: u64 = 4096;
 /// Beginning of the text in every lock file.
 const LOCK_TEXT_START: &[u8] = b"Open(";
-/// Largest number of lock files that may vanish one after the other while they are opened, before an error is reported.
+/// Largest number of attempts to lock a lock file that other programs remove at the same time.
 const MOST_ATTEMPTS: u32 = 100;
 
 /// The program that has a session open, as stored in the lock file.
@@ -70,7 +70,7 @@ pub struct OpenElsewhere {
 }
 
 impl OpenElsewhere {
-    /// The session's file is locked, although its lock file is free.
+    /// The error if another program has locked the session's own file, although the lock file is free.
     pub(super) fn by_somebody(session: &Path) -> Self {
         Self { session: session.to_owned(), owner: None }
     }
@@ -106,7 +106,7 @@ pub(crate) enum NotTaken {
 /// on the old file, which no other program opens.
 ///
 /// The lock file's name is derived from the session's canonical path, so symbolic links to one session share a lock
-/// file. Hard links do not; therefore the file of an existing session is locked, too (see
+/// file. Hard links have separate lock files; therefore the file of an existing session is locked, too (see
 /// [`SessionFile`](super::session_file::SessionFile)). The lock file contains the number of the process that has the
 /// session. A regular closing of the session removes the lock file; after a crash it stays, but unlocked.
 ///
@@ -272,7 +272,7 @@ pub(crate) fn true_path(path: &Path) -> PathBuf {
     })
 }
 
-/// Identity of a file, to detect another one under the same name.
+/// Identity of a file, to detect whether another file has taken its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Identity {
     #[cfg(unix)]

@@ -27,8 +27,10 @@ use osp_session::{
 
 /// Time without writes after which the file is flushed to the disk.
 const PAUSE: Duration = Duration::from_secs(1);
-/// Smallest interval between two readings of a file that may have been changed.
-const LOOK_AGAIN: Duration = Duration::from_secs(1);
+/// Error if the thread that flushes a file has ended without a result.
+const NOT_FLUSHED: &str = "the file was not flushed to the disk";
+/// Smallest interval between two comparisons of a file that another program may have changed.
+const COMPARE_INTERVAL: Duration = Duration::from_secs(1);
 /// Longest time between flushes if there is no pause.
 const LONGEST_UNSYNCED: Duration = Duration::from_secs(10);
 
@@ -68,7 +70,7 @@ impl Trouble {
         Self::CannotWrite(error.to_string())
     }
 
-    /// Whether the session's path has no file, or another one.
+    /// Whether the file at the session's path no longer has the session's contents, or another window has opened it.
     pub fn is_lost(&self) -> bool {
         !matches!(self, Self::CannotWrite(_))
     }
@@ -91,7 +93,7 @@ pub(crate) struct SessionFile {
     path: PathBuf,
     /// `None` if the lock could not be taken yet, because the first event creates the folder.
     lock: Option<SessionLock>,
-    /// None until the first event creates it.
+    /// `None` until the first event creates the file.
     open: Option<OpenFile>,
     /// Number of bytes of the history that the file has.
     held: u64,
@@ -105,7 +107,7 @@ pub(crate) struct SessionFile {
 struct OpenFile {
     file: Arc<File>,
     identity: Identity,
-    /// Length in bytes, unless another program has changed it.
+    /// Length after this program's last write, bytes.
     bytes: u64,
     /// Size of the complete lines, bytes; the next line is written after them.
     whole_bytes: u64,
@@ -133,14 +135,14 @@ struct Unsynced {
     last: Instant,
 }
 
-/// The end of a file before any event was appended.
+/// The state of a file's end before any event was appended. [`SessionFile::revert`] restores it.
 #[derive(Debug)]
 struct Before {
     held: u64,
     lines: u64,
     whole_bytes: u64,
     lacks_newline: bool,
-    /// An incomplete line after the complete ones.
+    /// The bytes of an incomplete last line.
     torn: Vec<u8>,
 }
 
@@ -205,7 +207,7 @@ impl SessionFile {
         Ok(file)
     }
 
-    /// Makes the current end of the file the state to which a discarded session returns.
+    /// Stores the file's current end, so that [`SessionFile::revert`] restores it.
     fn start_here(&mut self) {
         self.before = self.open.as_ref().map(|open| Before {
             held: self.held,
@@ -264,7 +266,7 @@ impl SessionFile {
         let now = Instant::now();
         open.is_suspect |= Stamp::of(&found) != open.touched;
         let was_just_compared =
-            open.compared_at.is_some_and(|at| now.saturating_duration_since(at) < LOOK_AGAIN);
+            open.compared_at.is_some_and(|at| now.saturating_duration_since(at) < COMPARE_INTERVAL);
         if open.is_suspect && !was_just_compared {
             open.compare(now)?;
             open.touched = Stamp::of(&found);
@@ -272,7 +274,7 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Checks that the file is unchanged since this program's last write, byte by byte.
+    /// Does the same as [`SessionFile::check`], and compares the file's contents even if the metadata are unchanged.
     pub(super) fn check_all(&mut self) -> Result<(), Trouble> {
         self.check()?;
         self.open.as_mut().map_or(Ok(()), |open| open.compare(Instant::now()))
@@ -351,7 +353,7 @@ impl SessionFile {
         if is_due && open.syncing.is_none() {
             let (sender, receiver) = channel();
             let (file, path) = (Arc::clone(&open.file), self.path.clone());
-            let started = threads::beside("sync", move || {
+            let started = threads::in_background("sync", move || {
                 // Sending fails if the session was closed meanwhile.
                 let _ = sender.send(sync(&file, &path));
             });
@@ -367,7 +369,7 @@ impl SessionFile {
         let Some(open) = &mut self.open else { return Ok(()) };
         if let Some(syncing) = open.syncing.take() {
             // A thread that ended without a result has flushed nothing.
-            let result = syncing.recv().unwrap_or_else(|_| Err(io::Error::other("it was not synced")));
+            let result = syncing.recv().unwrap_or_else(|_| Err(io::Error::other(NOT_FLUSHED)));
             open.note_sync(result)?;
         }
         if open.unsynced.is_some() {
@@ -422,7 +424,7 @@ impl SessionFile {
         }
     }
 
-    /// Takes the lock out, for another file of the same name.
+    /// Removes and returns the lock, for another file of the same name.
     pub(super) fn take_lock(&mut self) -> Option<SessionLock> {
         self.lock.take()
     }
@@ -479,8 +481,8 @@ impl OpenFile {
         if self.is_suspect { Err(Trouble::Overwritten) } else { Ok(()) }
     }
 
-    /// Records this program's write.
-    fn note_touch(&mut self) {
+    /// Stores the time stamp of this program's own write.
+    fn record_own_write(&mut self) {
         if let Ok(data) = self.file.metadata() {
             self.touched = Stamp::of(&data);
         }
@@ -501,12 +503,12 @@ impl OpenFile {
             self.whole_bytes += 1;
             self.bytes += 1;
         }
-        self.note_touch();
+        self.record_own_write();
         Ok(())
     }
 
-    /// Appends complete lines, in one write if the system can. Returns the lines that the file has now; an incomplete
-    /// line is removed.
+    /// Appends complete lines, in one write if the system can. Returns the lines that were written completely; an
+    /// incomplete line is removed from the file.
     fn append<'p>(&mut self, lines: &'p [u8]) -> (&'p [u8], io::Result<()>) {
         let mut file = &*self.file;
         let mut written = 0;
@@ -528,7 +530,7 @@ impl OpenFile {
         if whole < written {
             self.is_torn = file.set_len(self.whole_bytes).is_err();
         }
-        self.note_touch();
+        self.record_own_write();
         if whole > 0 {
             self.note_write(Instant::now());
         }
@@ -543,7 +545,7 @@ impl OpenFile {
     fn take_synced(&mut self) -> Result<(), Trouble> {
         let result = match self.syncing.as_ref().map(Receiver::try_recv) {
             Some(Ok(result)) => result,
-            Some(Err(TryRecvError::Disconnected)) => Err(io::Error::other("it was not synced")),
+            Some(Err(TryRecvError::Disconnected)) => Err(io::Error::other(NOT_FLUSHED)),
             Some(Err(TryRecvError::Empty)) | None => return Ok(()),
         };
         self.syncing = None;
@@ -574,7 +576,7 @@ fn open_for_writing(path: &Path) -> Result<OpenFile, Trouble> {
 /// Flushes a file's contents and its name to the disk.
 fn sync(file: &File, path: &Path) -> io::Result<()> {
     match file.sync_all() {
-        // If a file system cannot flush files (some network and virtual ones), nothing more can be done.
+        // Some network and virtual file systems cannot flush files. Then nothing more can be done.
         Err(error) if matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => {}
         result => result?,
     }

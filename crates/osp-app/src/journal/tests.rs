@@ -447,7 +447,7 @@ fn a_move_of_very_many_strokes_is_one_line_and_what_is_longer_stops_nothing() {
     }
     assert!(!document.apply(moved(Event::MAX_STROKES_NAMED + 1000)), "no line holds it");
     assert_eq!(document.refused(), 1);
-    assert!(document.take_news().join("\n").contains("invalid events were skipped"));
+    assert!(document.take_news().join("\n").contains("invalid changes were skipped"));
     draw(&mut document, 1);
     assert_eq!(document.journal().trouble(), None);
     document.close().expect("written");

@@ -34,7 +34,7 @@ impl Session {
         Self::around(journal.expect("a header without numbers is sound"))
     }
 
-    /// Restores the newest readable session that a crash left open. If there is none, begins an empty one.
+    /// Restores the newest readable session that a crash left open. Without such a session, begins an empty session.
     pub fn recover_or_new(autosaves: &Autosaves) -> (Self, Opened) {
         Self::recover_or_new_within(autosaves, Limits::DEFAULT)
     }
@@ -53,7 +53,7 @@ impl Session {
                     continue;
                 }
             };
-            let reader = Self::to_go_on(&path, limits, file, autosaves, SessionFile::leave);
+            let reader = Self::reader_to_continue(&path, limits, file, autosaves, SessionFile::leave);
             match reader.and_then(|reader| Ok(reader.read(&|_| true)?)) {
                 Ok((mut session, mut recovered)) => {
                     session.journal.forget_name();
@@ -83,7 +83,7 @@ impl Session {
     /// Does the same as [`Session::open`], with options.
     ///
     /// # Errors
-    /// The errors of [`Session::open`]. Read-only or as a copy, the session may be open in another window.
+    /// The errors of [`Session::open`]. For read-only access or a copy, the session may be open in another window.
     pub fn open_as(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<(Self, Opened), OpenError> {
         Self::open_watched(path, autosaves, how, &|_| true)
     }
@@ -127,12 +127,12 @@ impl Session {
             return Ok(Started::Empty(Box::new(Self::begin(path, header, autosaves)?)));
         }
         if how.access == Access::ReadOnly {
-            return Ok(Self::to_look_at(path, autosaves, how)?);
+            return Ok(Self::reader_to_view(path, autosaves, how)?);
         }
         let session = recording::open(path, &how.options())?;
         let why_copied = match how.access {
-            Access::Copy => Some("as asked"),
-            _ => why_not_itself(&session, path, how.lenient),
+            Access::Copy => Some("it stays as it is"),
+            _ => reason_for_copy(&session, path, how.lenient),
         };
         let reader = match why_copied {
             Some(why) => {
@@ -147,7 +147,7 @@ impl Session {
                 let was_left_open = fs::is_there(&SessionLock::path_of(path));
                 let file = take(path)?;
                 let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
-                Self::to_go_on(path, how.limits, file, autosaves, give_back)?
+                Self::reader_to_continue(path, how.limits, file, autosaves, give_back)?
             }
         };
         Ok(Started::Reads(Box::new(reader)))
@@ -162,10 +162,10 @@ impl Session {
         autosaves: &Autosaves,
         how: Opening,
     ) -> Result<(Self, Opened), RecordingError> {
-        Self::to_look_at(path, autosaves, how)?.read(&|_| true)
+        Self::reader_to_view(path, autosaves, how)?.read(&|_| true)
     }
 
-    fn to_look_at(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<Started, RecordingError> {
+    fn reader_to_view(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<Started, RecordingError> {
         if fs::metadata(path).map_or(true, |data| data.is_file() && data.len() == 0) {
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
             let journal = Journal::of_reader(path, our_header(&stem), autosaves)?;
@@ -179,13 +179,13 @@ impl Session {
         Ok(Started::Reads(Box::new(reader.remarking(Some(remark), None))))
     }
 
-    /// Opens the file of a shared session with this header, or begins a new file. For an existing file it also returns
-    /// a second reader.
+    /// Opens the file of a shared session with this header, or begins a new file. For an existing file with events it
+    /// also returns a second reader, to compare the events with the server's.
     ///
     /// # Errors
     /// The file cannot be read or written, another window has it open, or it has other contents.
     #[cfg(feature = "live")]
-    pub(crate) fn left(
+    pub(crate) fn open_shared(
         path: &Path,
         header: Header,
         autosaves: &Autosaves,
@@ -213,7 +213,7 @@ impl Session {
         }
         let was_left_open = fs::is_there(&SessionLock::path_of(path));
         let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
-        let reader = Self::to_go_on(path, limits, take(path)?, autosaves, give_back)?;
+        let reader = Self::reader_to_continue(path, limits, take(path)?, autosaves, give_back)?;
         let (session, opened) = reader.without_ends().read(&|_| true)?;
         let has_events = session.event_count() > 0;
         Ok((session, opened, has_events.then_some(again)))
@@ -241,8 +241,8 @@ impl Session {
         Ok(Self::around(journal))
     }
 
-    /// Starts to read a session that continues in `file`. On an error it calls `give_back`.
-    fn to_go_on(
+    /// Starts to read a session that continues in `file`. On an error it calls `give_back` with the file.
+    fn reader_to_continue(
         path: &Path,
         limits: Limits,
         file: SessionFile,
@@ -274,8 +274,10 @@ impl Session {
         let format = session.header.format.max(ONE_AUTHOR_FORMAT);
         let header = Header { source, format, ..session.header.clone() };
         let journal = Journal::unnamed(autosaves, &stem, header)?;
-        let remark = format!("{}: {why}; you draw on a copy", path.display());
-        Ok(SessionReader::new(session, journal, SessionFile::release).remarking(None, Some(remark)))
+        let remark = format!("{}: {why}, so you draw on a copy", path.display());
+        Ok(SessionReader::new(session, journal, SessionFile::release)
+            .copying(path)
+            .remarking(None, Some(remark)))
     }
 }
 
@@ -315,7 +317,7 @@ fn take(path: &Path) -> Result<SessionFile, OpenError> {
 }
 
 /// The reason for which the user draws on a copy; `None` if the session itself can continue.
-fn why_not_itself(session: &recording::Session, path: &Path, lenient: bool) -> Option<&'static str> {
+fn reason_for_copy(session: &recording::Session, path: &Path, lenient: bool) -> Option<&'static str> {
     if lenient {
         Some("its damaged parts are skipped")
     } else if session.format != "ron" || !is_ron(path) {
@@ -329,7 +331,8 @@ fn why_not_itself(session: &recording::Session, path: &Path, lenient: bool) -> O
     }
 }
 
-/// Checks the read-only permission, too, because the root user could write to any file.
+/// Whether the file may be written. The read-only permission is checked, too, because the root user can write to any
+/// file.
 fn may_be_written(path: &Path) -> bool {
     let is_marked = fs::metadata(path).is_ok_and(|data| data.permissions().readonly());
     !is_marked && fs::File::options().write(true).open(path).is_ok()

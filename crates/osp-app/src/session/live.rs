@@ -55,8 +55,8 @@ pub struct Live {
     inbox: Inbox,
     /// Limits the time that each frame spends on events from the inbox.
     turns: Turns,
-    /// Whether the last slice left events in the inbox.
-    is_behind: bool,
+    /// Whether unread events may remain after this frame's share of work.
+    has_unread_events: bool,
     session: String,
     is_watcher: bool,
     /// The user's events that the server has not returned yet, oldest first.
@@ -81,7 +81,7 @@ pub struct Live {
     /// The status at the last [`Live::take_note`].
     told: Status,
     tended_at: Option<Instant>,
-    /// The reason for which no more events are received.
+    /// The reason for which the window receives no more events.
     ended: Option<String>,
     has_left: bool,
 }
@@ -106,7 +106,7 @@ impl Live {
             was_taken: false,
             inbox: Inbox::default(),
             turns: Turns::default(),
-            is_behind: false,
+            has_unread_events: false,
             own: Journal::unnamed(autosaves, &name, header).expect("a header without numbers is sound"),
             session,
             is_watcher: options.role == Role::Watcher,
@@ -170,7 +170,7 @@ impl Live {
         &self.overlay
     }
 
-    /// The user's strokes that the server has not returned yet.
+    /// Mutable access to [`Live::overlay`].
     pub(crate) fn overlay_mut(&mut self) -> &mut Overlay {
         &mut self.overlay
     }
@@ -213,9 +213,9 @@ impl Live {
         self.link.hand().send(events.to_vec());
     }
 
-    /// Whether the last slice may have left events for the next one.
-    pub(super) fn is_behind(&self) -> bool {
-        self.is_behind
+    /// Whether unread events may remain after this frame's share of work.
+    pub(super) fn has_unread_events(&self) -> bool {
+        self.has_unread_events
     }
 
     /// Moves the next piece of events to `out`, without events that the file has already. Appends messages for the user
@@ -253,7 +253,8 @@ impl Live {
         self.known.take_if(|known| known.is_over());
     }
 
-    /// Returns the next events when the window leaves the session. They are added to the file but not to the model.
+    /// Returns the next events when the window leaves the session. The caller adds them to the file but not to the
+    /// model.
     fn take_rest(&mut self, said: &mut Vec<String>) -> Option<Vec<Event>> {
         if self.inbox.is_empty() {
             self.fetch(said);
@@ -274,7 +275,7 @@ impl Live {
                 Ok(None) => {
                     // The server has no more events, but the file has.
                     if has_caught_up && let Some(known) = &self.known {
-                        let why = known.is_other();
+                        let why = known.other_session_message();
                         self.refuse(why, said);
                     }
                     break;
@@ -284,7 +285,7 @@ impl Live {
                 Ok(Some(News::Refused { why, own })) => {
                     self.settle(own);
                     (self.refused, self.was_taken) = (self.refused + own, true);
-                    said.push(format!("{own} of your events are not in the session: {why}"));
+                    said.push(format!("{own} of your changes are not in the session: {why}"));
                 }
                 Ok(Some(News::Joined(author))) => {
                     self.own_authors.insert(author);
@@ -385,11 +386,11 @@ impl Live {
             Connection::Live => "live".to_owned(),
             Connection::Silent => "the server does not answer: you can draw, osp sends it later".to_owned(),
             Connection::Crowded => {
-                "too many authors have joined at once: you can draw now, osp sends your strokes when a place is free"
+                "too many authors have joined at the same time: you can draw now, osp sends your strokes when a place is free"
                     .to_owned()
             }
             Connection::Full => {
-                "the session is full and accepts no more events: begin one with another name".to_owned()
+                "the session is full and accepts no more changes: begin one with another name".to_owned()
             }
         };
         let connection = match (status.connection, status.trouble) {
@@ -401,15 +402,18 @@ impl Live {
             (false, Some(author)) => format!(", you are author {author}"),
             (false, None) => String::new(),
         };
-        let there = format!(", {} here", status.authors);
+        let there = match status.authors {
+            1 => ", 1 author".to_owned(),
+            count => format!(", {count} authors"),
+        };
         let latency = self.link.latency();
         let latency = match latency.messages {
             0 => String::new(),
-            _ => format!(", {:.0} ms", latency.p50_us as f64 * 1.0e-3),
+            _ => format!(", delay {:.0} ms", latency.p50_us as f64 * 1.0e-3),
         };
         let waiting = match self.waiting.len() {
             0 => String::new(),
-            count => format!(", {count} events on their way"),
+            count => format!(", {count} events unconfirmed"),
         };
         let unsaved = match self.own.trouble() {
             Some(why) => format!(", what you draw CANNOT BE SAVED: {why}"),

@@ -5,10 +5,10 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Number of events that the model applies at once.
+/// Number of events that the model applies in one call.
 pub(super) const PIECE: usize = 1024;
 
-/// The model after the events so far. A replay does not update the counts, because it can also play backwards.
+/// The model after the events so far. A replay updates only `scene` and `changes`, because it can also play backwards.
 #[derive(Debug)]
 pub(super) struct Model {
     pub(super) scene: Scene,
@@ -44,7 +44,7 @@ impl Model {
     /// An unused stroke number up to `last`, which must be a power of two minus one.
     pub(super) fn new_stroke(&mut self, last: u32) -> StrokeId {
         self.next_stroke &= last;
-        // The last number is followed by unused numbers from 0 on.
+        // After the last number, the search continues at 0.
         for _ in 0..last {
             if !self.scene.is_used(StrokeId(self.next_stroke)) {
                 break;

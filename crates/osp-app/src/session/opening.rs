@@ -72,13 +72,13 @@ impl OpenError {
         Self::Recording(RecordingError::io(path, error))
     }
 
-    /// Whether a part of the session can be read: all but damaged parts, or up to a limit.
+    /// Whether a part of the session can be read: all but damaged parts, or up to a limit. From a file that does not
+    /// begin as its format does, nothing can be read.
     pub fn is_damage(&self) -> bool {
-        matches!(
-            self,
-            Self::Recording(
-                RecordingError::Line { .. } | RecordingError::Byte { .. } | RecordingError::Limit { .. }
-            )
-        )
+        match self {
+            Self::Recording(RecordingError::Byte { offset, .. }) => *offset > 0,
+            Self::Recording(RecordingError::Line { .. } | RecordingError::Limit { .. }) => true,
+            _ => false,
+        }
     }
 }

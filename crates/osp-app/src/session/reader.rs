@@ -1,6 +1,6 @@
-//! Reads a session for drawing, either at once on several threads or piece by piece.
+//! Reads a session for drawing, either in one call on several threads or piece by piece.
 
-use std::{io, sync::Arc};
+use std::{io, path::Path, sync::Arc};
 
 use super::{Session, model::PIECE, opening::Opened};
 use crate::{
@@ -38,7 +38,7 @@ pub(crate) struct SessionReader {
     session: Session,
     recorded: recording::Session,
     opened: Opened,
-    /// A remark that is appended to those of the reader.
+    /// A remark that is appended to the reader's remarks.
     remark: Option<String>,
     /// Releases the file if reading is aborted.
     give_back: fn(SessionFile),
@@ -61,14 +61,20 @@ impl SessionReader {
         }
     }
 
-    /// Adds a remark before or after those of the reader.
+    /// Adds remarks before and after the reader's remarks.
     pub(super) fn remarking(mut self, before: Option<String>, after: Option<String>) -> Self {
         self.opened.remarks.extend(before);
         self.remark = after;
         self
     }
 
-    /// Marks the session as a new copy of a session of another program, if it is one.
+    /// Sets the original of a new copy.
+    pub(super) fn copying(mut self, original: &Path) -> Self {
+        self.session.original = Some(original.to_owned());
+        self
+    }
+
+    /// Sets whether the session is a new copy of another program's session.
     pub(super) fn importing(mut self, is_import: bool) -> Self {
         self.session.is_import = is_import;
         self
@@ -91,7 +97,7 @@ impl SessionReader {
         self.events
     }
 
-    /// Reads a piece into the journal and the model. Returns whether there may be more.
+    /// Reads a piece into the journal and the model. Returns whether more events may follow.
     ///
     /// # Errors
     /// The session is damaged or has invalid events. The caller must then call [`SessionReader::give_up`].
@@ -119,7 +125,7 @@ impl SessionReader {
         }
     }
 
-    /// Reads the events piece by piece. One thread applies them to the model, another one compresses their lines for
+    /// Reads the events piece by piece. One thread applies them to the model, another thread compresses their lines for
     /// the journal.
     fn read_all(&mut self, go_on: &dyn Fn(u64) -> bool) -> Result<(), RecordingError> {
         let Session { model, journal, .. } = &mut self.session;
@@ -180,7 +186,7 @@ impl SessionReader {
     }
 }
 
-/// Reads the events of a piece and keeps those before an error. Returns whether there may be more.
+/// Reads the events of a piece. Events before an error stay in the piece. Returns whether more events may follow.
 fn read_piece(events: &mut dyn EventSource, piece: &mut Lines) -> Result<bool, RecordingError> {
     while piece.events().len() < PIECE && piece.bytes() < PIECE_BYTES {
         let Some(event) = events.next_event()? else { return Ok(false) };

@@ -26,9 +26,9 @@ use osp_session::{
 pub struct Jump {
     /// The changes for the index, from the old model to the new one.
     pub changes: Vec<Change>,
-    /// Polygons that have moved, visible or not, including those that moved earlier without a reported change.
+    /// All polygons that have moved, visible or not. Includes polygons that moved earlier without a reported change.
     pub moved: Vec<PolygonId>,
-    /// Number of polygons after the jump. New polygons reuse the numbers from here on.
+    /// Number of polygons after the jump. New polygons get the ids from this number on.
     pub polygon_count: usize,
 }
 
@@ -44,6 +44,11 @@ impl Snapshot {
         self.state.moment.frame
     }
 }
+
+/// Largest speed, as a multiple of the recorded speed.
+const FASTEST: f64 = 10_000.0;
+/// Longest time that a replay makes up for between two frames of the window, seconds.
+const LONGEST_FRAME_S: f32 = 1.0;
 
 /// The state of a replay: the recording, the position, and the speed.
 #[derive(Debug)]
@@ -81,7 +86,7 @@ impl Replay {
         self.recorded.frame_ends.len() as u64
     }
 
-    /// Number of frames played: 0 before the first one.
+    /// Number of frames played: 0 before the first frame.
     pub fn position(&self) -> u64 {
         self.moment.frame
     }
@@ -115,14 +120,25 @@ impl Replay {
         self.is_playing
     }
 
-    /// Number of recorded frames per shown frame.
+    /// The speed, as a multiple of the recorded speed.
     pub fn speed(&self) -> f64 {
         self.speed
     }
 
-    /// Sets the number of recorded frames for each shown frame.
+    /// The speed with which the session plays in a minute; a shorter session plays as fast as it was recorded.
+    pub fn minute_speed(&self) -> f64 {
+        (self.secs_at(self.frame_count()) / 60.0).clamp(1.0, FASTEST)
+    }
+
+    /// Sets the speed, as a multiple of the recorded speed.
     pub(super) fn set_speed(&mut self, speed: f64) {
-        self.speed = if speed.is_finite() { speed.clamp(0.01, 1000.0) } else { 1.0 };
+        self.speed = if speed.is_finite() { speed.clamp(0.01, FASTEST) } else { 1.0 };
+    }
+
+    /// Mean number of recorded frames a second. Pauses of the artist would only be waited for, so frames play evenly.
+    fn frames_a_second(&self) -> f64 {
+        let secs = self.secs_at(self.frame_count());
+        if secs > 0.0 { self.frame_count() as f64 / secs } else { 60.0 }
     }
 
     /// Plays or pauses. At the end, playing restarts from the first frame.
@@ -136,13 +152,14 @@ impl Replay {
         self.camera.view(&self.moment)
     }
 
-    /// Plays the recorded frames that are due before the window's next frame. Returns the number of changes.
-    pub(super) fn advance(&mut self, model: &mut Model) -> usize {
+    /// Plays the recorded frames that are due after this time since the window's last frame, seconds. Returns the number
+    /// of changes.
+    pub(super) fn advance(&mut self, model: &mut Model, frame_secs: f32) -> usize {
         if !self.is_playing {
             return 0;
         }
         let before = model.changes.len();
-        self.due += self.speed;
+        self.due += self.speed * self.frames_a_second() * f64::from(frame_secs.clamp(0.0, LONGEST_FRAME_S));
         while self.due >= 1.0 {
             self.due -= 1.0;
             if !self.step(model) {
@@ -153,7 +170,7 @@ impl Replay {
         model.changes.len() - before
     }
 
-    /// Plays one frame; `false` at the end.
+    /// Plays one frame. Returns `false` at the end.
     pub(super) fn step(&mut self, model: &mut Model) -> bool {
         if self.position() == self.frame_count() {
             return false;
@@ -419,10 +436,11 @@ mod tests {
     fn it_stops_at_the_end_and_begins_again() {
         let mut player = player();
         assert_eq!(player.play(true), None);
+        // Without recorded times, 60 frames play in a second.
         player.set_speed(2.5);
         let mut shown = 0;
         while replay(&player).is_playing() {
-            player.advance();
+            player.advance(1.0 / 60.0);
             shown += 1;
         }
         assert_eq!(replay(&player).position(), replay(&player).frame_count());

@@ -8,7 +8,7 @@ use osp_session::recording::Author;
 
 /// Radius of the ring around another author's pen, as a fraction of the camera's distance.
 const RING_PART: f32 = 0.01;
-/// Largest number of authors whose pens are shown, because more would hide the model.
+/// Largest number of authors whose pens are shown. More pens would hide the model.
 const MOST_SHOWN: usize = 100;
 
 /// Another author's pen in the model's part of the window. Positions are 0 to 1 from the left and the lower border.
@@ -43,9 +43,9 @@ impl Studio {
         if others.peek().is_none() {
             return Vec::new();
         }
-        let hands = self.hands_before_screens();
+        let hands = self.tracked_poses();
         let mut views = self.room.views(&self.navigator, &hands, aspect, &self.session.bounds());
-        // If two eyes share a part of the window, only one of them shows the name.
+        // If two eyes share a part of the window, the name is shown only once.
         views.dedup_by_key(|view| (view.from, view.to));
         let mut found = Vec::new();
         for (author, p) in others {

@@ -5,11 +5,14 @@ use glam::Vec2;
 use super::Studio;
 use crate::{layers, spans::draw_span, tool::ToolChoice};
 use osp::{polygon::VisibleBlocks, view::View};
-use osp_render::{Depth, LineBatch};
+use osp_render::{Depth, LineBatch, LineColor};
 use osp_session::recording::Motion;
 
+/// Colour of the outlines of selected strokes: their own colour can be seen between and through the lines.
+const SELECTED: LineColor = [255, 220, 90, 90];
+
 impl Studio {
-    /// Finds the culled polygons, which are drawn tinted, while the culling camera is frozen.
+    /// While the culling camera is frozen, finds the culled polygons. They are drawn tinted.
     pub(super) fn find_culled(&mut self) {
         self.shown.culled.clear();
         self.shown.hidden.clear();
@@ -21,6 +24,10 @@ impl Studio {
     /// Draws the lines on top of the model: floor, views, nodes, shadows, outlines, pen and hand.
     pub(super) fn draw_lines(&mut self, size_px: Vec2) {
         self.shown.lines.clear();
+        // A picture shows the model alone.
+        if self.work.picture.is_some() {
+            return;
+        }
         let Some(first) = self.shown.views.first() else { return };
         let view = first.view;
         let scene = self.session.scene();
@@ -77,13 +84,7 @@ impl Studio {
         let motion = self.input.gestures.motion();
         for stroke in self.input.selection.strokes() {
             if let Some(stroke) = scene.stroke(*stroke).filter(|stroke| stroke.is_visible()) {
-                layers::draw_outlines(
-                    scene,
-                    stroke.polygon_ids(),
-                    &motion,
-                    [255, 220, 90, 220],
-                    &mut self.shown.lines,
-                );
+                layers::draw_outlines(scene, stroke.polygon_ids(), &motion, SELECTED, &mut self.shown.lines);
             }
         }
         self.draw_aids();

@@ -44,7 +44,7 @@ pub struct FrameReport {
 pub(crate) struct Pending {
     /// Whether the model was replaced, so that the GPU needs all polygons again.
     pub(crate) is_other_scene: bool,
-    /// Number of polygons that keep their numbers. New polygons reuse the numbers from here on.
+    /// Number of polygons that keep their ids. New polygons reuse the ids from this number on.
     pub(crate) keep: Option<usize>,
     /// The changes for the GPU scene.
     pub(crate) changes: Vec<Change>,
@@ -54,7 +54,7 @@ pub(crate) struct Pending {
 #[derive(Debug, Default)]
 pub(crate) struct Input {
     pub(crate) tool: ToolChoice,
-    /// Whether the grid appears with the next tool that does more than [`ToolChoice::Look`].
+    /// Whether the next tool other than [`ToolChoice::Look`] shows the grid again.
     pub(crate) grid_with_tools: bool,
     pub(crate) brush: Brush,
     pub(crate) snap: Snap,
@@ -71,10 +71,10 @@ pub(crate) struct Input {
     pub(crate) measured: Option<(Vec3, Vec3)>,
     pub(crate) gestures: Gestures,
     pub(crate) tracker: Option<Tracker>,
-    /// Whether messages of the tracker were left over by the last frame.
+    /// Whether the last frame left messages of the tracker unread.
     pub(crate) tracker_waits: bool,
     pub(crate) hands: Hands,
-    /// The senders of the tracker's messages, if each one is a separate author.
+    /// The senders of the tracker's messages, if each sender is a separate author.
     pub(crate) senders: Option<Senders>,
     pub(crate) watch: Watch,
     /// Whether the tracker is being calibrated; hands then do not draw.
@@ -103,7 +103,7 @@ pub(crate) struct Work {
     pub(crate) picture: Option<PathBuf>,
     /// Writes each frame to a picture file, if set.
     pub(crate) frames: Option<FrameWriter>,
-    /// Mode in which commands read and write: at once or in the background.
+    /// Mode in which commands read and write: immediately or in the background.
     pub(crate) mode: WorkMode,
     pub(crate) working: Option<Working>,
     /// The error of a session that could not be read.
@@ -115,8 +115,8 @@ pub(crate) struct Work {
 /// The contents of the last frame.
 #[derive(Debug, Default)]
 pub(crate) struct Shown {
-    /// Numbers of polygons that lie completely in the frustum, and of those that intersect its planes; `None` while
-    /// this is not shown.
+    /// Number of polygons inside the frustum, and number of polygons that intersect its planes; `None` while they are
+    /// not shown.
     pub(crate) cut: Option<(u64, u64)>,
     /// Names of the screens that the head was behind in the last frame.
     pub(crate) behind: Vec<String>,

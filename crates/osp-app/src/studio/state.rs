@@ -1,3 +1,5 @@
+use std::time::Duration;
+
 use super::{Studio, parts::FrameReport};
 #[cfg(feature = "live")]
 use crate::session::{Live, Overlay};
@@ -35,7 +37,7 @@ impl Studio {
         self.session.live().map(Live::overlay)
     }
 
-    /// The user's strokes that the shared session does not have yet.
+    /// Mutable access to [`Studio::overlay`].
     #[cfg(feature = "live")]
     pub(crate) fn overlay_mut(&mut self) -> Option<&mut Overlay> {
         self.session.live_mut().map(Live::overlay_mut)
@@ -52,7 +54,7 @@ impl Studio {
     }
 
     /// Sets the measure by which `auto` finds the cheapest method of occlusion culling. Call it before `auto` is
-    /// chosen. Times are measured here; counts give the same decision on every machine.
+    /// chosen. Measured times depend on the machine; counts lead to the same decision on every machine.
     pub fn set_auto_basis(&mut self, basis: AutoBasis) {
         self.culling.set_auto_basis(basis);
     }
@@ -67,7 +69,7 @@ impl Studio {
         self.room = room;
     }
 
-    /// The tracker, if there is one.
+    /// The tracker, if any.
     pub fn tracker(&self) -> Option<&Tracker> {
         self.input.tracker.as_ref()
     }
@@ -127,8 +129,8 @@ impl Studio {
         self.input.snap
     }
 
-    /// Numbers of polygons in the first view that lie completely in the frustum, and that intersect its planes; `None`
-    /// while this is not shown.
+    /// For the first view: the number of polygons inside the frustum, and the number of polygons that intersect its
+    /// planes. `None` while these numbers are not shown.
     pub fn inside_and_cut(&self) -> Option<(u64, u64)> {
         self.shown.cut
     }
@@ -168,7 +170,7 @@ impl Studio {
         self.follows_replay_camera
     }
 
-    /// Lets a replay move the camera, or not.
+    /// Sets whether a replay moves the camera.
     pub fn follow_replay_camera(&mut self, follow: bool) {
         self.follows_replay_camera = follow;
     }
@@ -186,9 +188,15 @@ impl Studio {
             self.messages.remove(0);
         }
         self.messages.push(message);
+        self.message_at = Some(Instant::now());
     }
 
-    /// Adds a message, unless it equals the last one.
+    /// Time since the last message came.
+    pub(crate) fn message_age(&self) -> Option<Duration> {
+        self.message_at.map(|at| at.elapsed())
+    }
+
+    /// Adds a message, unless it equals the last message.
     pub(crate) fn show_once(&mut self, message: &str) {
         if self.messages.last().is_none_or(|last| last != message) {
             self.show_message(message.to_owned());
@@ -200,8 +208,8 @@ impl Studio {
         self.shown.report
     }
 
-    /// Counts of culling on the GPU over all views, and times of the GPU. They belong to the latest frame whose results
-    /// have arrived; `None` if there is none.
+    /// Counts of culling on the GPU over all views, and times of the GPU. Both belong to the latest frame whose results
+    /// were received; `None` before.
     pub fn while_drawing(&self) -> Option<(DrawnCounts, Option<PassTimes>)> {
         self.shown.while_drawing
     }

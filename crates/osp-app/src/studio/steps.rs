@@ -10,7 +10,7 @@ use crate::occlusion_steps::{OcclusionSteps, StepsEdit};
 pub struct OccluderLabel {
     /// The occluder's name and score.
     pub text: String,
-    /// Whether the step has one of its planes, or its shadow.
+    /// Whether the step's tree contains a plane or the shadow of the occluder.
     pub is_taken: bool,
     /// Position of the occluder's middle.
     pub at: Vec2,
@@ -23,12 +23,12 @@ impl Studio {
     }
 
     /// The names of the steps' occluders on a window of this aspect ratio (width divided by height). Occluders outside
-    /// the views have none.
+    /// the views have no label.
     pub fn occluder_labels(&self, aspect: f32) -> Vec<OccluderLabel> {
         let Some(steps) = &self.steps else { return Vec::new() };
-        let hands = self.hands_before_screens();
+        let hands = self.tracked_poses();
         let mut views = self.room.views(&self.navigator, &hands, aspect, &self.session.bounds());
-        // If two eyes share a part of the window, only one of them shows the names.
+        // If two eyes share a part of the window, the names are shown only once.
         views.dedup_by_key(|view| (view.from, view.to));
         let mut labels = Vec::new();
         for occluder in steps.occluders() {
@@ -56,14 +56,14 @@ impl Studio {
         }
     }
 
-    /// Marks the steps as those of an earlier model, after a change that no frame applies.
+    /// Marks the steps as outdated, after a change of the model outside of [`Studio::frame`].
     pub(crate) fn forget_steps(&mut self) {
         if let Some(steps) = &mut self.steps {
             steps.forget();
         }
     }
 
-    /// Finds the steps of the frame's view, if the view and the model have not changed.
+    /// Computes the steps of the frame's view, if the view and the model have not changed.
     pub(super) fn follow_steps(&mut self) {
         let first = self.shown.views.first().map(|view| view.view);
         let frozen = self.frozen.as_ref().and_then(|frozen| frozen.first()).copied();
@@ -73,7 +73,7 @@ impl Studio {
         }
     }
 
-    /// Whether a further frame is needed to find or show the steps.
+    /// Whether a further frame is needed to compute or show the steps.
     pub(super) fn steps_wait(&self) -> bool {
         self.steps.as_ref().is_some_and(OcclusionSteps::waits)
     }

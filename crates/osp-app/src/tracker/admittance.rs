@@ -3,8 +3,8 @@ use std::{collections::BTreeMap, net::SocketAddr, str::FromStr, time::Duration};
 use super::osc::osc_key;
 use osp_session::platform::time::Instant;
 
-/// Largest number of datagrams that are read in a second; later ones are dropped and counted. Ten trackers with a
-/// thousand poses a second stay below it.
+/// Largest number of datagrams that are read in a second; further datagrams are dropped and counted. Ten trackers with
+/// a thousand poses a second each stay below this limit.
 const DATAGRAMS_A_SECOND: u32 = 10_000;
 
 /// Largest number of senders that are authors simultaneously.
@@ -16,7 +16,7 @@ pub enum Listening {
     /// The first sender, until it is inactive.
     #[default]
     First,
-    /// All senders, as one.
+    /// All senders, together as one author.
     Everybody,
     /// All senders, each as an author of the session; at most 16 simultaneously.
     Authors,
@@ -82,15 +82,15 @@ pub(super) enum Admission {
 #[derive(Debug)]
 pub(super) struct Admittance {
     options: TrackerOptions,
-    /// The accepted senders, and the time of each one's last valid message.
+    /// The accepted senders, and the time of each sender's last valid message.
     received: BTreeMap<SocketAddr, Instant>,
     second_began: Option<Instant>,
     this_second: u32,
 }
 
 impl Admittance {
-    /// Time without messages after which another sender may replace the accepted one, for example the same sender
-    /// restarted on another port.
+    /// Time without messages after which another sender may replace the accepted sender, for example after a restart on
+    /// another port.
     pub(crate) const SILENCE: Duration = Duration::from_secs(5);
 
     pub(super) fn new(options: TrackerOptions) -> Self {

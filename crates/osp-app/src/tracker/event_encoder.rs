@@ -8,14 +8,14 @@ use osp_session::{
     recording::{Event, StrokeId},
 };
 
-/// Converts the events of a session to messages of a tracker. Each of several unfinished strokes gets its own hand.
+/// Converts the events of a session to messages of a tracker. Each unfinished stroke gets its own hand.
 ///
 /// Events without a corresponding message (groups, moved strokes, finished polygons) are skipped and counted.
 #[derive(Clone, Debug, Default)]
 pub struct EventEncoder {
     /// The stroke of each hand.
     hands: Vec<Option<Drawing>>,
-    /// The first point of each stroke, at which a message can erase it.
+    /// The first point of each stroke. An erase message at this point erases the stroke.
     starts: HashMap<StrokeId, Vec3>,
     left_out: u64,
 }

@@ -8,7 +8,7 @@ use osp_session::recording::{Author, Event, NormalRule, Paint, StrokeId, Tool};
 /// The last pose of the head.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HandsState {
-    /// Pose of the head: position, world from head.
+    /// Pose of the head: position, and rotation from head space to world space.
     pub head: Option<(Vec3, Quat)>,
 }
 
@@ -16,7 +16,7 @@ pub struct HandsState {
 struct Hand {
     brush: BrushChoice,
     drawing: Option<StrokeId>,
-    heard_secs: f64,
+    received_secs: f64,
 }
 
 /// Converts a tracker's messages to the events of a session.
@@ -56,8 +56,8 @@ impl Hands {
         }
     }
 
-    /// Processes a message received at `t` and appends its events. `next_stroke` returns an unused number. An erasure
-    /// is returned instead, because only the caller can find the stroke.
+    /// Processes a message received at `t` and appends its events. `next_stroke` returns an unused number. For an
+    /// erasure, returns the position, because only the caller can find the stroke.
     pub fn take(
         &mut self,
         t: f64,
@@ -73,7 +73,7 @@ impl Hands {
             }
             Message::Hand { hand, p, q, pressure } => {
                 let hand = self.hand(hand);
-                hand.heard_secs = t;
+                hand.received_secs = t;
                 if pressure > 0.0 {
                     let stroke = *hand.drawing.get_or_insert_with(|| {
                         let stroke = next_stroke();
@@ -107,7 +107,7 @@ impl Hands {
     /// Ends the strokes of hands that have been inactive for too long.
     pub fn rest(&mut self, t: f64, out: &mut Vec<Event>) {
         for hand in self.hands.values_mut() {
-            if t - hand.heard_secs > Self::SILENCE_SECS
+            if t - hand.received_secs > Self::SILENCE_SECS
                 && let Some(stroke) = hand.drawing.take()
             {
                 out.push(Event::End { t, stroke });
@@ -128,7 +128,7 @@ impl Hands {
 
     fn hand(&mut self, number: u8) -> &mut Hand {
         let brush = self.first_brush;
-        self.hands.entry(number).or_insert(Hand { brush, drawing: None, heard_secs: 0.0 })
+        self.hands.entry(number).or_insert(Hand { brush, drawing: None, received_secs: 0.0 })
     }
 }
 

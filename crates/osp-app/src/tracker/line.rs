@@ -8,7 +8,7 @@ use super::message::{BrushChoice, Message, TOOLS, normal_name, normal_of};
 /// as a plain ribbon.
 ///
 /// # Errors
-/// The expected form.
+/// A text that describes the expected form.
 pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
     parse_line_noting(line, &mut |_| {})
 }
@@ -91,7 +91,7 @@ impl Words<'_> {
     }
 }
 
-/// Appends a message as a line with its newline. Numbers read back to the same bits.
+/// Appends a message as a line with its newline. A parser gets exactly the same numbers.
 pub fn write_line(message: &Message, out: &mut String) {
     // Writing to a string never fails.
     let _ = match *message {

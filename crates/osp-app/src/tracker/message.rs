@@ -28,7 +28,7 @@ pub enum Message {
     Head {
         /// Position.
         p: Vec3,
-        /// World from head.
+        /// Rotation from head space to world space.
         q: Quat,
     },
     /// The pose of a hand; it draws while `pressure` is above 0.
@@ -37,7 +37,7 @@ pub enum Message {
         hand: u8,
         /// Position.
         p: Vec3,
-        /// World from hand.
+        /// Rotation from hand space to world space.
         q: Quat,
         /// Pressure, 0 to 1.
         pressure: f32,
@@ -64,7 +64,8 @@ impl Message {
     /// The message with normalised quaternions; `None` if a number is invalid in a session.
     pub(super) fn checked(self) -> Option<Self> {
         let point = |p: Vec3| (p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M).then_some(p);
-        // Trackers send rounded quaternions: lengths within a tenth of 1 are normalised, others are not rotations.
+        // Trackers send rounded quaternions: quaternions with lengths within a tenth of 1 are normalised, other
+        // quaternions are not rotations.
         let turn = |q: Quat| ((0.9..=1.1).contains(&q.length())).then(|| q.normalize());
         Some(match self {
             Self::Head { p, q } => Self::Head { p: point(p)?, q: turn(q)? },

@@ -9,15 +9,15 @@ use super::message::{BrushChoice, Message, normal_name, normal_of};
 
 /// Largest depth of nested bundles.
 const MAX_DEPTH: u32 = 4;
-/// Beginning of a bundle. A time tag of 8 bytes follows, which is ignored, because poses count when they are received.
+/// Beginning of a bundle. A time tag of 8 bytes follows. It is ignored: poses are handled when they are received.
 const BUNDLE: &[u8] = b"#bundle\0";
 /// The address of the message with the key.
 const KEY: &str = "/osp/key";
 /// All values are padded to multiples of this number of bytes.
 const WORD: usize = 4;
 
-/// Parses a packet. Appends its messages to `out` and returns the number of malformed ones. An unknown brush is treated
-/// as a plain ribbon.
+/// Parses a packet. Appends its messages to `out` and returns the number of malformed messages. An unknown brush is
+/// treated as a plain ribbon.
 pub fn parse_osc(bytes: &[u8], out: &mut Vec<Message>) -> u64 {
     parse_osc_noting(bytes, out, &mut |_| {})
 }

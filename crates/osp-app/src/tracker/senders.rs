@@ -10,8 +10,9 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Senders of a tracker's messages. Each sender is an author of the session with its own hands, strokes and undo. It
-/// joins with its first message and leaves after five seconds without one. If it returns, it is another author.
+/// Senders of a tracker's messages. Each sender is an author of the session with its own hands, strokes and undo. A
+/// sender joins with its first message, and leaves after five seconds without a message. A sender that returns becomes
+/// another author.
 #[derive(Clone, Debug, Default)]
 pub struct Senders {
     present: BTreeMap<SocketAddr, Sender>,
@@ -29,9 +30,9 @@ struct Sender {
 }
 
 impl Senders {
-    /// Processes a message of the sender `from`, like [`Hands::take`]. `at` is its time of arrival, `t` its time in the
-    /// session. Returns the author and the point at which the message erases; `None` if the session can have no more
-    /// authors.
+    /// Processes a message of the sender `from`, like [`Hands::take`]. `at` is the message's time of arrival, `t` the
+    /// session's time. Returns the author and the point at which the message erases; `None` if the session can have no
+    /// more authors.
     pub fn take(
         &mut self,
         (from, at): (SocketAddr, Instant),
@@ -86,7 +87,7 @@ impl Senders {
         self.present.is_empty()
     }
 
-    /// Removes these senders in the order in which they joined.
+    /// Removes the senders for which `is_over` returns `true`, in the order in which they joined.
     fn leave_if(&mut self, is_over: impl Fn(&Sender) -> bool, t: f64, out: &mut Vec<Event>) {
         let over = self.present.iter().filter(|(_, sender)| is_over(sender));
         let mut over: Vec<_> = over.map(|(&from, sender)| (sender.author, from)).collect();

@@ -32,14 +32,14 @@ use osp_session::{
 const WAITING: usize = 1 << 16;
 /// Largest number of messages of one datagram; further messages are dropped and counted.
 const MESSAGES_A_DATAGRAM: usize = 1024;
-/// Longest line, bytes; longer ones are malformed. The limit bounds the memory for a stream without newlines.
+/// Longest line, bytes; longer lines are malformed. The limit bounds the memory for a stream without newlines.
 const MAX_LINE_BYTES: u64 = 4096;
 /// Number of bytes without a newline after which reading a stream ends, because the stream cannot be a tracker's.
 const MAX_UNBROKEN_BYTES: u64 = 1 << 20;
 /// Largest number of unknown brushes that are reported.
 const MOST_UNKNOWN_BRUSHES: usize = 20;
 /// Interval at which a thread checks whether it should end, and whether a file has grown.
-const NAP: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// The source of a tracker's messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -71,7 +71,7 @@ impl FromStr for TrackerAddress {
 }
 
 impl TrackerAddress {
-    /// A warning for an address that is not local to this machine, because the whole network can then draw.
+    /// A warning if the address accepts datagrams from other machines, because these can then draw.
     pub fn warning(&self, options: &TrackerOptions) -> Option<String> {
         let Self::Udp(address) = self else { return None };
         let advice = match options.key {
@@ -80,8 +80,8 @@ impl TrackerAddress {
             }
             Some(_) => "only senders with the key are read, but the key is sent unencrypted",
         };
-        let everybody = address.ip().is_unspecified();
-        everybody.then(|| format!("udp://{address} listens to every machine that reaches this one: {advice}"))
+        let others = !address.ip().is_loopback();
+        others.then(|| format!("udp://{address} accepts data from every machine that reaches it: {advice}"))
     }
 }
 
@@ -113,7 +113,7 @@ pub struct Counts {
     /// Number of messages that were dropped because too many waited for a frame, or a datagram had too many. Includes
     /// datagrams beyond the limit per second.
     pub dropped: u64,
-    /// Number of missing frames of a sender that numbers them; `None` without numbers.
+    /// Number of missing frames of a sender that numbers its frames; `None` without numbers.
     pub lost: Option<u64>,
     /// Number of datagrams that were not read, because their sender is not accepted or they lack the key.
     pub refused: u64,
@@ -132,11 +132,12 @@ struct Shared {
 #[derive(Debug, Default)]
 struct Tally {
     counts: Counts,
-    /// One more than the number of the sender's last frame; 0 before the first.
+    /// One more than the number of the sender's last frame; 0 before the first frame.
     last_frame: u64,
-    /// Unknown brushes that the tracker has chosen, and the number of those that were reported.
+    /// Unknown brushes that messages have chosen.
     unknown: Vec<String>,
-    told: usize,
+    /// Number of unknown brushes that were reported to the caller.
+    reported: usize,
 }
 
 impl Shared {
@@ -181,7 +182,7 @@ impl Tracker {
     /// [`Tracker::take`].
     ///
     /// # Errors
-    /// The address is in use or not one of this machine, or the file cannot be opened.
+    /// The address is in use or does not belong to this machine, or the file cannot be opened.
     pub fn open(
         address: &TrackerAddress,
         options: &TrackerOptions,
@@ -197,7 +198,7 @@ impl Tracker {
             TrackerAddress::Udp(address) => {
                 let name = format!("udp://{address}");
                 let socket = UdpSocket::bind(address).map_err(failed(name.clone()))?;
-                socket.set_read_timeout(Some(NAP)).map_err(failed(name.clone()))?;
+                socket.set_read_timeout(Some(POLL_INTERVAL)).map_err(failed(name.clone()))?;
                 local_address = socket.local_addr().ok();
                 let (admittance, z_up) = (Admittance::new(options.clone()), options.z_up);
                 builder.spawn(move || output.listen(&socket, admittance, z_up)).map_err(failed(name))
@@ -216,7 +217,7 @@ impl Tracker {
         Ok(Self { messages, shared, local_address, listening: options.listening, thread })
     }
 
-    /// The address of the socket, if there is one; if port 0 was given, with the assigned port.
+    /// The address of the socket, with the port that the system assigned; `None` for a stream.
     pub fn local_address(&self) -> Option<SocketAddr> {
         self.local_address
     }
@@ -240,9 +241,9 @@ impl Tracker {
     /// The unknown brushes that messages have chosen since the last call; each is reported once.
     pub fn unknown_brushes(&self) -> Vec<String> {
         let mut tally = self.shared.tally();
-        let told = tally.told;
-        tally.told = tally.unknown.len();
-        tally.unknown[told..].to_vec()
+        let reported = tally.reported;
+        tally.reported = tally.unknown.len();
+        tally.unknown[reported..].to_vec()
     }
 
     /// The counts so far.
@@ -255,7 +256,7 @@ impl Drop for Tracker {
     fn drop(&mut self) {
         self.shared.is_over.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // The thread sleeps only for a moment; a panic of it no longer matters.
+            // The thread sleeps only for a moment. Its panic no longer matters.
             let _ = thread.join();
         }
     }
@@ -281,7 +282,7 @@ impl Output {
         self.shared.is_over.load(Ordering::Relaxed)
     }
 
-    /// Queues a message of a socket if there is room; otherwise drops it, because newer messages follow.
+    /// Queues a message of a socket if the queue has space; otherwise drops the message, because newer messages follow.
     fn pass_on(&self, from: SocketAddr, message: Message) {
         self.shared.tally().counts.messages += 1;
         if self.sender.try_send(ReceivedMessage { at: Instant::now(), from: Some(from), message }).is_err() {
@@ -289,7 +290,7 @@ impl Output {
         }
     }
 
-    /// Queues a message of a stream, and waits for room, because a stream is a complete drawing and can wait.
+    /// Queues a message of a stream. Waits for space in the queue, because a stream is a complete drawing and can wait.
     fn pass_on_patiently(&self, message: Message) {
         self.shared.tally().counts.messages += 1;
         let mut received = ReceivedMessage { at: Instant::now(), from: None, message };
@@ -298,7 +299,7 @@ impl Output {
                 return;
             }
             received = back;
-            thread::sleep(NAP);
+            thread::sleep(POLL_INTERVAL);
         }
     }
 
@@ -310,10 +311,10 @@ impl Output {
         self.shared.tally().counts.dropped += count;
     }
 
-    /// Counts the frames missing between the last frame and this one. A late frame no longer counts as lost; a
+    /// Counts the frames missing between the last frame and this frame. A late frame no longer counts as lost; a
     /// restarted sender adds no loss.
     fn note_frame(&self, number: u32) {
-        /// Larger gaps do not count as loss, but as another numbering.
+        /// A larger gap counts as a new numbering, not as loss.
         const MOST_LOST: u64 = 100_000;
         /// A sender whose number is lower by more than this has restarted.
         const LATE: u64 = 1000;
@@ -322,7 +323,7 @@ impl Output {
         let lost = tally.counts.lost.unwrap_or(0);
         let missing = next.saturating_sub(expected + 1);
         tally.counts.lost = Some(match next {
-            // The frame was counted as lost when a later one arrived.
+            // The frame was counted as lost when a later frame was received.
             _ if next <= expected && expected - next < LATE => lost.saturating_sub(1),
             _ if expected > 0 && missing <= MOST_LOST => lost + missing,
             _ => lost,
@@ -339,7 +340,7 @@ impl Output {
     }
 
     fn listen(&self, socket: &UdpSocket, mut admittance: Admittance, z_up: bool) {
-        // Larger than any datagram.
+        // The buffer is larger than any datagram.
         let mut packet = vec![0; 1 << 16];
         let mut messages = Vec::new();
         while !self.is_over() {
@@ -448,7 +449,7 @@ impl Output {
                         return LinesEnd::Over;
                     }
                     Some(size) if size < consumed => return LinesEnd::Shorter,
-                    Some(_) => thread::sleep(NAP),
+                    Some(_) => thread::sleep(POLL_INTERVAL),
                 }
             }
         }

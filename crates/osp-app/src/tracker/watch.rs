@@ -10,12 +10,12 @@ use osp_session::platform::time::Instant;
 
 /// Number of latencies for the median.
 const KEPT: usize = 64;
-/// Time without messages after which a body has no rate.
+/// Time without messages after which the rate of a body is 0.
 const SILENCE: Duration = Duration::from_millis(1500);
 /// Duration over which poses are counted.
 const COUNTED: Duration = Duration::from_secs(1);
 
-/// Recent messages of a tracker, for its operator.
+/// Recent poses, rates and latencies of a tracker, for its operator.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
     head: Body,
@@ -32,9 +32,9 @@ pub struct Watch {
 pub struct Received {
     /// Time of arrival.
     pub at: Instant,
-    /// Pose in tracker space: position, tracker from body.
+    /// Pose in tracker space: position, and rotation from body space to tracker space.
     pub in_tracker: (Vec3, Quat),
-    /// Pose in room space: position, room from body.
+    /// Pose in room space: position, and rotation from body space to room space.
     pub in_room: (Vec3, Quat),
     /// Pressure of the hand, 0 to 1.
     pub pressure: f32,

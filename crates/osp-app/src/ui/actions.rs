@@ -36,7 +36,7 @@ pub enum Action {
     TogglePlay,
     /// Show or hide the panel with times, counts and switches.
     TogglePanel,
-    /// Show the depth pyramid instead of the picture, or the picture.
+    /// Switch between the picture and the depth pyramid.
     TogglePyramid,
     /// Show or hide occlusion culling step by step.
     ToggleSteps,
@@ -50,7 +50,7 @@ pub enum Action {
     ToggleHelp,
     /// Enter or leave full screen.
     ToggleFullscreen,
-    /// Close the topmost of these: the help, the background work, the selection, full screen.
+    /// Close the help; else cancel the background work; else clear the selection; else leave full screen.
     Escape,
 }
 
@@ -137,7 +137,7 @@ impl Action {
     }
 }
 
-/// The entry after `now`; after the last one, the first.
+/// The entry after `now`, or the first entry if `now` is the last.
 fn next_of<T: Copy + PartialEq>(all: &[T], now: T) -> T {
     let next = all.iter().position(|&one| one == now).map_or(0, |at| at + 1);
     all.get(next).or(all.first()).copied().unwrap_or(now)

@@ -78,13 +78,13 @@ impl PreviewGrid {
     }
 }
 
-/// The list of brushes, with a picture of each.
+/// The list of brushes with their pictures.
 #[derive(Default)]
 pub(super) struct BrushList {
     /// Whether the list has ever been opened.
-    is_asked: bool,
+    was_opened: bool,
     /// Whether the pictures are drawn, or have failed.
-    is_answered: bool,
+    are_previews_done: bool,
     previews: Option<TextureHandle>,
     is_open: bool,
     /// The filter text: the list shows brushes whose names contain it.
@@ -102,11 +102,11 @@ impl fmt::Debug for BrushList {
 
 impl BrushList {
     pub(super) fn wants_previews(&self) -> bool {
-        self.is_asked && !self.is_answered
+        self.was_opened && !self.are_previews_done
     }
 
     pub(super) fn set_previews(&mut self, previews: Option<TextureHandle>) {
-        (self.is_answered, self.previews) = (true, previews);
+        (self.are_previews_done, self.previews) = (true, previews);
     }
 
     /// Shows the button and the list for the brush of ribbons.
@@ -148,10 +148,11 @@ impl BrushList {
             }
         });
         self.is_open = shown.is_some();
-        self.is_asked |= self.is_open;
+        self.was_opened |= self.is_open;
     }
 
-    /// Shows the filter text, and handles the keys that move in the list. Returns whether the user has used them.
+    /// Shows the filter text, and handles the keys that move in the list. Returns whether the filter or the row may
+    /// have changed.
     fn take_keys(&mut self, ui: &mut Ui, chosen: Option<&'static Brush>, is_new: bool) -> bool {
         if is_new {
             self.typed.clear();
@@ -166,14 +167,19 @@ impl BrushList {
         let response = ui.add(line);
         response.request_focus();
         if response.changed() {
-            self.at = 0;
+            // The name itself comes before longer names that contain it.
+            let wanted = self.typed.trim().to_lowercase();
+            let place = |fits: &dyn Fn(&str) -> bool| {
+                self.entries().position(|(_, _, brush)| fits(&name_of(brush).to_lowercase()))
+            };
+            self.at = place(&|name| name == wanted).or(place(&|name| name.starts_with(&wanted))).unwrap_or(0);
         }
         let last = self.entries().count().saturating_sub(1);
         self.at = (self.at + down).saturating_sub(up).min(last);
         down + up > 0 || response.changed()
     }
 
-    /// The rows of the list: index of the heading, index in the grid, and brush; the first row means no brush.
+    /// The rows of the list: index of the heading, index in the grid, and brush. The first row has no brush.
     fn entries(&self) -> impl Iterator<Item = (usize, usize, Option<&'static Brush>)> + use<> {
         let wanted = self.typed.trim().to_lowercase();
         let kinds = KINDS.iter().enumerate();

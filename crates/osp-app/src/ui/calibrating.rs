@@ -27,7 +27,7 @@ pub(super) struct Calibrating {
 }
 
 impl Calibrating {
-    /// Shows the dialog; returns whether it continues.
+    /// Shows the dialog. Returns whether it stays open.
     pub(super) fn show(
         &mut self,
         ctx: &Context,

@@ -16,7 +16,8 @@ pub(super) fn take_pointer(ui: &Ui, response: &Response, pixels_per_point: f32, 
     let size_px = Vec2::new(area.width(), area.height()) * pixels_per_point;
     let events = ui.input(|input| input.events.clone());
     let modifiers = ui.input(|input| input.modifiers);
-    let held = Held { shift: modifiers.shift, alt: modifiers.alt };
+    let space = ui.input(|input| input.key_down(egui::Key::Space));
+    let held = Held { shift: modifiers.shift, alt: modifiers.alt, space };
     let is_over = response.contains_pointer();
     let fingers = ui.input(|input| input.multi_touch()).filter(|_| is_over || studio.has_fingers());
     studio.take_fingers(fingers.map(|touch| Fingers {

@@ -1,6 +1,7 @@
 use std::{
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::mpsc::{Receiver, TryRecvError},
+    time::Duration,
 };
 
 use egui::{
@@ -9,12 +10,15 @@ use egui::{
 };
 
 use super::panel_commands::{ALARM, PathPurpose};
-use crate::{command::Command, studio::Studio};
-use osp_session::platform::fs;
+use crate::{command::Command, studio::Studio, working::is_sketch};
+use osp_session::platform::{fs, time::Instant};
 
 /// Whether the system's dialog requires a confirmation before a file is replaced. The dialogs of Windows and macOS do.
-/// For a desktop portal this is unknown, and one question too many is better than a lost file.
-const ASKS_ITSELF: bool = cfg!(any(windows, target_os = "macos"));
+/// For a desktop portal this is unknown, so osp then shows its own question.
+const SYSTEM_CONFIRMS: bool = cfg!(any(windows, target_os = "macos"));
+
+/// A person needs longer to cancel the system's dialog: an earlier end means that there was none.
+const QUICKEST: Duration = Duration::from_millis(300);
 
 impl PathPurpose {
     fn title(self) -> &'static str {
@@ -49,6 +53,8 @@ impl PathPurpose {
     fn command(self, path: PathBuf) -> Command {
         match self {
             Self::Open => Command::Open(path),
+            // These formats keep the model, not how it was drawn: the session itself stays where it is saved.
+            Self::SaveAs if is_model(&path) => Command::Export(path),
             Self::SaveAs => Command::SaveAs(with_ending(path, "ron")),
             Self::Export => Command::Export(with_ending(path, "glb")),
             Self::ExportTilt => Command::Export(with_ending(path, "tilt")),
@@ -57,10 +63,10 @@ impl PathPurpose {
     }
 
     /// The command for a path from the system's dialog, in which the user has confirmed to replace the file at this
-    /// path. If an ending is added here, the path is another one and needs a new confirmation.
+    /// path. An added ending changes the path, which then needs a new confirmation.
     fn command_of_chosen(self, path: PathBuf) -> Command {
         let is_whole = path.extension().is_some();
-        match (self, is_whole && ASKS_ITSELF) {
+        match (self, is_whole && SYSTEM_CONFIRMS) {
             (Self::SaveAs, true) => Command::SaveOver(path),
             (Self::Export | Self::ExportTilt, true) => Command::ExportOver(path),
             (Self::Picture, true) => Command::PictureOver(path),
@@ -69,14 +75,19 @@ impl PathPurpose {
     }
 }
 
-/// Adds the default ending to a name without one. The path of a folder stays, so that the command refuses it.
+fn is_model(path: &Path) -> bool {
+    is_sketch(path) || path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("glb"))
+}
+
+/// Adds the default ending to a name without an ending. The path of a folder is not changed, so that the command
+/// refuses it.
 fn with_ending(path: PathBuf, ending: &str) -> PathBuf {
     let is_folder = path.as_os_str().as_encoded_bytes().ends_with(b"/") || fs::is_folder(&path);
     if is_folder || path.extension().is_some() { path } else { path.with_extension(ending) }
 }
 
-/// Suggested path of a file: the session's own file, or a file with its name beside it; for an unnamed session, a file
-/// in the home folder.
+/// Suggested path of a file: the session's path with the file's ending; for a copy, a file beside the original; for a
+/// new session, a file in the home folder.
 fn suggestion(ask: PathPurpose, studio: &Studio) -> PathBuf {
     let ending = match ask {
         PathPurpose::Open | PathPurpose::SaveAs => "ron",
@@ -85,14 +96,18 @@ fn suggestion(ask: PathPurpose, studio: &Studio) -> PathBuf {
         PathPurpose::Picture => "png",
     };
     let session = studio.session();
-    match session.journal().is_named() {
-        // The suggested path must not replace a sketch that is open read-only.
-        true if ask == PathPurpose::ExportTilt && session.is_read_only() => {
-            let stem = session.path().file_stem().unwrap_or_default().to_string_lossy();
-            session.path().with_file_name(format!("{stem}-copy.tilt"))
+    let named = Some(session.path()).filter(|_| session.journal().is_named());
+    match named.or(session.original()) {
+        // The suggested path must not replace the sketch that was opened.
+        Some(path)
+            if path.extension().is_some_and(|own| own == ending)
+                && (named.is_none() || session.is_read_only()) =>
+        {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            path.with_file_name(format!("{stem}-copy.{ending}"))
         }
-        true => session.path().with_extension(ending),
-        false => std::env::home_dir().unwrap_or_default().join("sketch").with_extension(ending),
+        Some(path) => path.with_extension(ending),
+        None => std::env::home_dir().unwrap_or_default().join("sketch").with_extension(ending),
     }
 }
 
@@ -123,6 +138,8 @@ pub(super) struct PathDialog {
     /// Reason of the last failure.
     reason: Option<String>,
     chosen: Option<Receiver<Option<PathBuf>>>,
+    /// When the system's dialog was requested.
+    asked_at: Option<Instant>,
 }
 
 /// The result of a dialog.
@@ -134,13 +151,13 @@ pub(super) enum Answer {
 }
 
 impl PathDialog {
-    /// A dialog that suggests a path: the session's name beside its file; an empty path for opening a session.
+    /// A dialog with a suggested path. To open a session, the path is empty at first.
     pub(super) fn new(ask: PathPurpose, studio: &Studio) -> Self {
         let text = match ask {
             PathPurpose::Open => String::new(),
             _ => suggestion(ask, studio).display().to_string(),
         };
-        Self { ask, text, is_new: true, reason: None, chosen: None }
+        Self { ask, text, is_new: true, reason: None, chosen: None, asked_at: None }
     }
 
     /// Moves the keyboard focus to the path's field in the next frame.
@@ -182,7 +199,10 @@ impl PathDialog {
                 is_cancelled |= ui.input(|input| input.key_pressed(Key::Escape));
                 ui.horizontal(|ui| {
                     is_done |= ui.button(self.ask.verb()).clicked();
-                    if ui.add_enabled(self.chosen.is_none(), egui::Button::new("Browse…")).clicked() {
+                    // The browser's own dialog can only open files, not choose a name.
+                    let can_browse = cfg!(not(target_arch = "wasm32")) || self.ask == PathPurpose::Open;
+                    let browse = egui::Button::new("Browse…");
+                    if can_browse && ui.add_enabled(self.chosen.is_none(), browse).clicked() {
                         self.browse(ui.ctx().clone());
                     }
                     is_cancelled |= ui.button("Cancel").clicked();
@@ -196,7 +216,8 @@ impl PathDialog {
         if is_open && !is_cancelled { Answer::StillOpen } else { Answer::Closed }
     }
 
-    /// The path chosen in the system's dialog. If the user cancels it, this dialog stays open.
+    /// Returns the answer with the path that was chosen in the system's dialog. If the user cancels the system's
+    /// dialog, this dialog stays open.
     fn take_chosen(&mut self) -> Option<Answer> {
         match self.chosen.as_ref()?.try_recv() {
             Ok(Some(path)) => {
@@ -206,6 +227,12 @@ impl PathDialog {
             }
             Ok(None) | Err(TryRecvError::Disconnected) => {
                 self.chosen = None;
+                if self.asked_at.is_some_and(|at| at.elapsed() < QUICKEST) {
+                    self.reason = Some(
+                        "this system shows no dialog for files (it has no desktop portal): type the path"
+                            .to_owned(),
+                    );
+                }
                 None
             }
             Err(TryRecvError::Empty) => None,
@@ -227,7 +254,10 @@ impl PathDialog {
             let dialog = rfd::FileDialog::new().set_title(ask.title());
             let path = match ask {
                 PathPurpose::Open => dialog
-                    .add_filter("sessions", &["ron", "zst", "tilt", "apa", "json", "poses", "obj", "gz"])
+                    .add_filter(
+                        "sessions",
+                        &["ron", "zst", "tilt", "apa", "json", "poses", "obj", "gz", "glb", "gltf"],
+                    )
                     .pick_file(),
                 PathPurpose::SaveAs => dialog.add_filter("recording", &["ron"]).save_file(),
                 PathPurpose::Export => dialog.add_filter("binary glTF", &["glb"]).save_file(),
@@ -244,6 +274,6 @@ impl PathDialog {
         } else {
             std::thread::spawn(dialog);
         }
-        self.chosen = Some(chosen);
+        (self.chosen, self.asked_at) = (Some(chosen), Some(Instant::now()));
     }
 }

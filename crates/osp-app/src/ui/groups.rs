@@ -20,7 +20,7 @@ pub(super) struct GroupList {
     name: Option<(GroupId, String)>,
     /// The change of a group's transform that is being entered.
     placing: Option<(GroupId, Placing)>,
-    /// The axis of the next rotation, if it is not the default one.
+    /// The axis of the next rotation; `None` is the default axis.
     axis: Option<Vec3>,
 }
 
@@ -85,7 +85,7 @@ impl GroupList {
         };
         let mut percent = placing.scale * 100.0;
         let Placing { by, turn_degrees, .. } = &mut placing;
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             for (way, axis) in [(&mut by.x, "x"), (&mut by.y, "y"), (&mut by.z, "z")] {
                 let label = ui.label(axis);
                 let value =
@@ -106,7 +106,7 @@ impl GroupList {
             );
         });
         let axis = self.axis.get_or_insert(Placing::STAY.axis);
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             ui.label("turn about")
                 .on_hover_text("the axis of rotation: any direction in the space of the parent group");
             for (way, name) in [(&mut axis.x, "axis x"), (&mut axis.y, "axis y"), (&mut axis.z, "axis z")] {

@@ -13,7 +13,7 @@ pub(super) struct IndexSettingsPanel {
 
 impl IndexSettingsPanel {
     /// Shows the settings that the index has; nothing for an index without settings. The model is inserted again only
-    /// when they are applied, because this takes long for a large model.
+    /// when the user applies the settings, because the insertion of a large model takes long.
     pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
         let (kind, applied) = (studio.culling().kind(), *studio.culling().index_settings());
         let has = |setting: &IndexSetting| kind.has(*setting);

@@ -1,9 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use egui::{
-    Align2, Color32, Context, Frame, Grid, KeyboardShortcut, Panel, Rect, RichText, ScrollArea, Sense, Ui,
-    Window,
-};
+use egui::{Align2, Color32, Context, Key, Panel, Rect, ScrollArea, Sense, Ui, Window};
 use glam::Vec3;
 
 #[cfg(feature = "live")]
@@ -16,8 +13,9 @@ use super::{
     canvas,
     dialog::{Answer, PathDialog},
     groups::GroupList,
+    help::{Help, LESSON},
     index_settings::IndexSettingsPanel,
-    keys::{HINTS, SHORTCUTS},
+    keys::SHORTCUTS,
     menu,
     numbers::{self, Measured},
     occlusion_steps,
@@ -27,12 +25,12 @@ use super::{
     recent::RecentList,
     replay_bar, room,
     selected::SelectionPanel,
-    tools,
+    status, tools,
 };
 use crate::{
     command::Command,
     question::Question,
-    settings::{Settings, SettingsKeeper, Theme},
+    settings::{KeptBrush, Settings, SettingsKeeper, Theme},
     stats::{FrameTimes, History, PassHistory},
     studio::Studio,
     tool::ToolChoice,
@@ -42,19 +40,25 @@ use osp_render::PassTimes;
 
 /// Width below which a window counts as narrow, points; windows on a desktop are wider.
 const NARROW: f32 = 480.0;
+/// Colours of hints on dark and on light panels.
+const WEAK_ON_DARK: Color32 = Color32::from_gray(150);
+const WEAK_ON_LIGHT: Color32 = Color32::from_gray(96);
+/// Width of the panel with times and counts, points.
+const NUMBERS_WIDTH: f32 = 268.0;
 
 /// The whole user interface of the window, without the model.
 #[derive(Debug, Default)]
 pub struct Interface {
     history: History,
     passes: PassHistory,
-    /// Resolution of the clock in these measurements.
+    /// Resolution of the clock that measures frames, nanoseconds.
     clock_step_ns: u64,
     shows_panel: bool,
-    /// Whether the tools are shown; on a narrow window, such as a phone's, they would leave no room for the model.
+    /// Whether a narrow window, such as a phone's, shows the tools. The tools leave little space for the model.
     shows_tools: bool,
     shows_help: bool,
     is_fullscreen: bool,
+    is_styled: bool,
     settings: Settings,
     /// The settings that were last written.
     kept: Settings,
@@ -71,6 +75,9 @@ pub struct Interface {
     recent: RecentList,
     brushes: BrushList,
     groups: GroupList,
+    help: Help,
+    /// Keys of shortcuts that are still pressed: they do not fly, even if the modifier is released first.
+    shortcut_keys: Vec<Key>,
     layers: LayerList,
     selected: SelectionPanel,
     index_settings: IndexSettingsPanel,
@@ -84,8 +91,9 @@ impl Interface {
     }
 
     /// Reads the settings from this file, and stores changes there from now on.
-    pub fn keep_settings(&mut self, path: PathBuf, ctx: &Context) {
+    pub fn keep_settings(&mut self, path: PathBuf, ctx: &Context, studio: &mut Studio) {
         self.settings = Settings::read(&path);
+        self.settings.brush.give(&mut studio.input.brush);
         self.kept = self.settings.clone();
         ctx.set_zoom_factor(self.settings.zoom);
         self.keeper = Some(SettingsKeeper::new(path));
@@ -121,7 +129,7 @@ impl Interface {
         &self.history
     }
 
-    /// Whether the list of brushes is open and needs its pictures. Returns `true` only once.
+    /// Whether the list of brushes was opened and its pictures are not set yet.
     pub fn wants_previews(&self) -> bool {
         self.brushes.wants_previews()
     }
@@ -168,7 +176,7 @@ impl Interface {
             if !studio.is_reading() {
                 work(ui, studio, &mut panel_commands);
             }
-            status(ui, studio);
+            status::show(ui, studio);
         });
         if studio.room().rig().is_some() || studio.tracker().is_some() {
             Panel::bottom("room").resizable(false).show(ui, |ui| {
@@ -191,7 +199,7 @@ impl Interface {
             }
         }
         studio.set_calibrating(self.calibrating.is_some());
-        if (self.shows_tools || !is_narrow) && !is_looking {
+        if (self.shows_tools || !is_narrow) && !is_looking && has_tools(studio) {
             Panel::left("tools").resizable(false).exact_size(168.0).show(ui, |ui| {
                 ScrollArea::vertical().show(ui, |ui| {
                     tools::show(ui, studio, &mut self.brushes, &mut panel_commands);
@@ -204,29 +212,19 @@ impl Interface {
                 });
             });
         }
-        if panel_commands.panel {
-            Panel::right("numbers").resizable(false).exact_size(268.0).show(ui, |ui| {
-                let measured = Measured {
-                    history: &self.history,
-                    passes: self.passes.mean(),
-                    clock_step_ns: self.clock_step_ns,
-                    adapter: &self.adapter,
-                };
-                let settings = &mut self.index_settings;
-                ScrollArea::vertical()
-                    .show(ui, |ui| numbers::show(ui, studio, &measured, settings, &mut panel_commands));
-            });
-        }
         let area = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(area, Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "model"));
         canvas::take_pointer(ui, &response, ui.ctx().pixels_per_point(), studio);
         self.hint(ui, area, studio);
+        if panel_commands.panel {
+            self.numbers(ui, area, studio, &mut panel_commands);
+        }
         occlusion_steps::show_names(ui, area, studio);
         #[cfg(feature = "live")]
         others::show(ui, area, studio);
         if panel_commands.help {
-            help(ui, &mut panel_commands.help);
+            self.help.show(ui, &mut panel_commands.help);
         }
         if studio.is_reading() && studio.work_shown().is_some() {
             egui::Modal::new(egui::Id::unique("reading"))
@@ -236,8 +234,30 @@ impl Interface {
             questions::trouble(ui.ctx(), studio, &mut panel_commands);
         }
         self.question(ui.ctx(), studio, &mut panel_commands);
-        self.take_wishes(ui, studio, panel_commands);
+        self.apply_panel_commands(ui, studio, panel_commands);
         area
+    }
+
+    /// Shows times and counts over the right side of the model, which stays in place.
+    fn numbers(&mut self, ui: &Ui, area: Rect, studio: &mut Studio, panel_commands: &mut PanelCommands) {
+        let measured = Measured {
+            history: &self.history,
+            passes: self.passes.mean(),
+            clock_step_ns: self.clock_step_ns,
+            adapter: &self.adapter,
+        };
+        let settings = &mut self.index_settings;
+        Window::new("numbers")
+            .title_bar(false)
+            .resizable(false)
+            .fixed_pos(area.right_top() - egui::vec2(NUMBERS_WIDTH + 16.0, -4.0))
+            .fixed_size([NUMBERS_WIDTH, area.height() - 24.0])
+            .show(ui.ctx(), |ui| {
+                ui.set_width(NUMBERS_WIDTH);
+                ScrollArea::vertical()
+                    .max_height(area.height() - 24.0)
+                    .show(ui, |ui| numbers::show(ui, studio, &measured, settings, panel_commands));
+            });
     }
 
     fn question(&mut self, ctx: &Context, studio: &Studio, panel_commands: &mut PanelCommands) {
@@ -251,11 +271,11 @@ impl Interface {
         }
     }
 
-    fn take_wishes(&mut self, ui: &Ui, studio: &mut Studio, panel_commands: PanelCommands) {
+    fn apply_panel_commands(&mut self, ui: &Ui, studio: &mut Studio, panel_commands: PanelCommands) {
         (self.shows_panel, self.shows_help) = (panel_commands.panel, panel_commands.help);
         self.is_fullscreen = panel_commands.fullscreen;
         if let Some(ask) = panel_commands.ask {
-            // An earlier result must not be taken for the result of this dialog.
+            // An earlier result must not count as the result of this dialog.
             studio.take_file_outcome();
             self.dialog = Some(PathDialog::new(ask, studio));
         }
@@ -283,7 +303,8 @@ impl Interface {
         }
         for command in panel_commands.commands {
             // The dialog belonged to the previous session.
-            if matches!(command, Command::New | Command::Open(_) | Command::OpenAs(..)) {
+            if matches!(command, Command::New | Command::Open(_) | Command::OpenAs(..) | Command::PlayFile(_))
+            {
                 self.dialog = None;
             }
             if matches!(command, Command::Copy | Command::Cut) {
@@ -295,7 +316,7 @@ impl Interface {
         }
     }
 
-    /// Stores changed settings, and adds a session that was opened or saved under a name to the recent ones.
+    /// Stores changed settings. Adds a session that was opened or saved under a name to the recent sessions.
     fn settle(&mut self, ctx: &Context, studio: &Studio) {
         let session = studio.session();
         let named = if session.journal().is_named() { session.path() } else { Path::new("") };
@@ -306,7 +327,15 @@ impl Interface {
                 self.settings.note_recent(named);
             }
         }
+        self.settings.brush = KeptBrush::of(&studio.brush());
         self.settings.zoom = ctx.zoom_factor();
+        if !std::mem::replace(&mut self.is_styled, true) {
+            // The default grey of hints is too faint to read (WCAG 2.2, criterion 1.4.3).
+            ctx.all_styles_mut(|style| {
+                let grey = if style.visuals.dark_mode { WEAK_ON_DARK } else { WEAK_ON_LIGHT };
+                style.visuals.weak_text_color = Some(grey);
+            });
+        }
         ctx.set_theme(match self.settings.theme {
             Theme::Dark => egui::ThemePreference::Dark,
             Theme::Light => egui::ThemePreference::Light,
@@ -322,7 +351,7 @@ impl Interface {
 
     fn shortcuts(&mut self, ui: &Ui, studio: &mut Studio, panel_commands: &mut PanelCommands) {
         if studio.is_reading() {
-            if ui.input(|input| input.key_pressed(egui::Key::Escape)) {
+            if ui.input(|input| input.key_pressed(Key::Escape)) {
                 panel_commands.commands.push(Command::CancelWork);
             }
             return;
@@ -353,7 +382,7 @@ impl Interface {
         if let Some(command) = clipped {
             Action::Do(command).perform(studio, panel_commands);
         }
-        studio.set_flight(flight(ui));
+        studio.set_flight(flight(ui, &mut self.shortcut_keys));
     }
 
     /// Shows the hint in an empty session.
@@ -379,22 +408,35 @@ impl Interface {
     }
 }
 
+/// Whether the left panel has anything to show. In a replay it lists authors and layers only.
+fn has_tools(studio: &Studio) -> bool {
+    let has_lists = || studio.scene().authors().next().is_some() || studio.session_layers().len() > 1;
+    !studio.session().is_replay() || has_lists()
+}
+
 /// Opens a file that was dropped on the window.
 fn take_dropped(ui: &Ui, panel_commands: &mut PanelCommands) {
     let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
     panel_commands.commands.extend(dropped.map(Command::Open));
 }
 
-/// The flight direction from the pressed keys: right, up, back.
-fn flight(ui: &Ui) -> Vec3 {
-    use egui::Key;
+/// The flight direction from the pressed keys: right, up, back. Updates the pressed keys of shortcuts.
+fn flight(ui: &Ui, shortcut_keys: &mut Vec<Key>) -> Vec3 {
     ui.input(|input| {
+        for event in &input.raw.events {
+            if let egui::Event::Key { key, pressed: true, modifiers, .. } = event
+                && (modifiers.command || modifiers.alt)
+            {
+                shortcut_keys.push(*key);
+            }
+        }
+        shortcut_keys.retain(|key| input.key_down(*key));
         if input.modifiers.command || input.modifiers.alt {
             return Vec3::ZERO;
         }
-        let axis = |forth: Key, back: Key| {
-            f32::from(u8::from(input.key_down(forth))) - f32::from(u8::from(input.key_down(back)))
-        };
+        let is_down = |key| input.key_down(key) && !shortcut_keys.contains(&key);
+        let axis =
+            |forth: Key, back: Key| f32::from(u8::from(is_down(forth))) - f32::from(u8::from(is_down(back)));
         Vec3::new(axis(Key::D, Key::A), axis(Key::E, Key::Q), axis(Key::S, Key::W))
     })
 }
@@ -403,7 +445,7 @@ fn flight(ui: &Ui) -> Vec3 {
 fn work(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     let Some(shown) = studio.work_shown() else { return };
     ui.horizontal(|ui| {
-        // No spinner, because it would request continuous frames, which take time from the work.
+        // A spinner would request continuous frames, which take time from the work.
         if let Some(part) = shown.part {
             ui.add(egui::ProgressBar::new(part).desired_width(120.0).show_percentage());
         }
@@ -414,94 +456,26 @@ fn work(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     });
 }
 
-fn status(ui: &mut Ui, studio: &Studio) {
-    ui.horizontal(|ui| match studio.messages().last() {
-        Some(message) => {
-            let earlier = studio.messages().join("\n");
-            ui.label(message).on_hover_text(earlier);
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::{Rgba, Visuals};
+
+    /// Contrast of two opaque colours, after WCAG 2.2.
+    fn contrast(a: Color32, b: Color32) -> f32 {
+        let luminance = |color: Color32| {
+            let [r, g, b, _] = Rgba::from(color).to_array();
+            0.2126 * r + 0.7152 * g + 0.0722 * b
+        };
+        let (a, b) = (luminance(a), luminance(b));
+        (a.max(b) + 0.05) / (a.min(b) + 0.05)
+    }
+
+    #[test]
+    fn hints_can_be_read() {
+        for (visuals, weak) in [(Visuals::dark(), WEAK_ON_DARK), (Visuals::light(), WEAK_ON_LIGHT)] {
+            assert!(contrast(weak, visuals.panel_fill) >= 4.5, "{weak:?}");
+            assert!(contrast(visuals.text_color(), visuals.panel_fill) >= 4.5, "{:?}", visuals.text_color());
         }
-        None => {
-            let is_looking = studio.tool() == ToolChoice::Look;
-            let hint = match studio.session().is_replay() {
-                false if is_looking => {
-                    "left button: orbit    wheel: nearer    W A S D Q E: fly    F: whole model    1: draw    F1: all keys"
-                }
-                false => {
-                    "left button: draw    right button: orbit    wheel: nearer    W A S D Q E: fly    Ctrl+Z: undo    F1: all keys"
-                }
-                true => {
-                    "Space: play    right button: orbit    wheel: nearer    W A S D Q E: fly    C: freeze culling    F1: all keys"
-                }
-            };
-            ui.label(RichText::new(hint).weak());
-        }
-    });
-}
-
-fn help(ui: &Ui, is_open: &mut bool) {
-    Window::new("Keys and pointer")
-        .open(is_open)
-        .collapsible(false)
-        .resizable(false)
-        .frame(Frame::window(ui.style()))
-        .anchor(Align2::CENTER_CENTER, egui::Vec2::ZERO)
-        .show(ui.ctx(), |ui| {
-            // In a small window the two lists are stacked, and scroll.
-            let room = ui.ctx().content_rect().size() - egui::vec2(40.0, 60.0);
-            let is_wide = room.x > HELP_WIDTH;
-            ui.set_min_width(room.x.min(if is_wide { HELP_WIDTH } else { HELP_WIDTH * 0.6 }));
-            ui.spacing_mut().scroll = egui::style::ScrollStyle::solid();
-            ScrollArea::vertical().max_height(room.y).show(ui, |ui| {
-                LESSON.iter().for_each(|line| drop(ui.label(*line)));
-                ui.separator();
-                match is_wide {
-                    true => ui.columns(2, |columns| {
-                        pointer_hints(&mut columns[0]);
-                        keys_of_shortcuts(&mut columns[1]);
-                    }),
-                    false => {
-                        pointer_hints(ui);
-                        ui.separator();
-                        keys_of_shortcuts(ui);
-                    }
-                }
-            });
-        });
-}
-
-/// The introduction in a new window, which is also the beginning of the help.
-const LESSON: [&str; 5] = [
-    "1  Drag with the left button to draw; Shift makes it straight.",
-    "2  Drag with the right button to orbit; turn the wheel to come nearer.",
-    "3  Choose tools, brushes and colours on the left. Ctrl+Z undoes the last step.",
-    "4  Press V and click strokes to move, turn, scale or recolour them.",
-    "5  The drawing is saved as you draw; Ctrl+S gives it a name. F1: these steps and all keys.",
-];
-
-/// Width of the help's two lists side by side, points.
-const HELP_WIDTH: f32 = 700.0;
-
-fn pointer_hints(ui: &mut Ui) {
-    Grid::new("pointer").num_columns(2).show(ui, |ui| {
-        for (how, what) in HINTS {
-            ui.strong(*how);
-            ui.label(*what);
-            ui.end_row();
-        }
-    });
-}
-
-fn keys_of_shortcuts(ui: &mut Ui) {
-    Grid::new("keys").num_columns(2).show(ui, |ui| {
-        for shortcut in SHORTCUTS {
-            let KeyboardShortcut { modifiers, logical_key } = shortcut.keys;
-            let is_plain = modifiers.is_none();
-            ui.strong(match is_plain {
-                true => logical_key.symbol_or_name().to_owned(),
-                false => ui.ctx().format_shortcut(&shortcut.keys),
-            });
-            ui.label(shortcut.what);
-            ui.end_row();
-        }
-    });
+    }
 }

@@ -21,6 +21,67 @@ pub struct Shortcut {
     pub action: Action,
 }
 
+/// A topic of the list of keys.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Topic {
+    File,
+    Tools,
+    Edit,
+    View,
+    Replay,
+    Culling,
+}
+
+impl Topic {
+    pub(super) const ALL: [Self; 6] =
+        [Self::Tools, Self::File, Self::Replay, Self::View, Self::Edit, Self::Culling];
+
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::File => "Files",
+            Self::Tools => "Tools and brushes",
+            Self::Edit => "Strokes, groups and layers",
+            Self::View => "View",
+            Self::Replay => "Replay",
+            Self::Culling => "Culling",
+        }
+    }
+}
+
+impl Shortcut {
+    pub(super) fn topic(&self) -> Topic {
+        match &self.action {
+            Action::AskOpen
+            | Action::Save
+            | Action::AskSaveAs
+            | Action::AskExport
+            | Action::AskExportTilt
+            | Action::AskPicture
+            | Action::Do(Command::New | Command::Quit | Command::Frames) => Topic::File,
+            Action::ToggleBrushes
+            | Action::ToggleStraight
+            | Action::ToggleMirror
+            | Action::ToggleScreenWidth
+            | Action::Do(Command::Tool(_) | Command::Widen(_)) => Topic::Tools,
+            Action::TogglePlay | Action::Do(Command::Step(_)) => Topic::Replay,
+            Action::ToggleFreeze
+            | Action::NextIndex
+            | Action::NextOcclusion
+            | Action::TogglePanel
+            | Action::TogglePyramid
+            | Action::ToggleSteps
+            | Action::Do(Command::Steps(_)) => Topic::Culling,
+            Action::ToggleHelp
+            | Action::ToggleFullscreen
+            | Action::Escape
+            | Action::Do(
+                Command::ShowAll | Command::LookAtPointer | Command::KeepView(_) | Command::GoToView(_),
+            ) => Topic::View,
+            Action::Do(_) => Topic::Edit,
+        }
+    }
+}
+
 const fn key(key: Key, what: &'static str, action: Action) -> Shortcut {
     Shortcut { keys: KeyboardShortcut::new(Modifiers::NONE, key), what, action }
 }
@@ -33,7 +94,7 @@ const fn command_shift_key(key: Key, what: &'static str, action: Action) -> Shor
     Shortcut { keys: KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), key), what, action }
 }
 
-/// Angle (degrees) and factor by which keys rotate and scale the selection.
+// Commands that rotate the selection by an angle (degrees) and scale it by a factor.
 pub(super) const TURN_LEFT: Command = Command::Alter(Altering::Turn(15.0));
 pub(super) const TURN_RIGHT: Command = Command::Alter(Altering::Turn(-15.0));
 pub(super) const LARGER: Command = Command::Alter(Altering::Scale(1.1));
@@ -131,7 +192,7 @@ pub static SHORTCUTS: &[Shortcut] = &[
 pub const HINTS: &[(&str, &str)] = &[
     ("left button", "use the tool: draw, erase, select"),
     ("right button", "orbit around the point under the pointer"),
-    ("wheel button, Shift + right", "move sideways, up and down"),
+    ("wheel button, Shift + right, Space + left", "move sideways, up and down"),
     ("Alt + left", "orbit, for pens without buttons"),
     ("Alt + right", "look around"),
     ("two fingers", "orbit; spread or pinch to come nearer or go away"),
@@ -144,6 +205,6 @@ pub const HINTS: &[(&str, &str)] = &[
     ("ring around the selection", "turn it; with Shift by 15°"),
     ("knob on the ring", "scale it; with Shift by tenths"),
     ("colour or width, while selecting", "also change the selected strokes"),
-    ("Ctrl + and Ctrl -", "larger and smaller letters"),
+    ("Ctrl + and Ctrl -", "larger and smaller text"),
     ("a file dropped on the window", "open it"),
 ];

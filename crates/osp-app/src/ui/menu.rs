@@ -3,6 +3,7 @@ use egui::{Align, Button, Color32, Layout, MenuBar, Ui};
 use super::{
     actions::Action,
     entry::entry,
+    help,
     keys::{LARGER, SMALLER, TURN_LEFT, TURN_RIGHT},
     panel_commands::PanelCommands,
     recent::RecentList,
@@ -28,26 +29,35 @@ pub(super) fn show(
         ui.menu_button("File", |ui| file(ui, studio, settings, recent, panel_commands));
         ui.menu_button("Edit", |ui| edit(ui, studio, panel_commands));
         ui.menu_button("View", |ui| view(ui, studio, settings, panel_commands));
-        ui.menu_button("Help", |ui| {
-            entry(ui, "Keys and pointer", Action::ToggleHelp, studio, panel_commands)
-        });
+        ui.menu_button("Help", |ui| help::menu(ui, studio, panel_commands));
     });
 }
 
-/// A button that shows the tools, to draw, or hides them, to look.
+/// Buttons that switch between drawing, with tools, looking, without tools, and a replay.
 pub(super) fn mode(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
-    if !studio.can_draw() {
-        return;
-    }
-    let is_looking = studio.tool() == ToolChoice::Look;
-    let (name, hint, tool) = match is_looking {
-        true => ("Draw", "show the tools and draw (1)", ToolChoice::Draw(studio.brush().tool)),
-        false => ("Look", "hide the tools and only look around (0)", ToolChoice::Look),
+    let session = studio.session();
+    let is_looking = studio.tool() == ToolChoice::Look || session.is_replay();
+    let draw = || match session.is_replay() {
+        // The page has its own button, below the window.
+        true if cfg!(target_arch = "wasm32") => None,
+        true => Some(("Draw", "open the session to draw on it", Command::Open(session.path().to_owned()))),
+        false if !studio.can_draw() => None,
+        false if is_looking => {
+            let tool = ToolChoice::Draw(studio.brush().tool);
+            Some(("Draw", "show the tools and draw (1)", Command::Tool(tool)))
+        }
+        false => Some(("Look", "hide the tools and only look around (0)", Command::Tool(ToolChoice::Look))),
+    };
+    let play = || {
+        let path = session.file_to_play()?.to_owned();
+        Some(("Play", "see how it was drawn", Command::PlayFile(path)))
     };
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-        let fill = if is_looking { ui.visuals().selection.bg_fill } else { Color32::TRANSPARENT };
-        if ui.add(Button::new(name).fill(fill)).on_hover_text(hint).clicked() {
-            panel_commands.commands.push(Command::Tool(tool));
+        for (name, hint, command) in [draw(), play()].into_iter().flatten() {
+            let fill = if is_looking { ui.visuals().selection.bg_fill } else { Color32::TRANSPARENT };
+            if ui.add(Button::new(name).fill(fill)).on_hover_text(hint).clicked() {
+                panel_commands.commands.push(command);
+            }
         }
     });
 }
@@ -131,7 +141,7 @@ fn view(ui: &mut Ui, studio: &Studio, settings: &mut Settings, panel_commands: &
         for slot in 0..4 {
             entry(
                 ui,
-                &format!("Keep view {}", slot + 1),
+                &format!("Save view {}", slot + 1),
                 Action::Do(Command::KeepView(slot)),
                 studio,
                 panel_commands,
@@ -141,14 +151,13 @@ fn view(ui: &mut Ui, studio: &Studio, settings: &mut Settings, panel_commands: &
     entry(ui, "Full screen", Action::ToggleFullscreen, studio, panel_commands);
     let panel = if panel_commands.panel { "Hide culling panel" } else { "Show culling panel" };
     entry(ui, panel, Action::TogglePanel, studio, panel_commands);
-    let steps =
-        if studio.steps().is_some() { "End occlusion, step by step" } else { "Occlusion, step by step" };
+    let steps = if studio.steps().is_some() { "Hide occlusion steps" } else { "Show occlusion steps" };
     entry(ui, steps, Action::ToggleSteps, studio, panel_commands);
     ui.separator();
-    ui.menu_button("Colours", |ui| {
+    ui.menu_button("Theme", |ui| {
         for theme in Theme::ALL {
             ui.radio_value(&mut settings.theme, theme, theme.name());
         }
     });
-    ui.menu_button("Size of letters", egui::gui_zoom::zoom_menu_buttons);
+    ui.menu_button("Text size", egui::gui_zoom::zoom_menu_buttons);
 }

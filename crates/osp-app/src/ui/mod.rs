@@ -1,4 +1,5 @@
-//! The window's panels around the model: tools, dialogs, times and counts. Also the pointer's events over the model.
+//! The window's panels around the model: tools, dialogs, times and counts. The module also passes the pointer's events
+//! over the model to the studio.
 //!
 //! egui lays out the panels without a window or a GPU, so tests run them directly.
 
@@ -10,6 +11,7 @@ mod canvas;
 mod dialog;
 mod entry;
 mod groups;
+mod help;
 mod index_settings;
 mod interface;
 mod keys;
@@ -26,6 +28,7 @@ mod recent;
 mod replay_bar;
 mod room;
 mod selected;
+mod status;
 mod tools;
 
 pub use actions::Action;

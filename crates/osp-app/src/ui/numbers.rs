@@ -16,13 +16,13 @@ use osp_lab::Method;
 use osp_render::{DrawnCounts, PassTimes};
 use osp_rivals::IndexKind;
 
-/// Times of the last frames for the panel, and their clock.
+/// Times of the last frames for the panel, and the resolution of their clock.
 #[derive(Debug)]
 pub(super) struct Measured<'a> {
     pub(super) history: &'a History,
     /// The GPU's mean times, if they are measured.
     pub(super) passes: Option<PassTimes>,
-    /// Resolution of the clock; 0 if the clock stands still.
+    /// Resolution of the clock, nanoseconds; 0 if the clock stands still.
     pub(super) clock_step_ns: u64,
     pub(super) adapter: &'a str,
 }
@@ -176,9 +176,9 @@ fn counts(ui: &mut Ui, studio: &Studio, passes: Option<PassTimes>) {
     let polygon_ns = studio.culling().polygon_ns().filter(|_| is_auto);
     let on_gpu = |of: fn(&DrawnCounts) -> u64| while_drawing.map(|(counts, _)| count(of(&counts)));
     let pass = |of: fn(&PassTimes) -> u64| passes.as_ref().map(|times| ms(of(times)));
-    // Always the same rows, so that the layout does not change with the method.
+    // The rows are always the same, so that the layout does not change with the method.
     let rows = [
-        ("cost of a polygon (auto)", polygon_ns.map(|ns| format!("{ns:.0} ns"))),
+        ("draw time per polygon (auto)", polygon_ns.map(|ns| format!("{ns:.0} ns"))),
         ("tested on the GPU", on_gpu(|counts| counts.groups_tested)),
         ("drawn in depth pass", on_gpu(|counts| counts.first_pass)),
         ("GPU: depth pass", pass(|times| times.depth_ns)),
@@ -233,7 +233,7 @@ fn switches(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     }
 }
 
-/// The conservative occlusion culling methods; the others are available only in `osp replay` and `osp verify`.
+/// The conservative occlusion culling methods. Other methods are available only in `osp replay` and `osp verify`.
 pub(super) fn sound_occlusion() -> Vec<Method> {
     Method::all().filter(|choice| choice.soundness() == Soundness::Conservative).collect()
 }

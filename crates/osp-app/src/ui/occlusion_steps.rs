@@ -27,8 +27,8 @@ pub(super) fn show(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, panel_c
     });
 }
 
-/// Draws the tree: planes are circles, the latest one bright; filled squares are cells in a shadow, empty ones lit
-/// cells.
+/// Draws the tree. Circles are planes; the latest plane is bright. Filled squares are cells in a shadow; empty squares
+/// are lit cells.
 fn draw_tree(ui: &mut Ui, tree: &ShadowStructure) {
     let (response, painter) = ui.allocate_painter(Vec2::new(TREE.0 as f32, TREE.1 as f32), Sense::hover());
     response.widget_info(|| {
@@ -116,7 +116,7 @@ fn rows(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, panel_commands: &m
                 count(counts.newly_hidden)
             ));
             if let Some(visible) = counts.visible.filter(|visible| *visible > 0) {
-                ui.colored_label(ALARM, format!("{} of the hidden polygons are visible", count(visible)));
+                ui.colored_label(ALARM, format!("{} visible polygons are wrongly culled", count(visible)));
             }
         }
         let hint = match (steps.is_stale(), is_frozen) {

@@ -24,7 +24,8 @@ pub(super) fn show(ui: &Ui, area: Rect, studio: &Studio) {
         let color = authors::color_of(studio, other.author);
         let painter = ui.painter_at(view);
         let text = painter.layout_no_wrap(written(&other), FontId::proportional(13.0), letters_on(color));
-        let label = beside(place(other.at), other.radius * area.height(), text.size() + MARGIN * 2.0, view);
+        let label =
+            label_rect(place(other.at), other.radius * area.height(), text.size() + MARGIN * 2.0, view);
         painter.rect_filled(label, 3.0, color.gamma_multiply(0.85));
         painter.galley(label.min + MARGIN, text, Color32::PLACEHOLDER);
     }
@@ -44,7 +45,7 @@ fn letters_on(color: Color32) -> Color32 {
 
 /// Rectangle of a label: to the right of a ring, or to the left near the border of the view. The label stays inside the
 /// view if it fits.
-fn beside(ring: Pos2, radius: f32, size: Vec2, view: Rect) -> Rect {
+fn label_rect(ring: Pos2, radius: f32, size: Vec2, view: Rect) -> Rect {
     let right = ring.x + radius + GAP;
     let left = ring.x - radius - GAP - size.x;
     let x = if right + size.x > view.max.x && left >= view.min.x { left } else { right };
@@ -62,16 +63,16 @@ mod tests {
     fn a_name_stands_beside_its_ring_and_in_the_view() {
         let view = Rect::from_min_max(Pos2::new(100.0, 50.0), Pos2::new(500.0, 350.0));
         let size = Vec2::new(80.0, 16.0);
-        let middle = beside(Pos2::new(300.0, 200.0), 5.0, size, view);
+        let middle = label_rect(Pos2::new(300.0, 200.0), 5.0, size, view);
         assert_eq!(middle, Rect::from_min_size(Pos2::new(311.0, 192.0), size));
         for ring in [(480.0, 200.0), (500.0, 52.0), (101.0, 349.0), (420.0, 350.0)].map(Pos2::from) {
-            let label = beside(ring, 5.0, size, view);
+            let label = label_rect(ring, 5.0, size, view);
             assert!(view.contains_rect(label), "{label}");
             assert!(!label.expand(5.0).contains(ring), "{label} hides {ring}");
         }
         // The view is too narrow for the name, which then begins inside it.
         let narrow = Rect::from_min_max(Pos2::new(100.0, 50.0), Pos2::new(150.0, 350.0));
-        assert_eq!(beside(Pos2::new(120.0, 100.0), 5.0, size, narrow).min.x, 100.0);
+        assert_eq!(label_rect(Pos2::new(120.0, 100.0), 5.0, size, narrow).min.x, 100.0);
     }
 
     #[test]

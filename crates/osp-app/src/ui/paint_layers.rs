@@ -77,7 +77,7 @@ impl LayerList {
     }
 }
 
-/// Shows the owner of the current layer, and the switch that closes it to other authors.
+/// Shows the switch that closes the current layer to other authors, if this window's author may use it.
 fn close(ui: &mut Ui, studio: &Studio, row: &LayerRow, panel_commands: &mut PanelCommands) {
     if studio.can_close_layer(row.layer) {
         let mut is_closed = row.is_closed;
@@ -95,7 +95,7 @@ fn close(ui: &mut Ui, studio: &Studio, row: &LayerRow, panel_commands: &mut Pane
 fn owner_of(row: &LayerRow) -> Option<String> {
     let (author, name) = row.owner.as_ref()?;
     let name = name_or_number(*author, authors::shortened(name));
-    Some(if row.is_closed { format!("only {name}") } else { name })
+    Some(if row.is_closed { format!("editable only by {name}") } else { name })
 }
 
 fn row(ui: &mut Ui, studio: &Studio, row: &LayerRow, is_chosen: bool, panel_commands: &mut PanelCommands) {
@@ -131,7 +131,7 @@ fn row(ui: &mut Ui, studio: &Studio, row: &LayerRow, is_chosen: bool, panel_comm
     }
 }
 
-/// Draws a symbol around a point; the flag is whether it is switched off.
+/// Draws a symbol around a point. The flag states whether the symbol is switched off.
 type Sign = fn(&Painter, Pos2, bool, Stroke);
 
 fn eye(painter: &Painter, at: Pos2, is_off: bool, stroke: Stroke) {

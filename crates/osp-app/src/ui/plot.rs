@@ -45,7 +45,7 @@ pub(super) fn frame_plot(ui: &mut Ui, history: &History, height: f32) {
     for (rate, ns) in [(60, 1.0e9 / 60.0), (90, 1.0e9 / 90.0)] {
         if ns < top_ns {
             let y = y_of(ns);
-            // Lines that are close together share the label of the first.
+            // Lines that are close together share the label of the first line.
             let has_room = y - label_above > 11.0;
             painter.hline(area.x_range(), y, Stroke::new(1.0, Color32::from_white_alpha(60)));
             if !has_room {

@@ -66,7 +66,7 @@ pub(super) fn trouble(ctx: &Context, studio: &Studio, panel_commands: &mut Panel
             match (journal.shelter(), journal.missing()) {
                 (Some(shelter), _) => ui.label(format!("The whole session is in {}.", shelter.display())),
                 (None, missing) => ui.label(format!(
-                    "{missing} events are only in memory; they are lost when this window closes."
+                    "{missing} changes are only in memory; they are lost when this window closes."
                 )),
             };
             ui.horizontal_wrapped(|ui| {

@@ -38,7 +38,7 @@ impl RecentList {
         });
     }
 
-    /// Lists the autosave files when the menu opens, not in every frame.
+    /// Reads the list of autosave files when the menu opens, not in every frame.
     fn refresh(&mut self, pass: u64, studio: &Studio) {
         let session = studio.session();
         let open = if session.is_replay() { Path::new("") } else { session.path() };

@@ -5,7 +5,7 @@ use crate::{command::Command, session::Replay};
 
 /// Shows the buttons to play, pause and step, and the position in the session.
 pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, panel_commands: &mut PanelCommands) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let is_playing = replay.is_playing();
         if ui.button(if is_playing { "Pause" } else { "Play" }).on_hover_text("Space").clicked() {
             panel_commands.commands.push(Command::Play(!is_playing));
@@ -20,10 +20,24 @@ pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, panel_com
         if finished.clicked() {
             panel_commands.commands.push(Command::ShowFinished);
         }
+        let minute = replay.minute_speed();
+        for (name, speed, hint) in [
+            ("1 x", 1.0, "as fast as it was drawn, with the pauses spread evenly"),
+            ("1 min", minute, "all of it in a minute; a shorter session as fast as it was drawn"),
+        ] {
+            if ui
+                .selectable_label((replay.speed() / speed - 1.0).abs() < 0.02, name)
+                .on_hover_text(hint)
+                .clicked()
+            {
+                panel_commands.commands.push(Command::Speed(speed));
+            }
+        }
         let mut speed = replay.speed();
-        let slider = Slider::new(&mut speed, 0.1..=100.0).logarithmic(true).suffix(" x").max_decimals(1);
+        let most = minute.max(100.0);
+        let slider = Slider::new(&mut speed, 0.1..=most).logarithmic(true).suffix(" x").max_decimals(1);
         ui.spacing_mut().slider_width = 70.0;
-        if ui.add(slider).on_hover_text("number of recorded frames for each frame shown").changed() {
+        if ui.add(slider).on_hover_text("speed, as a multiple of the recorded speed").changed() {
             panel_commands.commands.push(Command::Speed(speed));
         }
         let mut follows = follows_camera;

@@ -93,7 +93,7 @@ fn state(ui: &mut Ui, studio: &Studio, tracker: &Tracker) {
             "from the arrival of a pose to the submission of the picture that shows it (median), without the delays of the tracker and the display",
         );
         ui.weak("lost");
-        let lost = counts.lost.map_or("not numbered".to_owned(), count);
+        let lost = counts.lost.map_or("unknown (frames have no numbers)".to_owned(), count);
         ui.label(lost)
             .on_hover_text("numbered frames of a sender (`frame N`, DTrack's `fr N`) that were lost");
         ui.end_row();
@@ -187,7 +187,7 @@ fn plan(ui: &mut Ui, studio: &Studio) {
         painter.text(rect.center(), Align2::CENTER_CENTER, "no pose yet", FontId::proportional(11.0), weak);
         return;
     }
-    // At least a metre, so that a single head does not fill the plan.
+    // The plan covers at least a metre, so that a single head does not fill it.
     let half_m = ((max - min) * 0.5).max(Vec2::splat(0.5));
     let scale = ((rect.width() - 20.0) * 0.5 / half_m.x).min((rect.height() - 20.0) * 0.5 / half_m.y);
     let middle = (min + max) * 0.5;

@@ -13,7 +13,8 @@ use crate::{
 pub(super) struct SelectionPanel {
     turn_degrees: f32,
     percent: Option<f32>,
-    /// A change of the brush's colour or width while the pointer is pressed. The selection gets it at the release.
+    /// A change of the brush's colour or width while the pointer is pressed. The selection gets the change at the
+    /// release.
     waiting: Option<Altering>,
 }
 

@@ -31,13 +31,16 @@ const SWATCHES: [[u8; 3]; 12] = [
     [44, 44, 50],
 ];
 
-/// Shows tools, colours, brush, undo, and the session's path.
+/// Shows tools, colours, brush, undo, and the session's path. A replay has none of them.
 pub(super) fn show(
     ui: &mut Ui,
     studio: &Studio,
     brushes: &mut BrushList,
     panel_commands: &mut PanelCommands,
 ) {
+    if studio.session().is_replay() {
+        return;
+    }
     ui.add_space(4.0);
     tool_buttons(ui, studio, panel_commands);
     ui.separator();
@@ -192,9 +195,6 @@ fn width(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
 /// Shows the path of the session, and whether it is completely saved.
 fn session(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     let session = studio.session();
-    if session.is_replay() {
-        return;
-    }
     let journal = session.journal();
     let name = journal.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
     let whole = journal.path().display().to_string();
@@ -215,7 +215,7 @@ fn session(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     } else if journal.trouble().is_some() {
         let text = match (journal.shelter(), journal.missing()) {
             (Some(_), _) => format!("not saved in {name}, but in another file"),
-            (None, missing) => format!("{missing} events are NOT saved"),
+            (None, missing) => format!("{missing} changes are NOT saved"),
         };
         ui.label(RichText::new(text).color(ALARM).small());
     } else if session.event_count() == 0 || !(journal.is_changed() || journal.is_named()) {

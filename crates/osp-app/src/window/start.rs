@@ -68,7 +68,7 @@ pub enum WindowError {
     #[error(transparent)]
     Tracker(#[from] TrackerError),
     /// A rig names a monitor that does not exist.
-    #[error("no monitor `{wanted}`: expected {}", said(.there))]
+    #[error("no monitor `{wanted}`: expected {}", expected_monitors(.there))]
     NoMonitor {
         /// The monitor's name in the rig.
         wanted: String,
@@ -94,19 +94,19 @@ pub enum WindowError {
     },
 }
 
-fn said(monitors: &[MonitorInfo]) -> String {
+fn expected_monitors(monitors: &[MonitorInfo]) -> String {
     match monitors {
         [] => "a display with monitors".to_owned(),
         _ => format!("one of {}", monitors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")),
     }
 }
 
-/// An event from another thread: messages of a tracker, or the end of a dialog.
+/// An event from another thread, which wakes the event loop.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wake;
 
-/// Opens an event loop. On a system without a display this is an error. Without a keyboard library winit panics, which
-/// is caught.
+/// Opens an event loop. On a system without a display this fails. Without a keyboard library winit panics; the panic
+/// becomes an error.
 pub(crate) fn open_event_loop() -> Result<EventLoop<Wake>, WindowError> {
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));

@@ -150,9 +150,9 @@ pub fn monitors() -> Result<Vec<MonitorInfo>, WindowError> {
     use winit::{application::ApplicationHandler, event::WindowEvent, window::WindowId};
 
     /// Lists the monitors once, then ends the event loop.
-    struct Look(Vec<MonitorInfo>);
+    struct MonitorList(Vec<MonitorInfo>);
 
-    impl ApplicationHandler<super::Wake> for Look {
+    impl ApplicationHandler<super::Wake> for MonitorList {
         fn resumed(&mut self, event_loop: &ActiveEventLoop) {
             self.0 = numbered(event_loop).into_iter().map(|(info, _)| info).collect();
             event_loop.exit();
@@ -162,7 +162,7 @@ pub fn monitors() -> Result<Vec<MonitorInfo>, WindowError> {
     }
 
     let event_loop = super::start::open_event_loop()?;
-    let mut look = Look(Vec::new());
-    event_loop.run_app(&mut look).map_err(|error| WindowError::NoDisplay(error.to_string()))?;
-    Ok(look.0)
+    let mut list = MonitorList(Vec::new());
+    event_loop.run_app(&mut list).map_err(|error| WindowError::NoDisplay(error.to_string()))?;
+    Ok(list.0)
 }

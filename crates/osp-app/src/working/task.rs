@@ -1,4 +1,4 @@
-//! Work in steps. A thread takes all steps; a web page takes as many as it has time for before the next frame.
+//! Work in steps. A thread takes all steps. A web page takes as many steps as it has time for before the next frame.
 
 use std::{io, path::PathBuf};
 
@@ -25,7 +25,7 @@ pub enum ReplayStart {
     Finished,
 }
 
-/// A session for drawing.
+/// A session that was read for drawing, and the index of its model, if one was built.
 #[derive(Debug)]
 pub(crate) struct ReadSession {
     pub(crate) session: Session,

@@ -133,7 +133,7 @@ fn a_sketch_is_written_beside_the_window() {
     let [here, beside] = ["here.tilt", "beside.tilt"].map(|name| table.folder.path().join(name));
     (0..9).for_each(|line| table.drag(Button::Primary, &across(0.1 * line as f32)));
     table.studio.command(Command::Export(here.clone()));
-    table.studio.work_beside();
+    table.studio.work_in_background();
     table.studio.command(Command::Export(beside.clone()));
     while table.studio.is_working() {
         table.studio.tend();

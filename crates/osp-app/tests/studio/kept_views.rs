@@ -97,19 +97,37 @@ fn a_replay_may_begin_with_the_finished_model_and_plays_from_there_in_a_minute()
     let mut table = Table::new();
     let (path, camera) = session_with_camera(table.folder.path());
     let options = OpenOptions::default();
-    table.studio.replay_beside(&path, Pace::Samples(1), CameraChoice::Auto, &options, ReplayStart::Finished);
+    table.studio.replay_in_background(
+        &path,
+        Pace::Samples(1),
+        CameraChoice::Auto,
+        &options,
+        ReplayStart::Finished,
+    );
     table.frame();
     let replay = table.studio.session().replay().expect("a replay");
     let frames = replay.frame_count();
     assert!(frames > 0 && replay.position() == frames && !replay.is_playing());
-    assert!((replay.speed() - (frames as f64 / 3600.0).max(1.0)).abs() < 1.0e-9);
+    let secs = replay.secs_at(frames);
+    assert!(secs > 0.0 && (replay.speed() - (secs / 60.0).max(1.0)).abs() < 1.0e-9, "{secs}");
     assert!(table.visible() > 100);
     assert!(eye(&table).0.distance(camera.p) < 1.0e-4);
     table.studio.command(Command::Play(true));
+    table.studio.command(Command::Speed(secs * 2.0));
     table.frame();
-    assert!(table.studio.session().replay().expect("a replay").position() < frames);
+    // Half of a second with 60 frames a second: all of it, however many frames a second are drawn.
+    for _ in 0..15 {
+        table.studio.frame(SIZE_PX, 1.0 / 60.0);
+    }
+    let replay = table.studio.session().replay().expect("a replay");
+    let middle = replay.position();
+    assert!(middle > frames / 3 && middle < frames * 2 / 3, "{middle} of {frames}");
+    table.studio.frame(SIZE_PX, 0.3);
+    assert_eq!(table.studio.session().replay().expect("a replay").position(), frames);
     table.studio.command(Command::ShowFinished);
     table.frame();
+    let speed = table.studio.session().replay().expect("a replay").speed();
+    assert!((speed - secs * 2.0).abs() < 1.0e-9, "the speed stays as chosen");
     assert!(eye(&table).0.distance(camera.p) < 1.0e-4);
 }
 

@@ -5,8 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use egui::Key;
-use egui_kittest::kittest::Queryable;
+use egui::{Key, Modifiers, accesskit::Role};
+use egui_kittest::kittest::{NodeT, Queryable};
 use osp::glam::{Vec2, Vec3};
 use osp_app::{Access, Button, Command, Opening, Session, ToolChoice};
 use osp_session::recording::Tool;
@@ -76,6 +76,12 @@ fn the_tools_come_with_a_button_and_go_with_another() {
         harness.query_by_label(label).is_some()
     };
     assert!(!is_shown(&harness, "Ribbon (1)") && !is_shown(&harness, "Look"));
+    // Settings of an earlier visit leave the tools hidden.
+    let ctx = harness.ctx.clone();
+    let kept = harness.state().folder.path().join("window.settings");
+    harness.keep_settings(kept, &ctx);
+    harness.run_steps(2);
+    assert!(!is_shown(&harness, "Ribbon (1)"));
     let whole = harness.state().model;
     let events = harness.state().studio.session().event_count();
     drag(&mut harness, &panel::across());
@@ -92,9 +98,79 @@ fn the_tools_come_with_a_button_and_go_with_another() {
     assert!(is_shown(&harness, "Ribbon (1)"), "a key of a tool brings them, too");
     harness.press(Key::Num0);
     assert_eq!(harness.state().studio.tool(), ToolChoice::Look);
-    // What cannot be drawn on has no such button.
+    // A replay has no tools. Its session can be opened to draw.
     let replay = panel::replay();
-    assert!(!is_shown(&replay, "Look") && !is_shown(&replay, "Draw"));
+    assert!(!is_shown(&replay, "Look") && is_shown(&replay, "Draw") && !is_shown(&replay, "Ribbon (1)"));
+}
+
+#[test]
+fn a_sketch_is_played_and_drawn_on_with_a_click() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = painting(folder.path(), "");
+    let mut harness = window(|autosaves| Session::open(&path, autosaves).expect("a session").0);
+    harness.click_button("Play");
+    {
+        let session = harness.state().studio.session();
+        assert!(session.is_replay() && session.path() == path);
+        assert_eq!(session.replay().expect("a replay").position(), 1, "it plays");
+    }
+    harness.click_button("Draw");
+    assert!(!harness.state().studio.session().is_replay());
+    // With an edit, the copy is played.
+    harness.click_button("Draw");
+    drag(&mut harness, &panel::across());
+    let copy = harness.state().studio.session().path().to_owned();
+    harness.click_button("Play");
+    assert_eq!(harness.state().studio.session().path(), copy);
+    let mut empty = panel::sketch();
+    assert!(!is_there(&empty, "Play"), "there is nothing to play");
+    drag(&mut empty, &panel::across());
+    empty.run_steps(2);
+    assert!(is_there(&empty, "Play"));
+}
+
+fn is_there(harness: &egui_kittest::Harness<'_, panel::Window>, label: &str) -> bool {
+    harness.query_by_label(label).is_some()
+}
+
+#[test]
+fn undo_of_a_copy_begins_with_its_own_edits() {
+    let mut table = Table::new();
+    let path = painting(table.folder.path(), "");
+    table.studio.command(Command::Open(path));
+    table.frame();
+    assert!(!table.studio.can(&Command::Undo), "the last stroke of the original stays");
+    table.studio.command(Command::Tool(RIBBON));
+    table.drag(Button::Primary, &across(0.0));
+    assert!(table.studio.can(&Command::Undo));
+}
+
+#[test]
+fn a_sketch_beside_its_artists_view_is_shown_whole() {
+    let mut table = Table::new();
+    let path = painting(table.folder.path(), ",camera:(p:(0,0,1),q:(0,1,0,0),fov_degrees:40)");
+    table.studio.command(Command::Open(path));
+    table.frame();
+    assert_eq!(table.studio.report().drawn, 1, "the artist looked in the opposite direction");
+}
+
+#[test]
+fn files_are_suggested_beside_the_original() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = painting(folder.path(), "");
+    let mut harness = window(|autosaves| Session::open(&path, autosaves).expect("a session").0);
+    for (keys, name) in [
+        ((Modifiers::COMMAND, Key::E), "painting.glb"),
+        ((Modifiers::COMMAND | Modifiers::SHIFT, Key::E), "painting.tilt"),
+        ((Modifiers::COMMAND, Key::P), "painting.png"),
+        // The original stays.
+        ((Modifiers::COMMAND | Modifiers::SHIFT, Key::S), "painting-copy.ron"),
+    ] {
+        harness.press_with(keys.0, keys.1);
+        let suggested = harness.get_by_role(Role::TextInput).accesskit_node().value().expect("text");
+        assert_eq!(Path::new(&suggested), folder.path().join(name));
+        harness.press(Key::Escape);
+    }
 }
 
 #[test]

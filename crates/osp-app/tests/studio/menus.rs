@@ -12,7 +12,7 @@ use osp_app::{
     Command, Settings, Theme, ToolChoice,
     ui::{Action, SHORTCUTS},
 };
-use osp_session::recording::Tool;
+use osp_session::{brush, recording::Tool};
 
 fn open_menu(harness: &mut Harness<'_, Window>, name: &str) {
     harness.click_button(name);
@@ -114,13 +114,13 @@ fn the_menu_and_a_key_export_a_sketch_of_tilt_brush() {
     harness.press_with(Modifiers::COMMAND | Modifiers::SHIFT, Key::E);
     type_path(&mut harness, &folder.join("no folder/a.tilt"));
     assert!(harness.query_all_by_label_contains("no folder").next().is_some(), "it says why");
-    // Where a session is saved, the dialog says where sketches are written.
+    // A sketch from the dialog that saves the session.
     harness.press(Key::Escape);
     harness.press_with(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
     type_path(&mut harness, &folder.join("saved.tilt"));
-    assert!(harness.query_all_by_label_contains("*Export .tilt…* writes a sketch").next().is_some());
+    assert!(fs::read(folder.join("saved.tilt")).expect("a sketch").starts_with(b"tilT"));
+    assert!(!harness.state().studio.session().journal().is_named(), "the session stays where it is");
     // A sketch from the dialog for models.
-    harness.press(Key::Escape);
     harness.press_with(Modifiers::COMMAND, Key::E);
     type_path(&mut harness, &folder.join("other.tilt"));
     assert!(fs::read(folder.join("other.tilt")).expect("a sketch").starts_with(b"tilT"));
@@ -200,11 +200,14 @@ fn settings_and_recent_sessions_are_there_the_next_time() {
         let other = tempfile::tempdir().expect("a folder");
         let kept = other.path().join("settings/window.settings");
         let ctx = harness.ctx.clone();
-        harness.state_mut().interface.keep_settings(kept.clone(), &ctx);
+        harness.keep_settings(kept.clone(), &ctx);
         drag(&mut harness, &across());
         harness.command(Command::SaveAs(folder.join("mine.ron")));
+        harness.command(Command::Paint(brush::find("Ink")));
+        harness.command(Command::Color([0.1, 0.2, 0.3, 1.0]));
+        harness.command(Command::Width(0.5));
         open_menu(&mut harness, "View");
-        harness.get_by_label_contains("Colours").click();
+        harness.get_by_label_contains("Theme").click();
         harness.run_steps(3);
         harness.click_on("Light");
         drop(harness);
@@ -214,8 +217,10 @@ fn settings_and_recent_sessions_are_there_the_next_time() {
     };
     let mut next = sketch();
     let ctx = next.ctx.clone();
-    next.state_mut().interface.keep_settings(path.1.clone(), &ctx);
+    next.keep_settings(path.1.clone(), &ctx);
     next.run_steps(3);
+    let pen = next.state().studio.brush();
+    assert_eq!((pen.paint, pen.color, pen.width_m), (brush::find("Ink"), [0.1, 0.2, 0.3, 1.0], 0.5));
     open_menu(&mut next, "File");
     next.get_by_label_contains("Open recent").click();
     next.run_steps(3);
@@ -264,4 +269,102 @@ fn a_picture_replaces_no_session() {
     let outcome = harness.state_mut().studio.take_file_outcome();
     assert!(outcome.is_some_and(|outcome| outcome.is_err()));
     assert!(fs::read_to_string(path).expect("a session").starts_with("Header"));
+}
+
+#[test]
+fn the_hint_names_what_the_left_button_does() {
+    let mut harness = sketch();
+    for (key, what) in
+        [(Key::Num1, "draw"), (Key::X, "erase"), (Key::V, "select and move"), (Key::M, "measure")]
+    {
+        harness.press(key);
+        let label = format!("left button: {what}");
+        assert!(harness.query_by_label_contains(&label).is_some(), "{what}");
+    }
+}
+
+#[test]
+fn a_brush_is_found_by_its_whole_name_first() {
+    let mut harness = sketch();
+    harness.press(Key::B);
+    harness.get_by_role(Role::TextInput).type_text("light");
+    harness.run_steps(2);
+    harness.press(Key::Enter);
+    assert_eq!(harness.state().studio.brush().paint, brush::find("Light"));
+}
+
+#[test]
+fn keys_are_searched() {
+    let mut harness = sketch();
+    harness.press(Key::F1);
+    assert!(harness.query_by_label_contains("Ctrl+[").is_some());
+    assert!(harness.query_by_label("mirror the selection").is_some());
+    harness.get_by_role(Role::TextInput).focus();
+    harness.run_steps(1);
+    harness.get_by_role(Role::TextInput).type_text("turn the selection");
+    harness.run_steps(3);
+    assert!(harness.query_by_label("mirror the selection").is_none());
+    assert!(harness.query_by_label("turn the selection left").is_some());
+}
+
+#[test]
+fn the_key_of_a_shortcut_does_not_fly_when_the_modifier_is_released_first() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    let eye = |harness: &Harness<'_, Window>| harness.state().studio.views()[0].view.eye_in_world;
+    let before = eye(&harness);
+    let key = |pressed, modifiers| egui::Event::Key {
+        key: Key::D,
+        physical_key: None,
+        pressed,
+        repeat: false,
+        modifiers,
+    };
+    harness.event(egui::Event::ModifiersChanged(Modifiers::COMMAND));
+    harness.event(key(true, Modifiers::COMMAND));
+    harness.step();
+    harness.event(egui::Event::ModifiersChanged(Modifiers::NONE));
+    harness.run_steps(5);
+    assert_eq!(eye(&harness), before);
+    harness.event(key(false, Modifiers::NONE));
+    harness.step();
+    harness.event(key(true, Modifiers::NONE));
+    harness.run_steps(5);
+    assert_ne!(eye(&harness), before, "the key alone flies");
+}
+
+#[test]
+fn space_and_the_left_button_move_sideways() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    let events = harness.state().studio.session().event_count();
+    let view = |harness: &Harness<'_, Window>| harness.state().studio.views()[0].view;
+    let before = view(&harness);
+    let space = |pressed| egui::Event::Key {
+        key: Key::Space,
+        physical_key: None,
+        pressed,
+        repeat: false,
+        modifiers: Modifiers::NONE,
+    };
+    harness.event(space(true));
+    harness.step();
+    drag(&mut harness, &across());
+    harness.event(space(false));
+    harness.step();
+    let after = view(&harness);
+    assert_eq!(harness.state().studio.session().event_count(), events, "nothing is drawn");
+    assert!(after.eye_in_world.distance(before.eye_in_world) > 0.1);
+    assert_eq!(after.world_from_view, before.world_from_view);
+}
+
+#[test]
+fn a_picture_shows_the_model_alone() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    harness.run_steps(1);
+    assert!(!harness.state().studio.lines().is_empty(), "the floor, and the ring of the pen");
+    let path = harness.state().folder.path().join("picture.png");
+    harness.command(Command::Picture(path));
+    assert!(harness.state().studio.lines().is_empty());
 }

@@ -89,7 +89,7 @@ fn occlusion_is_shown_plane_by_plane() {
     assert_eq!(step(&harness).1, 30);
     assert!(
         says(&harness, &format!("hides 30 of {in_view} polygons in view"))
-            && says(&harness, "15 of the hidden polygons are visible")
+            && says(&harness, "15 visible polygons are wrongly culled")
     );
     assert_eq!(harness.state().studio.steps().map(|steps| steps.form()), Some(ShadowForm::Paper));
     harness.press(Key::F4);
@@ -101,7 +101,7 @@ fn occlusion_is_shown_plane_by_plane() {
 fn the_steps_are_offered_by_the_menu_and_the_culling_panel() {
     let mut harness = vanish();
     harness.click_button("View");
-    let entry = harness.query_all_by_label_contains("Occlusion, step by step").next();
+    let entry = harness.query_all_by_label_contains("Show occlusion steps").next();
     entry.expect("an entry").click();
     harness.run_steps(4);
     assert!(harness.state().studio.steps().is_some());

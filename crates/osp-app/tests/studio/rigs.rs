@@ -57,6 +57,11 @@ fn a_recorded_session_is_replayed_on_the_dual_wall_as_the_table_says() {
     let mut rig = RigPath::new(dual_wall(), Stereo::SideBySide, RoomMotion::Follows);
     studio.command(Command::Occlusion(Method::NONE));
     studio.command(Command::Play(true));
+    // A recorded frame for each shown frame; the factor outweighs rounding.
+    let replay = studio.session().replay().expect("a replay");
+    let frames = replay.frame_count();
+    let speed = replay.secs_at(frames) / (frames as f64 * 0.016) * 1.0001;
+    studio.command(Command::Speed(speed));
     let (mut most, mut tilted) = (0, false);
     for frame in 0..150 {
         let report = studio.frame(Vec2::new(1600.0, 600.0), 0.016);

@@ -206,7 +206,7 @@ fn a_replay_takes_the_place_of_a_sketch_or_leaves_it_there() {
     let (drawn, visible, path) = before(&mut table);
     let replay = |studio: &mut Studio, path: &PathBuf| {
         let options = OpenOptions::default();
-        studio.replay_beside(path, Pace::Recorded, CameraChoice::Auto, &options, ReplayStart::Playing);
+        studio.replay_in_background(path, Pace::Recorded, CameraChoice::Auto, &options, ReplayStart::Playing);
     };
     let is_left = |table: &Table| {
         let document = table.studio.session();

@@ -52,7 +52,7 @@ fn has(harness: &Harness<'_, Window>, part: &str) -> bool {
 #[test]
 fn the_strip_says_what_the_tracker_does() {
     let (mut harness, socket) = on_walls();
-    assert!(has(&harness, "nothing yet") && has(&harness, "not numbered"));
+    assert!(has(&harness, "nothing yet") && has(&harness, "unknown (frames have no numbers)"));
     assert!(has(&harness, "no smoothing, no prediction"));
     send(&mut harness, &socket, "frame 7\nhead 0.25 1.5 -0.125 0 0 0 1");
     send(&mut harness, &socket, "frame 10\nhand 0.5 1 0.375 0 0 0 1 0");

@@ -55,7 +55,7 @@ fn while_a_session_is_read_frames_go_on_and_everything_else_waits() {
     let socket = hear(&mut table.studio, "hand 0 0 0 0 0 0 1 1\nhand 0.1 0 0 0 0 0 1 1\n", 2);
     table.frame();
     let (drawn, visible) = (shown(&table), table.visible());
-    table.studio.work_beside();
+    table.studio.work_in_background();
     table.studio.command(Command::Open(path.clone()));
     assert!(table.studio.is_reading() && table.studio.next_frame_in().is_some());
     let events = fs::read_to_string(&drawn).expect("the drawing");
@@ -90,7 +90,7 @@ fn reading_is_ended_by_a_command_and_nothing_is_held_after_it() {
     let path = long_session(&table, 20_000);
     table.drag(Button::Primary, &across(0.0));
     let (drawn, visible) = (shown(&table), table.visible());
-    table.studio.work_beside();
+    table.studio.work_in_background();
     table.studio.command(Command::Open(path.clone()));
     table.studio.command(Command::CancelWork);
     wait(&mut table);
@@ -126,7 +126,7 @@ fn a_session_is_inserted_beside_the_window_by_the_windows_plan() {
         let inserted = culling.reindexed().expect("inserted");
         assert_eq!((inserted.kind, culling.occlusion()), (IndexKind::Osp, of_window.into()));
         assert_eq!(inserted.polygons, table.studio.scene().counts().visible);
-        assert_eq!(inserted.beside, is_its_own, "by the window's thread, or before it");
+        assert_eq!(inserted.in_background, is_its_own, "by the window's thread, or before it");
         assert!(table.visible() > 0);
     }
 }
@@ -194,7 +194,7 @@ fn the_model_of_a_replay_is_written_beside_the_window_with_its_times() {
     });
     replay().command(Command::Export(here.clone()));
     let mut studio = replay();
-    studio.work_beside();
+    studio.work_in_background();
     studio.command(Command::Export(beside.clone()));
     wait_until("the model", || {
         studio.tend();
@@ -243,7 +243,7 @@ fn a_model_is_written_beside_the_window_whole_or_not_at_all() {
     let (whole, here, cancelled) =
         ["one.glb", "two.glb", "cancelled.glb"].map(|name| table.folder.path().join(name)).into();
     table.studio.command(Command::Export(here.clone()));
-    table.studio.work_beside();
+    table.studio.work_in_background();
     table.studio.command(Command::Export(whole.clone()));
     // A second export must wait. Strokes that are drawn from now on are not in it.
     table.studio.command(Command::Export(cancelled.clone()));
@@ -273,7 +273,7 @@ fn a_window_that_is_closed_waits_for_its_model_and_gives_back_what_it_reads() {
     let table = Table::new();
     let path = long_session(&table, 20_000);
     let mut studio = table.studio;
-    studio.work_beside();
+    studio.work_in_background();
     studio.command(Command::Open(path.clone()));
     studio.close().expect("nothing was unwritten");
     let folder = table.folder;
@@ -281,7 +281,7 @@ fn a_window_that_is_closed_waits_for_its_model_and_gives_back_what_it_reads() {
     let (document, _) = Session::open(&path, &autosaves).expect("nobody holds it");
     let subject = document;
     let mut studio = Studio::new(subject, autosaves, IndexKind::Osp);
-    studio.work_beside();
+    studio.work_in_background();
     let model = folder.path().join("a.glb");
     studio.command(Command::Export(model.clone()));
     studio.close().expect("nothing was unwritten");
@@ -295,7 +295,7 @@ fn a_damaged_session_is_asked_about_once_it_was_read() {
     let face = "Polygon(vertices:[(0,0,0),(1,0,0),(0,1,0)],color:(1,1,1,1))\n";
     fs::write(&path, format!("Header(format:1,name:\"x\",source:\"osp sketch 0\")\n{face}Poly(\n{face}"))
         .expect("written");
-    table.studio.work_beside();
+    table.studio.work_in_background();
     table.studio.command(Command::Open(path));
     wait(&mut table);
     assert!(table.studio.question().is_some());

@@ -37,7 +37,7 @@ fn replay_prints_a_table_with_every_default_index() {
     assert!(output.status.success(), "{}", stderr(&output));
     let text = stdout(&output);
     for name in
-        ["brute-force", "osp-paper", "osp ", "octree-rebuild", "240 points", "All indexes saw the same"]
+        ["brute-force", "osp-paper", "osp ", "octree-rebuild", "240 points", "All indexes found the same"]
     {
         assert!(text.contains(name), "{name} is missing in\n{text}");
     }
@@ -96,7 +96,7 @@ fn an_index_out_of_its_budget_is_measured_on_stretches_and_the_table_says_so() {
     let args = ["replay", session.to_str().expect("utf-8"), "--pace", "samples:1", "--budget", "0.0000001"];
     let said = OSP.done(args);
     assert!(said.contains("octree-rebuild was slow: measured on"), "{said}");
-    assert!(said.contains("All indexes saw the same"), "{said}");
+    assert!(said.contains("All indexes found the same"), "{said}");
     let report = OSP.json([&args[..], &["--json"]].concat());
     let measured = report["runs"][3]["frames_measured"].as_u64().expect("a number");
     assert!((40..100).contains(&measured), "one frame for each of 40 stretches, and few more: {measured}");

@@ -2,8 +2,8 @@
 
 use crate::rows::quantile;
 
-/// Largest number of points of a curve. Values are divided into this many groups, and the median of each group is
-/// drawn.
+/// Largest number of points of a curve. More values are divided into this many groups; the points are the medians of
+/// the groups.
 const GROUPS: usize = 240;
 /// Prefix of the names of synthetic models; the number of polygons follows.
 pub(super) const SYNTHETIC: &str = "scribble-";
@@ -13,7 +13,7 @@ pub(super) fn synthetic_name(polygons: u32) -> String {
     format!("{SYNTHETIC}{polygons}")
 }
 
-/// The medians of groups of neighbouring values.
+/// The medians of [`GROUPS`] groups of neighbouring values. Fewer values stay unchanged.
 pub(super) fn grouped(values: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     if values.len() <= GROUPS {
         return values;

@@ -15,13 +15,16 @@ use osp_session::{
 
 const PART: &str = "flight";
 
-/// One frame of a flight: number of polygons in view and number of drawn polygons; time of frustum culling alone, and
-/// with occlusion culling, microseconds.
+/// One frame of a flight.
 #[derive(Clone, Copy, Debug, Default)]
 struct Flown {
+    /// Number of polygons in view.
     in_view: u64,
+    /// Number of polygons after occlusion culling.
     drawn: u64,
+    /// Time of frustum culling alone, microseconds.
     frustum_us: f64,
+    /// Time of frustum culling and occlusion culling, microseconds.
     both_us: f64,
 }
 
@@ -56,7 +59,7 @@ pub fn fly(
         }
         let frustum = view.frustum();
         let mut record = Flown::default();
-        // The two alternate in running first, so that neither always finds warmer caches.
+        // The two measurements alternate in running first, so that the caches favour neither.
         for both in [frame % 2 == 0, frame % 2 == 1] {
             in_view.clear();
             let start = Instant::now();

@@ -22,15 +22,16 @@ use osp_session::{
 const PART: &str = "growth";
 const TASKS: [&str; 3] = ["growth/inserting", "growth/still", "growth/all in view"];
 
-/// Largest number of frames that an index is measured on, for frames with insertion and without.
+/// Largest number of measured frames of an index with insertion, and largest number without insertion.
 const MOST_FRAMES: usize = 400;
 /// Smallest number of frames that are measured, whatever the budget.
 const FEWEST_FRAMES: usize = 3;
 
-/// Largest multiple of the budget that filling an index and measuring the fewest frames may take.
+/// An index is skipped if filling it and measuring [`FEWEST_FRAMES`] frames would take more than this multiple of the
+/// budget.
 const LONGEST: f64 = 10.0;
-/// Number of polygons whose corners are stored for an index that needs them; for later polygons such an index gets the
-/// boxes.
+/// Number of polygons whose corners are stored for an index that needs corners. For later polygons such an index gets
+/// only the boxes.
 const MOST_SHAPES: usize = 1_100_000;
 
 /// Settings of [`grow`].
@@ -81,7 +82,7 @@ pub fn grow(config: &GrowthConfig, mut progress: impl FnMut(&str)) -> Result<Row
     let spare = config.batch * MOST_FRAMES as u32;
     let shapes = if config.kinds.contains(&Contender::Own(IndexKind::Bsp)) { MOST_SHAPES } else { 0 };
     let drawing = Drawing::new(largest.saturating_add(spare), shapes)?;
-    // The time that the previous size took, nanoseconds, and that size.
+    // For each index the time at the previous size, nanoseconds, and that size.
     let mut took_before: Vec<Option<(f64, u32)>> = vec![None; config.kinds.len()];
     for &size in &sizes {
         let count = (size as usize).min(drawing.boxes.len());
@@ -145,8 +146,9 @@ struct Subject<'a> {
     drawing: &'a Drawing,
     wants_shapes: bool,
     draw_list: Vec<PolygonId>,
-    /// Number of polygons of the fill, and of all polygons.
+    /// Number of polygons of the fill.
     inserted: usize,
+    /// Largest number of polygons, at the end of the measurement.
     most: usize,
     /// Number of polygons inserted since the fill.
     more: usize,
@@ -245,7 +247,7 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// The frames of an index, each with the reference's frame that was measured beside it.
+/// The frames of an index, each with the same frame of the reference.
 #[derive(Default)]
 struct Pairs(Vec<(Frame, Frame)>);
 
@@ -258,8 +260,8 @@ impl Pairs {
         budget_secs: f64,
     ) -> Self {
         let mut pairs = Vec::with_capacity(MOST_FRAMES);
-        // Frames without insertion can be repeated. Both indexes are repeated equally often, so that neither has warmer
-        // caches.
+        // Frames without insertion can be repeated. Both indexes get the same number of repeats, so that the caches
+        // favour neither.
         let runs = match batch {
             0 => {
                 let first = view(0);

@@ -3,7 +3,7 @@ use serde::Serialize;
 use super::{Machine, paper};
 use crate::{report::json_line, rows::Rows};
 
-/// Largest number of faults beside a page, which has all of them.
+/// Largest number of printed faults if a page has all of them.
 const MOST_FAULTS: usize = 8;
 
 /// The results of a run of `osp bench`.
@@ -44,8 +44,7 @@ impl BenchReport {
         lines.extend(faults.iter().take(most).cloned());
         lines.extend((faults.len() > most).then(|| format!("{} MORE FAULTS.", faults.len() - most)));
         if !self.machine.optimized && !lines.is_empty() {
-            let not_optimized =
-                "The program is NOT optimised: build it with --release for figures that mean something.";
+            let not_optimized = "The program is NOT optimised: build it with --release for meaningful times.";
             lines.push(not_optimized.to_owned());
         }
         lines

@@ -23,7 +23,7 @@ pub struct SessionInput {
     pub recording: String,
     /// Summary of the session at this pace.
     pub summary: Summary,
-    /// Number of events that a frame takes.
+    /// Part of the session that each frame plays.
     pub pace: Pace,
     /// The camera's path, and its name.
     pub camera: (CameraPath, &'static str),
@@ -73,7 +73,7 @@ where
     while let Some(outcomes) = replay.step()? {
         for (i, (records, frame)) in records.iter_mut().zip(outcomes).enumerate() {
             let Some(frame) = frame else { continue };
-            // The lanes with one view come after the others.
+            // The lanes with a single view follow the other lanes.
             if let Some(run) = seen.get_mut(i) {
                 run.add(frame);
             }
@@ -104,7 +104,7 @@ where
     }
     if let Some((a, b, frame)) = first_disagreement(&seen) {
         rows.faults.push(format!(
-            "NOT ALL INDEXES SAW THE SAME POLYGONS in {name}: {a} and {b} differ in frame {frame}."
+            "NOT ALL INDEXES FOUND THE SAME POLYGONS in {name}: {a} and {b} differ in frame {frame}."
         ));
     }
     let counts = summary.counts;
@@ -137,7 +137,7 @@ where
     });
     rows.curves.push(Curves {
         part: PART,
-        title: format!("{name}: inserting what a frame brings"),
+        title: format!("{name}: inserting the polygons of a frame"),
         x: "polygons",
         y: "µs",
         lines: line(|record| (record.inserted > 0).then(|| (record.polygons as f64, us(record.insert.ns)))),
@@ -149,10 +149,10 @@ fn us(ns: u64) -> f64 {
     ns as f64 / 1000.0
 }
 
-/// Selects the same number of frames, evenly spaced, from every part of the session. Without this, the median of a slow
-/// index would be that of early frames, because such an index is measured on fewer late frames. An eighth of the parts
-/// may have fewer frames, because one disturbance of the machine can use up a part's budget. All frames of such a part
-/// are selected.
+/// Selects the same number of frames, evenly spaced, from every part of the session. A slow index is measured on fewer
+/// late frames, so without this selection its median would describe the early frames. An eighth of the parts may have
+/// fewer frames, because one disturbance of the machine can use up a part's budget. All frames of such a part are
+/// selected.
 fn balanced(records: &[FrameRecord], frames: u64) -> Vec<FrameRecord> {
     if records.len() as u64 == frames {
         return records.to_vec();
@@ -248,7 +248,7 @@ mod tests {
 
     #[test]
     fn a_row_has_the_times_of_the_frames_that_its_ratio_is_of() {
-        // The reference was measured on every other frame, which are the short ones.
+        // The reference was measured on every second frame; these frames are short.
         let of: Vec<FrameRecord> =
             (0..100).map(|frame| record(frame, if frame % 2 == 0 { 3_000 } else { 90_000 })).collect();
         let reference: Vec<FrameRecord> = (0..50).map(|at| record(2 * at, 1_000)).collect();

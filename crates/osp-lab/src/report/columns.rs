@@ -1,6 +1,6 @@
 use comfy_table::{Table, TableComponent, presets};
 
-/// Returns a table without rows whose only line is the one below the column names.
+/// Returns an empty table whose only rule is below the column names.
 pub fn columns_table() -> Table {
     let mut table = Table::new();
     table.load_preset(presets::UTF8_HORIZONTAL_ONLY);

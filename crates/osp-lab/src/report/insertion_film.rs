@@ -24,14 +24,15 @@ use osp::{
 use osp_rivals::{OctreePaper, OctreePaperConfig, OspGrid, OspPaper, OspPaperNode};
 use osp_session::scene::Scene;
 
-/// Width and height of the film, pixels. `UPPER` is the height of its upper half.
+/// Width and height of the film, pixels.
 const SIZE: (u32, u32) = (960, 640);
+/// Height of the upper half of the film, pixels.
 const UPPER: u32 = 410;
-/// Room around the cube, pixels.
+/// Margin around the cube, pixels.
 const MARGIN: f64 = 34.0;
-/// Time for which a picture is shown, hundredths of a second. `REST` is the time of the last picture of a
-/// polygon.
+/// Duration of a picture, hundredths of a second.
 const STEP: u16 = 45;
+/// Duration of the last picture of each polygon, hundredths of a second.
 const REST: u16 = 130;
 /// Direction from the cube to the viewer.
 const FROM: Vec3 = Vec3::new(0.5, 0.42, 1.0);
@@ -39,7 +40,7 @@ const PALE: RGBColor = RGBColor(200, 200, 200);
 /// Colours of planes across x, y and z.
 const OF_AXIS: [RGBColor; 3] = [ORANGE, GREEN, PURPLE];
 
-/// The first polygons of a model, and the trees that they are inserted into one after the other.
+/// The first polygons of a model, which are inserted into the two trees one after the other.
 #[derive(Clone, Debug)]
 pub struct InsertionFilm<'a> {
     /// The title above the film.
@@ -92,7 +93,7 @@ impl Trees {
         })
     }
 
-    /// The numbers of the nodes on a polygon's way down, from the root; none if the polygon lies outside the
+    /// The numbers of the nodes through which a polygon descends, from the root. Empty if the polygon lies outside the
     /// cube.
     fn path(&self, id: PolygonId) -> Vec<usize> {
         let Some(place) = self.paper.place_of(id) else { return Vec::new() };
@@ -274,7 +275,7 @@ impl Step<'_> {
         let inside = nodes.iter().take_while(|node| node.fields.is_some()).count();
         let levels = nodes[..inside].iter().map(|node| (node.parent, node.depth));
         let layout = TreeLayout::new(levels, area.dim_in_pixel(), 26.0);
-        // By number, as the path has them; the structure has them depth first.
+        // Converts the structure's indices, which are depth first, to the node numbers of the path.
         let mut numbers = vec![0; inside];
         for at in 1..inside {
             let parent = nodes[at].parent.unwrap_or(0);
@@ -455,7 +456,7 @@ mod tests {
         };
         let work = film.work().expect("finite polygons");
         assert_eq!(work.iter().map(|work| work.octree_inserted).collect::<Vec<_>>(), [1, 2, 3, 4]);
-        // To a leaf, to the first plane, to a leaf, not into the tree.
+        // The first and the third polygon reach a leaf, the second the first plane. The last is outside the tree.
         assert_eq!(work.iter().map(|work| work.osp_planes).collect::<Vec<_>>(), [4, 1, 4, 0]);
         assert!(work.windows(2).all(|pair| pair[0].octree_planes < pair[1].octree_planes), "{work:?}");
         let mut delays = Vec::new();

@@ -13,8 +13,8 @@ const WARM_UP: (u64, u64) = (1, 2);
 /// The replay of a session through one index, collected frame by frame.
 ///
 /// An index that exceeds its budget is measured on fewer frames of the late, expensive parts of a session than of the
-/// early ones. So the measured frames of a part together have the weight of all its frames. All rows of a table
-/// describe the same session.
+/// early parts. So the measured frames of a part get the weight of all its frames, and all rows of a table describe the
+/// same session.
 #[derive(Clone, Debug)]
 pub struct RunReport {
     /// Name of the index.

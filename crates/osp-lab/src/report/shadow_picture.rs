@@ -31,8 +31,8 @@ use osp_session::{atomic_file::write_atomically, scene::Scene};
 
 /// Width of a form's column, pixels.
 const WIDTH: u32 = 960;
-/// Heights, pixels, of three parts: the title with the window, the shadows and the tree, and the legend below
-/// all columns.
+/// Heights of the three parts, pixels: first the title with the window, then the shadows and the tree, then the legend
+/// below all columns.
 const HEIGHTS: [u32; 3] = [572, 430, 128];
 /// Width of the picture of the shadows, pixels.
 const PLAN_WIDTH: u32 = 430;
@@ -201,7 +201,7 @@ impl ShadowPicture<'_> {
         for id in look.scene.visible_ids() {
             fill(area, &outline(id), VISIBLE.mix(0.35))?;
         }
-        // Many shadows together leave the polygons to be seen.
+        // More shadows are more transparent, so that the polygons stay visible.
         let opacity = (1.6 / look.occluders().len().max(1) as f64).min(0.13);
         // The shadows extend beyond the picture.
         let reach_m = f64::from(bounds.extent().length());

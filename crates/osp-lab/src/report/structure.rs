@@ -18,7 +18,7 @@ pub(super) const MOST_TREE_NODES: usize = 500;
 /// Largest number of polygons of a node whose numbers are written.
 const MOST_NAMES: usize = 6;
 
-/// A plane that splits a node, cut off where the node ends.
+/// A plane that splits a node, clipped to the node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplitOutline {
     /// Level of the node; 0 at the top.
@@ -136,8 +136,8 @@ impl Structure {
         collector.0
     }
 
-    /// All nodes of an index whose nodes exist before its polygons, empty ones and their fields included. If the nodes of the
-    /// index do not exist beforehand, these are the nodes of [`Structure::of`].
+    /// All nodes of an index whose nodes exist before its polygons, with their fields, also the empty nodes. For other
+    /// indexes the same as [`Structure::of`].
     pub fn with_empty_nodes(index: &dyn SpatialIndex) -> Self {
         let Some(paper) = (index as &dyn Any).downcast_ref::<OspPaper>() else { return Self::of(index) };
         let mut all = Self::default();
@@ -200,7 +200,7 @@ impl Structure {
         self.cut_below(levels.max(1))
     }
 
-    /// For each node the numbers of its own polygons, as text; the first few of many.
+    /// For each node the numbers of its own polygons as text, at most [`MOST_NAMES`] numbers.
     pub(super) fn names(&self) -> Vec<String> {
         let mut names = vec![String::new(); self.nodes.len()];
         let mut counts = vec![0; self.nodes.len()];

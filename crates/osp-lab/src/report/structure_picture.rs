@@ -26,7 +26,7 @@ const MARGIN: f32 = 40.0;
 const MOST_CELLS: usize = 20_000;
 /// Largest number of leaves up to which the nodes of a tree have labels.
 const MOST_LABELS: usize = 24;
-/// Least distance between leaves at which the labels of nodes have their centre, width and box, pixels.
+/// Smallest distance between leaves for labels with centre, width and box, pixels.
 const ROOM_FOR_PLACES: f32 = 150.0;
 /// Width of such a label, pixels.
 const PLACE_WIDTH: i32 = 128;
@@ -287,13 +287,14 @@ impl StructurePicture<'_> {
         let names = if self.named { shown.names() } else { Vec::new() };
         let most = nodes.iter().map(|node| node.polygons).max().unwrap_or(1).max(2);
         for (i, node) in nodes.iter().enumerate() {
-            // The radius grows with the logarithm of the number of polygons, as far as there is room.
+            // The radius grows with the logarithm of the number of polygons, up to a part of the distance between
+            // leaves.
             let share = (node.polygons.max(1) as f32).ln() / (most as f32).ln();
             let radius = (2.0 + 8.0 * share).min(layout.step_x().max(3.0) * 0.45) as i32;
             let (x, y) = pixel(i);
             let opacity = if is_on_the_way(node) { 1.0 } else { 0.25 };
             let style = color_of_depth(node.depth).mix(opacity);
-            // Only a tree whose nodes exist beforehand has empty ones.
+            // Only a tree whose nodes exist before its polygons has empty nodes.
             let style = if node.polygons == 0 { style.stroke_width(1) } else { style.filled() };
             area.draw(&Circle::new((x, y), radius, style))?;
             if layout.places() <= MOST_LABELS {

@@ -163,8 +163,8 @@ pub struct AgainstOneView {
 }
 
 impl AgainstOneView {
-    /// Compares the two times of each frame, nanoseconds. Only means are compared, because views differ. The slowest
-    /// hundredth of each is skipped as disturbances of the machine.
+    /// Compares the two times of each frame, nanoseconds. Only means are compared, because views differ. Skips the
+    /// slowest hundredth of either time, as disturbances of the machine.
     pub fn of(mut pairs: Vec<(u64, u64)>) -> Option<Self> {
         let slowest = |values: &mut dyn Iterator<Item = u64>| {
             let mut values: Vec<u64> = values.collect();

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::{Row, Rows};
 use crate::report::{one_line, short, thousands};
 
-/// The paper's rival, which is always shown and named.
+/// The rival structure of the paper. Summaries, charts and verdicts always contain it.
 pub(crate) const RIVAL: &str = "octree-rebuild";
 /// Number of decimals of numbers below a tenth.
 const DECIMALS: usize = 4;

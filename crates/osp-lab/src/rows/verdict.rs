@@ -63,7 +63,8 @@ impl Rows {
     }
 }
 
-/// The tables in which the reference and others have a ratio. A structure with an occlusion method does not count.
+/// The tables in which the reference and another structure have a ratio. A structure with an occlusion method does not
+/// count.
 fn compared<'t, 'a>(tables: &'t [Table<'a>], reference: &str) -> Vec<&'t Table<'a>> {
     let has =
         |table: &Table<'_>, index: &str| !index.contains(" + ") && table.value(index, "ratio").is_some();
@@ -76,7 +77,7 @@ fn of_first<'t, 'a>(tables: &[&'t Table<'a>]) -> Vec<&'t Table<'a>> {
     tables.iter().filter(|table| table.part == tables[0].part).copied().collect()
 }
 
-/// A figure of a structure, and the ends of its interval: geometric means over tables.
+/// A measurement of a structure and the bounds of its interval: geometric means over tables.
 struct Standing<'a> {
     index: &'a str,
     unit: &'static str,
@@ -85,7 +86,8 @@ struct Standing<'a> {
     high: f64,
 }
 
-/// The structures that have a figure in all tables, the least first. The reference precedes its equals.
+/// The structures with this measurement in all tables, sorted ascending. The reference precedes structures with the
+/// same value.
 fn standings<'a>(tables: &[&Table<'a>], figure: &str, reference: &str) -> Vec<Standing<'a>> {
     let of = |index: &'a str| {
         let mean = |of: fn(&Row) -> f64| geometric_mean(tables, |table| table.row(index, figure).map(of));
@@ -104,8 +106,8 @@ fn standings<'a>(tables: &[&Table<'a>], figure: &str, reference: &str) -> Vec<St
     standings
 }
 
-/// Words such as `x takes the least time; the next (a) takes 2.1 times as long, b 120 times`, with the reference and
-/// `rival` among them. `None` if fewer than two structures have the figure.
+/// A sentence such as `x takes the least time; the next (a) takes 2.1 times as long, b 120 times`. It always contains
+/// the reference and `rival`. `None` if fewer than two structures have the figure.
 fn sentence(standings: &[Standing<'_>], reference: &str, what: &str, rival: Option<&str>) -> Option<String> {
     let least = standings.first().filter(|_| standings.len() > 1)?;
     let (mut leaders, others): (Vec<_>, Vec<_>) =

@@ -13,9 +13,9 @@ use osp_rivals::occlusion::{MsvbspPaper, PaperCaps};
 /// The two forms of the modified shadow-volume BSP tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShadowForm {
-    /// The conservative one.
+    /// The conservative form.
     Conservative,
-    /// The one that the paper prints, with caps.
+    /// The form that the paper prints, with caps.
     Paper,
 }
 
@@ -23,7 +23,7 @@ impl ShadowForm {
     /// All forms.
     pub const ALL: [Self; 2] = [Self::Conservative, Self::Paper];
 
-    /// Its name among the methods of occlusion culling.
+    /// The name of the method of occlusion culling with this form.
     pub fn name(self) -> &'static str {
         match self {
             Self::Conservative => "msvbsp",

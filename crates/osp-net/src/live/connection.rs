@@ -25,15 +25,15 @@ use super::{
     state::{Command, Shared},
 };
 
-/// Time after which a message of this member that has not come back is sent again. It is doubled each time, up to
-/// [`LONGEST_RESEND_AFTER`].
+/// Time after which a message of this member that has not come back is sent again. The time doubles with each attempt,
+/// up to [`LONGEST_RESEND_AFTER`].
 const RESEND_AFTER: Duration = Duration::from_millis(400);
 const LONGEST_RESEND_AFTER: Duration = Duration::from_millis(3200);
 
 /// Time without an answer after which the connection is closed and opened again.
 const GIVE_UP: Duration = Duration::from_secs(4);
 
-/// Interval between checks of the time.
+/// Interval between checks for timeouts.
 const TICK: Duration = Duration::from_millis(25);
 
 /// Interval between checks of the length of the server's log.
@@ -42,13 +42,13 @@ const CHECK_EVERY: Duration = Duration::from_secs(1);
 /// Time for which requests are repeated after an error that seems permanent.
 const RETRY_FOR: Duration = Duration::from_secs(3);
 
-/// Largest number of events that wait for the program. If more wait, the thread does not read the log.
+/// Largest number of events that the program has not read. If there are more, the thread does not read the log.
 const MOST_UNTAKEN: usize = 1 << 18;
 
-/// Largest number of messages that are processed at once.
+/// Largest number of messages that are processed in one call.
 const AT_ONCE: usize = 256;
 
-/// The state of the log on the server, or the reason why it is not known.
+/// The state of the log on the server, or the reason why the request failed.
 type StreamInfo = Result<Info, NoAnswer>;
 
 struct Exchange<'a> {
@@ -66,15 +66,15 @@ struct Exchange<'a> {
     /// Number of the last message of the log when the log was opened.
     read_up_to: u64,
     has_caught_up: bool,
-    /// Whether no message has come since the log was opened.
+    /// Whether the log was opened and no message was received since.
     is_just_opened: bool,
     /// The last message read: its number, the server's time stamp, and the XXH3 of its contents.
     last_read: Option<(u64, u64, u64)>,
-    /// Whether the program no longer reads the news.
-    is_alone: bool,
+    /// Whether the program has stopped receiving events.
+    program_has_left: bool,
 }
 
-/// Exchanges messages with the server until the connection fails for good.
+/// Exchanges messages with the server until the connection fails permanently.
 pub(super) async fn exchange(
     address: &Address,
     options: &LinkOptions,
@@ -102,7 +102,7 @@ pub(super) async fn exchange(
         has_caught_up: false,
         is_just_opened: true,
         last_read: None,
-        is_alone: false,
+        program_has_left: false,
     };
     let complaints = Arc::clone(&exchange.complaints);
     let client = exchange.meanwhile(server::connect(address, options, &complaints)).await?;
@@ -114,7 +114,7 @@ pub(super) async fn exchange(
     // Headers count towards the limit, too.
     exchange.member.set_limit_bytes(server.client.max_payload().saturating_sub(1024));
     let mut resend_after = RESEND_AFTER;
-    while !exchange.is_alone {
+    while !exchange.program_has_left {
         let messages = exchange.open(&mut server).await?;
         let again = exchange.member.again();
         exchange.publish(&server, again).await;
@@ -266,7 +266,7 @@ impl Exchange<'_> {
         // Number of the last message that was read before the server's state was requested.
         let mut looking: Option<u64> = None;
         self.show();
-        while !self.is_alone {
+        while !self.program_has_left {
             let can_read = self.shared.untaken() < MOST_UNTAKEN;
             tokio::select! {
                 Some(command) = self.todo.recv() => self.take_command(command),
@@ -326,7 +326,7 @@ impl Exchange<'_> {
             }
             self.pass_on();
             let now = self.now();
-            // If a message could not be sent in its turn, later ones would leave a gap.
+            // After a reconnection an earlier message may be lost, so later messages would leave a gap.
             let is_new_connection = self.complaints.get().1 > server.connections;
             if server.is_connected() && !is_new_connection && !self.is_reading_first() {
                 let out = self.member.pump(now);
@@ -344,15 +344,15 @@ impl Exchange<'_> {
         self.member.last_sequence() < self.read_up_to
     }
 
-    /// Whether the log is being read for the first time. The member joins after that, because the log returns its
-    /// messages only after all earlier ones.
+    /// Whether the log is being read for the first time. The member joins afterwards, because the log returns its
+    /// messages only after all earlier messages.
     fn is_reading_first(&self) -> bool {
         !self.has_caught_up && self.is_reading()
     }
 
     /// Whether a message continues the messages read; `false` if a message was lost on the way. After the log is
-    /// opened, its first message must be the last one read or, if none was read, number 1. Otherwise the server has
-    /// another log.
+    /// opened, its first message must be the last message read or, if no message was read, number 1. Otherwise the
+    /// server has another log.
     fn goes_on(&mut self, sequence: u64, stamp: u64, payload: &[u8]) -> Result<bool, LiveError> {
         let is_first = std::mem::take(&mut self.is_just_opened);
         let known = self.member.last_sequence();
@@ -364,7 +364,8 @@ impl Exchange<'_> {
         if is_same { Ok(true) } else { Err(self.lost()) }
     }
 
-    /// Processes a message and further ones that were received. Returns whether the log continues without a gap.
+    /// Processes a message, and further messages that were already received. Returns whether the log continues without
+    /// a gap.
     fn take_messages(
         &mut self,
         first: Option<Result<async_nats::jetstream::Message, pull::MessagesError>>,
@@ -484,7 +485,7 @@ impl Exchange<'_> {
             if let News::Events { events, .. } = &news {
                 self.shared.note_untaken(events.len());
             }
-            self.is_alone |= self.out.send(Ok(news)).is_err();
+            self.program_has_left |= self.out.send(Ok(news)).is_err();
         }
         (self.wake)();
     }

@@ -6,7 +6,7 @@ use serde::Serialize;
 /// Counts of one member since it has connected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// Number of messages that count.
+    /// Number of accepted messages.
     pub messages: u64,
     /// Number of events in these messages.
     pub events: u64,
@@ -28,18 +28,17 @@ pub struct Counts {
     pub resent: u64,
     /// Number of times that the log was requested again, from the last message read.
     pub reopened: u64,
-    /// Number of connections to the server, including the first one.
+    /// Number of connections to the server, including the first connection.
     pub connections: u64,
 }
 
 impl Counts {
-    /// Number of messages that do not count.
+    /// Number of messages that were not accepted.
     pub fn ignored(&self) -> u64 {
         self.duplicates + self.gaps + self.faulty()
     }
 
-    /// Number of messages that no proper member sends. Messages that came twice, or too early after a disturbance, are not
-    /// among them.
+    /// Number of messages that no correct member sends: all ignored messages except duplicates and gaps.
     pub fn faulty(&self) -> u64 {
         self.strangers + self.garbage + self.refused + self.beyond_limits
     }

@@ -1,6 +1,6 @@
 use thiserror::Error;
 
-/// The reason why a connection has ended for good.
+/// The reason why a connection has ended permanently.
 #[derive(Debug, Error)]
 pub enum LiveError {
     /// The system provides no thread or socket.

@@ -27,14 +27,15 @@ pub struct Hand {
 }
 
 impl Hand {
-    /// The time of this member's events: seconds since the link was opened. It is converted to the session's time
-    /// later.
+    /// The time of this member's events: seconds since the link was opened. This time is converted to the session's
+    /// time later.
     pub fn now_secs(&self) -> f64 {
         self.shared.started.elapsed().as_secs_f64()
     }
 
-    /// Sends a frame's events. This member's strokes and groups in them are numbered as those of [`ME`](super::ME); the
-    /// real author is filled in later. The events come back in [`News::Events`]. A watcher sends nothing.
+    /// Sends a frame's events. In the events, this member's strokes and groups belong to the author [`ME`](super::ME).
+    /// The member's author number replaces this author later. The events come back in [`News::Events`]. A watcher sends
+    /// nothing.
     pub fn send(&self, events: Vec<Event>) {
         if !events.is_empty() {
             // If the thread has ended, the last news has the reason.
@@ -101,7 +102,7 @@ impl Link {
     /// The next news, if any was received.
     ///
     /// # Errors
-    /// The connection has ended for good.
+    /// The connection has ended permanently.
     pub fn news(&self) -> Result<Option<News>, LiveError> {
         match self.news.try_recv() {
             Err(mpsc::TryRecvError::Disconnected) => Err(LiveError::Ended),
@@ -112,7 +113,7 @@ impl Link {
     /// The next news, if any is received within `time`.
     ///
     /// # Errors
-    /// The connection has ended for good.
+    /// The connection has ended permanently.
     pub fn news_within(&self, time: Duration) -> Result<Option<News>, LiveError> {
         match self.news.recv_timeout(time) {
             Err(mpsc::RecvTimeoutError::Disconnected) => Err(LiveError::Ended),

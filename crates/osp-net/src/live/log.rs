@@ -47,7 +47,7 @@ pub(super) struct Log {
 }
 
 impl Default for Log {
-    /// The limits are those that every reader of recordings accepts by default, with room for the ends of all strokes.
+    /// The limits that every reader of recordings accepts by default, less a reserve for the ends of all strokes.
     fn default() -> Self {
         let limits = Limits { polygons: Limits::DEFAULT.polygons / 8 * 7, ..Limits::DEFAULT };
         Self {
@@ -62,7 +62,7 @@ impl Default for Log {
 }
 
 /// The limits for events that are allowed in a full session, too.
-const WITHOUT_END: Limits = Limits { polygons: u64::MAX / 64, ..Limits::DEFAULT };
+const LIMITS_WHEN_FULL: Limits = Limits { polygons: u64::MAX / 64, ..Limits::DEFAULT };
 
 impl Log {
     /// Processes the next message, and appends its events to `out` if it is valid. `stamp_nanos` is the server's time stamp.
@@ -115,8 +115,8 @@ impl Log {
         }
     }
 
-    /// Whether the session has room for a message. Its contents are counted as readers of the recording count them.
-    /// Events that end an open stroke or leave the session are allowed in a full session, too.
+    /// Whether the session has room for a message. The message's contents are counted in the same way as by readers of
+    /// recordings. Events that end an open stroke or leave the session are allowed in a full session, too.
     fn has_room(&mut self, message: &Message) -> bool {
         message.events.iter().all(|event| {
             let is_farewell = match event {
@@ -124,7 +124,7 @@ impl Log {
                 Event::End { stroke, .. } => self.tally.is_open(*stroke),
                 _ => false,
             };
-            let limits = if is_farewell { &WITHOUT_END } else { &self.limits };
+            let limits = if is_farewell { &LIMITS_WHEN_FULL } else { &self.limits };
             self.tally.count(event, limits).is_ok()
         })
     }

@@ -1,5 +1,5 @@
-//! A member of a shared session, without the network. Its input is the messages of the log and the member's own events. Its
-//! output is the session's events and the messages to publish. It reads no clock.
+//! A member of a shared session, without the network. Its input is the messages of the log and the member's own events.
+//! Its output is the session's events and the messages to publish. The caller passes the time.
 
 use std::time::Duration;
 
@@ -21,8 +21,8 @@ pub enum News {
     Events {
         /// The events.
         events: Vec<Event>,
-        /// Number of events sent by this member that are done: they are among `events`, in the same order, or they end
-        /// a stroke that had ended already.
+        /// Number of this member's acknowledged events. They are among `events`, in the same order, or they end a
+        /// stroke that had already ended.
         own: usize,
     },
     /// This member's events that will never be in the session.
@@ -50,14 +50,14 @@ pub(super) struct Member {
     last_sequence: u64,
     /// The server's time stamp of the first message.
     first_stamp_nanos: Option<u64>,
-    /// The session's time minus this member's, seconds.
+    /// The session's time minus this member's time, seconds.
     later_secs: f64,
     is_leaving: bool,
     has_left: bool,
     is_full: bool,
-    /// Whether the last join did not count because too many have joined.
+    /// Whether the last attempt to join failed because too many members have joined.
     is_crowded: bool,
-    /// Time at which the member began to wait for an answer, or received the last one.
+    /// Time at which the member began to wait for an answer, or received the last answer.
     progress: Duration,
     announced: Duration,
     /// Description of the last faulty message.
@@ -87,7 +87,7 @@ impl Member {
         }
     }
 
-    /// Number of the last message that was processed; 0 before the first.
+    /// Number of the last message that was processed; 0 before the first message.
     pub(super) fn last_sequence(&self) -> u64 {
         self.last_sequence
     }
@@ -134,7 +134,8 @@ impl Member {
         }
     }
 
-    /// Adds this member's events of a frame, numbered as [`ME`](super::ME)'s, with times of this member's clock.
+    /// Adds this member's events of a frame. They belong to the author [`ME`](super::ME), and have times of this
+    /// member's clock.
     pub(super) fn hand_over(&mut self, events: Vec<Event>, now: Duration) {
         if let Some(outbox) = &mut self.outbox {
             outbox.hand_over(events, now);
@@ -177,7 +178,7 @@ impl Member {
         out
     }
 
-    /// Time for which the member has waited for an answer; `None` if it waits for none.
+    /// Time for which the member has waited for an answer; `None` if it does not wait.
     pub(super) fn waits_for(&self, now: Duration) -> Option<Duration> {
         let outbox = self.outbox.as_ref().filter(|outbox| outbox.awaits_answers() && !self.is_full)?;
         (!self.has_left && outbox.awaits_answers()).then(|| now.saturating_sub(self.progress))
@@ -221,7 +222,8 @@ impl Member {
         self.presence.interrupted(now);
     }
 
-    /// A message about an author who was silent for a long time. Every member sends it; the first one counts.
+    /// A message about an author who was silent for a long time. Every member sends this message; only the first copy
+    /// counts.
     pub(super) fn message_of_absence(&mut self, now: Duration) -> Option<Outgoing> {
         let outbox = self.outbox.as_ref().filter(|_| self.may_send())?;
         outbox.author()?;
@@ -362,7 +364,7 @@ fn round(t: f64) -> f64 {
 /// A random sender number that no other member has.
 pub(crate) fn new_sender() -> Sender {
     use std::hash::{BuildHasher, RandomState};
-    // The standard library gives each hasher another seed, from random numbers of the system.
+    // The standard library gives each hasher a different seed, from random numbers of the system.
     let (a, b) = (RandomState::new().hash_one(std::process::id()), RandomState::new().hash_one(1u8));
     Sender((a ^ b.rotate_left(32)).max(1))
 }

@@ -13,8 +13,8 @@
 //!
 //! A [`Link`] is a member's connection, on a thread of its own. [`Hand::send`] accepts this member's events at any
 //! time, with or without a server, and [`Link::news`] returns the events of the session. This member's strokes and
-//! groups are numbered as [`ME`]'s until they are sent: `ME.number(n)`. Without a server a member can continue to draw;
-//! its events are sent when the server is back. No call waits for the network.
+//! groups belong to the author [`ME`] until they are sent: `ME.number(n)`. Without a server a member can continue to
+//! draw; its events are sent when the server is back. No call waits for the network.
 //!
 //! A client with write access can write any data. Members skip and count data that is no message. They also skip
 //! messages that come out of order, exceed the limits, or come from senders that have not joined. The server controls

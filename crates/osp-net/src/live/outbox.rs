@@ -1,8 +1,8 @@
 //! Unacknowledged messages: this member's events on their way into the log.
 //!
 //! At most [`WINDOW`] messages are in flight. Later events are collected in the next message, so that a slow connection
-//! carries fewer and longer messages. A message stays here until it comes back in the log. Unacknowledged messages are sent
-//! again under the same number.
+//! carries fewer and longer messages. A message stays in the outbox until it comes back in the log. Unacknowledged
+//! messages are sent again under the same number.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -30,7 +30,7 @@ struct WaitingEvent {
     event: Event,
     /// Time at which the program sent the event.
     handed: Duration,
-    /// Whether the program sent the event; otherwise it was added here.
+    /// Whether the program sent the event; otherwise the outbox added it.
     is_handed: bool,
     /// Whether the event needs a message of its own, because it was refused together with others.
     is_alone: bool,
@@ -45,7 +45,7 @@ impl WaitingEvent {
 #[derive(Clone, Debug)]
 struct InFlight {
     number: u64,
-    /// The published bytes, which distinguish the message from another one under the same number.
+    /// The published bytes, which distinguish the message from another message under the same number.
     bytes: Vec<u8>,
     events: Vec<WaitingEvent>,
 }
@@ -62,7 +62,7 @@ impl InFlight {
 /// A message of this member that has come back in the log.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Answered {
-    /// Number of its events that the program sent.
+    /// Number of the message's events that the program sent.
     pub(super) handed: usize,
     /// Time at which the program sent the first of these events.
     pub(super) since: Option<Duration>,
@@ -93,7 +93,7 @@ pub(super) struct Outbox {
     /// A part of the message ids. It increases before messages that did not count are sent again, because the server
     /// drops known ids.
     attempt: u32,
-    has_to_say_again: bool,
+    needs_new_ids: bool,
     /// The session's time minus this member's clock, seconds.
     later_secs: f64,
     rate: OwnRate,
@@ -101,7 +101,7 @@ pub(super) struct Outbox {
     limit_bytes: usize,
     /// Number of events that are too long for any message.
     too_long: u64,
-    /// Number of events that need not be sent any more.
+    /// Number of events that were dropped, because nothing has to be sent for them.
     done: usize,
 }
 
@@ -117,7 +117,7 @@ impl Outbox {
             waiting: VecDeque::new(),
             pending: 0,
             attempt: 0,
-            has_to_say_again: false,
+            needs_new_ids: false,
             later_secs: 0.0,
             rate: OwnRate::default(),
             limit_bytes: packet::MAX_BYTES,
@@ -164,7 +164,7 @@ impl Outbox {
         }
     }
 
-    /// Appends an event that was not sent yet to the waiting events.
+    /// Appends an unsent event to the waiting events.
     fn admit(&mut self, waiting: WaitingEvent) {
         let WaitingEvent { event, handed, is_handed, is_alone } = waiting;
         match self.own.admit(event) {
@@ -272,7 +272,7 @@ impl Outbox {
 
     /// All messages in flight, to be published again.
     pub(super) fn again(&mut self) -> Vec<Outgoing> {
-        if std::mem::take(&mut self.has_to_say_again) {
+        if std::mem::take(&mut self.needs_new_ids) {
             self.attempt += 1;
         }
         self.in_flight.iter().map(|message| self.outgoing(message)).collect()
@@ -281,7 +281,7 @@ impl Outbox {
     /// Records that a message of this member did not count, although it can count later. The server has stored the
     /// message, and would drop a repetition under the same id.
     pub(super) fn ignored(&mut self) {
-        self.has_to_say_again = true;
+        self.needs_new_ids = true;
     }
 
     /// Whether these bytes are this member's message that has to come back next. The bytes are compared, because sender
@@ -300,8 +300,8 @@ impl Outbox {
         answered
     }
 
-    /// Records that the log has refused the next own message. Its events are sent once more, each in a message of its own,
-    /// so that an impossible event does not affect others.
+    /// Records that the log has refused the next own message. Its events are sent once more, each in a message of its
+    /// own, so that an impossible event does not affect the other events.
     pub(super) fn refused(&mut self) -> Answered {
         let Some(message) = self.in_flight.pop_front() else { return Answered::default() };
         if message.events.len() > 1 {
@@ -324,6 +324,6 @@ impl Outbox {
         self.own.interrupt();
         waiting.into_iter().for_each(|waiting| self.admit(waiting));
         (self.sender, self.author, self.next, self.attempt) = (sender, None, 0, 0);
-        self.has_to_say_again = false;
+        self.needs_new_ids = false;
     }
 }

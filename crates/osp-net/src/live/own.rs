@@ -5,11 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use osp_session::recording::{Author, Event, GroupId, StrokeId};
 
-/// The author of a member's own strokes and groups before they are sent; `ME.number(n)` is the `n`th. No shared session has
-/// so many authors.
+/// The author of a member's own strokes and groups before they are sent; `ME.number(n)` is the number of the `n`th
+/// stroke or group. No shared session has so many authors.
 pub const ME: Author = Author(Author::MAX - 1);
 
-/// The authors of own numbers, and the strokes that are being drawn.
+/// The authors under which the log has this member's strokes and groups, and the strokes that are being drawn.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Own {
     strokes: BTreeMap<u32, Author>,

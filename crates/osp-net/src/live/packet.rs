@@ -58,7 +58,7 @@ fn read_head(line: &str) -> Option<(Sender, u64)> {
     Some((Sender(u64::from_str_radix(sender, 16).ok()?), number.parse().ok()?))
 }
 
-/// The presence message of an author without other messages.
+/// The presence message of an author that sends no other messages.
 pub(super) fn presence(sender: Sender) -> String {
     format!("{MARK} {:016x}", sender.0)
 }

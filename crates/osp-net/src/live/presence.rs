@@ -14,7 +14,7 @@ pub(super) const PRESENCE_EVERY: Duration = Duration::from_secs(2);
 /// Interval between two reports that an author is gone.
 const TRY_EVERY: Duration = Duration::from_secs(1);
 
-/// The last signs of all authors; see the [module](self).
+/// The time of each author's last message; see the [module](self).
 #[derive(Debug, Default)]
 pub(super) struct Presence {
     received: BTreeMap<Sender, (Author, Duration)>,

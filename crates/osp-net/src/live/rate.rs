@@ -8,10 +8,10 @@ use osp_session::recording::Sender;
 /// a hand draws.
 pub(super) const BYTES_A_SECOND: u64 = 4 << 20;
 
-/// Number of bytes that an author may send at once, such as events drawn without a connection.
+/// Number of bytes that an author may send in a burst, such as events drawn without a connection.
 pub(super) const BURST_BYTES: u64 = 64 << 20;
 
-/// Number of joins that a session accepts at once: a class, or the whole class again after a network failure.
+/// Number of joins that a session accepts in a burst: a class, or the whole class again after a network failure.
 pub(super) const JOINS_AT_ONCE: u64 = 128;
 
 /// Seconds until the session accepts one more join. Anybody may choose a new sender number, and author numbers are never
@@ -26,7 +26,7 @@ struct Allowance {
 }
 
 impl Allowance {
-    /// The contents at a given time. A time before the last one adds nothing.
+    /// The contents at a given time. A time before `at_nanos` adds nothing.
     fn at(self, now_nanos: u64, a_second: u64, most: u64) -> Self {
         let elapsed = u128::from(now_nanos.saturating_sub(self.at_nanos));
         let more = elapsed * u128::from(a_second) / 1_000_000_000;
@@ -87,7 +87,7 @@ impl JoinRate {
         self.at(now_nanos).amount >= JOIN_NANOS
     }
 
-    /// Subtracts a join that counts.
+    /// Subtracts an accepted join from the allowance.
     pub(super) fn note(&mut self, now_nanos: u64) {
         let waited = self.at(now_nanos);
         self.waited = Some(Allowance { amount: waited.amount.saturating_sub(JOIN_NANOS), ..waited });
@@ -105,7 +105,7 @@ impl Default for OwnRate {
 }
 
 impl OwnRate {
-    /// Takes `bytes` bytes from the allowance. Returns false, without effect, if it has fewer.
+    /// Takes `bytes` bytes from the allowance. Returns `false`, without effect, if fewer bytes remain.
     pub(super) fn take(&mut self, bytes: usize, now_nanos: u64) -> bool {
         self.0 = self.0.at(now_nanos, BYTES_A_SECOND / 2, BURST_BYTES / 2);
         let is_enough = self.0.amount >= bytes as u64;

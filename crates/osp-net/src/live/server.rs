@@ -108,7 +108,7 @@ fn options_of(address: &Address, options: &LinkOptions, complaints: &Arc<Complai
     let mut connect = ConnectOptions::new()
         .name("osp")
         .require_tls(address.is_encrypted())
-        // The client connects only to the given server, not to others that this server announces.
+        // The client connects only to the given server, not to other servers that this server announces.
         .ignore_discovered_servers()
         // The subscription has room for a batch of the log and for presence messages that the member has not read yet.
         .subscription_capacity(2 * BATCH_MESSAGES)
@@ -176,7 +176,7 @@ pub(super) fn logs(client: &Client) -> Context {
 pub(super) enum NoAnswer {
     /// A later request may have an answer.
     Later(String),
-    /// The stream does not exist, and was not to be created.
+    /// The stream does not exist, and the request may not create it.
     NoStream,
     /// The server has no streams.
     NoStreams(String),
@@ -221,7 +221,7 @@ pub(super) async fn stream(
         subjects: vec![address.subject()],
         storage: StorageType::File,
         retention: RetentionPolicy::Limits,
-        // A server without room refuses new messages, and deletes none.
+        // A full server refuses new messages, and deletes no old messages.
         discard: DiscardPolicy::New,
         max_message_size: i32::try_from(packet::MAX_BYTES + 4096).unwrap_or(i32::MAX),
         duplicate_window: Duration::from_secs(120),

@@ -26,7 +26,7 @@ pub enum Role {
 pub struct LinkOptions {
     /// The member's role in the session.
     pub role: Role,
-    /// A file of certificates (PEM) that are trusted in addition to those of the system.
+    /// A file of certificates (PEM) that are trusted in addition to the system's certificates.
     pub certificates: Option<PathBuf>,
 }
 
@@ -43,12 +43,12 @@ pub enum Connection {
         /// Number of messages to read.
         of: u64,
     },
-    /// The log is read; every message is received at once.
+    /// The log is read; new messages are received without delay.
     Live,
     /// The server does not answer. This member's events are stored, and sent when it answers.
     Silent,
-    /// More authors have joined than a session accepts at once. This member retries until it may join. This member's
-    /// events are stored until then.
+    /// More authors have joined within a short time than a session accepts. This member retries until it may join. This
+    /// member's events are stored until then.
     Crowded,
     /// The session is at its largest size. It accepts no more events, and no author can join.
     Full,
@@ -93,7 +93,7 @@ pub(super) struct Shared {
 }
 
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // The values are replaced as a whole, so a panic leaves no half-written one.
+    // The values are replaced as a whole, so a panic leaves no half-written value.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

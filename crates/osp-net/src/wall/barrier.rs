@@ -17,10 +17,10 @@ use super::{
 pub const MISSES: u32 = 3;
 /// Number of consecutive answers in time after which the hub waits for a computer.
 const ANSWERS: u32 = 20;
-/// Least time for which the hub waits for a computer.
+/// Shortest time for which the hub waits for a computer.
 const LEAST_PATIENCE: Duration = Duration::from_millis(15);
 /// A computer whose result differed counts as correct again after this time without a difference.
-const WELL: Duration = Duration::from_secs(1);
+const AGREEMENT_TIME: Duration = Duration::from_secs(1);
 /// Silence after which a computer counts as gone.
 const SILENCE: Duration = Duration::from_millis(1500);
 /// Time for which answers to a frame are accepted.
@@ -39,8 +39,9 @@ pub(super) struct Answer {
 struct Member {
     node: u64,
     host: String,
+    /// Whether the hub waits for the computer.
     is_in: bool,
-    heard: Duration,
+    received: Duration,
     events: u64,
     /// Number of consecutive frames without an answer in time.
     misses: u32,
@@ -49,7 +50,7 @@ struct Member {
     /// Time from a frame to the computer's answer, a moving mean.
     usual: Option<Duration>,
     answered: Option<u64>,
-    /// The part of the answer that differed from the hub's, and the time of the last difference.
+    /// The part that differed from the hub's answer, and the time of the last difference.
     difference: Option<(&'static str, Duration)>,
     ready_us: Histogram<u64>,
 }
@@ -69,7 +70,7 @@ struct Counts {
     dropped: u64,
 }
 
-/// A frame to which answers may still come.
+/// A frame whose answers are still accepted.
 #[derive(Debug)]
 struct Turn {
     number: u64,
@@ -77,7 +78,7 @@ struct Turn {
     /// The expected answer of each screen's computer.
     expected: Vec<Answer>,
     swapped: bool,
-    /// Screens for whose computers the hub waited at the swap, and which have not shown the frame yet.
+    /// At the swap: the screens whose computers the hub waits for. A screen is removed when it shows the frame.
     to_show: Vec<usize>,
     /// Time at which the first computer showed the frame.
     first_shown: Option<Duration>,
@@ -111,8 +112,7 @@ fn record(histogram: &mut Histogram<u64>, time: Duration) {
 }
 
 impl Barrier {
-    /// A wall without computers. The hub waits for a computer at most `most_patience`; the hub does not wait for slower
-    /// computers.
+    /// A wall without computers. For each frame the hub waits at most `most_patience` for a computer's answer.
     pub(super) fn new(screens: Vec<String>, most_patience: Duration) -> Self {
         let members = screens.iter().map(|_| None).collect();
         let counts = vec![Counts::default(); screens.len()];
@@ -143,7 +143,7 @@ impl Barrier {
     /// Registers a computer that offers to show a screen.
     ///
     /// # Errors
-    /// The reason why it cannot show this screen.
+    /// The reason why the computer cannot show this screen.
     pub(super) fn here(
         &mut self,
         node: u64,
@@ -157,10 +157,10 @@ impl Barrier {
         };
         match &mut self.members[slot] {
             Some(member) if member.node == node => {
-                (member.heard, member.events) = (now, events);
+                (member.received, member.events) = (now, events);
                 return Ok(());
             }
-            Some(member) if member.is_in || now.saturating_sub(member.heard) < SILENCE => {
+            Some(member) if member.is_in || now.saturating_sub(member.received) < SILENCE => {
                 return Err(format!("{} shows `{screen}` already", member.host));
             }
             _ => {}
@@ -169,7 +169,7 @@ impl Barrier {
             node,
             host: host.to_owned(),
             is_in: false,
-            heard: now,
+            received: now,
             events,
             misses: 0,
             good: 0,
@@ -219,7 +219,7 @@ impl Barrier {
         if member.answered.is_some_and(|last| last >= frame) {
             return;
         }
-        member.heard = now;
+        member.received = now;
         member.answered = Some(frame);
         record(&mut member.ready_us, took);
         let is_in_time = if member.is_in { !is_swapped } else { took <= member.patience(self.most_patience) };
@@ -252,7 +252,7 @@ impl Barrier {
                 }
             }
             // A computer that agrees only in every other frame does not count as agreeing.
-            (Some((_, last)), None) if now.saturating_sub(last) >= WELL => {
+            (Some((_, last)), None) if now.saturating_sub(last) >= AGREEMENT_TIME => {
                 member.difference = None;
                 self.events.push(HubEvent::Agrees { screen, host });
             }
@@ -274,7 +274,7 @@ impl Barrier {
         turn.began + members.map(|member| member.patience(self.most_patience)).max().unwrap_or_default()
     }
 
-    /// Records that the last frame is shown. Computers that have not answered it have missed it.
+    /// Records that the last frame is shown. Computers that have not answered the frame have missed it.
     pub(super) fn swap(&mut self, now: Duration) {
         let Some(turn) = self.turns.back_mut() else { return };
         (turn.swapped, self.frames) = (true, self.frames + 1);
@@ -305,7 +305,7 @@ impl Barrier {
             self.put_out(slot, "three frames without an answer in time");
         }
         for member in &mut self.members {
-            if member.as_ref().is_some_and(|own| !own.is_in && now.saturating_sub(own.heard) > SILENCE) {
+            if member.as_ref().is_some_and(|own| !own.is_in && now.saturating_sub(own.received) > SILENCE) {
                 *member = None;
             }
         }
@@ -338,7 +338,7 @@ impl Barrier {
     }
 
     /// Three times: from a frame's beginning to its swap, between two swaps, and from the first computer that shows a
-    /// frame to the last one.
+    /// frame to the last computer.
     pub(super) fn times(&self) -> [Times; 3] {
         [&self.frame_us, &self.period_us, &self.skew_us].map(Times::of)
     }

@@ -28,7 +28,7 @@ pub(super) struct Follower {
     /// Messages of the log. Hub and computers apply each message as a whole, because polygon numbers and the shape of
     /// an unfinished stroke depend on the division into messages.
     waiting: VecDeque<Vec<Event>>,
-    /// Number of events in these messages.
+    /// Number of events in the waiting messages.
     events_waiting: u64,
     applied: u64,
     /// A hash of all applied events.

@@ -1,4 +1,4 @@
-//! The machine that determines which moment of the session a wall shows, and when.
+//! The machine that determines how many events of the session each frame of a wall shows, and when the frame is shown.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -23,13 +23,14 @@ use osp_session::{
     rig::{Rig, Stereo},
 };
 
-/// Number of events of the session after which a frame applies no more messages. These events take a few milliseconds.
+/// Number of events of the session after which a frame applies no more messages. Applying these events takes a few
+/// milliseconds.
 const EVENTS_A_FRAME: u64 = 1 << 12;
 /// Largest number of computers' messages that a frame processes after its time is over.
 const MESSAGES_AFTER_TIME: u32 = 256;
-/// Least interval between two reports of the state, for any number of requests.
+/// Shortest interval between two new reports of the state, for any number of requests.
 const REPORT: Duration = Duration::from_millis(100);
-/// Time without a session after which the hub reports that it searches for one.
+/// Time without a session after which the hub reports that it searches for a session.
 const SEARCH: Duration = Duration::from_secs(2);
 /// Animated brushes start again after this time, seconds, before a shader's numbers become too coarse.
 const MOST_TIME_S: f64 = 1000.0;
@@ -42,7 +43,7 @@ const ON_HUB: usize = 2;
 /// Options of a hub.
 #[derive(Clone, Debug)]
 pub struct HubOptions {
-    /// A file of certificates (PEM) that are trusted in addition to those of the system.
+    /// A file of certificates (PEM) that are trusted in addition to the system's certificates.
     pub certificates: Option<PathBuf>,
     /// The rig with the screens.
     pub rig: Rig,
@@ -52,7 +53,8 @@ pub struct HubOptions {
     pub motion: RoomMotion,
     /// Largest number of frames a second.
     pub rate_hz: f64,
-    /// Longest time that the hub waits for a computer. The hub does not wait for slower computers.
+    /// Longest time that the hub waits for a computer's answer. The hub does not wait for computers that are always
+    /// slower.
     pub most_patience: Duration,
 }
 
@@ -76,7 +78,7 @@ pub struct Hub {
     frame: u64,
     garbage: u64,
     /// The last report, and the time at which it was made.
-    told: Option<(Duration, String)>,
+    last_report: Option<(Duration, String)>,
     /// Whether another, older hub shows the session.
     is_second: bool,
 }
@@ -91,12 +93,13 @@ impl Hub {
         let screens = rig.screens.iter().map(|screen| screen.name.clone()).collect();
         let mut path = RigPath::new(rig, stereo, motion).keeping_eyes_in_front();
         let mut views = Vec::new();
-        // The first view determines the place of a standing room. This view makes room space equal to world space.
+        // The first view determines the position of a room that does not move. This view makes room space equal to
+        // world space.
         path.views_into(&camera(path.rig().head, Quat::IDENTITY), &mut views);
         Ok(Self {
             number: new_sender().0,
             session: address.session().to_owned(),
-            rig_number: message::of_rig(path.rig(), stereo),
+            rig_number: message::rig_hash(path.rig(), stereo),
             rate_hz,
             wire: Wire::open(address, certificates.clone(), &[NODE, STATUS, HUB], HUB, || {})?,
             follower: Follower::open(address, certificates, || {})?,
@@ -109,7 +112,7 @@ impl Hub {
             due: Duration::ZERO,
             frame: 0,
             garbage: 0,
-            told: None,
+            last_report: None,
             is_second: false,
         })
     }
@@ -118,18 +121,18 @@ impl Hub {
         self.started.elapsed()
     }
 
-    /// Waits until the next frame is due, and lets the computers show it. Then calls `head` for the tracked head in the
-    /// room; without a tracker (`None`) the head is that of the session's artist.
+    /// Waits until the next frame is due, and lets the computers draw and show it. Calls `head` for the tracked head in
+    /// the room. If `head` returns `None`, the frame uses the head of the session's artist.
     ///
     /// # Errors
-    /// The session or the connection has ended for good, or another hub shows the session.
+    /// The session or the connection has ended permanently, or another hub shows the session.
     pub fn frame(&mut self, head: impl FnOnce() -> Option<(Vec3, Quat)>) -> Result<Vec<HubEvent>, WallError> {
         self.receive_until(self.due, |_| false)?;
         if self.is_second {
             return Err(WallError::SecondHub { session: self.session.clone() });
         }
         self.due += Duration::from_secs_f64(1.0 / self.rate_hz);
-        // A late frame does not shorten the interval to the next one.
+        // A late frame does not shorten the interval to the next frame.
         self.due = self.due.max(self.now());
         self.follower.take()?;
         self.changes.clear();
@@ -189,7 +192,7 @@ impl Hub {
             let left = until.saturating_sub(self.now());
             after_time += u32::from(left.is_zero());
             match self.wire.receive(left)? {
-                Some(heard) if after_time <= MESSAGES_AFTER_TIME => self.take(heard),
+                Some(received) if after_time <= MESSAGES_AFTER_TIME => self.take(received),
                 Some(_) => return Ok(()),
                 None if left.is_zero() => return Ok(()),
                 None => {}
@@ -197,24 +200,24 @@ impl Hub {
         }
     }
 
-    fn take(&mut self, heard: Received) {
+    fn take(&mut self, received: Received) {
         let now = self.now();
-        if heard.on == ON_HUB {
-            if let Ok(FromHub::Frame(Frame { hub, number, .. })) = message::read(&heard.bytes) {
-                // The hub's own messages come back, too. If there are two hubs, the older one stays.
+        if received.on == ON_HUB {
+            if let Ok(FromHub::Frame(Frame { hub, number, .. })) = message::read(&received.bytes) {
+                // The hub's own messages come back, too. If there are two hubs, the older hub stays.
                 self.is_second |= hub != self.number && (number, hub) > (self.frame, self.number);
             }
             return;
         }
-        if heard.on == ON_STATUS {
+        if received.on == ON_STATUS {
             // The hub answers only to an inbox, because another address would let a client write with the hub's rights.
-            match heard.reply.filter(|reply| reply.starts_with("_INBOX.")) {
+            match received.reply.filter(|reply| reply.starts_with("_INBOX.")) {
                 Some(reply) => self.reply(reply, now),
                 None => self.garbage += 1,
             }
             return;
         }
-        match message::read(&heard.bytes) {
+        match message::read(&received.bytes) {
             Ok(FromNode::Here { node, screen, host, rig, events })
                 if screen.len() <= MAX_NAME_BYTES && host.len() <= MAX_NAME_BYTES =>
             {
@@ -234,11 +237,11 @@ impl Hub {
     }
 
     fn reply(&mut self, reply: String, now: Duration) {
-        let is_fresh = |(told, _): &(Duration, String)| now.saturating_sub(*told) < REPORT;
-        if !self.told.as_ref().is_some_and(is_fresh) {
-            self.told = Some((now, message::write(&self.report())));
+        let is_fresh = |(last_report, _): &(Duration, String)| now.saturating_sub(*last_report) < REPORT;
+        if !self.last_report.as_ref().is_some_and(is_fresh) {
+            self.last_report = Some((now, message::write(&self.report())));
         }
-        if let Some((_, text)) = &self.told {
+        if let Some((_, text)) = &self.last_report {
             self.wire.answer(reply, text.clone());
         }
     }
@@ -294,7 +297,7 @@ impl Hub {
     }
 }
 
-/// A view from an eye, from which the views of the rig are made.
+/// A view from the head, from which the views of the rig's screens and eyes are computed.
 fn camera(eye: Vec3, turn: Quat) -> View {
     let projection = Projection::symmetric(60.0, 1.0, 0.01, far_m(eye, &Aabb::EMPTY));
     View { eye_in_world: eye, world_from_view: turn, projection }

@@ -1,6 +1,6 @@
 use std::fmt;
 
-/// News about the computers of a hub.
+/// A change of a hub's computers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum HubEvent {
     /// From now on the hub waits for the computer of this screen.
@@ -10,8 +10,8 @@ pub enum HubEvent {
         /// The machine.
         host: String,
     },
-    /// The hub does not wait for a computer any more. The computer continues, and the hub waits for it again once it
-    /// answers in time.
+    /// The hub does not wait for a computer any more. The computer continues. The hub waits for this computer again
+    /// once it answers in time.
     Out {
         /// The screen.
         screen: String,
@@ -20,7 +20,7 @@ pub enum HubEvent {
         /// The reason.
         why: &'static str,
     },
-    /// A computer shows something else than the hub.
+    /// A computer's result differs from the hub's result.
     Differs {
         /// The screen.
         screen: String,
@@ -31,7 +31,7 @@ pub enum HubEvent {
         /// The part that differs.
         what: &'static str,
     },
-    /// A computer that differed shows the same as the hub again.
+    /// A computer whose result differed agrees with the hub again.
     Agrees {
         /// The screen.
         screen: String,

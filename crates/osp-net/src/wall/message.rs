@@ -15,7 +15,7 @@ pub(super) const MAX_BYTES: usize = 1 << 16;
 /// Longest name of a screen or of a machine, bytes.
 pub(super) const MAX_NAME_BYTES: usize = 256;
 
-/// A message of the hub to all computers. All of them have one subject, so that computers receive them in order.
+/// A message of the hub to all computers. All messages have the same subject, so that computers receive them in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum FromHub {
     /// Computers have to draw this frame.
@@ -29,7 +29,7 @@ pub(super) enum FromHub {
 /// A frame of the wall.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Frame {
-    /// Number of the hub, a new one at each start.
+    /// Random number of the hub, a new number at each start.
     pub(super) hub: u64,
     pub(super) number: u64,
     /// Number of events of the session that the frame shows.
@@ -48,7 +48,7 @@ pub(super) enum FromNode {
         node: u64,
         screen: String,
         host: String,
-        /// The hash [`of_rig`] of the computer's rig.
+        /// The hash [`rig_hash`] of the computer's rig.
         rig: u64,
         /// Number of events of the session that the computer has applied.
         events: u64,
@@ -94,7 +94,7 @@ impl Numbers {
 
 /// A hash of the data that hub and computers must share: the screens with their names and positions, and the eyes. The
 /// outputs of the pictures may differ, because each machine has monitors of its own.
-pub(super) fn of_rig(rig: &Rig, stereo: Stereo) -> u64 {
+pub(super) fn rig_hash(rig: &Rig, stereo: Stereo) -> u64 {
     let screens: Vec<_> = rig
         .screens
         .iter()
@@ -169,14 +169,14 @@ mod tests {
     #[test]
     fn rigs_agree_by_their_screens_and_eyes() {
         let rig = Rig::open("cave4").expect("a shipped rig");
-        let number = of_rig(&rig, Stereo::Mono);
+        let number = rig_hash(&rig, Stereo::Mono);
         let mut other = rig.clone();
         other.name.push('x');
-        assert_eq!(of_rig(&other, Stereo::Mono), number);
-        assert_ne!(of_rig(&rig, Stereo::SideBySide), number);
-        assert_eq!(of_rig(&rig, Stereo::Anaglyph), of_rig(&rig, Stereo::SideBySide));
+        assert_eq!(rig_hash(&other, Stereo::Mono), number);
+        assert_ne!(rig_hash(&rig, Stereo::SideBySide), number);
+        assert_eq!(rig_hash(&rig, Stereo::Anaglyph), rig_hash(&rig, Stereo::SideBySide));
         other.screens.swap(0, 1);
-        assert_ne!(of_rig(&other, Stereo::Mono), number);
+        assert_ne!(rig_hash(&other, Stereo::Mono), number);
     }
 
     #[test]

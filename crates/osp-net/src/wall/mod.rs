@@ -1,8 +1,9 @@
-//! A wall of several computers that show the same moment of a shared session. A hub determines the moment, and the time
-//! at which it is shown.
+//! A wall of several computers that show the same state of a shared session. A hub determines how many events each
+//! frame shows, and when the frame is shown.
 //!
 //! Each computer ([`Node`]) shows one screen of a [rig](osp_session::rig::Rig). The hub and every computer read the
-//! same log of a [shared session](crate::live). So a frame consists only of a position in this log and the views:
+//! same log of a [shared session](crate::live). Therefore a frame consists only of a position in this log and the
+//! views:
 //!
 //! ```text
 //! hub: frame n: the first S events, the views of all screens ───────────────────> computers
@@ -14,8 +15,8 @@
 //! The hub has the model, too, and culls the views of every screen as the screen's computer does. A computer answers
 //! with a hash of the applied events and a fingerprint of its visible polygons. The hub [reports](HubEvent::Differs) a
 //! computer whose hashes differ from its own. If a computer misses [three frames](MISSES), the hub does not wait for it
-//! any more, so that the others continue. The hub waits for it again once it answers in time. `Barrier` makes these
-//! decisions; it has no clock and no network.
+//! any more, so that the other computers continue. The hub waits for this computer again once it answers in time.
+//! `Barrier` makes these decisions; it has no clock and no network.
 //!
 //! Displays are not locked to each other. Graphics drivers can make all displays show their pictures at the same refresh
 //! (genlock, swap groups), but wgpu has no interface for this.

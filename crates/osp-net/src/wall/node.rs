@@ -17,13 +17,13 @@ use osp_session::{
 };
 
 /// Interval of a computer's presence messages.
-const HERE: Duration = Duration::from_millis(400);
-/// Largest number of events that are applied at once.
+const PRESENCE_EVERY: Duration = Duration::from_millis(400);
+/// Largest number of events that are applied in one call.
 const EVENTS_AT_ONCE: u64 = 1 << 14;
-/// Largest number of a hub's messages that are read at once.
+/// Largest number of a hub's messages that are read in one call.
 const MESSAGES_AT_ONCE: u32 = 1024;
-/// Time for which a computer waits if another computer, which may be gone, has the screen.
-const TAKEN: Duration = Duration::from_secs(5);
+/// Time for which a computer retries if another computer, which may be gone, has the screen.
+const RETRY_FOR: Duration = Duration::from_secs(5);
 /// Silence after which a computer no longer follows a hub.
 const SILENCE: Duration = Duration::from_secs(1);
 /// Interval of checks for the events that a frame waits for.
@@ -32,7 +32,7 @@ const CHECK_EVERY: Duration = Duration::from_micros(500);
 /// Options of a computer.
 #[derive(Clone, Debug)]
 pub struct NodeOptions {
-    /// A file of certificates (PEM) that are trusted in addition to those of the system.
+    /// A file of certificates (PEM) that are trusted in addition to the system's certificates.
     pub certificates: Option<PathBuf>,
     /// The rig with all screens of the wall.
     pub rig: Rig,
@@ -62,7 +62,7 @@ pub struct Node {
     screen: String,
     host: String,
     rig: u64,
-    /// The eyes of the computer's screen, as positions in the hub's list of views.
+    /// The eyes of the computer's screen, each with its index in the hub's list of views.
     slots: Vec<(usize, Eye)>,
     /// Number of views of all screens and eyes.
     all: usize,
@@ -115,7 +115,7 @@ impl Node {
             number: new_sender().0,
             screen,
             host,
-            rig: message::of_rig(&rig, stereo),
+            rig: message::rig_hash(&rig, stereo),
             slots: eyes.iter().enumerate().map(|(i, eye)| (own * eyes.len() + i, *eye)).collect(),
             all: rig.screens.len() * eyes.len(),
             wire: Wire::open(address, certificates.clone(), &[HUB], NODE, wake.clone())?,
@@ -142,7 +142,7 @@ impl Node {
     /// Waits at most `wait` for the next step.
     ///
     /// # Errors
-    /// The hub refuses this computer, or the session or the connection has ended for good.
+    /// The hub refuses this computer, or the session or the connection has ended permanently.
     pub fn step(&mut self, wait: Duration) -> Result<Step, WallError> {
         self.follower.take()?;
         self.announce_presence();
@@ -154,7 +154,7 @@ impl Node {
             heard = self.wire.receive(Duration::ZERO)?;
         }
         let is_swapped = match (self.swapped, self.drawn) {
-            // A late computer shows its picture, because the others are ahead of it already.
+            // A late computer shows its picture, because the other computers already show this frame or a later frame.
             (Some((hub, swapped)), Some((of, drawn))) => hub == of && swapped >= drawn,
             _ => false,
         };
@@ -189,7 +189,7 @@ impl Node {
     }
 
     fn announce_presence(&mut self) {
-        if self.reported_at.is_none_or(|reported_at| reported_at.elapsed() >= HERE) {
+        if self.reported_at.is_none_or(|reported_at| reported_at.elapsed() >= PRESENCE_EVERY) {
             self.reported_at = Some(Instant::now());
             self.wire.publish(message::write(&FromNode::Here {
                 node: self.number,
@@ -228,10 +228,10 @@ impl Node {
                     && (!self.has_hub() || self.hub.is_some_and(|(own, _)| own == hub)) =>
             {
                 let now = Instant::now();
-                let goes_on = |(_, last): &(Instant, Instant)| now.duration_since(*last) < 3 * HERE;
+                let goes_on = |(_, last): &(Instant, Instant)| now.duration_since(*last) < 3 * PRESENCE_EVERY;
                 let since = self.refused.filter(goes_on).map_or(now, |(since, _)| since);
                 self.refused = Some((since, now));
-                if is_for_good || now.duration_since(since) > TAKEN {
+                if is_for_good || now.duration_since(since) > RETRY_FOR {
                     return Err(WallError::Refused(why));
                 }
             }

@@ -33,7 +33,7 @@ impl Place {
     }
 }
 
-/// Statistics of many times, microseconds.
+/// Statistics of measured times, microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Times {
     /// Number of values.
@@ -74,7 +74,7 @@ pub struct NodeReport {
     pub missed: u64,
     /// Number of times that the hub stopped waiting for the computer.
     pub dropped: u64,
-    /// Number of answers that differed from the hub's own.
+    /// Number of answers that differed from the hub's own answer.
     pub differed: u64,
     /// The part of the computer's last answer that differs.
     pub difference: Option<String>,
@@ -87,7 +87,7 @@ pub struct NodeCounts {
     pub frames: u64,
     /// Number of events of the session that the computer has applied.
     pub events: u64,
-    /// Number of messages that no hub sends.
+    /// Number of messages that are not valid messages of a hub.
     pub garbage: u64,
 }
 
@@ -110,14 +110,14 @@ pub struct WallReport {
     pub events: u64,
     /// Number of polygons of the shown model.
     pub polygons: u64,
-    /// Number of messages that neither hub nor computers send.
+    /// Number of invalid messages.
     pub garbage: u64,
     /// Time from a frame's beginning to the command to show it.
     pub frame: Times,
     /// Time between two commands to show a frame.
     pub period: Times,
-    /// Time from the first to the last computer's message that it shows a frame, by the hub's clock. The transfer of
-    /// these messages is included.
+    /// Time between the first and the last computer's message about showing a frame, by the hub's clock. The transfer
+    /// of these messages is included.
     pub skew: Times,
     /// A computer for each screen of the rig.
     pub nodes: Vec<NodeReport>,

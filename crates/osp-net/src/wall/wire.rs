@@ -1,7 +1,7 @@
 //! The connection for messages of hub and computers. It has its own thread, because hub and computers wait only for
 //! frames.
 //!
-//! Without a server, messages are dropped, because their frame is over when the server answers again.
+//! Without a server, messages are dropped, because the frame they belong to is over when the server answers again.
 
 use std::path::PathBuf;
 use std::sync::{Arc, mpsc};
@@ -21,15 +21,15 @@ pub(super) const NODE: &str = "node";
 /// Subject of requests for the state of the wall.
 pub(super) const STATUS: &str = "status";
 
-/// Largest number of messages that wait to be read; further ones are dropped.
+/// Largest number of unread messages; further messages are dropped.
 const MOST_WAITING: usize = 4096;
 /// Interval of checks for refusals of the server.
-const LOOK: Duration = Duration::from_millis(500);
+const CHECK_EVERY: Duration = Duration::from_millis(500);
 
 /// A received message.
 #[derive(Debug)]
 pub(super) struct Received {
-    /// Index of the message's subject among the subscribed ones.
+    /// Index of the message's subject among the subscribed subjects.
     pub(super) on: usize,
     pub(super) bytes: Vec<u8>,
     /// Subject for a reply.
@@ -40,8 +40,8 @@ pub(super) struct Received {
 #[derive(Debug)]
 pub(super) struct Wire {
     /// Messages to publish; `None` once the connection ends.
-    said: Option<queue::UnboundedSender<(String, String)>>,
-    heard: mpsc::Receiver<Result<Received, WallError>>,
+    outgoing: Option<queue::UnboundedSender<(String, String)>>,
+    incoming: mpsc::Receiver<Result<Received, WallError>>,
     to: String,
     /// Dropping it closes the connection.
     _background: Background,
@@ -56,27 +56,27 @@ impl Wire {
     pub(super) fn open(
         address: &Address,
         certificates: Option<PathBuf>,
-        listens_to: &[&str],
-        speaks_to: &str,
+        subscriptions: &[&str],
+        publishes_to: &str,
         wake: impl Fn() + Send + 'static,
     ) -> Result<Self, WallError> {
-        let (said, to_say) = queue::unbounded_channel();
-        let (tell, heard) = mpsc::sync_channel(MOST_WAITING);
+        let (outgoing, queued) = queue::unbounded_channel();
+        let (sink, incoming) = mpsc::sync_channel(MOST_WAITING);
         let subjects = Subjects {
-            listens_to: listens_to.iter().map(|what| address.wall(what)).collect(),
-            speaks_to: address.wall(speaks_to),
+            subscriptions: subscriptions.iter().map(|what| address.wall(what)).collect(),
+            publishes_to: address.wall(publishes_to),
         };
-        let to = subjects.speaks_to.clone();
+        let to = subjects.publishes_to.clone();
         let (address, options) = (address.clone(), options(certificates));
         let work = move || async move {
-            if let Err(error) = carry(&address, &options, &subjects, to_say, &tell, &wake).await {
+            if let Err(error) = carry(&address, &options, &subjects, queued, &sink, &wake).await {
                 // The error follows the waiting messages. If the queue is full, the queue just ends.
-                let _ = tell.try_send(Err(error.into()));
+                let _ = sink.try_send(Err(error.into()));
                 wake();
             }
         };
         let background = Background::start("wall", work).map_err(WallError::System)?;
-        Ok(Self { said: Some(said), heard, to, _background: background })
+        Ok(Self { outgoing: Some(outgoing), incoming, to, _background: background })
     }
 
     /// Publishes a message to all subscribers.
@@ -87,13 +87,13 @@ impl Wire {
     /// Publishes a reply to a request.
     pub(super) fn answer(&self, reply: String, text: String) {
         // If the thread has ended, the next call of `receive` returns the reason.
-        let _ = self.said.as_ref().map(|said| said.send((reply, text)));
+        let _ = self.outgoing.as_ref().map(|outgoing| outgoing.send((reply, text)));
     }
 
     /// The next message, if it is received within `time`.
     pub(super) fn receive(&self, time: Duration) -> Result<Option<Received>, WallError> {
-        match self.heard.recv_timeout(time) {
-            Ok(heard) => heard.map(Some),
+        match self.incoming.recv_timeout(time) {
+            Ok(incoming) => incoming.map(Some),
             Err(mpsc::RecvTimeoutError::Timeout) => Ok(None),
             Err(mpsc::RecvTimeoutError::Disconnected) => Err(LiveError::Ended.into()),
         }
@@ -105,25 +105,25 @@ const CLOSING_TIME: Duration = Duration::from_millis(300);
 
 impl Drop for Wire {
     fn drop(&mut self) {
-        drop(self.said.take());
+        drop(self.outgoing.take());
         // The thread ends after it has sent the waiting messages, if the server answers.
         let ending = Instant::now();
-        while ending.elapsed() < CLOSING_TIME && self.heard.recv_timeout(CLOSING_TIME).is_ok() {}
+        while ending.elapsed() < CLOSING_TIME && self.incoming.recv_timeout(CLOSING_TIME).is_ok() {}
     }
 }
 
 /// Subjects of a connection.
 struct Subjects {
-    listens_to: Vec<String>,
-    speaks_to: String,
+    subscriptions: Vec<String>,
+    publishes_to: String,
 }
 
 async fn carry(
     address: &Address,
     options: &LinkOptions,
     subjects: &Subjects,
-    mut to_say: queue::UnboundedReceiver<(String, String)>,
-    tell: &mpsc::SyncSender<Result<Received, WallError>>,
+    mut queued: queue::UnboundedReceiver<(String, String)>,
+    sink: &mpsc::SyncSender<Result<Received, WallError>>,
     wake: &(dyn Fn() + Send),
 ) -> Result<(), LiveError> {
     let complaints = Arc::new(Complaints::default());
@@ -132,24 +132,24 @@ async fn carry(
     let client = loop {
         tokio::select! {
             client = &mut connecting => break client?,
-            said = to_say.recv() => if said.is_none() { return Ok(()) },
+            outgoing = queued.recv() => if outgoing.is_none() { return Ok(()) },
         }
     };
     let mut all = Vec::new();
-    for (on, subject) in subjects.listens_to.iter().enumerate() {
-        let heard =
+    for (on, subject) in subjects.subscriptions.iter().enumerate() {
+        let incoming =
             client.subscribe(subject.clone()).await.map_err(|error| not_allowed(error.to_string()))?;
-        all.push(heard.map(move |message| (on, message)).boxed());
+        all.push(incoming.map(move |message| (on, message)).boxed());
     }
     let mut all = select_all(all);
-    let mut looks = tokio::time::interval(LOOK);
+    let mut looks = tokio::time::interval(CHECK_EVERY);
     looks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     loop {
         tokio::select! {
             // Messages to publish come before received messages.
             biased;
-            said = to_say.recv() => {
-                let Some((subject, text)) = said else {
+            outgoing = queued.recv() => {
+                let Some((subject, text)) = outgoing else {
                     // The server may be gone.
                     let _ = tokio::time::timeout(CLOSING_TIME, client.flush()).await;
                     return Ok(());
@@ -157,17 +157,17 @@ async fn carry(
                 publish(&client, subject, text).await;
             }
             _ = looks.tick() => {
-                let used = subjects.listens_to.iter().chain([&subjects.speaks_to]);
+                let used = subjects.subscriptions.iter().chain([&subjects.publishes_to]);
                 if let Some(why) = used.filter_map(|subject| complaints.forbids(subject)).next() {
                     return Err(not_allowed(why));
                 }
             }
-            heard = all.next() => {
-                let Some((on, Message { payload, reply, .. })) = heard else { return Ok(()) };
+            incoming = all.next() => {
+                let Some((on, Message { payload, reply, .. })) = incoming else { return Ok(()) };
                 // One byte beyond the limit is enough to detect that the message is too long.
                 let bytes = payload[..payload.len().min(MAX_BYTES + 1)].to_vec();
-                let heard = Received { on, bytes, reply: reply.map(|subject| subject.to_string()) };
-                match tell.try_send(Ok(heard)) {
+                let incoming = Received { on, bytes, reply: reply.map(|subject| subject.to_string()) };
+                match sink.try_send(Ok(incoming)) {
                     Ok(()) | Err(mpsc::TrySendError::Full(_)) => wake(),
                     Err(mpsc::TrySendError::Disconnected(_)) => return Ok(()),
                 }

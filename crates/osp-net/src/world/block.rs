@@ -1,4 +1,4 @@
-//! A block: a few thousand polygons that lie together, as bytes and in memory. All numbers are little-endian:
+//! A block: a few thousand polygons that lie close together, as bytes and in memory. All numbers are little-endian:
 //!
 //! | byte | contents |
 //! |---|---|
@@ -6,7 +6,7 @@
 //! | 4 | numbers of polygons, pieces and boxes: 32 bits each |
 //! | 16 | for each piece (polygons of one colour): its first polygon, number of polygons (32 bits each), red, green, blue, opacity (32-bit floats) |
 //! | then | the polygons: four corners, 32-bit floats; a triangle has its last corner twice |
-//! | then | the boxes of polygons that are larger than their corners require, because the polygons are animated: place in the block (32 bits), least and greatest corner |
+//! | then | boxes that are larger than the polygon's corners require, because the polygon is animated: index in the block (32 bits), least and greatest corner |
 
 use std::sync::{
     Arc,
@@ -37,7 +37,7 @@ const PIECE_BYTES: usize = 24;
 const POLYGON_BYTES: usize = 48;
 const BOX_BYTES: usize = 28;
 
-/// The least and the largest size of a block of `polygons` polygons, bytes.
+/// The smallest and the largest size of a block of `polygons` polygons, bytes.
 pub(super) fn bytes_of(polygons: usize) -> std::ops::RangeInclusive<usize> {
     HEAD_BYTES + PIECE_BYTES + polygons * POLYGON_BYTES
         ..=HEAD_BYTES + polygons * (PIECE_BYTES + POLYGON_BYTES + BOX_BYTES)
@@ -124,26 +124,26 @@ fn corners_of(polygon: &ConvexPolygon) -> [Vec3; 4] {
 
 /// Memory of blocks and of buffers that become blocks, bytes: now, and the largest value so far.
 #[derive(Debug, Default)]
-pub(super) struct Held {
+pub(super) struct MemoryUse {
     now: AtomicU64,
     most: AtomicU64,
 }
 
-impl Held {
+impl MemoryUse {
     pub(super) fn most(&self) -> u64 {
         self.most.load(Ordering::Relaxed)
     }
 }
 
-/// A share of the memory in [`Held`], which is subtracted when the share is dropped.
+/// A share of the memory in [`MemoryUse`], which is subtracted when the share is dropped.
 #[derive(Debug)]
-pub(super) struct Share {
-    held: Arc<Held>,
+pub(super) struct MemoryShare {
+    held: Arc<MemoryUse>,
     bytes: u64,
 }
 
-impl Share {
-    pub(super) fn new(held: &Arc<Held>, bytes: usize) -> Self {
+impl MemoryShare {
+    pub(super) fn new(held: &Arc<MemoryUse>, bytes: usize) -> Self {
         let bytes = bytes as u64;
         let now = held.now.fetch_add(bytes, Ordering::Relaxed) + bytes;
         held.most.fetch_max(now, Ordering::Relaxed);
@@ -151,7 +151,7 @@ impl Share {
     }
 }
 
-impl Drop for Share {
+impl Drop for MemoryShare {
     fn drop(&mut self) {
         self.held.now.fetch_sub(self.bytes, Ordering::Relaxed);
     }
@@ -165,7 +165,7 @@ pub struct Block {
     boxes: PolygonBoxes,
     all: SetFingerprint,
     bytes: usize,
-    _share: Option<Share>,
+    _share: Option<MemoryShare>,
 }
 
 impl std::fmt::Debug for Block {
@@ -177,12 +177,11 @@ impl std::fmt::Debug for Block {
 impl Block {
     /// Upper bound of the memory of a block of `polygons` polygons, bytes: its pieces, corners and boxes, and their
     /// construction.
-    pub(super) fn room_for(polygons: usize) -> u64 {
+    pub(super) fn max_memory_of(polygons: usize) -> u64 {
         (polygons * (PIECE_BYTES + POLYGON_BYTES + 2 * size_of::<Aabb>()) + (2 << 10)) as u64
     }
 
-    /// Reads a block. `polygons` and `bounds` are those of the manifest; the box must contain all polygons of the
-    /// block.
+    /// Reads a block. `polygons` and `bounds` come from the manifest; the box must contain all polygons of the block.
     ///
     /// # Errors
     /// The bytes are damaged. The error names the object by `object`; the block begins at the object's byte `start`.
@@ -252,8 +251,8 @@ impl Block {
     }
 
     /// The block, with its memory added to `held`.
-    pub(super) fn held_by(mut self, held: &Arc<Held>) -> Self {
-        self._share = Some(Share::new(held, self.bytes));
+    pub(super) fn held_by(mut self, held: &Arc<MemoryUse>) -> Self {
+        self._share = Some(MemoryShare::new(held, self.bytes));
         self
     }
 

@@ -7,12 +7,13 @@ use osp::{
     polygon::{BLOCK, VisibleBlocks},
 };
 
-/// The boxes of a block's polygons, sixteen at a time, and a box around each sixteen. A block is loaded and dropped as a
-/// whole, so no box is inserted or removed. This takes a third of the memory of an index that supports changes.
+/// The boxes of a block's polygons in groups of sixteen, and a box around each group. A block is loaded and dropped as
+/// a whole, so no box is inserted or removed. This structure takes a third of the memory of an index that supports
+/// changes.
 pub(super) struct PolygonBoxes {
     backend: Backend,
     sixteens: Vec<Boxes<BLOCK>>,
-    /// The boxes around each sixteen polygons, in groups of sixteen boxes.
+    /// The boxes around the groups, also in groups of sixteen.
     around: Vec<Boxes<BLOCK>>,
     len: usize,
 }
@@ -28,7 +29,7 @@ impl PolygonBoxes {
     /// Adds the positions of the boxes that the frustum may see: exactly the boxes that [`Frustum::may_see`] accepts.
     pub(super) fn cull(&self, frustum: &Frustum, seen: &mut VisibleBlocks) {
         let planes = PlaneSet::new(frustum);
-        self.backend.run(Pass { boxes: self, planes, seen });
+        self.backend.run(BoxCull { boxes: self, planes, seen });
     }
 
     pub(super) fn len(&self) -> usize {
@@ -50,13 +51,13 @@ fn in_sixteens(all: &[Aabb]) -> Vec<Boxes<BLOCK>> {
     all.chunks(BLOCK).map(sixteen).collect()
 }
 
-struct Pass<'a> {
+struct BoxCull<'a> {
     boxes: &'a PolygonBoxes,
     planes: PlaneSet,
     seen: &'a mut VisibleBlocks,
 }
 
-impl WithKernel for Pass<'_> {
+impl WithKernel for BoxCull<'_> {
     type Output = ();
 
     #[inline(always)]

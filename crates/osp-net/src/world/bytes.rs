@@ -15,7 +15,8 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// A reader of `bytes`, which begin at byte `start` of the object. `object` returns the object's place for errors.
+    /// A reader of `bytes`, which begin at byte `start` of the object. `object` returns the object's full name, for
+    /// errors.
     pub(super) fn new(object: &'a dyn Fn() -> String, start: u64, bytes: &'a [u8]) -> Self {
         Self { object, start, bytes, at: 0 }
     }

@@ -6,7 +6,7 @@ pub enum WorldError {
     /// The folder or address cannot be used.
     #[error("{place}: {problem}")]
     Place {
-        /// The place as the caller gave it.
+        /// The folder or address, as the caller gave it.
         place: String,
         /// The error, or the expected form.
         problem: String,
@@ -34,13 +34,13 @@ pub enum WorldError {
     /// A world exists already.
     #[error("{place}: holds a world already")]
     Exists {
-        /// The place as the caller gave it.
+        /// The folder or address, as the caller gave it.
         place: String,
     },
     /// Another pack writes to this place.
     #[error("{place}: another pack writes here; expected that it has ended")]
     Busy {
-        /// The place as the caller gave it.
+        /// The folder or address, as the caller gave it.
         place: String,
     },
     /// The memory does not suffice for even a few blocks.
@@ -51,7 +51,7 @@ pub enum WorldError {
         /// Memory that the caller allows, bytes.
         given: u64,
     },
-    /// The world has more polygons than there are numbers.
+    /// The world has more polygons than there are ids.
     #[error("expected at most {most} polygons in a world; found more")]
     TooMany {
         /// The limit, [`WorldWriter::MOST_POLYGONS`](super::WorldWriter::MOST_POLYGONS).

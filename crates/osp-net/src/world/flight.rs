@@ -6,12 +6,12 @@ use osp::{
     view::{Projection, View},
 };
 
-/// Least distance of a flight's points from the border of the world, as a fraction of its extent. It keeps most of the
-/// world in front of the eye.
+/// Smallest distance of a flight's points from the border of the world, as a fraction of its extent. This margin keeps
+/// most of the world in front of the eye.
 const MARGIN: f64 = 0.1;
 const FOV_DEGREES: f32 = 60.0;
 const ASPECT: f32 = 16.0 / 9.0;
-/// Nearest visible distance, metres; less in a very small world.
+/// Near distance, metres; smaller in a very small world.
 const NEAR_M: f32 = 0.02;
 /// The generator's default stream, written out so that it cannot change with the library.
 const STREAM: u128 = 0x0a02_bdbf_7bb3_c0a7_ac28_fa16_a64a_bf96;
@@ -80,7 +80,7 @@ impl Iterator for Flight {
         let (eye, direction) = self.at();
         let eye_in_world = eye.as_vec3();
         let ahead = direction.normalize_or(DVec3::NEG_Z);
-        // If the path turns back, it does so within a step, and the eye turns over several frames.
+        // If the path turns back within a step, the eye turns over several frames.
         let forward = match self.forward {
             Some(last) if last.dot(ahead) < QUICK_TURN => (last * 3.0 + ahead).normalize_or(ahead),
             _ => ahead,

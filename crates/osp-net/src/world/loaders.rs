@@ -12,22 +12,22 @@ use quick_cache::{Weighter, sync::Cache};
 
 use super::{
     World, WorldError,
-    block::{Block, Held, Share},
+    block::{Block, MemoryShare, MemoryUse},
 };
 use osp::math::Aabb;
 
 /// Requested blocks, the most important first.
-type Wishes = VecDeque<u32>;
+type Requests = VecDeque<u32>;
 
 /// Requested blocks, blocks that are being loaded, and blocks that a frame waits for.
 pub(super) struct Queue {
-    wishes: Wishes,
+    requests: Requests,
     /// Blocks that a thread is loading.
     loading: BTreeSet<u32>,
     /// Blocks that the frame waits for.
     awaited: BTreeSet<u32>,
     arrivals: VecDeque<(u32, Arc<Block>)>,
-    /// Largest number of arrivals that may wait.
+    /// Largest number of loaded blocks that wait for the frame.
     most_arrivals: usize,
     failure: Option<WorldError>,
     ends: bool,
@@ -36,7 +36,7 @@ pub(super) struct Queue {
 impl Queue {
     pub(super) fn new(most_arrivals: usize) -> Self {
         Self {
-            wishes: Wishes::new(),
+            requests: Requests::new(),
             loading: BTreeSet::new(),
             awaited: BTreeSet::new(),
             arrivals: VecDeque::new(),
@@ -46,9 +46,9 @@ impl Queue {
         }
     }
 
-    pub(super) fn wish(&mut self, blocks: &[u32], awaited: usize) {
-        self.wishes.clear();
-        self.wishes.extend(blocks);
+    pub(super) fn request(&mut self, blocks: &[u32], awaited: usize) {
+        self.requests.clear();
+        self.requests.extend(blocks);
         self.awaited.clear();
         self.awaited.extend(&blocks[..awaited]);
     }
@@ -68,7 +68,7 @@ impl Queue {
     /// The next requested block that no thread is loading.
     fn take(&mut self) -> Option<u32> {
         loop {
-            let block = self.wishes.pop_front()?;
+            let block = self.requests.pop_front()?;
             if self.loading.insert(block) {
                 return Some(block);
             }
@@ -92,11 +92,11 @@ pub(super) struct Shared {
     pub(super) world: Arc<World>,
     pub(super) cache: BlockCache,
     pub(super) queue: Mutex<Queue>,
-    /// Signals new requests, and that arrivals were taken.
-    pub(super) wishes: Condvar,
+    /// Signals new requests, and that the frame has taken a loaded block.
+    pub(super) requests: Condvar,
     /// Signals that a block for which a frame waits is loaded.
     pub(super) arrivals: Condvar,
-    pub(super) held: Arc<Held>,
+    pub(super) held: Arc<MemoryUse>,
     pub(super) bytes_read: AtomicU64,
     pub(super) blocks_read: AtomicU64,
 }
@@ -139,7 +139,7 @@ pub(super) fn run(shared: &Shared, load: Load) {
             }
             match queue.take() {
                 Some(block) => break block,
-                None => queue = shared.wait(&shared.wishes, queue),
+                None => queue = shared.wait(&shared.requests, queue),
             }
         };
         drop(queue);
@@ -147,7 +147,7 @@ pub(super) fn run(shared: &Shared, load: Load) {
         let outcome = shared.cache.peek(&block).map_or_else(|| load(shared, block), Ok);
         let mut queue = shared.queue();
         while queue.arrivals.len() >= queue.most_arrivals && queue.awaited.contains(&block) && !queue.ends {
-            queue = shared.wait(&shared.wishes, queue);
+            queue = shared.wait(&shared.requests, queue);
         }
         queue.loading.remove(&block);
         match outcome {
@@ -167,8 +167,9 @@ pub(super) fn run(shared: &Shared, load: Load) {
 
 pub(super) fn load(shared: &Shared, number: u32) -> Result<Arc<Block>, WorldError> {
     let entry = shared.world.entry(number);
-    // Memory of the block's bytes, and of its boxes before they are grouped by sixteen.
-    let raw = Share::new(&shared.held, entry.bytes as usize + entry.polygons as usize * size_of::<Aabb>());
+    // The share covers the block's bytes, and its boxes before they are grouped by sixteen.
+    let raw =
+        MemoryShare::new(&shared.held, entry.bytes as usize + entry.polygons as usize * size_of::<Aabb>());
     let (block, bytes) = shared.world.load(number)?;
     let block = Arc::new(block.held_by(&shared.held));
     drop(raw);

@@ -143,7 +143,7 @@ impl Manifest {
         out
     }
 
-    /// Reads a manifest. Takes at most a few times the memory of `bytes`, whatever counts the manifest contains.
+    /// Reads a manifest. Takes at most a few times the memory of `bytes`, even if the manifest contains wrong counts.
     pub(super) fn read(object: &dyn Fn() -> String, bytes: &[u8]) -> Result<Self, WorldError> {
         let mut reader = Reader::new(object, 0, bytes);
         let magic = reader.take(MAGIC.len(), "`osp world 1`").unwrap_or(bytes);

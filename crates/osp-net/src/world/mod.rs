@@ -11,8 +11,8 @@
 //! [`WorldWriter`] packs a world, [`World::open`] opens it, [`Walk`] culls it frame by frame. Depends on
 //! [`scene`](osp_session::scene), [`index`](osp::index), [`view`](osp::view) and [`replay`](osp_session::replay).
 //!
-//! * **Conservative.** A block is skipped only if its box, which contains all its polygons, is outside the frustum.
-//!   Missing blocks in view are counted, never skipped in silence.
+//! * **Conservative.** A block is skipped only if its box, which contains all its polygons, is outside the frustum. A
+//!   frame counts the missing blocks in view.
 //! * **Exact.** A frame that waits for its blocks has the same polygons as the same sessions in memory.
 //! * **Complete or not at all.** The manifest is written after all blocks, in one step. Without it, the place contains no
 //!   world.

@@ -63,7 +63,7 @@ impl World {
         self.manifest.bytes() + self.index.bytes()
     }
 
-    /// Replaces a set by the numbers of the blocks that the frustum may see.
+    /// Replaces the contents of `blocks` by the numbers of the blocks that the frustum may see.
     pub fn blocks_in_view(&self, frustum: &Frustum, blocks: &mut VisibleBlocks) {
         blocks.clear();
         self.index.frustum_cull_blocks(frustum, blocks);

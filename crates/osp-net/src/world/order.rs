@@ -8,12 +8,13 @@ use osp::{math::Aabb, polygon::PolygonId};
 use osp_session::scene::Scene;
 
 /// Number of consecutive polygons of a stroke that stay together when a session is sorted by space.
-const STRETCH: usize = 16;
+const SECTION_POLYGONS: usize = 16;
 
 /// The order in which polygons fill blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PackOrder {
-    /// The order in which they were drawn. Strokes that were drawn one after the other mostly lie near each other.
+    /// The order in which the polygons were drawn. Strokes that were drawn one after the other mostly lie near each
+    /// other.
     Strokes,
     /// Parts of strokes along a Z-order curve (G. M. Morton, "A Computer Oriented Geodetic Data Base and a New Technique in
     /// File Sequencing", 1966).
@@ -33,27 +34,27 @@ impl PackOrder {
         }
     }
 
-    /// Sorts the polygons of a model, which come in ascending order, for the blocks.
+    /// Sorts the polygons of a model for the blocks. `ids` is in ascending order.
     pub(super) fn sort(self, scene: &Scene, ids: Vec<PolygonId>, bounds: &Aabb) -> Vec<PolygonId> {
         if self == Self::Strokes {
             return ids;
         }
-        let mut stretches: Vec<(u64, Range<usize>)> = Vec::new();
+        let mut sections: Vec<(u64, Range<usize>)> = Vec::new();
         let mut begin = 0;
         while begin < ids.len() {
             let stroke: *const _ = scene.stroke_of(ids[begin]);
             let goes_on = |&end: &usize| {
                 ids[end].0 == ids[end - 1].0 + 1 && std::ptr::eq(scene.stroke_of(ids[end]), stroke)
             };
-            let limit = ids.len().min(begin + STRETCH);
+            let limit = ids.len().min(begin + SECTION_POLYGONS);
             let end = (begin + 1..limit).take_while(goes_on).last().map_or(begin + 1, |last| last + 1);
             let around = ids[begin..end].iter().fold(Aabb::EMPTY, |all, &id| all.union(&scene.bounds(id)));
-            stretches.push((along_curve(around.center(), bounds), begin..end));
+            sections.push((along_curve(around.center(), bounds), begin..end));
             begin = end;
         }
         // At the same position, the part drawn first comes first.
-        stretches.sort_by_key(|(key, range)| (*key, range.start));
-        stretches.into_iter().flat_map(|(_, range)| ids[range].iter().copied()).collect()
+        sections.sort_by_key(|(key, range)| (*key, range.start));
+        sections.into_iter().flat_map(|(_, range)| ids[range].iter().copied()).collect()
     }
 }
 

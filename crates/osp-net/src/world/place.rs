@@ -20,13 +20,14 @@ use super::{
 };
 use osp_session::small_file::check_regular;
 
-/// Largest number of retries for a server that does not answer, and their total time.
+/// Largest number of retries for a server that does not answer.
 #[cfg(feature = "worlds-cloud")]
 const MOST_RETRIES: usize = 3;
+/// Longest total time of these retries.
 #[cfg(feature = "worlds-cloud")]
 const LONGEST_RETRY: std::time::Duration = std::time::Duration::from_secs(20);
-/// Largest memory reserved for the announced size of an answer, bytes; more is reserved as data is received. It is
-/// larger than any block.
+/// Largest memory reserved for the announced size of an answer, bytes; more is reserved as data is received. This size
+/// is larger than any block.
 #[cfg(feature = "worlds-cloud")]
 const RESERVED_BYTES: u64 = 1 << 20;
 
@@ -53,8 +54,8 @@ impl std::fmt::Debug for Place {
 /// Whether a missing folder is created.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Folder {
-    IsThere,
-    IsMade,
+    MustExist,
+    MayBeCreated,
 }
 
 impl Place {
@@ -64,7 +65,7 @@ impl Place {
     /// # Errors
     /// The folder does not exist, or the address has another form.
     pub fn to_read(text: &str) -> Result<Self, WorldError> {
-        Self::of(text, Folder::IsThere)
+        Self::of(text, Folder::MustExist)
     }
 
     /// A place to write to: a folder, which is created if it does not exist, or (feature `worlds-cloud`) `s3://`.
@@ -72,7 +73,7 @@ impl Place {
     /// # Errors
     /// The folder cannot be created or written to, or the address has another form.
     pub fn to_write(text: &str) -> Result<Self, WorldError> {
-        let this = Self::of(text, Folder::IsMade)?;
+        let this = Self::of(text, Folder::MayBeCreated)?;
         match this.is_writable {
             true => Ok(this),
             false => Err(this.unusable("expected a folder or an s3:// address to write to")),
@@ -88,7 +89,7 @@ impl Place {
         match fs::metadata(&path) {
             Ok(data) if data.is_dir() => {}
             Ok(_) => return Err(problem("expected a folder; found a file".to_owned())),
-            Err(error) if error.kind() == io::ErrorKind::NotFound && folder == Folder::IsMade => {
+            Err(error) if error.kind() == io::ErrorKind::NotFound && folder == Folder::MayBeCreated => {
                 fs::create_dir_all(&path).map_err(|error| problem(error.to_string()))?;
             }
             Err(error) => return Err(problem(error.to_string())),
@@ -153,7 +154,7 @@ impl Place {
         })
     }
 
-    /// The place as the caller gave it.
+    /// The folder or address, as the caller gave it.
     pub fn text(&self) -> &str {
         &self.text
     }
@@ -162,7 +163,7 @@ impl Place {
         WorldError::Place { place: self.text.clone(), problem: problem.to_owned() }
     }
 
-    /// The place of an object, for messages.
+    /// The full name of an object, for messages.
     pub(super) fn name_of(&self, object: &str) -> String {
         format!("{}/{object}", self.text.trim_end_matches('/'))
     }
@@ -263,7 +264,7 @@ impl Place {
         }
     }
 
-    /// Writes an object, completely or not at all, and replaces an existing one.
+    /// Writes an object, completely or not at all, and replaces an existing object.
     pub(super) fn replace(&self, object: &str, bytes: Vec<u8>) -> Result<(), WorldError> {
         let path = self.path_of(object);
         let put = self.store.put(&path, PutPayload::from(bytes));
@@ -317,7 +318,7 @@ async fn body(found: GetResult, most_bytes: u64) -> object_store::Result<Vec<u8>
     Ok(bytes)
 }
 
-/// The message of the system or the server, without the repetitions of the layers around it.
+/// The innermost cause of an error: the message of the system or the server.
 fn innermost(error: &(dyn std::error::Error + 'static)) -> String {
     std::iter::successors(Some(error), |&error| error.source())
         .last()

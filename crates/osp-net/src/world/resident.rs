@@ -38,12 +38,12 @@ pub(super) struct Residents {
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,
     /// Size of the cache, bytes.
-    room: u64,
+    cache_bytes: u64,
 }
 
 impl std::fmt::Debug for Residents {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Residents").field("room", &self.room).finish_non_exhaustive()
+        f.debug_struct("Residents").field("cache_bytes", &self.cache_bytes).finish_non_exhaustive()
     }
 }
 
@@ -57,8 +57,8 @@ impl Residents {
         let blocks = world.manifest().blocks();
         let (mut largest, mut raw, mut all) = (0, 0, 0);
         for block in blocks {
-            let room = Block::room_for(block.polygons as usize);
-            (largest, raw, all) = (room.max(largest), u64::from(block.bytes).max(raw), all + room);
+            let most = Block::max_memory_of(block.polygons as usize);
+            (largest, raw, all) = (most.max(largest), u64::from(block.bytes).max(raw), all + most);
         }
         // Besides the cache, memory is needed for the block that each thread loads, for the arrivals, and for the block
         // that the frame reads.
@@ -67,13 +67,13 @@ impl Residents {
         if config.memory < least {
             return Err(WorldError::Memory { least, given: config.memory });
         }
-        let room = config.memory - in_hand;
-        let items = (room.min(all) / (all / blocks.len().max(1) as u64).max(1)).max(1);
-        // Few threads need only one shard. With one shard, `room` limits the total size of all blocks.
+        let cache_bytes = config.memory - in_hand;
+        let items = (cache_bytes.min(all) / (all / blocks.len().max(1) as u64).max(1)).max(1);
+        // Few threads need only one shard. With one shard, `cache_bytes` limits the total size of all blocks.
         let options = OptionsBuilder::new()
             .shards(1)
             .estimated_items_capacity(items as usize)
-            .weight_capacity(room)
+            .weight_capacity(cache_bytes)
             .build()
             .map_err(|error| world.unusable(&error.to_string()))?;
         let cache =
@@ -82,13 +82,13 @@ impl Residents {
             world,
             cache,
             queue: Mutex::new(Queue::new(threads)),
-            wishes: Condvar::new(),
+            requests: Condvar::new(),
             arrivals: Condvar::new(),
             held: Arc::default(),
             bytes_read: AtomicU64::new(0),
             blocks_read: AtomicU64::new(0),
         });
-        let mut this = Self { shared, threads: Vec::new(), room };
+        let mut this = Self { shared, threads: Vec::new(), cache_bytes };
         for number in 0..threads {
             let shared = Arc::clone(&this.shared);
             let thread = std::thread::Builder::new()
@@ -100,8 +100,8 @@ impl Residents {
         Ok(this)
     }
 
-    pub(super) fn room(&self) -> u64 {
-        self.room
+    pub(super) fn cache_bytes(&self) -> u64 {
+        self.cache_bytes
     }
 
     /// A block, if it is in memory.
@@ -115,16 +115,16 @@ impl Residents {
 
     /// Replaces the previous frame's requests by these blocks, the most important first. [`Residents::next`] returns
     /// the first `awaited` blocks, for which the frame waits.
-    pub(super) fn wish(&self, blocks: &[u32], awaited: usize) {
+    pub(super) fn request(&self, blocks: &[u32], awaited: usize) {
         let mut queue = self.shared.queue();
-        queue.wish(blocks, awaited);
+        queue.request(blocks, awaited);
         drop(queue);
         if !blocks.is_empty() {
-            self.shared.wishes.notify_all();
+            self.shared.requests.notify_all();
         }
     }
 
-    /// Waits for any block that this frame still needs, and returns the first one that is loaded.
+    /// Waits for the blocks that this frame still needs, and returns the first block that is loaded.
     pub(super) fn next(&self) -> Result<(u32, Arc<Block>), WorldError> {
         let mut queue = self.shared.queue();
         loop {
@@ -133,7 +133,7 @@ impl Residents {
             }
             if let Some(arrival) = queue.arrival() {
                 drop(queue);
-                self.shared.wishes.notify_all();
+                self.shared.requests.notify_all();
                 return Ok(arrival);
             }
             queue = self.shared.wait(&self.shared.arrivals, queue);
@@ -162,7 +162,7 @@ impl Residents {
 impl Drop for Residents {
     fn drop(&mut self) {
         self.shared.queue().end();
-        self.shared.wishes.notify_all();
+        self.shared.requests.notify_all();
         for thread in self.threads.drain(..) {
             // A thread that panicked has printed its panic and informed the waiting frame.
             let _ = thread.join();
@@ -197,7 +197,7 @@ mod tests {
         let world = Arc::new(World::open(Place::to_read(text).expect("a folder")).expect("a world"));
         let panics: Load = |_, number| panic!("block {number}: of the test");
         let residents = Residents::with(world, ResidentConfig::default(), panics).expect("threads");
-        residents.wish(&[0], 1);
+        residents.request(&[0], 1);
         let error = residents.next().expect_err("nobody brings it").to_string();
         assert!(error.ends_with("the thread that loads blocks has stopped: it panicked"), "{error}");
         assert!(residents.check().is_err(), "a frame that does not wait is told, too");

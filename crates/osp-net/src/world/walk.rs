@@ -11,9 +11,9 @@ use osp_session::replay::SetFingerprint;
 /// Treatment of blocks in view that are not in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
-    /// The frame continues without them, counts them, and requests them for later frames.
+    /// The frame continues without the missing blocks, counts them, and requests them for later frames.
     Count,
-    /// The frame waits for them.
+    /// The frame waits for the missing blocks.
     Wait,
 }
 
@@ -30,8 +30,8 @@ pub struct Frame {
     pub late: u64,
     /// Number of blocks in view that the frame skipped.
     pub missing_blocks: u64,
-    /// Number of polygons of these blocks. At most this number of polygons is in view and not counted in
-    /// [`Frame::visible`].
+    /// Number of polygons of the skipped blocks. This is an upper bound of the polygons in view that [`Frame::visible`]
+    /// lacks.
     pub missing_polygons: u64,
     /// Time of the frame's thread without waiting and without the fingerprint, nanoseconds.
     pub work_ns: u64,
@@ -105,7 +105,8 @@ impl Walk {
     /// if the memory has room for both.
     ///
     /// # Errors
-    /// A block cannot be loaded: a block of this frame, or one of an earlier frame that is loaded in the background.
+    /// A block cannot be loaded: a block of this frame, or a block of an earlier frame that is loaded in the
+    /// background.
     pub fn frame(
         &mut self,
         view: &View,
@@ -130,7 +131,7 @@ impl Walk {
             ..Frame::default()
         };
         let awaited = if missing == Missing::Wait { self.late.len() } else { 0 };
-        self.wish(view, ahead, awaited);
+        self.request(view, ahead, awaited);
         if missing == Missing::Wait {
             for _ in 0..awaited {
                 let waiting = Instant::now();
@@ -155,10 +156,10 @@ impl Walk {
     /// Requests missing blocks, the nearest first, then the blocks of the view ahead. If not all blocks in view fit into
     /// memory, a frame that does not wait requests only the nearest blocks. Otherwise blocks would displace each other in
     /// turns.
-    fn wish(&mut self, view: &View, ahead: Option<&View>, awaited: usize) {
+    fn request(&mut self, view: &View, ahead: Option<&View>, awaited: usize) {
         let world = &self.world;
-        let room_of = |block: u32| Block::room_for(world.entry(block).polygons as usize);
-        let mut room = self.residents.room();
+        let room_of = |block: u32| Block::max_memory_of(world.entry(block).polygons as usize);
+        let mut room = self.residents.cache_bytes();
         let in_view: u64 = self.in_view.ids().map(|id| room_of(id.0)).sum();
         let eye = view.eye_in_world;
         let distance = |block: &u32| world.entry(*block).bounds.distance_squared(eye);
@@ -174,7 +175,7 @@ impl Walk {
             };
             let fitting = nearest.into_iter().take_while(fits);
             let wanted: Vec<u32> = fitting.filter(|&block| !self.residents.is_there(block)).collect();
-            self.residents.wish(&wanted, 0);
+            self.residents.request(&wanted, 0);
             return;
         }
         let late = self.late.len();
@@ -191,7 +192,7 @@ impl Walk {
                 }
             }
         }
-        self.residents.wish(&self.late, awaited);
+        self.residents.request(&self.late, awaited);
         self.late.truncate(late);
     }
 }

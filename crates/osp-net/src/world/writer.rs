@@ -15,12 +15,12 @@ use osp::{
 };
 use osp_session::scene::Scene;
 
-/// Number of blocks of an object, which then takes 13 MB. With more blocks, a world has fewer objects and requests, but
-/// a pack takes more memory, and a killed pack loses more work.
+/// Number of blocks of an object. Such an object takes 13 MB. With more blocks, a world has fewer objects and requests,
+/// but a pack takes more memory, and a killed pack loses more work.
 const OBJECT_BLOCKS: u64 = 64;
 
 /// If a session (or copy) ends in a block with at least this number of polygons, the block ends there. The next session
-/// may lie elsewhere, and the block's box would span both.
+/// may lie elsewhere, and the block's box would span both sessions.
 const FULL_ENOUGH: usize = BLOCK_POLYGONS / 4;
 
 /// Treatment of an existing world.
@@ -28,7 +28,7 @@ const FULL_ENOUGH: usize = BLOCK_POLYGONS / 4;
 pub enum Replacing {
     /// An existing world is never replaced; the pack is refused.
     Never,
-    /// The new world replaces the existing one when it is complete.
+    /// When the new world is complete, it replaces the existing world.
     World,
 }
 
@@ -37,13 +37,13 @@ pub enum Replacing {
 pub struct Packed {
     /// Contents of the world.
     pub manifest: Manifest,
-    /// Number of polygons skipped, because their boxes are not finite, so that they cannot be drawn.
+    /// Number of polygons that were skipped, because their boxes are not finite. Such polygons cannot be drawn.
     pub refused: u64,
 }
 
 /// Packs finished sessions into a world. The world can be opened only after [`WorldWriter::finish`]. A pack removes the
-/// blocks that an interrupted pack has left at the same place. In a folder, a second pack is refused while one runs. A
-/// pack takes memory for one object, and for an entry for each block.
+/// blocks that an interrupted pack has left at the same place. In a folder, a second pack is refused while another pack
+/// runs. A pack takes memory for one object, and for an entry for each block.
 #[derive(Debug)]
 pub struct WorldWriter {
     place: Place,
@@ -53,7 +53,7 @@ pub struct WorldWriter {
     block: BlockBuilder,
     object: Vec<u8>,
     object_blocks: u64,
-    /// Number of polygon numbers that were assigned.
+    /// Number of polygon ids that were assigned.
     ids: u64,
     refused: u64,
     /// The lock that excludes other packs, if the place supports locks.

@@ -9,29 +9,29 @@ use osp_session::{
     scene::Stroke,
 };
 
-/// Number of polygons after a quad among which its successor is looked for. A tube's ring has at most twice its sides.
+/// The successor of a quad is searched among this number of following quads. One ring of a tube has fewer quads.
 const REACH: usize = 24;
-/// Largest difference of a normal, or of an alpha, of less than a step of 8 bits.
+/// Normals or alphas that differ by at most one 8-bit step count as equal.
 const STEP: f32 = 1.0 / 255.0;
-/// Largest difference of texture coordinates by rounding.
+/// Texture coordinates that differ by at most this, the rounding error, count as equal.
 const UV_ROUNDING: f32 = 1.0e-3;
-/// A flat colour depends on the direction to the eye. Merged quads of flat colour are drawn from distances of many
-/// times their length.
+/// Smallest error of a flat-shaded merged quad, as a fraction of its length. Flat shading depends on the direction to
+/// the eye, so such a quad must be small in the picture.
 const FLAT_ERROR: f32 = 1.0 / 24.0;
 
-/// The properties of the corners that determine the look of a stroke.
+/// The attributes of the corners that affect the picture of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Look {
-    /// Texture coordinates and alpha.
+    /// Whether texture coordinates and alpha affect the picture.
     has_texture: bool,
-    /// Normals.
+    /// Whether normals affect the picture.
     has_normals: bool,
-    /// The whole polygon has one normal.
+    /// Whether each polygon has a single normal.
     is_flat: bool,
 }
 
 impl Look {
-    /// `None` if polygons of the stroke are never merged. Opaque polygons only.
+    /// Returns the attributes for a stroke of opaque polygons; `None` if these are never merged.
     pub(super) fn of(stroke: &Stroke) -> Option<Self> {
         let Some(brush) = stroke.brush() else {
             return Some(Self { has_texture: false, has_normals: true, is_flat: true });
@@ -49,20 +49,20 @@ impl Look {
 /// A polygon of a cluster that may be merged.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source {
-    /// Its place in the cluster.
+    /// Index of the polygon in the cluster.
     pub(super) bit: u32,
-    /// A number of its stroke.
+    /// A number that identifies its stroke.
     pub(super) stroke: usize,
     pub(super) look: Look,
     pub(super) record: PolygonRecord,
 }
 
-/// A quad that stands for several polygons of a cluster.
+/// A quad that replaces several polygons of a cluster.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Merged {
-    /// The polygons.
+    /// A bit for each replaced polygon.
     pub(super) mask: u64,
-    /// Every point of the polygons is at most this far from the point of the quad that has the same paint, metres.
+    /// Largest distance between a point of the polygons and the point of the quad with the same paint, metres.
     pub(super) error_m: f32,
     pub(super) record: PolygonRecord,
 }
@@ -73,28 +73,28 @@ struct Vertex {
     normal: Vec3,
     uv: Vec2,
     alpha: f32,
-    /// The source and its corner.
+    /// Index of the source, and number of its corner.
     from: (usize, usize),
 }
 
 /// Consecutive quads of a ribbon.
 #[derive(Clone, Debug)]
 struct Strip {
-    /// The ends of each edge across the ribbon.
+    /// The end points of each edge across the ribbon.
     rungs: Vec<[Vertex; 2]>,
     mask: u64,
-    /// Largest distance between a quad's surface by triangles and its bilinear surface.
+    /// Largest distance, over the quads, between a quad's two triangles and its bilinear surface.
     fold_m: f32,
-    /// Whether normals or alpha change by leaps.
+    /// Whether normals or alpha jump, so that linear interpolation does not reproduce them.
     leaps: bool,
     look: Look,
     stroke: usize,
-    /// Its index among the merged quads, if it is one.
+    /// Index of the merged quad that replaces the strip, if there is one.
     node: Option<usize>,
 }
 
-/// All quads that stand for polygons of a cluster. If two quads share polygons, one has all polygons of the other and
-/// comes first. Also returns the bounds of their polygons.
+/// Returns all quads that replace polygons of a cluster, and the bounds of these polygons. If two quads share polygons,
+/// the earlier quad replaces all polygons of the later one.
 pub(super) fn merge(sources: &[Source]) -> (Vec<Merged>, Aabb) {
     let mut merged = Vec::new();
     let mut strips = quads(sources, &mut merged);
@@ -126,7 +126,7 @@ pub(super) fn merge(sources: &[Source]) -> (Vec<Merged>, Aabb) {
     (merged, bounds)
 }
 
-/// Joins the two strips of a pair, and notes the quad of both.
+/// Joins the two strips of a pair, and adds the quad that replaces both to `merged`.
 fn join(pair: &[Strip], sources: &[Source], merged: &mut Vec<Merged>) -> Strip {
     let [a, b] = pair else { return pair[0].clone() };
     let mut strip = a.followed_by(b);
@@ -143,7 +143,8 @@ fn join(pair: &[Strip], sources: &[Source], merged: &mut Vec<Merged>) -> Strip {
     strip
 }
 
-/// The quads of a cluster. Two triangles that together are a quad become one, which is noted in `merged`.
+/// Returns each quad of a cluster as a strip. Two triangles that together are a quad become one quad, which is added to
+/// `merged`.
 fn quads(sources: &[Source], merged: &mut Vec<Merged>) -> Vec<Strip> {
     let mut strips = Vec::new();
     let mut at = 0;
@@ -216,7 +217,7 @@ impl Strip {
         &self.rungs[self.rungs.len() - 1]
     }
 
-    /// Whether the other strip begins where this one ends.
+    /// Whether `next` continues this strip: its first edge is this strip's last edge.
     fn leads_to(&self, next: &Self) -> bool {
         self.stroke == next.stroke
             && self.look == next.look
@@ -239,7 +240,7 @@ impl Strip {
         strip
     }
 
-    /// Error of one quad instead of all quads of the strip.
+    /// Error if one quad replaces all quads of the strip, metres.
     fn error_m(&self) -> f32 {
         let (first, last) = (&self.rungs[0], self.last());
         let mut error_m = 0.0f32;
@@ -267,7 +268,7 @@ impl Strip {
         }
         error_m += self.fold_m + fold_m(first, last);
         leaps |= self.look.is_flat && first[0].normal.distance(last[0].normal) > STEP;
-        // No point of the quad is farther from both of its ends than half its length.
+        // If attributes jump, the same paint may lie up to half the quad's length away.
         if leaps {
             error_m = error_m.max(longest_m * 0.5);
         }
@@ -277,7 +278,7 @@ impl Strip {
         error_m
     }
 
-    /// The parameter of each rung on one side, from 0 to 1: by the texture, else by length.
+    /// The parameter of each rung along one side, from 0 to 1. It follows the texture if there is one, else the length.
     fn parts(&self, side: usize) -> Vec<f32> {
         let of = |rung: &[Vertex; 2]| rung[side];
         let (first, last) = (of(&self.rungs[0]), of(self.last()));
@@ -294,7 +295,7 @@ impl Strip {
     }
 }
 
-/// The part of a length by which a texture is shifted.
+/// The shift of a texture as a fraction of its range; 0 within the rounding error.
 fn shift(off: f32, of: f32) -> f32 {
     if off <= UV_ROUNDING { 0.0 } else { off / of.max(UV_ROUNDING) }
 }
@@ -313,7 +314,7 @@ fn is_triangle(corners: &[Vertex; 4]) -> bool {
     corners[2].place == corners[3].place
 }
 
-/// Whether two corners have the same place and paint.
+/// Whether two corners have the same position, texture coordinates, normal and alpha.
 fn same_corner(sources: &[Source], a: Vertex, b: Vertex) -> bool {
     let words = |of: Vertex| {
         let (record, corner) = (&sources[of.from.0].record, of.from.1);
@@ -342,7 +343,7 @@ fn vertices(sources: &[Source], at: usize) -> [Vertex; 4] {
     })
 }
 
-/// The record of a quad with these corners, each with its own words.
+/// Returns the record of a quad with these corners and their texture coordinates, normals and alphas.
 fn record(corners: [Vertex; 4], sources: &[Source]) -> PolygonRecord {
     let mut record = sources[corners[0].from.0].record;
     let mut alpha = 0;

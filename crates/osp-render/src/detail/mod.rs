@@ -1,9 +1,9 @@
-//! Level of detail: merged quads that stand for several polygons of a stroke, where no point of the picture moves by half
+//! Level of detail: one merged quad replaces several polygons of a stroke if no point of the picture then moves by half
 //! a pixel.
 //!
 //! When polygons are sent, each cluster gets the quads that [`merge`] finds: two neighbours become one quad, two such
-//! quads become one, and so on. Each has an error, in metres. A frame draws the largest quads whose error is less than half
-//! a pixel at the near side of the cluster. The remaining polygons are drawn themselves.
+//! quads become one, and so on. Each quad has an error, in metres. A frame draws the largest quads whose error is less
+//! than half a pixel at the near side of the cluster. Polygons without such a quad are drawn themselves.
 
 mod merge;
 #[cfg(test)]
@@ -27,18 +27,18 @@ use osp::{
 };
 use osp_session::scene::Scene;
 
-/// Largest error of a merged quad in a picture, pixels.
+/// A merged quad is drawn if its error in the picture is below this number of pixels.
 const MOST_PIXELS: f32 = 0.5;
 
-/// Room for merged quads is divided into blocks of this number.
+/// Memory for merged quads is reserved in blocks of this number of quads.
 const ROOM: usize = 8;
 
 /// The merged quads of one cluster, at most 64. If two quads share polygons, the larger one comes first.
 #[derive(Clone, Copy, Debug)]
 struct Cluster {
-    /// Bounds of the polygons that the quads stand for.
+    /// Bounds of the polygons that the quads replace.
     bounds: Aabb,
-    /// The number of the first quad.
+    /// Number of the first quad.
     first: u32,
     count: u32,
 }
@@ -49,18 +49,18 @@ pub(super) struct MergedQuads {
     chunks: Chunks,
     /// The error of each quad.
     errors_m: Vec<f32>,
-    /// For each quad, the polygons of its cluster that it stands for.
+    /// For each quad, a bit for each polygon of its cluster that it replaces.
     masks: Vec<u64>,
     clusters: Vec<Option<Cluster>>,
-    /// A bit for each cluster whose quads are outdated. Such a cluster has none.
+    /// A bit for each cluster whose polygons have changed since the last merge. Such a cluster has no quads.
     stale: Vec<u64>,
     any_stale: bool,
-    /// First numbers of unused parts of the chunks, by their number of blocks.
+    /// `unused[n]` lists the first quad numbers of unused ranges of `n` blocks.
     unused: [Vec<u32>; CLUSTER / ROOM + 1],
 }
 
 impl MergedQuads {
-    /// The store of a scene of `count` polygons that lie in `chunks`.
+    /// Creates the store for a scene of `count` polygons that lie in `chunks`. All clusters count as changed.
     pub(super) fn new(chunks: &Chunks, count: usize) -> Self {
         let chunks = chunks.alike();
         let (errors_m, masks, clusters, stale) = Default::default();
@@ -107,7 +107,7 @@ impl MergedQuads {
         }
     }
 
-    /// Merges the polygons of outdated clusters, at most `most` clusters, and sends the quads; returns the number of bytes.
+    /// Merges the polygons of at most `most` changed clusters and sends the quads; returns the number of bytes sent.
     /// `classes_of` returns the drawing classes of 64 polygons.
     pub(super) fn send(
         &mut self,
@@ -159,7 +159,7 @@ impl MergedQuads {
         bytes
     }
 
-    /// The first number of unused room for `count` quads in one chunk.
+    /// Reserves memory for `count` quads in one chunk; returns the number of the first quad.
     fn reserve(&mut self, count: usize) -> usize {
         let blocks = count.div_ceil(ROOM);
         if let Some(first) = self.unused[blocks].pop() {
@@ -174,7 +174,7 @@ impl MergedQuads {
     }
 }
 
-/// The opaque polygons of a cluster that may be merged.
+/// Collects the opaque polygons of a cluster that may be merged.
 fn collect(scene: &Scene, colors: Colors, first: usize, classes: Classes, sources: &mut Vec<Source>) {
     sources.clear();
     let count = scene.polygon_count().saturating_sub(first).min(CLUSTER);
@@ -191,24 +191,25 @@ fn collect(scene: &Scene, colors: Colors, first: usize, classes: Classes, source
     }
 }
 
-/// The view of a frame, which determines how large errors appear.
+/// The view of a frame, which determines the size of an error in the picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Detail<'a> {
     merged: &'a MergedQuads,
     view: View,
-    /// Pixels at distance 1 along the direction of view.
+    /// Number of pixels per metre at a depth of 1 m.
     pixels_a_m: f32,
 }
 
 impl<'a> Detail<'a> {
-    /// The detail of a view in a picture of `size` pixels.
+    /// Creates the detail of a view for a picture of `size` pixels.
     pub(super) fn new(merged: &'a MergedQuads, view: &View, size: (u32, u32)) -> Self {
         let of = &view.projection;
         let pixels_a_m = (size.0 as f32 / (of.right - of.left)).max(size.1 as f32 / (of.top - of.bottom));
         Self { merged, view: *view, pixels_a_m }
     }
 
-    /// Largest error of a merged quad within these bounds, metres.
+    /// Largest error that a merged quad within these bounds may have, metres: half a pixel in the picture. 0 if the bounds
+    /// reach the near plane.
     fn most_m(&self, bounds: &Aabb) -> f32 {
         let middle = bounds.center() - self.view.eye_in_world;
         let radius_m = bounds.extent().length() * 0.5;
@@ -218,13 +219,13 @@ impl<'a> Detail<'a> {
         if near_m <= self.view.projection.near_m {
             return 0.0;
         }
-        // Away from the picture's middle, a length along the line of sight appears longer than its depth suggests.
+        // Towards the picture's border, a perspective projection stretches lengths by up to 1 / `cos`.
         let cos = near_m / near_m.hypot(beside_m);
         MOST_PIXELS * near_m * cos / self.pixels_a_m
     }
 }
 
-/// Lists opaque polygons, or the merged quads that stand for them.
+/// Lists opaque polygons, or the merged quads that replace them.
 pub(super) struct Coarsened<'a> {
     pub(super) numbers: Numbers<'a>,
     pub(super) detail: Detail<'a>,
@@ -270,7 +271,7 @@ impl Sink for Coarsened<'_> {
     }
 }
 
-/// Pages of merged quads have numbers from this one on.
+/// Page numbers of merged quads begin at this number.
 pub(super) const MERGED_PAGES: u32 = 1 << 31;
 
 const _: () = assert!(CHUNKS_A_PAGE < MERGED_PAGES as usize && CLUSTER.is_multiple_of(ROOM));

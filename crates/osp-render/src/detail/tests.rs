@@ -4,7 +4,7 @@ use super::*;
 use merge::{Merged, place};
 use osp_session::recording::{SynthKind, synthesize};
 
-/// Steps along each side of a triangle from one sample to the next.
+/// Number of sample steps along each side of a triangle.
 const STEPS: usize = 4;
 
 fn triangles(record: &PolygonRecord) -> [[Vec3; 3]; 2] {

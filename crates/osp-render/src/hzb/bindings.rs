@@ -8,7 +8,7 @@ use crate::{Gpu, descriptors};
 pub(super) enum Bound {
     /// A uniform buffer of this number of bytes.
     Uniform(u64),
-    /// One of the spans in a uniform buffer, selected by a dynamic offset.
+    /// One [`Span`](super::span::Span) in a uniform buffer, selected by a dynamic offset.
     Span,
     Read,
     Write,

@@ -1,6 +1,6 @@
 use crate::{Gpu, descriptors};
 
-/// Number of lanes of a workgroup; a lane processes one handle.
+/// Number of invocations of a workgroup. Each invocation processes one [`Handle`](crate::run::Handle).
 pub(super) const LANES: u32 = 256;
 
 pub(super) fn create(gpu: &Gpu, label: &'static str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {

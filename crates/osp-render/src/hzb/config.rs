@@ -31,31 +31,30 @@ pub enum HzbBound {
     Corners,
     /// The same for the corners of the group's bounding box in world space.
     Box,
-    /// The rectangle, and a depth beyond the farthest corner. This is wrong on purpose, for a test that must detect it.
+    /// The same rectangle, and a depth beyond the farthest corner. This bound is wrong on purpose: a test must detect
+    /// it.
     #[cfg(test)]
     Farthest,
 }
 
-/// Whether the polygons of a group that is not hidden are tested one by one.
+/// The test of single polygons in a group that is not proven hidden.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HzbFine {
-    /// They are tested, triangle by triangle: in each texel that a triangle touches, the depth of the triangle's plane is
-    /// compared.
+    /// Each triangle is tested: in each texel that it touches, the test compares the depth of the triangle's plane.
     #[default]
     Triangles,
-    /// They are drawn without a test.
+    /// The polygons are drawn without a test.
     Off,
 }
 
 /// Settings of culling by a hierarchical depth buffer. They affect the number of hidden polygons found, never the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HzbConfig {
-    /// Number of polygons that are tested together. If groups are larger, fewer tests are made, and fewer hidden polygons
-    /// are found.
+    /// Number of polygons that are tested together. Larger groups need fewer tests, but hide fewer polygons.
     pub group: HzbGroup,
     /// The bound that represents a group.
     pub bound: HzbBound,
-    /// The finer test of a group that is not hidden.
+    /// The test of single polygons in a group that is not proven hidden.
     pub fine: HzbFine,
 }
 
@@ -64,7 +63,7 @@ pub struct HzbConfig {
 pub struct DrawnCounts {
     /// Number of tested groups of opaque polygons, plus tested transparent polygons.
     pub groups_tested: u64,
-    /// Number of polygons in view.
+    /// Number of polygons in view. Includes opaque and additive polygons in view of the other eye, if both share a list.
     pub in_view: u64,
     /// Number of polygons drawn in the depth pass: visible in the last frame and in view in this frame.
     pub first_pass: u64,
@@ -73,7 +72,7 @@ pub struct DrawnCounts {
 }
 
 impl DrawnCounts {
-    /// Number of polygons in view that were found to be hidden.
+    /// Number of polygons in view that were proven hidden.
     pub fn hidden(&self) -> u64 {
         self.in_view - self.second_pass.min(self.in_view)
     }

@@ -18,47 +18,74 @@ use crate::{
 
 /// Number of polygons that a workgroup tests.
 const POLYGONS_OF_TEST: u32 = CLUSTER as u32;
-/// Largest number of workgroups of the fine test, which share its candidates.
+/// Largest number of workgroups of the fine test. They share its candidates.
 const GROUPS_OF_REFINEMENT: u32 = 2048;
-/// Number of texels of a workgroup of the pyramid in each direction.
+/// Width and height of the area of the pyramid that a workgroup computes, texels.
 const TEXELS_OF_PYRAMID: u32 = 8;
 
 impl HzbView {
-    /// Encodes the drawing of a prepared view; `more` draws on top of it.
+    /// Encodes the drawing of prepared views: one, or both eyes. `more` draws over the polygons of a view.
     pub(in super::super) fn encode(
-        &mut self,
-        frame: &Frame<'_>,
+        views: &mut [(Box<Self>, Frame<'_>)],
         encoder: &mut wgpu::CommandEncoder,
-        timer: &mut GpuTimer,
-        more: impl FnOnce(&mut wgpu::RenderPass<'_>),
+        timer: &GpuTimer,
+        more: &mut dyn FnMut(usize, &mut wgpu::RenderPass<'_>),
     ) {
-        self.fit(frame);
-        let Some(groups) = self.groups.take() else { return };
-        timer.begin();
-        self.is_encoded = true;
-        if self.has_jumped {
-            // All polygons in view are drawn; see `prepare`.
-            self.compact(frame, &groups, encoder, timer.stamps(0, Ends::Both));
-            self.draw(frame, encoder, timer, DepthBefore::NothingAndKept, more);
-            self.remember(frame, &groups, encoder, timer);
-        } else {
-            self.recall(frame, &groups, encoder, timer);
-            match &mut self.queries {
-                None => self.test(frame, &groups, encoder, timer),
-                Some(_) => self.query(frame, encoder),
+        for (view, frame) in &mut *views {
+            view.is_encoded = true;
+            view.fit(frame);
+            let light = frame.order.light().len() as u64 * 4;
+            if frame.of_second.is_some() && light > 0 {
+                // The test removes hidden polygons from the list, so each eye needs its own.
+                let at = u64::from(frame.order.opaque_count()) * 4;
+                encoder.copy_buffer_to_buffer(frame.list_of_order, at, frame.list, at, light);
             }
-            let ends = if self.queries.is_some() { Ends::Both } else { Ends::End };
-            self.compact(frame, &groups, encoder, timer.stamps(1, ends));
-            self.draw(frame, encoder, timer, DepthBefore::Kept, more);
         }
-        timer.end(encoder, 3);
-        self.begin_results();
-        let bytes = self.result_bytes();
-        self.ring.copy(encoder, &self.buffers.args, 0, bytes);
-        self.groups = Some(groups);
+        // After a jump, all polygons in view are drawn, and tested afterwards; see `prepare`.
+        let recalls = views.iter().any(|(view, _)| !view.has_jumped);
+        let ends = if recalls { Ends::Begin } else { Ends::Both };
+        let mut pass = begin_compute(encoder, "recall", timer.stamps(0, ends));
+        for (view, frame) in &*views {
+            match view.has_jumped {
+                true => view.compact(frame, &mut pass),
+                false => view.recall(frame, &mut pass),
+            }
+        }
+        drop(pass);
+        let last = views.iter().rposition(|(view, _)| !view.has_jumped);
+        for (i, (view, frame)) in views.iter_mut().enumerate().filter(|(_, (view, _))| !view.has_jumped) {
+            let stamps = if last == Some(i) { timer.stamps(0, Ends::End) } else { None };
+            view.draw_depth(frame, encoder, stamps);
+            view.query(frame, encoder);
+        }
+        if recalls {
+            let mut pass = begin_compute(encoder, "occlusion test", timer.stamps(1, Ends::Both));
+            for (view, frame) in views.iter().filter(|(view, _)| !view.has_jumped) {
+                view.test(frame, &mut pass);
+                view.compact(frame, &mut pass);
+            }
+        }
+        let count = views.len();
+        for (i, (view, frame)) in views.iter().enumerate() {
+            let begin = if i == 0 { timer.stamps(2, Ends::Begin) } else { None };
+            let end = if i + 1 == count { timer.stamps(2, Ends::End) } else { None };
+            view.draw(frame, encoder, [begin, end], |pass| more(i, pass));
+        }
+        if views.iter().any(|(view, _)| view.has_jumped) {
+            let stamps = if recalls { None } else { timer.stamps(1, Ends::Both) };
+            let mut pass = begin_compute(encoder, "visible polygons", stamps);
+            for (view, frame) in views.iter().filter(|(view, _)| view.has_jumped) {
+                view.remember(frame, &mut pass);
+            }
+        }
+        for (view, _) in views {
+            view.begin_results();
+            let bytes = view.result_bytes();
+            view.ring.copy(encoder, &view.buffers.args, 0, bytes);
+        }
     }
 
-    /// Adapts the pyramid and the bind groups to the target.
+    /// Creates the pyramid and the bind groups again if the target has changed.
     fn fit(&mut self, frame: &Frame<'_>) {
         let gpu = frame.gpu;
         if self.size != frame.target.size() {
@@ -70,7 +97,10 @@ impl HzbView {
             let params = Params::new(self.size, &self.levels, self.config);
             gpu.queue().write_buffer(&self.buffers.params, 0, bytemuck::bytes_of(&params));
         }
-        let fits = |groups: &Groups| groups.list == *frame.list && groups.depth == *frame.target.depth();
+        let fits = |groups: &Groups| {
+            let is_same_list = groups.list == *frame.list && groups.handles == self.handles;
+            is_same_list && groups.depth == *frame.target.depth()
+        };
         if !self.groups.as_ref().is_some_and(fits) {
             self.groups = Some(self.bind(frame));
         }
@@ -88,7 +118,7 @@ impl HzbView {
                 &hzb.recall_layout,
                 &[
                     span.clone(),
-                    whole(&buffers.handles),
+                    whole(&self.handles),
                     whole(&buffers.remembered),
                     whole(&buffers.recalled),
                     whole(&buffers.args),
@@ -108,7 +138,7 @@ impl HzbView {
                     span.clone(),
                     whole(&buffers.params),
                     whole(frame.uniforms),
-                    whole(&buffers.handles),
+                    whole(&self.handles),
                     whole(&buffers.remembered),
                     whole(&buffers.kept),
                     whole(&buffers.pyramid),
@@ -128,7 +158,7 @@ impl HzbView {
                 &hzb.compact_layout,
                 &[
                     span,
-                    whole(&buffers.handles),
+                    whole(&self.handles),
                     whole(&buffers.kept),
                     whole(&buffers.sums),
                     whole(frame.list),
@@ -141,32 +171,26 @@ impl HzbView {
                 frame.view_layout,
                 &[whole(frame.uniforms), whole(&buffers.recalled)],
             ),
+            handles: self.handles.clone(),
             list: frame.list.clone(),
             depth: frame.target.depth().clone(),
         }
     }
 
-    /// Draws the depth of the polygons that were visible in the last frame.
-    fn recall(
-        &self,
-        frame: &Frame<'_>,
-        groups: &Groups,
-        encoder: &mut wgpu::CommandEncoder,
-        timer: &GpuTimer,
-    ) {
-        let stamps = timer.stamps(0, Ends::Begin).map(|stamps| stamps.of_compute());
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some("recall"),
-            timestamp_writes: stamps,
-        });
+    /// Lists the polygons that were visible in the last frame.
+    fn recall(&self, frame: &Frame<'_>, pass: &mut wgpu::ComputePass<'_>) {
+        let Some(groups) = &self.groups else { return };
         pass.set_pipeline(&frame.hzb.recall);
         for (span, offset) in with_offsets(&self.pages, self.first_span[0]) {
             pass.set_bind_group(0, &groups.recall, &[offset]);
             pass.dispatch_workgroups(span.len().div_ceil(LANES), 1, 1);
         }
-        drop(pass);
-        let stamps = timer.stamps(0, Ends::End).map(|stamps| stamps.of_render());
-        let mut pass = frame.target.begin_depth(encoder, stamps);
+    }
+
+    /// Draws the depth of the polygons that were visible in the last frame.
+    fn draw_depth(&self, frame: &Frame<'_>, encoder: &mut wgpu::CommandEncoder, stamps: Option<Stamps<'_>>) {
+        let Some(groups) = &self.groups else { return };
+        let mut pass = frame.target.begin_depth(encoder, stamps.map(Stamps::of_render));
         frame.pipelines.begin_depth(&mut pass, &groups.draw_recalled);
         for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
             if frame.scene.bind(&mut pass, run.page) {
@@ -176,11 +200,11 @@ impl HzbView {
         }
     }
 
-    /// Issues queries instead of the test.
+    /// Encodes occlusion queries if they replace the pyramid and its test.
     fn query(&mut self, frame: &Frame<'_>, encoder: &mut wgpu::CommandEncoder) {
         let parts = HzbViewParts {
             span: span_of(&self.buffers.spans),
-            handles: &self.buffers.handles,
+            handles: &self.handles,
             remembered: &self.buffers.remembered,
             kept: &self.buffers.kept,
             pages: &self.pages,
@@ -192,19 +216,16 @@ impl HzbView {
     }
 
     /// Builds the pyramid and tests the polygons in view.
-    fn test(&self, frame: &Frame<'_>, groups: &Groups, encoder: &mut wgpu::CommandEncoder, timer: &GpuTimer) {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some("occlusion test"),
-            timestamp_writes: timer.stamps(1, Ends::Begin).map(|stamps| stamps.of_compute()),
-        });
-        self.build_pyramid(frame, groups, &mut pass);
-        self.test_opaque(frame, groups, &mut pass, [&frame.hzb.test, &frame.hzb.refine]);
+    fn test(&self, frame: &Frame<'_>, pass: &mut wgpu::ComputePass<'_>) {
+        let Some(groups) = self.groups.as_ref().filter(|_| self.queries.is_none()) else { return };
+        self.build_pyramid(frame, groups, pass);
+        self.test_opaque(frame, groups, pass, [&frame.hzb.test, &frame.hzb.refine]);
         pass.set_pipeline(&frame.hzb.test_transparent);
         pass.set_bind_group(2, &groups.transparent, &[]);
         for (span, offset) in with_offsets(&self.transparent, self.first_span[2]) {
-            if bind_span(frame, groups, &mut pass, span, offset) {
+            if bind_span(frame, groups, pass, span, offset) {
                 // Polygons beyond the limit of a dispatch are drawn without a test.
-                dispatch(&mut pass, span.len().div_ceil(POLYGONS_OF_TEST).min(65_535));
+                dispatch(pass, span.len().div_ceil(POLYGONS_OF_TEST).min(65_535));
             }
         }
     }
@@ -232,19 +253,10 @@ impl HzbView {
 
     /// Builds the pyramid of the drawn polygons, and tests these polygons against it, to record the visible ones for the
     /// next frame.
-    fn remember(
-        &self,
-        frame: &Frame<'_>,
-        groups: &Groups,
-        encoder: &mut wgpu::CommandEncoder,
-        timer: &GpuTimer,
-    ) {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some("visible polygons"),
-            timestamp_writes: timer.stamps(1, Ends::Both).map(|stamps| stamps.of_compute()),
-        });
-        self.build_pyramid(frame, groups, &mut pass);
-        self.test_opaque(frame, groups, &mut pass, [&frame.hzb.remember, &frame.hzb.refine_remembered]);
+    fn remember(&self, frame: &Frame<'_>, pass: &mut wgpu::ComputePass<'_>) {
+        let Some(groups) = &self.groups else { return };
+        self.build_pyramid(frame, groups, pass);
+        self.test_opaque(frame, groups, pass, [&frame.hzb.remember, &frame.hzb.refine_remembered]);
     }
 
     fn build_pyramid(&self, frame: &Frame<'_>, groups: &Groups, pass: &mut wgpu::ComputePass<'_>) {
@@ -263,24 +275,15 @@ impl HzbView {
     }
 
     /// Writes the polygons that are not hidden to the draw list.
-    fn compact(
-        &self,
-        frame: &Frame<'_>,
-        groups: &Groups,
-        encoder: &mut wgpu::CommandEncoder,
-        stamps: Option<Stamps<'_>>,
-    ) {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some("compaction"),
-            timestamp_writes: stamps.map(|stamps| stamps.of_compute()),
-        });
+    fn compact(&self, frame: &Frame<'_>, pass: &mut wgpu::ComputePass<'_>) {
+        let Some(groups) = &self.groups else { return };
         for (pipeline, is_one) in
             [(&frame.hzb.count, false), (&frame.hzb.scan, true), (&frame.hzb.scatter, false)]
         {
             pass.set_pipeline(pipeline);
             for (span, offset) in with_offsets(&self.pages, self.first_span[0]) {
                 pass.set_bind_group(0, &groups.compact, &[offset]);
-                dispatch(&mut pass, if is_one { 1 } else { span.len().div_ceil(LANES) });
+                dispatch(pass, if is_one { 1 } else { span.len().div_ceil(LANES) });
             }
         }
     }
@@ -290,12 +293,12 @@ impl HzbView {
         &self,
         frame: &Frame<'_>,
         encoder: &mut wgpu::CommandEncoder,
-        timer: &GpuTimer,
-        depth: DepthBefore,
+        [begin, end]: [Option<Stamps<'_>>; 2],
         more: impl FnOnce(&mut wgpu::RenderPass<'_>),
     ) {
-        let stamps = timer.stamps(2, Ends::Begin).map(|stamps| stamps.of_render());
-        let mut pass = frame.target.begin(encoder, frame.background, depth, stamps);
+        let background = wgpu::LoadOp::Clear(frame.background);
+        let depth = if self.has_jumped { DepthBefore::NothingAndKept } else { DepthBefore::Kept };
+        let mut pass = frame.target.begin(encoder, background, depth, begin.map(Stamps::of_render));
         frame.pipelines.begin(&mut pass, frame.draw);
         pass.set_pipeline(frame.pipelines.with_colors(Blend::Opaque));
         for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
@@ -305,11 +308,15 @@ impl HzbView {
             }
         }
         let first = frame.order.opaque_count();
-        frame.pipelines.draw_runs(&mut pass, frame.scene, frame.order.runs(), first, first);
+        let runs = frame.of_second.map_or(frame.order.runs(), |_| frame.order.common_runs());
+        frame.pipelines.draw_runs(&mut pass, frame.scene, runs, first, first);
+        if let Some(own) = frame.of_second {
+            let first = first + frame.order.light().len() as u32;
+            frame.pipelines.draw_runs(&mut pass, frame.scene, own.runs(), first, first);
+        }
         more(&mut pass);
         drop(pass);
-        let stamps = timer.stamps(2, Ends::End).map(|stamps| stamps.of_render());
-        frame.finish.encode(frame.gpu, encoder, frame.target, frame.bloom, stamps);
+        frame.finish.encode(frame.gpu, encoder, frame.target, frame.bloom, end.map(Stamps::of_render));
     }
 
     /// Reads back the pyramid of the last frame.
@@ -326,20 +333,27 @@ impl HzbView {
         Ok(self.levels.iter().map(level).collect())
     }
 
-    /// Reads back the opaque polygons of the last frame that were not found to be hidden, by number. `handles` are the
-    /// handles of that frame.
+    /// Reads back the opaque polygons of the last frame that were not proven hidden, in ascending order.
     ///
     /// # Errors
     /// The device is lost or the driver reported an error.
-    pub(in super::super) fn read_kept(
-        &self,
-        gpu: &Gpu,
-        handles: &[Handle],
-    ) -> Result<Vec<Handle>, RenderError> {
+    pub(in super::super) fn read_kept(&self, gpu: &Gpu) -> Result<Vec<Handle>, RenderError> {
+        let handles = self.last.handles();
         let bytes = read_buffer(gpu, &self.buffers.kept, handles.len() as u64 * 8)?;
         let masks: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&bytes);
         Ok(handles.iter().zip(masks).map(|(handle, mask)| Handle { mask, ..*handle }).collect())
     }
+}
+
+fn begin_compute<'e>(
+    encoder: &'e mut wgpu::CommandEncoder,
+    label: &'static str,
+    stamps: Option<Stamps<'_>>,
+) -> wgpu::ComputePass<'e> {
+    encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+        label: Some(label),
+        timestamp_writes: stamps.map(Stamps::of_compute),
+    })
 }
 
 fn span_of(spans: &wgpu::Buffer) -> wgpu::BindingResource<'_> {

@@ -21,5 +21,9 @@ pub(in super::super) struct Frame<'a> {
     pub(in super::super) uniforms: &'a wgpu::Buffer,
     pub(in super::super) list: &'a wgpu::Buffer,
     pub(in super::super) draw: &'a wgpu::BindGroup,
+    /// The order of the polygons, and its list. It lacks the transparent polygons of the second eye.
     pub(in super::super) order: &'a DrawOrder,
+    pub(in super::super) list_of_order: &'a wgpu::Buffer,
+    /// The transparent polygons of the second eye.
+    pub(in super::super) of_second: Option<&'a DrawOrder>,
 }

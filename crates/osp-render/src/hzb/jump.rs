@@ -5,26 +5,31 @@ use osp_session::scene::Scene;
 
 /// Number of polygons whose distance from the eye is sampled.
 const SAMPLES: usize = 15;
-/// A view jumps if the eye moves farther than this fraction of the polygons' distance, because it then sees other sides of
-/// the polygons.
+/// A view jumps if the eye moves farther than this fraction of its median distance from the polygons. It then sees
+/// other sides of the polygons.
 const FAR_PART: f32 = 0.5;
 
-/// The record of a view's last frame. It decides whether drawing the polygons that were visible in that frame
-/// is worth its time.
+/// The record of a view's last frame. It decides whether the next frame first draws the polygons that were visible in
+/// the recorded frame.
 #[derive(Debug, Default)]
 pub(super) struct LastLook {
     eye_in_world: Vec3,
-    /// The opaque polygons in view, by number.
+    /// The opaque polygons in view, as cluster masks in ascending order.
     handles: Vec<Handle>,
     /// Whether the view had jumped in that frame.
     has_jumped: bool,
 }
 
 impl LastLook {
+    /// The opaque polygons in view in the recorded frame, as cluster masks in ascending order.
+    pub(super) fn handles(&self) -> &[Handle] {
+        &self.handles
+    }
+
     /// Records the next frame, and returns whether its view has jumped. A view jumps if most polygons in view were not
-    /// in view in the last frame. It also jumps if the eye has moved so far that the old occluders may hide nothing any
-    /// more. While the eye moves so fast, every second frame jumps. Each frame between two jumps recalls the polygons
-    /// that were visible in the previous frame.
+    /// in view in the last frame. It also jumps if the eye has moved so far that the old occluders may hide nothing. An
+    /// eye that moves this far in each frame causes a jump in every second frame. Each frame between two jumps recalls
+    /// the polygons that were visible in the previous frame.
     pub(super) fn jumps_to(
         &mut self,
         eye_in_world: Vec3,

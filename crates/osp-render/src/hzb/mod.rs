@@ -1,6 +1,6 @@
-//! Occlusion culling while drawing, by a hierarchical depth buffer: Ned Greene, Michael Kass, Gavin Miller, "Hierarchical
-//! Z-Buffer Visibility", 1993, in the two passes that became usual on GPUs (Sebastian Aaltonen, Ulrich Haar, "GPU-Driven
-//! Rendering Pipelines", 2015).
+//! Occlusion culling on the GPU by a hierarchical depth buffer, in two passes. Ned Greene, Michael Kass, Gavin Miller:
+//! "Hierarchical Z-Buffer Visibility", 1993. Two passes: Sebastian Aaltonen, Ulrich Haar, "GPU-Driven Rendering
+//! Pipelines", 2015.
 //!
 //! A frame of one view:
 //! 1. *Recall*: the polygons in view that were visible in the last frame are drawn, for their depth alone.
@@ -10,9 +10,13 @@
 //! 4. *Compaction*: these polygons are listed in drawing order, for indirect draw calls.
 //! 5. *Colours*: the list is drawn over the depth of the first pass.
 //!
-//! After a jump of the view, as in its first frame, few recalled polygons hide anything, and the visible polygons are
-//! unknown. So such a frame draws all polygons in view at once. The pyramid and the test come after the colours, only
-//! to record the visible polygons for the next frame.
+//! Two eyes that see nearly the same share their cluster masks, which contain the polygons in view of either eye. One
+//! compute pass recalls the polygons of both eyes, and one pass has steps 2 to 4 of both. Each eye has its own pyramid and
+//! record. A polygon outside of an eye's picture is never proven hidden; the adapter clips it.
+//!
+//! In a view's first frame and after a jump of the view, the visible polygons are unknown, or no longer hide much. Such
+//! a frame draws all polygons in view at once. The pyramid and the test come after the colours, only to record the
+//! visible polygons for the next frame.
 //!
 //! A visible polygon that is new, has moved or has come into view is not proven hidden, and is drawn in step 5: no
 //! frame lags. The picture is the same as without culling, to the last bit:
@@ -20,14 +24,15 @@
 //!   own.
 //! * A polygon that a driver may clip, at the picture's border or at the near or far plane, is never proven hidden. The
 //!   reason is that depth on clipped pieces has no bound.
-//! * Among polygons at the same depth the last in the order wins, with and without culling. The order does not depend on
-//!   visibility (see [`DrawOrder`](super::DrawOrder)). For this reason the first pass draws no colours.
+//! * Among polygons at the same depth the last in the order wins, with and without culling. The order does not depend
+//!   on visibility (see [`DrawOrder`](super::DrawOrder)). For this reason the recall draws no colours.
 //! * The record of the last frame affects only the number of culled polygons. Any subset of the polygons in view would give
 //!   the same picture.
 //!
 //! Differences from the papers:
 //! * The first pass draws depth alone.
-//! * The pyramid is a buffer, not a texture with mip levels, so that every size halves without loss.
+//! * The pyramid is a buffer, not a texture with mip levels. Its levels can therefore round sizes up when they halve
+//!   them.
 //! * Each triangle is tested on the texels that it touches, with the nearest depth of its plane there. If a texel does not
 //!   decide, the finer texels do, down to single pixels and their samples. This is necessary for real sketches, which are
 //!   layers of paint, millimetres apart: at a grazing angle, the nearest corner of a polygon lies in front of most of the

@@ -36,7 +36,7 @@ pub(in super::super) struct Hzb {
 
 impl Gpu {
     /// Measures whether samples have their standard positions, which occlusion culling requires. Without this call, the
-    /// first selection of occlusion culling waits for the measurement, and a page in a browser cannot wait.
+    /// first call of `Renderer::set_occlusion` waits for the measurement. A page in a browser cannot wait.
     ///
     /// # Errors
     /// The device is lost or the driver reported an error.

@@ -1,13 +1,14 @@
 //! An alternative to the depth pyramid: Jiří Bittner, Michael Wimmer, Harald Piringer, Werner Purgathofer, "Coherent
 //! Hierarchical Culling: Hardware Occlusion Queries Made Useful", 2004.
 //!
-//! A query tests the bounding box of a group, a cluster of 64 consecutive polygons, against the depth of the polygons
-//! that were visible. A group that was visible is drawn without a query, and queried again some frames later. A group
-//! that was hidden is queried in every frame.
+//! A group is a cluster of 64 consecutive polygons. A query tests the bounding box of a group against the depth of the
+//! polygons that were visible in the last frame. A group that was visible is drawn without a query, and queried again
+//! some frames later. A group that was hidden is queried in every frame.
 //!
 //! Differences from the paper: groups are polygons with neighbouring numbers, without a hierarchy. The GPU applies the
-//! results to the same frame. The CPU receives them later, and only selects the next queries by them. As in [`hzb`](super),
-//! depth comes first and colours follow in one pass in order, so that the picture is the same to the last bit.
+//! results to the same frame. The CPU receives the results later, and uses them only to select the next queries. As in
+//! [`hzb`](super), depth comes first and colours follow in one pass in order, so that the picture is the same to the
+//! last bit.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -26,11 +27,12 @@ use crate::{
 use osp::{math::Aabb, view::View};
 use osp_session::scene::Scene;
 
-/// Number of queries of a set; every adapter must support it.
+/// Number of queries of a query set, which every adapter must support.
 const SET: u32 = 4096;
 /// Largest number of queries of a frame; further groups are drawn without a query.
 const MOST: usize = 1 << 16;
-/// A group that was visible is queried again in the next frame, then after two frames, four, and so on, up to this number.
+/// Longest interval between queries of a visible group, frames. The interval starts at one frame and doubles while the
+/// group stays visible.
 const PATIENCE: u64 = 8;
 /// The value that stands for no query.
 const NOTHING: u32 = u32::MAX;
@@ -47,7 +49,7 @@ pub(super) struct Queries {
     /// Width and height of the view frustum at distance 1 along the direction of view.
     extent: [f32; 2],
     frame: u64,
-    /// For each group, the frame of its next query, and the number of frames from its last query to this frame.
+    /// For each group, the frame of its next query, and the interval between its last and its next query, frames.
     due: Vec<(u64, u64)>,
     box_words: Vec<[[f32; 4]; 2]>,
     of_handle_words: Vec<u32>,
@@ -96,7 +98,7 @@ impl Queries {
         self.asked.len() as u64
     }
 
-    /// Drops the bind groups, because buffers of the view were replaced.
+    /// Drops the bind groups after buffers of the view were replaced.
     pub(super) fn forget_groups(&mut self) {
         self.groups = None;
     }
@@ -158,7 +160,7 @@ impl Queries {
         (self.asked.len() as u32).div_ceil(SET)
     }
 
-    /// Reads the available results, and sets when their groups are queried again.
+    /// Reads the available results, and sets the frame of the next query of each group.
     fn learn(&mut self) {
         let (due, waiting, frame) = (&mut self.due, &self.waiting, self.frame);
         self.ring.take(|slot, bytes| {

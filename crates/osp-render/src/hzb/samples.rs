@@ -18,11 +18,13 @@ use crate::{
 
 /// Side of the measured picture, pixels.
 const SIDE: u32 = 2;
-/// Number of bytes of the measurement along one axis.
+/// Size of a measurement's result along one axis, bytes.
 const BYTES: u64 = (SIDE * SIDE * SAMPLES) as u64 * 4;
-/// Positions of the samples from the left and from the top, as fractions of a pixel, as in `hzb_test.wgsl`.
+/// Positions of the samples from the left and from the top, as fractions of a pixel. `hzb_test.wgsl` has the same
+/// positions.
 const PLACES: [[f32; 2]; SAMPLES as usize] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
-/// Largest accepted error of a measured position by rounding, pixels. The test of single samples tolerates far more.
+/// Largest accepted rounding error of a measured position, pixels. The test of single samples tolerates a far larger
+/// error.
 const NEAR_ENOUGH: f32 = 1.0e-4;
 
 /// Whether the samples of a pixel have the positions that the occlusion test assumes.
@@ -37,7 +39,7 @@ pub(super) fn are_in_place(gpu: &Gpu) -> Result<bool, RenderError> {
 /// Does the same as [`are_in_place`], for a caller that cannot wait.
 ///
 /// # Errors
-/// As in [`are_in_place`].
+/// The device is lost or the driver reported an error.
 pub(super) async fn are_in_place_later(gpu: &Gpu) -> Result<bool, RenderError> {
     let (x, y) = (measure(gpu, 0), measure(gpu, 1));
     let x = read_buffer_later(gpu, &x, BYTES).await?;
@@ -45,12 +47,12 @@ pub(super) async fn are_in_place_later(gpu: &Gpu) -> Result<bool, RenderError> {
     Ok(are_places(&[distances(&x), distances(&y)]))
 }
 
-/// Distances from the left or from the top, pixels.
+/// Converts the measured depths to distances from the left or from the top, pixels.
 fn distances(bytes: &[u8]) -> Vec<f32> {
     bytemuck::pod_collect_to_vec::<u8, f32>(bytes).iter().map(|part| part * 2.0 * SIDE as f32).collect()
 }
 
-/// Whether these distances, for the two axes, are those of the standard positions.
+/// Whether the distances along both axes match the standard positions.
 fn are_places(found: &[Vec<f32>; 2]) -> bool {
     (0..(SIDE * SIDE * SAMPLES) as usize).all(|i| {
         let pixel = i / PLACES.len();
@@ -64,17 +66,8 @@ fn are_places(found: &[Vec<f32>; 2]) -> bool {
 /// Starts to measure the distance of each sample of each pixel from the left (axis 0) or from the top.
 fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
     let device = gpu.device();
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("places of samples"),
-        size: wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: SAMPLES,
-        dimension: wgpu::TextureDimension::D2,
-        format: DEPTH_FORMAT,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    });
-    let view = texture.create_view(&Default::default());
+    let usage = descriptors::DRAWN_AND_READ;
+    let view = descriptors::image(device, "places of samples", DEPTH_FORMAT, SAMPLES, usage, (SIDE, SIDE));
     let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
     let depths = create(gpu, "places of samples", BYTES, storage);
     let read_layout = layout(gpu, "places of samples", &[Bound::Depth, Bound::Write]);

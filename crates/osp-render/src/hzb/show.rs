@@ -35,9 +35,10 @@ impl PyramidPass {
         Self { layout, pipeline, encodes: format.is_srgb() }
     }
 
-    /// Draws a level of the pyramid that culls the current frame, in an area of the pass's target. The area must lie within
-    /// the target. A texel of level n covers 2^n pixels in each direction. Level 0 is drawn as level 1, and a level beyond
-    /// the last as the last. Returns whether the view has a pyramid; only views that are culled by a pyramid have one.
+    /// Draws a level of the pyramid that culls the current frame, in an area of the pass's target. The area must lie
+    /// within the target. A texel of level n covers 2^n pixels in each direction. For level 0, level 1 is drawn; for a
+    /// level beyond the last, the last level. Returns whether the view has a pyramid; only views that are culled by a
+    /// pyramid have one.
     pub fn draw(
         &self,
         gpu: &Gpu,
@@ -81,7 +82,8 @@ impl HzbView {
         self.queries.is_none() && self.size != (0, 0)
     }
 
-    /// First texel, width and height of a level. Level 0 counts as level 1, and a level beyond the last as the last.
+    /// First texel, width and height of a level. Level 0 counts as level 1. A level beyond the last level counts as the
+    /// last.
     fn level(&self, level: usize) -> Option<(u32, u32, u32)> {
         self.levels.iter().take(level.max(1)).last()
     }

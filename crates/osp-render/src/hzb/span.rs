@@ -11,28 +11,28 @@ use super::{
 pub(super) const SPAN_BYTES: u64 = size_of::<Span>() as u64;
 /// Size of [`Params`], bytes.
 pub(super) const PARAMS_BYTES: u64 = size_of::<Params>() as u64;
-/// Distance between spans in their buffer, bytes. No adapter requires a larger alignment.
+/// Distance between two [`Span`]s in their buffer, bytes. No adapter requires a larger alignment of dynamic offsets.
 pub(super) const SPAN_STRIDE: u32 = 256;
 
-/// Number of words of `args` before the words of the first page. These counters have the number of hidden transparent
-/// polygons, polygons of the depth pass, and opaque polygons of the colour pass.
+/// Number of counters at the beginning of `args`. They count hidden transparent polygons, polygons of the depth pass,
+/// and opaque polygons of the colour pass.
 pub(super) const COUNTERS: u32 = 3;
 
-/// The work of one dispatch.
+/// The input range of one dispatch of a compute shader, and where its results go.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Span {
-    /// Number of the first item: a handle, a position in the list, or a level of the pyramid.
+    /// Number of the first item: a cluster mask, a position in the draw list, or a level of the pyramid.
     pub(super) first: u32,
     pub(super) end: u32,
-    /// Index in `sums` for a page, or in `candidates` for the list of a chunk.
+    /// For a page, index in `sums` of its first prefix sum. For a chunk, index in `candidates` of its first candidate.
     pub(super) first_sum: u32,
     pub(super) base: u32,
-    /// Index in the words of `args` of the page's count, which the page's draw calls follow. For a chunk, index of its
+    /// For a page, index in `args` of its count, in words; its draw calls follow the count. For a chunk, index of its
     /// count in `candidates`.
     pub(super) args: u32,
     pub(super) first_polygon: u32,
-    /// Number of draw calls of the page for depth; the page has as many for colours.
+    /// Number of draw calls of the page for depth. The page has the same number for colours.
     pub(super) draws: u32,
     /// Largest number of polygons of a draw call.
     pub(super) draw_len: u32,
@@ -43,7 +43,7 @@ impl Span {
         self.end - self.first
     }
 
-    /// Offsets of the page's draw calls in `args`, bytes, first for depth, then for colours.
+    /// Offsets in `args` of the page's first draw call for depth and of its first draw call for colours, bytes.
     pub(super) fn draw_calls(&self) -> [u64; 2] {
         [0, self.draws].map(|before| u64::from(self.args + 1 + before * 5) * 4)
     }
@@ -93,7 +93,7 @@ pub(super) fn counts(args: &[u8], known: DrawnCounts, transparent: u64) -> Drawn
     DrawnCounts { first_pass: word(1), second_pass: drawn_transparent + word(2), ..known }
 }
 
-/// Each span with its offset in the buffer, bytes.
+/// Yields each span with its offset in the buffer, bytes. `first` is the offset of the first span.
 pub(super) fn with_offsets(spans: &[Span], first: u32) -> impl Iterator<Item = (&Span, u32)> {
     spans.iter().enumerate().map(move |(i, span)| (span, first + i as u32 * SPAN_STRIDE))
 }

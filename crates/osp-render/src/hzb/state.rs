@@ -25,22 +25,27 @@ pub(in super::super) struct HzbView {
     pub(super) queries: Option<Queries>,
     pub(super) buffers: Buffers,
     pub(super) groups: Option<Groups>,
-    last: LastLook,
+    /// The cluster masks of the frame: `buffers.handles`, or those of the other eye.
+    pub(super) handles: wgpu::Buffer,
+    /// Whether `buffers.spans` has the levels of the pyramid.
+    has_levels: bool,
+    pub(super) last: LastLook,
     /// Whether the last prepared frame was drawn.
     pub(super) is_encoded: bool,
     /// Whether the view has jumped. The frame then draws all polygons in view, and tests them afterwards.
     pub(super) has_jumped: bool,
     kept_masks: Vec<[u32; 2]>,
-    /// A zero for each span of `chunks`.
+    /// A zero for each item of `chunks`, which resets its candidate counter.
     no_candidates: Vec<u32>,
     /// Size of the picture for which `levels` was computed, pixels.
     pub(super) size: (u32, u32),
     pub(super) levels: Levels,
-    /// A span for each page of opaque polygons.
+    /// A dispatch for each page of opaque polygons.
     pub(super) pages: Vec<Span>,
-    /// A span for the opaque polygons of each chunk; `base` is the chunk's number.
+    /// A dispatch for the opaque polygons of each chunk. `base` is the chunk's number.
     pub(super) chunks: Vec<Span>,
-    /// A span of all transparent polygons for each chunk that has some; `base` is the chunk's number.
+    /// A dispatch over all transparent polygons for each chunk that has transparent polygons. `base` is the chunk's
+    /// number.
     pub(super) transparent: Vec<Span>,
     /// Offsets of `pages`, `chunks` and `transparent` in the buffer of spans, bytes.
     pub(super) first_span: [u32; 3],
@@ -58,8 +63,8 @@ pub(super) struct Buffers {
     pub(super) params: wgpu::Buffer,
     pub(super) handles: wgpu::Buffer,
     pub(super) kept: wgpu::Buffer,
-    /// First a counter for each span of the chunks, then one list of candidates, which the spans use in turn.
-    /// Candidates are the polygons that the coarse test has not proven hidden.
+    /// First a counter for each dispatch of `HzbView::chunks`, then one list of candidates, which these dispatches use
+    /// in turn. Candidates are the polygons that the coarse test has not proven hidden.
     pub(super) candidates: wgpu::Buffer,
     /// For each cluster of the scene, a mask of its polygons that were visible in the last frame.
     pub(super) remembered: wgpu::Buffer,
@@ -69,7 +74,7 @@ pub(super) struct Buffers {
     pub(super) pyramid: wgpu::Buffer,
 }
 
-/// The bind groups of a view, and the resources that they were created for.
+/// The bind groups of a view, and the resources that they bind.
 #[derive(Debug)]
 pub(super) struct Groups {
     pub(super) recall: wgpu::BindGroup,
@@ -77,12 +82,15 @@ pub(super) struct Groups {
     pub(super) test: wgpu::BindGroup,
     pub(super) transparent: wgpu::BindGroup,
     pub(super) compact: wgpu::BindGroup,
-    /// A group for the vertex shader, with the recalled polygons as the draw list.
+    /// Bind group of the vertex shader with the recalled polygons as the draw list.
     pub(super) draw_recalled: wgpu::BindGroup,
+    pub(super) handles: wgpu::Buffer,
     pub(super) list: wgpu::Buffer,
     pub(super) depth: wgpu::TextureView,
 }
 
+/// Size of the levels of the pyramid in the buffer of spans.
+const LEVEL_BYTES: u64 = MAX_LEVELS as u64 * SPAN_STRIDE as u64;
 const STORAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_DST);
 
 impl HzbView {
@@ -106,6 +114,8 @@ impl HzbView {
         Self {
             config: HzbConfig::default(),
             queries: None,
+            handles: buffers.handles.clone(),
+            has_levels: false,
             buffers,
             groups: None,
             last: LastLook::default(),
@@ -143,28 +153,34 @@ impl HzbView {
     }
 
     /// Sends the inputs of the frame's shaders, except those that depend on the picture's size; returns the number of bytes
-    /// sent.
+    /// sent. `other` is the other eye's prepared view and order, if they have the opaque polygons of both eyes.
     pub(in super::super) fn prepare(
         &mut self,
         gpu: &Gpu,
-        order: &DrawOrder,
+        own: &DrawOrder,
+        other: Option<(&Self, &DrawOrder)>,
         on_gpu: &GpuScene,
-        scene: &Scene,
-        view: &View,
+        (scene, view): (&Scene, &View),
     ) -> u64 {
+        let order = other.map_or(own, |(_, order)| order);
         let opaque = order.opaque_count();
-        let transparent = opaque..opaque + order.ids().len() as u32;
+        let light = if other.is_some() { order.light() } else { &[] };
+        let transparent = opaque..opaque + (light.len() + own.ids().len()) as u32;
         let polygon_count = scene.polygon_count();
-        self.lay_out(order, transparent.clone(), on_gpu.chunk_len() as u32, on_gpu.draw_len());
+        self.lay_out(order, [light, own.ids()], on_gpu.chunk_len() as u32, on_gpu.draw_len());
         let handles = order.handles();
         let sums = self.pages.last().map_or(0, |span| span.first_sum + span.len().div_ceil(LANES));
         let of_chunk = self.chunks.iter().map(|span| u64::from(span.len()) * CLUSTER as u64).max();
         let candidate_words = self.chunks.len() as u64 + of_chunk.unwrap_or(0);
         let buffers = &mut self.buffers;
         let forgets = grow(gpu, &mut buffers.remembered, polygon_count.div_ceil(CLUSTER) as u64 * 8);
+        let own_handles = if other.is_some() { &[] } else { handles };
+        self.has_levels &= !grow(gpu, &mut buffers.spans, LEVEL_BYTES + self.span_bytes.len() as u64);
+        let has_grown = grow(gpu, &mut buffers.handles, size_of_val(own_handles) as u64);
+        self.handles = other.map_or(&buffers.handles, |(other, _)| &other.handles).clone();
         let is_new = [
-            grow(gpu, &mut buffers.spans, self.span_bytes.len() as u64),
-            grow(gpu, &mut buffers.handles, size_of_val(handles) as u64),
+            !self.has_levels,
+            has_grown,
             grow(gpu, &mut buffers.kept, handles.len() as u64 * 8),
             grow(gpu, &mut buffers.candidates, candidate_words * 4),
             forgets,
@@ -185,7 +201,7 @@ impl HzbView {
         }
         let has_jumped =
             self.last.jumps_to(view.eye_in_world, (handles, opaque), scene) || forgets && !handles.is_empty();
-        // Queries have a frame number for each group, so a jump needs no special frame.
+        // Queries store a frame number for each group, so they need no special frame after a jump.
         self.has_jumped = has_jumped && self.queries.is_none();
         self.kept_masks.clear();
         if self.has_jumped {
@@ -193,17 +209,20 @@ impl HzbView {
         }
         self.no_candidates.resize(self.chunks.len(), 0);
         let mut sent = 0;
-        let mut send = |buffer: &wgpu::Buffer, bytes: &[u8]| {
+        let mut send = |buffer: &wgpu::Buffer, offset: u64, bytes: &[u8]| {
             if !bytes.is_empty() {
-                gpu.queue().write_buffer(buffer, 0, bytes);
+                gpu.queue().write_buffer(buffer, offset, bytes);
                 sent += bytes.len() as u64;
             }
         };
-        send(&self.buffers.spans, &self.span_bytes);
-        send(&self.buffers.handles, bytemuck::cast_slice(handles));
-        send(&self.buffers.kept, bytemuck::cast_slice(&self.kept_masks));
-        send(&self.buffers.args, bytemuck::cast_slice(&self.args_words));
-        send(&self.buffers.candidates, bytemuck::cast_slice(&self.no_candidates));
+        if !std::mem::replace(&mut self.has_levels, true) {
+            send(&self.buffers.spans, 0, &levels());
+        }
+        send(&self.buffers.spans, LEVEL_BYTES, &self.span_bytes);
+        send(&self.buffers.handles, 0, bytemuck::cast_slice(own_handles));
+        send(&self.buffers.kept, 0, bytemuck::cast_slice(&self.kept_masks));
+        send(&self.buffers.args, 0, bytemuck::cast_slice(&self.args_words));
+        send(&self.buffers.candidates, 0, bytemuck::cast_slice(&self.no_candidates));
         let in_view = u64::from(transparent.end);
         let groups_tested = match &mut self.queries {
             Some(queries) => {
@@ -223,8 +242,8 @@ impl HzbView {
         sent
     }
 
-    /// Divides the frame's work into dispatches.
-    fn lay_out(&mut self, order: &DrawOrder, transparent: Range<u32>, chunk_len: u32, draw_len: u32) {
+    /// Divides the frame's work into dispatches. `ids` are the additive and transparent polygons of the view.
+    fn lay_out(&mut self, order: &DrawOrder, ids: [&[u32]; 2], chunk_len: u32, draw_len: u32) {
         let handles = order.handles();
         self.pages.clear();
         self.chunks.clear();
@@ -261,20 +280,17 @@ impl HzbView {
         for (number, span) in (0..).zip(&mut self.chunks) {
             (span.args, span.first_sum) = (number, chunks);
         }
-        for &id in order.ids() {
+        let end = base + ids.map(|ids| ids.len() as u32).iter().sum::<u32>();
+        for &id in ids.into_iter().flatten() {
             let chunk = id / chunk_len;
             if !self.transparent.iter().any(|span| span.base == chunk) {
-                let span = Span { first: transparent.start, end: transparent.end, ..Span::default() };
+                let span = Span { first: base, end, ..Span::default() };
                 self.transparent.push(Span { base: chunk, first_polygon: chunk * chunk_len, ..span });
             }
         }
-        // The levels of the pyramid come first, because they are the same in every frame.
         self.span_bytes.clear();
-        for level in 0..MAX_LEVELS as u32 {
-            push_span(&mut self.span_bytes, &Span { first: level, ..Span::default() });
-        }
         for (first, spans) in self.first_span.iter_mut().zip([&self.pages, &self.chunks, &self.transparent]) {
-            *first = self.span_bytes.len() as u32;
+            *first = LEVEL_BYTES as u32 + self.span_bytes.len() as u32;
             spans.iter().for_each(|span| push_span(&mut self.span_bytes, span));
         }
     }
@@ -308,11 +324,18 @@ impl HzbView {
     }
 }
 
-/// Number of groups of a cluster that have a polygon.
+/// Number of groups of a cluster that contain at least one polygon of the mask.
 fn groups_in(handle: &Handle, of_group: u32) -> u32 {
     let group = u64::MAX >> (CLUSTER as u32 - of_group);
     let firsts = (0..CLUSTER).step_by(of_group as usize);
     firsts.map(|first| u32::from(handle.bits() >> first & group != 0)).sum()
+}
+
+/// The levels of the pyramid. They come before the spans of a frame, because they are the same in every frame.
+fn levels() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    (0..MAX_LEVELS as u32).for_each(|level| push_span(&mut bytes, &Span { first: level, ..Span::default() }));
+    bytes
 }
 
 fn push_span(bytes: &mut Vec<u8>, span: &Span) {

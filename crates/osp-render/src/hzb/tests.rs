@@ -36,7 +36,7 @@ fn squares_before_a_wall() -> Scene {
     scene
 }
 
-/// The third frame of a view at rest, the first frame that recalls what a frame with a test has found.
+/// The third frame of a view at rest. It is the first frame that recalls the results of a test.
 fn third_frame(gpu: &Arc<Gpu>, occlusion: GpuOcclusion, bound: HzbBound) -> Image {
     let scene = squares_before_a_wall();
     let mut drawer =

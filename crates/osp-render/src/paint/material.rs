@@ -5,7 +5,7 @@ use osp_session::brush::{
     texture::{picture::Picture, solid::repeats},
 };
 
-/// Number of materials that the shader has room for.
+/// Length of the shader's array of materials.
 const MOST: usize = 160;
 /// Number that stands for no texture.
 const NO_TEXTURE: u32 = u32::MAX;
@@ -34,7 +34,8 @@ pub(super) fn all() -> [Material; MOST] {
 }
 
 impl Material {
-    const PLAIN: Self = Self { f0: [0.0; 4], numbers: [0.0; 4], kinds: [0, 0, NO_TEXTURE, NO_TEXTURE] };
+    const PLAIN: Self =
+        Self { f0: [0.0; 4], numbers: [0.0, 0.0, 1.0, 0.0], kinds: [0, 0, NO_TEXTURE, NO_TEXTURE] };
 
     fn of(brush: &Brush) -> Self {
         let (lighting, [r, g, b, gloss]) = match brush.lighting {
@@ -51,7 +52,7 @@ impl Material {
         let cutoff = if brush.draw == Draw::Opaque { 0.0 } else { brush.cutoff };
         Self {
             f0: [r, g, b, gloss],
-            numbers: [cutoff, brush.emission_gain, 0.0, 0.0],
+            numbers: [cutoff, brush.emission_gain, anisotropy(picture), 0.0],
             kinds: [
                 kind,
                 effect(brush.effect),
@@ -59,6 +60,17 @@ impl Material {
                 layer(picture.filter(|_| brush.has_normal_map).and_then(Picture::relief_layer)),
             ],
         }
+    }
+}
+
+/// The anisotropy of a texture in Tilt Brush. Textures with opaque texels that hide what is behind have none here: these
+/// texels are opaque at every mip level, but not in every direction.
+fn anisotropy(picture: Option<Picture>) -> f32 {
+    match picture {
+        Some(Picture::Streamer) => 5.0,
+        Some(Picture::SoftTip | Picture::Hypercolor) => 4.0,
+        Some(Picture::Fire) => 3.0,
+        _ => 1.0,
     }
 }
 

@@ -25,7 +25,7 @@ use surroundings::Surroundings;
 pub(super) struct Paint {
     pipelines: Pipelines,
     buffer: wgpu::Buffer,
-    /// The current contents of `buffer`; `wanted` are the required ones.
+    /// The current contents of `buffer`. The next [`Paint::send`] replaces them by `wanted`.
     sent: Surroundings,
     wanted: Surroundings,
     shadow: Shadow,
@@ -112,12 +112,12 @@ impl Paint {
         self.pipelines.show_sky(environment.is_some());
     }
 
-    /// Records that polygons have come, moved or gone.
+    /// Records that polygons were added, moved or removed.
     pub(super) fn note_change(&mut self) {
         self.shadow.note_change();
     }
 
-    /// Sets whether shadows may be some frames older than their casters.
+    /// Sets whether shadows may lag some frames behind their casters.
     pub(super) fn set_patient(&mut self, is_patient: bool) {
         self.shadow.set_patient(is_patient);
     }

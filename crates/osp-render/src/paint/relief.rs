@@ -6,8 +6,8 @@ use osp_session::brush::texture::{
 /// Factor from the slope of a height field to normals.
 const STEEPNESS: f32 = 0.05;
 
-/// The normals of a picture's relief as a colour: red along the stroke, green across it, blue out of the surface; 0.5 is no
-/// deviation.
+/// A texel of a picture's normal map: red along the stroke, green across it, blue out of the surface. The value 0.5
+/// stands for 0.
 pub(super) fn texel(picture: Picture, u: f32, v: f32, side: usize) -> [f32; 4] {
     let by = 1.0 / side as f32;
     let [x, y] = match picture {
@@ -37,7 +37,7 @@ fn height(picture: Picture, u: f32, v: f32) -> f32 {
         Picture::WetPaint | Picture::Gouache => 0.8 * rod(v) + 0.1 * octaves(u, v, (8, 32), 2, 41),
         Picture::DryBrush | Picture::Felt => 0.3 * rod(v) + 0.35 * octaves(u, v, (4, 64), 2, 42),
         Picture::Leaves => 0.2 * octaves(u, v, (16, 16), 2, 44),
-        // Plates are flat; their edges stand out.
+        // The plates of the paint are flat, with raised edges.
         Picture::ThickPaint => 0.25 * picture.texel(u, v.clamp(0.0, 1.0))[3] + 0.15 * ridges(u, v),
         Picture::Tape => {
             0.03 * ((u * 48.0 * std::f32::consts::TAU).sin() + (v * 24.0 * std::f32::consts::TAU).sin())
@@ -52,14 +52,13 @@ fn ridges(u: f32, v: f32) -> f32 {
     (1.0 - (octaves(u, v, (7, 7), 3, 46) - 0.5).abs() * 14.0).max(0.0)
 }
 
-/// The slope across a stroke of furrows along it, of random depth: about 0, and 0 on average over a few furrows.
+/// The slope across a stroke of furrows of random depth along it. Its mean over a few furrows is 0.
 fn furrows(u: f32, v: f32, cells: (i32, i32), seed: u32) -> f32 {
     let half = 0.5 / cells.1 as f32;
     octaves(u, v + half, cells, 2, seed) - octaves(u, v - half, cells, 2, seed)
 }
 
-/// Relief of ink: each of the picture's four rows is cushioned across its width, with a few long hairs
-/// towards the end.
+/// Relief of ink: each of the picture's four rows is rounded across its width, with a few long hairs towards the end.
 fn ink(u: f32, v: f32) -> [f32; 2] {
     let rows = v.clamp(0.0, 0.9999) * 4.0;
     let across = [

@@ -2,8 +2,11 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec3};
 
 use crate::{
-    Classes, Gpu, ViewSlot, descriptors, formats::DEPTH_FORMAT, gpu_scene::GpuScene, record::DrawClass,
-    view_slot::Uniforms,
+    Classes, Gpu, ViewSlot, descriptors,
+    formats::DEPTH_FORMAT,
+    gpu_scene::GpuScene,
+    record::DrawClass,
+    view_slot::{Place, Uniforms},
 };
 use osp::{math::Aabb, polygon::VisibleBlocks};
 use osp_session::{
@@ -13,11 +16,10 @@ use osp_session::{
 
 /// Number of texels of a side of the map.
 const SIDE: u32 = 2048;
-/// Distance from a surface at which a shadow begins, texels, so that strokes that lie on each other cast no shadow on
-/// each other. The distance is in texels, because the thickness of paint grows with the size of the model, as texels
-/// do.
+/// Smallest distance from a surface at which a caster shadows it, texels. Strokes that touch therefore cast no shadow
+/// on each other. The unit is a texel, because both the thickness of paint and the size of a texel grow with the model.
 const NEAREST: f32 = 20.0;
-/// With patience, the map is drawn one frame later for every group of this many polygons.
+/// With `is_patient`, the map waits one frame for each group of this many polygons before it is drawn again.
 const PATIENCE: usize = 1 << 13;
 
 /// The depth map of all shadow casters as seen from the first light. It is drawn again when the scene or the light has
@@ -35,7 +37,7 @@ pub(super) struct Shadow {
     group: wgpu::BindGroup,
     slot: ViewSlot,
     casters: VisibleBlocks,
-    /// Direction of the light for which the map was drawn. `None` if this light casts no shadows.
+    /// Direction of the light in the map. `None` if the light casts no shadows.
     way: Option<Vec3>,
     is_stale: bool,
     is_patient: bool,
@@ -112,14 +114,13 @@ impl Shadow {
         self.is_stale = true;
     }
 
-    /// Sets whether the map may be some frames older than the scene. The more polygons the map has, the more frames it
-    /// waits.
+    /// Sets whether the map may lag behind the scene. It lags more frames if it has more polygons.
     pub(super) fn set_patient(&mut self, is_patient: bool) {
         self.is_patient = is_patient;
     }
 
-    /// Draws the map if its contents have changed; `way` is the direction of the first light, if the scene has one. Returns
-    /// whether the bind group has changed.
+    /// Draws the map if its contents have changed. `way` is the direction of the first light, if this light is on.
+    /// Returns whether the bind group has changed.
     pub(super) fn send(
         &mut self,
         gpu: &Gpu,
@@ -169,7 +170,7 @@ impl Shadow {
         self.slot.order.add(scene, &self.casters, 0, middle, on_gpu.page_len(), |_| Classes::default());
         self.slot.order.finish(on_gpu.page_len());
         let uniforms = Uniforms::of_matrix(shade.clip_from_middle, shade.middle);
-        self.slot.send_uniforms(gpu, view_layout, uniforms);
+        self.slot.send_uniforms(gpu, view_layout, uniforms, Place::ALONE);
         self.draw(gpu, paint, on_gpu);
         is_other
     }
@@ -246,17 +247,8 @@ impl LightSpace {
 }
 
 fn create_map(gpu: &Gpu, side: u32) -> wgpu::TextureView {
-    let texture = gpu.device().create_texture(&wgpu::TextureDescriptor {
-        label: Some("shadow map"),
-        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: DEPTH_FORMAT,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    });
-    texture.create_view(&Default::default())
+    let usage = descriptors::DRAWN_AND_READ;
+    descriptors::image(gpu.device(), "shadow map", DEPTH_FORMAT, 1, usage, (side, side))
 }
 
 fn bind(

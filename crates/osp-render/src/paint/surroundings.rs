@@ -21,7 +21,7 @@ pub(super) struct Surroundings {
 }
 
 impl Surroundings {
-    /// Light and sky of an environment, or of none.
+    /// Light and sky of an environment. Without an environment, light and sky are those of Standard.
     pub(super) fn of(environment: Option<&Environment>) -> Self {
         let usual;
         let environment = match environment {
@@ -34,7 +34,8 @@ impl Surroundings {
         let words = |v: Vec3, w: f32| v.extend(w).to_array();
         let up = rotate(unit(environment.sky_rotation), Vec3::Y);
         let direction = |i: usize| environment.lights[i].0.normalize_or(Vec3::NEG_Y);
-        let has_lamps = if has_lamps(&environment.preset) { 1.0 } else { 0.0 };
+        let has_lamps = f32::from(has_lamps(&environment.preset));
+        let has_srgb_light = f32::from(environment.has_srgb_light);
         Self {
             sky_low: words(environment.sky[0], stars(environment)),
             sky_high: words(environment.sky[1], 0.0),
@@ -42,9 +43,9 @@ impl Surroundings {
             floor: words(environment.floor.unwrap_or_default(), 0.0),
             fog: words(environment.fog.0, environment.fog.1),
             ambient: words(environment.ambient, environment.reflection),
-            light_directions: [words(direction(0), has_lamps), words(direction(1), 0.0)],
+            light_directions: [words(direction(0), has_lamps), words(direction(1), has_srgb_light)],
             lights: environment.lights.map(|(_, color)| words(color, 0.0)),
-            moment: [0.0; 4],
+            moment: [0.0, environment.shadows_end_m, 0.0, 0.0],
             room_from_world: unit(environment.room_rotation).to_array(),
         }
     }
@@ -60,7 +61,7 @@ impl Surroundings {
     }
 }
 
-/// Whether surfaces reflect a room with lamps. In the other environments they reflect the sky, as one even light.
+/// Whether surfaces reflect a room with lamps. In the other environments they reflect a sky of uniform light.
 fn has_lamps(preset: &str) -> bool {
     !matches!(
         preset,
@@ -68,7 +69,7 @@ fn has_lamps(preset: &str) -> bool {
     )
 }
 
-/// Number of the scenery in the shader: 0 for no scenery, 1 for a floor of the environment's own colour.
+/// Number of the scenery in the shader: 0 for no scenery, 1 for a floor in a colour of the environment.
 fn place(environment: &Environment) -> f32 {
     match environment.preset.as_str() {
         _ if environment.floor.is_some() => 1.0,
@@ -80,7 +81,7 @@ fn place(environment: &Environment) -> f32 {
     }
 }
 
-/// Whether the sky has stars (1), or stars and the Milky Way (2). A sky of other colours has none (0).
+/// 1 if the sky has stars, 2 if it also has the Milky Way, else 0.
 fn stars(environment: &Environment) -> f32 {
     let is_dark = environment.sky.iter().all(|color| color.max_element() < 0.1);
     match environment.preset.as_str() {
@@ -106,5 +107,7 @@ fn standard() -> Environment {
         ],
         reflection: 0.3,
         has_full_bloom: false,
+        has_srgb_light: false,
+        shadows_end_m: 0.0,
     }
 }

@@ -79,7 +79,7 @@ impl PartPass {
     }
 }
 
-/// The runs of consecutive corners whose polygons belong to one page, each with its page.
+/// Divides the corners into ranges whose polygons belong to one page. Yields each page with its range.
 fn runs(corners: &[PartCorner], page_len: usize) -> impl Iterator<Item = (u32, Range<u32>)> {
     let page = move |corner: &PartCorner| corner.polygon as usize / page_len;
     let mut at = 0;

@@ -12,7 +12,7 @@ use osp_rivals::{Bsp, BspConfig};
 use osp_session::scene::Scene;
 
 /// Largest number of parts of a tree during its construction, including parts that were cut again: some 400 MB. Beyond
-/// this, parts stay whole.
+/// this number, polygons are not cut.
 const MOST_PARTS: usize = 3_000_000;
 
 /// A corner of a triangle to draw.
@@ -50,7 +50,7 @@ pub struct PaintList {
 }
 
 impl PaintList {
-    /// The order in which a painter draws these polygons for this eye.
+    /// Finds the order in which a painter draws these polygons for this eye.
     ///
     /// # Errors
     /// [`PainterError`]: too many polygons are in view.
@@ -73,8 +73,8 @@ impl PaintList {
         Ok(list)
     }
 
-    /// Orders facets by a tree. The id of a polygon in the tree is the facet's index. If two facets lie in one plane, the
-    /// later one comes later.
+    /// Orders facets by a tree. The id of a polygon in the tree is the facet's index. Facets in one plane keep their
+    /// order.
     fn by_tree(&mut self, scene: &Scene, polygons: &VisibleBlocks, eye_in_world: Vec3) {
         let facets = facets(scene, polygons, tolerance_m(scene, polygons));
         let max_pieces_per_polygon = MOST_PARTS / facets.len().max(1);
@@ -101,7 +101,7 @@ impl PaintList {
         });
     }
 
-    /// Orders facets by the distance of their centres. If two facets have the same distance, the later one comes later.
+    /// Orders facets by the distance of their centres. Facets at the same distance keep their order.
     fn by_centre(&mut self, scene: &Scene, polygons: &VisibleBlocks, eye_in_world: Vec3) {
         let facets = facets(scene, polygons, tolerance_m(scene, polygons));
         let distance = |corners: &[Vec3]| {
@@ -127,7 +127,7 @@ impl PaintList {
 
     /// Adds a convex part as triangles around its first corner.
     fn add(&mut self, id: PolygonId, corners: &[Vec3], eye_in_world: Vec3) {
-        // The position is computed as in the shader, so that uncut polygons cover exactly the same pixels.
+        // The shader computes the same difference, so uncut polygons cover exactly the same pixels.
         let corner = |p: Vec3| {
             let from_eye = (p - eye_in_world).to_array();
             PartCorner { from_eye, polygon: id.0 }

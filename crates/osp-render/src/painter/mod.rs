@@ -1,8 +1,9 @@
 //! The painter's algorithm: polygons are drawn back to front, each over the polygons before it, without a depth test.
 //!
-//! The difficulty is the order. In the order of the centres' distances ([`Painter::Centre`]), a large polygon may come too
-//! late or too early. Two polygons that pass through each other have no right order at all. A BSP tree ([`Painter::Bsp`],
-//! [`osp_rivals::Bsp`]) cuts polygons by planes of others until a right order exists from every eye position.
+//! The difficulty is the order. If polygons are ordered by the distances of their centres ([`Painter::Centre`]), a
+//! large polygon may come too early or too late. Two polygons that pass through each other have no right order at all.
+//! A BSP tree ([`Painter::Bsp`], [`osp_rivals::Bsp`]) cuts polygons by the planes of other polygons until every eye
+//! position has a right order.
 
 mod draw;
 mod list;
@@ -78,8 +79,8 @@ impl Facet {
     }
 }
 
-/// The polygons as facets. The renderer draws a quad as two triangles. A quad becomes two facets, these triangles, if its
-/// fourth corner is farther than `tolerance_m` from the plane of the others.
+/// Converts polygons to facets. The renderer draws a quad as two triangles. These triangles become two facets if the
+/// quad's fourth corner is farther than `tolerance_m` from the plane of the others.
 fn facets(scene: &Scene, polygons: &VisibleBlocks, tolerance_m: f64) -> Vec<Facet> {
     let mut facets = Vec::with_capacity(polygons.len());
     for id in polygons.ids() {
@@ -99,7 +100,8 @@ fn facets(scene: &Scene, polygons: &VisibleBlocks, tolerance_m: f64) -> Vec<Face
     facets
 }
 
-/// Distance from a plane, metres, below which a corner counts as on it: the precision of the polygons' coordinates.
+/// A corner closer to a plane than this distance counts as on the plane, metres. It is the precision of the polygons'
+/// coordinates.
 fn tolerance_m(scene: &Scene, polygons: &VisibleBlocks) -> f64 {
     let farthest = polygons.ids().fold(0.0f32, |most, id| {
         let bounds = scene.bounds(id);

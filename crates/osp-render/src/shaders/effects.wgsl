@@ -83,7 +83,7 @@ fn hypercolor(in: Painted, place: Place) -> vec3<f32> {
     return 2.0 * (sin(phase) + 1.0);
 }
 
-// Whether a position on a wire is on a bulb.
+// Whether a position along a wire lies on a bulb.
 struct Bulb {
     is_lit: bool,
     // 0 on the black ring where the bulb begins, 1 elsewhere.
@@ -168,12 +168,14 @@ fn streamers(in: Painted, place: Place, material: Material) -> vec3<f32> {
     let pace = 0.5 + 0.3 * random;
     let u = in.texture.x + 200.0 * random;
     let wave = sin(10.0 * u + 10.0 * t) - sin(23.0 * u + 6.0 * t);
-    let part = fract(in.texture.y * 5.0 + 0.05 * wave);
+    let y = in.texture.y * 5.0 + 0.05 * wave;
+    let part = fract(y);
     let uv = vec2(u * pace - t * (0.5 + fract(1.618034 * row)), part);
-    // Each of five rows has the whole texture, so `v` grows five times as fast. The factor 3.5 selects a mip level that
-    // is half a level sharper, for thin lines.
-    let scale = vec2(pace, 3.5);
-    let gradients = Gradients(place.gradients.x * scale, place.gradients.y * scale);
+    // Changes of the texture coordinates by `u`: along the texture, and across.
+    let slope = vec2(pace, 0.05 * (10.0 * cos(10.0 * u + 10.0 * t) - 23.0 * cos(23.0 * u + 6.0 * t)));
+    let x = place.gradients.x;
+    let d = place.gradients.y;
+    let gradients = Gradients(x.x * slope + vec2(0.0, 5.0 * x.y), d.x * slope + vec2(0.0, 5.0 * d.y));
     let texel = texture_of(material, material.kinds.z, uv, gradients);
     let rim = part * part * (1.0 - part) * (1.0 - part);
     let q = (texel + 55.0 * texel * texel) * rim;

@@ -1,8 +1,8 @@
 // Makes the finished picture from the drawn colours, which may exceed 1: bright light spreads (bloom), then values are
 // clamped to 1.
 //
-// Bloom is the sum of four octaves: small pictures of fixed heights, each reduced from the one before and blurred. So
-// it spreads over the same part of the picture at every picture size.
+// Bloom is the sum of four octaves: small pictures of fixed heights, each downscaled from the octave before and
+// blurred. Bloom therefore spreads over the same part of the picture at every picture size.
 
 @group(0) @binding(0) var source: texture_2d<f32>;
 @group(0) @binding(1) var smooth_sampler: sampler;
@@ -14,16 +14,13 @@
 
 // Greatest brightness of a colour.
 const MOST: f32 = 30001.0;
-// Share of the light that spreads.
+// Fraction of the light that spreads.
 const SPREAD: f32 = 0.0513;
-// Greatest brightness of a sample: if half of a pixel's samples have it, the pixel is white.
-const HALF_IS_WHITE: f32 = 2.0;
 
 struct Corner {
     @builtin(position) position: vec4<f32>,
     @location(0) uv: vec2<f32>,
-    // Width and height of the target, pixels, 16 bits each. In the last pass, whether spread light keeps all its
-    // brightness.
+    // Width and height of the target, pixels, 16 bits each. In the last pass: 1 for sketches of early versions, else 0.
     @location(1) @interpolate(flat, either) size: u32,
 }
 
@@ -95,14 +92,21 @@ fn with_octaves(c: vec3<f32>, in: Corner) -> vec4<f32> {
     return vec4(saturate(mix(c, octaves, SPREAD)), 1.0);
 }
 
-// The picture with bloom. A stroke brighter than white makes a pixel white as soon as it covers half of the pixel. So
-// thin strokes of light are as bold as in Tilt Brush, where the brushes come from, but not jagged.
+// Greatest brightness of one of `count` samples of a pixel. In Tilt Brush, where the brushes come from, a bright stroke
+// makes a pixel white as soon as it covers one sample. Early versions had only one sample a pixel, so their strokes are
+// thinner: here a pixel is as white as it is covered.
+fn most_of_sample(count: f32, in: Corner) -> vec3<f32> {
+    return vec3(select(count, 1.0, in.size == 1u) / (1.0 - SPREAD));
+}
+
+// The picture with bloom.
 @fragment
 fn spread(in: Corner) -> @location(0) vec4<f32> {
     var sum = vec3(0.0);
     let count = i32(textureNumSamples(samples));
+    let most = most_of_sample(f32(count), in);
     for (var i = 0; i < count; i++) {
-        sum += min(cut(textureLoad(samples, vec2<i32>(in.position.xy), i).rgb), vec3(HALF_IS_WHITE));
+        sum += min(cut(textureLoad(samples, vec2<i32>(in.position.xy), i).rgb), most);
     }
     return with_octaves(sum / f32(count), in);
 }
@@ -111,6 +115,5 @@ fn spread(in: Corner) -> @location(0) vec4<f32> {
 // jagged.
 @fragment
 fn spread_mean(in: Corner) -> @location(0) vec4<f32> {
-    let mean = cut(textureLoad(source, vec2<i32>(in.position.xy), 0).rgb);
-    return with_octaves(min(mean, vec3(HALF_IS_WHITE)), in);
+    return with_octaves(cut(textureLoad(source, vec2<i32>(in.position.xy), 0).rgb), in);
 }

@@ -1,9 +1,9 @@
-// Lists the polygons that are not hidden, in drawing order. `count` counts the polygons of each group of handles,
-// `scan` computes prefix sums of these counts, and `scatter` writes the polygons to their places.
+// Lists the polygons that are not hidden, in drawing order. `count` counts the polygons of each group of cluster masks,
+// `scan` computes prefix sums of these counts, and `scatter` writes the polygons to their positions.
 
 @group(0) @binding(0) var<uniform> span: Span;
 @group(0) @binding(1) var<storage, read> handles: array<Handle>;
-// The mask of each handle, without hidden polygons.
+// Each cluster mask, without hidden polygons.
 @group(0) @binding(2) var<storage, read> kept: array<vec2<u32>>;
 @group(0) @binding(3) var<storage, read_write> sums: array<u32>;
 @group(0) @binding(4) var<storage, read_write> list: array<u32>;
@@ -25,7 +25,7 @@ fn polygons_of(mask: vec2<u32>) -> u32 {
     return countOneBits(mask.x) + countOneBits(mask.y);
 }
 
-// The sum of the numbers of this lane and all lanes before it.
+// The sum of the numbers of this invocation and all invocations before it.
 fn sum_up_to(lane: u32, number: u32) -> u32 {
     summed[lane] = number;
     workgroupBarrier();

@@ -1,7 +1,7 @@
 // Builds the depth pyramid. A texel of level 1 is the farthest depth of all samples of 2 x 2 pixels. A texel of each
 // later level is the farthest of 2 x 2 texels of the level before, up to a single texel. Depth is reversed, so the
-// farthest is the least. Texel i of level L stands for the pixels from i * 2^L to (i + 1) * 2^L that lie in the
-// picture. The size of a level is half the size of the level before, rounded up.
+// farthest depth is the smallest number. Texel i of level L stands for the pixels from i * 2^L to (i + 1) * 2^L that
+// lie in the picture. The size of a level is half the size of the level before, rounded up.
 
 @group(0) @binding(0) var<uniform> span: Span;
 @group(0) @binding(1) var<uniform> params: Params;

@@ -35,7 +35,7 @@ fn recall(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
     list_bits(to + countOneBits(mask.x), cluster * 64u + 32u, mask.y);
 }
 
-// Adds the polygons at these places of the page to its draw calls.
+// Adds the polygons at these positions of the page to the page's draw calls.
 fn add_to_draws(begin: u32, end: u32) {
     var at = begin;
     while at < end {

@@ -2,20 +2,20 @@
 
 // The work of a dispatch.
 struct Span {
-    // First handle, first place in the list of transparent polygons, or the level of the pyramid.
+    // First cluster mask, first position in the list of transparent polygons, or the level of the pyramid.
     first: u32,
-    // End of the handles or places.
+    // End of the cluster masks or positions.
     end: u32,
-    // Place in `sums` at which the page begins, or in `candidates` at which a chunk's list begins.
+    // For a page, index in `sums` of its first prefix sum. For a chunk, index in `candidates` of its first candidate.
     first_sum: u32,
-    // Place in the list at which the page begins.
+    // Position in the list at which the page begins.
     base: u32,
-    // Place in `args` of the page's count, then of its draw calls for depth, then for colours. For a chunk, place of
-    // its count in `candidates`.
+    // For a page, index in `args` of its count; its draw calls for depth, then for colours, follow. For a chunk, index
+    // of its count in `candidates`.
     args: u32,
     // The first polygon of the chunk.
     first_polygon: u32,
-    // Draw calls of the page for depth, and as many for colours.
+    // Number of draw calls of the page for depth, and the same number for colours.
     draws: u32,
     // Largest number of polygons of a draw call.
     draw_len: u32,
@@ -31,7 +31,7 @@ struct Params {
     group: u32,
     // Bound of a group. 0: its corners; 1: its bounding box; 2: its farthest corner, which is wrong on purpose.
     bound: u32,
-    // Whether the polygons of a group that is not hidden are tested one by one.
+    // Whether the polygons of a group that is not proven hidden are tested one by one.
     is_fine: u32,
 }
 
@@ -41,7 +41,7 @@ struct Handle {
     cluster: u32,
     // The bits of the first 32 polygons.
     low: u32,
-    // The bits of the others.
+    // The bits of the last 32 polygons.
     high: u32,
 }
 

@@ -19,12 +19,12 @@ struct Polygon {
 @group(0) @binding(3) var<storage, read> handles: array<Handle>;
 // A mask for each cluster, two words.
 @group(0) @binding(4) var<storage, read_write> remembered: array<atomic<u32>>;
-// The mask of each handle, without hidden polygons, two words.
+// Each cluster mask, without hidden polygons, two words.
 @group(0) @binding(5) var<storage, read_write> kept: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read> pyramid: array<f32>;
 // The number of candidates of each chunk, then the candidates of the current chunk: the polygons that the coarse test
-// has not proven hidden. A candidate is 64 times the number of its handle in the span, plus the polygon's number in its
-// cluster.
+// has not proven hidden. A candidate is 64 times the index of its cluster mask in the span, plus the polygon's index in
+// its cluster.
 @group(0) @binding(7) var<storage, read_write> candidates: array<atomic<u32>>;
 @group(0) @binding(8) var samples: texture_depth_multisampled_2d;
 @group(1) @binding(0) var<storage, read> chunk: array<Polygon>;
@@ -36,11 +36,11 @@ const NOTHING: u32 = 0xffffffffu;
 const GROUP_TEXELS: i32 = 4;
 // Greatest number of texels that a triangle's rectangle covers on the level where its test begins, each way.
 const FINE_TEXELS: i32 = 8;
-// Greatest number of texels, finer ones included, that a lane tests a triangle on. A triangle that needs more is drawn.
+// Largest number of texels of all levels on which an invocation tests a triangle. A triangle that needs more is drawn.
 const MOST_STEPS: u32 = 1024u;
-// The same limit for a lane that shares a candidate with others.
+// The same limit for an invocation that shares a candidate with others.
 const MOST_STEPS_OF_SHARE: u32 = 256u;
-// Number of lanes that share the texels of a candidate.
+// Number of invocations that share the texels of a candidate.
 const LANES_OF_CANDIDATE: u32 = 16u;
 
 const BY_BOX: u32 = 1u;
@@ -293,7 +293,7 @@ fn may_win(t: Triangle, at: vec2<f32>, depth: f32) -> bool {
 
 // Whether the triangle may win a sample of a pixel. The samples have their standard positions: see `samples.rs`.
 fn may_win_any(t: Triangle, pixel: vec2<i32>) -> bool {
-    // All are read at once, because a lane waits for each read.
+    // All samples are read together, because an invocation waits for each read.
     let depths = vec4(
         textureLoad(samples, pixel, 0),
         textureLoad(samples, pixel, 1),
@@ -315,7 +315,7 @@ struct Task {
     rect: vec4<i32>,
     // The level of the texels that its test begins with.
     top: u32,
-    // False if there is no bound, so that nothing proves the triangle hidden.
+    // False if there is no bound, so that the triangle is never proven hidden.
     is_known: bool,
 }
 
@@ -431,7 +431,7 @@ var<workgroup> lows: array<vec3<f32>, LANES>;
 var<workgroup> highs: array<vec3<f32>, LANES>;
 var<workgroup> are_hidden: array<u32, LANES>;
 var<workgroup> visible: array<atomic<u32>, 2>;
-// Number of listed candidates, and the place of the first in the chunk's list.
+// Number of listed candidates, and the position of the first candidate in the chunk's list.
 var<workgroup> listed: atomic<u32>;
 var<workgroup> first_listed: u32;
 
@@ -456,8 +456,8 @@ fn bound_of_box(lane: u32, of_corners: Bound) -> Bound {
     return bound;
 }
 
-// The coarse test. Writes the polygons of groups that are not hidden to `visible`. One lane for each polygon of the
-// cluster.
+// The coarse test. Writes the polygons of groups that are not proven hidden to `visible`. One invocation for each
+// polygon of the cluster.
 fn find_visible(handle: Handle, lane: u32) {
     let is_on = ((select(handle.low, handle.high, lane >= 32u) >> (lane % 32u)) & 1u) == 1u;
     bounds[lane] = nothing();
@@ -495,13 +495,13 @@ fn find_visible(handle: Handle, lane: u32) {
     workgroupBarrier();
 }
 
-// Whether the fine test may prove the polygon of this lane hidden.
+// Whether the fine test may prove the polygon of this invocation hidden.
 fn is_candidate(lane: u32) -> bool {
     let is_visible = ((atomicLoad(&visible[lane / 32u]) >> (lane % 32u)) & 1u) == 1u;
     return params.is_fine == 1u && is_visible && bounds[lane].is_known == 1u;
 }
 
-// Lists this lane's polygon for the fine test if `is_listed`. All lanes must call it.
+// Lists this invocation's polygon for the fine test if `is_listed`. All invocations must call it.
 fn list_candidate(number: u32, lane: u32, is_listed: bool) {
     var own = 0u;
     if is_listed {
@@ -551,10 +551,10 @@ fn remember(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_i
 }
 
 struct Candidate {
-    // Place of the candidate's handle.
+    // Index of the candidate's cluster mask.
     at: u32,
     cluster: u32,
-    // Place of the candidate in its cluster.
+    // Index of the candidate in its cluster.
     lane: u32,
 }
 

@@ -4,7 +4,7 @@
 struct Material {
     // rgb: reflectance at normal incidence. w: gloss, 0 to 1.
     f0: vec4<f32>,
-    // x: alpha below which nothing is drawn. y: strength of emitted light, an exponent.
+    // x: alpha below which nothing is drawn. y: strength of emitted light, an exponent. z: anisotropy of the texture.
     numbers: vec4<f32>,
     // x: lighting and flags. y: effect. z: layer of the texture. w: layer of the normal map.
     kinds: vec4<u32>,
@@ -21,10 +21,11 @@ struct Surroundings {
     fog: vec4<f32>,
     // w: strength of reflections.
     ambient: vec4<f32>,
-    // Directions in which the two lights shine, and their colours.
+    // Directions in which the two lights shine, and their colours. light_directions[0].w: 1 if surfaces reflect lamps.
+    // light_directions[1].w: 1 if the second light and the ambient light are added as sRGB numbers.
     light_directions: array<vec4<f32>, 2>,
     lights: array<vec4<f32>, 2>,
-    // x: seconds.
+    // x: seconds. y: depth at which shadows have faded out, 0 if they do not fade.
     moment: vec4<f32>,
     // A quaternion.
     room_from_world: vec4<f32>,
@@ -35,7 +36,7 @@ struct Surroundings {
 @group(2) @binding(2) var textures: texture_2d_array<f32>;
 @group(2) @binding(3) var repeating: sampler;
 @group(2) @binding(4) var clamping: sampler;
-// `textures` again, for the second sampler: OpenGL has one sampler for a texture.
+// A second binding of `textures` for the second sampler: in OpenGL a texture has one sampler.
 @group(2) @binding(5) var clamped_textures: texture_2d_array<f32>;
 
 const UV_LIMIT: f32 = 8.0;
@@ -164,14 +165,27 @@ struct Gradients {
     y: vec2<f32>,
 }
 
+// A texture that is seen from the side is the mean of up to `material.numbers.z` samples along its far direction.
 fn texture_of(material: Material, layer: u32, uv: vec2<f32>, gradients: Gradients) -> vec4<f32> {
     if layer == NO_TEXTURE {
         return vec4(1.0);
     }
-    if (material.kinds.x & IS_CLAMPED) != 0u {
-        return textureSampleGrad(clamped_textures, clamping, uv, layer, gradients.x, gradients.y);
+    let lengths = vec2(length(gradients.x), length(gradients.y));
+    let is_far = lengths.y > lengths.x;
+    let far = select(gradients.x, gradients.y, is_far);
+    let near = select(gradients.y, gradients.x, is_far);
+    let ratio = max(lengths.x, lengths.y) / max(min(lengths.x, lengths.y), 1.0e-9);
+    let count = clamp(ceil(ratio), 1.0, material.numbers.z);
+    var sum = vec4(0.0);
+    for (var i = 0; i < i32(count); i++) {
+        let at = uv + far * ((f32(i) + 0.5) / count - 0.5);
+        if (material.kinds.x & IS_CLAMPED) != 0u {
+            sum += textureSampleGrad(clamped_textures, clamping, at, layer, far / count, near);
+        } else {
+            sum += textureSampleGrad(textures, repeating, at, layer, far / count, near);
+        }
     }
-    return textureSampleGrad(textures, repeating, uv, layer, gradients.x, gradients.y);
+    return sum / count;
 }
 
 // Margin above the cutoff in the pass without colours. Despite rounding, this pass then writes no depth of a texel that
@@ -191,13 +205,20 @@ fn fragment_cut(in: Cut) {
     }
 }
 
-// Light that falls on a matte surface. `share` is the share of the first light that reaches it.
+// Light that falls on a matte surface. `share` is the fraction of the first light that reaches the surface.
 fn light_on(normal: vec3<f32>, share: f32) -> vec3<f32> {
-    let first = max(dot(normal, -surroundings.light_directions[0].xyz), 0.0) * share;
+    let first = surroundings.lights[0].rgb * max(dot(normal, -surroundings.light_directions[0].xyz), 0.0) * share;
     let y = dot(normal, -surroundings.light_directions[1].xyz);
     // Tilt Brush stores the second light as spherical harmonics.
-    let second = max(0.094 + 0.5 * y + 0.469 * y * y, 0.0);
-    return surroundings.ambient.rgb + surroundings.lights[0].rgb * first + surroundings.lights[1].rgb * second;
+    let second = 0.0882 + 0.4706 * y + 0.4412 * y * y;
+    let ambient = surroundings.ambient.rgb;
+    let color = surroundings.lights[1].rgb;
+    if surroundings.light_directions[1].w == 1.0 {
+        return first + ambient + color * max(second, 0.0);
+    }
+    // It adds them to the ambient light as linear numbers, although it adds all other light as sRGB numbers.
+    let sum = linear_from_srgb(ambient) + linear_from_srgb(color) * second;
+    return first + srgb_from_linear(max(sum, vec3(0.0)));
 }
 
 // Rotates a direction from world space to the space of the room.
@@ -305,7 +326,7 @@ struct Place {
     gradients: Gradients,
     // For a disco ball, the triangle's normal on the visible side; otherwise the same as `normal`.
     facet: vec3<f32>,
-    // For a toon, whether the place is on the outline.
+    // For a toon, whether the fragment is on the outline.
     is_rim: bool,
 }
 
@@ -327,8 +348,8 @@ fn in_world(of_plane: vec3<f32>, normal: vec3<f32>, gradients: Gradients, dx: ve
 // Widest outline of a toon, as a part of the picture's height.
 const OUTLINE: f32 = 0.0025;
 
-// Whether a place of a round surface is on the outline: nearer to the surface's rim than the width of the outline.
-// `view_cosine` is the cosine of the angle between the normal and the direction to the eye.
+// Whether a point of a round surface is on the outline: nearer to the surface's silhouette than the width of the
+// outline. `view_cosine` is the cosine of the angle between the normal and the direction to the eye.
 fn is_outline(in: Painted, view_cosine: f32) -> bool {
     let clip = view.clip_from_eye * vec4(in.from_eye.xyz, 1.0);
     let pixels = OUTLINE * 2.0 / abs(dpdy(clip.y / clip.w));

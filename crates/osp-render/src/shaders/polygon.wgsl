@@ -6,7 +6,7 @@ override CHUNK_LEN: u32 = 131072u;
 const CHUNKS_A_PAGE: u32 = 7u;
 
 struct Style {
-    // Red, green, blue, and the share with which they replace the polygon's own colour.
+    // Tint: red, green, blue, and its weight against the polygon's own colour.
     tint: vec4<f32>,
     // x: factor of the opacity. y: added brightness.
     more: vec4<f32>,
@@ -22,8 +22,8 @@ struct View {
     // Direction from the eye to the lower left corner of the picture, and from there to the lower right and upper left
     // corner.
     corners: array<vec4<f32>, 3>,
-    // x: the place that stands for polygon 0; each later place stands for the next number. From place x on, the draw
-    // list has one bit for each polygon.
+    // x: the position of polygon 0. Each later position stands for the next polygon number. From position x on, the
+    // draw list has one bit for each polygon.
     all_from: vec4<u32>,
 }
 
@@ -48,7 +48,7 @@ struct Polygon {
 @group(1) @binding(5) var<storage, read> chunk_5: array<Polygon>;
 @group(1) @binding(6) var<storage, read> chunk_6: array<Polygon>;
 
-// Number of the polygon that a place draws, or NOTHING.
+// Number of the polygon that a position draws, or NOTHING.
 fn polygon_at(place: u32) -> u32 {
     if place < view.all_from.x {
         return draw_list[place];
@@ -58,9 +58,9 @@ fn polygon_at(place: u32) -> u32 {
     return select(NOTHING, id, ((bits >> (id % 32u)) & 1u) == 1u);
 }
 
-// Stands in the draw list for a polygon that is left out.
+// Marks a skipped polygon in the draw list.
 const NOTHING: u32 = 0xffffffffu;
-// Position of all corners of such a polygon, outside of the picture.
+// Position of all corners of a skipped polygon, outside of the picture.
 const NOWHERE: vec4<f32> = vec4<f32>(2.0, 2.0, 0.5, 1.0);
 
 struct Corner {

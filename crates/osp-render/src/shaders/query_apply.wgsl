@@ -1,8 +1,8 @@
-// Removes handles whose occlusion query counted no sample from the pass with colours.
+// Removes cluster masks whose occlusion query counted no sample from the pass with colours.
 
 @group(0) @binding(0) var<uniform> span: Span;
 @group(0) @binding(1) var<storage, read> handles: array<Handle>;
-// The query of each handle, or NOTHING.
+// The query of each cluster mask, or NOTHING.
 @group(0) @binding(2) var<storage, read> queries: array<u32>;
 // Counted samples of each query, 64 bits.
 @group(0) @binding(3) var<storage, read> results: array<vec2<u32>>;

@@ -34,8 +34,8 @@ const FROM_EYE: f32 = 1.0e-5;
 // below one part in 10,000 (`hzb_test.wgsl`). If the near plane cut a box, faces in front of its polygons would be
 // missing. Behind the eye w is negative and z is not: the condition is false for such a corner, and for NaN.
 const BEYOND_NEAR: f32 = 0.999;
-// Rounding error of a corner as in `hzb_test.wgsl`, as a part of the picture's side, and its limit here, pixels.
-// Polygons in a box are no farther beside the picture than its corners.
+// Rounding error of a corner as in `hzb_test.wgsl`, as a fraction of the picture's side, and its limit here, pixels.
+// Polygons in a box are no farther outside the picture than the box's corners.
 const ROUNDING: f32 = 1.0 / 524288.0;
 const MOST_CORNER_ERROR: f32 = 0.7;
 

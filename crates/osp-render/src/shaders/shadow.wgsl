@@ -13,7 +13,7 @@ struct Shade {
 @group(3) @binding(1) var shadow_map: texture_depth_2d;
 @group(3) @binding(2) var nearer: sampler_comparison;
 
-// Share of the first light that reaches a place, 0 to 1. `normal` is the normal of the visible side.
+// Fraction of the first light that reaches a point, 0 to 1. `normal` is the normal of the visible side.
 fn first_light_at(from_eye: vec3<f32>, normal: vec3<f32>) -> f32 {
     if shade.middle.w == 0.0 {
         return 1.0;
@@ -23,9 +23,13 @@ fn first_light_at(from_eye: vec3<f32>, normal: vec3<f32>) -> f32 {
     let at = shade.clip_from_middle * vec4(from_middle + towards, 1.0);
     let uv = vec2(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y);
     let share = textureSampleCompareLevel(shadow_map, nearer, uv, saturate(at.z));
-    // Places beside the map are lit.
+    // Points outside the map are lit.
     let is_inside = all(abs(at.xy) < vec2(1.0));
-    return select(1.0, share, is_inside);
+    // As in Unity, where the brushes come from, shadows begin to fade at three quarters of the depth of their end.
+    let end = surroundings.moment.y;
+    let depth = (view.clip_from_eye * vec4(from_eye, 1.0)).w;
+    let fade = select(0.0, saturate(3.889 * depth / max(end, 1.0e-6) - 2.889), end > 0.0);
+    return saturate(select(1.0, share, is_inside) + fade);
 }
 
 // The view is that of the light; the draw list has the shadow casters.

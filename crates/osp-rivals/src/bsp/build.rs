@@ -18,31 +18,33 @@ use osp::{
     polygon::{ConvexPolygon, PolygonId},
 };
 
-/// Depth down to which the culling tree follows the planes; deeper nodes halve the polygons by number.
+/// Depth up to which the culling tree follows the planes. Deeper nodes halve the number of polygons.
 pub(super) const MAX_DEPTH: usize = COUNTED_DEPTH;
 
 /// Largest number of pieces on which a candidate plane is tested to rate it.
 const TRIED_ON: usize = 48;
 
-/// If a plane leaves at least this share of the pieces on one side, a plane across an axis is tried, too. If it is smaller,
-/// trees are shallower, with more cuts.
+/// If a plane leaves at least this share of the pieces on one side, the builder also tries a plane across an axis. A
+/// smaller share makes shallower trees with more cuts.
 const LOPSIDED: f64 = 0.75;
 
-/// Nodes with fewer pieces may become chains: no plane across an axis is tried.
+/// For nodes with fewer pieces, the builder tries no plane across an axis. Such nodes may become chains.
 const SMALL: usize = 16;
 
-/// Number of pieces that even a small tree may have.
+/// Largest number of pieces of a tree with few polygons.
 const FEWEST_PIECES: usize = 4096;
 
-/// Average number of corners that a piece may have.
+/// Largest average number of corners of a piece.
 const CORNERS_PER_PIECE: usize = 8;
 
 /// Configuration of a BSP tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BspConfig {
-    /// Number of polygons of a node whose planes are tried. If it is larger, trees are better and builds slower.
+    /// Number of polygons of a node whose planes the builder rates. A larger number makes better trees and slower
+    /// builds.
     pub candidates: usize,
-    /// Weight of a cut, in polygons on the wrong side. If it is larger, trees have fewer pieces and are deeper.
+    /// Cost of a cut, as a number of polygons by which the sides differ. A larger weight makes deeper trees with fewer
+    /// pieces.
     pub cut_weight: f32,
     /// Largest number of pieces for each polygon, over the whole tree. Beyond this limit, nodes become leaves.
     pub max_pieces_per_polygon: usize,
@@ -61,8 +63,8 @@ struct Part {
     item: u32,
     first: u32,
     corners: u32,
-    /// Whether the piece's polygon is culled in the node at which the piece ends.
-    is_home: bool,
+    /// Whether the node of this piece culls the polygon. True for the largest piece.
+    is_culled_here: bool,
 }
 
 /// A plane that can split a node.
@@ -77,7 +79,7 @@ struct Choice {
     larger_share: f64,
 }
 
-/// A node still to be made. Its pieces are the last of the waiting ones.
+/// A node still to be made. Its pieces are at the end of [`BspBuilder::waiting`].
 #[derive(Clone, Copy, Debug)]
 struct Pending {
     start: u32,
@@ -102,17 +104,21 @@ pub(super) struct BspBuilder {
     front: Vec<u32>,
     back: Vec<u32>,
     cut: [Vec<Vec3>; 2],
-    /// The boxes of the culling tree, in the order of their nodes. For each node, `at_home` has the position of its
-    /// first box, the number of its own boxes, and the number of boxes in its subtree.
-    homes: Vec<Item>,
-    at_home: Vec<Homes>,
+    /// The boxes of the culling tree, in the order of their nodes.
+    cull_items: Vec<Item>,
+    /// For each node its boxes in `cull_items`.
+    cull_ranges: Vec<CullRange>,
     cull_pending: Vec<CullPending>,
 }
 
+/// The boxes of a node in the culling tree.
 #[derive(Clone, Copy, Debug)]
-struct Homes {
+struct CullRange {
+    /// Position of the first box.
     first: u32,
+    /// Number of boxes of the node itself.
     own: u32,
+    /// Number of boxes in the subtree.
     all: u32,
 }
 
@@ -131,8 +137,8 @@ impl BspBuilder {
             front: Vec::new(),
             back: Vec::new(),
             cut: [Vec::new(), Vec::new()],
-            homes: Vec::new(),
-            at_home: Vec::new(),
+            cull_items: Vec::new(),
+            cull_ranges: Vec::new(),
             cull_pending: Vec::new(),
         }
     }
@@ -163,10 +169,10 @@ impl BspBuilder {
         &self.points[part.first as usize..(part.first + part.corners) as usize]
     }
 
-    fn add_part(&mut self, item: u32, corners: &[Vec3], is_home: bool) -> u32 {
+    fn add_part(&mut self, item: u32, corners: &[Vec3], is_culled_here: bool) -> u32 {
         let first = self.points.len() as u32;
         self.points.extend_from_slice(corners);
-        self.parts.push(Part { item, first, corners: corners.len() as u32, is_home });
+        self.parts.push(Part { item, first, corners: corners.len() as u32, is_culled_here });
         self.parts.len() as u32 - 1
     }
 
@@ -175,8 +181,8 @@ impl BspBuilder {
         self.parts.clear();
         self.points.clear();
         self.waiting.clear();
-        self.homes.clear();
-        self.at_home.clear();
+        self.cull_items.clear();
+        self.cull_ranges.clear();
         self.order.clear();
         for (at, item) in items.iter().enumerate() {
             let shape = self.shapes.get(item.id).unwrap_or_else(|| plate(&item.bounds));
@@ -214,7 +220,7 @@ impl BspBuilder {
     fn choose(&self) -> Option<Choice> {
         let mut best = None;
         let step = self.here.len().div_ceil(self.config.candidates.max(1)).max(1);
-        // The middle of each step is taken, because the ends of a row of pieces are the ends of a stroke.
+        // Samples the middle of each step, because the first and the last piece are often the ends of a stroke.
         for &part in self.here.iter().skip(step / 2).step_by(step) {
             let item = self.parts[part as usize].item;
             if let Some(plane) = self.planes[item as usize] {
@@ -247,8 +253,7 @@ impl BspBuilder {
                 best = across.filter(better).or(best);
             }
         }
-        // A plane across an axis that leaves all pieces on one side is refused, because it would be chosen again and
-        // again.
+        // Refuses a plane across an axis that leaves all pieces on one side. The next node would choose it again.
         best.filter(|choice| choice.own.is_some() || choice.larger_share < 1.0)
     }
 
@@ -274,7 +279,7 @@ impl BspBuilder {
             if let Some(parent) = self.order.nodes.get_mut(parent as usize) {
                 *(if is_front { &mut parent.front } else { &mut parent.back }) = node;
             }
-            let first = self.homes.len() as u32;
+            let first = self.cull_items.len() as u32;
             self.front.clear();
             self.back.clear();
             for i in 0..self.here.len() {
@@ -288,8 +293,8 @@ impl BspBuilder {
                     Side::Both => self.split(part, &plane),
                 }
             }
-            self.at_home.push(Homes { first, own: self.homes.len() as u32 - first, all: 0 });
-            // The last pending node is made first: the node behind the plane.
+            self.cull_ranges.push(CullRange { first, own: self.cull_items.len() as u32 - first, all: 0 });
+            // The builder makes the last pending node first: the node behind the plane.
             for (is_front, parts) in [(true, &self.front), (false, &self.back)] {
                 if !parts.is_empty() {
                     let start = self.waiting.len() as u32;
@@ -302,25 +307,25 @@ impl BspBuilder {
 
     /// Makes a part a piece of the current node.
     fn keep(&mut self, part: u32, items: &[Item]) {
-        let Part { item, first, corners, is_home } = self.parts[part as usize];
+        let Part { item, first, corners, is_culled_here } = self.parts[part as usize];
         let item = items[item as usize];
         self.order.piece(item.id, &self.points[first as usize..(first + corners) as usize]);
-        if is_home {
-            self.homes.push(item);
+        if is_culled_here {
+            self.cull_items.push(item);
         }
     }
 
     /// Cuts a part into two parts.
     fn split(&mut self, part: u32, plane: &SplitPlane) {
-        let Part { item, corners, is_home, .. } = self.parts[part as usize];
+        let Part { item, corners, is_culled_here, .. } = self.parts[part as usize];
         let larger = plane.larger_side(self.corners(part));
         let [mut front, mut back] = std::mem::take(&mut self.cut);
         plane.cut(self.corners(part), &mut front, &mut back);
         let fits = |piece: &[Vec3]| (3..=MAX_CORNERS).contains(&piece.len());
         if (corners as usize) < MAX_CORNERS && fits(&front) && fits(&back) {
-            let part = self.add_part(item, &front, is_home && larger == Side::Front);
+            let part = self.add_part(item, &front, is_culled_here && larger == Side::Front);
             self.front.push(part);
-            let part = self.add_part(item, &back, is_home && larger == Side::Back);
+            let part = self.add_part(item, &back, is_culled_here && larger == Side::Back);
             self.back.push(part);
         } else if larger == Side::Front {
             self.front.push(part);
@@ -330,44 +335,45 @@ impl BspBuilder {
         self.cut = [front, back];
     }
 
-    /// Builds the culling tree: the nodes with the polygons that are culled in them. Nodes with few polygons become leaves.
+    /// Builds the culling tree from the nodes that cull polygons. Nodes with few polygons become leaves.
     fn build_cull(&mut self, tree: &mut FlatTree) {
-        let all = |at_home: &[Homes], node: u32| at_home.get(node as usize).map_or(0, |homes| homes.all);
+        let all = |ranges: &[CullRange], node: u32| ranges.get(node as usize).map_or(0, |range| range.all);
         for at in (0..self.order.nodes.len()).rev() {
             let node = &self.order.nodes[at];
-            self.at_home[at].all =
-                self.at_home[at].own + all(&self.at_home, node.front) + all(&self.at_home, node.back);
+            self.cull_ranges[at].all = self.cull_ranges[at].own
+                + all(&self.cull_ranges, node.front)
+                + all(&self.cull_ranges, node.back);
         }
         let mut waiting = vec![(0, 0)];
         while let Some((mut at, depth)) = waiting.pop() {
-            let (homes, node) = loop {
-                let (homes, node) = (self.at_home[at as usize], self.order.nodes[at as usize]);
-                let [front, back] = [node.front, node.back].map(|node| all(&self.at_home, node));
-                match (homes.own, front, back) {
+            let (range, node) = loop {
+                let (range, node) = (self.cull_ranges[at as usize], self.order.nodes[at as usize]);
+                let [front, back] = [node.front, node.back].map(|node| all(&self.cull_ranges, node));
+                match (range.own, front, back) {
                     (0, 0, 1..) => at = node.back,
                     (0, 1.., 0) => at = node.front,
-                    _ => break (homes, node),
+                    _ => break (range, node),
                 }
             };
-            if homes.all == 0 {
+            if range.all == 0 {
                 continue;
             }
-            let first = homes.first as usize;
-            if homes.all as usize <= LEAF_CAPACITY || homes.own == homes.all {
-                self.group(first, homes.all as usize, depth, tree);
+            let first = range.first as usize;
+            if range.all as usize <= LEAF_CAPACITY || range.own == range.all {
+                self.group(first, range.all as usize, depth, tree);
                 continue;
             }
             tree.inner(depth);
-            if homes.own > 0 {
-                self.group(first, homes.own as usize, depth + 1, tree);
+            if range.own > 0 {
+                self.group(first, range.own as usize, depth + 1, tree);
             }
             let below = [node.front, node.back];
-            let has_some = |node: &u32| all(&self.at_home, *node) > 0;
+            let has_some = |node: &u32| all(&self.cull_ranges, *node) > 0;
             waiting.extend(below.into_iter().filter(has_some).map(|node| (node, depth + 1)));
         }
     }
 
-    /// Adds consecutive polygons, halved by number if a leaf has no room for all.
+    /// Adds consecutive polygons. Halves their number until each half fits into a leaf.
     fn group(&mut self, first: usize, count: usize, depth: usize, tree: &mut FlatTree) {
         let split = |items: &mut [Item]| {
             if items.len() <= LEAF_CAPACITY {
@@ -379,7 +385,7 @@ impl BspBuilder {
             items.select_nth_unstable_by(half, |a, b| center(a).total_cmp(&center(b)));
             Split::After(half)
         };
-        let items = &mut self.homes[..];
+        let items = &mut self.cull_items[..];
         let mut ranges = InPlace { items, split };
         build_top_down(first..first + count, depth, LEAF_CAPACITY, &mut ranges, &mut self.cull_pending, tree);
     }
@@ -404,8 +410,8 @@ impl TreeBuilder for BspBuilder {
             + (self.points.capacity() + cut) * size_of::<Vec3>()
             + lists.iter().map(|list| list.capacity()).sum::<usize>() * size_of::<u32>()
             + self.pending.capacity() * size_of::<Pending>()
-            + self.homes.capacity() * size_of::<Item>()
-            + self.at_home.capacity() * size_of::<Homes>()
+            + self.cull_items.capacity() * size_of::<Item>()
+            + self.cull_ranges.capacity() * size_of::<CullRange>()
             + self.cull_pending.capacity() * size_of::<CullPending>()
     }
 }
@@ -416,7 +422,7 @@ fn middle(points: &[Vec3]) -> Vec3 {
     bounds.center()
 }
 
-/// The replacement of a polygon whose corners are not known: the rectangle through the middle of its box, perpendicular to
+/// The replacement of a polygon without known corners: the rectangle through the middle of its box, perpendicular to
 /// the box's shortest side.
 fn plate(bounds: &Aabb) -> ConvexPolygon {
     let half = bounds.max * 0.5 - bounds.min * 0.5;

@@ -22,7 +22,7 @@ use osp::{
 #[derive(Debug)]
 pub struct Bsp(Rebuilt<BspBuilder>, Announced);
 
-/// The polygons that are inserted or moved next, in this order.
+/// The corners of announced polygons, in the order of the next insertions and updates.
 #[derive(Debug, Default)]
 struct Announced(VecDeque<(PolygonId, ConvexPolygon)>);
 
@@ -49,16 +49,16 @@ impl Bsp {
         index.downcast_mut()
     }
 
-    /// Sets the corners of a polygon in the tree, world space, after `insert` or `update` without an announcement, because
-    /// both drop the former corners. Polygons that are not in the tree, or not finite, are ignored.
+    /// Sets the corners of a polygon in the tree, world space. Necessary after an `insert` or `update` without an
+    /// announcement, because both delete the corners. Ignores polygons that are not in the tree or not finite.
     pub fn shape(&mut self, id: PolygonId, polygon: &ConvexPolygon) {
         if self.0.contains(id) && is_finite(polygon) {
             self.0.builder_mut().set_shape(id, Some(*polygon));
         }
     }
 
-    /// Calls `draw` with the pieces of all polygons as of the last commit, the farthest from `eye` first. So no piece hides
-    /// any part of a later piece. `draw` gets the id of the polygon and the corners of the piece, in order.
+    /// Calls `draw` with the pieces of all polygons as of the last commit, from back to front as seen from `eye`. No
+    /// piece hides any part of a later piece. `draw` gets the id of the polygon and the corners of the piece, in order.
     ///
     /// The order is exact except for pieces in leaves with several pieces ([`BspCounts::unordered`]) and for the bend of
     /// quads that are not quite flat.
@@ -66,8 +66,7 @@ impl Bsp {
         self.0.builder().order().walk(eye, Order::BackToFront, draw);
     }
 
-    /// Calls `draw` as [`Bsp::back_to_front`] does, with the pieces nearest to `eye` first. So no piece hides any part of an
-    /// earlier piece.
+    /// Like [`Bsp::back_to_front`], in the opposite order. A later piece hides no part of an earlier piece.
     pub fn front_to_back(&self, eye: Vec3, draw: &mut impl FnMut(PolygonId, &[Vec3])) {
         self.0.builder().order().walk(eye, Order::FrontToBack, draw);
     }
@@ -120,7 +119,7 @@ impl SpatialIndex for Bsp {
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         self.0.update(id, bounds)?;
-        // The former corners are replaced, because they lie at the old place.
+        // Replaces the corners, because the old corners lie at the old position.
         self.0.builder_mut().set_shape(id, self.1.take(id));
         Ok(())
     }

@@ -71,7 +71,7 @@ impl<'a> BspNode<'a> {
     }
 }
 
-/// The order of a walk.
+/// The order of a traversal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Order {
     BackToFront,
@@ -88,7 +88,7 @@ pub(super) struct OrderTree {
     depth: usize,
 }
 
-/// A remaining step of a walk.
+/// A remaining step of a traversal.
 #[derive(Clone, Copy, Debug)]
 enum Step {
     Below(u32),
@@ -162,7 +162,7 @@ impl OrderTree {
                 [(SplitPlane::across(axis, min), 1.0), (SplitPlane::across(axis, max), -1.0)]
             })
             .collect();
-        // The planes are drawn level by level, so that the limit omits the lowest levels.
+        // Draws the planes level by level, so that the limit omits the lowest levels.
         let mut queue = std::collections::VecDeque::from([(0u32, 0u32, sides)]);
         let mut drawn = 0;
         while let Some((at, depth, sides)) = queue.pop_front() {

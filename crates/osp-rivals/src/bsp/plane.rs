@@ -1,10 +1,11 @@
 use glam::{DVec3, Vec3};
 
-/// Points count as one if their distance is less than this fraction of their largest coordinate. It is twice the motion of
-/// a cut point by rounding to `f32`. If it is larger, polygons that hardly pierce each other stay whole.
+/// A point counts as in a plane if its distance from the plane is less than this fraction of its largest coordinate.
+/// The fraction is twice the displacement of a cut point by rounding to `f32`. A larger fraction cuts fewer polygons
+/// that hardly pierce each other.
 const ROUNDING: f64 = 1.0 / (1u64 << 22) as f64;
 
-/// A polygon has no plane if it is bent by more than this fraction of its longest edge, twice the limit of
+/// A polygon has no plane if it is bent by more than this fraction of its longest edge: twice
 /// [`osp::polygon::FLATNESS`].
 const MAX_BEND: f64 = 2.0 * osp::polygon::FLATNESS as f64;
 
@@ -52,7 +53,7 @@ impl SplitPlane {
             .map(|i| corners[i].as_dvec3().distance(corners[(i + 1) % corners.len()].as_dvec3()))
             .fold(0.0, f64::max);
         let area = normal.length();
-        // If the area is NaN, the polygon has no plane, either.
+        // A polygon whose area is NaN has no plane, either.
         if !(area > MIN_AREA * longest * longest && area.is_finite()) {
             return None;
         }

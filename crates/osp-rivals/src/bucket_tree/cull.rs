@@ -115,17 +115,17 @@ impl<P: Partition> BucketTree<P> {
                 }
                 continue;
             }
-            // For at most four children, taking the farthest again and again is the quickest sort.
-            let mut ways: [Option<(f32, u32)>; 4] = [None; 4];
-            for (way, child) in ways.iter_mut().zip(self.children(at)) {
-                *way = ray.enter_box(&self.node(child).bounds, nearest.reach()).map(|t| (t, child));
+            // For at most four children, removing the farthest child repeatedly is the quickest sort.
+            let mut hits: [Option<(f32, u32)>; 4] = [None; 4];
+            for (hit, child) in hits.iter_mut().zip(self.children(at)) {
+                *hit = ray.enter_box(&self.node(child).bounds, nearest.reach()).map(|t| (t, child));
             }
             let farther = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0);
-            while let Some(way) = ways.iter().flatten().copied().max_by(farther) {
-                ways.iter_mut()
-                    .filter(|other| other.is_some_and(|o| o.1 == way.1))
+            while let Some(hit) = hits.iter().flatten().copied().max_by(farther) {
+                hits.iter_mut()
+                    .filter(|other| other.is_some_and(|o| o.1 == hit.1))
                     .for_each(|other| *other = None);
-                stack.push(way);
+                stack.push(hit);
             }
         }
     }

@@ -5,7 +5,7 @@ use crate::{buckets, buckets::NOWHERE, item::Item};
 use osp::{math::Aabb, polygon::PolygonId};
 
 impl<P: Partition> BucketTree<P> {
-    /// The leaf that contains a centre; [`None`] if the root's cell would have to grow.
+    /// The leaf that contains a centre. [`None`] if the centre is outside the root's cell.
     pub(super) fn leaf_for(&self, center: Vec3) -> Option<u32> {
         if self.partition.grow(&self.node(ROOT).cell, center).is_some() {
             return None;
@@ -69,8 +69,8 @@ impl<P: Partition> BucketTree<P> {
                 self.node_mut(ROOT).cell = cell;
                 continue;
             }
-            // The old root becomes a child: it moves into the new row, and the new root takes its number.
-            let first_child = self.take_row();
+            // The old root becomes a child of the new root, which gets the number of the old root.
+            let first_child = self.allocate_children();
             let old = *self.node(ROOT);
             let moved = first_child + place as u32;
             for i in 0..P::ARITY {
@@ -88,8 +88,8 @@ impl<P: Partition> BucketTree<P> {
         }
     }
 
-    /// Takes an unused row of children.
-    fn take_row(&mut self) -> u32 {
+    /// Returns the first node of an unused group of children.
+    fn allocate_children(&mut self) -> u32 {
         if self.first_free == NONE {
             let first = self.nodes.len() as u32;
             let filler = self.new_leaf(self.node(ROOT).cell, NONE);
@@ -101,7 +101,7 @@ impl<P: Partition> BucketTree<P> {
         first
     }
 
-    fn give_row(&mut self, first: u32) {
+    fn free_children(&mut self, first: u32) {
         self.node_mut(first).parent = self.first_free;
         self.first_free = first;
     }
@@ -119,7 +119,7 @@ impl<P: Partition> BucketTree<P> {
             self.buckets.drain(&mut chain, &mut self.items);
             if first_child != NONE {
                 self.pending.extend((0..P::ARITY as u32).map(|i| (first_child + i, 0, 0)));
-                self.give_row(first_child);
+                self.free_children(first_child);
             }
         }
     }
@@ -145,7 +145,7 @@ impl<P: Partition> BucketTree<P> {
                 rest.iter().for_each(|item| self.push(at, item));
                 continue;
             };
-            let first_child = self.take_row();
+            let first_child = self.allocate_children();
             let node = self.node_mut(at);
             (node.cell, node.first_child, node.rebuild_at) = (own, first_child, count + count / 2);
             let mut start = start;
@@ -162,8 +162,9 @@ impl<P: Partition> BucketTree<P> {
         self.items = items;
     }
 
-    /// Removes a polygon and tightens the boxes above. Then rebuilds the highest subtree that has become small. It becomes
-    /// a leaf, or, if splits follow the polygons, it is built again when half of its polygons are gone.
+    /// Removes a polygon and tightens the boxes above. Then rebuilds the highest subtree that has become small: with
+    /// few polygons it becomes a leaf. If splits follow the polygons, a subtree is also built again when half of its
+    /// polygons are removed.
     pub(super) fn take_out(&mut self, id: PolygonId) {
         let spot = self.spot.get(id);
         self.spot.set(id, NOWHERE);

@@ -23,14 +23,14 @@ const MAX_BUCKETS: usize = 32;
 /// Configuration of a hierarchy split by the surface area heuristic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SahConfig {
-    /// Number of buckets of an axis, 2 to 32. If it is larger, splits are better and builds slower; above 16 hardly
+    /// Number of buckets of an axis, 2 to 32. More buckets make better splits and slower builds; above 16 hardly
     /// anything changes.
     pub buckets: usize,
     /// Largest number of polygons of a leaf.
     pub leaf_capacity: usize,
-    /// Cost of visiting a node. If it is larger, leaves are larger.
+    /// Cost of visiting a node. A larger cost makes larger leaves.
     pub node_cost: f64,
-    /// Cost of testing a polygon of a leaf. It is less than a node's, because sixteen polygons are tested at once.
+    /// Cost of testing a polygon of a leaf. It is less than `node_cost`, because sixteen polygons are tested at once.
     pub polygon_cost: f64,
 }
 
@@ -82,8 +82,8 @@ impl Buckets {
     }
 }
 
-/// Orders `items` by the best split and returns the split. There is no split if a leaf is cheaper, or if the heuristic
-/// rates all splits the same.
+/// Orders `items` by the best split and returns the split. Returns [`SahSplit::Leaf`] if a leaf is cheaper, and
+/// [`SahSplit::Blind`] if the heuristic rates all splits the same.
 pub(super) fn split_by_sah(items: &mut [impl Boxed], config: &SahConfig) -> SahSplit {
     let count = config.buckets.clamp(2, MAX_BUCKETS);
     let centers = box_of_centers(items);

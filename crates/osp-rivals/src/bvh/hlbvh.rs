@@ -18,14 +18,14 @@ use crate::{
 };
 use osp::math::Aabb;
 
-/// From this depth on treelets are joined in halves, so that enough levels are left for the treelets themselves.
+/// From this depth on, treelets are joined in halves, so that enough levels remain for the treelets themselves.
 const COUNTED_TOP_DEPTH: u32 = 24;
 
 /// Configuration of a hierarchical linear hierarchy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HlbvhConfig {
-    /// Number of leading bits of the Morton code that the polygons of a treelet share. If it is larger, there are more
-    /// treelets, the top of the tree is better, and builds are slower.
+    /// Number of leading bits of the Morton code that the polygons of a treelet share. More bits make more treelets, a
+    /// better top of the tree, and slower builds.
     pub treelet_bits: u32,
     /// Number of bits of an axis in the Morton codes, 1 to 21.
     pub morton_bits: u32,
@@ -39,7 +39,7 @@ impl Default for HlbvhConfig {
     }
 }
 
-/// A range of the Morton order.
+/// Polygons that share the leading bits of their codes: a range of the Morton order.
 #[derive(Clone, Copy, Debug)]
 struct Treelet {
     bounds: Aabb,

@@ -23,8 +23,8 @@ use crate::{
 pub struct LbvhConfig {
     /// A node with more polygons than this is split.
     pub leaf_capacity: usize,
-    /// Number of bits of an axis in the Morton codes, 1 to 21. If it is smaller, more polygons share a code, and their
-    /// range is split at the median number.
+    /// Number of bits of an axis in the Morton codes, 1 to 21. With fewer bits, more polygons share a code. Their range
+    /// is halved by number.
     pub morton_bits: u32,
 }
 

@@ -1,4 +1,4 @@
-//! Splits by number: half of the polygons go to either side along the longest axis of the box around their centres.
+//! Splits at the median: each side gets half of the polygons, along the longest axis of the box around their centres.
 //!
 //! Source: Timothy Kay and James Kajiya, "Ray Tracing Complex Scenes" (1986).
 

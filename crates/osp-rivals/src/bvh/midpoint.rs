@@ -1,4 +1,4 @@
-//! Splits in the middle: the longest axis of the box around the centres is halved.
+//! Splits in the middle of space: halves the longest axis of the box around the centres.
 //!
 //! The hierarchy is from Steven Rubin and Turner Whitted, "A 3-Dimensional Representation for Fast Rendering of Complex
 //! Scenes" (1980). Spatial splits as the simple alternative are from Jeffrey Goldsmith and John Salmon, "Automatic Creation

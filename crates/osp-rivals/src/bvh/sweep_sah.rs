@@ -20,7 +20,7 @@ use osp::math::Aabb;
 pub struct SweepSahConfig {
     /// Largest number of polygons of a leaf.
     pub leaf_capacity: usize,
-    /// Cost of visiting a node. If it is larger, leaves are larger.
+    /// Cost of visiting a node. A larger cost makes larger leaves.
     pub node_cost: f64,
     /// Cost of testing a polygon of a leaf. It is less than `node_cost`, because sixteen polygons are tested at once.
     pub polygon_cost: f64,
@@ -44,7 +44,7 @@ pub(super) struct SweepSahBuilder {
 /// Working memory of a build.
 #[derive(Debug, Default)]
 struct Scratch {
-    /// For each position of the sweep, the cost of the polygons behind it.
+    /// For each position of the sweep, the cost of the polygons after it.
     behind: Vec<f64>,
     is_first: Vec<bool>,
     second: Vec<u32>,
@@ -65,7 +65,7 @@ struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// The cheapest split along an order: its cost, and the number of polygons before it.
+    /// The cheapest split along the order of an axis: its cost, and the number of polygons before the split.
     fn best_along(&mut self, axis: usize, range: Range<usize>) -> (f64, usize) {
         let order = &self.orders[axis][range];
         let bounds = |&i: &u32| &self.items[i as usize].bounds;

@@ -6,7 +6,7 @@ use crate::{
 };
 use osp::math::Aabb;
 
-/// Default number of polygons of a leaf: four tests of sixteen. If it is larger, trees are smaller, and queries test
+/// Default number of polygons of a leaf: four tests of sixteen. A larger number makes smaller trees, and queries test
 /// more polygons. With 10,000 to a million polygons, frustum queries get faster up to this number, and stay as fast up
 /// to 96. A tree for rays alone would have fewer.
 pub(crate) const LEAF_CAPACITY: usize = 64;
@@ -21,7 +21,7 @@ pub(crate) enum Split {
     After(usize),
 }
 
-/// A builder's polygons, in the form in which it orders them.
+/// The polygons of a builder, which orders and splits ranges of them.
 pub(crate) trait Ranges {
     /// Orders a range so that the two sides of its split follow each other, and returns the split.
     fn split(&mut self, range: Range<usize>) -> Split;
@@ -122,8 +122,8 @@ pub(crate) fn longest_axis(bounds: &Aabb) -> usize {
     half.max_position()
 }
 
-/// The middle of an interval, but below `max` if the interval has any length. So some centres lie at or below it and some
-/// above it.
+/// The middle of an interval. If the interval has any length, the result is below `max`, so that some centres lie above
+/// it and some do not.
 pub(crate) fn split_point(min: f32, max: f32) -> f32 {
     let middle = min * 0.5 + max * 0.5;
     if middle < max { middle } else { min }

@@ -25,10 +25,10 @@ use osp::{
 /// Configuration that decides when the two levels are joined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoLevelConfig {
-    /// The levels are joined if the polygons of the dynamic level, or the holes of the static level, exceed this share of
-    /// all polygons. If it is larger, rebuilds are rarer, and queries in between are slower.
+    /// The levels are joined if the polygons of the dynamic level, or the holes of the static level, exceed this share
+    /// of all polygons. A larger share makes rebuilds rarer, and queries between rebuilds slower.
     pub max_share: f32,
-    /// Least number of such polygons or holes for a rebuild.
+    /// Smallest number of polygons of the dynamic level, or of holes, for a rebuild.
     pub min_changed: usize,
     /// Configuration of the static level.
     pub sah: SahConfig,
@@ -101,7 +101,7 @@ impl BvhTwoLevel {
         self.place.set(id, Place::Nowhere);
     }
 
-    /// Whether `changed` changed polygons are enough for a rebuild.
+    /// Whether this number of changed polygons is enough for a rebuild.
     fn pays(&self, changed: usize) -> bool {
         changed > self.config.min_changed
             && changed as f32 > self.config.max_share * self.inserted.len() as f32

@@ -1,15 +1,15 @@
 //! A hierarchy that inserts polygons one at a time and never rebuilds.
 //!
-//! Source: Erin Catto, "Dynamic Bounding Volume Hierarchies" (2019) and the tree of Box2D v3 that follows it. A
-//! greedy, bounded descent finds the cheapest sibling for a new polygon by surface area. Every node on the way back up
-//! may exchange a child with a grandchild of its other child, if that makes boxes smaller.
+//! Source: Erin Catto, "Dynamic Bounding Volume Hierarchies" (2019) and the tree of Box2D v3 that follows it. A greedy,
+//! bounded descent finds the cheapest sibling for a new polygon by surface area. On the way back to the root, every
+//! node may exchange a child with a child of its other child, if that makes boxes smaller.
 //!
 //! # Differences from the source
 //! * It has three dimensions, with surfaces (in `f64`, whose squares do not overflow) instead of perimeters.
 //! * Boxes have no margins: a box that moves is removed and inserted again, because every query here is exact.
-//! * If two ways cost the same, the descent goes to the nearer centre. If these are equal, too, it goes to the subtree
-//!   of smaller height. Otherwise coincident polygons would all become the root's siblings, in a chain as deep as there
-//!   are polygons.
+//! * If two children cost the same, the descent goes to the child with the nearer centre. If the distances are equal,
+//!   too, it goes to the subtree of smaller height. Otherwise coincident polygons would form a chain with one level for
+//!   each polygon.
 //! * The heights of two siblings may differ by 32 at most; beyond this limit the taller sibling is rotated up, at any cost.
 //!   So no order of insertion makes a chain, not even boxes around boxes.
 

@@ -67,7 +67,7 @@ impl BoxTree {
         Backend::detect().run(Cull { tree: self, top, mask, planes: PlaneLanes::new(frustum), sink })
     }
 
-    /// Takes all polygons below an inner node.
+    /// Reports all polygons below an inner node without a test.
     fn take_below(&self, top: u32, seen: &mut Gather, sink: &mut impl Sink, work: &mut WorkCounts) {
         let mut stack = WalkStack::from(top);
         let mut taken = 0;
@@ -86,7 +86,7 @@ impl BoxTree {
                 }
             }
         }
-        // The nodes of a binary tree except its top.
+        // The number of nodes of a binary tree, except its top.
         work.nodes += 2 * taken - 2;
         work.taken_whole += taken;
         work.reported += taken;

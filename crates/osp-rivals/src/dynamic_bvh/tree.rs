@@ -6,9 +6,9 @@ use osp::{index::Upkeep, math::Aabb, polygon::PolygonId};
 /// The number that stands for no node.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Largest difference of two siblings' heights. If it is smaller, trees are lower, but a lone polygon beside a crowd is
-/// pushed down into the crowd's subtree. 32 hardly limits the choice by surface area, and bounds the depth by about nine
-/// times the ideal.
+/// Largest difference of two siblings' heights. A smaller difference makes lower trees, but pushes a distant single
+/// polygon down into the subtree of many others. 32 hardly limits the choice by surface area, and bounds the depth by
+/// about nine times the ideal.
 const MAX_HEIGHT_DIFFERENCE: u32 = 32;
 
 /// The values of a node that a query's test and an insertion need.
@@ -23,8 +23,8 @@ pub(super) struct TreeNode {
     pub(super) polygons: u32,
 }
 
-/// The children of a node, stored apart from its box, so that a query that takes a whole subtree reads only eight bytes a
-/// node.
+/// The children of a node, stored separately from its box. So a query that reports a whole subtree reads only eight
+/// bytes for each node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Links {
     first: u32,
@@ -171,7 +171,7 @@ impl BoxTree {
         leaf
     }
 
-    /// Removes a leaf; its sibling takes the place of their parent.
+    /// Removes a leaf. Its sibling replaces their parent.
     pub(crate) fn remove(&mut self, leaf: u32) {
         let parent = self.node(leaf).parent;
         self.give_node(leaf);
@@ -198,11 +198,10 @@ impl BoxTree {
         }
     }
 
-    /// Finds the node whose pairing with the new box adds the least surface to the tree.
+    /// Finds the sibling for a new box that adds the least surface to the tree.
     ///
-    /// Each node on the way down adds the growth of its box to the cost, whichever sibling is found below it
-    /// ("inherited" cost). A subtree is skipped if even the best possible leaf below, equal to the new box, would not
-    /// beat the best node so far.
+    /// Each visited node adds the growth of its box to the cost of every sibling below it ("inherited" cost). A subtree
+    /// is skipped if even the best possible leaf below, equal to the new box, would not beat the best node so far.
     fn find_best_sibling(&self, bounds: &Aabb) -> u32 {
         let own_area = area(bounds);
         let mut at = self.root;
@@ -259,7 +258,7 @@ impl BoxTree {
         distance(candidate) < distance(other)
     }
 
-    /// Updates boxes, heights and counts from `at` to the top, and improves the nodes on the way.
+    /// Updates boxes, heights and counts from `at` to the top, and improves these nodes by rotations.
     fn repair_upwards(&mut self, mut at: u32) {
         while at != NONE {
             self.gather(at);

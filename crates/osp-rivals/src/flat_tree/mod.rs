@@ -1,8 +1,8 @@
 //! A tree of boxes in one array, for any builder. Nodes are stored depth first, each with the number of the node that
 //! follows its whole subtree. Polygons are stored in the order of the leaves, so a subtree's polygons are one slice.
 //!
-//! The layout with skip numbers is from Brian Smits, "Efficiency Issues for Ray Tracing" (1998). Skipping planes that a
-//! node lies wholly inside ("plane masking") is from Lee Bishop et al., "Designing a PC Game Engine" (1998).
+//! The layout with skip numbers is from Brian Smits, "Efficiency Issues for Ray Tracing" (1998). Skipping planes that
+//! have a whole node in front of them ("plane masking") is from Lee Bishop et al., "Designing a PC Game Engine" (1998).
 
 mod near;
 mod ray;
@@ -26,8 +26,7 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// Depth of the deepest node. Builders halve the number of polygons from [`COUNTED_DEPTH`] on, so no arrangement of
-/// polygons exceeds it.
+/// Largest depth of a node. Builders halve the number of polygons from [`COUNTED_DEPTH`] on, so no tree is deeper.
 pub(super) const MAX_DEPTH: usize = 96;
 
 /// From this depth on a builder must halve the number of polygons at every split, so that 32 more levels suffice for all
@@ -59,7 +58,7 @@ pub(super) struct FlatTree {
 }
 
 impl FlatTree {
-    /// Empties the tree, and makes room for `polygons` polygons.
+    /// Empties the tree, and reserves memory for `polygons` polygons.
     pub(super) fn start(&mut self, polygons: usize) {
         self.clear();
         self.lanes.reserve(polygons);
@@ -345,7 +344,7 @@ impl Ancestors {
 
     #[inline]
     fn push(&mut self, end: usize, mask: PlaneMask) {
-        // If a tree were ever too deep, the mask of a higher node would only test some planes twice.
+        // In a tree that is too deep, the mask of a higher ancestor would only repeat some plane tests.
         if self.len < self.ends.len() {
             self.ends[self.len] = (end as u32, mask);
             self.len += 1;

@@ -17,8 +17,8 @@ impl FlatTree {
         // An entry is a node, and the position of its first polygon.
         heap.extend(nearest.distance_of(&top.bounds).map(|t| SearchEntry { t, place: (0, 0) }));
         while let Some(SearchEntry { place: (node, first), .. }) = heap.pop() {
-            // Nearer polygons may have been found since the entry was added. If this node is then too far, all others are,
-            // too.
+            // The query may have found nearer polygons after this entry was added. If this node is now too far, all
+            // other nodes are too far, too.
             if nearest.distance_of(&self.nodes[node].bounds).is_none() {
                 break;
             }

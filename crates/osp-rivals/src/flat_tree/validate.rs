@@ -10,7 +10,7 @@ pub(crate) enum Tightness {
 }
 
 impl FlatTree {
-    /// Checks the shape of the tree, and that every box contains all boxes below, tightly if `tight`.
+    /// Checks the structure of the tree, and that every box contains all boxes below, tightly if `tight` requires that.
     pub(crate) fn validate(&self, tight: Tightness) -> Result<(), String> {
         let mut ends = Vec::new();
         let mut first = 0;

@@ -1,7 +1,7 @@
 //! The frustum query of a [`FlatTree`]: eight children and sixteen polygons at a time.
 //!
-//! The tree is collapsed to nodes of eight children by opening the child with the largest surface again and again:
-//! Ingo Wald, Carsten Benthin and Solomon Boulos, "Getting Rid of Packets" (2008), section 3.
+//! The tree is collapsed to nodes of eight children by repeatedly opening the child with the largest surface: Ingo
+//! Wald, Carsten Benthin and Solomon Boulos, "Getting Rid of Packets" (2008), section 3.
 
 use std::ops::Range;
 
@@ -49,7 +49,7 @@ impl FlatTree {
         self.wide = wide;
     }
 
-    /// Appends the wide node of a node, and the wide nodes below it; returns its number.
+    /// Appends the wide node of node `at`, and the wide nodes below it. Returns the number of the first.
     fn widen_below(&self, at: usize, first: usize, wide: &mut Vec<WideNode>) -> u32 {
         assert!(self.children(at).count() <= WIDTH, "builders make at most eight children");
         let mut children = Children { entries: [(at, first); WIDTH], count: 1 };
@@ -138,7 +138,7 @@ impl WithKernel for Cull<'_, '_> {
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> WorkCounts {
         let mut work = WorkCounts::default();
-        // At most seven siblings of each node on the way down wait.
+        // The stack has at most seven siblings of each visited node.
         let mut stack = [(0u32, 0u8); (WIDTH - 1) * MAX_DEPTH + 1];
         stack[0] = (0, PlaneSet::ALL);
         let mut waiting = usize::from(!self.tree.wide.is_empty());

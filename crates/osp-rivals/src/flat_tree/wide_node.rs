@@ -12,8 +12,9 @@ pub(super) struct WideNode {
     pub(super) boxes: Boxes<WIDTH>,
     /// The number of each child's node, or [`LEAF`].
     pub(super) children: [u32; WIDTH],
-    /// The polygons of each child: position of the first, and their number, holes included.
+    /// The position of each child's first polygon.
     pub(super) first: [u32; WIDTH],
+    /// The number of each child's polygons, including holes.
     pub(super) polygons: [u32; WIDTH],
     pub(super) used: u32,
 }

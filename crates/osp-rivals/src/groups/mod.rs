@@ -1,14 +1,14 @@
 //! Groups that move: a scene graph over indexes.
 //!
-//! A [`GroupIndex`] stores polygons in *meshes*, by their boxes in the mesh's own space. *Nodes* form trees: each node has
-//! a transform to the space of its parent (or the world) and perhaps a mesh. A mesh of several nodes is shown several times
-//! and stored once. If a node is placed again, the matrices of the nodes below are multiplied and their boxes united.
-//! One entry changes in the index of all trees. The cost does not depend on the number of polygons.
+//! A [`GroupIndex`] stores polygons in *meshes*, by their boxes in the mesh's own space. *Nodes* form trees: each node
+//! has a transform to the space of its parent (or the world), and may have a mesh. A mesh of several nodes is shown
+//! several times and stored once. If a node is placed again, the matrices of the nodes below are multiplied and their
+//! boxes united. One entry changes in the index of all trees. The cost does not depend on the number of polygons.
 //!
 //! ```text
-//! trees: an osp tree, an entry for each root node ─> its box in the world
-//! node:  world matrix and box of all below, kept; a flag marks them as out of date ─> nodes below, a mesh
-//! mesh:  up to 512 polygons a list, more an osp tree, in its own space
+//! trees: an osp tree with an entry for each root node ─> its box in the world
+//! node:  stored world matrix and box of all below; a flag marks them as out of date ─> nodes below, a mesh
+//! mesh:  a list of up to 512 polygons, or an osp tree of more polygons, in the mesh's own space
 //! ```
 //!
 //! A query searches the index of the trees and visits the nodes whose boxes are in view. It transforms the frustum into

@@ -12,10 +12,10 @@ use osp::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum GroupError {
     /// No mesh has this id.
-    #[error("mesh {}: there is none", .0.0)]
+    #[error("mesh {}: no mesh has this number", .0.0)]
     NoMesh(MeshId),
     /// No node has this id.
-    #[error("node {}: there is none", .0.0)]
+    #[error("node {}: no node has this number", .0.0)]
     NoNode(NodeId),
     /// The node would be its own ancestor.
     #[error("node {}: expected a parent that is not below it", .0.0)]
@@ -52,7 +52,8 @@ pub(super) struct Node {
     /// Whether the transform or the parent has changed since the last commit. `world` and `bounds` of the node and
     /// everything below are then out of date.
     has_moved: bool,
-    /// Whether the mesh or something below has changed, so that `bounds` is out of date. The flag is set all the way up.
+    /// Whether `bounds` is out of date, because the mesh or a node below has changed. The flag is then set in all
+    /// ancestors, too.
     is_stale: bool,
 }
 
@@ -189,8 +190,8 @@ impl GroupIndex {
         Ok(())
     }
 
-    /// Moves a node, with everything below, under another parent or under none. Its transform then leads from its own space
-    /// to the new parent's.
+    /// Moves a node, with everything below, under another parent, or makes it a root. The node's transform does not
+    /// change, but then leads to the space of the new parent.
     ///
     /// # Errors
     /// A node does not exist, or the parent is the node itself or below it.
@@ -232,7 +233,7 @@ impl GroupIndex {
 
     fn note_moved(&mut self, node: u32) {
         let of = &mut self.nodes[node as usize];
-        // The flag is cleared first, because the node may have come from another tree, so that its new ancestors are not
+        // Clears the flag first, because [`Self::note_stale`] stops at a marked node, and the new ancestors may not be
         // marked yet.
         (of.has_moved, of.is_stale) = (true, false);
         self.note_stale(node);
@@ -268,8 +269,8 @@ impl GroupIndex {
         let mut tops = std::mem::take(&mut self.stale_tops);
         for top in tops.drain(..) {
             let of = &self.nodes[top as usize];
-            // A top may be listed twice. A former top that has a parent now is refreshed with its new top, which is
-            // listed, too.
+            // A root may be listed twice. A former root that now has a parent is refreshed together with its new root,
+            // which is listed, too.
             if of.is_stale && of.parent.is_none() {
                 self.refresh(top);
             }
@@ -280,7 +281,7 @@ impl GroupIndex {
 
     /// Updates everything that has changed in a tree.
     fn refresh(&mut self, top: u32) {
-        // Parents come before children: the order is walked forwards for the matrices, backwards for the boxes.
+        // Parents come before children. Computes the matrices in this order, and the boxes in the opposite order.
         let mut order = vec![top];
         let mut at = 0;
         while let Some(&node) = order.get(at) {

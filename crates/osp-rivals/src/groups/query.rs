@@ -29,7 +29,7 @@ pub struct Found<'a> {
     pub polygons: Polygons<'a>,
 }
 
-/// Working memory of queries, kept from frame to frame.
+/// Working memory of queries. Reuse it from frame to frame.
 #[derive(Clone, Debug, Default)]
 pub struct CullScratch {
     tops: VisibleBlocks,

@@ -82,8 +82,8 @@ impl LooseGrid {
         Aabb::new(corner(-0.5), corner(1.5))
     }
 
-    /// The deepest cell that is at least as large as the box and contains its centre. [`None`] if the centre is outside the
-    /// root, or the box is larger than the root.
+    /// The deepest cell that is at least as large as the box and contains the box's centre. [`None`] if the centre is
+    /// outside the root, or the box is larger than the root.
     pub(super) fn place(&self, bounds: &Aabb) -> Option<Cell> {
         let center = bounds.center();
         let root = Aabb::new(self.min, self.min + Vec3::splat(self.size_m));

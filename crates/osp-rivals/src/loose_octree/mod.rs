@@ -1,15 +1,15 @@
 //! The loose octree: cells are twice as large as their spacing. So the size of a polygon determines its level, and its
 //! centre determines its cell.
 //!
-//! Source: Thatcher Ulrich, "Loose Octrees" (Game Programming Gems, 2000), looseness 2. All levels are preallocated flat
-//! arrays (eight bytes a cell). So insertion takes O(1), except for the counts of the cells above, by which a query skips
-//! empty cells.
+//! Source: Thatcher Ulrich, "Loose Octrees" (Game Programming Gems, 2000), looseness 2. All levels are preallocated
+//! flat arrays (eight bytes a cell). So insertion takes O(1), except for updating the counts of the cells above. A
+//! query skips empty cells by these counts.
 //!
 //! # Differences from the source
 //! * Because of rounding, a polygon may reach a little beyond the loose cell of its size and centre. It is then stored a
 //!   level higher.
-//! * A polygon with a centre outside the root, or larger than the root, is kept in a list beside the tree. A query tests
-//!   the list one by one. (The source leaves this case open; many such polygons make a linear scan.)
+//! * A separate list contains the polygons with a centre outside the root, or larger than the root. A query tests each
+//!   polygon of the list. (The source leaves this case open; many such polygons make a linear scan.)
 
 mod cell;
 mod query;
@@ -28,16 +28,16 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// Number of blocks of sixteen polygons in a bucket: a cell has about as many polygons.
+/// Number of blocks of sixteen polygons in a bucket. A cell has about as many polygons as a bucket.
 const BLOCKS: usize = 2;
 
-/// Depth of the deepest tree, which has 2.4 million cells and takes 19 MB.
+/// Largest depth of a tree. A tree of this depth has 2.4 million cells and takes 19 MB.
 const MAX_MAX_DEPTH: u32 = 7;
 
 /// Configuration of a loose octree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LooseOctreeConfig {
-    /// Number of levels below the root, at most 7. If it is larger, cells have fewer polygons, and queries visit more
+    /// Number of levels below the root, at most 7. With more levels, cells have fewer polygons, and queries visit more
     /// cells. Polygons smaller than the smallest cells all lie on the last level.
     pub max_depth: u32,
 }
@@ -67,7 +67,7 @@ impl Slot {
 #[derive(Debug)]
 pub struct LooseOctree {
     grid: LooseGrid,
-    /// The state of every cell, by its number; the last entry is the list beside the tree.
+    /// The state of every cell, by its number. The last entry is the list of polygons outside the tree.
     slots: Vec<Slot>,
     buckets: Buckets<BLOCKS>,
     inserted: InsertedBoxes,
@@ -96,7 +96,7 @@ impl LooseOctree {
         self.slots[self.outside()].polygons as usize
     }
 
-    /// Index in `slots` of the list beside the tree.
+    /// Index in `slots` of the list of polygons outside the tree.
     fn outside(&self) -> usize {
         self.slots.len() - 1
     }

@@ -28,7 +28,7 @@ enum From {
     Cell(Cell, PlaneMask),
     /// The polygons of a cell itself, against these planes.
     Own(Cell, PlaneMask),
-    /// The list beside the tree.
+    /// The list of polygons outside the tree.
     Outside,
 }
 
@@ -113,7 +113,7 @@ impl LooseOctree {
         while let Some((cell, mask)) = stack.pop() {
             let polygons = self.slots[cell.number as usize].polygons as usize;
             if polygons == 0 {
-                continue; // This happens only for an empty root, because children without polygons are never pushed.
+                continue; // Only an empty root, because children without polygons are never pushed.
             }
             let bounds = self.grid.loose_box(&cell);
             work.nodes += 1;
@@ -141,7 +141,7 @@ impl LooseOctree {
         work
     }
 
-    /// Visits the list beside the tree as a leaf at the top.
+    /// Visits the list of polygons outside the tree as an additional leaf of depth 0.
     fn visit_outside(&self, frustum: &Frustum, visitor: &mut dyn Visitor, work: &mut WorkCounts) {
         let chain = self.slots[self.outside()].chain;
         if chain == buckets::NONE {

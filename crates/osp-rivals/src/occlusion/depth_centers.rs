@@ -13,7 +13,7 @@ use osp::{
 pub struct DepthCenters(DepthBuffer);
 
 impl DepthCenters {
-    /// An empty buffer; allocates its memory now.
+    /// Creates an empty buffer and allocates all its memory.
     pub fn new(config: DepthConfig) -> Self {
         Self(DepthBuffer::with_coverage(config, Coverage::PixelCenters))
     }

@@ -23,7 +23,7 @@ pub struct ShadowFrusta {
 }
 
 impl ShadowFrusta {
-    /// A culler without occluders, with room for `occluders` of them.
+    /// A culler without occluders, with memory for `occluders` occluders.
     pub fn new(occluders: usize) -> Self {
         Self { eye_in_world: DVec3::ZERO, occluders: Vec::with_capacity(occluders) }
     }

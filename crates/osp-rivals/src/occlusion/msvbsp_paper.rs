@@ -21,16 +21,16 @@ use osp::{
     view::ViewWindow,
 };
 
-/// The end of an edge counts as behind a splitting plane if the sine of its angle to the plane exceeds this value.
-/// If it is larger, neighbours that share a corner are sorted more cleanly, and more planes are lost.
+/// The end of an edge counts as behind a splitting plane if the sine of its angle to the plane exceeds this value. A
+/// larger value sorts neighbours that share a corner more cleanly, and loses more planes.
 const BEHIND_SINE: f64 = 1.0e-9;
 
-/// Whether volumes between the eye and an occluder count as hidden.
+/// Treatment of volumes between the eye and an occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PaperCaps {
-    /// They do, because the paper does not mention caps.
+    /// They count as hidden, because the paper does not mention caps.
     None,
-    /// They do not: the occluder's own plane closes the shadow.
+    /// They do not count as hidden: the occluder's own plane closes the shadow.
     Supporting,
 }
 
@@ -69,7 +69,7 @@ pub struct MsvbspPaper {
 }
 
 impl MsvbspPaper {
-    /// A culler without occluders, with room for `node_budget` splitting planes.
+    /// A culler without occluders, for at most `node_budget` splitting planes.
     pub fn new(caps: PaperCaps, node_budget: usize) -> Self {
         let rule = match caps {
             PaperCaps::None => CapRule::Ignore,
@@ -90,7 +90,7 @@ impl MsvbspPaper {
         }
     }
 
-    /// The tree as it was last built.
+    /// The tree of the last build.
     pub fn tree(&self) -> &ShadowTree {
         &self.tree
     }
@@ -107,7 +107,7 @@ impl MsvbspPaper {
         for i in 0..self.planes.len() {
             for j in i + 1..self.planes.len() {
                 let (a, b) = (self.planes[i], self.planes[j]);
-                // Every pair is tested, so the cheap tests come first.
+                // The loop tests every pair, so the cheap tests come first.
                 if a.normal.dot(b.normal) > -0.999_999 || a.occluder == b.occluder || a.deleted || b.deleted {
                     continue;
                 }
@@ -117,7 +117,7 @@ impl MsvbspPaper {
                     let (g, h) = (self.group_of(a.occluder), self.group_of(b.occluder));
                     self.group[g.max(h) as usize] = g.min(h);
                 } else if overlap_in_one_plane(&a, &b) {
-                    // The list is sorted, the best first, so the later occluder is the worse one.
+                    // The best occluder comes first, so the later occluder is worse.
                     self.planes[j].deleted = true;
                 }
             }
@@ -221,7 +221,7 @@ impl OcclusionCuller for MsvbspPaper {
         self.lists.clear();
         self.tasks.clear();
         self.left_out = 0;
-        // The room has to suffice for one cap of each occluder.
+        // The memory must suffice for one cap of each occluder.
         let fitting = occluders.len().min(self.node_budget);
         self.left_out += (occluders.len() - fitting) as u32;
         let occluders = &occluders[..fitting];

@@ -1,15 +1,15 @@
-//! A BSP tree of shadow planes: a good plane divides a cell, and the others are sorted to its front and its back.
+//! A BSP tree of shadow planes: a good plane divides a cell, and the other planes are sorted to its front and its back.
 //!
 //! "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", section 3.2.3.
 //!
 //! # Where the text is silent
-//! * The best plane cuts the fewest others; among equals, its numbers in front and behind differ least. The first
-//!   [`CANDIDATES`] planes of a cell are compared; the best occluder's planes come first.
+//! * The best plane cuts the fewest other planes. Among equals, the numbers of planes in front and behind differ least.
+//!   The first [`CANDIDATES`] planes of a cell are compared; the planes of the best occluder come first.
 //! * A plane is sorted by its edge. If the splitting plane cuts the edge, each side gets a part. Planes in the
 //!   splitting plane are dropped.
 //! * The last plane of a cell hides the part in front of it, beyond the cap of its occluder; the part behind it is
-//!   unoccluded. So a plane of an occluder in the shadow of another one makes a part of that shadow unoccluded. The
-//!   paper states this error, and removes it by rule 4 of its modified tree.
+//!   unoccluded. So a plane of an occluder in the shadow of another occluder makes a part of that shadow unoccluded.
+//!   The paper states this error, and removes it by rule 4 of its modified tree.
 //! * A hidden cell has to lie in the cone of its occluder. If rounding errors prevent this, the cell is unoccluded.
 
 use glam::DVec3;
@@ -24,7 +24,7 @@ use osp::{
     view::ViewWindow,
 };
 
-/// Number of planes of a cell that are compared. If it is larger, builds take longer and cut fewer planes.
+/// Number of planes of a cell that are compared. With more planes, builds take longer and cut fewer planes.
 const CANDIDATES: usize = 16;
 
 /// A shadow plane, and the part of its edge that lies in the cell.
@@ -35,7 +35,7 @@ struct Plane {
     occluder: u32,
 }
 
-/// The place of an edge relative to a splitting plane.
+/// The position of an edge relative to a splitting plane.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Place {
     Before,
@@ -74,7 +74,7 @@ struct Task {
     planes: Span,
 }
 
-/// Memory of a build, kept from frame to frame.
+/// Memory of a build, which is reused from frame to frame.
 #[derive(Clone, Debug)]
 pub(super) struct SortedPlanes {
     node_budget: usize,
@@ -87,7 +87,7 @@ pub(super) struct SortedPlanes {
 }
 
 impl SortedPlanes {
-    /// For a tree of `node_budget` splitting planes.
+    /// Allocates the memory for a tree of `node_budget` splitting planes.
     pub(super) fn new(node_budget: usize) -> Self {
         let list_budget = node_budget * 16;
         Self {
@@ -101,7 +101,8 @@ impl SortedPlanes {
         }
     }
 
-    /// Fills an empty tree. Returns the number of planes and their parts, and the number without room.
+    /// Fills an empty tree. Returns the number of planes and their parts, and the number of those that exceed the
+    /// memory.
     pub(super) fn build(
         &mut self,
         tree: &mut ShadowTree,
@@ -188,7 +189,7 @@ impl SortedPlanes {
         planes.range().take(CANDIDATES).min_by_key(cost).unwrap_or(planes.start as usize)
     }
 
-    /// Appends the planes that reach one side of a plane of the list.
+    /// Appends the planes, or their parts, that lie on one side of plane number `at`.
     fn sort(&mut self, planes: Span, at: usize, side: Side) -> Span {
         let start = self.planes.len();
         let splitter = self.planes[at].normal;

@@ -25,7 +25,7 @@ use osp::{
     view::ViewWindow,
 };
 
-/// A piece of a polygon on its way down the tree.
+/// A piece of a polygon that descends the tree.
 #[derive(Clone, Copy, Debug)]
 struct Task {
     link: Link,
@@ -38,7 +38,7 @@ struct Task {
 /// The order in which planes enter the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SvbspForm {
-    /// All planes of one occluder after the other, the nearest occluder first (N. Chin and S. Feiner).
+    /// Occluder after occluder with all planes, the nearest occluder first (N. Chin and S. Feiner).
     Occluders,
     /// Single planes of all occluders, a good plane first (section 3.2.3 of the OSP paper).
     Planes,
@@ -59,7 +59,7 @@ pub struct Svbsp {
 }
 
 impl Svbsp {
-    /// A culler without occluders, with room for `node_budget` splitting planes. It allocates all its memory now.
+    /// A culler without occluders, for at most `node_budget` splitting planes. Allocates all its memory.
     pub fn new(form: SvbspForm, node_budget: usize) -> Self {
         let point_budget = node_budget * 16;
         Self {
@@ -87,7 +87,7 @@ impl Svbsp {
     }
 
     fn insert(&mut self, occluder: &ShadowVolume, window: &ViewWindow) {
-        // Each insertion begins with empty lists, because no insertion needs data of another.
+        // Each insertion begins with empty lists, because it needs no data of other insertions.
         self.points.clear();
         self.points.extend_from_slice(window.corners());
         self.points.extend(occluder.corners().iter().map(|v| v.normalize_or_zero()));

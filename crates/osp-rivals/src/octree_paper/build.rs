@@ -4,7 +4,8 @@ use super::{NONE, Node, OctreePaper};
 use crate::item::Item;
 use osp::math::Aabb;
 
-/// An octant of a cell that three planes through `center` divide. Bit `axis` of `child` is 1 for the greater side.
+/// An octant of a cell that three planes through `center` divide. Bit `axis` of `child` is 1 for the side of larger
+/// coordinates.
 pub(crate) fn octant(cell: &Aabb, center: Vec3, child: usize) -> Aabb {
     let side = |axis: usize| child >> axis & 1 == 1;
     let min = std::array::from_fn(|a| if side(a) { center[a] } else { cell.min[a] });

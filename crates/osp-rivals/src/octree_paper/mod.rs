@@ -1,15 +1,15 @@
 //! The octree that the OSP paper compares its tree with, as the paper describes it (section 2.1 and Fig. 1(a), 4.3).
 //!
 //! In the paper, "to be divided among eight child nodes, each of the eight nodes is tested for whether it holds the
-//! polygon". Each test uses the three planes that divide the parent, for each of eight children. The OSP tree tests three
-//! planes in total. And the octree is rebuilt "under optimal conditions whenever a new model is input".
+//! polygon". For each of the eight children, the test uses the three planes that divide the parent. The OSP tree tests
+//! three planes in total. The octree is also rebuilt "under optimal conditions whenever a new model is input".
 //! [`octree_rebuild`](super::octree_rebuild) is the same structure in its best form.
 //!
 //! # Where the text is silent
 //! * *A polygon that no child contains wholly.* It stays in the node, as in the OSP tree.
 //! * *Optimal conditions.* The root is the box around all polygons. A node is divided only if it has more than
 //!   [`OctreePaperConfig::leaf_capacity`] polygons; it has no children without polygons.
-//! * *The output.* It is exact, or with [`CutNodes::Drawn`] that of the paper's Fig. 6.
+//! * *The output.* It is exact. With [`CutNodes::Drawn`] it is the output of the paper's Fig. 6.
 
 mod build;
 mod cull;
@@ -42,7 +42,7 @@ pub struct OctreePaperConfig {
 }
 
 impl OctreePaperConfig {
-    /// Number of levels that a walk has room for.
+    /// Largest depth of a tree.
     pub const DEEPEST: u32 = 21;
 }
 

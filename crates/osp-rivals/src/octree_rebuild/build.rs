@@ -10,11 +10,11 @@ use osp::math::Aabb;
 /// Configuration of an octree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctreeConfig {
-    /// A node with more polygons than this is split. If it is larger, builds are quicker, and queries test more polygons.
-    /// Sixteen polygons are tested at once; queries gain up to 64.
+    /// A node with more polygons than this is split. A larger capacity makes quicker builds, and queries test more
+    /// polygons. Sixteen polygons are tested at once; queries get faster up to a capacity of 64.
     pub leaf_capacity: usize,
-    /// The deepest level, at most 96. Nodes on this level are leaves of any size. Cells halve at every level, so only
-    /// polygons whose positions form a geometric series reach it.
+    /// The deepest level, at most 96. Nodes on this level are leaves of any size. Only polygons whose positions form a
+    /// geometric series reach this level, because cells halve at every level.
     pub max_depth: usize,
 }
 
@@ -41,8 +41,8 @@ struct Pending {
     centers: Aabb,
 }
 
-/// Builds by counting: at every node, one pass counts the polygons of the eight octants, and another orders them. O(n log
-/// n). The order is stable, so polygons keep their order of arrival.
+/// Builds by counting sort: at every node, a first loop counts the polygons of the eight octants, and a second loop
+/// orders them. O(n log n). The order is stable, so polygons keep their order of arrival.
 #[derive(Debug)]
 pub(crate) struct OctreeBuilder {
     config: OctreeConfig,
@@ -138,8 +138,8 @@ impl OctreeBuilder {
     }
 }
 
-/// The middle of a box. If rounding moves the middle to the greatest corner of an axis, the least corner replaces it,
-/// so that each side gets polygons.
+/// The middle of a box. If rounding moves a coordinate of the middle to the maximum, the minimum replaces it, so that
+/// each side gets polygons.
 fn split_point(centers: &Aabb) -> Vec3 {
     let middle = centers.center();
     Vec3::select(middle.cmplt(centers.max), middle, centers.min)

@@ -12,7 +12,7 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// Largest number of nodes that wait in a walk: at most one for each level.
+/// Largest number of nodes on the stack: one for each level.
 const STACK: usize = MAX_MAX_DEPTH as usize + 2;
 
 /// The frustum and, for each of its planes, the corner of a box that lies farthest along the plane's normal.
@@ -31,7 +31,7 @@ impl<'a> EightPointTest<'a> {
         Self { frustum, farthest_along }
     }
 
-    /// Position of the eight points relative to the planes. The result equals that of [`Frustum::classify`].
+    /// Position of the eight points relative to the planes. Equals [`Frustum::classify`] of the node's box.
     fn test(&self, points: &[Vec3; 8], work: &mut WorkCounts) -> Containment {
         work.boxes += 1;
         let mut all_inside = true;
@@ -72,7 +72,7 @@ impl Stack {
 }
 
 impl OspPaper {
-    /// Culls as Fig. 6 does, and then tests the polygons beside the tree.
+    /// Culls as Fig. 6 does, and then tests the polygons outside the cube.
     pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts {
         let mut work = WorkCounts::default();
         if self.nodes[0].holds_any() {
@@ -82,9 +82,9 @@ impl OspPaper {
         work
     }
 
-    /// Culls as Fig. 6 does, from `top` downwards. If all points of a node are inside, the node and its children are drawn.
-    /// If they are outside, nothing is drawn. If a plane cuts the node, its own polygons are drawn (each tested here), and
-    /// both children are tested.
+    /// Culls as Fig. 6 does, from `top` downwards. If all points of a node are inside, the node and its children are
+    /// drawn. If all are behind one plane, nothing is drawn. If a plane cuts the node, its own polygons are drawn (here
+    /// after a test of each), and both children are tested.
     fn cull_below(&self, top: u32, test: &EightPointTest<'_>, sink: &mut impl Sink, work: &mut WorkCounts) {
         let mut stack = Stack::from(top);
         while let Some(at) = stack.pop() {
@@ -145,8 +145,8 @@ impl OspPaper {
         seen.flush(sink);
     }
 
-    /// Does the same walk, and calls `visitor` at every node. The visitor gets the polygons beside the tree as a leaf at
-    /// the top.
+    /// Does the same traversal, and calls `visitor` at every node. The visitor gets the polygons outside the cube as an
+    /// additional leaf of depth 0.
     pub(super) fn visit(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         let mut work = WorkCounts::default();
         let test = EightPointTest::new(frustum);
@@ -154,7 +154,7 @@ impl OspPaper {
         while let Some(at) = stack.pop() {
             let node = &self.nodes[at as usize];
             if !node.holds_any() {
-                continue; // This happens only for an empty root, because children without polygons are never pushed.
+                continue; // Only an empty root, because children without polygons are never pushed.
             }
             work.nodes += 1;
             let containment = test.test(&node.osp_box, &mut work);

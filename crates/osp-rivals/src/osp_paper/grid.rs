@@ -7,7 +7,7 @@ use osp::math::Aabb;
 /// doubles the memory.
 pub const DEFAULT_MAX_DEPTH: u32 = 15;
 
-/// Largest depth of a tree; a larger depth is reduced to it. All nodes exist from the start, and 21 levels already have
+/// Largest depth of a tree. Larger depths are reduced to it. All nodes exist from the start, and 21 levels already have
 /// four million nodes.
 pub const MAX_MAX_DEPTH: u32 = 21;
 
@@ -23,8 +23,8 @@ pub struct OspGrid {
 }
 
 impl OspGrid {
-    /// A cube around `center`. A centre or size that is not finite makes a cube of size 0 at the origin. Every polygon is
-    /// then outside the cube, but kept and found.
+    /// A cube around `center`. A centre or size that is not finite makes a cube of size 0 at the origin. Every polygon
+    /// is then outside the cube, but queries still find it.
     pub fn new(center: Vec3, size_m: f32, max_depth: u32) -> Self {
         let max_depth = max_depth.min(MAX_MAX_DEPTH);
         if center.is_finite() && size_m.is_finite() && size_m >= 0.0 {
@@ -44,8 +44,8 @@ impl OspGrid {
         (self.max_depth + 2 - axis as u32) / 3
     }
 
-    /// Border number `k` of `axis`, counted from the cube's least side, if the axis is cut into `2^level` cells. It grows
-    /// with `k` (weakly, if a small cube lies far from the origin).
+    /// Border number `k` of `axis`, counted from the cube's minimum, if the axis is cut into `2^level` cells. It never
+    /// decreases with `k`; in a small cube far from the origin, neighbouring borders may be equal.
     pub(super) fn border(&self, axis: usize, k: u32, level: u32) -> f32 {
         self.min[axis] + self.size_m * (k as f32 / (1u32 << level) as f32)
     }

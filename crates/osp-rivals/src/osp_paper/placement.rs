@@ -1,9 +1,9 @@
-//! Finds the node of a polygon without the walk: Morton codes of both corners, XOR, leading zeros.
+//! Finds the node of a polygon without the descent: Morton codes of both corners, XOR, leading zeros.
 //!
-//! The idea is from Thatcher Ulrich, "Loose Octrees" (Game Programming Gems, 2000) and from the Morton order (G. M. Morton,
-//! "A Computer Oriented Geodetic Data Base", 1966). The number of leading bits that two codes share is the depth of the
-//! smallest cell around both points. A test shows for every box that this is the node at which the walk of the paper's Fig.
-//! 5 ends.
+//! The idea is from Thatcher Ulrich, "Loose Octrees" (Game Programming Gems, 2000) and from the Morton order (G. M.
+//! Morton, "A Computer Oriented Geodetic Data Base", 1966). The number of leading bits that two codes share is the
+//! depth of the smallest cell around both points. A test compares this node with the node at which the descent of the
+//! paper's Fig. 5 ends.
 
 use super::grid::OspGrid;
 use osp::math::Aabb;
@@ -13,7 +13,8 @@ use osp::math::Aabb;
 pub struct OspPlace {
     /// Depth of the node; 0 at the root.
     pub depth: u32,
-    /// The turns of the path, the first in the highest of `depth` bits: 1 to the front, 0 to the back.
+    /// One bit for each step of the path: 1 to the front child, 0 to the back child. The first step is the highest of
+    /// `depth` bits.
     pub path: u32,
 }
 
@@ -26,14 +27,14 @@ impl OspPlace {
 }
 
 impl OspGrid {
-    /// The node at which the walk of the paper's Fig. 5 ends; [`None`] for a box that is not wholly inside the cube. O(1),
-    /// without a read of the tree.
+    /// The node at which the descent of the paper's Fig. 5 ends. [`None`] for a box that is not wholly inside the cube.
+    /// O(1); reads no node of the tree.
     ///
-    /// The walk goes to the front of a plane if the box's least coordinate is greater, to the back if the greatest
-    /// coordinate is less. Otherwise it stops. So on each axis it cannot pass the planes from the first plane at or above
-    /// `min` to the last plane at or below `max`. Number the finest cells: the cell of `min` is the number of planes
-    /// strictly below `min`, the cell of `max` the number of planes at or below `max`. Then the walk continues exactly as
-    /// long as both cells lie in the same half.
+    /// The descent goes to the front of a plane if the box's minimum is greater than the plane's coordinate. It goes to
+    /// the back if the maximum is less. Otherwise it stops, so it stops at every plane from `min` to `max`, both
+    /// included. Each axis is divided into the finest cells of the tree. The cell of `min` is the number of planes
+    /// strictly below `min`; the cell of `max` is the number of planes at or below `max`. Then the descent continues
+    /// exactly as long as both cells lie in the same half.
     pub fn place(&self, bounds: &Aabb) -> Option<OspPlace> {
         if !self.root_box().contains(bounds) {
             return None;
@@ -55,7 +56,7 @@ impl OspGrid {
             let border = self.border(axis, k, level);
             border < x || (on_plane == OnPlane::InFront && border == x)
         };
-        // Rounding may make the quotient wrong by one, so the borders themselves decide.
+        // Rounding may make the quotient wrong by one, so comparisons with the borders correct it.
         let quotient = (x - self.border(axis, 0, level)) / self.size_m() * (last + 1) as f32;
         let mut k = (quotient as u32).min(last);
         while k < last && is_past(k + 1) {

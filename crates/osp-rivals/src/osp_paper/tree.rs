@@ -13,7 +13,7 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// Replaces a node's number if the polygon is in the list beside the tree.
+/// Stands in place of a node's number for a polygon outside the cube.
 pub(super) const OUTSIDE: u32 = u32::MAX - 1;
 
 /// The location of a polygon: its node, and its position in the node's list.
@@ -79,7 +79,7 @@ impl OspPaper {
         Self { cut_nodes, ..self }
     }
 
-    /// Work counts of all insertions: one plane for each node on the way down except leaves.
+    /// Work counts of all insertions: one plane for each visited node except leaves.
     pub fn insertions(&self) -> InsertionCounts {
         self.insertions
     }
@@ -100,7 +100,7 @@ impl OspPaper {
         (node < OUTSIDE).then(|| OspPlace::of_node(node))
     }
 
-    /// Inserts a polygon by the walk of Fig. 5, down from the root.
+    /// Inserts a polygon by the descent of Fig. 5, from the root.
     fn insert_polygon(&mut self, id: PolygonId, bounds: &Aabb) {
         self.insertions.polygons += 1;
         if !self.grid.root_box().contains(bounds) {
@@ -113,11 +113,11 @@ impl OspPaper {
             let node = &mut self.nodes[at as usize];
             node.polygons += 1;
             self.insertions.planes += u64::from(!node.is_leaf);
-            // The normal is an axis, so the least corner of the box has the least distance of all vertices.
+            // The normal is an axis, so the smallest corner of the box has the smallest distance of all vertices.
             let in_front = node.splitter.signed_distance(bounds.min) > 0.0;
             let behind = node.splitter.signed_distance(bounds.max) < 0.0;
             if node.is_leaf || !(in_front || behind) {
-                // This is the last node, or the plane cuts the polygon, or the polygon lies in the plane.
+                // The node is a leaf, or its plane cuts or contains the polygon.
                 node.is_polygon = true;
                 self.location.set(id, Location { node: at, slot: node.tri_names.len() as u32 });
                 node.tri_names.push(id);
@@ -249,7 +249,10 @@ impl SpatialIndex for OspPaper {
             if self.location.get(id) != (Location { node: OUTSIDE, slot: slot as u32 })
                 || self.grid.place(&self.boxes.get(id)).is_some()
             {
-                return Err(format!("polygon {} in the list beside the tree does not belong there", id.0));
+                return Err(format!(
+                    "polygon {} in the list of polygons outside the cube does not belong there",
+                    id.0
+                ));
             }
         }
         let inserted = self.nodes[0].polygons as usize + self.outside.len();

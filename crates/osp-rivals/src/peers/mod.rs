@@ -1,6 +1,6 @@
-//! The trees of other crates, each in its best form. A walk tests only the planes that still cut a node, and takes polygons
-//! inside every plane without a test. A crate with private nodes is walked by its own code, with the plane test at each
-//! node. This module exists only with the feature `peers`.
+//! The trees of other crates, each in its best form. A traversal tests only the planes that cut the parent, and reports
+//! polygons inside all planes without a test. If the nodes of a crate are private, the crate's own code traverses them,
+//! with the plane test at each node. This module exists only with the feature `peers`.
 //!
 //! These trees serve for comparison only: their results for boxes near the ends of `f32` are not checked, and their work is
 //! not counted. They refuse the same boxes as every index. A visitor gets each tree as a single leaf.

@@ -23,11 +23,11 @@ pub(super) struct Growing {
     stack: Mutex<Vec<(u32, PlaneMask)>>,
 }
 
-/// If more leaves than one of so many have moved, a new tree is faster than one whose nodes are resized leaf by leaf.
+/// If more than one in this number of leaves has moved, building a new tree is faster than resizing nodes leaf by leaf.
 const MOST: usize = 2;
 
 impl Growing {
-    /// Builds the tree again, as fast as the crate can.
+    /// Builds the tree again by the crate's fastest method.
     fn build(&mut self, inserted: &InsertedBoxes) {
         let (ids, boxes): (Vec<u32>, Vec<_>) = inserted.iter().map(|(id, b)| (id.0, box_of(b))).unzip();
         let numbers = (0..boxes.len() as u32).collect();
@@ -45,7 +45,7 @@ impl Growing {
         }
     }
 
-    /// Gives the updated leaves their boxes.
+    /// Sets the boxes of the updated leaves.
     fn resize(&mut self) {
         self.tree.init_primitives_to_nodes_if_uninit();
         for (id, bounds) in self.updated.drain(..) {

@@ -27,8 +27,8 @@ fn cull(tree: &Bvh, frustum: &Frustum, mut found: impl FnMut(u32)) {
     });
 }
 
-/// Largest share of updated leaves, one in so many, whose ancestors are refitted leaf by leaf. Above it, a refit of the
-/// whole tree is faster.
+/// If more than one in this number of leaves was updated, a refit of the whole tree is faster than a refit leaf by
+/// leaf.
 const FEW: usize = 16;
 
 #[derive(Default)]

@@ -32,7 +32,7 @@ fn entry(id: u32, bounds: &Aabb) -> Entry {
     Entry::new(Rectangle::from_corners(bounds.min.to_array(), bounds.max.to_array()), id)
 }
 
-/// Walks the nodes below `node` by recursion, which goes a few levels deep because the tree is balanced.
+/// Visits the nodes below `node` by recursion. The recursion is only a few levels deep, because the tree is balanced.
 fn walk(node: &ParentNode<Entry>, mask: PlaneMask, frustum: &Frustum, out: &mut Vec<PolygonId>) {
     for child in node.children() {
         let envelope = child.envelope();
@@ -52,7 +52,7 @@ fn walk(node: &ParentNode<Entry>, mask: PlaneMask, frustum: &Frustum, out: &mut 
     }
 }
 
-/// Bytes of the subtree, without reserved room, whose size the crate does not expose.
+/// Bytes of the subtree, without reserved memory, because the crate does not expose its size.
 fn bytes(node: &ParentNode<Entry>) -> usize {
     let below = |child: &RTreeNode<Entry>| match child {
         RTreeNode::Leaf(_) => 0,

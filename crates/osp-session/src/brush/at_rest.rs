@@ -1,9 +1,9 @@
-//! Brushes at rest, for formats without shaders: the light and colours of a brush at time 0 as a texture, and as a
-//! colour at each corner.
+//! Appearance of brushes at time 0 for formats without shaders: the light and colours as a texture, and a colour at
+//! each corner.
 //!
-//! The renderer's shaders draw the same in motion. A test of the program compares both, for ribbons. The texture has a
-//! mean of effects that it cannot show: colours that change with the view, spreading light, and lines whose number
-//! depends on the stroke's colour.
+//! The renderer's shaders also animate the brushes. A test of the program compares both for ribbons. The texture
+//! averages effects that it cannot show: colours that change with the view, bloom, and lines whose number depends on
+//! the stroke's colour.
 
 use std::f32::consts::{PI, TAU};
 
@@ -20,24 +20,24 @@ use super::{
 
 /// Width and height of the texture of a brush whose light is brighter than white, texels.
 const GLARE_SIDE: usize = 16;
-/// Brightness of a star in its texture. The full brightness is 800; the corners' alpha has the other factor.
+/// Brightness of a star in its texture. The corners' alpha supplies the remaining factor of the full brightness, 800.
 const STAR: f32 = 8.0;
-/// Repetitions of a streamer's texture along a length of 1: the mean of its five lines.
+/// Repetitions of a streamer's texture per unit of `u`: the mean of its five lines.
 const STREAMER_PACE: f32 = 0.65;
-/// Angle of the wave over the length of a waveform, radians, as in a dark stroke. More waves need more texels.
+/// Phase of the wave over the length of a waveform, radians, as in a dark stroke. More waves would need more texels.
 const WAVES: f32 = 30.0;
-/// Largest factor of a stroke's colour. More light makes the colour white, and its halo, which a file cannot store,
-/// would no longer show the colour.
+/// Largest factor of a stroke's colour. A larger factor makes the colour white. The renderer shows the colour in the
+/// halo, which a file cannot store.
 const EXPOSURE: f32 = 40.0;
-/// The darkest light that counts for the mean brightness of a texture.
+/// Texels that are darker do not count for the mean brightness of a texture.
 const LIT: f32 = 0.02;
 
-/// The eye's view of a polygon, and its light.
+/// View direction and light at a polygon.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
     /// Cosine of the angle between the normal and the direction to the eye.
     pub view_cosine: f32,
-    /// Light on a matte surface, the mean over all directions: red, green, blue, 1 for full light.
+    /// Light on a matte surface: red, green, blue, averaged over all normals. 1 is full light.
     pub light: Vec3,
 }
 
@@ -50,7 +50,7 @@ pub struct BrushAtRest {
 }
 
 impl BrushAtRest {
-    /// Examines a brush. O(texels) for brushes of light, else O(1).
+    /// Computes the brightness of a brush. O(texels) for additive brushes, else O(1).
     pub fn of(brush: &'static Brush) -> Self {
         let mut at_rest = Self { brush, brightness: 1.0 };
         if brush.draw == Draw::Additive {
@@ -87,8 +87,9 @@ impl BrushAtRest {
         self.brush.draw == Draw::Additive && self.brush.picture.is_some() && self.brush.emission_gain > 0.0
     }
 
-    /// Red, green, blue (sRGB) and alpha of a texel, from 0 to [`side`](Self::side): `x` along the stroke, `y` across.
-    /// A viewer multiplies these values by the corners' values, and blends or cuts out by the alpha. O(1).
+    /// Red, green, blue (sRGB) and alpha of a texel. `x` is along the stroke, `y` across, both below
+    /// [`side`](Self::side). A viewer multiplies these values by the corners' values, and blends or cuts out by the
+    /// alpha. O(1).
     pub fn texel(&self, x: usize, y: usize) -> [f32; 4] {
         let parts = SIDE / self.side();
         let place = |i: usize, part: usize| ((i * parts + part) as f32 + 0.5) / SIDE as f32;
@@ -113,7 +114,7 @@ impl BrushAtRest {
         }
     }
 
-    /// Red, green, blue (sRGB) and alpha of a corner. `color` is the stroke's colour, `own` the alpha of the corner.
+    /// Red, green, blue (sRGB) and alpha of a corner. `color` is the stroke's colour; `own` is the alpha of the corner.
     pub fn paint(&self, color: Vec3, own: f32, uv: Vec2, seen: Seen) -> [f32; 4] {
         if self.brush.effect == Effect::DiamondHull {
             return split(diamond(color, seen));
@@ -137,7 +138,7 @@ impl BrushAtRest {
         (color * matte * part).extend(own).to_array()
     }
 
-    /// Texture coordinates in the texture of [`texel`](Self::texel).
+    /// Converts texture coordinates of the brush to those of the texture of [`texel`](Self::texel).
     pub fn uv(&self, uv: Vec2) -> Vec2 {
         match self.brush.effect {
             Effect::Streamers => Vec2::new(uv.x * STREAMER_PACE, uv.y),
@@ -145,13 +146,13 @@ impl BrushAtRest {
         }
     }
 
-    /// The brush's picture, clamped or repeated.
+    /// Samples the brush's picture. `u` is clamped or repeated, `v` is clamped.
     fn picture(&self, u: f32, v: f32) -> [f32; 4] {
         let u = if repeats(self.brush) { u.rem_euclid(1.0) } else { u.clamp(0.0, 1.0) };
         self.brush.picture.map_or([1.0; 4], |picture| picture.texel(u, v.clamp(0.0, 1.0)))
     }
 
-    /// Factor of the emission gain.
+    /// Factor of the light by the emission gain.
     fn gain(&self) -> f32 {
         2.0 * (10.0 * self.brush.emission_gain).exp()
     }
@@ -183,7 +184,7 @@ impl BrushAtRest {
                 let off = (v + 4.0 * u).rem_euclid(1.0) - 0.5 + 0.15 * (100.0 * u).sin();
                 Vec3::splat(line(off, 0.025) * self.gain())
             }
-            // The factor 0.5 is a mean over the side that faces the eye.
+            // The factor 0.5 is the mean over the side that faces the eye.
             Effect::NeonPulse => {
                 Vec3::splat((10.0 * (0.2 - u).max(0.0)).powi(5).min(1.0) * 0.5 * self.gain())
             }
@@ -201,7 +202,7 @@ impl BrushAtRest {
         }
     }
 
-    /// The colour that a texel of mean brightness has.
+    /// The colour of a texel of mean brightness in a stroke of this colour.
     fn tinted(&self, color: Vec3) -> Vec3 {
         match self.brush.effect {
             Effect::Rainbow | Effect::Dots | Effect::Streamers => color,
@@ -216,8 +217,7 @@ impl BrushAtRest {
         }
     }
 
-    /// Share of the light that remains at a corner with the alpha `own`. In a particle, the alpha channel has a random
-    /// number instead.
+    /// Factor of the light at a corner with the alpha `own`, at most 1. For a particle, `own` is a random number.
     fn share(&self, own: f32) -> f32 {
         match self.brush.effect {
             Effect::Smoke | Effect::Bubbles | Effect::Rainbow | Effect::ChromaticWave => 1.0,
@@ -252,8 +252,8 @@ impl BrushAtRest {
     }
 }
 
-/// Splits light into a colour of full brightness, and its brightness as alpha. Over black they give the same light;
-/// over other backgrounds they hide as little as possible.
+/// Splits light into a colour of full brightness, and an alpha that is the brightness. Blended over black, they give
+/// the same light. Over other backgrounds they hide as little as possible.
 fn split(light: Vec3) -> [f32; 4] {
     let light = light.clamp(Vec3::ZERO, Vec3::ONE);
     let most = light.max_element();

@@ -1,4 +1,4 @@
-//! The brushes of Tilt Brush and Open Brush: the type of polygons that a stroke becomes, and their appearance.
+//! The brushes of Tilt Brush and Open Brush. A brush determines the polygons of a stroke, and their appearance.
 //!
 //! The brushes are a table in the crate, `brushes.ron`; [`find`] looks a brush up by name or GUID.
 //! [`stroke`](crate::stroke) makes polygons of samples.
@@ -20,8 +20,8 @@ use serde::Deserialize;
 
 use texture::picture::Picture;
 
-/// Largest number of particles, or of squares of a spray, between one sample and the next. A larger value draws longer
-/// jumps of the hand completely, but lets a malicious file fill more memory.
+/// Largest number of particles, or of squares of a spray, between two samples. With a larger number, longer jumps of
+/// the hand would be drawn completely, but a malicious file could fill more memory.
 pub const MAX_SCATTERED: u64 = 500;
 
 /// Distance between two particles at a particle rate of 1 and a stroke scale of 1, metres.
@@ -94,7 +94,8 @@ pub enum Family {
         shape: TubeShape,
         /// Factor of [`TubeShape::Taper`].
         taper: f32,
-        /// Largest turn of the frame before the tube is split, as a factor; see `brushes.ron`.
+        /// Factor of the largest rotation of the frame between two segments. A larger rotation splits the tube; see
+        /// `brushes.ron`.
         break_mult: f32,
     },
     /// The convex hull of all samples.
@@ -108,14 +109,14 @@ pub enum Family {
     Particles,
     /// Squares in the plane of the stroke, a spray.
     Spray {
-        /// Whether squares are placed by the middle of each step, as Open Brush's midpoint spray does.
+        /// Whether squares are centred on each step, as in Open Brush's midpoint spray.
         midpoint: bool,
     },
     /// A tube with a rectangular cross-section.
     BoxSection,
     /// A ribbon with a raised middle.
     ThickRibbon,
-    /// A square across the stroke at each sample, a slice.
+    /// A square perpendicular to the stroke at each sample.
     Slices,
 }
 
@@ -124,7 +125,8 @@ pub enum Family {
 pub enum Draw {
     /// The polygons hide the background.
     Opaque,
-    /// The polygons hide the background where the texture is solid; elsewhere they are fully transparent.
+    /// The polygons hide the background where the alpha reaches [`Brush::cutoff`]. Elsewhere they are fully
+    /// transparent.
     Cutout,
     /// The colour is added to that of the background.
     Additive,
@@ -135,7 +137,7 @@ pub enum Draw {
 /// Lighting of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub enum Lighting {
-    /// The surface has its own colour, whatever the light.
+    /// The surface has its own colour, independent of the light.
     Unlit,
     /// The surface is matte.
     Lambert,
@@ -195,7 +197,7 @@ pub struct Brush {
     /// GUIDs of older brushes that this brush replaces.
     #[serde(default)]
     pub also: Vec<String>,
-    /// Whether the original application offers the brush for drawing. Other brushes are in old files only, or are
+    /// Whether the original application offers the brush for drawing. Other brushes occur in old files only, or are
     /// experimental.
     #[serde(default)]
     pub is_offered: bool,
@@ -223,7 +225,7 @@ pub struct Brush {
     /// Random variation of sizes, as a fraction of the size.
     #[serde(default)]
     pub size_variance: f32,
-    /// The smallest size that the application offers, decimetres. The spread of particles is in proportion to it.
+    /// The smallest size that the application offers, decimetres. The spread of particles is proportional to it.
     #[serde(default)]
     pub size_min: f32,
     /// Opacity.
@@ -259,7 +261,7 @@ pub struct Brush {
     /// Whether each particle or square has a random alpha instead of the opacity.
     #[serde(default)]
     pub randomize_alpha: bool,
-    /// Repetitions of the texture by distance, a rate.
+    /// Factor of the texture repetitions per distance.
     #[serde(default = "one")]
     pub tile_rate: f32,
     /// Number of rows of the texture atlas; a segment shows one row. For particles and sprays, a number above 1 means
@@ -272,7 +274,7 @@ pub struct Brush {
     /// Whether pressure is smoothed over 0.1 m instead of 0.2 m.
     #[serde(default)]
     pub has_short_pressure_window: bool,
-    /// Whether the ribbon's front always faces the author while it is drawn.
+    /// Whether the ribbon's front faces the author while the ribbon is drawn.
     #[serde(default)]
     pub back_is_invisible: bool,
     /// Largest distance by which animation moves polygons out of their bounding boxes, metres.
@@ -290,10 +292,10 @@ pub struct Brush {
     /// Whether the brush is animated.
     #[serde(default)]
     pub is_animated: bool,
-    /// Solidity or brightness of the texture in eight steps along the stroke, from start to end.
+    /// Mean alpha or brightness of the original texture in eight steps along the stroke, from start to end.
     #[serde(default)]
     pub along: Option<[f32; 8]>,
-    /// Solidity or brightness of the texture in eight steps across the stroke.
+    /// Mean alpha or brightness of the original texture in eight steps across the stroke.
     #[serde(default)]
     pub across: Option<[f32; 8]>,
 }

@@ -3,13 +3,13 @@ use glam::{Vec2, Vec3};
 /// Largest absolute texture coordinate that a [`Surface`] stores; larger coordinates are clamped.
 pub const UV_LIMIT: f32 = 8.0;
 
-/// Texture coordinates by distance are taken modulo this length, so that a polygon that begins below it ends below
+/// Texture coordinates by distance start again at 0 after this value. A polygon that begins below it ends below
 /// [`UV_LIMIT`].
 pub(crate) const UV_PERIOD: f32 = 7.0;
 
 /// Shading data of the corners of a polygon: normals and texture coordinates of 16 bits a component, alpha of 8 bits.
 ///
-/// A polygon that faces the eye is stored as a square in some plane: only its centre and size matter, not the plane.
+/// A polygon that faces the eye is stored as a square in any plane. The renderer uses only its centre and size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Surface {
     /// Octahedral normals, two signed 16-bit numbers each. If the polygon faces the eye, the first word has the bits of
@@ -96,7 +96,8 @@ impl Surface {
         f32::from(self.alpha[corner]) / 255.0
     }
 
-    /// The words of the normals (or roll) and of the texture coordinates. A shader unpacks them with `unpack2x16snorm`.
+    /// The packed normals (or the roll) and the packed texture coordinates. A shader unpacks them with
+    /// `unpack2x16snorm`.
     pub fn words(&self) -> ([u32; 4], [u32; 4]) {
         (self.normals, self.uv)
     }

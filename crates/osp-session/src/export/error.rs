@@ -8,7 +8,7 @@ pub enum ExportError {
     /// The file cannot be written.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// The file would exceed the byte counts of the format, which have 32 bits.
+    /// The file would be larger than the format allows: its byte counts have 32 bits.
     #[error("the model is too large for one file of this format: {0} bytes of at most 4294967295")]
     TooLarge(u64),
     /// This build has no compression: the feature `compress` is missing.

@@ -34,24 +34,26 @@ pub struct GltfCounts {
     pub polygons: u64,
     /// Number of triangles.
     pub triangles: u64,
-    /// Number of polygons skipped because a corner is not a finite number. The format cannot represent such a number.
+    /// Number of polygons that were skipped because a coordinate is not finite. The format cannot represent such a
+    /// number.
     pub not_finite: u64,
-    /// Number of polygons that always turn to the eye in the session. The file has them in one orientation.
+    /// Number of polygons that always face the eye in the session. In the file their orientation is fixed.
     pub turned: u64,
 }
 
 /// Writes the visible polygons of a scene as one binary glTF file: a mesh for each layer or stroke, a material and a
 /// texture for each brush, with the strokes' colours at the vertices. Positions are in world space, metres.
 ///
-/// Two attributes are osp's own, floats at each vertex: `_TIMESTAMP`, seconds from the session's beginning until the polygon
-/// was drawn (with [`ExportOptions::times`]), and `_STROKE`, the number of the stroke, -1 for polygons without one.
-/// [`Objects::Whole`] has neither, and its vertices are smaller (`KHR_mesh_quantization`).
+/// Two attributes are osp's own, floats at each vertex: `_TIMESTAMP`, seconds from the session's beginning until the
+/// polygon was drawn (with [`ExportOptions::times`]), and `_STROKE`, the number of the stroke. Polygons without a
+/// stroke have -1. [`Objects::Whole`] has neither, and its vertices are smaller (`KHR_mesh_quantization`).
 ///
-/// Brushes look as at time 0 ([`BrushAtRest`](crate::brush::BrushAtRest)). glTF has no additive blending. So additive
-/// strokes are blended with an alpha that is as large as their light is bright: dark light covers nothing.
+/// The file shows brushes at time 0 ([`BrushAtRest`](crate::brush::BrushAtRest)). glTF has no additive blending.
+/// Additive strokes are therefore alpha-blended, and their alpha is the brightness of their light: dark light covers
+/// nothing.
 ///
-/// The lights of the file light a matte surface as the session's lights and ambient light do. The scene's `extras` have
-/// the sky and the fog.
+/// The file's lights give a matte surface the same colours as the session's lights and ambient light. The scene's
+/// `extras` have the sky and the fog.
 ///
 /// # Errors
 /// The output fails, or the model does not fit the format.
@@ -64,8 +66,7 @@ pub fn write_glb(
     write_glb_watched(scene, name, options, out, &|_| true)
 }
 
-/// Does the same as [`write_glb`]. From time to time it calls `go_on` with the number of polygons written so
-/// far.
+/// Does the same as [`write_glb`]. Every few milliseconds it calls `go_on` with the number of polygons written so far.
 ///
 /// # Errors
 /// The errors of [`write_glb`], or `go_on` returned `false`.
@@ -92,7 +93,7 @@ pub fn write_glb_watched(
             Some(eye) => scene.polygon_from(id, eye, Vec3::Y),
             None => scene.polygon(id),
         };
-        // A group can be placed so far away that `f32` has no number for it.
+        // The transform of a group can move coordinates beyond the range of `f32`.
         if !polygon.vertices().iter().all(|corner| corner.is_finite()) {
             counts.not_finite += 1;
             continue;
@@ -180,7 +181,7 @@ fn shrink(object: &mut Object, is_compressed: bool) -> Result<(), ExportError> {
     Ok(())
 }
 
-/// Light on a matte surface, the mean over all directions.
+/// Light on a matte surface, averaged over all normals.
 fn mean_light(environment: &Environment) -> Vec3 {
     // Over all normals, the mean of the cosine to a light, clamped to 0, is a quarter.
     environment.ambient + environment.lights.iter().map(|(_, color)| *color * 0.25).sum::<Vec3>()
@@ -205,7 +206,7 @@ fn object_of<'a>(
         (Objects::Whole { .. }, _) => 0,
         (Objects::Layers, _) => u64::from(stroke.layer()),
         (Objects::Strokes, Some(stroke)) => u64::from(stroke.0),
-        // Each polygon without a stroke is an object of its own.
+        // Each polygon without a stroke becomes a separate object.
         (Objects::Strokes, None) => 1 << 32 | u64::from(id.0),
     };
     let name = move || match (options.objects, stroke.id(), stroke.brush()) {

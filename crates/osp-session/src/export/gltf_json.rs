@@ -158,17 +158,18 @@ fn primitive(
     json!({ "attributes": attributes, "indices": indices, "material": material })
 }
 
-/// Number of bytes that the views made so far describe.
+/// Number of bytes that the existing buffer views cover.
 #[derive(Default)]
 struct Place {
-    /// In the binary chunk.
+    /// Number of bytes in the binary chunk.
     stored: usize,
-    /// In the buffer of the decompressed bytes.
+    /// Number of bytes in the buffer of the decompressed bytes.
     raw: usize,
 }
 
 impl Place {
-    /// The view of the vertices (`which` 0) or the indices (1) of a part: `count` elements of `stride` bytes.
+    /// Returns the buffer view of the vertices (`which` 0) or the indices (1) of a part: `count` elements of `stride`
+    /// bytes.
     fn view(&mut self, part: &Part, which: usize, stride: usize, count: usize) -> Value {
         let (target, mode) = [(ARRAY_BUFFER, "ATTRIBUTES"), (ELEMENT_ARRAY_BUFFER, "TRIANGLES")][which];
         let (raw, stored) = (part.raw_bytes()[which], part.stored_bytes()[which]);

@@ -9,16 +9,16 @@ use crate::{
     scene::Stroke,
 };
 
-/// Reflectance at normal incidence of a material of glTF, before `KHR_materials_specular` multiplies it.
+/// Reflectance at normal incidence of glTF's default material. `KHR_materials_specular` multiplies it by a factor.
 const USUAL_F0: f32 = 0.04;
 
-/// Extensions of materials that a file uses, in the order of their names.
+/// The extensions of materials that files may use, by name.
 const EXTENSIONS: [&str; 2] = ["KHR_materials_specular", "KHR_materials_unlit"];
 
-/// A material of the exported file: the common properties of strokes of one brush.
+/// A material of the exported file, shared by the strokes of one brush.
 #[derive(Clone, Debug)]
 pub(super) struct Material {
-    /// The brush, its colours at rest, and its texture in the file.
+    /// The brush, its colours at time 0, and the index of its texture in the file.
     brush: Option<(&'static Brush, BrushAtRest, Option<usize>)>,
     /// Whether the background shines through.
     is_blended: bool,
@@ -32,7 +32,7 @@ pub(super) struct Materials {
     /// Numbers of the materials, by brush number (`None` without a brush) and by whether the material is blended.
     places: BTreeMap<(Option<u16>, bool), usize>,
     all: Vec<Material>,
-    /// Place of each material in the file.
+    /// Index of each material in the file.
     in_file: Vec<usize>,
     /// The materials of the file.
     json: Vec<Value>,
@@ -40,7 +40,7 @@ pub(super) struct Materials {
 }
 
 impl Materials {
-    /// Materials that brushes share if they differ only in name.
+    /// Creates materials. Brushes share a material if their materials differ only in name.
     pub(super) fn shared() -> Self {
         Self { is_shared: true, ..Self::default() }
     }
@@ -80,7 +80,7 @@ impl Materials {
         &self.all[number]
     }
 
-    /// Place of a material in the file, by its number.
+    /// Index in the file of a material with this number.
     pub(super) fn in_file(&self, number: usize) -> usize {
         self.in_file[number]
     }
@@ -101,8 +101,7 @@ impl Materials {
 }
 
 impl Material {
-    /// The corner of a polygon as a viewer of glTF shows it: colour, linear red, green, blue and alpha, and texture
-    /// coordinates.
+    /// The vertex attributes of a polygon's corner: linear red, green, blue and alpha, and texture coordinates.
     pub(super) fn corner(
         &self,
         stroke: &Stroke,
@@ -174,13 +173,18 @@ impl Material {
     }
 }
 
-/// Converts a colour and an alpha to linear values, which glTF requires for vertices.
+/// Converts an sRGB colour with alpha to the linear values that glTF requires for vertices.
 fn linear([r, g, b, a]: [f32; 4]) -> [f32; 4] {
     let [r, g, b] = [r, g, b].map(|c| linear_from_srgb(c.clamp(0.0, 1.0)));
     [r, g, b, a.clamp(0.0, 1.0)]
 }
 
-/// A channel of a colour, from sRGB. Numbers above 1 continue the curve.
+/// Converts a colour channel from sRGB to linear. Values above 1 continue the curve.
 pub(super) fn linear_from_srgb(c: f32) -> f32 {
     if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+}
+
+/// The inverse of [`linear_from_srgb`].
+pub(super) fn srgb_from_linear(c: f32) -> f32 {
+    if c <= 0.003_130_8 { c * 12.92 } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 }
 }

@@ -3,7 +3,7 @@ use glam::Vec3;
 use super::times::PolygonTimes;
 use crate::recording::{Camera, Environment};
 
-/// Content of an object of the exported file.
+/// The part of the session that becomes one object of the exported file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Objects {
     /// A layer of the session.
@@ -11,8 +11,8 @@ pub enum Objects {
     Layers,
     /// A stroke.
     Strokes,
-    /// The whole model, for viewers that only show it: brushes share materials, equal vertices are merged, and a vertex
-    /// has neither time nor stroke.
+    /// The whole model, for viewers that need no editing. Brushes share materials, equal vertices are merged, and a
+    /// vertex has neither time nor stroke.
     Whole {
         /// Whether the buffers are compressed (`EXT_meshopt_compression`). Needs the feature `compress`.
         is_compressed: bool,
@@ -22,14 +22,14 @@ pub enum Objects {
 /// Options of an export.
 #[derive(Clone, Debug, Default)]
 pub struct ExportOptions {
-    /// Content of an object.
+    /// The part of the session that becomes one object.
     pub objects: Objects,
     /// Names of the layers, by their numbers.
     pub layer_names: Vec<String>,
     /// The times at which the polygons were drawn, if the file is to contain them.
     pub times: Option<PolygonTimes>,
-    /// Position of the eye, world space, metres. Polygons that face the eye are turned to it, and soap films have the
-    /// colours that it sees. A mesh cannot turn, so both are fixed in the file.
+    /// Position of the eye, world space, metres. In the file, polygons that face the eye face this position. The
+    /// colours of soap films are computed for it, too.
     pub eye_in_world: Option<Vec3>,
     /// The camera of the file.
     pub camera: Option<Camera>,

@@ -10,8 +10,8 @@ use super::{
     gltf_part::{DRAWN_BYTES, Grid, Layout, Packed, Part},
 };
 
-/// Makes the vertices of a welded part smaller. Positions become grid numbers if there is a grid, normals become bytes,
-/// and texture coordinates from 0 to 1 become 16-bit numbers.
+/// Quantises the vertices of a welded part. Positions become grid coordinates if there is a grid, and normals become
+/// bytes. Texture coordinates become 16-bit numbers if all are from 0 to 1.
 pub(super) fn quantize(part: &mut Part, grid: Option<Grid>) {
     let rows = std::mem::take(&mut part.vertices);
     let rows = rows.as_chunks::<DRAWN_BYTES>().0;
@@ -38,21 +38,21 @@ pub(super) fn quantize(part: &mut Part, grid: Option<Grid>) {
         }
     }
     if let Some(grid) = &grid {
-        // The places are in the order of the positions.
+        // Grid coordinates increase with the positions, so the bounds stay bounds.
         [part.min, part.max] = [part.min, part.max].map(|p| Vec3::from(grid.place(p).map(f32::from)));
     }
 }
 
-/// The floats of a vertex from a byte on.
+/// Reads the floats of a vertex, from byte `from` on.
 fn floats_at<const N: usize>(row: &[u8; DRAWN_BYTES], from: usize) -> [f32; N] {
     std::array::from_fn(|i| f32::from_le_bytes(std::array::from_fn(|byte| row[from + 4 * i + byte])))
 }
 
-/// Compresses a part. The triangles keep their order, which decides how blended ones look.
+/// Compresses a part. The triangles keep their order, because blended triangles depend on it.
 #[cfg(feature = "compress")]
 pub(super) fn compress(part: &Part) -> Result<Packed, ExportError> {
     fn rows<const STRIDE: usize>(bytes: &[u8]) -> meshopt::Result<Vec<u8>> {
-        /// Version of the codec that the extension of glTF has.
+        /// Version of the codec that the glTF extension requires.
         const VERSION: i32 = 0;
         meshopt::encode_vertex_buffer_level(bytes.as_chunks::<STRIDE>().0, 2, Some(VERSION))
     }

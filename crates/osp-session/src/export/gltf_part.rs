@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::brush::Surface;
 use osp::polygon::ConvexPolygon;
 
-/// Number of bytes of a vertex that viewers draw: position and normal as floats, colour as four 16-bit numbers, texture
+/// Size of a vertex's standard attributes, bytes: position and normal as floats, colour as four 16-bit numbers, texture
 /// coordinates as floats.
 pub(super) const DRAWN_BYTES: usize = 12 + 12 + 8 + 8;
 
@@ -13,7 +13,7 @@ const FLOAT: u32 = 5126;
 const BYTE: u32 = 5120;
 const UNSIGNED_SHORT: u32 = 5123;
 
-/// Largest distance between two neighbouring positions of the grid, metres: a hair's breadth of the thinnest strokes.
+/// Largest distance between two neighbouring grid positions, metres: a small part of the width of the thinnest strokes.
 const MOST_STEP_M: f32 = 0.000_5;
 
 /// A grid of 65,536 positions on each axis.
@@ -24,7 +24,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// The grid of a box. `None` if its positions would be too far apart.
+    /// The grid over a box; `None` if its positions would be more than [`MOST_STEP_M`] apart.
     pub(super) fn of(min: Vec3, max: Vec3) -> Option<Self> {
         let step_m = (max - min).max_element() / f32::from(u16::MAX);
         (step_m > 0.0 && step_m <= MOST_STEP_M).then_some(Self { origin: min, step_m })
@@ -35,12 +35,12 @@ impl Grid {
     }
 }
 
-/// The forms of a vertex's values.
+/// The number formats of a vertex's attributes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Layout {
-    /// Whether the vertices have a time and the number of a stroke.
+    /// Whether the vertices have a time and a stroke number.
     pub(super) has_tail: bool,
-    /// The grid whose 16-bit numbers are the positions; without it they are floats.
+    /// The grid, if positions are 16-bit grid coordinates. Without a grid, positions are floats.
     pub(super) grid: Option<Grid>,
     /// Whether normals are signed bytes, not floats.
     pub(super) has_byte_normals: bool,
@@ -48,20 +48,20 @@ pub(super) struct Layout {
     pub(super) has_small_uvs: bool,
 }
 
-/// A value that each vertex has.
+/// An attribute of vertices.
 pub(super) struct Attribute {
     pub(super) name: &'static str,
-    /// Place in the vertex, bytes.
+    /// Offset in the vertex, bytes.
     pub(super) offset: usize,
-    /// Number of glTF's type of the components.
+    /// glTF's number for the component type.
     pub(super) component: u32,
     pub(super) is_normalized: bool,
-    /// Name of glTF's type.
+    /// glTF's name for the type, such as `VEC3`.
     pub(super) shape: &'static str,
 }
 
 impl Layout {
-    /// The attributes of a vertex, each with its number of bytes.
+    /// The attributes of a vertex, each with its size in bytes.
     fn values(self) -> impl Iterator<Item = (usize, Attribute)> {
         let position = if self.grid.is_some() { (8, UNSIGNED_SHORT, false) } else { (12, FLOAT, false) };
         let normal = if self.has_byte_normals { (4, BYTE, true) } else { (12, FLOAT, false) };
@@ -88,7 +88,7 @@ impl Layout {
         self.values().map(|(_, attribute)| attribute)
     }
 
-    /// Number of bytes of a vertex.
+    /// Size of a vertex, bytes.
     pub(super) fn stride(self) -> usize {
         self.values().map(|(bytes, _)| bytes).sum()
     }
@@ -106,18 +106,17 @@ pub(super) struct Part {
     pub(super) layout: Layout,
     pub(super) vertices: Vec<u8>,
     pub(super) indices: Vec<u32>,
-    /// The compressed bytes, if the file has these instead.
+    /// The compressed bytes, if the file stores these instead of `vertices` and `indices`.
     pub(super) packed: Option<Packed>,
-    /// Least and greatest position, metres, or numbers of the grid.
+    /// Bounds of the positions, metres or grid coordinates.
     pub(super) min: Vec3,
     pub(super) max: Vec3,
-    /// Numbers of the vertices, by their bytes, if equal vertices are merged. Merged vertices have neither time nor
-    /// stroke.
+    /// The number of each vertex, by its bytes, if equal vertices are merged.
     known: Option<HashMap<[u8; DRAWN_BYTES], u32>>,
 }
 
 impl Part {
-    /// An empty part. If `is_welded`, equal vertices are merged, and have neither time nor stroke.
+    /// Creates an empty part. If `is_welded`, equal vertices are merged, and vertices have neither time nor stroke.
     pub(super) fn new(is_welded: bool) -> Self {
         Self {
             layout: Layout { has_tail: !is_welded, ..Layout::default() },
@@ -134,23 +133,23 @@ impl Part {
         self.vertices.len() / self.layout.stride()
     }
 
-    /// Number of bytes of the vertices and of the indices before compression.
+    /// Sizes of the vertices and of the indices before compression, bytes.
     pub(super) fn raw_bytes(&self) -> [usize; 2] {
         [self.vertices.len(), self.indices.len() * 4]
     }
 
-    /// Number of bytes of the vertices and of the indices in the file.
+    /// Sizes of the vertices and of the indices in the file, bytes.
     pub(super) fn stored_bytes(&self) -> [usize; 2] {
         self.packed.as_ref().map_or(self.raw_bytes(), |packed| [packed.vertices.len(), packed.indices.len()])
     }
 
-    /// Number of bytes in the file, with the alignment of both ranges.
+    /// Size in the file, bytes. Includes the padding of both ranges.
     pub(super) fn bytes(&self) -> usize {
         self.stored_bytes().map(aligned).into_iter().sum()
     }
 
-    /// Adds a polygon. `paint` gives the colour and the texture coordinates of a corner. `tail` has the values that are
-    /// the same at all corners: the time, seconds, and the number of the stroke.
+    /// Adds a polygon. `paint` returns the colour and the texture coordinates of a corner. `tail` is the time, seconds,
+    /// and the number of the stroke, the same at all corners.
     pub(super) fn add(
         &mut self,
         polygon: &ConvexPolygon,

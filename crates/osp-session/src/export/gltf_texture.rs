@@ -9,11 +9,11 @@ const CLAMP_TO_EDGE: u32 = 33071;
 const LINEAR: u32 = 9729;
 const LINEAR_MIPMAP_LINEAR: u32 = 9987;
 
-/// The textures of a file: a PNG for each picture, however many brushes use it.
+/// The textures of a file. Brushes with the same picture share one PNG.
 #[derive(Default)]
 pub(super) struct Textures {
     images: Vec<Vec<u8>>,
-    /// Image of each texture, and whether it repeats along the stroke.
+    /// The image index of each texture, and whether the texture repeats along the stroke.
     all: Vec<(usize, bool)>,
 }
 
@@ -52,7 +52,7 @@ impl Textures {
     }
 }
 
-/// The texture of a brush at rest as a PNG. The first row is that of `v` = 0.
+/// Encodes the texture of a brush at time 0 as PNG. The first row of texels is at `v` = 0.
 fn encode(at_rest: &BrushAtRest) -> io::Result<Vec<u8>> {
     let side = at_rest.side();
     let texels: Vec<u8> = (0..side * side)

@@ -6,19 +6,19 @@ use glam::{Quat, Vec3};
 use osp::math::{rotate, unit};
 use serde_json::{Value, json};
 
-use super::gltf_material::linear_from_srgb;
+use super::gltf_material::{linear_from_srgb, srgb_from_linear};
 use crate::recording::{Camera, Environment};
 
-/// Near distance of a camera that has none, metres.
+/// Near distance of a camera whose recording states none, metres.
 const NEAR_M: f32 = 0.01;
-/// Number of directions in which the lights are compared.
+/// Number of normals at which both sets of lights are compared.
 const DIRECTIONS: usize = 256;
-/// Number of passes over all lights. More passes change the light by less than one part in 255.
+/// Number of iterations of the fit. Further iterations change the light by less than one part in 255.
 const PASSES: usize = 64;
-/// Light that is too weak to be seen, linear.
+/// Weaker lights are skipped, because they are invisible; linear.
 const DARK: f32 = 0.002;
 
-/// The camera of a session as a camera of glTF and its node.
+/// Converts the camera of a session to a glTF camera and its node.
 pub(super) fn camera(camera: &Camera) -> (Value, Value) {
     let near_m = camera.near_m.unwrap_or(NEAR_M);
     let perspective = json!({ "yfov": camera.fov_degrees.to_radians(), "znear": near_m, "aspectRatio": 1.0 });
@@ -29,9 +29,9 @@ pub(super) fn camera(camera: &Camera) -> (Value, Value) {
     )
 }
 
-/// Lights of glTF and their nodes. The program adds lights and ambient light as sRGB numbers. Light of glTF is linear,
-/// without ambient light. So the file has the session's two lights and six lights along the axes. Their colours are
-/// fitted so that a matte surface of any direction looks as in the program.
+/// Returns glTF lights and their nodes. The program adds the first light as an sRGB value. glTF adds linear light, and
+/// has no ambient light. The file therefore has the session's two lights and six lights along the axes.
+/// Their colours are fitted to the program's light on matte surfaces of all normals.
 pub(super) fn lights(environment: &Environment) -> (Vec<Value>, Vec<Value>) {
     let own = environment.lights.map(|(way, _)| -way.normalize_or(Vec3::NEG_Y));
     let axes = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
@@ -55,7 +55,7 @@ pub(super) fn lights(environment: &Environment) -> (Vec<Value>, Vec<Value>) {
     (lights, nodes)
 }
 
-/// Linear colours of lights from these directions: least squares by coordinate descent, no light below 0.
+/// Fits linear colours of lights from these directions: non-negative least squares by coordinate descent.
 fn fitted(environment: &Environment, towards: &[Vec3]) -> Vec<Vec3> {
     // Fibonacci's spiral spreads the directions evenly.
     let normal = |i: usize| {
@@ -68,12 +68,7 @@ fn fitted(environment: &Environment, towards: &[Vec3]) -> Vec<Vec3> {
     let on = |towards: Vec3, normal: Vec3| normal.dot(towards).max(0.0);
     let mut missing: Vec<Vec3> = normals
         .iter()
-        .map(|&normal| {
-            let lit =
-                environment.lights.iter().map(|(way, color)| color * on(-way.normalize_or_zero(), normal));
-            let wanted = environment.ambient + lit.sum::<Vec3>();
-            Vec3::from(wanted.to_array().map(linear_from_srgb))
-        })
+        .map(|&normal| Vec3::from(wanted(environment, normal).to_array().map(linear_from_srgb)))
         .collect();
     let mut colors = vec![Vec3::ZERO; towards.len()];
     for _ in 0..PASSES {
@@ -95,7 +90,22 @@ fn fitted(environment: &Environment, towards: &[Vec3]) -> Vec<Vec3> {
     colors
 }
 
-/// Properties that glTF lacks: the sky, the fog, and the lights as the session has them. Colours are sRGB numbers.
+/// The program's light on a matte surface with this normal, as an sRGB value. The shader `painted.wgsl` has the same
+/// formula.
+fn wanted(environment: &Environment, normal: Vec3) -> Vec3 {
+    let [first, second] =
+        environment.lights.map(|(way, color)| (-way.normalize_or_zero().dot(normal), color));
+    let first = first.1 * first.0.max(0.0);
+    let share = 0.0882 + 0.4706 * second.0 + 0.4412 * second.0 * second.0;
+    if environment.has_srgb_light {
+        return first + environment.ambient + second.1 * share.max(0.0);
+    }
+    let linear = |color: Vec3| Vec3::from(color.to_array().map(linear_from_srgb));
+    let sum = linear(environment.ambient) + linear(second.1) * share;
+    first + Vec3::from(sum.max(Vec3::ZERO).to_array().map(srgb_from_linear))
+}
+
+/// Properties that glTF lacks: the sky, the fog, and the session's own lights. Colours are sRGB values.
 pub(super) fn background(environment: &Environment) -> Value {
     let up = rotate(unit(environment.sky_rotation), Vec3::Y);
     let [down, above] = environment.sky;
@@ -130,9 +140,11 @@ mod tests {
             floor: None,
             fog: (Vec3::ZERO, 0.0),
             ambient: Vec3::splat(0.4),
-            lights: [(slanted, Vec3::new(0.5, 0.4, 0.2)), (Vec3::Y, Vec3::ZERO)],
+            lights: [(slanted, Vec3::new(0.5, 0.4, 0.2)), (Vec3::Y, Vec3::new(0.1, 0.2, 0.3))],
             reflection: 0.0,
             has_full_bloom: false,
+            has_srgb_light: false,
+            shadows_end_m: 0.0,
         };
         let (lights, nodes) = lights(&environment);
         let shown = |normal: Vec3| -> Vec3 {
@@ -146,7 +158,7 @@ mod tests {
             each.sum()
         };
         for normal in [-slanted, slanted, Vec3::X, Vec3::Z, Vec3::NEG_Y, Vec3::ONE.normalize()] {
-            let wanted = environment.ambient + environment.lights[0].1 * normal.dot(-slanted).max(0.0);
+            let wanted = wanted(&environment, normal);
             let found = shown(normal).powf(1.0 / 2.2);
             assert!((found - wanted).abs().max_element() < 0.12, "{normal}: {found}, not {wanted}");
         }

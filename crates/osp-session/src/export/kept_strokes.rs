@@ -1,4 +1,4 @@
-//! The strokes at the end of a session, with their control points, for formats that store strokes.
+//! The strokes that exist at the end of a session, with their control points, for formats that store strokes.
 
 use std::collections::HashMap;
 
@@ -35,8 +35,8 @@ pub(super) struct KeptStroke {
     pub(super) points: Vec<KeptPoint>,
 }
 
-/// Collects the strokes of a session from its events, including strokes that are erased later. Takes about 40 bytes
-/// for each control point. It makes no polygons.
+/// Collects the strokes of a session from its events, including strokes that are erased later. It stores about 40 bytes
+/// for each control point, and makes no polygons.
 #[derive(Debug, Default)]
 pub struct KeptStrokes {
     /// A scene without control points. It determines each stroke's layer, and whether the stroke is erased, undone,
@@ -90,8 +90,8 @@ impl KeptStrokes {
         self.heads
     }
 
-    /// The strokes that are neither erased nor undone, in the order of their beginnings, including hidden ones. Each
-    /// comes with the transform from its points to world space.
+    /// The strokes that are neither erased nor undone, in the order of their beginnings. Hidden strokes are included.
+    /// Each stroke comes with the transform from its points to world space.
     pub(super) fn iter(&self) -> impl Iterator<Item = (&KeptStroke, Motion)> {
         self.strokes.iter().filter_map(|stroke| {
             let is_there = self.scene.stroke(stroke.id).is_some_and(|state| !state.is_taken_away());
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
     use crate::recording::{Author, GroupId, SynthKind, Transform, synthesize, synthesize_class};
 
-    /// Edits of every kind about the strokes of a session, some taken back.
+    /// Edits of every kind of the strokes of a session. Some edits are undone.
     fn edits(strokes: &[StrokeId]) -> Vec<Event> {
         let (author, t) = (Author::SOLE, 1.0e4);
         let turn = Quat::from_xyzw(0.0, 0.6, 0.0, 0.8);

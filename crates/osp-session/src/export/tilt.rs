@@ -25,7 +25,7 @@ const HEAD_BYTES: u16 = 16;
 /// Version of the header, and version of `data.sketch`, as Tilt Brush writes them.
 const HEAD_VERSION: u16 = 1;
 const SKETCH_VERSION: u32 = 5;
-/// Upper bound of the size of the zip's headers and directory and of the metadata, bytes.
+/// Upper bound of the total size of the zip's headers, its directory and the metadata, bytes.
 const ZIP_ROOM_BYTES: u64 = 1 << 25;
 
 /// Counts of a written sketch.
@@ -35,18 +35,18 @@ pub struct TiltCounts {
     pub strokes: u64,
     /// Number of control points.
     pub points: u64,
-    /// One line for each kind of data that the file lacks or holds in another form.
+    /// One line for each kind of data that the file lacks or stores in another form.
     pub notes: Vec<String>,
 }
 
-/// Writes the strokes that a session has at its end as a `.tilt`, with layers, groups, camera and light.
+/// Writes the strokes at the end of a session as a `.tilt`, with layers, groups, camera and light.
 ///
-/// Erased and undone strokes are skipped; moved and grouped ones are where the session has them. A session that was
-/// read from a `.tilt` gets all its metadata back. An unchanged stroke is written bit for bit as it was. The
-/// `thumbnail` is a PNG, if there is one.
+/// Erased and undone strokes are skipped. Moved and grouped strokes are written at their final positions. For a session
+/// that was read from a `.tilt`, its metadata are written back, and an unchanged stroke is equal bit for bit.
+/// `thumbnail` is a PNG.
 ///
-/// Numbers of a session from another source are rounded: positions in decimetres to 24 bits, times to milliseconds.
-/// The whole file is held in memory, 36 bytes for each control point.
+/// Numbers of a session from another source are rounded: positions in decimetres to 24 bits, times to milliseconds. The
+/// whole file is in memory, 36 bytes for each control point.
 ///
 /// # Errors
 /// The output fails, or the sketch does not fit the format.
@@ -65,8 +65,8 @@ pub fn write_tilt(
             lost += 1;
             continue;
         };
-        if let Some(name) = ready.stand_in {
-            *stand_ins.entry(name).or_default() += 1;
+        if let Some(brush) = ready.plain {
+            *stand_ins.entry(&brush.name).or_default() += 1;
             opaque += u64::from(stroke.color.3 < 1.0);
         }
         out_of_time += ready.points_out_of_time();
@@ -124,7 +124,8 @@ pub fn write_tilt(
     Ok(counts)
 }
 
-/// Numbers of groups. Groups that came from a sketch keep their numbers; the session's other groups get free ones.
+/// Numbers of the file's groups. Groups that came from a sketch keep their numbers. The session's other groups get
+/// unused numbers.
 struct SketchGroups {
     taken: BTreeSet<u32>,
     given: BTreeMap<GroupId, u32>,
@@ -134,7 +135,7 @@ struct SketchGroups {
 impl SketchGroups {
     fn number(&mut self, group: GroupId) -> u32 {
         *self.given.entry(group).or_insert_with(|| {
-            // There are fewer strokes than numbers.
+            // The loop ends, because a file has fewer strokes than there are numbers.
             while self.last == 0 || self.taken.contains(&self.last) {
                 self.last = self.last.wrapping_add(1);
             }
@@ -144,7 +145,7 @@ impl SketchGroups {
     }
 }
 
-/// Returns one line for each kind of data that the file lacks or holds in another form.
+/// Returns one line for each kind of data that the file lacks or stores in another form.
 fn notes(kept: &KeptStrokes, [opaque, lost]: [u64; 2], stand_ins: &BTreeMap<&str, u64>) -> Vec<String> {
     let many = |count: u64, one: &str, many: &str| match count {
         1 => format!("1 {one}"),

@@ -1,4 +1,5 @@
-//! Writes `metadata.json` of a `.tilt`: the text that was read, or a new one from the session's header.
+//! Writes `metadata.json` of a `.tilt`: the fields of the sketch that was read, or new fields from the session's
+//! header.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -17,10 +18,10 @@ use crate::{
 
 /// Vertical field of view of a thumbnail, degrees. The format does not store it.
 const THUMBNAIL_FOV_DEGREES: f32 = 80.0;
-/// Layers without strokes are written up to this number, so that all layers keep their numbers.
+/// Layers without strokes are written if all layers have numbers below this. All layers then keep their numbers.
 const MOST_LAYERS: u32 = 1000;
 
-/// The table of brushes: the GUIDs that were read, and those that were added.
+/// The file's table of brushes: the GUIDs of the sketch that was read, then added GUIDs.
 pub(super) struct Brushes {
     guids: Vec<String>,
     places: HashMap<String, u32>,
@@ -34,7 +35,8 @@ impl Brushes {
         for (guid, at) in guids.iter().zip(0..) {
             places.entry(guid.clone()).or_insert(at);
         }
-        // A GUID of an older brush stands for the one that replaced it, unless the table has both.
+        // The GUID of an older brush is also found by the GUID of the brush that replaced it, unless the table has
+        // both.
         for (guid, at) in guids.iter().zip(0..) {
             if let Some(brush) = brush::find(guid) {
                 places.entry(brush.guid.clone()).or_insert(at);
@@ -43,7 +45,7 @@ impl Brushes {
         Self { guids, places }
     }
 
-    /// Place of a brush in the table.
+    /// Index of a brush in the table. A missing brush is added.
     pub(super) fn place(&mut self, guid: &str) -> u32 {
         if let Some(&at) = self.places.get(guid) {
             return at;
@@ -60,12 +62,12 @@ pub(super) struct Layers {
     /// For each layer of the session, its index in the file.
     places: BTreeMap<u32, u32>,
     states: Vec<LayerNow>,
-    /// Whether there is a single layer without a name or a change. The file then needs no table of layers.
+    /// Whether the file needs no table of layers, because the session has a single layer without a name or a change.
     is_plain: bool,
 }
 
-/// The final state of a layer: its name, whether the name differs from the one that was read, whether the layer is
-/// hidden, and whether an event locked or unlocked it.
+/// The final state of a layer. `is_renamed` is whether an event set the name. `is_locked` is `None` if no event locked
+/// or unlocked the layer.
 struct LayerNow {
     name: String,
     is_renamed: bool,
@@ -133,8 +135,7 @@ impl Layers {
     }
 }
 
-/// Fields of a JSON object. A value is the text that was read, so no number is rounded and no nesting is too
-/// deep.
+/// Fields of a JSON object. A value stays the text that was read, so no number is rounded and no nesting is too deep.
 type Fields = BTreeMap<String, Box<RawValue>>;
 
 fn raw(value: &impl Serialize) -> Box<RawValue> {
@@ -175,7 +176,7 @@ fn fields_read(header: &Header) -> Option<Fields> {
     serde_json::from_str(header.sketch_metadata.as_deref()?).ok()
 }
 
-/// Makes the metadata of a session that does not come from a sketch. Room, scene and canvas are one space.
+/// Makes the metadata of a session that does not come from a sketch. Room, scene and canvas have the same space.
 fn fields_made(header: &Header, scene: &Scene) -> (Fields, Vec<String>) {
     let mut fields = Fields::new();
     let mut notes = Vec::new();

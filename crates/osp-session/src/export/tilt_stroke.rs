@@ -1,4 +1,4 @@
-//! Converts a stroke to the form of a `.tilt`: decimetres, Unity's axes, a brush of Tilt Brush.
+//! Converts a stroke to the conventions of a `.tilt`: decimetres, Unity's axes, a brush of Tilt Brush.
 
 use glam::{Mat3, Quat, Vec3};
 
@@ -16,8 +16,8 @@ use crate::{
 };
 use osp::math::{COORDINATE_LIMIT_M, TOLERANCE_M, unit};
 
-/// The brush that is most similar to a stroke without a brush: a ribbon, whose width may depend on the pressure; a
-/// tube; the hull of a wall's corners.
+/// The brush that is most similar to a stroke without a brush. A ribbon's brush depends on whether its width follows
+/// the pressure. A wall becomes the convex hull of its corners.
 fn stand_in(stroke: &KeptStroke) -> Option<&'static Brush> {
     brush::find(match stroke.tool {
         Tool::Ribbon if stroke.thinnest < 1.0 => "Marker",
@@ -27,8 +27,8 @@ fn stand_in(stroke: &KeptStroke) -> Option<&'static Brush> {
     })
 }
 
-/// A reader multiplies by two factors and rounds each product. So the writer searches for a number that the reader maps
-/// back exactly. It tries the numbers up to this many units in the last place from the nearest one.
+/// A reader multiplies by two factors and rounds each product. The writer searches for a number that the reader maps
+/// back exactly. It tries all floats within this number of units in the last place.
 const INVERSE_REACH: u32 = 8;
 
 /// A stroke that is ready to be written.
@@ -37,15 +37,13 @@ pub(super) struct TiltStroke<'s> {
     motion: Motion,
     /// GUID of the stroke's brush.
     pub(super) guid: &'s str,
-    /// Name of the brush that replaces a missing one.
-    pub(super) stand_in: Option<&'static str>,
     /// For a stroke without a brush, the brush that replaces it. It determines how pressures become widths.
-    plain: Option<&'static Brush>,
+    pub(super) plain: Option<&'static Brush>,
     size_units: f32,
     scale: f32,
 }
 
-/// Position of a stroke among the strokes of a file.
+/// Brush, layer and group of a stroke in a file.
 pub(super) struct Place {
     /// Index in the table of brushes.
     pub(super) brush: u32,
@@ -72,8 +70,7 @@ impl<'s> TiltStroke<'s> {
             && size_units.is_finite()
             && scale > 0.0
             && scale <= COORDINATE_LIMIT_M;
-        let stand_in = plain.map(|brush| brush.name.as_str());
-        let this = Self { stroke, motion, guid, stand_in, plain, size_units, scale };
+        let this = Self { stroke, motion, guid, plain, size_units, scale };
         let is_near = |p: Vec3| p.is_finite() && p.abs().max_element() < COORDINATE_LIMIT_M;
         (is_sound && stroke.points.iter().all(|point| is_near(this.moved(point).p))).then_some(this)
     }
@@ -92,7 +89,7 @@ impl<'s> TiltStroke<'s> {
         self.stroke.points.iter().filter(is_out).count() as u64
     }
 
-    /// Appends the stroke in the form of `data.sketch`.
+    /// Appends the stroke in the format of `data.sketch`.
     pub(super) fn write(&self, place: &Place, out: &mut Vec<u8>) {
         let paint = self.paint();
         let seed = paint.map_or(0, |paint| paint.seed);
@@ -132,8 +129,8 @@ impl<'s> TiltStroke<'s> {
         KeptPoint { p: self.motion.point(point.p), q: self.motion.orientation(point.q), ..*point }
     }
 
-    /// Converts the points of a stroke without a brush for the brush that replaces it. The tracker's forward axis is
-    /// the ribbon's normal. Pressures give the same widths, within the range of the brush.
+    /// Converts the points of a stroke without a brush for the brush that replaces it. The tracker's forward axis
+    /// becomes the ribbon's normal. Pressures are converted to keep the widths, within the range of the brush.
     fn plain_points(&self, brush: &Brush) -> Vec<KeptPoint> {
         let points = &self.stroke.points;
         let least = brush.pressure_size_min;
@@ -176,7 +173,7 @@ fn milliseconds(secs: f64) -> f64 {
     (secs * 1000.0).round()
 }
 
-/// Whether a name is a GUID, as sketches have it for a brush that the table lacks.
+/// Whether a name is a GUID. Brushes that the crate's table lacks have a GUID as name.
 fn is_guid(name: &str) -> bool {
     let is_hyphen = |at: usize| [8, 13, 18, 23].contains(&at);
     let is_part =
@@ -184,7 +181,7 @@ fn is_guid(name: &str) -> bool {
     name.len() == 36 && name.bytes().enumerate().all(is_part)
 }
 
-/// The number of units that a reader scales to exactly these metres. If there is none, the nearest number.
+/// The number of units that a reader scales to exactly these metres, or else the nearest number.
 fn unscaled(meters: f32, scale: f32) -> f32 {
     let nearest = (f64::from(meters) / f64::from(METERS_PER_UNIT) / f64::from(scale)) as f32;
     let reads = |units: &f32| (units * scale * METERS_PER_UNIT).to_bits() == meters.to_bits();

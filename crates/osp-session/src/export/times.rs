@@ -6,17 +6,18 @@ use osp::polygon::PolygonId;
 
 /// Time at which each polygon of a scene was drawn: four bytes a polygon.
 ///
-/// A stroke need not make one polygon a sample. Among the events of one call of [`note`](Self::note), the last polygon
-/// of a stroke gets the time of the stroke's last sample. Earlier polygons get earlier times in proportion.
+/// The numbers of samples and polygons of a stroke may differ. In each call of [`note`](Self::note), the last polygon
+/// of a stroke gets the time of the stroke's last sample. Earlier polygons get the times of earlier samples in
+/// proportion.
 #[derive(Clone, Debug, Default)]
 pub struct PolygonTimes {
     /// Time stamp of the session's first event.
     first_secs: Option<f64>,
     /// For each polygon, the seconds since the session began.
     secs: Vec<f32>,
-    /// Working memory of a call: strokes and times of its samples.
+    /// Scratch memory of a call: the stroke and time of each sample.
     samples: Vec<(u64, f32)>,
-    /// Strokes and numbers of the new polygons.
+    /// Scratch memory of a call: the stroke and number of each new polygon.
     added: Vec<(u64, PolygonId)>,
 }
 
@@ -66,7 +67,7 @@ impl PolygonTimes {
         }
     }
 
-    /// Seconds from the session's beginning to a polygon, by its number; 0 if that is unknown.
+    /// Seconds from the session's beginning until a polygon was drawn, by the polygon's number; 0 if unknown.
     pub(super) fn secs(&self, polygon: usize) -> f32 {
         self.secs.get(polygon).copied().unwrap_or(0.0)
     }

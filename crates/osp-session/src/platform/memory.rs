@@ -1,6 +1,6 @@
 //! Files in memory, with the names and behaviour of [`std::fs`], for a web page. [`take_changes`] returns the files
-//! that the program has written; the page's script stores them until the next visit. Files that came by [`put`] and did
-//! not change are skipped.
+//! that the program has written. The page's script stores these files until the next visit. Files that [`put`] added
+//! are returned only after a change.
 #![allow(
     clippy::len_without_is_empty,
     missing_docs,
@@ -21,7 +21,7 @@ use std::{
     time::{Duration, SystemTime},
 };
 
-use super::fs::without_dots;
+use super::{fs::without_dots, time};
 
 /// The files by their names; the names have no `.` or `..`.
 static FILES: Mutex<Files> =
@@ -29,13 +29,13 @@ static FILES: Mutex<Files> =
 
 struct Files {
     by_name: BTreeMap<PathBuf, Arc<Node>>,
-    /// The clock: advances by one with each change.
+    /// A clock that advances by one with each change.
     ticks: u64,
     changed: BTreeSet<PathBuf>,
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // A panic while the lock is held leaves no state half changed.
+    // A panic while the lock is held leaves no incomplete change.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -50,13 +50,15 @@ struct Node {
 struct Content {
     bytes: Vec<u8>,
     modified: u64,
-    /// Length of the unchanged beginning that the page's script has stored already, bytes.
+    /// Length of the unchanged beginning, which the page's script has already stored, bytes.
     kept: usize,
 }
 
 impl Files {
     fn tick(&mut self) -> u64 {
-        self.ticks += 1;
+        // Two changes within the clock's resolution differ, too.
+        let now = time::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+        self.ticks = (self.ticks + 1).max(now.as_nanos() as u64);
         self.ticks
     }
 
@@ -81,7 +83,7 @@ pub struct Change {
     pub bytes: Option<Vec<u8>>,
 }
 
-/// The changes since the last call. A file that was added by [`put`] and not changed since is not among them.
+/// Returns the changes since the last call. A file that [`put`] added is returned only after a change.
 pub fn take_changes() -> Vec<Change> {
     let mut files = lock(&FILES);
     let changed = std::mem::take(&mut files.changed);
@@ -210,14 +212,14 @@ impl Metadata {
         Permissions
     }
 
-    /// A counter that is larger for a later change, in place of the time of day.
+    /// Time of the last change. A later change has a later time.
     pub fn modified(&self) -> io::Result<SystemTime> {
-        Ok(SystemTime::UNIX_EPOCH + Duration::from_secs(self.modified))
+        Ok(SystemTime::UNIX_EPOCH + Duration::from_nanos(self.modified))
     }
 
-    /// A counter that is larger for a file created later, in place of the time of day.
+    /// Time of the creation. A file that was created later has a later time.
     pub fn created(&self) -> io::Result<SystemTime> {
-        Ok(SystemTime::UNIX_EPOCH + Duration::from_secs(self.created))
+        Ok(SystemTime::UNIX_EPOCH + Duration::from_nanos(self.created))
     }
 }
 

@@ -12,7 +12,7 @@ pub mod fs {
     pub use std::fs::*;
     use std::path::{Component, Path, PathBuf};
 
-    /// A path without `.` and `..`.
+    /// Returns the path without `.` and `..`.
     pub(crate) fn without_dots(path: &Path) -> PathBuf {
         let mut found = PathBuf::new();
         for part in path.components() {

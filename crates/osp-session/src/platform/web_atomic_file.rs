@@ -1,4 +1,4 @@
-//! Outputs on a web page: as on a disk, an output appears complete or not at all. The browser offers every file outside
+//! Outputs on a web page. As on a disk, an output appears complete or not at all. The browser offers every file outside
 //! the program's own folder for download.
 #![allow(missing_docs, missing_debug_implementations, reason = "as in what it stands for")]
 

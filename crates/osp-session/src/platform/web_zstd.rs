@@ -1,6 +1,5 @@
 //! The part of the crate `zstd` that osp uses, without C code, so that only a Rust compiler is needed to build the web
-//! page. It decompresses everything. It compresses whole buffers, less densely than `zstd`, and refuses to compress
-//! streams.
+//! page. It decompresses everything. It compresses whole buffers, to a larger size than `zstd`, but no streams.
 #![allow(missing_docs, missing_debug_implementations, reason = "as in what it stands for")]
 
 use std::{

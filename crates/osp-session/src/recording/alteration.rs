@@ -5,12 +5,12 @@ use glam::{Quat, Vec3};
 use super::{Author, Event, Paint, StrokeId, Transform};
 use osp::math::{rotate, unit};
 
-/// A similarity transform, which may include a mirror. It flips x first, then scales, rotates and translates.
+/// A similarity transform with an optional reflection. It negates x first, then scales, rotates and translates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Whether x is flipped.
+    /// Whether x is negated.
     pub is_mirrored: bool,
-    /// The transform that follows the flip.
+    /// The transform after the reflection.
     pub to: Transform,
 }
 
@@ -41,14 +41,14 @@ impl Motion {
         rotate(self.to.q, p * self.to.s) + self.to.p
     }
 
-    /// The transformed orientation of a hand. Because the mirror image of a pose is left-handed, a mirror also reverses
+    /// Transforms the orientation of a hand. The mirror image of a pose is left-handed, so a reflection also reverses
     /// the pose's x axis.
     pub fn orientation(&self, q: Quat) -> Quat {
         let q = if self.is_mirrored { mirrored(q) } else { q };
         unit(self.to.q * q)
     }
 
-    /// This motion, followed by another.
+    /// The composition: this motion, then `next`.
     pub fn then(&self, next: &Self) -> Self {
         let q = if next.is_mirrored { mirrored(self.to.q) } else { self.to.q };
         let to = Transform { p: next.point(self.to.p), q: unit(next.to.q * q), s: self.to.s * next.to.s };
@@ -67,12 +67,12 @@ impl Motion {
     }
 }
 
-/// A rotation conjugated by the reflection of x.
+/// The rotation `q` in mirrored space: conjugated by the reflection of x.
 fn mirrored(q: Quat) -> Quat {
     Quat::from_xyzw(q.x, -q.y, -q.z, q.w)
 }
 
-/// Difference between a copy of a stroke and the stroke.
+/// The changes of a copy of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alteration {
     /// The motion, in the space of the stroke's points. The width changes with the scale.
@@ -84,11 +84,11 @@ pub struct Alteration {
 }
 
 impl Alteration {
-    /// An identical copy, apart from its number.
+    /// A copy that differs only in its number.
     pub const NONE: Self = Self { motion: Motion::STAY, color: None, width_m: None };
 
-    /// The events of a copy of a stroke, in order. `events` contain those of the stroke; all others are skipped. Every
-    /// copied event gets the time `t`. If the stroke is unfinished, the copy still ends.
+    /// Returns the events of a copy of a stroke, in order. `events` contain the stroke's events; events of other
+    /// strokes are skipped. Every copied event gets the time `t`. The copy ends even if the stroke is unfinished.
     pub fn copy<'e>(
         &self,
         events: impl IntoIterator<Item = &'e Event>,
@@ -139,7 +139,7 @@ impl Alteration {
     fn begin(&self, event: &Event, copy: StrokeId, t: f64) -> Event {
         let mut begin = event.clone();
         if let Event::Begin { author, t: time, stroke, width, color, paint, .. } = &mut begin {
-            // The copy belongs to the author of the change.
+            // The author who makes the copy owns it, not the author of the stroke.
             (*author, *time, *stroke) = (Author::SOLE, t, copy);
             *width = self.width_m.unwrap_or(*width * self.motion.to.s);
             *color = self.color.unwrap_or(*color);

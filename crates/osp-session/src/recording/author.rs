@@ -4,8 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Number of an author. 0 is the author in a recording without authors, and of events before the first join. The first
-/// author who joins is 1, the second 2, and so on.
+/// Number of an author. Authors are numbered from 1 in the order in which they join. 0 is the only author of a
+/// recording without authors, and the author of events before the first join.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Author(pub u32);
@@ -20,8 +20,8 @@ impl Author {
     /// Longest name of an author, bytes.
     pub const MAX_NAME_BYTES: usize = 256;
 
-    /// Number of low bits of a stroke's or group's number that count the strokes or groups of an author. The bits above
-    /// are the author's number.
+    /// A stroke's or group's number has this number of low bits for its index among the author's strokes or groups. The
+    /// high bits are the author's number.
     pub const NUMBER_BITS: u32 = 20;
 
     /// Whether this is the author in a recording without authors.
@@ -45,7 +45,7 @@ impl Author {
         format!("a number from {first} to {}", first | ((1 << Self::NUMBER_BITS) - 1))
     }
 
-    /// Whether the author may have drawn a stroke of this number. The sole author may have any number.
+    /// Whether a stroke of this number can belong to the author. The sole author can own any number.
     pub fn owns(self, stroke: StrokeId) -> bool {
         self.is_sole() || stroke.author() == self
     }

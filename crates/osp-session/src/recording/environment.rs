@@ -1,8 +1,8 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// Light and background of a session. Colours are sRGB values from 0 to 1, which shaders use without conversion, as the
-/// original programs do. Lights may be brighter than 1.
+/// Light and background of a session. Colours are sRGB values from 0 to 1. Shaders use them without conversion, as in
+/// the original programs. Lights may be brighter than 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Environment {
@@ -14,7 +14,7 @@ pub struct Environment {
     /// Rotation from the gradient's space, whose +y is up, to world space.
     #[serde(default = "identity", skip_serializing_if = "is_identity")]
     pub sky_rotation: Quat,
-    /// Rotation from world space to the space of the room, whose lamps glossy paint reflects.
+    /// Rotation from world space to the space of the room. Glossy paint reflects the room's lamps.
     #[serde(default = "identity", skip_serializing_if = "is_identity")]
     pub room_rotation: Quat,
     /// Colour of a floor that hides the sky below the horizon.
@@ -31,10 +31,17 @@ pub struct Environment {
     /// Strength of reflections on shiny surfaces.
     #[serde(default)]
     pub reflection: f32,
-    /// Whether light that spreads (bloom) gains a quarter of its brightness, as in early versions of Tilt Brush; else it
-    /// loses a quarter.
+    /// Whether the light that spreads (bloom) gains a quarter of its brightness, as in early versions of Tilt Brush.
+    /// Otherwise bloom loses a quarter.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub has_full_bloom: bool,
+    /// Whether the second light and the ambient light are added as sRGB values, as in some early versions of Tilt Brush.
+    /// Otherwise they are added as linear values.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub has_srgb_light: bool,
+    /// Depth along the view at which shadows have faded out, metres. 0 if they do not fade.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub shadows_end_m: f32,
 }
 
 impl Environment {
@@ -63,6 +70,9 @@ impl Environment {
         if !self.lights.iter().all(|&(way, color)| is_direction(way) || (way, color) == Default::default()) {
             return Err("directions of light of length 1 (or a light that is all 0)");
         }
+        if !(0.0..=f32::MAX).contains(&self.shadows_end_m) {
+            return Err("a depth of the end of shadows of at least 0 m");
+        }
         if self.preset.len() > Self::MAX_NAME_BYTES {
             return Err("a preset's name of at most 64 bytes");
         }
@@ -73,6 +83,10 @@ impl Environment {
             Err("a unit quaternion (x, y, z, w) of the sky, and of the room")
         }
     }
+}
+
+fn is_zero(number: &f32) -> bool {
+    *number == 0.0
 }
 
 fn identity() -> Quat {

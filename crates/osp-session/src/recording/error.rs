@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::{Excess, Place};
 
-/// The error of a recording. Every message has the file, the position in it and the expected form.
+/// An error of a recording. Every message has the file, the position in the file and the expected form.
 #[derive(Debug, Error)]
 pub enum RecordingError {
     /// The file could not be opened, read or written.
@@ -61,8 +61,8 @@ impl RecordingError {
     }
 }
 
-/// The option that raises [`Limits::polygons`](super::Limits::polygons), and thereby the limits that are computed from
-/// it.
+/// The option that raises [`Limits::polygons`](super::Limits::polygons), and with it the limits computed from this
+/// limit.
 const MAX_POLYGONS: &str = "--max-polygons N";
 
 /// The error of an exceeded limit: more than `most` of `what`. [`Limited`](super::limited::Limited) adds the amounts

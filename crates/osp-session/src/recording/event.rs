@@ -11,12 +11,11 @@ pub const FORMAT_VERSION: u32 = 4;
 /// The first format that supports several [`Author`]s.
 pub const AUTHORS_FORMAT: u32 = 4;
 
-/// The format of a session that one author draws in the window; the oldest format with all events of the window's
-/// edits.
+/// The format of a session that one author draws in the window. It is the oldest format with all events of the window.
 pub const ONE_AUTHOR_FORMAT: u32 = 3;
 
-/// Longest line of a recording, bytes; it bounds the memory of a reader. A polygon of [`Event::MAX_VERTICES`] corners
-/// needs about 50 kB. A move lists each of its strokes in at most 11 bytes, so a line has room for 1.5 million strokes.
+/// Longest line of a recording, bytes. It bounds the memory of a reader. A polygon of [`Event::MAX_VERTICES`] corners
+/// takes about 50 kB. A move takes at most 11 bytes for each stroke, so a line can list 1.5 million strokes.
 pub const MAX_LINE_BYTES: usize = 1 << 24;
 
 /// The tool of a stroke.
@@ -48,8 +47,8 @@ pub struct Paint {
     /// Whether the stroke is hidden, because its layer was hidden when the session was saved.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub hidden: bool,
-    /// Selection group in a Tilt Brush or Open Brush sketch, 0 for none: these programs select its strokes together. It
-    /// is not a [`GroupId`] of the session, and no event changes it.
+    /// Group in a Tilt Brush or Open Brush sketch, 0 for none. These programs select the strokes of a group together.
+    /// The number is no [`GroupId`] of the session, and no event changes it.
     #[serde(default, skip_serializing_if = "is_zero_number")]
     pub sketch_group: u32,
     /// Flags in a Tilt Brush or Open Brush sketch. Bit 1: undo treats the stroke and the one before as one step.
@@ -85,7 +84,7 @@ impl Paint {
     }
 }
 
-/// Direction of a ribbon relative to the pose of the tracker that drew it.
+/// Orientation of a ribbon relative to the pose of the tracker that drew it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum NormalRule {
     /// The tracker's local X axis is the ribbon's normal (the OSP paper, Fig. 17).
@@ -112,13 +111,13 @@ pub struct Transform {
     pub s: f32,
 }
 
-/// An event of a session. `t` is in seconds since the session's start. It may be zero, equal or decreasing: the order
-/// of events is their order in the file, and the time only paces a replay.
+/// An event of a session. `t` is in seconds since the session's start. Times may be zero, repeat or decrease. The order
+/// of events is their order in the file; the time affects only the pace of a replay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Event {
-    /// An author joins the session (since format 4). The first author is 1, each further one the next number. An author
-    /// who returns gets a new number.
+    /// An author joins the session (since format 4). Authors are numbered from 1 in the order in which they join. An
+    /// author who returns gets a new number.
     Join {
         /// Time, seconds.
         t: f64,
@@ -127,7 +126,7 @@ pub enum Event {
         /// The author's name; several authors may have the same name.
         #[serde(default, skip_serializing_if = "String::is_empty")]
         name: String,
-        /// Colour for the author's work when it is shown by author: red, green, blue, each 0 to 1, sRGB.
+        /// Colour of the author's strokes if strokes are coloured by author: red, green, blue, each 0 to 1, sRGB.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         color: Option<(f32, f32, f32)>,
     },
@@ -158,7 +157,7 @@ pub enum Event {
         /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// Number of the stroke; a number is used once in a session.
+        /// Number of the stroke. Each number is used only once in a session.
         stroke: StrokeId,
         /// The tool that draws the stroke.
         tool: Tool,
@@ -219,7 +218,7 @@ pub enum Event {
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
     },
-    /// The edit that the author undid last is done again, if the author has made no other edit since.
+    /// The author's last undone edit is redone, if the author has made no other edit since.
     Redo {
         /// Time, seconds.
         t: f64,
@@ -227,9 +226,9 @@ pub enum Event {
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
     },
-    /// Strokes are translated by a vector in the current world space. A stroke in a group stores the translation in the
-    /// group's space. So when the group is placed again, the translation rotates and scales with it. In a group of
-    /// scale 0 no stroke can be moved.
+    /// Strokes are translated by a vector in world space. A stroke in a group stores the translation in the group's
+    /// space. When the group is placed again, the translation therefore rotates and scales with the group. In a group
+    /// of scale 0 no stroke can be moved.
     Move {
         /// Time, seconds.
         t: f64,
@@ -241,8 +240,8 @@ pub enum Event {
         /// The translation, metres.
         by: Vec3,
     },
-    /// Strokes become members of a group, which is created if it does not exist. From now on the strokes' coordinates
-    /// are in the group's space: if the group was placed, the strokes move with it.
+    /// Strokes become members of a group, which is created if it does not exist. Their coordinates are then in the
+    /// group's space: if the group was placed, the strokes move.
     Group {
         /// Time, seconds.
         t: f64,
@@ -320,7 +319,7 @@ pub enum Event {
         /// The strokes.
         strokes: Vec<StrokeId>,
     },
-    /// A view is stored under a number (since format 3). It is not an edit.
+    /// A view is stored under a number (since format 3). The event is not an edit.
     View {
         /// Time, seconds.
         t: f64,
@@ -336,8 +335,8 @@ pub enum Event {
         /// Distance from the eye to the point that the view looks at, metres.
         distance: f32,
     },
-    /// A finished polygon, either a stroke of its own or a part of `stroke`. A polygon that is not convex or not planar
-    /// is split.
+    /// A finished polygon: a part of `stroke`, or a stroke that has only this polygon. A polygon that is not convex or
+    /// not planar is split.
     Polygon {
         /// Time, seconds.
         #[serde(default)]
@@ -345,7 +344,7 @@ pub enum Event {
         /// The author (since format 4). In a recording with one author it is 0 and is not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// The stroke of the polygon; if absent, the polygon is a stroke of its own.
+        /// The stroke of the polygon. If absent, the polygon becomes a new stroke.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stroke: Option<StrokeId>,
         /// 3 to [`Event::MAX_VERTICES`] corners in order.
@@ -363,7 +362,7 @@ fn full() -> f32 {
     1.0
 }
 
-// Default values are not written. Bits are compared, so that -0.0 is written and read back as it was.
+// Default values are not written. The comparison is bit by bit, so that -0.0 is written.
 fn is_identity(q: &Quat) -> bool {
     q.to_array().map(f32::to_bits) == Quat::IDENTITY.to_array().map(f32::to_bits)
 }
@@ -419,8 +418,8 @@ impl Event {
     /// Longest name of a group or layer, bytes.
     pub const MAX_GROUP_NAME_BYTES: usize = 256;
 
-    /// Largest number of strokes that one event may list. An event with so many strokes fits into a line, whatever
-    /// their numbers.
+    /// Largest number of strokes that one event may list. The event then fits into a line, whatever the strokes'
+    /// numbers.
     pub const MAX_STROKES_NAMED: usize = (MAX_LINE_BYTES - 2048) / 11;
 
     /// The event's time stamp, seconds.
@@ -446,8 +445,8 @@ impl Event {
         }
     }
 
-    /// The event's author. Points and ends have none: their author is in the number of the stroke
-    /// ([`StrokeId::author`], with several authors).
+    /// The event's author; `None` for points and ends. With several authors, the number of their stroke contains the
+    /// author ([`StrokeId::author`]).
     pub fn author(&self) -> Option<Author> {
         match *self {
             Self::Join { author, .. }
@@ -481,7 +480,8 @@ impl Event {
         matches!(self, Self::Point { .. } | Self::Polygon { .. } | Self::Move { .. } | Self::Place { .. })
     }
 
-    /// Number of strokes that an edit lists, or of corners of a polygon. An event's memory grows with this number.
+    /// Number of strokes that an edit lists, or of corners of a polygon. The event's memory is proportional to this
+    /// number.
     pub fn list_len(&self) -> usize {
         match self {
             Self::Move { strokes, .. } | Self::Group { strokes, .. } | Self::Assign { strokes, .. } => {

@@ -31,11 +31,11 @@ pub struct Header {
     /// The layers; strokes refer to them by index. An empty list means a single visible layer (since format 2).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub layers: Vec<Layer>,
-    /// Contents of the source that a recording cannot represent, as text: pictures, models, videos (since format 2).
+    /// Descriptions of source contents that a recording cannot represent: pictures, models, videos (since format 2).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
     /// `metadata.json` of the Tilt Brush or Open Brush sketch that the session comes from, unchanged.
-    /// [`write_tilt`](crate::export::write_tilt) writes it back, with its palette, media and camera paths.
+    /// [`write_tilt`](crate::export::write_tilt) writes it back, including the palette, media and camera paths.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sketch_metadata: Option<String>,
 }
@@ -110,7 +110,8 @@ pub struct Camera {
     pub q: Quat,
     /// Vertical field of view, degrees.
     pub fov_degrees: f32,
-    /// Near distance, metres along the camera's axis; if absent, the reader of the recording chooses one.
+    /// Near distance, metres along the camera's axis. If absent, the program that shows the recording chooses the
+    /// distance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub near_m: Option<f32>,
 }

@@ -11,8 +11,7 @@ use crate::{
     small_file::open_regular,
 };
 
-/// Files in memory, by name, for sessions that are not on a disk. An example is a file that was dropped on a web page
-/// or received over a network.
+/// Files in memory, by name, for sessions that are not on a disk, such as a file that was dropped on a web page.
 ///
 /// Some formats consist of several files: CASSIE's `raw_data/NAME.json` and `sketch_history/NAME.json`, a `.gltf` and
 /// its buffers, an unpacked `.tilt`. These files refer to each other by their names, as in folders.
@@ -22,7 +21,7 @@ pub struct MemoryFiles {
 }
 
 impl MemoryFiles {
-    /// No files.
+    /// Creates an empty set of files.
     pub fn new() -> Self {
         Self::default()
     }

@@ -5,13 +5,13 @@ use super::{
     unknown_brushes::UnknownBrushes,
 };
 
-/// A source that ends when a session exceeds its limits, and notes unknown brushes.
+/// A source that ends where the session exceeds its limits. It also collects unknown brushes.
 pub(super) struct Limited {
     source: Box<dyn EventSource>,
     path: PathBuf,
     options: OpenOptions,
     read: Tally,
-    /// The limit at which a lenient reader ended.
+    /// Message about the limit at which a lenient reader ended.
     warning: Option<String>,
     unknown_brushes: UnknownBrushes,
     is_over: bool,

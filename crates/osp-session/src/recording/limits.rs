@@ -3,17 +3,16 @@ use std::path::PathBuf;
 
 /// Limits of a session's size, because a small compressed file can expand to more than fits into memory.
 ///
-/// Everything that takes memory is counted before it is stored. A reader that reaches a limit returns the events before
-/// it, and then [`RecordingError::Limit`](super::RecordingError::Limit). A lenient reader notes the limit and ends
-/// there.
+/// Everything that takes memory is counted before it is stored. A reader returns the events before a limit is exceeded,
+/// and then [`RecordingError::Limit`](super::RecordingError::Limit). A lenient reader ends with a warning instead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Largest number of polygons, counted before they are created. A sample of a ribbon or wall counts as one, of a
-    /// tube as eight, a face as the number of its corners less two. (A bent quad becomes two, so a session may have up
-    /// to twice as many.)
+    /// Largest number of polygons, counted before they are created. A sample of a ribbon or wall counts as one, a
+    /// sample of a tube as eight. A face counts as the number of its corners minus two. Quads that are not flat become
+    /// two polygons, so a session may have up to twice this number.
     pub polygons: u64,
-    /// Largest ratio of decompressed to compressed bytes, beyond [`Limits::FREE_BYTES`]. Compression shrinks hand
-    /// drawings to a third or a fifth; data that shrink to a hundredth are repetitive.
+    /// Largest ratio of decompressed to compressed bytes. It does not apply to the first [`Limits::FREE_BYTES`].
+    /// Compression shrinks hand drawings to a third or a fifth.
     pub unpacking: u64,
 }
 
@@ -28,7 +27,7 @@ impl Limits {
         self.polygons / 4
     }
 
-    /// Largest number of events: four times [`Limits::polygons`]. Each stroke that an edit lists counts as one more
+    /// Largest number of events: four times [`Limits::polygons`]. Each stroke that an edit lists counts as a further
     /// event.
     pub fn events(&self) -> u64 {
         self.polygons.saturating_mul(4)
@@ -40,7 +39,7 @@ impl Limits {
         self.polygons / 2
     }
 
-    /// Largest size of a file that must be in memory as a whole, bytes: four times [`Limits::polygons`].
+    /// Largest size of a file whose format requires the whole file in memory, bytes: four times [`Limits::polygons`].
     pub fn whole_bytes(&self) -> u64 {
         self.polygons.saturating_mul(4)
     }
@@ -89,7 +88,7 @@ pub struct Excess {
     pub place: Place,
     /// The limit.
     pub most: u64,
-    /// The things that the limit counts, as text.
+    /// Name of what the limit counts, such as `polygons`.
     pub what: String,
     /// The option of `osp` that raises the limit.
     pub option: &'static str,

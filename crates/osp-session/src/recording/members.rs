@@ -2,11 +2,11 @@ use std::collections::{BTreeSet, HashSet};
 
 use super::{Author, Event, GroupId};
 
-/// The authors who have joined a session, and the groups that exist. It decides whether an author may make an event.
-/// Readers and the [`Reducer`](super::Reducer) share it.
+/// The authors who have joined a session, and the groups that exist. They decide whether an author may cause an event.
+/// Readers and the [`Reducer`](super::Reducer) use this type.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Members {
-    /// The number of the last author who joined; 0 before the first.
+    /// The number of the last author who joined; 0 before the first author.
     last: u32,
     present: BTreeSet<Author>,
     /// The existing groups. Their number is limited, because readers limit the number of groupings.
@@ -22,11 +22,11 @@ pub(super) enum Admitted {
     Made(GroupId),
 }
 
-/// Whether an author's number may be missing, because the line of the join was damaged.
+/// Whether numbers of authors may be missing, because the lines of their joins were damaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Numbers {
-    EachInTurn,
-    SomeLeftOut,
+pub(super) enum AuthorNumbers {
+    Consecutive,
+    WithGaps,
 }
 
 impl Members {
@@ -39,9 +39,9 @@ impl Members {
         self.present.contains(&author)
     }
 
-    /// Processes the next event of a session. If its author has no right to it, returns the expected form as text.
-    /// Otherwise updates the members, which [`Members::take_back`] reverts.
-    pub(super) fn admit(&mut self, event: &Event, numbers: Numbers) -> Result<Admitted, String> {
+    /// Processes the next event of a session. If its author may not cause it, returns the expected form as text.
+    /// Otherwise updates the members; [`Members::take_back`] reverts the update.
+    pub(super) fn admit(&mut self, event: &Event, numbers: AuthorNumbers) -> Result<Admitted, String> {
         let author = match event {
             Event::Join { author, .. } => return self.join(*author, numbers),
             _ => event.author(),
@@ -92,9 +92,9 @@ impl Members {
         }
     }
 
-    fn join(&mut self, author: Author, numbers: Numbers) -> Result<Admitted, String> {
+    fn join(&mut self, author: Author, numbers: AuthorNumbers) -> Result<Admitted, String> {
         let next = self.last + 1;
-        let is_next = author.0 == next || (author.0 > next && numbers == Numbers::SomeLeftOut);
+        let is_next = author.0 == next || (author.0 > next && numbers == AuthorNumbers::WithGaps);
         if !is_next {
             return Err(format!(
                 "author {next} to join: authors are numbered in the order in which they join, and a number is not used again"

@@ -4,9 +4,8 @@
 //! A recording is text, one RON value per line: a [`Header`], then events. A session that is being drawn is written
 //! line by line, so a crash loses at most the last line.
 //!
-//! A recording may have several [`Author`]s. Every event that is not part of a stroke contains its author, and the
-//! numbers of strokes and groups contain their authors. A [`Reducer`] makes one session from the messages of several
-//! senders.
+//! A recording may have several [`Author`]s. Each event contains its author, or the number of a stroke, which contains
+//! the author's number. A [`Reducer`] makes one session from the messages of several senders.
 //!
 //! Depends on [`math`](osp::math); the importers use the names of [`brush`](crate::brush)es.
 

@@ -3,16 +3,16 @@ use super::Limits;
 /// Options of opening a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OpenOptions {
-    /// Whether damaged parts are skipped and counted in [`Notes::skipped`](super::Notes::skipped), instead of ending
-    /// the session with an error.
+    /// Whether damaged parts are skipped and counted in [`Notes::skipped`](super::Notes::skipped). Otherwise damage
+    /// ends the session with an error.
     pub lenient: bool,
     /// Limits of the session's size.
     pub limits: Limits,
 }
 
 impl OpenOptions {
-    /// Damage is an error; the limits are the default ones.
+    /// Damage is an error. The limits are [`Limits::DEFAULT`].
     pub const STRICT: Self = Self { lenient: false, limits: Limits::DEFAULT };
-    /// Damage is skipped; the limits are the default ones.
+    /// Damage is skipped. The limits are [`Limits::DEFAULT`].
     pub const LENIENT: Self = Self { lenient: true, limits: Limits::DEFAULT };
 }

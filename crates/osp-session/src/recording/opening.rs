@@ -17,7 +17,7 @@ const SNIFF_BYTES: u64 = 4096;
 /// First bytes of a zstd frame.
 const ZSTD_MAGIC: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
 
-/// Opens a session of any supported format. The format is decided by the contents of the file, or else by its name. A
+/// Opens a session of any supported format. The contents of the file determine the format, or else the file's name. A
 /// folder is opened if it is an unpacked `.tilt`.
 ///
 /// # Errors
@@ -26,7 +26,7 @@ pub fn open(path: &Path, options: &OpenOptions) -> Result<Session, RecordingErro
     open_input(Input::on_disk(path), options)
 }
 
-/// [`open`] for a file on the disk or in memory.
+/// Does the same as [`open`] for a file on the disk or in memory.
 fn open_input(input: Input<'_>, options: &OpenOptions) -> Result<Session, RecordingError> {
     let path = input.path;
     let start = if input.is_folder() { Vec::new() } else { sniff(input)? };
@@ -42,12 +42,16 @@ fn open_input(input: Input<'_>, options: &OpenOptions) -> Result<Session, Record
     Err(RecordingError::Unknown {
         path: path.to_owned(),
         expected: format!("one of the formats {}", formats()),
-        found: if input.is_folder() { "a folder without a sketch".to_owned() } else { describe(&start) },
+        found: if input.is_folder() {
+            "a folder that is no unpacked sketch (open one of its files)".to_owned()
+        } else {
+            describe(&start)
+        },
     })
 }
 
 impl MemoryFiles {
-    /// Opens one of the files, like [`open`]: the format is decided by the file's contents, or else by its name.
+    /// Opens one of the files, like [`open`].
     ///
     /// # Errors
     /// The file does not exist, its format is unknown, or its beginning is damaged.
@@ -56,7 +60,7 @@ impl MemoryFiles {
     }
 }
 
-/// Opens a session whose file is in memory. If the bytes do not determine the format, `name` does. Errors name the file
+/// Opens a session whose file is in memory. If the bytes do not determine the format, `name` does. Errors contain
 /// `name`.
 ///
 /// # Errors
@@ -113,7 +117,7 @@ fn sniff(input: Input<'_>) -> Result<Vec<u8>, RecordingError> {
     let path = input.path;
     let mut start = Vec::new();
     if input.is_folder() || input.is_special() {
-        // A pipe is refused, because bytes that are read to find the format would be lost to the reader. A replay also
+        // A pipe is refused, because the reader would lack the bytes that were read to find the format. A replay also
         // reads a session twice.
         return Err(RecordingError::Unknown {
             path: path.to_owned(),

@@ -4,13 +4,14 @@ use thiserror::Error;
 
 use super::{Event, RecordingError};
 
-/// Number of events in a frame of a replay.
+/// The rule that divides a session's events into the frames of a replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// Frames by time stamps, at [`Pace::FRAMES_A_SECOND`]; longer pauses are shortened to
+    /// Frames follow the time stamps, at [`Pace::FRAMES_A_SECOND`]. Longer pauses are shortened to
     /// [`Pace::LONGEST_PAUSE_SECS`].
     Recorded,
-    /// This number of samples of the hand per frame, whatever their time stamps. The paper reads one sample per frame.
+    /// Each frame has this number of samples of the hand, whatever their time stamps. The paper reads one sample per
+    /// frame.
     Samples(u32),
 }
 
@@ -76,12 +77,12 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Pacer<I> {
     /// Replaces `frame` by the events of the next frame. Returns `false` after the last frame.
     ///
     /// # Errors
-    /// The recording is damaged; `frame` has the events before the damage, and the next call ends the replay.
+    /// The recording is damaged. `frame` has the events before the damage, and the next call ends the replay.
     pub fn next_frame(&mut self, frame: &mut Vec<Event>) -> Result<bool, RecordingError> {
         frame.clear();
         let mut samples = 0;
         if let Some(end) = &mut self.frame_end_secs {
-            // The clock must advance even if the time stamps are so large that a frame is below their precision.
+            // The clock must advance even if a frame is shorter than the rounding error of large time stamps.
             *end = (*end + 1.0 / Pace::FRAMES_A_SECOND).max(end.next_up());
         }
         while !self.ended {
@@ -114,7 +115,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Pacer<I> {
             Pace::Recorded => {
                 let t = event.time_secs();
                 let end = self.frame_end_secs.get_or_insert(t);
-                // Time stamps may decrease; then the clock is set back too. A long pause is shortened.
+                // If time stamps decrease, the clock is set back. A long pause is shortened.
                 if t < self.last_secs {
                     *end = t;
                 } else if t > *end + Pace::LONGEST_PAUSE_SECS {

@@ -1,14 +1,13 @@
 //! Makes one session from the messages of several authors.
 //!
-//! Every author sends messages, numbered from 0, to a shared log that all authors read in the same order: a message
-//! server's stream, a file, or a test's list. A [`Reducer`] converts the log to the events of the session; every
-//! author's reducer returns the same events. A sender repeats a message until it is acknowledged, so messages may
-//! arrive twice, late or after a gap:
+//! Every author sends messages, numbered from 0, to a shared log. All authors read the log in the same order. A
+//! [`Reducer`] converts the log to the events of the session, the same events for every author. A sender repeats a
+//! message until it is acknowledged, so messages may arrive twice, late or after a gap:
 //!
-//! - A message counts only if its number is its sender's next number. Every reducer ignores all others.
-//! - The first message of a sender begins with [`Event::Join`]. The event gets the next [`Author`] number; its own
-//!   number is ignored. All later events of the sender must have this author, and their strokes must have the author's
-//!   numbers.
+//! - A message counts only if its number is its sender's next number. Every reducer ignores all other messages.
+//! - The first message of a sender begins with [`Event::Join`]. The reducer gives the sender the next [`Author`]
+//!   number, whatever number the event contains. All later events of the sender must have this author, and their
+//!   strokes must have the author's numbers.
 //! - A message with an invalid event has no effect, but its number counts: the sender continues with the next number.
 //!   An author whose joining message is invalid has not joined.
 //! - [`Event::Leave`] is the last event of an author. The host may send it for an author who has long been inactive.
@@ -19,7 +18,7 @@ use std::collections::BTreeMap;
 
 use super::{
     Author, Event,
-    members::{Admitted, Members, Numbers},
+    members::{Admitted, AuthorNumbers, Members},
 };
 
 /// Identifier of a sender of messages: a random number that each sender chooses when it joins; 0 is the host.
@@ -46,15 +45,15 @@ pub struct Message {
 /// Effect of a message on the session.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reduced {
-    /// The message counts; its events are the next events of the session.
+    /// The message counts. Its events are the next events of the session.
     Taken,
     /// The message has counted before.
     Duplicate,
-    /// The sender's message with this number must come first.
+    /// Messages are missing: the sender's next message must have this number.
     Gap(u64),
     /// The sender has not joined, or has left.
     Stranger,
-    /// The message has the sender's next number, but is invalid for this reason and has no effect.
+    /// The message has the sender's next number, but is invalid and has no effect. Contains the reason.
     Refused(String),
 }
 
@@ -148,5 +147,5 @@ fn admit(members: &mut Members, event: &Event, author: Author, may_join: bool) -
     if !is_allowed {
         return Err(format!("expected an event of author {author}"));
     }
-    members.admit(event, Numbers::EachInTurn).map_err(|expected| format!("expected {expected}"))
+    members.admit(event, AuthorNumbers::Consecutive).map_err(|expected| format!("expected {expected}"))
 }

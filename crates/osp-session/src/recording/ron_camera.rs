@@ -1,11 +1,11 @@
-//! A camera as text, in the form of a recording's header.
+//! A camera as text, as in a recording's header.
 
 use std::{fmt, str::FromStr};
 
 use super::{Camera, ron_line};
 
 impl fmt::Display for Camera {
-    /// Writes the form of a recording's header, which can be read back without loss.
+    /// Writes the camera as in a recording's header. The text can be read back without loss.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&ron_line::camera_text(self).map_err(|_| fmt::Error)?)
     }
@@ -14,7 +14,7 @@ impl fmt::Display for Camera {
 impl FromStr for Camera {
     type Err = String;
 
-    /// Reads the form of a recording's header: `(p: (x, y, z), q: (x, y, z, w), fov_degrees: 60)`.
+    /// Reads a camera as in a recording's header: `(p: (x, y, z), q: (x, y, z, w), fov_degrees: 60)`.
     fn from_str(text: &str) -> Result<Self, String> {
         let camera = ron_line::parse_camera(text)?;
         camera.check().map_err(|expected| format!("expected {expected}"))?;

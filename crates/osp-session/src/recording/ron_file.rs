@@ -68,7 +68,7 @@ impl Write for RecordingFile {
 
 impl Drop for RecordingFile {
     fn drop(&mut self) {
-        // The error is lost here; callers that need it call `finish`.
+        // Drop ignores the error. Callers that need it call `finish`.
         let _ = self.finish();
     }
 }
@@ -77,8 +77,8 @@ fn is_compressed_name(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("zst"))
 }
 
-/// Opens a recording for appending, after its incomplete last line is removed. Returns its header and its number of
-/// lines.
+/// Removes an incomplete last line of a recording, and opens the recording for appending. Returns its header and its
+/// number of lines.
 pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), RecordingError> {
     let io = |e| RecordingError::io(path, e);
     if is_compressed_name(path) {
@@ -137,7 +137,7 @@ impl LastLine {
                 break;
             }
         }
-        // The header has been read, so if no line is complete yet, this line is the header.
+        // The header has been read before. If no line is complete yet, this line is the header.
         let whole = end.lines == 0
             || std::str::from_utf8(&line)
                 .is_ok_and(|text| is_blank(text) || parse_event(text.trim()).is_ok());
@@ -174,11 +174,11 @@ mod compressed {
 
     use crate::atomic_file::AtomicFile;
 
-    /// Largest window of a frame, as a power of two: 128 MiB, the limit of the `zstd` program. The limit bounds the
-    /// memory that a malicious frame makes a reader allocate.
+    /// Largest window of a frame, as a power of two: 128 MiB, the limit of the `zstd` program. It bounds the memory
+    /// that a malicious file can allocate.
     const WINDOW_LOG_MAX: u32 = 27;
 
-    /// No limits, because the recording was checked when it was opened, and only its end is kept in memory.
+    /// No limits, because only the end of the recording is kept in memory.
     const ANY: Limits = Limits { polygons: u64::MAX, unpacking: u64::MAX };
 
     type Decoder = BufReader<Unpacked<read::Decoder<'static, BufReader<InputFile>>>>;
@@ -205,8 +205,8 @@ mod compressed {
         File::create(path).and_then(encode).map_err(|e| RecordingError::io(path, e))
     }
 
-    /// Appends a compressed frame. If the file lacks its end mark, or its last line is incomplete, a new file with the
-    /// complete lines replaces it first.
+    /// Appends a compressed frame. A file without its end mark, or with an incomplete last line, is first replaced by a
+    /// file with the complete lines.
     pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), RecordingError> {
         let io = |e| RecordingError::io(path, e);
         let header = RonReader::new(decoder(Input::on_disk(path), &ANY)?, path, OpenOptions::default())?

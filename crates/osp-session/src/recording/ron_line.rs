@@ -11,7 +11,7 @@ use super::{Camera, Event, FORMAT_VERSION, Header, ron_scan};
 /// Number of characters of a damaged line in an error message.
 const EXCERPT_CHARS: usize = 80;
 
-/// The expected form of a line, and the text instead of it.
+/// The expected form of a line, and the text found instead.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Mismatch {
     pub(super) expected: String,
@@ -36,10 +36,10 @@ pub(super) fn is_blank(line: &str) -> bool {
     line.is_empty() || line.starts_with("//")
 }
 
-/// Reason for which a line is not an event.
+/// The reason why a line is not an event.
 #[derive(Debug)]
 pub(super) enum BadEvent {
-    /// The line is not a value of the format. If the line is the last one of the file, it may be incomplete.
+    /// The line cannot be parsed. The last line of a file may be incomplete.
     Unreadable(Mismatch),
     /// The line is a complete event with an invalid number.
     Refused(Mismatch),
@@ -76,8 +76,7 @@ pub fn read_event(line: &str) -> Option<Event> {
     parse_event(line.trim_end()).ok()
 }
 
-/// Parses the header. The format number is parsed first, so that a newer format is reported as such, whatever else the
-/// header contains.
+/// Parses the header. The format number is parsed first, so that the error for a newer format names the format.
 pub(super) fn parse_header(line: &str) -> Result<Header, Mismatch> {
     #[derive(serde::Deserialize)]
     #[serde(rename = "Header")]
@@ -113,12 +112,12 @@ pub(super) fn write_header(line: &mut String, header: &Header) -> Result<(), ron
     Ok(())
 }
 
-/// A camera in the form of a recording's header.
+/// Writes a camera as in a recording's header.
 pub(super) fn camera_text(camera: &Camera) -> Result<String, ron::Error> {
     options().to_string(camera)
 }
 
-/// Parses a camera in the form of a recording's header; its numbers are not checked.
+/// Parses a camera as in a recording's header, without a check of its numbers.
 pub(super) fn parse_camera(text: &str) -> Result<Camera, String> {
     options().from_str(text).map_err(|e| {
         let Mismatch { expected, .. } = explain(text, &e);
@@ -202,7 +201,7 @@ impl Place {
         if error.span.end.col > length {
             return Self::End;
         }
-        // The parser reports a position before the blanks that it would have skipped, and after a sign.
+        // The parser reports a position before blanks that it would skip, and after a sign.
         let start = error.span.start.col.saturating_sub(1);
         let signed = start > 0 && line.chars().nth(start - 1) == Some('-');
         let mut rest = line.char_indices().enumerate().skip(start - usize::from(signed));
@@ -254,7 +253,7 @@ fn shorten(text: &str) -> String {
     short
 }
 
-/// Replaces control characters, so that none of a damaged file reaches a terminal.
+/// Replaces control characters, so that a damaged file sends none to a terminal.
 fn printable(c: char) -> char {
     if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }
 }

@@ -3,14 +3,14 @@ use std::path::{Path, PathBuf};
 
 use super::{
     AUTHORS_FORMAT, Event, EventSource, Header, MAX_LINE_BYTES, Notes, OpenOptions, Place, RecordingError,
-    members::{Members, Numbers},
+    members::{AuthorNumbers, Members},
     ron_line::{BadEvent, HEADER_EXPECTED, excerpt, is_blank, parse_event, parse_header},
 };
 
 /// A reader of a recording. It holds one line in memory.
 ///
-/// A file that ends inside its last line, or inside compressed data, gives every event before its end and one warning.
-/// Damage anywhere else is an error at its line; a lenient reader skips the line and counts it.
+/// A file that ends inside its last line, or inside compressed data, yields every event before its end and one warning.
+/// Other damage is an error with the line's number; a lenient reader skips and counts the line.
 #[derive(Debug)]
 pub struct RonReader<R> {
     input: R,
@@ -28,7 +28,7 @@ pub struct RonReader<R> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Reading,
-    /// The input ended without its end mark; `notes` already contains the warning.
+    /// The input ended without its end mark. `notes` contains the warning.
     Cut,
     Done,
 }
@@ -38,9 +38,9 @@ enum State {
 enum LineEnd {
     Newline,
     EndOfFile,
-    /// The line is longer than [`MAX_LINE_BYTES`]; the buffer has its beginning.
+    /// The line is longer than [`MAX_LINE_BYTES`]. The buffer has its beginning.
     TooLong,
-    /// There was no further line.
+    /// The input has no further line.
     None,
 }
 
@@ -157,7 +157,7 @@ impl<R: BufRead> RonReader<R> {
         }
     }
 
-    /// The next event, `Ok(None)` at the end of the file, or the fault of the next line.
+    /// Reads the next event; `Ok(None)` at the end of the file. The error is the fault of the next line.
     fn read_event(&mut self) -> Result<Option<Event>, RecordingError> {
         loop {
             let end = self.read_line()?;
@@ -213,7 +213,7 @@ impl<R: BufRead> RonReader<R> {
     fn admit(&mut self, event: &Event) -> Result<(), String> {
         if self.header.format >= AUTHORS_FORMAT {
             // A recording that was restored from damage lacks the joins of some authors.
-            return self.members.admit(event, Numbers::SomeLeftOut).map(drop);
+            return self.members.admit(event, AuthorNumbers::WithGaps).map(drop);
         }
         if event.names_author() {
             let format = self.header.format;

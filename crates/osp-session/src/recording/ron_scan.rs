@@ -1,15 +1,14 @@
-//! A fast parser for head poses and control points in the form that this crate writes. Nearly all lines of a recording
-//! are of these kinds.
+//! A fast parser for head poses and control points as this crate writes them: nearly all lines of a recording.
 //!
 //! A general RON parser copies every number and looks up every field name; this parser expects the fields in their
-//! usual order. It leaves an unusual line (other order, other spacing, a comment, a number in a rare notation) to the
-//! general parser. So both parsers accept the same lines and return the same bits.
+//! usual order. An unusual line (other order, other spacing, a comment, a number in a rare notation) goes to the
+//! general parser. The parsers return the same bits for the same line.
 
 use glam::{Quat, Vec3};
 
 use super::{Author, Event, StrokeId};
 
-/// Parses a line in the usual form; `None` leaves the line to the general parser.
+/// Parses a line in the usual form. `None` means that the general parser must parse the line.
 pub(super) fn scan(line: &str) -> Option<Event> {
     let mut scan = Scan { rest: line };
     let event = if scan.literal("Point(").is_some() {
@@ -34,8 +33,8 @@ struct Number<'a> {
 }
 
 impl Number<'_> {
-    /// In f64, every integer with up to this number of digits is exact, and every power of ten up to this exponent. So
-    /// their quotient is rounded only once.
+    /// An f64 is exact for every integer with up to this number of digits, and for every power of ten up to this
+    /// exponent. Their quotient is therefore rounded only once.
     const MOST_DIGITS: usize = 15;
     const POWERS: [f64; 16] =
         [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
@@ -53,7 +52,7 @@ impl Number<'_> {
         (at > first).then_some(at)
     }
 
-    /// The value that the standard library's parser returns; `None` if one division may not give exactly this value.
+    /// The same value as that of the standard library's parser; `None` if a single division may round differently.
     fn to_f64(&self) -> Option<f64> {
         if self.has_exponent || self.digits > Self::MOST_DIGITS {
             return None;
@@ -65,7 +64,7 @@ impl Number<'_> {
     /// Does the same as [`Number::to_f64`] for `f32`.
     fn to_f32(&self) -> Option<f32> {
         let value = self.to_f64()?;
-        // Near the middle between two f32, the rounding to f64 has lost which of the two is nearer.
+        // Halfway between two f32, the f64 no longer decides which f32 is nearer.
         const BELOW_F32: u64 = (1 << 29) - 1;
         let is_halfway = value.to_bits() & BELOW_F32 == 1 << 28;
         let is_usual = value == 0.0 || value.abs() >= f64::from(f32::MIN_POSITIVE);
@@ -98,7 +97,7 @@ impl<'a> Scan<'a> {
         self.separator(":")
     }
 
-    /// Parses `-?digits(.digits)?(e-?digits)?`; the caller checks the text after it.
+    /// Parses `-?digits(.digits)?(e-?digits)?`. The caller checks the text after the number.
     fn number(&mut self) -> Option<Number<'a>> {
         let bytes = self.rest.as_bytes();
         let mut number = Number { text: "", digits: 0, mantissa: 0, decimals: 0, has_exponent: false };

@@ -8,7 +8,7 @@ use super::{AUTHORS_FORMAT, Event, Header, MAX_LINE_BYTES, RecordingError};
 /// Number of bytes that [`Flush::AtEnd`] collects before a write.
 const PENDING_BYTES: usize = 1 << 16;
 
-/// The contents that formats before [`AUTHORS_FORMAT`] can represent.
+/// The expected form, in errors, of an event in formats before [`AUTHORS_FORMAT`].
 const NO_AUTHORS: &str = "an event without an author, or a header of format 4";
 
 /// Time at which events are written to the file.
@@ -23,8 +23,8 @@ pub enum Flush {
     AtEnd,
 }
 
-/// A writer of recordings: the header, then one event per line. Every number is written with the fewest digits that
-/// read back to the same bits. Equal sessions give equal bytes.
+/// A writer of recordings: the header, then one event per line. Every number has the fewest digits that read back to
+/// the same bits. Equal sessions give equal bytes.
 #[derive(Debug)]
 pub struct RonWriter<W: Write> {
     out: W,
@@ -36,7 +36,7 @@ pub struct RonWriter<W: Write> {
     lines: u64,
     /// Whether the header's format supports authors.
     has_authors: bool,
-    /// Whether a write has failed, perhaps in the middle of a line. No write may follow, because the incomplete line
+    /// Whether a write has failed, perhaps in the middle of a line. No write may follow, because an incomplete line
     /// must be the last.
     failed: bool,
 }
@@ -69,7 +69,7 @@ impl<W: Write> RonWriter<W> {
     ///
     /// # Errors
     /// The event does not pass [`Event::check`], has an author in a format without authors, or does not fit into a
-    /// line. In these cases nothing is written, and the writer can continue. It is also an error if the output fails.
+    /// line. After these errors the writer can continue. Or the output fails.
     pub fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
         let is_known = self.has_authors || !event.names_author();
         let check = event.check().and(if is_known { Ok(()) } else { Err(NO_AUTHORS) });
@@ -183,7 +183,7 @@ impl RonWriter<RecordingFile> {
 impl<W: Write> Drop for RonWriter<W> {
     fn drop(&mut self) {
         if !self.failed && !self.pending.is_empty() {
-            // The error is lost here; callers that need it call `finish` or `flush`.
+            // Drop ignores the error. Callers that need it call `finish` or `flush`.
             let _ = self.flush();
         }
     }

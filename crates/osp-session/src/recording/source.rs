@@ -2,20 +2,20 @@ use super::{Event, Place, RecordingError};
 
 /// A stream of events from any format. Its memory does not grow with the number of events.
 pub trait EventSource: Send {
-    /// The next event; `None` at the end. After an error or the end, every further call gives `None`.
+    /// Returns the next event; `None` at the end. After an error or the end, every further call returns `None`.
     ///
     /// # Errors
     /// The file is damaged at this position, and the source is not lenient.
     fn next_event(&mut self) -> Result<Option<Event>, RecordingError>;
 
     /// The line of the last event, without its ending, if the file is a recording in text lines. The line can be copied
-    /// unchanged to a recording of the same format. Formats before [`AUTHORS_FORMAT`](super::AUTHORS_FORMAT) can be
-    /// mixed: a line of any such format is valid in all others.
+    /// unchanged to a recording of the same format. All formats before [`AUTHORS_FORMAT`](super::AUTHORS_FORMAT) accept
+    /// the same lines.
     fn line(&self) -> Option<&str> {
         None
     }
 
-    /// The notes so far; complete once `next_event` has returned `None`.
+    /// The notes so far. They are complete after `next_event` has returned `None`.
     fn notes(&self) -> Notes {
         Notes::default()
     }

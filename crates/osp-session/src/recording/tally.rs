@@ -1,4 +1,4 @@
-//! Counts the contents of a session, event by event, against its limits.
+//! Counts the contents of a session, event by event, and compares the counts with the limits.
 
 use std::{collections::HashMap, fmt};
 
@@ -7,10 +7,10 @@ use glam::Vec3;
 use super::{Event, Limits, StrokeId, Tool};
 use crate::brush::{self, Brush, Family};
 
-/// Number of polygons of a tube's sample: the sides of the tube.
+/// Number of polygons that a sample of a tube counts as: the sides of the tube.
 const TUBE_POLYGONS: u64 = 8;
 
-/// The amounts read so far of everything that takes memory.
+/// The counts so far of everything that takes memory.
 #[derive(Clone, Copy, Debug, Default)]
 struct Amount {
     strokes: u64,
@@ -45,20 +45,20 @@ impl fmt::Display for Amount {
     }
 }
 
-/// Number of polygons that a sample counts as.
+/// The rule for the number of polygons that a sample counts as.
 #[derive(Clone, Debug)]
 enum Weight {
     /// Each sample counts as this number of polygons.
     Each(u64),
-    /// For particles and sprays the number depends on the distance from the last sample.
-    ByWay { brush: &'static Brush, width_m: f32, scale: f32, last: Option<Vec3> },
+    /// The number depends on the distance from the last sample, for particles and sprays.
+    ByDistance { brush: &'static Brush, width_m: f32, scale: f32, last: Option<Vec3> },
 }
 
 impl Weight {
     fn of(&mut self, p: Vec3, pressure: f32) -> u64 {
         match self {
             Self::Each(polygons) => *polygons,
-            Self::ByWay { brush, width_m, scale, last } => {
+            Self::ByDistance { brush, width_m, scale, last } => {
                 let way_m = last.replace(p).map_or(0.0, |last| last.distance(p));
                 let step_m = match brush.family {
                     Family::Particles => brush::PARTICLE_STEP_M * *scale / brush.particle_rate,
@@ -75,7 +75,7 @@ impl Weight {
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     read: Amount,
-    /// Weight of a sample of each open stroke.
+    /// Weight of the next sample of each open stroke.
     open: HashMap<StrokeId, Weight>,
     /// Stroke of the last sample and its weight, if it is constant. It is a cache, because the next sample is usually
     /// of the same stroke.
@@ -124,7 +124,7 @@ impl Tally {
                 let weight = match brush.map(|brush| (brush, brush.family)) {
                     Some((_, Family::Tube { .. } | Family::BoxSection)) => Weight::Each(TUBE_POLYGONS),
                     Some((brush, Family::Particles | Family::Spray { .. })) => {
-                        Weight::ByWay { brush, width_m: *width, scale, last: None }
+                        Weight::ByDistance { brush, width_m: *width, scale, last: None }
                     }
                     None if *tool == Tool::Tube => Weight::Each(TUBE_POLYGONS),
                     _ => Weight::Each(1),
@@ -141,7 +141,7 @@ impl Tally {
                     read.polygons += weight.of(*p, *pressure);
                     self.last = match weight {
                         Weight::Each(polygons) => Some((*stroke, *polygons)),
-                        Weight::ByWay { .. } => None,
+                        Weight::ByDistance { .. } => None,
                     };
                 } else {
                     self.last = None;
@@ -190,7 +190,7 @@ mod tests {
                 Some(width_m) => width_m * brush.size(1.0) / brush.spray_rate,
                 None => brush::PARTICLE_STEP_M / brush.particle_rate,
             };
-            let mut weight = Weight::ByWay { brush, width_m: 0.1, scale: 1.0, last: None };
+            let mut weight = Weight::ByDistance { brush, width_m: 0.1, scale: 1.0, last: None };
             assert_eq!(weight.of(Vec3::ZERO, 1.0), 1);
             assert_eq!(weight.of(Vec3::X * step_m * 10.5, 1.0), 11, "{name}");
             assert_eq!(weight.of(Vec3::X * 1.0e9, 1.0), 1 + brush::MAX_SCATTERED, "{name}");

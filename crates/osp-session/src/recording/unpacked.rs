@@ -29,8 +29,8 @@ impl<R> Unpacked<R> {
 
 impl<R: Read> Read for Unpacked<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        // The read may return one byte more than allowed, to distinguish a file that ends at the limit from a longer
-        // one.
+        // The read may return one byte more than allowed. The additional byte distinguishes a longer file from a file
+        // that ends at the limit.
         let most = usize::try_from(self.left.saturating_add(1)).unwrap_or(usize::MAX).min(buffer.len());
         let read = self.input.read(&mut buffer[..most])?;
         match self.left.checked_sub(read as u64) {
@@ -41,7 +41,7 @@ impl<R: Read> Read for Unpacked<R> {
     }
 }
 
-/// The [`Limits`] error, if a read failed because of the limit.
+/// Returns the error of the exceeded limit, if a read failed because of it.
 pub(super) fn beyond(error: &io::Error, path: &Path, place: Place) -> Option<RecordingError> {
     let &TooMany { most, packed } = error.get_ref()?.downcast_ref()?;
     Some(RecordingError::Limit(Box::new(Excess {

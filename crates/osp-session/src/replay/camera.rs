@@ -15,11 +15,11 @@ use osp::{
 const FOV_DEGREES: f32 = 60.0;
 /// Aspect ratio, width divided by height, of every replay camera.
 const ASPECT: f32 = 16.0 / 9.0;
-/// Direction from the model's centre to the eye of [`whole_view`]: in front, to the right and above.
+/// Default direction from the model's centre to the eye of [`whole_view`]: in front, to the right and above.
 const WHOLE_FROM: Vec3 = Vec3::new(0.45, ABOVE, 1.0);
-/// Height of the eye above the model divided by the distance straight ahead.
+/// Height of the eye above the model, divided by the horizontal distance.
 const ABOVE: f32 = 0.35;
-/// Factor on the eye's minimum distance, which leaves a narrow margin around the model.
+/// Factor of the eye's smallest distance. It leaves a narrow margin around the model.
 const WHOLE_MARGIN: f32 = 1.04;
 /// Number of frames of a full circle of the orbiting cameras.
 const FRAMES_A_ROUND: f64 = 720.0;
@@ -52,7 +52,7 @@ impl CameraChoice {
     }
 }
 
-/// The poses of head and hand at a frame, for a camera.
+/// The poses of head and hand in a frame, from which a camera follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moment {
     /// Number of the frame.
@@ -61,8 +61,8 @@ pub struct Moment {
     pub head: Option<(Vec3, Quat)>,
     /// Latest sample of the hand.
     pub hand: Option<Vec3>,
-    /// The author of head and hand: the author of the first head pose since the start, or since the previous author
-    /// left. `None` before this pose.
+    /// The author whose head and hand are stored: the first with a head pose since the start, or since the previous
+    /// author left. `None` before this pose.
     pub author: Option<Author>,
 }
 
@@ -82,20 +82,21 @@ impl Moment {
         }
     }
 
-    /// Whether the camera follows the author of a stroke. With a sole author, a stroke's number does not contain the
-    /// author.
+    /// Whether the camera follows this author of a stroke. With a sole author it follows every stroke, because their
+    /// numbers do not contain the author.
     fn is_followed(&self, author: Author) -> bool {
         self.author.is_none_or(|followed| followed.is_sole() || followed == author)
     }
 }
 
-/// The side from which an artist begins a model, which is usually the model's front. The side of most samples is worse,
-/// because an artist who walks around a model draws much of its back. The side of the last samples is worse, too.
+/// The side from which an artist begins a model, usually the model's front. The mean side over all samples is a worse
+/// guess, because an artist who walks around a model draws much of its back. The side of the last samples is worse,
+/// too.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ArtistSide {
     moment: Moment,
     /// Sum of the directions from the model to the eye at the first samples.
-    backwards: Vec3,
+    sum_to_eye: Vec3,
     samples: u32,
 }
 
@@ -108,27 +109,28 @@ impl ArtistSide {
         self.moment.note(event);
         let is_sample = matches!(event, Event::Point { .. } | Event::Polygon { .. });
         if let Some((_, q)) = self.moment.head.filter(|_| is_sample && self.samples < Self::BEGINNING) {
-            self.backwards += rotate(q, Vec3::Z);
+            self.sum_to_eye += rotate(q, Vec3::Z);
             self.samples += 1;
         }
     }
 
     /// The direction from the model to the eye of the session's own camera. Without a camera, it is the direction to
-    /// the artist: the mean over the first samples, or the latest head pose if no sample follows one. This direction is
-    /// slightly raised from the horizontal, whatever the tilt of the head. `None` without camera and head pose.
-    pub fn backwards(&self, camera: Option<Camera>) -> Option<Vec3> {
+    /// the artist: the mean over the first samples, or the latest head pose, if no sample follows any pose. The
+    /// direction to the artist is slightly raised from the horizontal, whatever the tilt of the head. `None` without
+    /// camera and head pose.
+    pub fn direction_to_artist(&self, camera: Option<Camera>) -> Option<Vec3> {
         if let Some(camera) = camera {
             return Some(rotate(unit(camera.q), Vec3::Z));
         }
         let (_, q) = self.moment.head?;
-        let back = if self.samples > 0 { self.backwards } else { rotate(q, Vec3::Z) };
+        let back = if self.samples > 0 { self.sum_to_eye } else { rotate(q, Vec3::Z) };
         Some(Vec3::new(back.x, ABOVE * back.with_y(0.0).length(), back.z))
     }
 }
 
-/// The main part of `bounds`, world space, metres, without polygons far from all others, such as stray particles. Along
-/// each axis it spans the centres of the middle 98 % of the polygons. A margin of half of the longest side is added on
-/// all sides. O(polygons) in time and memory.
+/// The main part of `bounds`, world space, metres. It excludes polygons far from all others, such as stray particles.
+/// Along each axis it spans the polygons' centres between the first and the 99th percentile. A margin of half of its
+/// longest side is added on all sides. O(polygons) in time and memory.
 pub fn main_bounds(scene: &Scene, bounds: &Aabb) -> Aabb {
     let middles: Vec<Vec3> = scene.visible_ids().map(|id| scene.bounds(id).center()).collect();
     let Some(last) = middles.len().checked_sub(1) else { return *bounds };
@@ -143,21 +145,21 @@ pub fn main_bounds(scene: &Scene, bounds: &Aabb) -> Aabb {
     let (low, high) = (Vec3::new(x[0], y[0], z[0]), Vec3::new(x[1], y[1], z[1]));
     let room = 0.5 * (high - low).max_element();
     let main = Aabb { min: bounds.min.max(low - room), max: bounds.max.min(high + room) };
-    // The box of the centres may have no extent, and polygons may be larger than it: then all of `bounds` is shown.
+    // If the box of the centres has no extent, all of `bounds` is shown.
     if room > 0.0 && main.min.cmple(main.max).all() { main } else { *bounds }
 }
 
-/// A view that shows all of `bounds` on a screen of this `aspect` (width divided by height). The eye is in the
-/// direction `backwards` from the model; if absent, in front of the model.
-pub fn whole_view(bounds: &Aabb, backwards: Option<Vec3>, aspect: f32) -> View {
+/// A view that shows all of `bounds` on a screen of this `aspect` (width divided by height). `to_eye` is the direction
+/// from the model to the eye. If absent, the eye is in front of the model.
+pub fn whole_view(bounds: &Aabb, to_eye: Option<Vec3>, aspect: f32) -> View {
     let path = CameraPath::new(CameraChoice::Orbit, None, bounds);
-    let away = backwards.unwrap_or(WHOLE_FROM).normalize_or(Vec3::Z);
+    let away = to_eye.unwrap_or(WHOLE_FROM).normalize_or(Vec3::Z);
     let towards =
         View::look_at(path.center + away, path.center, Projection::symmetric(FOV_DEGREES, aspect, 1.0, 2.0));
     let [right, up] = [Vec3::X, Vec3::Y].map(|axis| rotate(towards.world_from_view, axis));
     let Projection { right: tan_x, top: tan_y, .. } = towards.projection;
     let half = if bounds.is_empty() { Vec3::splat(path.radius_m) } else { bounds.extent() * 0.5 };
-    // The eye's distance is such that every corner of the box lies within the four side planes of the frustum.
+    // At this distance, every corner of the box lies within the four side planes of the frustum.
     let mut distance_m = 0.0f32;
     for corner in 0..8 {
         let sign = |bit: u32| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
@@ -172,18 +174,19 @@ pub fn whole_view(bounds: &Aabb, backwards: Option<Vec3>, aspect: f32) -> View {
 }
 
 /// Returns the view for a picture of a whole session: the view of its own camera, else a view of the model's [main
-/// part](main_bounds) from the direction `backwards`. `bounds` are those of the session. O(polygons).
+/// part](main_bounds). `to_eye` is the direction from the model to the eye, and `bounds` are those of the session.
+/// O(polygons).
 pub fn still_view(
     scene: &Scene,
     bounds: &Aabb,
     camera: Option<Camera>,
-    backwards: Option<Vec3>,
+    to_eye: Option<Vec3>,
     aspect: f32,
 ) -> View {
     if camera.is_none() {
-        return whole_view(&main_bounds(scene, bounds), backwards, aspect);
+        return whole_view(&main_bounds(scene, bounds), to_eye, aspect);
     }
-    // A moment without a head pose, which would take precedence over the session's own camera.
+    // The moment has no head pose, because a head pose would take precedence over the session's own camera.
     CameraPath::new(CameraChoice::Auto, camera, bounds).view(&Moment::default()).with_aspect(aspect)
 }
 
@@ -197,14 +200,14 @@ pub struct CameraPath {
 }
 
 impl CameraPath {
-    /// A path for a session whose polygons have the bounds `bounds`; `fixed` is the session's own camera.
+    /// A camera path for a session. `bounds` are the bounds of its polygons, and `fixed` is its own camera.
     pub fn new(choice: CameraChoice, fixed: Option<Camera>, bounds: &Aabb) -> Self {
         let (center, radius_m) = if bounds.is_empty() {
             (Vec3::ZERO, 1.0)
         } else {
             (bounds.center(), bounds.extent().length() * 0.5)
         };
-        // A session without extent still needs a distance for the eye.
+        // A session without extent gets a small radius, so that the eye has a distance.
         let radius_m = if radius_m.is_finite() { radius_m.max(1.0e-4) } else { 1.0 };
         Self { choice, fixed, center, radius_m }
     }

@@ -2,13 +2,13 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use osp::polygon::PolygonId;
 
-/// A fingerprint of a frame's visible set. Equal sets have equal fingerprints, whatever their order; a polygon that is
-/// listed twice changes the fingerprint.
+/// A fingerprint of a frame's visible set. It does not depend on the order of the polygons. A polygon that is listed
+/// twice changes the fingerprint.
 pub fn fingerprint_of_frame(ids: impl IntoIterator<Item = PolygonId>) -> u64 {
     SetFingerprint::of(ids).value()
 }
 
-/// The fingerprint of a set that is gathered in parts.
+/// The fingerprint of a set whose polygons are added in parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SetFingerprint {
     // A sum, because it does not depend on the order.
@@ -55,7 +55,7 @@ pub fn fingerprint_of_views<V: IntoIterator<Item = PolygonId>>(views: impl IntoI
     views.into_iter().fold(0, |all, view| all.rotate_left(1) ^ fingerprint_of_frame(view))
 }
 
-/// The fingerprints of a session's frames, chained.
+/// A hash over the fingerprints of a session's frames, in order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SessionFingerprint {
     hash: u64,
@@ -68,8 +68,8 @@ impl SessionFingerprint {
         Self::default()
     }
 
-    /// Adds the fingerprint of frame number `frame`. The number is included, so that a session measured on some frames
-    /// differs from one measured on all.
+    /// Adds the fingerprint of frame number `frame`. The number is hashed, too, so that skipped frames change the
+    /// result.
     pub fn add(&mut self, frame: u64, fingerprint: u64) {
         let mut bytes = [0u8; 24];
         bytes[..8].copy_from_slice(&self.hash.to_le_bytes());

@@ -10,7 +10,7 @@ use osp::{
     view::View,
 };
 
-/// Number of equal parts of a session. A lane may spend the same share of its budget in each part.
+/// Number of equal parts of a session. A lane may spend this fraction of its budget in each part.
 pub const PARTS_OF_SESSION: u64 = 40;
 
 /// The index, from 0, of the part that contains the frame `frame`. The session has `frames` frames.
@@ -22,37 +22,37 @@ pub fn part_of_frame(frame: u64, frames: u64) -> u64 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
     /// Total time for measured frames, nanoseconds: applying events to the model, the lane's work, and its
-    /// fingerprints. Once a part's share is spent, the lane only applies the changes until the next part. Such frames,
-    /// and the first measured one after them, cost additional time, because the model must be complete at the end.
+    /// fingerprints. Once the budget of a part is spent, the lane skips its frames: it only applies the changes. The
+    /// time of skipped frames, and of the first measured frame after them, is not part of the budget.
     pub ns: u64,
     /// Number of frames of the session, which determines the length of the parts.
     pub frames: u64,
 }
 
-/// One index in a replay.
+/// An index in a replay, with its own pipeline and budget.
 #[derive(Debug)]
 pub struct Lane {
     pipeline: Pipeline,
     budget: Budget,
-    stretch: u64,
+    part: u64,
     spent_ns: u64,
     /// Whether changes have been applied without a commit. The next measured frame's time then includes them.
-    behind: bool,
-    /// If set, the lane queries only one view of each frame, and switches to the next view after this number of frames.
-    turn: Option<u64>,
+    has_skipped: bool,
+    /// If set, the lane queries a single view in each frame. It switches to the next view after this number of frames.
+    frames_a_view: Option<u64>,
 }
 
 impl Lane {
     /// A lane with a pipeline, which must have no polygons.
     pub fn new(pipeline: Pipeline, budget: Budget) -> Self {
-        Self { pipeline, budget, stretch: 0, spent_ns: 0, behind: false, turn: None }
+        Self { pipeline, budget, part: 0, spent_ns: 0, has_skipped: false, frames_a_view: None }
     }
 
-    /// The lane with only one of each frame's views; it switches to the next view after `frames_a_turn` frames. This
-    /// lane is the baseline for the cost of several views.
+    /// Limits the lane to a single view in each frame. It switches to the next view after `frames_a_view` frames. Such
+    /// a lane is the baseline for the cost of several views.
     #[must_use]
-    pub fn of_one_view(self, frames_a_turn: u64) -> Self {
-        Self { turn: Some(frames_a_turn.max(1)), ..self }
+    pub fn of_one_view(self, frames_a_view: u64) -> Self {
+        Self { frames_a_view: Some(frames_a_view.max(1)), ..self }
     }
 
     /// The pipeline.
@@ -68,23 +68,23 @@ impl Lane {
         applying: Stage,
         views: &[View],
     ) -> Option<LaneFrame> {
-        let stretch = part_of_frame(frame, self.budget.frames);
-        if stretch != self.stretch {
-            (self.stretch, self.spent_ns) = (stretch, 0);
+        let part = part_of_frame(frame, self.budget.frames);
+        if part != self.part {
+            (self.part, self.spent_ns) = (part, 0);
         }
         if self.spent_ns > self.budget.ns / PARTS_OF_SESSION {
             self.pipeline.skip(scene, changes);
-            self.behind = true;
+            self.has_skipped = true;
             return None;
         }
-        let views = match self.turn {
-            Some(turn) if !views.is_empty() => {
-                std::slice::from_ref(&views[(frame / turn) as usize % views.len()])
+        let views = match self.frames_a_view {
+            Some(frames) if !views.is_empty() => {
+                std::slice::from_ref(&views[(frame / frames) as usize % views.len()])
             }
             _ => views,
         };
         let record = self.pipeline.frame_of_views(scene, changes, views);
-        let catches_up = std::mem::take(&mut self.behind);
+        let catches_up = std::mem::take(&mut self.has_skipped);
         let start = self.pipeline.clock().start();
         let in_view = fingerprint_of_views(self.pipeline.in_view_lists().iter().map(VisibleBlocks::ids));
         let drawn = match self.pipeline.is_occluded() {
@@ -93,7 +93,7 @@ impl Lane {
         };
         // Fingerprints are not a stage of the frame, because the window does not compute them.
         let fingerprinting = self.pipeline.clock().since(start);
-        // A frame that catches up costs no budget, so every part has at least one measured frame.
+        // The first frame after skipped frames costs no budget, so every part has at least one measured frame.
         if !catches_up {
             self.spent_ns += applying.ns + record.total_ns() + fingerprinting.ns;
         }
@@ -112,8 +112,7 @@ pub struct LaneFrame {
     pub in_view: u64,
     /// Fingerprint of the drawn polygons.
     pub drawn: u64,
-    /// Whether the lane had skipped frames before. If so, the times of this frame include the changes of the skipped
-    /// frames.
+    /// Whether the lane skipped the frames before this frame. The times then include the changes of the skipped frames.
     pub catches_up: bool,
 }
 
@@ -138,7 +137,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         Self { player, camera, rig: None, lanes, views, rig_views, outcomes }
     }
 
-    /// The replay on the screens of a rig around the camera's eye; each frame has a view for each screen and eye.
+    /// Puts the screens of a rig around the camera's eye. Each frame then has a view for each screen and eye.
     #[must_use]
     pub fn on_rig(self, rig: RigPath) -> Self {
         Self { rig: Some(rig), ..self }
@@ -148,7 +147,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
     /// this part is spent. `Ok(None)` after the last frame.
     ///
     /// # Errors
-    /// The recording is damaged at this point; the frames before have been played in every lane.
+    /// The recording is damaged. The frames before the damage have been played in every lane.
     pub fn step(&mut self) -> Result<Option<&[Option<LaneFrame>]>, RecordingError> {
         if !self.player.step()? {
             return Ok(None);
@@ -165,8 +164,8 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         }
         let count = self.lanes.len();
         for turn in 0..count {
-            // Each frame begins with a different lane, so that no lane always starts with the caches as the reader left
-            // them.
+            // Each frame begins with a different lane, because the first lane finds the CPU caches in another state
+            // than the others.
             let at = (turn + moment.frame as usize) % count;
             let (scene, changes) = (self.player.scene(), self.player.changes());
             let applying = self.player.applying();
@@ -185,7 +184,8 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         self.player.changes()
     }
 
-    /// The views of the last frame: one; with a rig, one for each screen and eye in front of the screen.
+    /// The views of the last frame. Without a rig it is a single view; with a rig, a view for each screen and each eye
+    /// in front of it.
     pub fn views(&self) -> &[View] {
         &self.views
     }

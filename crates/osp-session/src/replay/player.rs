@@ -18,7 +18,8 @@ pub struct SessionState {
 }
 
 impl SessionState {
-    /// The state before the first frame, with a scene in which groups [move as a whole](Scene::keeping_groups_whole).
+    /// Creates the state before the first frame, with a scene in which groups [move as a
+    /// whole](Scene::keeping_groups_whole).
     pub fn keeping_groups_whole() -> Self {
         Self { scene: Scene::keeping_groups_whole(), ..Self::default() }
     }
@@ -65,8 +66,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
         }
     }
 
-    /// The player with a scene in which groups [move as a whole](Scene::keeping_groups_whole). Call it before the first
-    /// frame.
+    /// Makes groups [move as a whole](Scene::keeping_groups_whole). Call it before the first frame.
     #[must_use]
     pub fn keeping_groups_whole(self) -> Self {
         Self { state: SessionState::keeping_groups_whole(), ..self }
@@ -75,7 +75,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
     /// Plays the next frame. Returns `false` after the last frame.
     ///
     /// # Errors
-    /// The recording is damaged. The events before the damage, if any, have been played as a last frame.
+    /// The recording is damaged. The events before the damage have been played as a last frame.
     pub fn step(&mut self) -> Result<bool, RecordingError> {
         let read = self.pacer.next_frame(&mut self.events);
         self.changes.clear();

@@ -4,11 +4,11 @@ use crate::rig::{Eye, Rig, RoomPlace, Stereo};
 use osp::math::Aabb;
 use osp::view::View;
 
-/// Near distance of the views on a rig's screens, metres, unless that of the camera is smaller.
+/// Largest near distance of the views on a rig's screens, metres.
 const NEAR_M: f32 = 0.02;
 
-/// Smallest distance of an eye from a screen, metres. An eye that is nearer or behind the screen is moved to this
-/// distance, because the picture would be distorted too much.
+/// Smallest distance of an eye from a screen, metres. An eye that is nearer or behind the screen can be moved to this
+/// distance, because its picture would be too distorted.
 pub const NEAREST_EYE_M: f32 = 0.05;
 
 /// Far distance with which an eye sees everything in `bounds`, metres.
@@ -23,10 +23,11 @@ pub fn far_m(eye: Vec3, bounds: &Aabb) -> f32 {
 /// Motion of a rig's room while the recorded head moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RoomMotion {
-    /// The room follows the head: the rig's head position is at the eye, the room's front in the direction of view.
+    /// The room moves with the head: the rig's head position is at the eye, and the room's front is in the direction of
+    /// view.
     #[default]
     Follows,
-    /// The room stays where the first frame put it. The head walks in the room, and may walk behind a screen.
+    /// The room keeps its position of the first frame. The head moves in the room, and may move behind a screen.
     Stands,
 }
 
@@ -60,7 +61,7 @@ pub struct RigPath {
     rig: Rig,
     stereo: Stereo,
     motion: RoomMotion,
-    /// Place of a standing room, once the first frame has set it.
+    /// Position of a room that stands; `None` before the first frame.
     place: Option<RoomPlace>,
     /// Whether eyes behind a screen are moved in front of it.
     keeps_in_front: bool,
@@ -72,7 +73,7 @@ impl RigPath {
         Self { rig, stereo, motion, place: None, keeps_in_front: false }
     }
 
-    /// The views with every eye moved to at least [`NEAREST_EYE_M`] in front of its screen.
+    /// Moves every eye that is behind its screen or nearer than [`NEAREST_EYE_M`] to this distance in front of it.
     #[must_use]
     pub fn keeping_eyes_in_front(self) -> Self {
         Self { keeps_in_front: true, ..self }
@@ -110,7 +111,7 @@ impl RigPath {
         let head = place.to_room(camera.eye_in_world);
         let room_from_head = place.turn_to_room(camera.world_from_view);
         let near_m = camera.projection.near_m.min(NEAR_M);
-        // The far distance is that of the camera, plus the offset of the eyes from it.
+        // The far distance of the camera is extended by the offset of the eyes.
         let far_m = camera.projection.far_m + self.rig.eye_separation_m;
         out.clear();
         out.extend(self.slots().map(|(screen, eye)| {

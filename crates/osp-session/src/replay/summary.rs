@@ -28,7 +28,7 @@ pub struct Summary {
     pub bounds: Aabb,
 }
 
-/// Reads a session to its end, frame by frame. Memory: the scene.
+/// Reads a session to its end, frame by frame. It stores only the scene.
 ///
 /// # Errors
 /// The recording is damaged. The summary and the scene then cover the part before the damage.

@@ -1,16 +1,17 @@
-//! The transform from a tracker's space to the room's: a rotation and a translation, computed from three points in both
-//! spaces.
+//! The transform from a tracker's space to room space. It is a rotation and a translation, computed from three points
+//! in both spaces.
 //!
 //! The method is TRIAD: Harold Black, "A passive system for determining the attitude of a satellite", 1964. The three
-//! points define orthonormal axes in each space; the rotation maps one set of axes to the other. Differences: the
-//! translation maps the points' mean in one space to that in the other, and the largest remaining error is returned.
+//! points define orthonormal axes in each space. The rotation maps one set of axes to the other. Differences: the
+//! translation maps the mean of the points in one space to their mean in the other, and the largest remaining error is
+//! returned.
 
 use glam::{Mat3, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use osp::math::{COORDINATE_LIMIT_M, rotate};
 
-/// Room from tracker: rotate, then translate.
+/// The transform from tracker space to room space: rotate, then translate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RoomFromTracker {
@@ -31,7 +32,7 @@ impl Default for RoomFromTracker {
 pub struct Calibration {
     /// The transform.
     pub room_from_tracker: RoomFromTracker,
-    /// Largest distance between a transformed point and the measured one in the room, metres.
+    /// Largest distance between a transformed point and the same point measured in the room, metres.
     pub error_m: f32,
     /// Distances in tracker space divided by distances in room space: 1 if both are in metres.
     pub scale: f32,

@@ -62,11 +62,12 @@ impl Viewport {
     }
 }
 
-/// A place where a screen's picture is shown.
+/// A part of a monitor that shows a screen's picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Output {
-    /// The monitor: its name in the system, or its number from 1 (ordered from left to right, then from top to bottom).
+    /// The monitor: its name in the system, or its number from 1. Monitors are numbered from left to right, then from
+    /// top to bottom.
     pub monitor: String,
     /// The part of the monitor that shows the screen.
     #[serde(default = "Viewport::whole", skip_serializing_if = "Viewport::is_whole")]
@@ -97,7 +98,7 @@ impl Output {
                 let (from, to) = stereo.part_of(eye);
                 self.viewport.part(from, to)
             }
-            // A single eye has the whole viewport.
+            // The picture of a single eye fills the viewport.
             Eyes::Left | Eyes::Right => self.viewport,
         }
     }
@@ -118,7 +119,7 @@ impl Output {
                     other.monitor == output.monitor && other.viewport.overlaps(output.viewport)
                 };
                 match outputs[..i].iter().find(same) {
-                    // An anaglyph needs two pictures in the same place.
+                    // The two pictures of an anaglyph overlap.
                     Some((other, _)) => {
                         return Err(format!(
                             "outputs that do not overlap: `{screen}` and `{other}` share a part of monitor `{}`",

@@ -3,8 +3,8 @@
 //! A screen is a rectangle in the room, defined by three of its corners. The frustum of an eye is the pyramid from the
 //! eye to the rectangle. The frustum's axis is perpendicular to the screen's plane and need not meet the rectangle.
 //!
-//! Differences from the paper: the projection is stored as the tangents of [`Projection`], not as a matrix; the
-//! frustum and the clip matrix follow from them. An eye on or behind the screen's plane gives no view.
+//! Differences from the paper: the projection is stored as the tangents of [`Projection`], not as a matrix. The frustum
+//! and the clip matrix are computed from the tangents. An eye on or behind the screen's plane has no view.
 
 use std::{io::ErrorKind, path::Path};
 
@@ -19,10 +19,10 @@ use osp::view::{Projection, View};
 
 /// Largest number of screens of a rig: a room has six walls, a tiled display a few more screens.
 pub(super) const MAX_SCREENS: usize = 16;
-/// Largest rig file that is read, bytes; a screen takes a few lines.
+/// Largest size of a rig file, bytes. A screen takes a few lines.
 const MOST_BYTES: u64 = 1 << 20;
-/// Smallest distance of an eye from a screen's plane, metres. A nearer eye has no view, because its frustum would be
-/// flat.
+/// Smallest distance of an eye from a screen's plane, metres. A nearer eye has no view, because its frustum would
+/// degenerate.
 const NEAREST_EYE_M: f32 = 1.0e-3;
 /// Largest cosine of the angle between a screen's sides that still counts as a right angle.
 const SQUARE: f32 = 1.0e-3;
@@ -38,7 +38,7 @@ pub enum RigError {
         /// Message of the system.
         cause: std::io::Error,
     },
-    /// No shipped rig has this name, and no such file exists.
+    /// No shipped rig and no file has this name.
     #[error("no rig is called `{0}`, and there is no such file: expected {shipped} or a file that describes a rig", shipped = Rig::shipped().collect::<Vec<_>>().join(", "))]
     Unknown(String),
     /// The text is not a rig.
@@ -73,7 +73,8 @@ pub struct Screen {
     pub lower_right: Vec3,
     /// Upper left corner, seen from the front.
     pub upper_left: Vec3,
-    /// Outputs of the screen's picture; without outputs, the window shows it beside the other screens.
+    /// Outputs of the screen's picture. Without outputs, the window shows the picture beside those of the other
+    /// screens.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub outputs: Vec<Output>,
 }
@@ -157,7 +158,7 @@ pub struct Rig {
     pub stereo: Stereo,
     /// Position of the head until a tracker sends one, room space.
     pub head: Vec3,
-    /// Whether the eyes' pictures are exchanged, for glasses or projectors with the wrong orientation.
+    /// Whether the eyes' pictures are exchanged, for glasses or projectors that exchange left and right.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub swap_eyes: bool,
     /// Transform from tracker space to room space.
@@ -256,7 +257,7 @@ impl Rig {
         self.stereo == Stereo::Windows || self.screens.iter().any(|screen| !screen.outputs.is_empty())
     }
 
-    /// The rig with another arrangement of the pictures for two eyes.
+    /// Returns the rig with another arrangement of the pictures for two eyes.
     ///
     /// # Errors
     /// The rig's outputs do not fit the arrangement.

@@ -14,13 +14,13 @@ pub struct RoomPlace {
 }
 
 impl RoomPlace {
-    /// The transform that puts the rig's head position at `eye_in_world`, and the room's front in the direction of
-    /// view.
+    /// Creates the transform that puts the rig's head position at `eye_in_world`, and the room's front in the direction
+    /// of view.
     pub fn around(rig: &Rig, eye_in_world: Vec3, world_from_view: Quat) -> Self {
         let back = rotate(world_from_view, Vec3::Z);
         let level_m = (back.x * back.x + back.z * back.z).sqrt();
-        // The rotation about +y that maps +z to `back`, by half-angle formulas, which give the same bits on every
-        // machine. An eye that looks straight up or down has no horizontal direction.
+        // The rotation about +y maps +z to `back`. Half-angle formulas give the same bits on every machine. An eye that
+        // looks straight up or down has no horizontal direction, so its rotation is 0.
         let (sine, cosine) = if level_m > 0.0 { (back.x / level_m, back.z / level_m) } else { (0.0, 1.0) };
         let half_cosine = ((1.0 + cosine) * 0.5).max(0.0).sqrt();
         let half_sine = ((1.0 - cosine) * 0.5).max(0.0).sqrt().copysign(sine);

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Arrangement of the pictures for the two eyes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Stereo {
-    /// One picture, for an eye midway between the two.
+    /// One picture, for an eye midway between the two eyes.
     #[default]
     Mono,
     /// The left eye's picture in the left half of the window, the right eye's in the right half. For passive projectors
@@ -31,7 +31,7 @@ pub enum Eye {
 }
 
 impl Eye {
-    /// The other eye of the two.
+    /// The other eye. The middle eye returns itself.
     pub fn other(self) -> Self {
         match self {
             Self::Left => Self::Right,

@@ -18,7 +18,7 @@ pub struct AuthorInfo {
 /// State of an author in a scene.
 #[derive(Clone, Debug, Default)]
 pub(super) struct AuthorState {
-    /// `None` for the sole author of a recording without authors.
+    /// Data of the join; `None` for the sole author of a recording without authors.
     pub(super) info: Option<AuthorInfo>,
     pub(super) history: History,
     /// Strokes that are erased by the author's undoable edits.

@@ -7,7 +7,8 @@ use super::{
 use crate::recording::Author;
 use osp::polygon::Change;
 
-/// Red, green, blue, sRGB, assigned in turn to authors without a chosen colour. Neighbouring colours differ clearly.
+/// Colours of authors without a chosen colour, by their number: red, green, blue, sRGB. Neighbouring colours differ
+/// clearly.
 const COLORS: [(f32, f32, f32); 8] = [
     (0.90, 0.35, 0.20),
     (0.20, 0.60, 0.90),
@@ -38,7 +39,7 @@ impl Scene {
         self.authors.iter().filter_map(|(&author, state)| Some((author, state.info.as_ref()?)))
     }
 
-    /// The author of this number, if one has joined.
+    /// Data about an author; `None` if no author of this number has joined.
     pub fn author(&self, author: Author) -> Option<&AuthorInfo> {
         self.authors.get(&author)?.info.as_ref()
     }
@@ -53,7 +54,7 @@ impl Scene {
         self.authors.get(&author).is_some_and(|state| state.history.can_redo())
     }
 
-    /// Whether the author's next edit will join the step of the last edit.
+    /// Whether the author's next edit becomes part of the step of the last edit.
     pub fn is_step_open_of(&self, author: Author) -> bool {
         self.authors.get(&author).is_some_and(|state| state.history.is_step_open())
     }
@@ -89,7 +90,7 @@ impl Scene {
         state.info.as_mut().filter(|info| info.left_secs.is_none())?.left_secs = Some(t);
         for at in std::mem::take(&mut state.open) {
             if let Some(id) = self.strokes.get(at as usize).and_then(|stroke| stroke.id) {
-                // The stroke may have ended already, if it is undone and no redo restores it.
+                // The stroke may have ended before, if it is undone and no redo can restore it.
                 let _ = self.end(id, changes);
             }
         }

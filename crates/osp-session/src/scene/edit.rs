@@ -9,8 +9,8 @@ pub(super) enum Edit {
     Draw { stroke: u32 },
     /// A stroke was erased.
     Erase { stroke: u32 },
-    /// Strokes or a group were arranged: the arrangement's index in the [log](super::log::Log), and the number of
-    /// strokes that it lists.
+    /// Strokes or a group were arranged. Stores the arrangement's index in the [log](super::log::Log), and the number
+    /// of strokes that it lists.
     Arrange { at: u64, named: u32 },
     /// Several edits that form one step, in order.
     Several(Vec<Edit>),
@@ -35,36 +35,36 @@ impl Edit {
     }
 }
 
-/// A stroke of an arrangement, with a value.
+/// A stroke of an arrangement, with a value of type `T`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Named<T> {
     pub(super) stroke: u32,
     pub(super) of: T,
 }
 
-/// Translation of a stroke, and the stroke's former offset, in the space of its group.
+/// Translation of a stroke by a move, and the stroke's offset before the move, in the space of its group.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Way {
+pub(super) struct Translation {
     pub(super) by: Vec3,
     pub(super) before: Vec3,
 }
 
-/// An edit of strokes or groups, and the state before it. Several authors can make such edits simultaneously. Lists are
-/// sorted by stroke.
+/// An edit that moves, groups, places or assigns strokes or groups, and the state before it. Lists are sorted by
+/// stroke.
 ///
-/// While the arrangement is active, its `before` values are the base values after all earlier active arrangements.
+/// While the arrangement is active, its `before` values are the values after all earlier active arrangements.
 #[derive(Clone, Debug, Default)]
 pub(super) enum Arrangement {
     /// No effect remains.
     #[default]
     Nothing,
     /// Strokes were moved.
-    Move(Vec<Named<Way>>),
+    Move(Vec<Named<Translation>>),
     /// Strokes became members of a group.
     Group(Box<Grouping>),
     /// A group was placed.
     Place { group: usize, before: Transform, to: Transform },
-    /// Strokes were assigned to a layer; the values are the strokes' former layers.
+    /// Strokes were assigned to a layer. The values are the strokes' former layers.
     Assign { layer: u32, strokes: Vec<Named<u32>> },
 }
 
@@ -77,8 +77,8 @@ pub(super) struct Grouping {
     pub(super) group: usize,
     /// The members, each with its former group.
     pub(super) members: Vec<Named<Option<usize>>>,
-    /// The parent that the grouping sets, unless a later permanent grouping also sets a parent.
-    /// [`GroupParents`](super::parents::GroupParents) stores whether it has an effect.
+    /// The parent that the grouping sets. `None` if a later permanent grouping also sets a parent.
+    /// [`GroupParents`](super::parents::GroupParents) stores whether the grouping has an effect.
     pub(super) new_parent: Option<Parent>,
     /// The group's names before and after, if the grouping sets the name.
     pub(super) names: Option<[Option<String>; 2]>,

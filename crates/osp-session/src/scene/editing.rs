@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::{
     Scene, Stroke,
-    edit::{Arrangement, Edit, Grouping, Named, Way},
+    edit::{Arrangement, Edit, Grouping, Named, Translation},
     group,
     model::Unreported,
 };
@@ -15,9 +15,9 @@ use crate::{
 use osp::polygon::{Change, PolygonId, SpaceId};
 
 impl Scene {
-    /// Frees the strokes that were out of reach of undo and redo at the previous call. So receivers of changes may
-    /// still query strokes that became unreachable since then. Call it once a frame in long sessions. All changes made
-    /// before the previous call must have been processed.
+    /// Frees the strokes that were out of reach of undo and redo at the previous call. Receivers of changes may
+    /// therefore still query strokes that became unreachable after that call. Call it once a frame in long sessions.
+    /// All changes made before the previous call must have been processed.
     pub fn free_unreachable(&mut self) {
         self.gone.swap(0, 1);
         let mut gone = std::mem::take(&mut self.gone[0]);
@@ -45,8 +45,8 @@ impl Scene {
         if !self.may_touch(author, self.strokes[at as usize].layer) {
             return None;
         }
-        // An author may also erase a stroke that another author has erased. The stroke then stays erased if the other
-        // author undoes that.
+        // An author may also erase a stroke that another author has erased. If the other author undoes the erasure, the
+        // stroke stays erased.
         if self.strokes[at as usize].erasers > 0 && self.author_mut(author).erased.contains(&at) {
             return None;
         }
@@ -81,8 +81,8 @@ impl Scene {
         self.follow_visibility(at, was);
     }
 
-    /// Marks a stroke whose visibility may have changed. The change is reported after all events of the frame. So a
-    /// frame has at most as many changes as polygons, however often it undoes and redoes a stroke.
+    /// Marks a stroke whose visibility may have changed. The change is reported after all events of the frame. A frame
+    /// therefore reports each polygon at most once, however often it undoes and redoes a stroke.
     pub(super) fn follow_visibility(&mut self, at: u32, was: bool) {
         let stroke = &mut self.strokes[at as usize];
         let is = stroke.is_visible();
@@ -97,7 +97,7 @@ impl Scene {
         } else {
             self.counts.visible -= count;
         }
-        if !std::mem::replace(&mut stroke.is_untold, true) {
+        if !std::mem::replace(&mut stroke.is_unreported, true) {
             self.to_report.push(Unreported {
                 stroke: at,
                 was_visible: was,
@@ -111,7 +111,7 @@ impl Scene {
         let mut to_report = std::mem::take(&mut self.to_report);
         for Unreported { stroke: at, was_visible, first_new } in to_report.drain(..) {
             let Some(stroke) = self.strokes.get_mut(at as usize) else { continue };
-            stroke.is_untold = false;
+            stroke.is_unreported = false;
             {
                 let ids = stroke.polygon_ids();
                 match (was_visible, stroke.is_visible()) {
@@ -121,7 +121,7 @@ impl Scene {
                     (false, false) => {}
                 }
             }
-            // Receivers have the polygons at their old position.
+            // The last reported position of the polygons is out of date.
             if stroke.is_visible() && std::mem::take(&mut stroke.was_displaced_unseen) {
                 self.displace(at);
             }
@@ -130,14 +130,14 @@ impl Scene {
     }
 
     pub(super) fn move_strokes(&mut self, author: Author, ids: &[StrokeId], by: Vec3) -> Option<()> {
-        // Moves depend on the parents of groups only for strokes in groups. For other strokes, earlier undo and redo
-        // are processed at the end of the frame.
+        // The move of a stroke in a group depends on the parents of groups, so earlier undo and redo are processed
+        // first. For other strokes they are processed at the end of the frame.
         if ids.iter().any(|&id| self.stroke(id).is_some_and(|stroke| stroke.group.is_some())) {
             self.parents.settle(&mut self.groups);
         }
         let groups = &self.groups;
         let moved = self.named(author, ids, |stroke| {
-            Some(Way { by: groups.way_from_world(stroke.group, by)?, before: stroke.offset })
+            Some(Translation { by: groups.way_from_world(stroke.group, by)?, before: stroke.offset })
         });
         if moved.is_empty() {
             return None;
@@ -147,8 +147,8 @@ impl Scene {
         Some(())
     }
 
-    /// The results of `of` for the strokes with these numbers, sorted and without duplicates. Strokes without a result,
-    /// and strokes that the author may not edit, are skipped.
+    /// Calls `of` for the strokes with these numbers, and returns the results, sorted by stroke and without duplicates.
+    /// Strokes without a result, and strokes that the author may not edit, are skipped.
     pub(super) fn named<T>(
         &self,
         author: Author,
@@ -173,7 +173,7 @@ impl Scene {
         }
     }
 
-    /// Marks a stroke as moved: its polygons are transformed again after all events of the frame.
+    /// Marks a stroke as moved. Its polygons are transformed again after all events of the frame.
     pub(super) fn displace(&mut self, at: u32) {
         if let Some(stroke) = self.strokes.get_mut(at as usize)
             && !std::mem::replace(&mut stroke.is_displaced, true)

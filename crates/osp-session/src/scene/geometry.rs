@@ -58,9 +58,9 @@ impl Geometry for Scene {
 }
 
 impl Scene {
-    /// A polygon as an eye sees it, world space. A polygon that [faces the eye](crate::brush::Surface::facing) is a
-    /// square perpendicular to the line of sight. Its rotation about that line is relative to `up`, the upward
-    /// direction of the picture. Any other polygon does not depend on the eye.
+    /// A polygon as it is drawn for an eye, world space. A polygon that [faces the eye](crate::brush::Surface::facing)
+    /// is a square perpendicular to the line of sight. Its rotation about that line is relative to `up`, the upward
+    /// direction of the picture. Other polygons do not depend on the eye.
     pub fn polygon_from(&self, id: PolygonId, eye: Vec3, up: Vec3) -> ConvexPolygon {
         let stored = Self::polygon(self, id);
         let surface = self.surface(id);

@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use crate::recording::{GroupId, Transform};
 use osp::math::{Aabb, rotate};
 
-/// Longest chain of groups from a stroke to the world. Longer chains are refused, so a walk to the root is short.
+/// Largest nesting depth of groups. Deeper nesting is refused, so a walk to the root is short.
 pub(super) const MAX_GROUP_DEPTH: usize = 64;
 
 /// The identity transform.
@@ -18,37 +18,37 @@ pub(super) struct Group {
     name: Option<String>,
     parent: Option<usize>,
     to: Transform,
-    /// The group's own members, as indices of the scene's list of strokes.
+    /// The strokes that are direct members of the group, as indices of the scene's list of strokes.
     strokes: BTreeSet<u32>,
     children: BTreeSet<usize>,
-    /// Number of children of each height.
+    /// Number of children by the height of their subtree.
     heights: BTreeMap<usize, u32>,
-    /// Whether the group was placed or got another parent, and its strokes have not been updated yet.
+    /// Whether the group was placed or got another parent since its strokes were last updated.
     has_moved: bool,
-    /// The frame in which the group last moved, if groups may move as a whole.
+    /// The frame in which the group last moved. `None` if groups never move as a whole.
     pub(super) moved_in: Option<u64>,
-    /// Whether the group moves as a whole: the boxes of its own strokes' polygons are stored in its space.
+    /// Whether the group moves as a whole. The boxes of its direct members' polygons are then stored in its space.
     pub(super) is_whole: bool,
     /// Box of all polygons that were in the group while it moved as a whole, in the group's space.
     pub(super) reach: Aabb,
     /// Scratch of [`Groups::take_moved`].
     is_walked: bool,
-    /// Extent of the group's own strokes at the last refresh, in the group's space if it moves as a whole.
+    /// Extent of the group's direct members at the last refresh, in the group's space if it moves as a whole.
     own: Extent,
     /// Extent of the subtree at the last refresh.
-    whole: Extent,
-    /// Whether `own` is out of date.
+    subtree: Extent,
+    /// Whether `own` must be computed again.
     is_own_stale: bool,
-    /// Whether `whole` is out of date. If so, `whole` of every ancestor is out of date, too.
+    /// Whether `subtree` must be computed again. If so, `subtree` of every ancestor must be computed again, too.
     is_stale: bool,
 }
 
-/// Visible contents of a group.
+/// Counts and box of the visible contents of a group.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Extent {
     pub(super) strokes: u64,
     pub(super) polygons: u64,
-    /// World space, or the space of a group that moves as a whole.
+    /// Box, in world space, or in the space of a group that moves as a whole.
     pub(super) bounds: Aabb,
 }
 
@@ -63,7 +63,7 @@ impl Extent {
 }
 
 impl Group {
-    /// Height of the group's subtree: length of the longest chain of groups from below up to this group, inclusive.
+    /// Height of the group's subtree, in groups; 1 without children.
     fn height(&self) -> usize {
         1 + self.heights.last_key_value().map_or(0, |(&height, _)| height)
     }
@@ -142,11 +142,12 @@ impl Groups {
     }
 
     /// Extent of a group's subtree at the last call of [`Groups::refresh`].
-    pub(super) fn whole(&self, group: usize) -> Extent {
-        self.groups[group].whole
+    pub(super) fn subtree(&self, group: usize) -> Extent {
+        self.groups[group].subtree
     }
 
-    /// Marks a group whose own strokes have changed, and its ancestors up to the first one that is already marked.
+    /// Marks a group whose direct members have changed. Also marks its ancestors, up to the first ancestor that is
+    /// already marked.
     pub(super) fn note_changed(&mut self, group: Option<usize>) {
         if let Some(group) = group {
             self.groups[group].is_own_stale = true;
@@ -162,8 +163,8 @@ impl Groups {
         }
     }
 
-    /// Recomputes the extents that changed since the last call; `extent` returns the extent of a stroke. The cost grows
-    /// with the number of strokes of the changed groups and with the number of their ancestors.
+    /// Computes the extents that changed since the last call. `extent` returns the extent of a stroke. The cost is
+    /// proportional to the number of strokes of the changed groups, plus the number of their ancestors.
     pub(super) fn refresh(&mut self, extent: impl Fn(u32) -> Extent) {
         // Parents come before children. No descendant of an up-to-date group is stale.
         let mut stale: Vec<usize> = (0..self.groups.len())
@@ -182,23 +183,23 @@ impl Groups {
                 own = Extent::NOTHING;
                 of.strokes.iter().for_each(|&stroke| own.add(&extent(stroke)));
             }
-            let mut whole = own;
+            let mut subtree = own;
             if of.is_whole {
-                whole.bounds = self.place_of(group).world_box(&own.bounds);
+                subtree.bounds = self.place_of(group).world_box(&own.bounds);
             }
-            of.children.iter().for_each(|&child| whole.add(&self.groups[child].whole));
+            of.children.iter().for_each(|&child| subtree.add(&self.groups[child].subtree));
             let of = &mut self.groups[group];
-            (of.own, of.whole, of.is_own_stale, of.is_stale) = (own, whole, false, false);
+            (of.own, of.subtree, of.is_own_stale, of.is_stale) = (own, subtree, false, false);
         }
     }
 
-    /// Number of groups visited so far to find depths and the strokes that a change affects.
+    /// Number of groups visited so far: to check nesting depths, and to find the strokes that a change affects.
     pub(super) fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Whether a group (or, if `known` is `None`, a new one) can get the parent `parent`: without a cycle and without a
-    /// chain that is too long.
+    /// Whether a group (a new group if `known` is `None`) can get the parent `parent` without a cycle, and without
+    /// exceeding [`MAX_GROUP_DEPTH`].
     fn can_hang(&mut self, known: Option<usize>, parent: Option<usize>) -> bool {
         let height = known.map_or(1, |at| self.groups[at].height());
         let (mut depth, mut above) = (0, parent);
@@ -222,8 +223,8 @@ impl Groups {
         can
     }
 
-    /// The group with this number. If it does not exist, it is created. `None` if it cannot get the parent `parent`,
-    /// because of a cycle or a chain that is too long.
+    /// Finds or creates the group with this number. `None` if it cannot get the parent `parent`, because of a cycle or
+    /// of [`MAX_GROUP_DEPTH`].
     pub(super) fn find_or_make(&mut self, id: GroupId, parent: Option<usize>) -> Option<usize> {
         let known = self.find(id);
         if !self.can_hang(known, parent) {
@@ -245,7 +246,7 @@ impl Groups {
                 reach: Aabb::EMPTY,
                 is_walked: false,
                 own: Extent::NOTHING,
-                whole: Extent::NOTHING,
+                subtree: Extent::NOTHING,
                 is_own_stale: false,
                 is_stale: false,
             });
@@ -278,8 +279,8 @@ impl Groups {
         self.note_moved(group);
     }
 
-    /// Updates heights after a child of `group` has changed from height `was` to height `is`. `None` means that there
-    /// was or is no such child.
+    /// Updates heights after a child of `group` has changed from height `was` to height `is`. If the child was added,
+    /// `was` is `None`; if it was removed, `is` is `None`.
     fn follow_height(&mut self, mut group: usize, mut was: Option<usize>, mut is: Option<usize>) {
         loop {
             self.steps += 1;
@@ -330,7 +331,7 @@ impl Groups {
         while let Some(&number) = walk.get(at) {
             at += 1;
             let group = &mut self.groups[number];
-            // An ancestor has moved, too, and has already reported this group.
+            // An ancestor has moved, too, so this group was reported before.
             if std::mem::replace(&mut group.is_walked, true) {
                 continue;
             }

@@ -4,15 +4,14 @@ use super::edit::Edit;
 
 /// The edits that an author can undo or redo.
 ///
-/// The limits are constants, not settings, because they are part of a recording's meaning: every replay must forget the
-/// same edits.
+/// The limits are constants, not settings, because every replay of a recording must forget the same edits.
 #[derive(Clone, Debug, Default)]
 pub(super) struct History {
     done: VecDeque<Edit>,
-    taken_back: Vec<Edit>,
-    /// Number of strokes that all edits list.
+    undone: Vec<Edit>,
+    /// Total number of strokes that the edits list.
     named: usize,
-    /// The open step: the number of edits that may still join it, and whether its first edit was made.
+    /// The step that the next edit becomes part of.
     open: Option<OpenStep>,
 }
 
@@ -25,27 +24,27 @@ struct OpenStep {
 /// Edits that a history has dropped.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lost {
-    /// Undone edits that cannot be redone any more.
-    pub(super) taken_back: Vec<Edit>,
-    /// Edits that cannot be undone any more.
+    /// Undone edits, which can no longer be redone.
+    pub(super) undone: Vec<Edit>,
+    /// Edits that can no longer be undone.
     pub(super) done: Vec<Edit>,
 }
 
 impl History {
-    /// Largest number of edits that can be undone; older edits are forgotten. If it were larger, undo would reach
-    /// further, and erased strokes would stay in memory longer.
+    /// Largest number of edits that can be undone. Older edits are forgotten. With a larger number, erased strokes
+    /// would stay in memory longer.
     pub(super) const DEPTH: usize = 1000;
 
-    /// Largest number of strokes that all edits together list. The oldest edits are forgotten, but never the last one.
-    /// The limit bounds memory: moves and groupings store up to 28 bytes per stroke.
+    /// Largest total number of strokes that the edits list. Beyond it the oldest edits are forgotten, but never the
+    /// last edit. The limit bounds memory: moves and groupings store up to 28 bytes per stroke.
     pub(super) const NAMED: usize = 1 << 20;
 
-    /// Largest number of edits in the histories of all authors, equal to 65 full histories. The longest history forgets
-    /// its oldest edit.
+    /// Largest number of edits in the histories of all authors: 65 full histories. Beyond it, the longest history
+    /// forgets its oldest edit.
     pub(super) const DEPTH_OF_ALL: usize = 1 << 16;
 
-    /// Largest number of strokes that the edits of all authors list. The history that lists most forgets its oldest
-    /// edit.
+    /// Largest total number of strokes that the edits of all authors list. Beyond it, the history that lists the most
+    /// strokes forgets its oldest edit.
     pub(super) const NAMED_OF_ALL: usize = 4 * Self::NAMED;
 
     pub(super) fn can_undo(&self) -> bool {
@@ -53,12 +52,12 @@ impl History {
     }
 
     pub(super) fn can_redo(&self) -> bool {
-        !self.taken_back.is_empty()
+        !self.undone.is_empty()
     }
 
     /// Number of edits, done and undone.
     pub(super) fn len(&self) -> usize {
-        self.done.len() + self.taken_back.len()
+        self.done.len() + self.undone.len()
     }
 
     /// Number of strokes that the edits list.
@@ -66,12 +65,12 @@ impl History {
         self.named
     }
 
-    /// Makes the next `edits` edits one step. The previous step ends; 0 begins no step.
+    /// Ends the current step, and makes the next `edits` edits one step. With 0, no step begins.
     pub(super) fn open_step(&mut self, edits: u32) {
         self.open = (edits > 0).then_some(OpenStep { left: edits, has_begun: false });
     }
 
-    /// Whether the next edit joins the open step.
+    /// Whether the next edit becomes part of an open step.
     pub(super) fn is_step_open(&self) -> bool {
         self.open.is_some()
     }
@@ -79,9 +78,9 @@ impl History {
     /// Adds an edit. Appends to `lost` the undone edits, which can no longer be redone, and the oldest edits beyond the
     /// limits.
     pub(super) fn record(&mut self, edit: Edit, lost: &mut Lost) {
-        for edit in self.taken_back.drain(..) {
+        for edit in self.undone.drain(..) {
             self.named -= edit.named();
-            lost.taken_back.push(edit);
+            lost.undone.push(edit);
         }
         self.add(edit);
         while self.done.len() > Self::DEPTH || (self.named > Self::NAMED && self.done.len() > 1) {
@@ -89,14 +88,14 @@ impl History {
         }
     }
 
-    /// Forgets the oldest edit, but keeps the `keep` last done edits. If no other done edit exists, forgets the undone
-    /// edit that would be redone last. Returns `false` if no edit was forgotten.
+    /// Forgets the oldest edit that is not undone, but keeps the last `keep` of them. If there is no further edit,
+    /// forgets the undone edit that would be redone last. Returns `false` if no edit was forgotten.
     pub(super) fn forget_one(&mut self, keep: usize, lost: &mut Lost) -> bool {
         let edit = if self.done.len() > keep {
             self.done.pop_front().inspect(|edit| lost.done.push(edit.clone()))
-        } else if !self.taken_back.is_empty() {
-            let edit = self.taken_back.remove(0);
-            lost.taken_back.push(edit.clone());
+        } else if !self.undone.is_empty() {
+            let edit = self.undone.remove(0);
+            lost.undone.push(edit.clone());
             Some(edit)
         } else {
             None
@@ -107,7 +106,7 @@ impl History {
     /// Forgets all edits.
     pub(super) fn forget_all(&mut self) -> Lost {
         let all = std::mem::take(self);
-        Lost { taken_back: all.taken_back, done: all.done.into() }
+        Lost { undone: all.undone, done: all.done.into() }
     }
 
     fn add(&mut self, edit: Edit) {
@@ -131,23 +130,23 @@ impl History {
         self.open = (step.left > 0).then_some(step);
     }
 
-    /// Removes the last edit, so that the caller undoes it and passes it to [`History::taken_back`]. The open step
-    /// ends, unless there was no edit.
+    /// Removes the last edit. The caller undoes it, and passes it to [`History::push_undone`]. If there was an edit, the
+    /// open step ends.
     pub(super) fn undo(&mut self) -> Option<Edit> {
         self.done.pop_back().inspect(|_| self.open = None)
     }
 
-    pub(super) fn taken_back(&mut self, edit: Edit) {
-        self.taken_back.push(edit);
+    pub(super) fn push_undone(&mut self, edit: Edit) {
+        self.undone.push(edit);
     }
 
-    /// Removes the last undone edit, so that the caller redoes it and passes it to [`History::made_again`]. The open
-    /// step ends, unless there was no edit.
+    /// Removes the last undone edit. The caller redoes it, and passes it to [`History::push_done`]. If there was an
+    /// edit, the open step ends.
     pub(super) fn redo(&mut self) -> Option<Edit> {
-        self.taken_back.pop().inspect(|_| self.open = None)
+        self.undone.pop().inspect(|_| self.open = None)
     }
 
-    pub(super) fn made_again(&mut self, edit: Edit) {
+    pub(super) fn push_done(&mut self, edit: Edit) {
         self.done.push_back(edit);
     }
 }
@@ -162,7 +161,7 @@ mod tests {
         let moved = |strokes: usize| Edit::Arrange { at: 0, named: strokes as u32 };
         history.record(moved(1), &mut lost);
         history.record(moved(History::NAMED + 1), &mut lost);
-        assert_eq!((lost.done.len(), lost.taken_back.len()), (1, 0));
+        assert_eq!((lost.done.len(), lost.undone.len()), (1, 0));
         assert!(history.undo().is_some_and(|edit| edit.named() > History::NAMED) && !history.can_undo());
         let (mut history, mut lost) = (History::default(), Lost::default());
         history.record(moved(1), &mut lost);

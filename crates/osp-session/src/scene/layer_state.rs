@@ -1,6 +1,6 @@
 use crate::recording::Author;
 
-/// Properties of a layer that events have set; absent properties are those of the session's header.
+/// Properties of a layer that events have set. Properties that are `None` are those of the session's header.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LayerState {
     /// The layer's name.
@@ -10,6 +10,6 @@ pub struct LayerState {
     /// Whether the window refuses to edit the layer's strokes.
     pub locked: Option<bool>,
     /// The layer's owner: the first author who changed it. After the owner has left, the next author who closes the
-    /// layer. The first layer (0) has no owner.
+    /// layer becomes its owner. Layer 0 has no owner.
     pub owner: Option<Author>,
 }

@@ -1,4 +1,4 @@
-//! Layers: named, hidden and locked, and the strokes on them.
+//! Layers: their properties, and the strokes on them.
 
 use std::collections::BTreeMap;
 
@@ -16,23 +16,23 @@ impl Scene {
         self.layers.get(&layer).is_some_and(|state| state.locked == Some(true))
     }
 
-    /// The present author who has closed a layer, and who alone may draw on it.
+    /// The present author who has closed a layer. Only this author may draw on it.
     pub fn closed_by(&self, layer: u32) -> Option<Author> {
         self.closed_layers.get(&layer).copied()
     }
 
-    /// Whether an author may draw on a layer, and change the layer and its strokes. Only a layer that another author
-    /// has closed ([`mine`](crate::recording::Event::Layer::mine)) is forbidden.
+    /// Whether an author may draw on a layer, and change the layer and its strokes. The answer is `false` if another
+    /// author has closed the layer ([`mine`](crate::recording::Event::Layer::mine)).
     ///
-    /// Other authors' events about a closed layer are ignored and counted; events that list several strokes leave out
-    /// those on the layer. A group with such a stroke is neither placed nor given another parent. A stroke that began
-    /// before the layer was closed may continue, and every author can undo and redo own edits. The host
+    /// Other authors' events about a closed layer are ignored and counted. Events that list several strokes skip the
+    /// strokes on the layer. A group with a stroke on the layer can neither be placed nor get another parent. A stroke
+    /// that began before the layer was closed may continue. Every author can undo and redo their own edits. The host
     /// ([`Author::SOLE`]) may change every layer.
     pub fn may_touch(&self, author: Author, layer: u32) -> bool {
         author.is_sole() || self.closed_by(layer).is_none_or(|owner| owner == author)
     }
 
-    /// Whether an author may place a group: the group's subtree must have no stroke that the author may not edit.
+    /// Whether an author may place a group: the author must be allowed to edit every stroke of the group's subtree.
     pub(super) fn may_place(&self, author: Author, group: usize) -> bool {
         if author.is_sole() || self.closed_layers.values().all(|owner| *owner == author) {
             return true;
@@ -48,8 +48,7 @@ impl Scene {
         true
     }
 
-    /// Checks that an author may change a layer, and changes its owner if `mine` is given. Returns `None` if the author
-    /// may not change the layer.
+    /// Checks that an author may change a layer; returns `None` if not. Opens or closes the layer if `mine` is given.
     pub(super) fn claim_layer(&mut self, author: Author, layer: u32, mine: Option<bool>) -> Option<()> {
         if !self.may_touch(author, layer) {
             return None;
@@ -83,8 +82,8 @@ impl Scene {
         state.locked = locked.or(state.locked);
         let was_hidden = state.hidden;
         state.hidden = hidden.or(was_hidden);
-        // A stroke's visibility may differ from its layer's. So all strokes are visited, unless the layer's state does
-        // not change.
+        // A stroke's visibility may differ from its layer's, so all strokes are visited. Nothing is visited if the
+        // layer's state does not change.
         if let Some(hidden) = hidden
             && was_hidden != Some(hidden)
         {

@@ -1,28 +1,30 @@
-//! Undoable edits in session order. Scene state = all active edits applied in order.
+//! Undoable arrangements in the order of the session. The state of the scene is the result of all active arrangements,
+//! in this order.
 //!
-//! The author of an arrangement is irrelevant here: all active arrangements take effect in order. Moves add up; if
-//! several arrangements set the group, transform or layer of a stroke or group, only the last counts. Each active
-//! arrangement stores the state before it. So undoing the last arrangement of a stroke or group is cheap. Undoing an
-//! earlier arrangement changes the state that the next one stores.
+//! The author of an arrangement is irrelevant here. Moves add up. If several arrangements set the group, transform or
+//! layer of a stroke or group, only the last counts. Each active arrangement stores the state before it, so undoing the
+//! last arrangement of a stroke or group is cheap. Undoing an earlier arrangement changes the state that the next
+//! arrangement stores.
 //!
-//! An arrangement that undo no longer reaches is permanent and becomes part of the base, which precedes all others.
+//! An arrangement that undo no longer reaches is permanent. It becomes part of the base, the state before all
+//! arrangements in the log.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::edit::{Arrangement, Named, Parent, Way};
+use super::edit::{Arrangement, Named, Parent, Translation};
 use crate::recording::Transform;
 
-/// See the [module](self).
+/// The log of arrangements; see the [module](self).
 #[derive(Clone, Debug, Default)]
 pub(super) struct Log {
     /// Active arrangements by index.
     active: BTreeMap<u64, Arrangement>,
     /// Undone arrangements that can be redone, by index.
-    taken_back: BTreeMap<u64, Arrangement>,
+    undone: BTreeMap<u64, Arrangement>,
     /// Indices of arrangements, by the properties that they set.
-    index: BTreeSet<(Turn, Key, u64)>,
+    index: BTreeSet<(State, Key, u64)>,
     /// Indices of arrangements of more than [`MOST_INDEXED`] strokes. `index` does not contain their strokes.
-    broad: BTreeSet<(Turn, u64)>,
+    broad: BTreeSet<(State, u64)>,
     next: u64,
     looked_at: u64,
 }
@@ -38,18 +40,18 @@ pub(super) enum Key {
     Transform(usize),
 }
 
-/// Largest number of strokes of an arrangement that are entered into the index. Undo stores at most a thousand larger
-/// arrangements, which are searched one by one. A larger value needs more memory for the index.
+/// An arrangement of more strokes is not in the index by its strokes. The histories have at most a few thousand such
+/// arrangements, which are searched one by one. A larger number would need more memory for the index.
 const MOST_INDEXED: usize = 1024;
 
-/// Next state of an arrangement.
+/// State of an arrangement: undone, or active.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Turn {
-    TakenBack,
-    MadeAgain,
+pub(super) enum State {
+    Undone,
+    Active,
 }
 
-/// Pairs of positions of the strokes that are in both lists, ascending.
+/// For each stroke that is in both lists, its positions in both lists, ascending.
 fn common<A, B>(a: &[Named<A>], b: &[Named<B>]) -> Vec<(usize, usize)> {
     let find = |of: u32, i: usize| b.binary_search_by_key(&of, |of| of.stroke).ok().map(|j| (i, j));
     if a.len() <= b.len() {
@@ -68,13 +70,13 @@ fn drop_common<A, B>(from: &mut Vec<Named<A>>, of: &[Named<B>]) {
 
 /// A property of a stroke, such as its group or layer, that an arrangement sets. The arrangement stores each stroke's
 /// former value.
-pub(super) trait Settled: Copy {
+pub(super) trait StrokeValue: Copy {
     fn key(stroke: u32) -> Key;
 
     fn list(what: &mut Arrangement) -> Option<&mut Vec<Named<Self>>>;
 }
 
-impl Settled for Option<usize> {
+impl StrokeValue for Option<usize> {
     fn key(stroke: u32) -> Key {
         Key::Membership(stroke)
     }
@@ -84,7 +86,7 @@ impl Settled for Option<usize> {
     }
 }
 
-impl Settled for u32 {
+impl StrokeValue for u32 {
     fn key(stroke: u32) -> Key {
         Key::Layer(stroke)
     }
@@ -95,69 +97,69 @@ impl Settled for u32 {
 }
 
 impl Log {
-    /// Adds an arrangement that took effect; returns its index.
+    /// Adds an active arrangement; returns its index.
     pub(super) fn add(&mut self, what: Arrangement) -> u64 {
         let at = self.next;
         self.next += 1;
-        self.put(at, what, Turn::MadeAgain);
+        self.put(at, what, State::Active);
         at
     }
 
-    /// Removes an arrangement, which the caller returns with [`Log::put`].
+    /// Removes an arrangement. The caller puts it back with [`Log::put`].
     pub(super) fn take(&mut self, at: u64) -> Arrangement {
-        let (what, turn) = match self.active.remove(&at) {
-            Some(what) => (what, Turn::MadeAgain),
-            None => (self.taken_back.remove(&at).unwrap_or_default(), Turn::TakenBack),
+        let (what, state) = match self.active.remove(&at) {
+            Some(what) => (what, State::Active),
+            None => (self.undone.remove(&at).unwrap_or_default(), State::Undone),
         };
-        let is_broad = self.broad.remove(&(turn, at));
-        for_each_key(&what, !is_broad, |key| _ = self.index.remove(&(turn, key, at)));
+        let is_broad = self.broad.remove(&(state, at));
+        for_each_key(&what, !is_broad, |key| _ = self.index.remove(&(state, key, at)));
         what
     }
 
-    pub(super) fn put(&mut self, at: u64, what: Arrangement, turn: Turn) {
+    pub(super) fn put(&mut self, at: u64, what: Arrangement, state: State) {
         let is_broad = what.named() as usize > MOST_INDEXED;
         if is_broad {
-            self.broad.insert((turn, at));
+            self.broad.insert((state, at));
         }
-        for_each_key(&what, !is_broad, |key| _ = self.index.insert((turn, key, at)));
-        self.of_mut(turn).insert(at, what);
+        for_each_key(&what, !is_broad, |key| _ = self.index.insert((state, key, at)));
+        self.of_mut(state).insert(at, what);
     }
 
-    fn of_mut(&mut self, turn: Turn) -> &mut BTreeMap<u64, Arrangement> {
-        match turn {
-            Turn::MadeAgain => &mut self.active,
-            Turn::TakenBack => &mut self.taken_back,
+    fn of_mut(&mut self, state: State) -> &mut BTreeMap<u64, Arrangement> {
+        match state {
+            State::Active => &mut self.active,
+            State::Undone => &mut self.undone,
         }
     }
 
-    /// Removes an undone arrangement that cannot be redone any more.
+    /// Removes an undone arrangement that can no longer be redone.
     pub(super) fn remove(&mut self, at: u64) {
         self.take(at);
     }
 
-    /// At most `most` arrangement indices under a key, ascending, from `first` to `last`.
-    fn in_index(&mut self, turn: Turn, key: Key, [first, last]: [u64; 2], most: usize) -> Vec<u64> {
-        let places = self.index.range((turn, key, first)..=(turn, key, last)).map(|&(.., at)| at);
+    /// At most `most` indices, from `first` to `last`, of arrangements that set a property, ascending.
+    fn in_index(&mut self, state: State, key: Key, [first, last]: [u64; 2], most: usize) -> Vec<u64> {
+        let places = self.index.range((state, key, first)..=(state, key, last)).map(|&(.., at)| at);
         let found: Vec<u64> = places.take(most).collect();
         self.looked_at += 1 + found.len() as u64;
         found
     }
 
-    /// The indices of arrangements that set one of these properties, ascending; at most `most` for each property. The
-    /// result may contain other arrangements, too. The cost grows with the number of keys and of indices found.
+    /// The indices of arrangements that set one of these properties, ascending, at most `most` for each property. The
+    /// result may contain other arrangements, too. The cost grows with the number of properties and of found indices.
     fn sharing(
         &mut self,
-        turn: Turn,
+        state: State,
         keys: impl ExactSizeIterator<Item = Key>,
         places: [u64; 2],
         most: usize,
     ) -> Vec<u64> {
         let ([first, last], mut found) = (places, Vec::new());
-        if keys.len() > self.of_mut(turn).len() / 8 {
-            found.extend(self.of_mut(turn).range(first..=last).map(|(&at, _)| at));
+        if keys.len() > self.of_mut(state).len() / 8 {
+            found.extend(self.of_mut(state).range(first..=last).map(|(&at, _)| at));
         } else if keys.len() > 0 {
-            found.extend(self.broad.range((turn, first)..=(turn, last)).map(|&(_, at)| at));
-            keys.for_each(|key| found.extend(self.in_index(turn, key, places, most)));
+            found.extend(self.broad.range((state, first)..=(state, last)).map(|&(_, at)| at));
+            keys.for_each(|key| found.extend(self.in_index(state, key, places, most)));
             found.sort_unstable();
             found.dedup();
         }
@@ -170,7 +172,7 @@ impl Log {
         self.looked_at
     }
 
-    /// The index of the next arrangement to be added.
+    /// The index that the next added arrangement gets.
     pub(super) fn next_place(&self) -> u64 {
         self.next
     }
@@ -184,19 +186,19 @@ impl Log {
     }
 
     /// Computes the offsets of strokes after their move is undone or redone. `now` returns a stroke's current offset.
-    pub(super) fn turn_moves(
+    pub(super) fn set_state_of_moves(
         &mut self,
         at: u64,
-        moved: &mut [Named<Way>],
-        turn: Turn,
+        moved: &mut [Named<Translation>],
+        state: State,
         now: impl Fn(u32) -> glam::Vec3,
     ) -> Vec<glam::Vec3> {
-        let mut offsets: Vec<Option<glam::Vec3>> = match turn {
-            Turn::TakenBack => moved.iter().map(|moved| Some(moved.of.before)).collect(),
-            Turn::MadeAgain => vec![None; moved.len()],
+        let mut offsets: Vec<Option<glam::Vec3>> = match state {
+            State::Undone => moved.iter().map(|moved| Some(moved.of.before)).collect(),
+            State::Active => vec![None; moved.len()],
         };
         let keys = moved.iter().map(|named| Key::Offset(named.stroke));
-        for at in self.sharing(Turn::MadeAgain, keys, [at + 1, u64::MAX], usize::MAX) {
+        for at in self.sharing(State::Active, keys, [at + 1, u64::MAX], usize::MAX) {
             let Some(Arrangement::Move(later)) = self.active.get_mut(&at) else { continue };
             for (i, j) in common(moved, later) {
                 let offset = offsets[i].unwrap_or_else(|| {
@@ -216,34 +218,35 @@ impl Log {
         turned.collect()
     }
 
-    /// Undoes or redoes a list of values. `own` is the arrangement's value, `now` returns a stroke's current value.
-    /// Returns the strokes whose value no later arrangement sets, with their new values.
-    pub(super) fn turn_settled<T: Settled>(
+    /// Undoes or redoes the values that an arrangement sets for strokes. `own` is the arrangement's value, and `now`
+    /// returns a stroke's current value. Returns the strokes whose value no later arrangement sets, with their new
+    /// values.
+    pub(super) fn set_state_of_values<T: StrokeValue>(
         &mut self,
         at: u64,
         list: &mut [Named<T>],
-        turn: Turn,
+        state: State,
         own: T,
         now: impl Fn(u32) -> T,
     ) -> Vec<(u32, T)> {
         let mut is_settled = vec![false; list.len()];
         let keys = list.iter().map(|named| T::key(named.stroke));
-        for at in self.sharing(Turn::MadeAgain, keys, [at + 1, u64::MAX], 1) {
+        for at in self.sharing(State::Active, keys, [at + 1, u64::MAX], 1) {
             let Some(later) = self.active.get_mut(&at).and_then(T::list) else { continue };
             for (i, j) in common(list, later) {
                 if std::mem::replace(&mut is_settled[i], true) {
                     continue;
                 }
-                match turn {
-                    Turn::TakenBack => later[j].of = list[i].of,
-                    Turn::MadeAgain => list[i].of = std::mem::replace(&mut later[j].of, own),
+                match state {
+                    State::Undone => later[j].of = list[i].of,
+                    State::Active => list[i].of = std::mem::replace(&mut later[j].of, own),
                 }
             }
         }
         let open = list.iter_mut().zip(is_settled).filter(|(_, is_settled)| !is_settled);
-        open.map(|(named, _)| match turn {
-            Turn::TakenBack => (named.stroke, named.of),
-            Turn::MadeAgain => {
+        open.map(|(named, _)| match state {
+            State::Undone => (named.stroke, named.of),
+            State::Active => {
                 named.of = now(named.stroke);
                 (named.stroke, own)
             }
@@ -251,13 +254,13 @@ impl Log {
         .collect()
     }
 
-    /// Undoes or redoes the name of a group. Returns the new name, unless a later arrangement sets one.
-    pub(super) fn turn_name(
+    /// Undoes or redoes the name of a group. Returns the new name; `None` if a later arrangement sets the name.
+    pub(super) fn set_state_of_name(
         &mut self,
         at: u64,
         group: usize,
         names: &mut [Option<String>; 2],
-        turn: Turn,
+        state: State,
         now: impl FnOnce() -> Option<String>,
     ) -> Option<Option<String>> {
         let later = match self.next_of(Key::Name(group), at) {
@@ -265,16 +268,17 @@ impl Log {
             _ => None,
         };
         let [before, own] = names;
-        turn_one(later, before, turn, own, now)
+        set_state_of_value(later, before, state, own, now)
     }
 
-    /// Undoes or redoes the transform of a group. Returns the new transform, unless a later arrangement sets one.
-    pub(super) fn turn_place(
+    /// Undoes or redoes the transform of a group. Returns the new transform; `None` if a later arrangement sets the
+    /// transform.
+    pub(super) fn set_state_of_place(
         &mut self,
         at: u64,
         group: usize,
         before: &mut Transform,
-        turn: Turn,
+        state: State,
         own: Transform,
         now: Transform,
     ) -> Option<Transform> {
@@ -282,18 +286,18 @@ impl Log {
             Some(Arrangement::Place { before, .. }) => Some(before),
             _ => None,
         };
-        turn_one(later, before, turn, &own, || now)
+        set_state_of_value(later, before, state, &own, || now)
     }
 
-    /// The next active arrangement that sets the same property.
+    /// The next active arrangement after `at` that sets the property.
     fn next_of(&mut self, key: Key, at: u64) -> Option<&mut Arrangement> {
-        let next = self.in_index(Turn::MadeAgain, key, [at + 1, u64::MAX], 1).pop()?;
+        let next = self.in_index(State::Active, key, [at + 1, u64::MAX], 1).pop()?;
         self.active.get_mut(&next)
     }
 
     /// Makes an active arrangement part of the base. Earlier arrangements lose the values that this arrangement
-    /// replaces, and its moves are applied before the moves of earlier ones. Returns the strokes whose offsets change,
-    /// even if only in the last bit. `hangs` states whether the arrangement has set a parent.
+    /// replaces. Its moves are applied before the moves of earlier arrangements, which may change offsets in the last
+    /// bit. Returns the strokes whose offsets change. `hangs` states whether the arrangement has set a parent.
     pub(super) fn forget(&mut self, at: u64, hangs: bool) -> Vec<(u32, glam::Vec3)> {
         if !self.active.contains_key(&at) {
             return Vec::new();
@@ -330,36 +334,36 @@ impl Log {
         Vec::new()
     }
 
-    /// Removes a property from all arrangements before `at`. `change` removes it from an arrangement; this function then
-    /// removes the entry of the index.
+    /// Removes a property from all arrangements before `at`. `change` removes it from an arrangement, and this function
+    /// removes the index entry.
     fn change_earlier(&mut self, at: u64, key: Key, change: impl Fn(&mut Arrangement)) {
-        for turn in [Turn::MadeAgain, Turn::TakenBack] {
-            for at in self.in_index(turn, key, [0, at - 1], usize::MAX) {
-                self.index.remove(&(turn, key, at));
-                self.of_mut(turn).get_mut(&at).into_iter().for_each(&change);
+        for state in [State::Active, State::Undone] {
+            for at in self.in_index(state, key, [0, at - 1], usize::MAX) {
+                self.index.remove(&(state, key, at));
+                self.of_mut(state).get_mut(&at).into_iter().for_each(&change);
             }
         }
     }
 
     /// Removes these strokes from all arrangements of this kind before `at`.
-    fn drop_earlier<T: Settled>(&mut self, at: u64, strokes: &[Named<T>]) {
-        for turn in [Turn::MadeAgain, Turn::TakenBack] {
+    fn drop_earlier<T: StrokeValue>(&mut self, at: u64, strokes: &[Named<T>]) {
+        for state in [State::Active, State::Undone] {
             let keys = strokes.iter().map(|named| T::key(named.stroke));
-            for at in self.sharing(turn, keys, [0, at - 1], usize::MAX) {
-                let Some(earlier) = self.of_mut(turn).get_mut(&at).and_then(T::list) else { continue };
+            for at in self.sharing(state, keys, [0, at - 1], usize::MAX) {
+                let Some(earlier) = self.of_mut(state).get_mut(&at).and_then(T::list) else { continue };
                 let dropped = common(strokes, earlier);
                 drop_common(earlier, strokes);
                 for (i, _) in dropped {
-                    self.index.remove(&(turn, T::key(strokes[i].stroke), at));
+                    self.index.remove(&(state, T::key(strokes[i].stroke), at));
                 }
             }
         }
     }
 
-    fn forget_moves(&mut self, at: u64, moved: &[Named<Way>]) -> Vec<(u32, glam::Vec3)> {
+    fn forget_moves(&mut self, at: u64, moved: &[Named<Translation>]) -> Vec<(u32, glam::Vec3)> {
         let mut offsets: Vec<Option<glam::Vec3>> = vec![None; moved.len()];
         let keys = moved.iter().map(|named| Key::Offset(named.stroke));
-        for place in self.sharing(Turn::MadeAgain, keys, [0, u64::MAX], usize::MAX) {
+        for place in self.sharing(State::Active, keys, [0, u64::MAX], usize::MAX) {
             let Some(Arrangement::Move(list)) = self.active.get_mut(&place) else { continue };
             for (i, j) in common(moved, list) {
                 // A stroke without an earlier move keeps its offset.
@@ -375,7 +379,7 @@ impl Log {
     }
 }
 
-/// Calls `each` with every property that an arrangement sets, including those of strokes only if `of_strokes`.
+/// Calls `each` with every property that an arrangement sets. Without `of_strokes`, properties of strokes are skipped.
 fn for_each_key(what: &Arrangement, of_strokes: bool, mut each: impl FnMut(Key)) {
     fn strokes<T>(list: &[Named<T>], of_strokes: bool) -> impl Iterator<Item = u32> + '_ {
         list.iter().filter(move |_| of_strokes).map(|named| named.stroke)
@@ -399,26 +403,26 @@ fn for_each_key(what: &Arrangement, of_strokes: bool, mut each: impl FnMut(Key))
     }
 }
 
-/// Undoes or redoes a single value. `later` is the value that the next arrangement replaced, `now` the current value.
-/// Returns the value to set, unless a later arrangement determines it.
-fn turn_one<T: Clone>(
+/// Undoes or redoes a single value. `later` is the value that the next arrangement stores as its former value, and
+/// `now` returns the current value. Returns the value to set; `None` if a later arrangement determines it.
+fn set_state_of_value<T: Clone>(
     later: Option<&mut T>,
     before: &mut T,
-    turn: Turn,
+    state: State,
     own: &T,
     now: impl FnOnce() -> T,
 ) -> Option<T> {
-    match (later, turn) {
-        (Some(later), Turn::TakenBack) => {
+    match (later, state) {
+        (Some(later), State::Undone) => {
             *later = before.clone();
             None
         }
-        (Some(later), Turn::MadeAgain) => {
+        (Some(later), State::Active) => {
             *before = std::mem::replace(later, own.clone());
             None
         }
-        (None, Turn::TakenBack) => Some(before.clone()),
-        (None, Turn::MadeAgain) => {
+        (None, State::Undone) => Some(before.clone()),
+        (None, State::Active) => {
             *before = now();
             Some(own.clone())
         }

@@ -10,10 +10,10 @@ use super::{
     edit::Edit,
     group::Groups,
     history::{History, Lost},
+    history_totals::HistoryTotals,
     layer_state::LayerState,
     log::Log,
     parents::GroupParents,
-    remembered::Remembered,
     stroke::Stroke,
     used::UsedNumbers,
 };
@@ -27,7 +27,8 @@ use osp::{
     polygon::{Change, ConvexPolygon, Paged, PolygonId},
 };
 
-/// A stroke that became visible or invisible in this frame: its reported state, and its first unreported polygon.
+/// A stroke that became visible or invisible in this frame, its visibility before the frame, and its first unreported
+/// polygon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unreported {
     pub(super) stroke: u32,
@@ -37,18 +38,18 @@ pub(super) struct Unreported {
 
 static NOTHING: Stroke = Stroke::NONE;
 
-/// Sizes of a scene, and counts of omitted parts.
+/// Sizes of a scene, and counts of events and pieces without effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneCounts {
-    /// Number of strokes begun (without polygons that are no part of a stroke).
+    /// Number of strokes that have begun, without polygons that are no part of a stroke.
     pub strokes: u64,
     /// Number of control points of strokes.
     pub points: u64,
     /// Number of polygons created, visible or not.
     pub polygons: u64,
-    /// Number of polygons that are visible now.
+    /// Number of currently visible polygons.
     pub visible: u64,
-    /// Number of strokes that are erased now.
+    /// Number of currently erased strokes.
     pub erased_strokes: u64,
     /// Number of events without effect: an unknown stroke or group, a stroke number used twice, an undo without edits.
     pub ignored_events: u64,
@@ -64,7 +65,7 @@ pub struct SceneWork {
     /// Number of polygons that were transformed again.
     pub displaced: u64,
     /// Number of all other visits: events, strokes that edits list, arrangements that undo and redo visit, and strokes
-    /// of a layer. Polygons that become visible or invisible or are transformed again count, too.
+    /// of a layer. Polygons that become visible or invisible, or are transformed again, also count.
     pub looked_at: u64,
 }
 
@@ -89,9 +90,9 @@ pub struct KnownView {
 /// A model that events change. See [`crate::scene`].
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// The polygons in the stroke's own space (world space until the stroke is moved or grouped).
+    /// The polygons, in the space of their stroke's points.
     pub(super) polygons: Paged<ConvexPolygon>,
-    /// Surfaces of polygons. Shorter than `polygons` if all further polygons are plain.
+    /// Surfaces of polygons. Polygons beyond its length are plain.
     pub(super) surfaces: Paged<Surface>,
     /// Boxes in world space, except for the polygons of `in_space`.
     pub(super) bounds: Paged<Aabb>,
@@ -116,14 +117,15 @@ pub struct Scene {
     pub(super) parents: GroupParents,
     pub(super) authors: BTreeMap<Author, AuthorState>,
     /// Sizes of all histories together.
-    pub(super) remembered: Remembered,
-    /// Scratch: edits that a history has dropped.
+    pub(super) totals: HistoryTotals,
+    /// Scratch memory: edits that a history has dropped.
     pub(super) lost: Lost,
     pub(super) counts: SceneCounts,
     pub(super) displaced: u64,
     pub(super) looked_at: u64,
     pub(super) freed: u64,
-    /// Strokes that have become unreachable since the last call of [`Scene::free_unreachable`], and since the one before.
+    /// Strokes that became unreachable after the last call of [`Scene::free_unreachable`], and strokes that became
+    /// unreachable between the last two calls.
     pub(super) gone: [Vec<u32>; 2],
     /// Strokes whose polygons must be transformed again.
     pub(super) to_place: Vec<u32>,
@@ -131,7 +133,7 @@ pub struct Scene {
     pub(super) moved_groups: Vec<usize>,
     /// Strokes that became visible or invisible in this frame.
     pub(super) to_report: Vec<Unreported>,
-    /// Scratch: the transforms of a stroke's groups.
+    /// Scratch memory: the transforms of a stroke's groups.
     pub(super) chain: Vec<Transform>,
     /// Strokes to repaint after the frame's samples.
     pub(super) to_paint: Vec<u32>,
@@ -139,14 +141,14 @@ pub struct Scene {
     pub(super) batches: u64,
     /// Length of the caller's list before the current batch.
     pub(super) batch_start: usize,
-    /// Working memory of one call: the new polygons.
+    /// Scratch memory of one call: the new polygons.
     pub(super) fresh: Pieces,
     pub(super) repainted: Vec<(u32, Surface)>,
 }
 
 impl Scene {
-    /// Largest number of consecutive [`Event::Undo`]s that have an effect. (It is smaller if moves and groupings list
-    /// more than a million strokes together.)
+    /// Largest number of consecutive [`Event::Undo`]s that have an effect. The number is smaller if the edits list more
+    /// than a million strokes in total.
     pub const UNDO_DEPTH: usize = History::DEPTH;
 
     /// An empty scene.
@@ -159,7 +161,7 @@ impl Scene {
         self.counts
     }
 
-    /// Number of polygon ids assigned so far; every id is below.
+    /// Number of polygon ids assigned so far. Every id is below this number.
     pub fn polygon_count(&self) -> usize {
         self.bounds.len()
     }
@@ -231,18 +233,18 @@ impl Scene {
         self.stroke_of(id).is_visible()
     }
 
-    /// Whether the polygon has an area. Strokes with brushes keep unused polygons as points, and the ends may have
+    /// Whether the polygon has an area. Unused polygons of a stroke with a brush are points, and its ends may have
     /// width 0. Panics if the id was never assigned.
     pub fn has_area(&self, id: PolygonId) -> bool {
         self.stroke_of(id).brush().is_none() || self.polygon(id).area_vector() != Vec3::ZERO
     }
 
-    /// All strokes in order of their beginnings. Freed strokes are skipped, but included in the length.
+    /// All strokes in order of their beginnings. Iteration skips freed strokes, but the length includes them.
     pub fn strokes(&self) -> &Paged<Stroke, 256> {
         &self.strokes
     }
 
-    /// Whether a stroke has or had this number, which is then never used again.
+    /// Whether a stroke has or had this number. Such a number is never used again.
     pub fn is_used(&self, id: StrokeId) -> bool {
         self.stroke_by_id.contains_key(&id) || self.used.contains(id.0)
     }
@@ -272,14 +274,13 @@ impl Scene {
         &self.views
     }
 
-    /// Whether the next edit of the sole author of a recording without authors joins the last edit's step.
+    /// Whether the next edit of the sole author of a recording without authors becomes part of the last edit's step.
     pub fn is_step_open(&self) -> bool {
         self.is_step_open_of(Author::SOLE)
     }
 
     /// Applies one event and appends its changes. An event without effect is counted in
-    /// [`SceneCounts::ignored_events`]: one about an unknown stroke, about a stroke that undo and redo no longer reach,
-    /// or an undo without edits.
+    /// [`SceneCounts::ignored_events`]. Examples are an event about an unknown stroke, or an undo without edits.
     pub fn apply(&mut self, event: &Event, changes: &mut Vec<Change>) {
         self.apply_all([event], changes);
     }
@@ -296,9 +297,9 @@ impl Scene {
     }
 
     /// Applies events as one frame, like [`Scene::apply_all`], until they have cost `most` units of
-    /// [`SceneWork::total`]. Returns the number of applied events, at least one; the caller applies the others in later
-    /// frames. The final model does not depend on the split. At the end of the frame, the polygons of moved groups are
-    /// transformed again, which costs additional work.
+    /// [`SceneWork::total`]. Returns the number of applied events, at least one. The caller applies the others in later
+    /// frames. The final model does not depend on this division. At the end of the frame, the polygons of moved groups
+    /// are transformed again, which costs additional work.
     pub fn apply_within(&mut self, events: &[Event], most: u64, changes: &mut Vec<Change>) -> usize {
         let before = self.work().total();
         self.begin_batch(changes);

@@ -1,16 +1,17 @@
 //! The parent of each group after every undoable grouping, and the changes when a grouping is undone or redone.
 //!
-//! All active groupings apply in order. A grouping that would close a cycle or make a chain too long has no effect. So
-//! the effect of a grouping depends on earlier ones, and undoing a grouping may change the effect of any later one.
-//! [`GroupParents::settle`] visits the later groupings in order of time. It compares two timelines: the old one, which is
-//! stored, and the new one. It follows three kinds of groups:
+//! All active groupings apply in order. A grouping that would close a cycle, or exceed the nesting depth, has no
+//! effect. The effect of a grouping therefore depends on earlier groupings. Undoing a grouping may change the effect of
+//! any later grouping. [`GroupParents::settle`] visits the later groupings in order of time. It compares the stored,
+//! old timeline with the new timeline. It tracks three kinds of groups:
 //! * A group *differs* if its parents on the two timelines differ.
-//! * A group is *reached* if it differs or descends from one that differs. Only reached groups may have other ancestors.
-//! * A group is *above* if it is an ancestor of a group that differs, on either timeline. The height of its subtree may
-//!   change.
+//! * A group is *reached* if it differs or has an ancestor that differs. Only reached groups may have other ancestors
+//!   on the new timeline.
+//! * A group is *above* if it is an ancestor of a group that differs, on either timeline. Only the subtrees of groups
+//!   that are above may have another height.
 //!
 //! Only groupings whose parent or group is reached, or whose group is above, may have another effect. The walk skips
-//! all others. Once no group differs, it continues at the next edit, or ends.
+//! all other groupings. When no group differs any more, the walk continues at the next edit, or ends.
 
 mod scratch;
 mod time;
@@ -21,23 +22,23 @@ use std::{
     ops::Bound::{Excluded, Unbounded},
 };
 
-use super::{group::Groups, log::Turn};
+use super::{group::Groups, log::State};
 use scratch::Scratch;
 use time::{END, Time, base_time, constant_time, place_at, time_of};
 
-/// The timeline of one group and of its children. The first two maps are empty for a group without groupings, because
-/// its parent is constant.
+/// The timeline of a group's parent, and the groupings whose parent is the group. `held` and `refused` are empty for a
+/// group without groupings, because its parent is constant.
 #[derive(Clone, Debug, Default)]
 struct Line {
-    /// The parent from each time on: the base parent, then the parents set by groupings with an effect.
+    /// The parent from each time on: the base parent, then the parents that groupings with an effect have set.
     held: BTreeMap<Time, Option<usize>>,
-    /// The parents requested by groupings without effect.
+    /// The parents of groupings without effect.
     refused: BTreeMap<Time, usize>,
-    /// The groups whose groupings name this group as parent, with effect or without.
+    /// The groups whose groupings, with or without effect, have this group as parent.
     toward: BTreeMap<Time, usize>,
     /// Number of entries of `toward` for each group.
     from: BTreeMap<usize, u32>,
-    /// Scratch: number of a walk, and the parent found in it, which is valid until this time.
+    /// Cache: the number of a walk, and the parent found in this walk, valid until this time.
     known: (u64, Time, Option<usize>),
 }
 
@@ -56,7 +57,7 @@ impl Line {
     }
 }
 
-/// See the [module](self).
+/// The timelines of the parents of all groups; see the [module](self).
 #[derive(Clone, Debug, Default)]
 pub(super) struct GroupParents {
     /// The timelines by group.
@@ -65,14 +66,14 @@ pub(super) struct GroupParents {
     count: usize,
     /// Log indices of the active groupings that have no effect, or that change the parent.
     significant: BTreeSet<u64>,
-    /// Entries of the stored timeline that are no longer valid: from this time on, the group had this parent.
+    /// Outdated entries of the stored timeline: the group, and its parent from this time on.
     outdated: BTreeMap<Time, (usize, Option<usize>)>,
     /// Groupings redone since the last walk.
     fresh: BTreeMap<Time, usize>,
-    /// The parents that groupings replaced, if they differ from the preceding entry. Empty unless some entry is
-    /// outdated.
+    /// For groupings, the parent that each replaced, if this parent differs from the preceding entry. Empty if no entry
+    /// is outdated.
     found: BTreeMap<Time, Option<usize>>,
-    /// Whether too many entries are outdated to list them; the next walk then rebuilds all parents.
+    /// Whether too many entries are outdated to list them. The next walk then rebuilds all parents.
     is_all_outdated: bool,
     /// Groups of the groupings that were undone since the last walk.
     to_detach: Vec<usize>,
@@ -130,7 +131,7 @@ impl GroupParents {
         }
     }
 
-    /// Adds a grouping. `now` is the group's current parent; it becomes the base parent if the group has no grouping
+    /// Adds a grouping. `now` is the group's current parent. It becomes the base parent if the group has no grouping
     /// yet.
     fn insert(&mut self, time: Time, group: usize, parent: Option<usize>, holds: bool, now: Option<usize>) {
         let line = self.line_mut(group);
@@ -166,11 +167,11 @@ impl GroupParents {
     }
 
     /// The parent that undoing a grouping restores, or that redoing it replaces. `now` is the group's current parent.
-    fn found(&self, time: Time, group: usize, now: Option<usize>, turn: Turn) -> Option<usize> {
+    fn found(&self, time: Time, group: usize, now: Option<usize>, state: State) -> Option<usize> {
         let Some(line) = self.line(group).filter(|line| !line.is_constant()) else { return now };
-        let finder = match turn {
-            Turn::TakenBack => Some(time),
-            Turn::MadeAgain => {
+        let finder = match state {
+            State::Undone => Some(time),
+            State::Active => {
                 let held = line.held.range(time..).next().map(|(&time, _)| time);
                 held.into_iter().chain(line.refused.range(time..).next().map(|(&time, _)| time)).min()
             }
@@ -178,7 +179,7 @@ impl GroupParents {
         finder.map_or(now, |time| self.found.get(&time).copied().unwrap_or_else(|| line.before(time)))
     }
 
-    /// Makes the current parent of a group constant, if the group has no grouping left.
+    /// Makes the current parent of a group constant, if the group has no more groupings.
     fn make_constant(&mut self, groups: &Groups, group: usize) {
         let Some(line) =
             self.lines.get_mut(group).and_then(Option::as_mut).filter(|line| line.is_base_only())
@@ -188,7 +189,7 @@ impl GroupParents {
         let Some((time, base)) = line.held.pop_first() else { return };
         self.forget_toward(base, time, group);
         self.drop_if_empty(group);
-        // From now on its parent precedes all base parents on the timeline.
+        // A constant parent precedes all base parents on the timeline.
         if groups.parent(group) != base || self.outdated.contains_key(&time) {
             self.outdated.entry(time).or_insert((group, base));
             self.outdated.entry(constant_time(group)).or_insert((group, None));
@@ -203,8 +204,8 @@ impl GroupParents {
         }
     }
 
-    /// Whether no entry is outdated.
-    fn is_as_kept(&self) -> bool {
+    /// Whether the stored timeline has no outdated entry.
+    fn is_up_to_date(&self) -> bool {
         self.outdated.is_empty() && !self.is_all_outdated
     }
 
@@ -222,24 +223,25 @@ impl GroupParents {
             })
     }
 
-    /// Undoes or redoes a grouping. If no later grouping depends on it, the group's parent is set at once. Otherwise
-    /// [`GroupParents::settle`] updates all dependent groupings in one walk for all undo and redo of a frame.
-    pub(super) fn turn(
+    /// Undoes or redoes a grouping. If no later grouping depends on it, the group's parent is set immediately.
+    /// Otherwise [`GroupParents::settle`] updates all dependent groupings, in one walk for all undo and redo of a
+    /// frame.
+    pub(super) fn set_state(
         &mut self,
         groups: &mut Groups,
         place: u64,
         group: usize,
         parent: Option<usize>,
-        turn: Turn,
+        state: State,
     ) {
         let (time, now) = (time_of(place), groups.parent(group));
         if !self.is_due {
-            let before = self.found(time, group, now, turn);
+            let before = self.found(time, group, now, state);
             let is_at_once = before == parent || !self.is_depended_on(place, group);
-            if is_at_once && turn == Turn::MadeAgain {
+            if is_at_once && state == State::Active {
                 let holds = before == parent || groups.try_hang(group, parent);
                 self.insert(time, group, parent, holds, now);
-                if !holds && !self.is_as_kept() {
+                if !holds && !self.is_up_to_date() {
                     // The current parents refuse the grouping, but they differ from the stored timeline.
                     self.fresh.insert(time, group);
                 }
@@ -257,16 +259,16 @@ impl GroupParents {
                 return;
             }
         }
-        // Entries that were outdated before this change are then processed in the same walk.
-        let is_pure = self.is_due || self.is_as_kept();
+        // Entries that were outdated before this change are processed immediately, in the same walk as this change.
+        let is_pure = self.is_due || self.is_up_to_date();
         self.is_due = true;
-        match turn {
-            Turn::MadeAgain => {
+        match state {
+            State::Active => {
                 self.insert(time, group, parent, false, now);
                 self.significant.insert(place);
                 self.fresh.insert(time, group);
             }
-            Turn::TakenBack => {
+            State::Undone => {
                 let was_fresh = self.fresh.remove(&time).is_some();
                 if self.remove(time, group, parent) && !was_fresh {
                     self.outdated.entry(time).or_insert((group, parent));
@@ -288,7 +290,7 @@ impl GroupParents {
             return;
         }
         // If no earlier grouping is significant, no entry becomes outdated.
-        let is_first = self.is_as_kept() && self.significant.first().is_none_or(|&first| first > place);
+        let is_first = self.is_up_to_date() && self.significant.first().is_none_or(|&first| first > place);
         let line = self.line_mut(group);
         let after = line.held.split_off(&time);
         let held = std::mem::replace(&mut line.held, after);
@@ -321,7 +323,8 @@ impl GroupParents {
     }
 
     /// Updates all parents after undo and redo. The cost grows with the number of groups that differ at a later time,
-    /// and of their descendants. The number of later groupings of these groups and of their ancestors also counts.
+    /// and of their descendants. It also grows with the number of later groupings of these groups and of their
+    /// ancestors.
     pub(super) fn settle(&mut self, groups: &mut Groups) {
         if !std::mem::take(&mut self.is_due) {
             return;

@@ -1,4 +1,4 @@
-//! Converts the pieces of builders to polygons of the scene: new, replaced and repainted ones.
+//! Converts the pieces of stroke builders to new, replaced and repainted polygons of the scene.
 
 use super::Scene;
 use crate::{
@@ -10,26 +10,26 @@ use osp::{
     polygon::{Change, ConvexPolygon, PolygonId},
 };
 
-/// Number of the latest changes of a batch among which a covering change is searched. A sample of a ribbon replaces
+/// A redundant change is searched among this number of the latest changes of a batch. A sample of a ribbon replaces
 /// about eight polygons.
 const RECENT: usize = 64;
 
-/// Whether one of the changes `covered` makes `change` redundant, because receivers read the polygon's state at the end of
+/// Whether an earlier change in `covered` makes `change` redundant. Receivers read the polygon's state at the end of
 /// the batch.
 fn is_covered(change: Change, covered: &[Change]) -> bool {
-    let is_told_by = |earlier: &Change| match (change, *earlier) {
+    let is_covered_by = |earlier: &Change| match (change, *earlier) {
         (Change::Update(id), Change::Insert(other) | Change::Update(other)) => id == other,
         (Change::Repaint(id), Change::Insert(other) | Change::Update(other) | Change::Repaint(other)) => {
             id == other
         }
         _ => false,
     };
-    covered.iter().rev().any(is_told_by)
+    covered.iter().rev().any(is_covered_by)
 }
 
 impl Scene {
-    /// Rebuilds and repaints the polygons that depend on the length of the whole stroke, in strokes with samples in
-    /// this frame.
+    /// For strokes with new samples in this frame, rebuilds and repaints the polygons that depend on the length of the
+    /// whole stroke.
     pub(super) fn paint(&mut self, changes: &mut Vec<Change>) {
         let mut to_paint = std::mem::take(&mut self.to_paint);
         for at in to_paint.drain(..) {
@@ -59,7 +59,7 @@ impl Scene {
         self.repainted = repainted;
     }
 
-    /// Replaces the polygons of a stroke that its last sample has changed, and assigns ids to new ones.
+    /// Replaces the polygons of a stroke that its last sample has changed, and assigns ids to new polygons.
     pub(super) fn assign_ids(&mut self, at: u32, changes: &mut Vec<Change>) {
         let fresh = std::mem::take(&mut self.fresh);
         let used_before = std::mem::replace(&mut self.strokes[at as usize].used, fresh.len());
@@ -99,7 +99,8 @@ impl Scene {
         self.note_replaced(at, if is_same { Change::Repaint(id) } else { Change::Update(id) }, changes);
     }
 
-    /// The box of a piece of a stroke, in world space, or in the space of its group if the group moves as a whole.
+    /// The box of a piece of a stroke. It is in the space of the stroke's group if the group moves as a whole, else in
+    /// world space.
     fn kept_bounds(&self, at: u32, piece: &Piece) -> Aabb {
         let stroke = &self.strokes[at as usize];
         let group = stroke.group.filter(|_| !self.groups.is_whole(stroke.group));
@@ -107,10 +108,11 @@ impl Scene {
         stroke.bounds_of(&placed, &piece.surface, self.groups.scale_to_world(group))
     }
 
-    /// Reports a replaced polygon, at once or together with its stroke.
+    /// Reports a replaced polygon. If the stroke became visible or invisible in this frame, its polygons are reported
+    /// together at the end of the frame.
     fn note_replaced(&mut self, at: u32, change: Change, changes: &mut Vec<Change>) {
         let stroke = &mut self.strokes[at as usize];
-        if stroke.is_untold {
+        if stroke.is_unreported {
             self.displace(at);
         } else if stroke.is_visible() {
             let covered = &changes[self.batch_start..];
@@ -139,7 +141,7 @@ impl Scene {
         self.counts.polygons += 1;
         if stroke.is_visible() {
             self.counts.visible += 1;
-            if !stroke.is_untold {
+            if !stroke.is_unreported {
                 changes.push(Change::Insert(id));
             }
         }

@@ -3,8 +3,8 @@ use glam::{Vec2, Vec3};
 use crate::brush::{self, Brush, Surface};
 use osp::polygon::ConvexPolygon;
 
-/// The part of a cut-out polygon, in its plane, where its texture is solid at every mip level: the strip between two
-/// lines along the stroke. `None` if no such strip exists.
+/// The part of a cut-out polygon, in its plane, whose texture is opaque at every mip level: a strip between two lines
+/// along the stroke. `None` if no such strip exists.
 pub(super) fn solid_part(
     polygon: &ConvexPolygon,
     surface: &Surface,
@@ -21,7 +21,7 @@ pub(super) fn solid_part(
         values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
     };
     let (solid_low, solid_high) = brush::solid_across(brush, range(|uv| uv.x), range(|uv| uv.y))?;
-    // Lines of constant `v` bend at the diagonal of a quad, so a small margin is left.
+    // Lines of constant `v` bend at the diagonal of a quad, so the strip is reduced by a small margin.
     let margin = 0.02 * (solid_high - solid_low);
     let (low, high) = (solid_low + margin, solid_high - margin);
     let at = |i: usize, k: usize, v: f32| {

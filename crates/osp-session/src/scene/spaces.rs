@@ -1,5 +1,5 @@
-//! Groups that are placed repeatedly move as a whole: the boxes of their polygons stay in the group's space. In a frame
-//! that places such a group, the cost depends on the number of groups below it, not of polygons.
+//! Groups that are placed repeatedly move as a whole: the boxes of their polygons stay in the group's space. Placing
+//! such a group costs time for each descendant group, not for each polygon.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -11,16 +11,16 @@ use osp::{
 };
 
 /// If at most this number of frames lies between two placements of a group, the group moves as a whole from the second
-/// one on.
+/// placement on.
 const SOON: u64 = 64;
 
-/// Range of scales, and largest translation in metres, for which a group moves as a whole. Beyond it, rounding is so
-/// large that a test in the group's space is inconclusive.
+/// Range of scales for which a group moves as a whole. `FARTHEST_M` is the largest translation, metres. Beyond these
+/// limits, rounding errors are so large that a test in the group's space is inconclusive.
 const SCALES: std::ops::RangeInclusive<f32> = 1.0e-3..=1.0e3;
 const FARTHEST_M: f32 = 1.0e6;
 
 impl Scene {
-    /// An empty scene in which groups that are placed repeatedly move as a whole: their polygons are then in a
+    /// Creates an empty scene in which groups that are placed repeatedly move as a whole. Their polygons are then in a
     /// [space](Change::Place). Receivers of the changes must support spaces, as [`Pipeline`](osp::frame::Pipeline)
     /// does, or call [`Scene::for_each_change`] for the changes of each polygon.
     pub fn keeping_groups_whole() -> Self {
@@ -55,8 +55,8 @@ impl Scene {
         self.stroke_of(id).group.map(|group| SpaceId(group as u32))
     }
 
-    /// Box around the polygons of a change, world space. For a single polygon it is tight; it is empty if no polygon
-    /// was inserted or moved.
+    /// Box around the polygons of a change, world space. For a single polygon the box is tight. If no polygon was
+    /// inserted or moved, the box is empty.
     pub fn bounds_of_change(&self, change: Change) -> Aabb {
         match change {
             Change::Insert(id) | Change::Update(id) => self.bounds(id),
@@ -103,7 +103,7 @@ impl Scene {
     }
 
     /// Whether a group that was moved in this frame needs no changes of single polygons. When a group starts or stops
-    /// moving as a whole, all its strokes are transformed once more.
+    /// moving as a whole, all its strokes are transformed again.
     pub(super) fn moves_as_whole(&mut self, group: usize) -> bool {
         if !self.keeps_groups_whole {
             return false;
@@ -133,8 +133,8 @@ impl Groups {
     /// step.
     pub(super) fn place_of(&self, group: usize) -> SpacePlace {
         let mut world = DAffine3::IDENTITY;
-        // A corner at a distance of `r` metres has coordinates of at most `reach.0 * r + reach.1`. Its distance from
-        // its exact position is at most `rounding.0 * r + rounding.1`.
+        // A corner at a distance of `r` metres from the group's origin has coordinates of at most `reach.0 * r +
+        // reach.1`. Its distance from its exact position is at most `rounding.0 * r + rounding.1`.
         let (mut reach, mut rounding) = ((1.0, 0.0), (0.0, 0.0));
         let mut above = Some(group);
         while let Some(at) = above {

@@ -17,7 +17,7 @@ use osp::{
 pub struct Stroke {
     pub(super) id: Option<StrokeId>,
     pub(super) color: (f32, f32, f32, f32),
-    /// The brush, if its recording names a known one.
+    /// The brush; `None` if the recording names no known brush.
     pub(super) brush: Option<&'static Brush>,
     /// Largest distance by which the brush's animation may move polygons out of their boxes, metres, in the stroke's
     /// own space.
@@ -25,24 +25,24 @@ pub struct Stroke {
     pub(super) layer: u32,
     /// Whether the stroke is hidden.
     pub(super) is_hidden: bool,
-    /// Whether the stroke was hidden at its beginning. If an event has hidden or shown its layer, that takes
+    /// Whether the stroke was hidden at its beginning. An event that hides or shows the stroke's layer takes
     /// precedence.
     pub(super) was_hidden: bool,
     pub(super) points: u32,
-    /// Ranges of the stroke's polygons; several if strokes overlap in time.
+    /// Id ranges of the stroke's polygons. There are several ranges if strokes overlap in time.
     pub(super) polygons: Vec<Range<u32>>,
-    /// Number of polygons in use; those after them are points until the stroke needs them again.
+    /// Number of polygons in use. Further polygons are points until the stroke needs them again.
     pub(super) used: u32,
-    /// Number of the stroke's first polygons that stay when new samples rebuild the stroke. The last of them came by an
+    /// Number of polygons that stay when new samples rebuild the stroke: all up to the last polygon of an
     /// [`Event::Polygon`](crate::recording::Event::Polygon).
     pub(super) fixed: u32,
-    /// Whether the stroke got samples after it was last painted.
+    /// Whether the stroke has samples that [`Scene::paint`](super::Scene::paint) has not processed.
     pub(super) is_unpainted: bool,
     /// Number of authors that have erased the stroke.
     pub(super) erasers: u16,
     pub(super) author: u16,
     pub(super) undone: bool,
-    /// Whether undo and redo no longer reach the stroke; its polygons will be freed.
+    /// Whether undo and redo no longer reach the stroke, so that its polygons will be freed.
     pub(super) is_gone: bool,
     /// Sum of the stroke's [moves](crate::recording::Event::Move), in the space of its group (world space without a
     /// group).
@@ -50,8 +50,8 @@ pub struct Stroke {
     pub(super) group: Option<usize>,
     /// Whether the polygons must be transformed again before the changes are returned.
     pub(super) is_displaced: bool,
-    /// Whether the stroke became visible or invisible in this frame.
-    pub(super) is_untold: bool,
+    /// Whether the stroke became visible or invisible in this frame, and was not reported yet.
+    pub(super) is_unreported: bool,
     /// Whether the stroke was transformed while it was invisible, without a reported change.
     pub(super) was_displaced_unseen: bool,
     /// The builder of the stroke, until the stroke ends.
@@ -84,7 +84,7 @@ impl Stroke {
         offset: Vec3::ZERO,
         group: None,
         is_displaced: false,
-        is_untold: false,
+        is_unreported: false,
         was_displaced_unseen: false,
         builder: None,
     };
@@ -104,7 +104,7 @@ impl Stroke {
         self.color
     }
 
-    /// The brush, if its recording names a known one.
+    /// The brush; `None` if the recording names no known brush.
     pub fn brush(&self) -> Option<&'static Brush> {
         self.brush
     }
@@ -149,7 +149,7 @@ impl Stroke {
         self.points
     }
 
-    /// Number of polygons in use. Unused ones have all corners at one point until the stroke needs them again.
+    /// Number of polygons in use. All corners of an unused polygon coincide until the stroke needs the polygon again.
     pub fn polygon_count(&self) -> u32 {
         self.used
     }
@@ -172,11 +172,11 @@ impl Stroke {
         None
     }
 
-    /// The box of one of the stroke's polygons in world space.
+    /// The box, in world space, of a polygon of the stroke.
     pub(super) fn bounds_of(&self, world: &ConvexPolygon, surface: &Surface, world_scale: f32) -> Aabb {
         let mut bounds = world.bounds();
         if surface.is_facing() {
-            // For any eye, the polygon stays in the ball through its corners. The factor covers rounding.
+            // For every eye position, the polygon stays in the ball through its corners. The factor covers rounding.
             let middle = bounds.center();
             let radius = world.vertices().iter().map(|p| p.distance(middle)).fold(0.0, f32::max) * 1.001;
             bounds = Aabb { min: middle - radius, max: middle + radius };

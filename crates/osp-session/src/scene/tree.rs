@@ -23,13 +23,14 @@ pub struct GroupNode {
     pub strokes: u64,
     /// Number of visible polygons in the subtree.
     pub polygons: u64,
-    /// The box of all these polygons, world space; empty if there are none. For a group that moves as a whole, the box
-    /// encloses the transformed box of the group's own space.
+    /// The box of these polygons, world space; empty without polygons. For a group that moves as a whole, it encloses
+    /// the transformed box of the polygons in the group's space.
     pub bounds: Aabb,
 }
 
 impl Scene {
-    /// The groups, each followed by its children. Boxes are cached: only changes since the last call are computed.
+    /// The groups, each followed by its descendants. Counts and boxes are cached: only changes since the last call are
+    /// computed.
     pub fn group_tree(&mut self) -> Vec<GroupNode> {
         let Self { groups, strokes, bounds, .. } = self;
         groups.refresh(|at| {
@@ -47,7 +48,7 @@ impl Scene {
         let mut nodes = Vec::new();
         let mut walk: Vec<(usize, usize)> = groups.below(None).into_iter().rev().map(|at| (at, 0)).collect();
         while let Some((at, depth)) = walk.pop() {
-            let Extent { strokes, polygons, bounds } = groups.whole(at);
+            let Extent { strokes, polygons, bounds } = groups.subtree(at);
             nodes.push(GroupNode {
                 id: groups.id(at),
                 name: groups.name(at).map(str::to_owned),
@@ -74,8 +75,8 @@ impl Scene {
         self.groups.find(id).map(|group| self.groups.transform(group))
     }
 
-    /// Transforms a world point to the space in which a group is placed, that of its parent. `None` if there is no such
-    /// group, or an ancestor has scale 0.
+    /// Transforms a point from world space to the space of a group's parent. `None` if there is no such group, or an
+    /// ancestor has scale 0.
     pub fn in_parent_of(&self, id: GroupId, world: Vec3) -> Option<Vec3> {
         let mut chain = Vec::new();
         self.groups.chain(self.groups.parent(self.groups.find(id)?), &mut chain);
@@ -114,8 +115,7 @@ impl Scene {
         self.free_groups().next()
     }
 
-    /// Unused group numbers. In a session of several authors these are numbers of [`Author::SOLE`], for example the
-    /// window.
+    /// Unused group numbers. In a session of several authors, these numbers belong to [`Author::SOLE`].
     pub fn free_groups(&self) -> impl Iterator<Item = GroupId> + '_ {
         let is_shared = self.authors().next().is_some();
         let last = if is_shared { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };

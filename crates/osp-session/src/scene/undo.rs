@@ -1,10 +1,10 @@
-//! Undo and redo of each author. An edit can be undone or redone although other authors made later edits.
+//! Undo and redo of each author. Later edits of other authors do not prevent undo and redo.
 
 use super::{
     Scene,
     edit::{Arrangement, Edit},
     history::{History, Lost},
-    log::Turn,
+    log::State,
 };
 use crate::recording::Author;
 
@@ -20,13 +20,13 @@ impl Scene {
         let mut lost = std::mem::take(&mut self.lost);
         self.with_history(author, |history| history.record(edit, &mut lost));
         self.forget(author, &mut lost);
-        while self.remembered.edits > History::DEPTH_OF_ALL || self.remembered.named > History::NAMED_OF_ALL {
+        while self.totals.edits > History::DEPTH_OF_ALL || self.totals.named > History::NAMED_OF_ALL {
             self.looked_at += self.authors.len() as u64;
-            let too_many = self.remembered.edits > History::DEPTH_OF_ALL;
+            let too_many = self.totals.edits > History::DEPTH_OF_ALL;
             let size = |history: &History| if too_many { history.len() } else { history.named() };
             let sizes = self.authors.iter().map(|(&of, state)| (size(&state.history), std::cmp::Reverse(of)));
             let Some((_, std::cmp::Reverse(of))) = sizes.max() else { break };
-            // The newest edit is kept.
+            // The author's newest edit is kept.
             if !self.with_history(of, |history| history.forget_one(usize::from(of == author), &mut lost)) {
                 break;
             }
@@ -40,15 +40,15 @@ impl Scene {
         let history = &mut self.authors.entry(author).or_default().history;
         let (edits, named) = (history.len(), history.named());
         let result = change(history);
-        self.remembered.edits = self.remembered.edits + history.len() - edits;
-        self.remembered.named = self.remembered.named + history.named() - named;
+        self.totals.edits = self.totals.edits + history.len() - edits;
+        self.totals.named = self.totals.named + history.named() - named;
         result
     }
 
     /// Drops edits of an author that undo and redo no longer reach.
     fn forget(&mut self, author: Author, lost: &mut Lost) {
         let first = self.gone[0].len();
-        for edit in lost.taken_back.drain(..) {
+        for edit in lost.undone.drain(..) {
             edit.for_each(&mut |edit| match edit {
                 Edit::Draw { stroke } => self.gone[0].push(*stroke),
                 Edit::Arrange { at, .. } => self.log.remove(*at),
@@ -86,7 +86,7 @@ impl Scene {
         self.forget(author, &mut lost);
     }
 
-    /// Removes a stroke that undo and redo no longer reach: its number stays used, everything else is dropped.
+    /// Removes a stroke that undo and redo no longer reach. Its number is never used again.
     fn put_out_of_reach(&mut self, at: u32) {
         let Some(stroke) = self.strokes.get_mut(at as usize) else { return };
         stroke.is_gone = true;
@@ -109,7 +109,7 @@ impl Scene {
     pub(super) fn undo(&mut self, author: Author) -> Option<()> {
         let edit = self.authors.get_mut(&author)?.history.undo()?;
         self.play_backward(author, &edit);
-        self.author_mut(author).history.taken_back(edit);
+        self.author_mut(author).history.push_undone(edit);
         Some(())
     }
 
@@ -117,7 +117,7 @@ impl Scene {
         match edit {
             Edit::Draw { stroke } => self.set_undone(*stroke, true),
             Edit::Erase { stroke } => self.set_erased(author, *stroke, false),
-            Edit::Arrange { at, .. } => self.turn(*at, Turn::TakenBack),
+            Edit::Arrange { at, .. } => self.set_state(*at, State::Undone),
             Edit::Several(edits) => edits.iter().rev().for_each(|edit| self.play_backward(author, edit)),
         }
     }
@@ -125,7 +125,7 @@ impl Scene {
     pub(super) fn redo(&mut self, author: Author) -> Option<()> {
         let edit = self.authors.get_mut(&author)?.history.redo()?;
         self.play_forward(author, &edit);
-        self.author_mut(author).history.made_again(edit);
+        self.author_mut(author).history.push_done(edit);
         Some(())
     }
 
@@ -133,41 +133,42 @@ impl Scene {
         match edit {
             Edit::Draw { stroke } => self.set_undone(*stroke, false),
             Edit::Erase { stroke } => self.set_erased(author, *stroke, true),
-            Edit::Arrange { at, .. } => self.turn(*at, Turn::MadeAgain),
+            Edit::Arrange { at, .. } => self.set_state(*at, State::Active),
             Edit::Several(edits) => edits.iter().for_each(|edit| self.play_forward(author, edit)),
         }
     }
 
     /// Undoes or redoes an arrangement.
-    fn turn(&mut self, at: u64, turn: Turn) {
+    fn set_state(&mut self, at: u64, state: State) {
         let mut what = self.log.take(at);
         match &mut what {
             Arrangement::Nothing => {}
             Arrangement::Move(moved) => {
                 let strokes = &self.strokes;
                 let now = |at: u32| strokes.get(at as usize).map(|stroke| stroke.offset).unwrap_or_default();
-                let offsets = self.log.turn_moves(at, moved, turn, now);
+                let offsets = self.log.set_state_of_moves(at, moved, state, now);
                 moved.iter().zip(offsets).for_each(|(named, offset)| self.set_offset(named.stroke, offset));
             }
             Arrangement::Group(grouping) => {
                 let group = grouping.group;
                 if let Some(names) = &mut grouping.names {
                     let now = || self.groups.name(group).map(str::to_owned);
-                    if let Some(name) = self.log.turn_name(at, group, names, turn, now) {
+                    if let Some(name) = self.log.set_state_of_name(at, group, names, state, now) {
                         self.groups.set_name(group, name);
                     }
                 }
                 if let Some(parent) = grouping.new_parent {
-                    self.parents.turn(&mut self.groups, at, group, parent, turn);
+                    self.parents.set_state(&mut self.groups, at, group, parent, state);
                 }
                 let strokes = &self.strokes;
                 let now = |at: u32| strokes.get(at as usize).and_then(|stroke| stroke.group);
-                let members = self.log.turn_settled(at, &mut grouping.members, turn, Some(group), now);
+                let members =
+                    self.log.set_state_of_values(at, &mut grouping.members, state, Some(group), now);
                 members.into_iter().for_each(|(stroke, group)| self.set_group(stroke, group));
             }
             Arrangement::Place { group, before, to } => {
                 let (group, now) = (*group, self.groups.transform(*group));
-                let place = self.log.turn_place(at, group, before, turn, *to, now);
+                let place = self.log.set_state_of_place(at, group, before, state, *to, now);
                 if let Some(place) = place {
                     self.groups.place(group, place);
                 }
@@ -175,10 +176,10 @@ impl Scene {
             Arrangement::Assign { layer, strokes: named } => {
                 let strokes = &self.strokes;
                 let now = |at: u32| strokes.get(at as usize).map_or(0, |stroke| stroke.layer);
-                let layers = self.log.turn_settled(at, named, turn, *layer, now);
+                let layers = self.log.set_state_of_values(at, named, state, *layer, now);
                 layers.into_iter().for_each(|(stroke, layer)| self.set_layer(stroke, layer));
             }
         }
-        self.log.put(at, what, turn);
+        self.log.put(at, what, state);
     }
 }

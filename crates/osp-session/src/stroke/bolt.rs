@@ -4,8 +4,8 @@ use glam::Vec3;
 
 /// Half the width to which [`STRENGTH_M`] applies, metres.
 const HALF_WIDTH_M: f32 = 0.002;
-/// Largest displacement along one axis for a stroke of that width, metres: by slow noise (8 mm root mean square), and
-/// by fast noise (6 mm).
+/// Largest displacement along one axis for a stroke of half width [`HALF_WIDTH_M`], metres: by slow noise (8 mm root
+/// mean square), and by fast noise (6 mm).
 const STRENGTH_M: [f32; 2] = [0.022, 0.0155];
 
 /// Displacement of line 0, 1 or 2 at a point of the stroke. It depends only on the point, and is at most some
@@ -15,7 +15,7 @@ pub(super) fn displacement_m(at: Vec3, half_width_m: f32, copy: usize) -> Vec3 {
     if !(wideness > 1.0e-6 && wideness < 1.0e6) {
         return Vec3::ZERO;
     }
-    // In decimetres at the usual width: wider bolts have larger curves.
+    // The unit is a decimetre for a stroke of half width `HALF_WIDTH_M`. Wider bolts have larger curves.
     let p = at * (10.0 / wideness);
     let frequency = [1.1, 1.433, 1.87][copy.min(2)];
     let slow = noise(p * frequency, 3 * copy as u32);

@@ -1,30 +1,31 @@
 use glam::DVec3;
 use robust::{Coord3D, orient3d};
 
-/// Largest number of corners of a hull. A larger value gives finer hulls of long strokes, and more work for each point.
+/// Largest number of corners of a hull. A larger number gives finer hulls of long strokes, but each point takes more
+/// time.
 const MAX_CORNERS: usize = 1000;
 
-/// Number of directions whose farthest points stay when a hull has too many corners.
+/// Number of directions. If a hull has too many corners, only the farthest point in each direction stays.
 const DIRECTIONS: usize = 700;
 
-/// Points whose distance from a hull is below this fraction of their coordinates count as inside, because of the
-/// precision of `f32`.
+/// Points whose distance from a hull is below this fraction of their coordinates count as inside. The fraction follows
+/// from the precision of `f32`.
 const PRECISION: f64 = 1.0 / (1 << 22) as f64;
 
 /// The convex hull of points that are added one by one: a closed mesh of triangles.
 ///
-/// A point outside the hull replaces all triangles that face it: new triangles join their outline to the point
-/// (Clarkson and Shor, "Applications of Random Sampling in Computational Geometry, II", 1989). There are no conflict
-/// lists, because a hull of a stroke has only about a hundred triangles. The facing test is exact (Shewchuk's
+/// For a point outside the hull, all triangles that face it are removed. New triangles join the outline of the hole to
+/// the point (Clarkson and Shor, "Applications of Random Sampling in Computational Geometry, II", 1989). There are no
+/// conflict lists, because a hull of a stroke has only about a hundred triangles. The facing test is exact (Shewchuk's
 /// predicates), so coplanar, collinear and repeated points are safe.
 #[derive(Clone, Debug)]
 pub(super) struct ConvexHull {
     tolerance_m: f64,
-    /// All points while they are coplanar; then the corners and some former corners.
+    /// All points, while they are coplanar. Afterwards, the corners and some former corners.
     points: Vec<DVec3>,
     /// The triangles, counterclockwise from outside.
     triangles: Vec<Triangle>,
-    /// Extent of the hull in each of [`DIRECTIONS`], set once the hull has had too many corners.
+    /// Extent of the hull in each of the [`directions`]; `None` until the hull first has too many corners.
     reach: Option<Vec<f64>>,
 }
 
@@ -35,8 +36,8 @@ struct Triangle {
     normal: DVec3,
     /// Position of the first corner.
     at: DVec3,
-    /// Bound of the rounding error of a point's height, as a fraction of the point's distance from the first corner;
-    /// not finite for a needle.
+    /// Bound of the rounding error of a point's height above the plane, as a fraction of the point's distance from the
+    /// first corner. It is not finite for a needle.
     rounding: f64,
 }
 
@@ -50,12 +51,12 @@ impl Triangle {
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl ConvexHull {
-    /// An empty hull. It ignores points that lie outside by less than `tolerance_m`.
+    /// Creates an empty hull. Points that lie outside by less than `tolerance_m` are ignored.
     pub(super) fn new(tolerance_m: f64) -> Self {
         Self { tolerance_m, points: Vec::new(), triangles: Vec::new(), reach: None }
     }
 
-    /// Whether the points so far are coplanar; the hull then has no triangles.
+    /// Whether the hull has no triangles, because all points so far are coplanar.
     pub(super) fn is_flat(&self) -> bool {
         self.triangles.is_empty()
     }
@@ -192,22 +193,22 @@ impl ConvexHull {
         (side != 0.0).then_some([0, b, c, d])
     }
 
-    /// Whether a point is on the outer side of a triangle's plane; exact. `height_m` is the point's height above the
-    /// plane, with rounding errors.
+    /// Whether a point is on the outer side of a triangle's plane. The result is exact. `height_m` is the point's
+    /// height above the plane, with rounding errors.
     fn is_outside(&self, triangle: &Triangle, height_m: f64, point: DVec3) -> bool {
         // The bound of a needle is not finite, so the comparison fails.
         let is_certain = height_m.abs() > triangle.rounding * (point - triangle.at).abs().element_sum();
         if is_certain { height_m > 0.0 } else { self.side_of(triangle.corners, point) > 0.0 }
     }
 
-    /// Above 0 if the corners are counterclockwise seen from the point; the sign is exact.
+    /// Positive if the corners are counterclockwise as seen from the point. The sign is exact.
     fn side_of(&self, corners: [u32; 3], point: DVec3) -> f64 {
         let coordinates = |p: DVec3| Coord3D { x: p.x, y: p.y, z: p.z };
         let [a, b, c] = corners.map(|corner| coordinates(self.points[corner as usize]));
         -orient3d(a, b, c, coordinates(point))
     }
 
-    /// Makes a point a corner of the hull. Returns `false` if the point is not outside.
+    /// Makes a point outside the hull a corner. Returns `false` if the point is not outside.
     fn join(&mut self, point: DVec3) -> bool {
         self.points.push(point);
         let is_joined = self.join_known(self.points.len() as u32 - 1);
@@ -262,7 +263,7 @@ impl ConvexHull {
         self.points = points;
     }
 
-    /// Keeps only the points that are farthest in one of [`DIRECTIONS`], and removes all triangles.
+    /// Keeps only the points that are farthest in one of the [`directions`], and removes all triangles.
     fn thin_out(&mut self) {
         if !self.is_flat() {
             self.forget_inner_points();
@@ -282,7 +283,8 @@ impl ConvexHull {
     }
 }
 
-/// Distance from a point to a triangle, parallel to the triangle's plane; 0 for a point above or below the triangle.
+/// Distance between a point's projection onto a triangle's plane and the triangle; 0 if the projection lies in the
+/// triangle.
 fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
     let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     let edges = [0, 1, 2].map(|i| (corners[i], corners[(i + 1) % 3] - corners[i]));
@@ -365,7 +367,7 @@ mod tests {
 
     #[test]
     fn a_cube_of_a_grid_has_twelve_triangles_worth_of_surface() {
-        // All points but the corners lie on edges, on faces or inside; all points occur twice.
+        // All points except the corners lie on edges, on faces or inside. All points occur twice.
         let points: Vec<DVec3> = (0..2 * 125)
             .map(|i| DVec3::new(f64::from(i % 5), f64::from(i / 5 % 5), f64::from(i / 25 % 5)) * 0.25)
             .collect();

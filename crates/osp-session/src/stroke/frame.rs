@@ -4,8 +4,8 @@ use super::{Drops, Sample};
 use crate::recording::NormalRule;
 use osp::math::{TOLERANCE_M, rotate};
 
-/// The unit direction from one sample to the next. `None`, and counted, if both positions coincide or one is out of
-/// range.
+/// The unit direction from one sample to the next. If both positions coincide or a position is out of range, counts the
+/// sample and returns `None`.
 pub(super) fn travel(last: &Sample, sample: &Sample, drops: &mut Drops) -> Option<Vec3> {
     let step = sample.position - last.position;
     let length_m = step.length();
@@ -29,7 +29,7 @@ pub(crate) fn any_perpendicular(m: Vec3) -> Vec3 {
 /// The component of `v` perpendicular to the unit vector `m`, normalised; `None` if it is nearly zero.
 pub(super) fn perpendicular_part(v: Vec3, m: Vec3) -> Option<Vec3> {
     let part = v - m * m.dot(v);
-    // At less than a twentieth of a degree from the direction of travel the component is numerical noise.
+    // If `v` is within a twentieth of a degree of the direction of travel, the component is numerical noise.
     (part.length_squared() > 1.0e-6 * v.length_squared())
         .then(|| part.normalize_or_zero())
         .filter(|p| *p != Vec3::ZERO)
@@ -43,9 +43,9 @@ pub(super) fn perpendicular_part(v: Vec3, m: Vec3) -> Option<Vec3> {
 /// * [`NormalRule::SideX`]: the width is the tracker's X axis itself.
 /// * [`NormalRule::Travel`]: Tilt Brush's `±(f x m) + |f.m| ±(u x m)` with forward f = -z and up u = +y, each sign
 ///   chosen to agree with the previous side.
-/// * [`NormalRule::Transport`]: the previous side, made perpendicular to the travel again.
+/// * [`NormalRule::Transport`]: the component of the previous side perpendicular to the travel.
 ///
-/// If a rule gives no direction (the axis is parallel to the travel), transport replaces it.
+/// If a rule gives no direction, because the axis is parallel to the travel, [`NormalRule::Transport`] is used.
 pub(crate) fn side(rule: NormalRule, sample: &Sample, travel: Vec3, previous: Option<Vec3>) -> Vec3 {
     let q = sample.orientation;
     let agreeing = |v: Vec3| if previous.is_some_and(|p| p.dot(v) < 0.0) { -v } else { v };
@@ -69,8 +69,8 @@ pub(crate) fn side(rule: NormalRule, sample: &Sample, travel: Vec3, previous: Op
     agreeing(side)
 }
 
-/// The frame of a brush's ribbon at a sample, computed as in Tilt Brush: the direction of the width, with the sign that
-/// agrees with `previous` (which may be zero), and the normal; unit vectors.
+/// The frame of a brush's ribbon at a sample, computed as in Tilt Brush: unit vectors along the width and along the
+/// normal. The sign of the width agrees with `previous`, which may be zero.
 pub(super) fn ribbon(previous: Vec3, travel: Vec3, orientation: Quat) -> [Vec3; 2] {
     let agreeing = |v: Vec3| if previous.dot(v) < 0.0 { -v } else { v };
     let forward = rotate(orientation, Vec3::NEG_Z);

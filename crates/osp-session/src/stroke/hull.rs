@@ -12,11 +12,11 @@ use crate::{
 };
 use osp::{math::COORDINATE_LIMIT_M, polygon::ConvexPolygon};
 
-/// Largest distance of a point from the hull, outside it, at which the point is ignored; metres at scale 1.
+/// A point that lies outside the hull by at most this distance is ignored; metres at scale 1.
 pub(super) const TOLERANCE_M: f64 = 1.0e-6;
 
-/// Builds the convex hull of the first sample, and of half balls around the further samples, each in the direction of
-/// travel.
+/// Builds the convex hull of the first sample and of half balls around the further samples. A half ball points in the
+/// direction of travel.
 #[derive(Clone, Debug)]
 pub struct HullBuilder {
     brush: &'static Brush,
@@ -28,7 +28,7 @@ pub struct HullBuilder {
     side: Option<Vec3>,
     /// Hull of the kept samples.
     hull: ConvexHull,
-    /// Whether a provisional end is drawn; `hull` does not contain this end.
+    /// Whether a provisional end is drawn. `hull` does not contain this end.
     is_end_drawn: bool,
 }
 

@@ -3,7 +3,7 @@ use glam::Vec3;
 use super::{Drops, Sample, StrokeSettings};
 use crate::brush::Brush;
 
-/// Distance from the last kept sample from which a further sample is kept.
+/// The smallest distance between two kept samples.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spacing {
     /// A constant distance, metres at scale 1.
@@ -30,18 +30,19 @@ pub(super) struct Step {
     pub from: Knot,
     /// The new sample.
     pub to: Knot,
-    /// Distance between the two, metres; finite.
+    /// Distance between `from` and `to`, metres; finite.
     pub length_m: f32,
-    /// Unit direction of the movement; zero if there is none.
+    /// Unit direction of the movement; zero if `length_m` is zero.
     pub travel: Vec3,
-    /// Whether the new sample is kept. If not, it is a provisional end of the stroke, which the next sample replaces.
+    /// Whether the new sample is kept. Otherwise it is a provisional end of the stroke, and the next sample replaces
+    /// it.
     pub is_kept: bool,
 }
 
 /// Classifies the samples of a stroke as kept samples and provisional ends, and smooths their pressure.
 ///
-/// Most brushes keep only samples at a minimum distance. A sample nearer to the last kept one is drawn as the stroke's
-/// provisional end, and the next sample replaces it.
+/// Most brushes keep only samples at a minimum distance. A sample nearer to the last kept sample is drawn as the
+/// stroke's provisional end, and the next sample replaces it.
 #[derive(Clone, Debug)]
 pub(super) struct Knots {
     brush: &'static Brush,
@@ -69,7 +70,7 @@ impl Knots {
         }
     }
 
-    /// Without smoothing, for brushes that use the recorded pressure.
+    /// Turns off the smoothing, for brushes that use the recorded pressure.
     pub(super) fn without_smoothing(self) -> Self {
         Self { is_smooth: false, ..self }
     }
@@ -79,13 +80,13 @@ impl Knots {
         self.last.as_ref()
     }
 
-    /// Distance from the last kept sample from which this knot is kept, metres.
+    /// Smallest distance from the last kept sample at which this knot is kept, metres.
     pub(super) fn spacing_m(&self, knot: &Knot) -> f32 {
         self.spacing.length_m * self.scale + self.spacing.part_of_size * knot.size_m
     }
 
-    /// Processes a sample. Returns `None` for the first one, which is always kept, and for a sample too far away to be
-    /// drawn.
+    /// Processes a sample. Returns `None` for the first sample, which is always kept, and for a sample that is out of
+    /// range.
     pub(super) fn push(&mut self, sample: Sample, drops: &mut Drops) -> Option<Step> {
         let Some(mut from) = self.last else {
             self.last = Some(self.knot(sample, self.first_pressure(&sample)));
@@ -114,7 +115,7 @@ impl Knots {
     }
 
     /// The smoothed pressure at the first sample of a stroke. For brushes with the short pressure window it is 0. For
-    /// others it is the newest pressure, until a second sample is kept.
+    /// other brushes it is the newest pressure, until a second sample is kept.
     fn first_pressure(&self, next: &Sample) -> f32 {
         if !self.is_smooth {
             return self.last.map_or(next.pressure, |last| last.sample.pressure);

@@ -2,8 +2,8 @@
 //! [brushes](crate::brush).
 //!
 //! Every builder processes samples one by one and writes the changes of the stroke's polygons to [`Pieces`]. Most
-//! builders only append polygons; a growing hull or a smoothed ribbon also replaces some. Degenerate pieces are dropped
-//! and counted in [`Drops`].
+//! builders only append polygons. A growing hull or a smoothed ribbon also replaces polygons. Degenerate pieces are
+//! dropped and counted in [`Drops`].
 //!
 //! Depends on [`recording`](crate::recording), [`brush`](crate::brush) and [`polygon`](osp::polygon).
 
@@ -151,17 +151,17 @@ impl StrokeBuilder {
         }
     }
 
-    /// Rebuilds polygons that depend on the length of the whole stroke: usually those at its end, sometimes all. Writes
-    /// the changes to `out`. Call it once a frame, if samples were added.
+    /// Rebuilds polygons that depend on the length of the whole stroke: usually only polygons at its end, sometimes
+    /// all. Writes the changes to `out`. Call it once in each frame that adds samples.
     pub fn settle(&mut self, out: &mut Pieces, drops: &mut Drops) {
         if let Self::TubeBrush(b) = self {
             b.settle(out, drops);
         }
     }
 
-    /// Repaints polygons whose surface, but not shape, has changed since the last call, because the stroke's length or
-    /// the distance from its end has changed. Appends the polygons' positions in the stroke, ascending, and their
-    /// surfaces. Call it once a frame, and after [`StrokeBuilder::finish`].
+    /// Repaints polygons whose surface, but not shape, depends on the stroke's length. Polygons that have not changed
+    /// since the last call are skipped. Appends the polygons' positions in the stroke, ascending, and their surfaces.
+    /// Call it once a frame, and after [`StrokeBuilder::finish`].
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
         match self {
             Self::Ribbon(_)

@@ -18,13 +18,16 @@ pub struct ParticlesBuilder {
     width_m: f32,
     random: Random,
     interval_m: f64,
-    /// The last sample, and its index in the stroke.
+    /// The last knot, which is a sample, and its number in the stroke.
     last: Option<(Sample, u32)>,
-    /// Length of the stroke from the first sample to the last.
+    /// Position of the last sample, and the length of the path to it.
+    pointer: Vec3,
+    travelled_m: f64,
+    /// Length of the stroke from the first knot to the last.
     length_m: f64,
-    /// Number of particle positions along the stroke that have a particle already.
+    /// Number of particle positions along the stroke that the knots so far have passed.
     taken: u64,
-    /// The stroke's only particle, until a second one exists.
+    /// The stroke's only particle, until a second particle exists.
     lone: Option<Lone>,
 }
 
@@ -32,7 +35,7 @@ pub struct ParticlesBuilder {
 struct Lone {
     place: u32,
     position: Vec3,
-    /// Pressure of the second sample, once it exists.
+    /// Pressure of the second knot, once it exists.
     pressure: f32,
 }
 
@@ -47,6 +50,8 @@ impl ParticlesBuilder {
             // The lower bound keeps the number of particles finite.
             interval_m: interval_m.max(f64::MIN_POSITIVE),
             last: None,
+            pointer: Vec3::ZERO,
+            travelled_m: 0.0,
             length_m: 0.0,
             taken: 0,
             lone: None,
@@ -58,14 +63,36 @@ impl ParticlesBuilder {
         let Some((last, number)) = self.last else {
             let lone = Lone { place: out.len(), position: sample.position, pressure: sample.pressure };
             self.place_lone(lone, out, drops);
-            (self.last, self.taken, self.lone) = (Some((sample, 0)), 1, Some(lone));
+            (self.last, self.pointer, self.taken, self.lone) =
+                (Some((sample, 0)), sample.position, 1, Some(lone));
             return;
         };
         let step = sample.position - last.position;
         let step_m = f64::from(step.length());
-        if !step_m.is_finite() {
+        let travel = f64::from((sample.position - self.pointer).length());
+        if !step_m.is_finite() || !travel.is_finite() {
             drops.out_of_range += 1;
             return;
+        }
+        self.pointer = sample.position;
+        self.travelled_m += travel;
+        if let Some(lone) = &mut self.lone {
+            out.truncate(lone.place);
+            if number == 0 {
+                lone.pressure = sample.pressure;
+            }
+            let lone = *lone;
+            // As in Tilt Brush, the second knot follows the pointer until the pointer has travelled an interval.
+            if self.travelled_m <= self.interval_m {
+                self.place_lone(lone, out, drops);
+                return;
+            }
+            if number == 0 {
+                self.taken = 0;
+            } else {
+                self.lone = None;
+                self.place(lone.position, lone.pressure, 1, 0, out, drops);
+            }
         }
         let knot = number.wrapping_add(1);
         let start_m = self.length_m;
@@ -74,28 +101,19 @@ impl ParticlesBuilder {
         let taken = ((self.length_m / self.interval_m).floor() as u64).saturating_add(1).max(self.taken);
         let first = std::mem::replace(&mut self.taken, taken);
         self.last = Some((sample, knot));
-
-        if let Some(lone) = &mut self.lone {
-            if number == 0 {
-                lone.pressure = sample.pressure;
-            }
-            let lone = *lone;
-            out.truncate(lone.place);
-            if taken == first {
-                self.place_lone(lone, out, drops);
-                return;
-            }
-            self.lone = None;
-            self.place(lone.position, lone.pressure, 1, 0, out, drops);
+        if let Some(lone) = self.lone.filter(|_| taken == 1) {
+            self.place_lone(lone, out, drops);
+            return;
         }
-        // The first particle of the stroke counts among those before the second sample.
-        let already = u64::from(number == 0);
+        self.lone = None;
         let count = (taken - first).min(MAX_SCATTERED);
         drops.excess_pieces = drops.excess_pieces.saturating_add(taken - first - count);
         for i in 0..count {
             let along_m = (first + i) as f64 * self.interval_m - start_m;
-            let position = last.position + step * ((along_m / step_m) as f32).clamp(0.0, 1.0);
-            self.place(position, sample.pressure, knot, (already + i) as u32, out, drops);
+            // A stroke of two knots in one place has a particle there.
+            let part = if step_m > 0.0 { along_m / step_m } else { 0.0 };
+            let position = last.position + step * (part as f32).clamp(0.0, 1.0);
+            self.place(position, sample.pressure, knot, i as u32, out, drops);
         }
     }
 
@@ -103,7 +121,7 @@ impl ParticlesBuilder {
         self.place(lone.position, lone.pressure.max(LONE_PRESSURE), 1, 0, out, drops);
     }
 
-    /// Places particle `i` of those before sample `knot`.
+    /// Places particle `i` of the particles before knot number `knot`.
     fn place(&self, position: Vec3, pressure: f32, knot: u32, i: u32, out: &mut Pieces, drops: &mut Drops) {
         let (brush, random) = (self.brush, self.random);
         let salt = knot.wrapping_mul(16).wrapping_add(i).wrapping_mul(16);
@@ -114,7 +132,7 @@ impl ParticlesBuilder {
         if brush.particle_speed > 0.0 {
             middle += random.on_sphere(at(2)) * (size_m * brush.particle_speed / brush.size_min);
         }
-        // The texture lies on its side: its right edge is up.
+        // The texture is rotated by 90 degrees: its right edge is up.
         let roll = std::f32::consts::FRAC_PI_2
             + random.around_zero(at(7), 0.5 * brush.particle_rotation_range_degrees.to_radians());
         let corners = CORNERS.map(|corner| middle + (corner * (0.5 * size_m)).extend(0.0));
@@ -126,7 +144,7 @@ impl ParticlesBuilder {
     }
 }
 
-/// The texture coordinates of a square at [`CORNERS`]: the whole texture, or one of two by two cells.
+/// The texture coordinates of a square at [`CORNERS`]: the whole texture, or a random cell of two by two cells.
 pub(super) fn cell(brush: &Brush, random: Random, salt: u32) -> [Vec2; 4] {
     if brush.atlas_rows <= 1 {
         return CORNERS.map(|corner| corner * 0.5 + 0.5);

@@ -14,7 +14,8 @@ pub struct Piece {
     pub surface: Surface,
 }
 
-/// Positions in a stroke of a quad's polygons (none, one or two), and the corners of the quad that each polygon has.
+/// The polygons of a quad (none, one or two): their positions in the stroke, and the quad's corners that each polygon
+/// has.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct QuadPieces {
     first: u32,
@@ -23,12 +24,12 @@ pub struct QuadPieces {
 }
 
 impl QuadPieces {
-    /// The position of the first polygon; without polygons, the next free position.
+    /// The position of the first polygon. Without polygons, it is the next free position.
     pub fn first(&self) -> u32 {
         self.first
     }
 
-    /// The positions of all polygons, each with its part of the quad's surface.
+    /// The positions of all polygons, each with the surface data of its corners.
     pub fn painted(self, surface: Surface) -> impl Iterator<Item = (u32, Surface)> {
         (self.first..).zip(self.corners).take(usize::from(self.count)).map(move |(place, corners)| {
             let is_whole = corners == [0, 1, 2, 3];
@@ -37,21 +38,21 @@ impl QuadPieces {
     }
 }
 
-/// Changes of a stroke's polygons by a sample: polygons before the first changed one stay, all others are replaced.
+/// Changes of a stroke's polygons by a sample. Polygons before the first changed polygon stay; all others are replaced.
 ///
 /// Positions count from the stroke's first polygon.
 #[derive(Clone, Debug, Default)]
 pub struct Pieces {
     kept: u32,
-    /// Number of polygons that no sample removes: all up to the last one that an event added directly.
+    /// Number of polygons that no sample removes: all up to the last polygon that an event added directly.
     fixed: u32,
     fresh: Vec<Piece>,
-    /// Scratch: polygons that will be appended to `fresh`.
+    /// Scratch memory: polygons that will be appended to `fresh`.
     polygons: Vec<ConvexPolygon>,
 }
 
 impl Pieces {
-    /// Restarts for a stroke that has `count` polygons; the first `fixed` of them are never replaced.
+    /// Starts a list of changes for a stroke that has `count` polygons. The first `fixed` polygons are never replaced.
     pub fn begin(&mut self, count: u32, fixed: u32) {
         (self.kept, self.fixed) = (count, fixed);
         self.fresh.clear();
@@ -91,9 +92,9 @@ impl Pieces {
         self.fresh[before..].iter_mut().for_each(|piece| piece.surface = surface);
     }
 
-    /// Appends a quad, whose corners have the surface data of `surface` in the same order. A planar convex quad becomes
-    /// one polygon. Any other quad becomes two triangles, or one if two neighbouring corners coincide. A triangle
-    /// repeats its last corner.
+    /// Appends a quad. `surface` has the surface data of its corners, in the same order. A planar convex quad becomes
+    /// one polygon. If two neighbouring corners coincide, the quad becomes one triangle, otherwise two triangles. The
+    /// surface data of a triangle repeat its last corner.
     pub fn push_quad(&mut self, corners: [Vec3; 4], surface: Surface, drops: &mut Drops) -> QuadPieces {
         let before = self.fresh.len();
         let mut pieces = self.no_quad();
@@ -104,7 +105,7 @@ impl Pieces {
             None => push_quad(corners, out, drops),
         });
         for (piece, places) in self.fresh[before..].iter_mut().zip(&mut pieces.corners) {
-            // Each corner of a half equals one of the quad's, bit for bit.
+            // Each corner of a triangle equals a corner of the quad, bit for bit.
             let vertices = piece.polygon.vertices();
             let place = |i: usize| {
                 let vertex = vertices[i.min(vertices.len() - 1)];

@@ -6,8 +6,8 @@ use osp::{
     polygon::ConvexPolygon,
 };
 
-/// Area of a polygon, as a fraction of its longest edge squared, below which it is degenerate (a needle or a point). A
-/// larger value would drop thin ribbons.
+/// A polygon is degenerate (a needle or a point) if its area is below this fraction of its longest edge squared. A
+/// larger fraction would drop thin ribbons.
 const DEGENERATE_AREA_M2_PER_M2: f32 = 1.0e-6;
 
 fn longest_edge_squared(polygon: &ConvexPolygon) -> f32 {

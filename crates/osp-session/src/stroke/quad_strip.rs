@@ -15,11 +15,11 @@ const SPACING: Spacing = Spacing { length_m: 0.0015, part_of_size: 0.2 };
 /// Length of the fade at the end of a ribbon whose texture coordinate is proportional to distance; metres at scale 1.
 const FADE_M: f32 = 0.025;
 
-/// Builds a ribbon of rectangles between the samples that its brush keeps. Each rectangle is smoothed with its
-/// neighbours once the next one exists.
+/// Builds a ribbon of rectangles between the samples that its brush keeps. A rectangle is smoothed with its neighbours
+/// when the next rectangle exists.
 ///
-/// If the hand reverses its direction, the ribbon breaks into segments that are not joined. Source: the quad strips of
-/// Tilt Brush (Apache-2.0), as facts.
+/// If the hand reverses its direction, the ribbon breaks into segments that are not joined. Source of its rules and
+/// constants: the quad strips of Tilt Brush (Apache-2.0).
 #[derive(Clone, Debug)]
 pub struct QuadStripBuilder {
     brush: &'static Brush,
@@ -27,7 +27,7 @@ pub struct QuadStripBuilder {
     scale: f32,
     random: Random,
     knots: Knots,
-    /// The quads whose shape or surface may still change: the kept ones, then a provisional end if there is one.
+    /// The quads whose shape or surface may still change: kept quads, then a provisional end if there is one.
     quads: Vec<Quad>,
     kept: usize,
     /// Number of kept quads since the last break.
@@ -35,14 +35,14 @@ pub struct QuadStripBuilder {
     /// Number of kept quads of the whole stroke.
     count: u32,
     last: Option<Last>,
-    /// Difference between the hand's width and the ribbon's, metres, because a ribbon is narrower in sharp bends.
+    /// Reduction of the ribbon's width in sharp bends, metres.
     shrink_m: f32,
     /// The first quad of the segment that was last painted, and the state of its painting.
     painted: (u32, Refresh),
     is_finished: bool,
 }
 
-/// The last kept quad before it was smoothed and joined to the previous one.
+/// The last kept quad before it was smoothed and joined to the previous quad.
 #[derive(Clone, Copy, Debug)]
 struct Last {
     form: Rectangle,
@@ -50,7 +50,7 @@ struct Last {
     joined: Form,
 }
 
-/// Centre, half of the length, half of the width.
+/// A rectangle: its centre, and the vectors from the centre to its leading edge and to its right edge.
 #[derive(Clone, Copy, Debug)]
 struct Rectangle {
     middle: Vec3,
@@ -58,7 +58,7 @@ struct Rectangle {
     right: Vec3,
 }
 
-/// Corners: left and right of the trailing edge, right and left of the leading edge.
+/// The shape of a quad. Its corners are left and right of the trailing edge, then right and left of the leading edge.
 #[derive(Clone, Copy, Debug)]
 struct Form {
     corners: [Vec3; 4],
@@ -100,8 +100,8 @@ impl Form {
         0.5 * (leading_left.distance(trailing_left) + leading_right.distance(trailing_right))
     }
 
-    /// Gives two neighbouring quads a common edge: the mean of their edges, or (for a provisional end) the edge of the
-    /// quad behind.
+    /// Gives two neighbouring quads a common edge. For kept quads it is the mean of their edges; for a provisional end,
+    /// it is the edge of the quad `behind`.
     fn join(behind: &mut Self, ahead: &mut Self, is_kept: bool) {
         if is_kept {
             for (leading, trailing) in [(3, 0), (2, 1)] {
@@ -175,7 +175,7 @@ impl QuadStripBuilder {
         }
     }
 
-    /// Ends the stroke. Removes a segment of a single quad, and a provisional end that follows no quad or only one.
+    /// Ends the stroke. Removes a segment of a single quad, and a provisional end after fewer than two quads.
     pub fn finish(&mut self, out: &mut Pieces) {
         let is_break = self.quads.last().is_some_and(Quad::is_first) && self.quads.len() > self.kept;
         let stays = match self.in_segment {
@@ -192,8 +192,8 @@ impl QuadStripBuilder {
         self.is_finished = true;
     }
 
-    /// Repaints the quads whose surface may have changed since the last call, and drops those that can no longer
-    /// change.
+    /// Repaints the quads whose surface may have changed since the last call. Quads that can no longer change are
+    /// dropped.
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
         let settled = match self.uv {
             Uv::Stretched => self.repaint_stretched(out),
@@ -267,7 +267,7 @@ impl QuadStripBuilder {
         (form, direction, normal, width_m, false)
     }
 
-    /// Appends a quad and smooths the previous ones.
+    /// Appends a quad and smooths the previous quads.
     fn append(&mut self, form: &Rectangle, direction: Vec3, normal: Vec3, step: Step, is_break: bool) {
         let is_kept = step.is_kept;
         let opacity = self.brush.opacity(step.to.smoothed);
@@ -353,7 +353,7 @@ impl QuadStripBuilder {
         [row, row + 1].map(|row| row as f32 / rows as f32)
     }
 
-    /// Surface of one of the last quads, for the current length of the stroke.
+    /// Surface of quad `i` of `quads`, for the current length of the stroke.
     fn surface_of(&self, i: usize) -> Surface {
         let quad = &self.quads[i];
         let segment = self.quads[i..].iter().take_while(|other| other.first == quad.first);
@@ -376,7 +376,7 @@ impl QuadStripBuilder {
             self.stretch(segment, segment.len(), out);
         }
         if let [first, .., last] | [first @ last] = open {
-            // A provisional end may be a segment of its own.
+            // A provisional end may form a separate segment.
             let is_one = first.first == last.first;
             let (segment, end) = open.split_at(if is_one { open.len() } else { self.in_segment });
             let mut painted = std::mem::take(&mut self.painted);
@@ -399,7 +399,7 @@ impl QuadStripBuilder {
         out.extend(quads.iter().flat_map(|quad| quad.pieces.painted(stretched(quad, total_m, row))));
     }
 
-    /// Repaints the quads near the end of a segment. Quads far from the end become final; the distance is measured
+    /// Repaints the quads near the end of a segment. Quads far from the end become final. The distance is measured
     /// along quads whose shape is final.
     fn repaint_fading(&mut self, out: &mut Vec<(u32, Surface)>) -> usize {
         let from = out.len();
@@ -424,7 +424,7 @@ impl QuadStripBuilder {
         settled.min(self.kept.saturating_sub(4))
     }
 
-    /// Surface of a quad whose texture coordinate is proportional to distance; `ahead_m` is the length of the segment
+    /// Surface of a quad whose texture coordinate is proportional to distance. `ahead_m` is the length of the segment
     /// after the quad.
     fn fading(&self, quad: &Quad, ahead_m: f32) -> Surface {
         let fade_m = (FADE_M * self.scale).max(f32::MIN_POSITIVE);

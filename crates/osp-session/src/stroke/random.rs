@@ -30,7 +30,8 @@ impl Random {
         half_range * (2.0 * self.unit(salt) - 1.0)
     }
 
-    /// A unit vector; uses two salts. (The sign of z is opposite to Open Brush's, as the axis is.)
+    /// A unit vector; uses two salts. The sign of z is opposite to that in Open Brush, whose z axis has the opposite
+    /// direction.
     pub(super) fn on_sphere(self, salt: u32) -> Vec3 {
         let z = 1.0 - 2.0 * self.unit(salt);
         let (sin, cos) = libm::sincosf(std::f32::consts::TAU * self.unit(salt.wrapping_add(1)));

@@ -1,27 +1,27 @@
-/// Smallest number of parts that are rebuilt at the end. Most strokes are shorter, so only long strokes are ever out of
-/// date.
+/// Smallest number of parts that are rebuilt at the end. Most strokes have fewer parts, so only long strokes are ever
+/// out of date.
 const LEAST: usize = 32;
 
-/// Decides how many parts of a growing segment are rebuilt, if all parts depend on its length: usually its end, seldom
-/// all of it.
+/// Decides how many parts of a growing segment are rebuilt, if the shape of all parts depends on the segment's length.
+/// Usually only the end is rebuilt, seldom the whole segment.
 ///
-/// A part is rebuilt before half of the parts after it have been added since its last build. So the end always has its correct
-/// shape, and parts far behind it are slightly out of date until the stroke ends. A segment that grows to `n` parts,
-/// one by one, costs about `n (2 log n + 32)` builds of a part.
+/// A part is rebuilt before the number of parts after it has doubled since its last build. The end therefore always has
+/// its correct shape. Parts far from the end are slightly out of date until the stroke ends. A segment that grows to
+/// `n` parts, one by one, costs about `n (2 log n + 32)` builds of a part.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Refresh {
     /// Largest number of parts of the segment so far.
     count: usize,
-    /// Length of the segment when all of it was last rebuilt, metres.
+    /// Length of the segment when it was last rebuilt as a whole, metres.
     whole_m: f32,
 }
 
 impl Refresh {
-    /// Number of parts at the end to rebuild, for a segment of `count` parts and this length.
+    /// Number of parts to rebuild at the end of a segment of `count` parts and this length.
     pub(super) fn parts(&mut self, count: usize, length_m: f32) -> usize {
         let before = self.count;
         self.count = before.max(count);
-        // The largest power of two with a multiple between the old and the new count.
+        // The largest power of two that has a multiple above the old count, up to the new count.
         let passed = (before ^ self.count).checked_ilog2().map_or(0, |bit| 1_usize << bit);
         let parts = LEAST + 4 * passed;
         if parts < count && length_m <= 1.25 * self.whole_m {

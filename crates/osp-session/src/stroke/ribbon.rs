@@ -4,8 +4,8 @@ use super::polygon::push_quad;
 use super::{Drops, Sample, StrokeSettings, frame};
 use osp::polygon::ConvexPolygon;
 
-/// Builds a ribbon: one quad between two consecutive samples, spanned along the width (see
-/// [`crate::recording::NormalRule`]).
+/// Builds a ribbon: one quad between two consecutive samples. [`crate::recording::NormalRule`] determines the direction
+/// of its width.
 ///
 /// Source: "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", Fig. 17. In the figure,
 /// the polygon between two samples has the tracker's X axis as its normal.
@@ -30,7 +30,7 @@ impl RibbonBuilder {
             self.last = Some(sample);
             return;
         };
-        // Without a direction the border stays, so that the next sample continues it without a gap.
+        // Without a direction of travel the border stays. The next sample then continues it without a gap.
         let Some(travel) = frame::travel(&last, &sample, drops) else { return };
         let [left, right] = match self.border {
             Some(border) => border,

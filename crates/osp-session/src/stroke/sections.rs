@@ -1,4 +1,5 @@
-//! Cross-sections of welded ribbons. A section consists of lanes, lines that become the ribbon's sides.
+//! Cross-sections of welded ribbons. A section consists of line segments, the lanes. Each lane becomes a side of the
+//! ribbon.
 
 use glam::Vec3;
 
@@ -10,7 +11,7 @@ use super::{
 /// Largest number of lanes of a section.
 pub(super) const LANES: usize = 4;
 
-/// Height of a diamond's middle above its sides, as a fraction of half its width.
+/// Height of a diamond's middle, as a fraction of half its width.
 const BELLY: f32 = 0.125;
 /// Fraction of the texture that is cropped at each side of a diamond, because the texture is ragged there.
 const CHOP: f32 = 0.1;
@@ -31,7 +32,7 @@ pub(super) enum Section {
     Box,
 }
 
-/// One lane of a section: a line across the ribbon.
+/// One lane of a section: its end points, with normals.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rim {
     pub ends: [Vec3; 2],
@@ -50,7 +51,7 @@ impl Section {
         }
     }
 
-    /// Number of vertices that the original application makes for a section. The random seeds depend on this number.
+    /// Number of vertices of a section in the original application. The seeds of random numbers depend on it.
     pub(super) fn vertices(self) -> u32 {
         match self {
             Self::Flat | Self::Tapered | Self::Bolt => 2,
@@ -59,7 +60,7 @@ impl Section {
         }
     }
 
-    /// Whether a segment's shape depends on its length.
+    /// Whether the shape of a segment depends on the segment's length.
     pub(super) fn depends_on_length(self) -> bool {
         matches!(self, Self::Tapered | Self::Bolt)
     }
@@ -73,7 +74,7 @@ impl Section {
         }
     }
 
-    /// Factor of a section's offsets from the centre line at the fraction `u` of its segment.
+    /// Factor of a section's offsets from the centre line, at the fraction `u` of the segment's length.
     pub(super) fn envelope(self, u: f32) -> f32 {
         let sine = libm::sinf(std::f32::consts::PI * u.clamp(0.0, 1.0)).max(0.0);
         match self {
@@ -83,7 +84,7 @@ impl Section {
         }
     }
 
-    /// The section at node `i`, where a piece ends.
+    /// The section at node `i`, at the end of a piece.
     pub(super) fn at(self, track: &Track, i: usize, envelope: f32) -> Rims {
         let nodes = track.nodes();
         let (node, before) = (&nodes[i], &nodes[i - 1]);
@@ -103,7 +104,7 @@ impl Section {
         self.rims(&frame)
     }
 
-    /// The section at the node before `i`, where a segment starts.
+    /// The section at the node before node `i`, at the start of a segment.
     pub(super) fn at_start(self, track: &Track, i: usize) -> Rims {
         let (node, before) = (&track.nodes()[i], &track.nodes()[i - 1]);
         self.rims(&Frame {

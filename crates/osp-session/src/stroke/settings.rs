@@ -6,9 +6,9 @@ use crate::{
 /// Settings of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrokeSettings {
-    /// The brush; without one, `tool` determines the polygons.
+    /// The brush. If `None`, `tool` determines the polygons.
     pub brush: Option<&'static Brush>,
-    /// Form of a stroke without a brush.
+    /// The tool, which determines the polygons of a stroke without a brush.
     pub tool: Tool,
     /// Full width at full pressure, metres.
     pub width_m: f32,

@@ -6,13 +6,13 @@ use super::{
 };
 use crate::brush::{Brush, Surface};
 
-/// Samples nearer than this to the last one get no slice; metres at scale 1.
+/// Samples nearer than this to the last kept sample get no slice; metres at scale 1.
 const LEAST_MOVE_M: f32 = 0.0005;
 
-/// Builds a square across the stroke at every sample that its brush keeps. The squares rotate as little as possible
-/// from one to the next.
+/// Builds a square perpendicular to the stroke at every sample that its brush keeps. The rotation between neighbouring
+/// squares is as small as possible.
 ///
-/// Source: the slices of Tilt Brush (Apache-2.0), as facts.
+/// Source of its rules and constants: the slices of Tilt Brush (Apache-2.0).
 #[derive(Clone, Debug)]
 pub struct SlicesBuilder {
     scale: f32,
@@ -65,7 +65,7 @@ impl SlicesBuilder {
 }
 
 impl Frame {
-    /// Right vector of the square after the smallest rotation from its direction to `travel`.
+    /// Right vector of the square after the smallest rotation that turns its direction of travel to `travel`.
     fn turned_to(&self, travel: Vec3) -> Vec3 {
         let half_way = self.travel + travel;
         let right = self.right - half_way * (travel.dot(self.right) / (1.0 + self.travel.dot(travel)));

@@ -17,7 +17,7 @@ pub struct SprayBuilder {
     brush: &'static Brush,
     random: Random,
     knots: Knots,
-    /// Number of kept samples so far, without the first.
+    /// Number of kept samples so far, without the first sample.
     kept: u32,
     is_midpoint: bool,
 }
@@ -33,7 +33,7 @@ impl SprayBuilder {
         Self { brush, random: Random::new(settings.seed), knots, kept: 0, is_midpoint }
     }
 
-    /// Processes a sample and writes the changes to `out`: none if the sample is too near to the last kept one.
+    /// Processes a sample and writes the changes to `out`. A sample too near to the last kept sample changes nothing.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some(step) = self.knots.push(sample, drops).filter(|step| step.is_kept) else { return };
         self.kept = self.kept.wrapping_add(1);

@@ -7,7 +7,7 @@ use super::{
 use crate::brush::Brush;
 use osp::math::rotate;
 
-/// Samples nearer than this are not joined; metres at scale 1.
+/// Consecutive samples nearer than this are not joined; metres at scale 1.
 const LEAST_MOVE_M: f32 = 0.0005;
 
 /// A control point of a welded ribbon.
@@ -22,23 +22,23 @@ pub(super) struct Node {
     pub opacity: f32,
     /// Distance from the previous node, metres.
     pub length_m: f32,
-    /// Whether a piece of ribbon ends at this node; else the ribbon is broken before it.
+    /// Whether a piece of ribbon ends at this node. Otherwise the ribbon is broken before it.
     pub is_linked: bool,
     /// Unit directions of the width and of the normal; zero if the ribbon is broken before the node.
     pub right: Vec3,
     pub normal: Vec3,
-    /// Number of vertices of the ribbon up to here; the seed of the next segment's random numbers.
+    /// Number of vertices of the ribbon up to this node. It is the seed of the next segment's random numbers.
     pub vertices: u32,
 }
 
-/// The control points of a ribbon whose pieces share their edges; each point has a frame.
+/// The control points of a ribbon whose pieces share their edges, each with its frame.
 #[derive(Clone, Debug)]
 pub(super) struct Track {
     brush: &'static Brush,
     scale: f32,
     knots: Knots,
-    /// Whether the brush is of the old kind. Such brushes do not smooth a node's frame by the next node, and their
-    /// largest turn depends on their width.
+    /// Whether the brush is of the old kind. For such a brush, a node's frame does not depend on the next node, and the
+    /// largest turn depends on the width.
     is_old: bool,
     /// Number of vertices at each end of a piece.
     vertices_at_end: u32,
@@ -108,7 +108,7 @@ impl Track {
         self.nodes.truncate(self.kept);
         self.nodes.push(self.node(&step.to));
         let last = self.nodes.len() - 1;
-        // The frame of the previous node turns half-way to the new one.
+        // The frame of the previous node turns half-way to that of the new node.
         let first = if self.is_old || last < 2 { last } else { last - 1 };
         (first..=last).for_each(|i| self.link(i));
         if step.is_kept {
@@ -148,7 +148,7 @@ impl Track {
         }
     }
 
-    /// Joins a node to the previous one, or breaks the ribbon.
+    /// Joins a node to the previous node, or breaks the ribbon before it.
     fn link(&mut self, i: usize) {
         let (before, node, after) = (self.nodes[i - 1], self.nodes[i], self.nodes.get(i + 1).copied());
         let step = node.position - before.position;
@@ -191,7 +191,7 @@ impl Track {
     }
 }
 
-/// The width of a node, reduced if its section would cross the previous one, and limited in its growth.
+/// The width of a node. It is reduced if its section would cross the previous section, and its growth is limited.
 fn width_m(before: &Node, node: &Node) -> f32 {
     let width_before_m = if before.is_linked { before.width_m } else { before.size_m };
     let forward = before.normal.cross(before.right);

@@ -8,10 +8,10 @@ use super::Drops;
 use super::polygon::{push_checked, push_quad};
 use osp::polygon::ConvexPolygon;
 
-/// Number of additional passes over all corners when no ear is left. It bounds the work for outlines without ears.
+/// Largest number of further searches for ears after none was found. It bounds the work for outlines without ears.
 const LOOKS_AGAIN: u32 = 8;
 
-/// The normal by Newell's sum, whose length is twice the area; robust for non-planar and concave outlines.
+/// The normal by Newell's sum. Its length is twice the area. It is robust for non-planar and concave outlines.
 fn newell_normal(corners: &[Vec3]) -> Vec3 {
     let Some(&first) = corners.first() else { return Vec3::ZERO };
     (0..corners.len())
@@ -73,13 +73,13 @@ fn clip_ears(corners: &[Vec3], out: &mut Vec<ConvexPolygon>, drops: &mut Drops) 
     let mut looks_again = LOOKS_AGAIN;
     while left.len() > 3 {
         let mut found = ears.iter().position(|&ear| ear);
-        // The outline touches itself, so the corner that lay inside an ear may have been removed by now.
+        // If the outline touches itself, the corner that lay inside an ear may have been removed since.
         if found.is_none() && looks_again > 0 {
             looks_again -= 1;
             ears = ears_of(&left);
             found = ears.iter().position(|&ear| ear);
         }
-        // A self-crossing outline may have no ear. Then any corner is cut; the pieces still cover the outline's
+        // A self-crossing outline may have no ear. Then any corner is cut off. The pieces still cover the outline's
         // corners.
         let i = found.unwrap_or(0);
         let n = left.len();

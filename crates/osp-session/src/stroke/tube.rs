@@ -13,8 +13,8 @@ const CIRCLE: [(f32, f32); TUBE_SIDES] = {
     [(1.0, 0.0), (H, H), (0.0, 1.0), (-H, H), (-1.0, 0.0), (-H, -H), (0.0, -1.0), (H, -H)]
 };
 
-/// Builds a closed tube: a ring of quads between two consecutive samples (rotation-minimising frame), and a cap at each
-/// end.
+/// Builds a closed tube: a ring of quads between two consecutive samples, and a cap at each end. Its frame is
+/// rotation-minimising.
 #[derive(Clone, Debug)]
 pub struct TubeBuilder {
     settings: StrokeSettings,

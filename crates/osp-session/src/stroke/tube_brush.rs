@@ -14,18 +14,18 @@ use osp::polygon::ConvexPolygon;
 /// A tube breaks if the hand moves less than this distance, metres at scale 1.
 const SHORTEST_MOVE_M: f32 = 5.0e-4;
 
-/// Builds a tube along the samples, in segments, because the tube breaks where the hand turns sharply.
+/// Builds a tube along the samples. At sharp turns of the hand, the tube breaks into segments.
 ///
 /// A tube whose texture coordinate is proportional to distance grows at its end. A tube with a shape, or with a texture
-/// stretched over a segment, changes as a whole with each sample. [`TubeBrushBuilder::settle`] rebuilds its end once a
-/// frame, and sometimes all of it. All of it is rebuilt when the segment or the stroke ends.
+/// stretched over a segment, changes as a whole with each sample. [`TubeBrushBuilder::settle`] rebuilds the segment's
+/// end once a frame, and sometimes the whole segment. The whole segment is rebuilt when the segment or the stroke ends.
 #[derive(Clone, Debug)]
 pub struct TubeBrushBuilder {
     brush: &'static Brush,
     shape: Shape,
     uv: Uv,
     is_hard: bool,
-    /// Length of the cones that close a segment divided by the radius.
+    /// Length of the cones that close a segment, divided by the radius.
     cap_aspect: Option<f32>,
     break_mult: f32,
     shortest_move_m: f32,
@@ -33,21 +33,21 @@ pub struct TubeBrushBuilder {
     /// Cosine and sine of the angle of each corner of a section, and of the middle of each side.
     circle: Vec<[(f32, f32); 2]>,
     knots: Knots,
-    /// The kept samples, and then a provisional end if there is one.
+    /// The kept samples, then a provisional end if there is one.
     line: Vec<Knot>,
     has_end: bool,
-    /// The rings at the knots of `line`; the last two may still change.
+    /// The rings at the knots of `line`. The last two may still change.
     rings: Vec<Ring>,
     /// End of the drawn part that no longer changes.
     done: Cursor,
-    /// Counts of dropped polygons in the drawn part that may still change.
+    /// Counts of dropped polygons in the part that may still change.
     pending: Drops,
     is_unsettled: bool,
     /// The last segment, if it changes as a whole.
     open: Open,
 }
 
-/// The cross-section at a knot, and the connection with the previous one.
+/// The cross-section at a knot, and its connection with the previous ring.
 #[derive(Clone, Copy, Debug)]
 struct Ring {
     middle: Vec3,
@@ -56,9 +56,9 @@ struct Ring {
     length_m: f32,
     /// `None` at the start and at a break of the tube, where the ring is not joined to the previous one.
     frame: Option<Frame>,
-    /// Index of the first ring of its segment that is joined to the previous ring.
+    /// Index of the segment's first ring that is joined to the ring before it.
     first: usize,
-    /// Distance from the start of its segment, metres.
+    /// Distance from the start of the segment, metres.
     along_m: f32,
 }
 
@@ -73,7 +73,7 @@ struct Section {
     petal_m: f32,
 }
 
-/// The rings of a segment, each joined to the previous one.
+/// A range of rings, each joined to the previous ring.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
     first: usize,
@@ -171,7 +171,8 @@ impl TubeBrushBuilder {
         }
     }
 
-    /// Rebuilds the parts that change with each sample; of a growing segment usually only the end.
+    /// Rebuilds the parts that change with each sample. For a growing segment these are usually only the parts at the
+    /// end.
     pub fn settle(&mut self, out: &mut Pieces, drops: &mut Drops) {
         if std::mem::take(&mut self.is_unsettled) {
             self.make_segments(false, out, drops);
@@ -186,8 +187,8 @@ impl TubeBrushBuilder {
         add(drops, &std::mem::take(&mut self.pending));
     }
 
-    /// Rebuilds the segments that may still change. If `is_end`, all parts of a segment that changes as a whole are
-    /// rebuilt, too.
+    /// Rebuilds the segments that may still change. If `is_end`, a segment that changes as a whole is rebuilt
+    /// completely.
     fn make_segments(&mut self, is_end: bool, out: &mut Pieces, drops: &mut Drops) {
         self.update_rings();
         let mut open = std::mem::take(&mut self.open);
@@ -200,7 +201,8 @@ impl TubeBrushBuilder {
         if let Some(segment) = segments.iter().find(|segment| is_growing(segment)) {
             from = self.first_to_make(segment, &mut open);
         }
-        // The end of a stroke is final, and so is the segment before a break.
+        // At the end of a stroke and before a break, the shape of a segment becomes final, so the whole segment is
+        // rebuilt.
         if is_end || segments.first().is_none_or(|segment| !is_growing(segment)) {
             from = 0;
         }
@@ -338,7 +340,7 @@ impl TubeBrushBuilder {
         Ring { length_m, frame, first, along_m: before_m + length_m, ..ring }
     }
 
-    /// Joins knot `i` to the previous one, with the samples' widths.
+    /// Adds the piece between knot `i` and the previous knot, with the samples' widths.
     fn add_piece(&self, i: usize, cursor: &mut Cursor, out: &mut Pieces, drops: &mut Drops) {
         let (before, ring) = (self.rings[i - 1], self.rings[i]);
         if let Some(frame) = ring.frame {
@@ -358,8 +360,8 @@ impl TubeBrushBuilder {
         (cursor.knot, cursor.place) = (i, out.len());
     }
 
-    /// Adds a segment. The sections before index `from` are drawn already; `drawn` contains them, and afterwards all
-    /// sections.
+    /// Adds a segment. The sections before index `from` were drawn before, and `drawn` contains them. Afterwards
+    /// `drawn` contains all sections.
     fn add_segment(
         &self,
         segment: &Segment,
@@ -466,8 +468,8 @@ impl TubeBrushBuilder {
         drops: &mut Drops,
     ) {
         let count = self.circle.len();
-        // An integer may be subtracted. A short quad needs a multiple of a longer period, because one bulb of seven is
-        // lit.
+        // Subtracting an integer does not change the texture. Short quads subtract multiples of seven, because one bulb
+        // of seven is lit.
         let first_u = match front.u - back.u {
             ..=1.0 => back.u - back.u.rem_euclid(UV_PERIOD),
             _ => back.u.floor(),
@@ -486,7 +488,7 @@ impl TubeBrushBuilder {
                 front.corners[j] + front_lift,
                 front.corners[i] + front_lift,
             ];
-            // A hard side is flat across and rounded along, whatever its shape.
+            // The normal of a hard side is constant around the tube and changes along it.
             let normal = |section: &Section, corner: usize| {
                 section.frame.outwards(if self.is_hard { self.circle[i][1] } else { self.circle[corner][0] })
             };
@@ -497,7 +499,7 @@ impl TubeBrushBuilder {
         cursor.count(self.corners_of_ring());
     }
 
-    /// The texture coordinate around the tube, at a corner of a section or between two.
+    /// The texture coordinate around the tube, at a corner of a section or between two corners.
     fn v(&self, corner: f32, row: u8) -> f32 {
         (f32::from(row) + corner / self.circle.len() as f32) / f32::from(self.brush.atlas_rows.max(1))
     }
@@ -539,8 +541,7 @@ impl TubeBrushBuilder {
         }
     }
 
-    /// A cone from a section to its tip. The normal at the tip is given; `sign` is 1 for a tip ahead of the section,
-    /// else -1.
+    /// Adds a cone from a section to its tip. `sign` is 1 if the tip is ahead of the section, else -1.
     #[expect(clippy::too_many_arguments, reason = "two caps share the rest")]
     fn add_cap(
         &self,

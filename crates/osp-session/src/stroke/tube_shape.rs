@@ -24,7 +24,7 @@ pub(super) struct Span {
     /// Number of the segment's knots.
     pub(super) count: usize,
     pub(super) length_m: f32,
-    /// Distance of the provisional end on the way to the next kept knot, 0 to 1; at 1 the knot is kept.
+    /// Distance of the provisional end from the last kept knot, as a fraction of the distance at which it is kept.
     pub(super) progress: f32,
 }
 
@@ -46,8 +46,8 @@ impl Shape {
     }
 }
 
-/// Rises over the first knots and falls over the last ones. The factor changes smoothly while the hand approaches the
-/// next knot.
+/// The factor rises over the first knots and falls over the last knots. It changes smoothly while the hand approaches
+/// the next knot.
 fn double_taper(span: &Span, number: f32) -> f32 {
     let count = span.count as f32;
     if count < FEWEST_TAPERED {
@@ -72,7 +72,8 @@ fn double_taper(span: &Span, number: f32) -> f32 {
     (blended * ((count - FEWEST_TAPERED + span.progress) / room).clamp(0.0, 1.0)).clamp(0.0, 1.0)
 }
 
-/// Factor of the radius at a corner of a tube, for a position along it and around it (0 to 1). It has period 1 in `u`.
+/// Factor of the radius at a corner of a tube. `u` is the position along the tube, and `around` the position around it,
+/// 0 to 1. The factor has period 1 in `u`.
 pub(super) fn swelling(effect: Effect, u: f32, around: f32) -> f32 {
     let pi = std::f32::consts::PI;
     match effect {

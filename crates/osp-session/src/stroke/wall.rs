@@ -4,7 +4,7 @@ use super::{Drops, Sample, split_into_convex, triangulate::flatten};
 use crate::recording::Event;
 use osp::polygon::ConvexPolygon;
 
-/// Builds one planar polygon when the stroke ends; its corners are the samples.
+/// Builds one planar polygon, whose corners are the samples, when the stroke ends.
 #[derive(Clone, Debug, Default)]
 pub struct WallBuilder {
     corners: Vec<Vec3>,
@@ -16,7 +16,7 @@ impl WallBuilder {
         Self::default()
     }
 
-    /// Adds a corner. Corners beyond [`Event::MAX_VERTICES`] replace the last one.
+    /// Adds a corner. A corner beyond [`Event::MAX_VERTICES`] replaces the last corner.
     pub fn push(&mut self, sample: Sample, drops: &mut Drops) {
         if self.corners.len() == Event::MAX_VERTICES {
             self.corners.pop();

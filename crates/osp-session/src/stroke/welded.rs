@@ -9,12 +9,12 @@ use super::{
 };
 use crate::brush::{Brush, Outline, Surface, Uv};
 
-/// Smallest number of knots of a last segment; a shorter one is dropped.
+/// Smallest number of knots of the last segment. A shorter last segment is dropped.
 const LEAST_KNOTS: usize = 6;
 
 /// Builds a ribbon whose pieces share their edges. Its section is flat, tapered, thick or a box.
 ///
-/// Source: the flat, thick and square geometry brushes of Tilt Brush (Apache-2.0), as facts.
+/// Source of its rules and constants: the flat, thick and square geometry brushes of Tilt Brush (Apache-2.0).
 #[derive(Clone, Debug)]
 pub struct WeldedBuilder {
     brush: &'static Brush,
@@ -24,9 +24,9 @@ pub struct WeldedBuilder {
     track: Track,
     /// The piece at each node of the track.
     links: Vec<Link>,
-    /// Length of the last segment when all of it was last rebuilt.
+    /// Length of the last segment when it was last rebuilt as a whole, metres.
     made_m: f32,
-    /// Number of dropped links of the stroke.
+    /// Number of links that were dropped from the start of `links`.
     forgotten: usize,
     /// The start of the segment that was last painted, and the state of its painting.
     painted: (usize, Refresh),
@@ -37,7 +37,7 @@ pub struct WeldedBuilder {
 #[derive(Clone, Copy, Debug)]
 struct Link {
     is_linked: bool,
-    /// Seed of its segment's random numbers; it differs between segments.
+    /// Seed of the segment's random numbers. It differs between segments, so it also identifies the segment.
     segment: u32,
     /// Index of the first link of its segment, counted from the start of the stroke.
     start: usize,
@@ -103,7 +103,7 @@ impl WeldedBuilder {
     /// depends on its length is rebuilt when the length has grown by an eighth: a few pieces per sample on average.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some(changed) = self.track.push(sample, drops) else { return };
-        // A section depends on the next node, or on its absence.
+        // A section also depends on the next node, or on its absence.
         let mut from = changed.saturating_sub(1);
         let mut place = self.links.get(from).map(Link::place);
         self.links.truncate(from);
@@ -153,8 +153,8 @@ impl WeldedBuilder {
         }
     }
 
-    /// Repaints the pieces whose surface may have changed since the last call, and drops those that can no longer
-    /// change.
+    /// Repaints the pieces whose surface may have changed since the last call. Pieces that can no longer change are
+    /// dropped.
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
         let mut settled = self.track.kept().saturating_sub(2);
         if self.uv == Uv::Stretched {
@@ -202,7 +202,7 @@ impl WeldedBuilder {
         self.links.iter().rev().find(|link| link.is_linked).map_or(0.0, |link| link.along_m[1])
     }
 
-    /// Computes the links of the nodes that have none yet.
+    /// Computes the links of new nodes.
     fn measure(&mut self) {
         for i in self.links.len()..self.track.nodes().len() {
             let node = &self.track.nodes()[i];
@@ -281,7 +281,7 @@ impl WeldedBuilder {
         self.links[i] = link;
     }
 
-    /// Surface of a lane of a piece, in a segment of length `total_m`.
+    /// Surface of a piece along one lane, in a segment of length `total_m`.
     fn surface(&self, link: &Link, lane: usize, total_m: f32) -> Surface {
         let random = self.random.unit(link.segment);
         let rows = u32::from(self.brush.atlas_rows.max(1));

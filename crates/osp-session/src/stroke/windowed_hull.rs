@@ -11,10 +11,10 @@ use super::{
 use crate::brush::Brush;
 use osp::math::rotate;
 
-/// Number of consecutive samples whose lines form a hull.
+/// Number of consecutive samples that form a hull.
 const WINDOW: usize = 5;
 
-/// Builds the convex hull of every five consecutive samples; each sample is a line segment along the hand's x axis.
+/// Builds the convex hull of every five consecutive samples. Each sample is a line segment along the hand's x axis.
 #[derive(Clone, Debug)]
 pub struct WindowedHullBuilder {
     brush: &'static Brush,

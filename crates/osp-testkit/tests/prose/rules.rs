@@ -1,4 +1,4 @@
-//! The forms that a reader has to read twice, and better ones.
+//! Forms of sentences that a reader has to read twice, and better forms.
 
 use crate::sentences::Sentence;
 
@@ -65,7 +65,7 @@ const PERSONS: [&str; 21] = [
     "viewer",
 ];
 
-/// Number of words before a form in which the subject is searched.
+/// Number of words before a form among which the check looks for a subject.
 const SUBJECT_WITHIN: usize = 3;
 
 /// Beginnings of a sentence without a subject.
@@ -143,7 +143,7 @@ pub(crate) fn findings(sentence: &Sentence) -> Vec<Finding> {
             found.push((Rule::Private, format!("\"{form}\": {instead}")));
         }
     }
-    // Readers grasp figures and signs at once, so they are not counted.
+    // Numbers and signs do not count, because readers understand them at once.
     let count = sentence.words.iter().filter(|word| word.contains(char::is_alphabetic)).count();
     if count > MOST_WORDS {
         found.push((Rule::Long, format!("{count} words: at most {MOST_WORDS}")));

@@ -6,11 +6,11 @@ use std::collections::VecDeque;
 use super::super::model::PIECE;
 use osp_session::recording::Event;
 
-/// Events in order of arrival. New events are added only when it is empty.
+/// Events in order of arrival. New events are added only to an empty inbox.
 #[derive(Debug, Default)]
 pub(super) struct Inbox {
     events: VecDeque<Event>,
-    /// Number of the user's events among them.
+    /// Number of the user's events in `events`.
     own: usize,
 }
 
@@ -26,7 +26,8 @@ impl Inbox {
         self.own += own;
     }
 
-    /// Moves the next piece to `out`. The last piece returns the number of the user's events; all others return 0.
+    /// Moves the next piece to `out`. For the last piece, returns the number of the user's events; for all other
+    /// pieces, 0.
     pub(super) fn take_piece(&mut self, out: &mut Vec<Event>) -> usize {
         let mut room = PIECE;
         while let Some(event) = self.events.front() {
@@ -47,8 +48,8 @@ impl Inbox {
     }
 }
 
-/// The size of an event, as a share of a piece. A drawing event counts by its length. An edit counts as a whole piece,
-/// because a short event may change the whole model.
+/// The size of an event; the sizes in a piece add up to at most [`PIECE`]. A drawing event counts by its length. An
+/// edit counts as a whole piece, because a short event may change the whole model.
 fn weight(event: &Event) -> usize {
     match event {
         Event::Erase { .. }

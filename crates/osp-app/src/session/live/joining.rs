@@ -32,7 +32,7 @@ pub struct Unjoined {
 }
 
 impl Unjoined {
-    /// Opens the recording of the shared session with this name, or begins a new one.
+    /// Opens the recording of the shared session with this name, or begins a new recording.
     ///
     /// # Errors
     /// The file cannot be read or written, another window has it open, or it has other contents.
@@ -42,14 +42,14 @@ impl Unjoined {
         autosaves: &Autosaves,
         limits: Limits,
     ) -> Result<(Self, Opened), OpenError> {
-        let (session, opened, file) = Session::left(path, live::header(name), autosaves, limits)?;
+        let (session, opened, file) = Session::open_shared(path, live::header(name), autosaves, limits)?;
         let Some(file) = file else { return Ok((Self { session, known: None }, opened)) };
         let known = Known { file, path: path.to_owned(), left: session.event_count() };
         Ok((Self { session, known: Some(known) }, opened))
     }
 
     /// Joins the session. The window already shows the events of the file; newer events of the session are appended to
-    /// it.
+    /// the file.
     pub fn join(self, live: Live) -> Session {
         let Self { mut session, known } = self;
         session.source = Source::Live(Box::new(Live { known, ..live }));
@@ -58,7 +58,7 @@ impl Unjoined {
 }
 
 impl Session {
-    /// A shared session without a file. It is empty until events are received.
+    /// A shared session without a file. The session is empty until events are received.
     ///
     /// # Errors
     /// The session's name is invalid in a recording.
@@ -67,8 +67,8 @@ impl Session {
         Ok(Self { source: Source::Live(Box::new(live)), ..Self::around(journal) })
     }
 
-    /// Applies a slice of the received events. A slice lasts at least `least`, longer if frames are slow, and has at
-    /// least one piece.
+    /// Applies received events for a limited time: at least `least`, longer if frames are slow. Applies at least one
+    /// piece.
     pub(crate) fn follow_for(&mut self, least: Duration) {
         if let Some(live) = self.live_mut() {
             live.turns.set_least(least);
@@ -81,13 +81,13 @@ impl Session {
         let since = Instant::now();
         let turn = live.turns.next(since);
         let (mut events, mut taken, changes) = (Vec::new(), 0, model.changes.len());
-        live.is_behind = false;
-        while !live.is_behind && live.take_piece(&mut events, news) {
+        live.has_unread_events = false;
+        while !live.has_unread_events && live.take_piece(&mut events, news) {
             taken += events.len();
             write_ordered(journal, &events, news);
             model.apply(&events);
             news.extend(live.note_left_out(&events, &model.scene));
-            live.is_behind = taken >= EVENTS_A_FRAME
+            live.has_unread_events = taken >= EVENTS_A_FRAME
                 || model.changes.len() - changes >= CHANGES_A_FRAME
                 || since.elapsed() >= turn;
         }
@@ -142,7 +142,7 @@ impl Session {
             own.leave_open()?;
             let path = path.display();
             said.push(format!(
-                "{missing} of your events are not in the session, or came too late; all that you have drawn is in {path}"
+                "{missing} of your changes are not in the session, or came too late; all that you have drawn is in {path}"
             ));
         }
         Ok(said)

@@ -10,6 +10,7 @@ use osp_session::recording::{Event, Session};
 pub(super) struct Known {
     pub(super) file: Session,
     pub(super) path: PathBuf,
+    /// Number of the file's events that the server has not sent yet.
     pub(super) left: u64,
 }
 
@@ -17,12 +18,12 @@ impl Known {
     /// Removes the events that the file has already.
     ///
     /// # Errors
-    /// A message for the user, if the server's events differ from those of the file.
+    /// A message for the user, if the server's events differ from the file's events.
     pub(super) fn pass_over(&mut self, events: &mut Vec<Event>) -> Result<(), String> {
         let mut there = 0;
         for event in events.iter().take(usize::try_from(self.left).unwrap_or(usize::MAX)) {
             if !matches!(self.file.events.next_event(), Ok(Some(known)) if known == *event) {
-                return Err(self.is_other());
+                return Err(self.other_session_message());
             }
             there += 1;
         }
@@ -37,7 +38,7 @@ impl Known {
     }
 
     /// The message for the user if the file belongs to another session.
-    pub(super) fn is_other(&self) -> String {
+    pub(super) fn other_session_message(&self) -> String {
         format!(
             "{}: expected the beginning of this session; the file belongs to another one and was not changed",
             self.path.display()

@@ -6,11 +6,11 @@ use osp_session::{
     scene::Scene,
 };
 
-/// The user's strokes that the server has not returned completely. They are drawn at once, without waiting for the
+/// The user's strokes that the server has not returned completely. They are drawn immediately, without waiting for the
 /// network.
 ///
-/// The strokes have their own scene, which is drawn over the session's scene. A stroke stays here until all of its
-/// events have returned. Only polygons that the session's scene lacks are shown.
+/// The strokes have their own scene, which is drawn over the session's scene. A stroke stays in the overlay until all
+/// of its events have returned. Only polygons that the session's scene lacks are shown.
 #[derive(Debug, Default)]
 pub struct Overlay {
     scene: Scene,
@@ -46,7 +46,7 @@ impl Overlay {
         if matches!(event, Event::Begin { .. } | Event::Polygon { .. }) {
             self.strokes.entry(id).or_default();
         }
-        // A stroke without its beginning is not drawn here.
+        // The overlay does not draw a stroke without its beginning.
         let Some(stroke) = self.strokes.get_mut(&id) else { return };
         stroke.waiting += 1;
         stroke.has_ended |= matches!(event, Event::End { .. } | Event::Polygon { .. });

@@ -130,7 +130,7 @@ impl Reading {
         Self { pacer, journal, frame: Vec::new(), recorded, remarks: Vec::new() }
     }
 
-    /// Reads a frame; `false` after the last one.
+    /// Reads a frame. Returns `false` after the last frame.
     fn step(&mut self) -> bool {
         let read = self.pacer.next_frame(&mut self.frame);
         let goes_on = matches!(read, Ok(true));
@@ -186,7 +186,7 @@ impl FirstPlay {
         }
     }
 
-    /// Plays a frame; `false` if there is no further one.
+    /// Plays a frame. Returns `false` after the last frame.
     pub(super) fn step(&mut self) -> bool {
         let Self { state, changes, snapshots, .. } = self;
         let frame = state.moment.frame;
@@ -194,8 +194,8 @@ impl FirstPlay {
             return false;
         }
         if frame.is_multiple_of(self.spacing) {
-            // The weight of a stroke equals that of three polygons. The weight of an edit is one, plus a quarter for
-            // each stroke that the edit lists.
+            // A stroke weighs as much as three polygons. An edit weighs as much as one polygon, plus a quarter for each
+            // stroke that it lists.
             let scene = &state.scene;
             let weight = scene.polygon_count() + 3 * scene.strokes().len() + self.edit_weight;
             self.kept_weight += weight;
@@ -225,7 +225,7 @@ impl FirstPlay {
     /// Returns the session, positioned before its first frame.
     pub(super) fn finish(self) -> Session {
         let Self { journal, recorded, choice, remarks, stroke_starts, snapshots, bounds, state, .. } = self;
-        let replay = Replay {
+        let mut replay = Replay {
             recorded: Arc::new(recorded),
             stroke_starts,
             snapshots,
@@ -238,6 +238,7 @@ impl FirstPlay {
             speed: 1.0,
             due: 0.0,
         };
+        replay.speed = replay.minute_speed();
         let mut session = Session { source: Source::Replay(Box::new(replay)), ..Session::around(journal) };
         session.model.bounds = bounds;
         session
@@ -248,7 +249,7 @@ fn begins(event: &Event) -> bool {
     matches!(event, Event::Begin { .. } | Event::Polygon { stroke: None, .. })
 }
 
-/// The weight of an event's undo step.
+/// The weight of the undo step that an event adds.
 fn kept_by_undo(event: &Event) -> usize {
     match event {
         Event::Erase { .. }

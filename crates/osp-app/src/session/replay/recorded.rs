@@ -8,7 +8,7 @@ use osp_session::{
 #[derive(Debug)]
 pub(super) struct Recorded {
     pub(super) events: Vec<Event>,
-    /// The end of each frame in `events`.
+    /// For each frame, the index in `events` of its end.
     pub(super) frame_ends: Vec<usize>,
 }
 
@@ -34,7 +34,7 @@ impl Recorded {
         times
     }
 
-    /// Returns the strokes after `end` frames. Calls `goes_on` with the number of events, and returns `None` once it
+    /// Returns the strokes after `end` frames. Calls `goes_on` with the number of events. Returns `None` once `goes_on`
     /// returns `false`.
     pub(super) fn strokes(&self, end: u64, goes_on: &dyn Fn(u64) -> bool) -> Option<KeptStrokes> {
         let (mut kept, mut events) = (KeptStrokes::default(), 0);

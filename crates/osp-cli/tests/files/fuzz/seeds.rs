@@ -72,6 +72,8 @@ fn events() -> Vec<u8> {
         lights: [(Vec3::NEG_Y, Vec3::ONE), (Vec3::X, Vec3::splat(2.5))],
         reflection: 0.3,
         has_full_bloom: false,
+        has_srgb_light: false,
+        shadows_end_m: 0.0,
     };
     let header = Header {
         environment: Some(Box::new(environment)),

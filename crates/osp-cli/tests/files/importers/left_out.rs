@@ -49,7 +49,7 @@ fn a_camera_that_cannot_be_is_named() {
         // All else is read; without a transform of the scene, the scene is not turned in the room.
         let mut rest = Header { camera: None, ..whole.clone() };
         if let (true, Some(light), Some(read)) = (from == scene, &mut rest.environment, &header.environment) {
-            light.room_rotation = read.room_rotation;
+            (light.room_rotation, light.shadows_end_m) = (read.room_rotation, read.shadows_end_m);
         }
         assert_eq!(header, rest, "{to}");
     }

@@ -75,11 +75,13 @@ fn the_artist_changes_sky_and_lights() {
 }
 
 #[test]
-fn how_the_scene_stands_in_the_room_turns_only_what_the_paint_reflects() {
+fn how_the_scene_stands_in_the_room_changes_only_reflections_and_the_end_of_shadows() {
     let without = METADATA.replace("SceneTransformInRoomSpace", "Other");
     assert_ne!(without, METADATA);
-    let room_rotation = light_of(METADATA).room_rotation;
-    assert_eq!(Environment { room_rotation, ..light_of(&without) }, light_of(METADATA));
+    let Environment { room_rotation, shadows_end_m, .. } = light_of(METADATA);
+    assert_eq!(Environment { room_rotation, shadows_end_m, ..light_of(&without) }, light_of(METADATA));
+    // The scene has half its size in the room.
+    assert_eq!((shadows_end_m, light_of(&without).shadows_end_m), (4.66, 2.33));
     // The scene is turned by 90 degrees about y: its forward direction is the room's right.
     let turned = r#"{"SceneTransformInRoomSpace":[[7,8,9],[0,0.70710678,0,0.70710678],2],"Other":"#;
     let light = light_of(&without.replacen('{', turned, 1).replacen("\"Other\":", "", 1));
@@ -134,6 +136,18 @@ fn sketches_without_the_programs_version_have_the_full_bloom() {
     assert!(light_of(&format!("{{{preset}}}")).has_full_bloom);
     let later = format!(r#"{{{preset},"ApplicationVersion":"24.0b"}}"#);
     assert!(!light_of(&later).has_full_bloom);
+}
+
+#[test]
+fn sketches_of_the_first_schema_add_light_as_srgb_values() {
+    let preset = r#""EnvironmentPreset":"ab080599-e465-4a6d-8587-43bf495af68b""#;
+    for (more, has_srgb_light) in [
+        ("", false),
+        (r#","SchemaVersion":1"#, true),
+        (r#","SchemaVersion":2,"ApplicationVersion":"24.0b""#, false),
+    ] {
+        assert_eq!(light_of(&format!("{{{preset}{more}}}")).has_srgb_light, has_srgb_light, "{more}");
+    }
 }
 
 #[test]

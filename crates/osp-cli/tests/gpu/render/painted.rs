@@ -23,7 +23,7 @@ const GREY: Color = (0.4, 0.4, 0.4, 1.0);
 const BLACK: Color = (0.0, 0.0, 0.0, 1.0);
 
 /// Light from everywhere, a sky from dark red below to blue above.
-fn environment() -> Environment {
+pub(crate) fn environment() -> Environment {
     Environment {
         preset: String::new(),
         sky: [Vec3::new(0.4, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.8)],
@@ -35,11 +35,13 @@ fn environment() -> Environment {
         lights: [(Vec3::NEG_Y, Vec3::splat(0.4)), (Vec3::NEG_Z, Vec3::splat(0.3))],
         reflection: 0.3,
         has_full_bloom: false,
+        has_srgb_light: false,
+        shadows_end_m: 0.0,
     }
 }
 
 /// A stroke of a brush through these points, held so that ribbons face +z.
-fn stroke(
+pub(crate) fn stroke(
     number: u32,
     brush: &str,
     color: Color,
@@ -59,7 +61,7 @@ fn stroke(
 }
 
 /// A metre from left to right through this place.
-fn line(middle: Vec3) -> impl Iterator<Item = Vec3> {
+pub(crate) fn line(middle: Vec3) -> impl Iterator<Item = Vec3> {
     (0..=20).map(move |i| middle + Vec3::X * (i as f32 * 0.05 - 0.5))
 }
 
@@ -291,6 +293,40 @@ fn the_full_bloom_brightens_paint_and_the_reduced_darkens_it() {
     };
     // A fourth of the twentieth that spreads, more or less.
     assert_eq!([sky(true), sky(false)], [206, 201]);
+}
+
+#[test]
+fn the_second_light_is_added_to_the_ambient_light_as_a_linear_or_an_srgb_number() {
+    let Some(gpu) = gpu() else { return };
+    // Matte white paint that faces the second light; the first light is off.
+    let scene = scene_of(&stroke(1, "Flat", (1.0, 1.0, 1.0, 1.0), 0.5, line(Vec3::NEG_Z)));
+    let mut drawer = drawer(&gpu);
+    let mut paint = |has_srgb_light| {
+        let lights = [(Vec3::NEG_Y, Vec3::ZERO), (Vec3::NEG_Z, Vec3::splat(0.3))];
+        drawer.set_environment(Some(&Environment { lights, has_srgb_light, ..environment() }));
+        drawer.draw(&scene, &ahead(), &[Layer::plain(&set(&all_ids(&scene)))]).expect("a drawn frame");
+        middle(&drawer.image().expect("a picture"))[1]
+    };
+    // Without bloom: 0.5 and 0.3 are 0.8 as sRGB numbers, and 0.57 as linear numbers.
+    let [srgb, linear] = [paint(true), paint(false)];
+    assert!((195..=205).contains(&srgb) && (138..=148).contains(&linear), "{srgb} and {linear}");
+}
+
+#[test]
+fn bright_strokes_are_bolder_if_a_pixel_has_several_samples() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of(&stroke(1, "Electricity", (0.9, 0.9, 0.9, 1.0), 0.01, line(Vec3::NEG_Z)));
+    let mut drawer = drawer(&gpu);
+    let mut white = |has_full_bloom| {
+        drawer.set_environment(Some(&Environment { has_full_bloom, ..environment() }));
+        drawer.draw(&scene, &ahead(), &[Layer::plain(&set(&all_ids(&scene)))]).expect("a drawn frame");
+        let image = drawer.image().expect("a picture");
+        let pixels = (0..SIZE.0 * SIZE.1).map(|i| pixel(&image, i % SIZE.0, i / SIZE.0));
+        pixels.filter(|[_, green, _]| *green == 255).count()
+    };
+    // In sketches of early versions a pixel is as white as it is covered.
+    let [early, later] = [white(true), white(false)];
+    assert!(early > 0 && later > early, "{early} white pixels early, {later} later");
 }
 
 #[test]

@@ -146,7 +146,7 @@ fn the_command_says_how_a_painter_s_picture_differs() {
     let said = [stdout(&output), stderr(&output)].concat();
     assert!(output.status.success(), "{said}");
     assert!(
-        said.contains("painter bsp") && said.contains("levels") && said.contains("not explained"),
+        said.contains("painter bsp") && said.contains("levels") && said.contains("unexplained"),
         "{said}"
     );
     let output = OSP.run([&args[..], &["centre"]].concat());

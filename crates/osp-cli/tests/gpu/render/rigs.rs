@@ -155,5 +155,7 @@ fn a_replay_draws_every_view() {
     let frames = report["frames"].as_f64().expect("a number");
     assert!(drawn > 5.0 && drawn <= frames, "{hzb}");
     let in_view = of("visible_mean") * frames / drawn;
-    assert!((of("hidden_mean") + of("second_pass_mean") - in_view).abs() < 1.0, "{hzb}");
+    // Two eyes share a list, so each draws some polygons that only the other has in view.
+    let more = of("hidden_mean") + of("second_pass_mean") - in_view;
+    assert!(more > -1.0 && more < 0.01 * in_view, "{hzb}");
 }

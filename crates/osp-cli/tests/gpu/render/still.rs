@@ -52,6 +52,8 @@ fn drawn(gpu: &Arc<Gpu>, scene: &Scene, view: &View) -> Image {
         lights: Default::default(),
         reflection: 0.0,
         has_full_bloom: false,
+        has_srgb_light: false,
+        shadows_end_m: 0.0,
     }));
     drawer.draw(scene, view, &[Layer::plain(&set(&all_ids(scene)))]).expect("a drawn frame");
     drawer.image().expect("a picture")

@@ -64,7 +64,7 @@ fn a_second_window_asks_and_nobody_loses_a_line() {
     let before = fs::read(&file).expect("a file");
 
     let mut second = desk.open(&["sketch", path, "--window", "1280x800"]);
-    second.until_last("a question", |frame| frame["question"] == "Open in another window");
+    second.until_last("a question", |frame| frame["question"] == "This session is open in another window");
     second.keep_picture("held.png");
     let said = second.stderr();
     assert!(said.contains(&format!("process {}", first.process_id())), "{said}");
@@ -79,7 +79,7 @@ fn a_second_window_asks_and_nobody_loses_a_line() {
     assert!(fs::read(&file).expect("a file") == before);
 
     let mut copy = desk.open(&["sketch", path, "--window", "1280x800"]);
-    copy.until_last("a question", |frame| frame["question"] == "Open in another window");
+    copy.until_last("a question", |frame| frame["question"] == "This session is open in another window");
     press(&mut copy, &["Tab", "Return"]);
     draw(&mut copy, 400);
     let copied = copy.number("events");
@@ -201,7 +201,7 @@ fn on_a_full_disk_drawing_goes_on_and_nothing_is_lost() {
             answer_go_on(&mut window);
             assert_eq!(window.wait().code(), Some(2));
             let said = fs::read_to_string(stderr).expect("text");
-            assert!(said.contains(&format!("{} events are in no file", events - written)), "{said}");
+            assert!(said.contains(&format!("{} changes are in no file", events - written)), "{said}");
         }
     }
 }

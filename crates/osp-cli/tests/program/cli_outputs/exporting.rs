@@ -55,7 +55,7 @@ fn every_brush_gets_the_material_that_its_facts_say() {
     let output = OSP.run_in(folder.path(), ["export", "a.ron", "a.glb", "--objects", "strokes"]);
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(stdout(&output).starts_with(&format!("a.glb: {} objects, ", names.len())), "{}", stdout(&output));
-    assert!(stderr(&output).contains("particles face one way"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("particles face a fixed direction"), "{}", stderr(&output));
     let json = document(&folder.path().join("a.glb"));
     assert_eq!(list(&json, "nodes").len(), names.len());
     assert_eq!(json["extensionsUsed"], json!(["KHR_materials_specular", "KHR_materials_unlit"]));

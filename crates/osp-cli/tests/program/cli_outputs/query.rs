@@ -145,7 +145,7 @@ fn the_table_names_polygons_strokes_and_work_and_wrong_use_is_refused() {
     for (args, words) in [
         (&[][..], "--box"),
         (&["--box", "0,0,0"], "--box"),
-        (&["--box", "1,0,0", "0,1,1"], "least corner first"),
+        (&["--box", "1,0,0", "0,1,1"], "smallest coordinates first"),
         (&["--box", "0,0,0", "1"], "three numbers"),
         (&["--box", "0,0,NaN", "1,1,1"], "finite"),
         (&["--box", "0,0,0", "1,1,1", "--ray", "0,0,0", "1,1,1"], "cannot be used with"),

@@ -77,6 +77,25 @@ fn a_replay_ends_with_which_index_is_the_fastest() {
     assert!(!replay("osp").contains("the least time"), "there is nothing to compare");
 }
 
+/// The terminal wraps only paragraphs, which are single lines in the text. Rows of tables have at most 80 columns.
+#[test]
+fn trailing_help_has_no_line_breaks_within_paragraphs() {
+    let list = OSP.done(["--help"]);
+    let (_, list) = list.split_once("Commands:\n").expect("commands");
+    let commands = list.lines().take_while(|line| !line.is_empty());
+    let names: Vec<&str> = commands.filter_map(|line| line.strip_prefix("  ")?.split(' ').next()).collect();
+    assert!(names.contains(&"replay") && names.contains(&"send"), "{names:?}");
+    for name in names.into_iter().filter(|name| !name.is_empty() && *name != "help") {
+        let help = OSP.command([name, "--help"]).env("COLUMNS", "2000").output().expect("the program starts");
+        let help = stdout(&help);
+        let (_, trailing) = help.rsplit_once("Print help").expect("the last option");
+        for line in trailing.lines().skip(1).filter(|line| !line.is_empty()) {
+            let is_row = line.starts_with(' ') && line.chars().count() <= 80;
+            assert!(is_row || (!line.starts_with(' ') && line.ends_with(['.', ':'])), "{name}: {line}");
+        }
+    }
+}
+
 #[test]
 fn shells_get_completions() {
     let folder = temp();

@@ -71,7 +71,7 @@ fn what_cannot_be_meant_is_refused() {
         (&["verify", "--all", "all", "nowhere"], "error: nowhere: "),
         (&["verify", "--all", "all", "--part", "3/2"], "expected K/N"),
         (&["verify", "--part", "1/2", "all"], "--all"),
-        (&["verify", "all"], "a folder without a sketch"),
+        (&["verify", "all"], "a folder that is no unpacked sketch (open one of its files)"),
     ] {
         let said = OSP.refused_in(folder.path(), args);
         assert!(said.contains(says), "{args:?}: {said}");

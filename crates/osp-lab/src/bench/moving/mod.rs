@@ -28,14 +28,15 @@ use osp_session::{
 const PART: &str = "moving";
 const NOTES: [&str; 4] = [
     "in pieces: pieces of 32 polygons, each on its own small circle; the structure gets the new boxes, then culls from inside.",
-    "scattered: single polygons chosen at random; the numbers of all polygons are shuffled, so that they follow no order of space.",
+    "scattered: single polygons chosen at random; the numbers of all polygons are shuffled, so that they have no spatial order.",
     "as a group: one transform places the polygons; the box of each is computed from its corners and stored, and all are \
      culled; group-index gets the transform alone. instances: 100 nodes show one mesh, and all move.",
-    "entries set: those whose box changed in place; inserted: those inserted elsewhere, or again; boxes computed: those of nodes.",
+    "entries set: entries whose box changed in place; inserted: entries inserted elsewhere, or again; boxes computed: boxes of nodes.",
 ];
 
 /// Smallest number of frames that are measured, whatever the budget.
 const FEWEST: u64 = 3;
+/// Largest number of measured frames.
 const MOST: u64 = 400;
 /// A structure is skipped for a model if its estimated time is more than this multiple of the time budget. The estimate
 /// comes from the next smaller model.
@@ -63,7 +64,7 @@ pub fn move_things(config: &MovingConfig, mut progress: impl FnMut(&str)) -> Res
     let mut sizes = config.sizes.clone();
     sizes.sort_unstable();
     sizes.dedup();
-    // For each structure, the time of the least number of frames at the previous size, seconds, and the previous size.
+    // For each structure, the time of [`FEWEST`] frames at the previous size, seconds, and the previous size.
     let mut took: Vec<Option<(f64, u32)>> = vec![None; config.kinds.len()];
     let mut rows = Rows::default();
     rows.part(PART, "Moving things: a frame in which a share of the polygons moves");
@@ -180,8 +181,7 @@ impl Measured<'_> {
         }
         let (task, recording) = (task(self.name), world.model.recording.as_str());
         if !is_right {
-            let fault =
-                format!("NOT THE POLYGONS THAT HAVE TO BE SEEN in {recording}: {name} ({}).", self.name);
+            let fault = format!("WRONG POLYGONS IN VIEW in {recording}: {name} ({}).", self.name);
             self.rows.faults.push(fault);
         }
         let frames = pairs.len().max(1) as f64;

@@ -11,7 +11,7 @@ use crate::{
 
 /// Number of significant digits of values; more digits would be invisible.
 const DIGITS: usize = 5;
-/// Number of curves that are visible at first, besides the reference and the paper's rival.
+/// Number of curves that are visible at first, besides those of the reference and of [`RIVAL`].
 const SHOWN: usize = 6;
 /// Figures that get a chart over the sizes.
 const FIGURES: [(&str, &str); 3] =
@@ -114,7 +114,7 @@ pub(super) fn of(report: &BenchReport, part: &str, tables: &[&Table<'_>]) -> Vec
     charts
 }
 
-/// The curves with their styles: the reference first, then the others by their last value.
+/// The curves with their styles: the curve of the reference, then the others, sorted by their last value.
 fn styled(report: &BenchReport, mut lines: Vec<(String, Vec<(f64, f64)>)>) -> Vec<Line> {
     lines.retain(|(_, points)| !points.is_empty());
     let end = |points: &[(f64, f64)]| points.last().map_or(0.0, |point| point.1);

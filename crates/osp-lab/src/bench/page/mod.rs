@@ -146,7 +146,7 @@ struct Html {
     entries: Vec<Entry>,
     /// The first chart, which stands before all chapters.
     first_figure: String,
-    /// Number of ids.
+    /// Number of ids assigned so far.
     ids: usize,
 }
 
@@ -233,8 +233,8 @@ impl Html {
         self.raw("</tbody></table></div>");
     }
 
-    /// Appends the element in which the script draws a chart; the element of the first chart is kept apart. Returns its
-    /// id.
+    /// Appends the element in which the script draws a chart. Stores the element of the first chart separately. Returns
+    /// the id.
     fn figure(&mut self, title: &str, chart: &charts::Chart) -> String {
         let id = self.id(title);
         let start = self.html.len();

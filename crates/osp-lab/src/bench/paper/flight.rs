@@ -31,7 +31,8 @@ use osp_session::scene::Scene;
 
 const PART: &str = "paper-flight";
 
-/// Assumed time to draw a polygon when no frame is drawn, nanoseconds. It decides whether a test is worth its cost.
+/// Assumed time to draw a polygon if no frame is drawn, nanoseconds. Occlusion culling skips tests that cost more than
+/// drawing.
 const POLYGON_NS: f64 = 10.0;
 
 /// A frame of the flight.
@@ -53,7 +54,8 @@ impl FlownFrame {
 /// The method with which the others are compared.
 const FRUSTUM: &str = "frustum (osp)";
 
-enum Means {
+/// The culling of a method on the CPU.
+enum Culling {
     All,
     Frustum(Arc<dyn SpatialIndex>),
     /// The paper's tree with one kind of occlusion culler.
@@ -62,25 +64,28 @@ enum Means {
     Piped(Box<Pipeline>),
 }
 
-struct Way {
+/// A method of the flight, and its results.
+struct FlightMethod {
     name: String,
     /// Whether the method may cull visible polygons.
     is_unsound: bool,
-    means: Means,
+    culling: Culling,
     /// Occlusion culling that the GPU does while it draws the result.
     while_drawing: Method,
     in_view: VisibleBlocks,
+    /// The polygons passed to the renderer.
     list: VisibleBlocks,
     frames: Vec<FlownFrame>,
+    /// Number of visible polygons culled in the verified frames.
     wrong: Option<u64>,
 }
 
-impl Way {
-    fn new(name: impl Into<String>, means: Means) -> Self {
+impl FlightMethod {
+    fn new(name: impl Into<String>, culling: Culling) -> Self {
         Self {
             name: name.into(),
             is_unsound: false,
-            means,
+            culling,
             while_drawing: Method::NONE,
             in_view: VisibleBlocks::new(),
             list: VisibleBlocks::new(),
@@ -93,24 +98,24 @@ impl Way {
     fn cull(&mut self, scene: &Scene, view: &View) -> u64 {
         self.list.clear();
         let start = Instant::now();
-        match &mut self.means {
-            Means::All => self.list.extend(scene.visible_ids()),
-            Means::Frustum(index) => {
+        match &mut self.culling {
+            Culling::All => self.list.extend(scene.visible_ids()),
+            Culling::Frustum(index) => {
                 index.frustum_cull_blocks(&view.frustum(), &mut self.list);
             }
-            Means::Staged(index, stage) => {
+            Culling::Staged(index, stage) => {
                 self.in_view.clear();
                 index.frustum_cull_blocks(&view.frustum(), &mut self.in_view);
                 let in_view = &self.in_view;
                 let input = ViewInput { index: &**index, geometry: scene, view, in_view, spaces: None };
                 stage.cull(&input, &mut self.list);
             }
-            Means::Piped(pipeline) => {
+            Culling::Piped(pipeline) => {
                 pipeline.frame(scene, &[], view);
             }
         }
         let ns = start.elapsed().as_nanos() as u64;
-        if let Means::Piped(pipeline) = &self.means {
+        if let Culling::Piped(pipeline) = &self.culling {
             self.list.copy_from(pipeline.draw_list());
         }
         ns
@@ -147,25 +152,25 @@ impl Maker<'_> {
         self.filled(Box::new(OspPaper::new(grid, self.changes.len()).with_cut_nodes(CutNodes::Drawn)))
     }
 
-    /// The paper's tree with a culler. Occluders are single polygons, and single polygons are not tested.
+    /// The paper's tree with a culler. Occluders are single polygons. The culler tests only nodes, not their polygons.
     fn staged(
         &self,
         tree: &Arc<dyn SpatialIndex>,
         name: String,
         culler: Box<dyn OcclusionCuller>,
         (node_test, score): (NodeTest, Score),
-    ) -> Way {
+    ) -> FlightMethod {
         let select = SelectConfig { score, occluders: self.config.occluders, ..SelectConfig::default() };
         let cull = CullConfig { node_test, polygon_test: PolygonTest::Never, least_polygons: 1 };
         let pool = PoolConfig { grouping: Grouping::Single, ..PoolConfig::default() };
         let is_unsound = culler.soundness() != Soundness::Conservative;
         let mut stage = OcclusionStage::with_culler(culler, OcclusionConfig { pool, select, cull });
         stage.follow(self.input.scene, &self.changes);
-        let means = Means::Staged(Arc::clone(tree), Box::new(stage));
-        Way { is_unsound, ..Way::new(name, means) }
+        let culling = Culling::Staged(Arc::clone(tree), Box::new(stage));
+        FlightMethod { is_unsound, ..FlightMethod::new(name, culling) }
     }
 
-    fn piped(&self, method: Method) -> Way {
+    fn piped(&self, method: Method) -> FlightMethod {
         let capacity = self.changes.len();
         let pass = PassConfig {
             occluders: Some(self.config.occluders),
@@ -179,16 +184,16 @@ impl Maker<'_> {
         let mut pipeline = method.add_to(pipeline, pass);
         pipeline.load(self.input.scene);
         pipeline.commit();
-        Way {
+        FlightMethod {
             while_drawing: if method.is_while_drawing() { method } else { Method::NONE },
-            // Polygons that are culled while drawing are not available here.
+            // The list does not show which polygons the renderer culls while drawing.
             wrong: (!method.is_while_drawing()).then_some(0),
-            ..Way::new(format!("osp, {}", method.name()), Means::Piped(Box::new(pipeline)))
+            ..FlightMethod::new(format!("osp, {}", method.name()), Culling::Piped(Box::new(pipeline)))
         }
     }
 
-    /// The ways to cull a frame; the last ones cull while they draw, with these methods.
-    fn ways(&self, while_drawing: impl Iterator<Item = Method>) -> Vec<Way> {
+    /// All methods of the flight. The last methods are `while_drawing`.
+    fn methods(&self, while_drawing: impl Iterator<Item = Method>) -> Vec<FlightMethod> {
         let occluders = self.config.occluders;
         let capped = || RivalOcclusion::MsvbspPaper.culler()(occluders);
         let capless = || literal::msvbsp_without_caps(occluders);
@@ -198,9 +203,9 @@ impl Maker<'_> {
         let own = (self.config.node_test, self.config.score);
         let name = |what: &str| format!("paper, {what}");
         let tree = &self.paper_tree();
-        let frustum = Way::new(name("frustum"), Means::Frustum(Arc::clone(tree)));
-        let mut ways = vec![
-            Way::new("no culling", Means::All),
+        let frustum = FlightMethod::new(name("frustum"), Culling::Frustum(Arc::clone(tree)));
+        let mut methods = vec![
+            FlightMethod::new("no culling", Culling::All),
             frustum,
             self.staged(tree, name("msvbsp-paper, sphere, no caps"), capless(), sphere),
             self.staged(tree, name("msvbsp-paper, sphere"), capped(), sphere),
@@ -212,12 +217,12 @@ impl Maker<'_> {
                 Occlusion::Msvbsp.create(occluders),
                 own,
             ),
-            Way::new(FRUSTUM, Means::Frustum(self.filled(IndexKind::Osp.create(&self.index())))),
+            FlightMethod::new(FRUSTUM, Culling::Frustum(self.filled(IndexKind::Osp.create(&self.index())))),
         ];
         let cullers = Method::conservative_cullers().into_iter();
-        ways.extend(cullers.chain([Occlusion::PreviousFrame.into()]).map(|method| self.piped(method)));
-        ways.extend(while_drawing.map(|method| self.piped(method)));
-        ways
+        methods.extend(cullers.chain([Occlusion::PreviousFrame.into()]).map(|method| self.piped(method)));
+        methods.extend(while_drawing.map(|method| self.piped(method)));
+        methods
     }
 }
 
@@ -243,39 +248,39 @@ pub(super) fn fly(
             Err(error) => return Err(error),
         }
     }
-    // Each drawer draws once before, so that no measured frame includes the upload of the model.
+    // Each drawer draws once before the measurement, so that no measured frame includes the upload of the model.
     let mut drawn_ns = Vec::new();
     for ((_, drawer), view) in drawers.iter_mut().zip(views.iter().cycle()) {
         drawn_ns.push(polygon_ns(drawer, input.scene, view)?);
     }
     let polygon_ns = drawn_ns.first().copied().unwrap_or(POLYGON_NS);
     let while_drawing = drawers.iter().map(|(method, _)| *method).filter(|method| method.is_while_drawing());
-    let mut ways = Maker { input, config, changes, polygon_ns }.ways(while_drawing);
+    let mut methods = Maker { input, config, changes, polygon_ns }.methods(while_drawing);
     let frames = config.frames.min(views.len() as u64);
     let mut verified = 0;
     for frame in 0..frames {
         let view = &views[(frame * views.len() as u64 / frames) as usize];
         let Some(window) = view.window() else { continue };
         progress(&format!("flight, frame {frame} of {frames}"));
-        let count = ways.len();
+        let count = methods.len();
         for i in 0..count {
-            // The methods take turns in running first, so that each finds the caches as the others leave them.
-            let way = &mut ways[(i + frame as usize) % count];
-            let cull_ns = way.cull(input.scene, view);
-            let drawer = drawers.iter_mut().find(|(occlusion, _)| *occlusion == way.while_drawing);
+            // Another method begins in each frame, so that the caches favour none.
+            let method = &mut methods[(i + frame as usize) % count];
+            let cull_ns = method.cull(input.scene, view);
+            let drawer = drawers.iter_mut().find(|(occlusion, _)| *occlusion == method.while_drawing);
             let draw = match drawer {
-                Some((_, drawer)) => drawer.draw(input.scene, view, &way.list)?,
+                Some((_, drawer)) => drawer.draw(input.scene, view, &method.list)?,
                 None => Drawn::default(),
             };
-            let drawn = way.list.len() as u64;
-            way.frames.push(FlownFrame { cull_ns, draw_ns: draw.total_ns(), drawn });
+            let drawn = method.list.len() as u64;
+            method.frames.push(FlownFrame { cull_ns, draw_ns: draw.total_ns(), drawn });
         }
         if (frame + 1) * config.verified / frames > verified {
             verified += 1;
-            verify_frame(&mut ways, input.scene, view, &window);
+            verify_frame(&mut methods, input.scene, view, &window);
         }
     }
-    add(rows, input, &ways, adapter.is_some());
+    add(rows, input, &methods, adapter.is_some());
     if let Some(reason) = lacks {
         rows.note(PART, format!("Without hzb and queries: {reason}."));
     }
@@ -294,36 +299,37 @@ fn polygon_ns(drawer: &mut Drawer, scene: &Scene, view: &View) -> Result<f64, Pa
 }
 
 /// Counts the visible polygons that each method has culled.
-fn verify_frame(ways: &mut [Way], scene: &Scene, view: &View, window: &ViewWindow) {
-    let Some(frustum) = ways.iter().find(|way| way.name == FRUSTUM) else { return };
-    // Polygons that the frustum has culled wrongly are checked, too.
+fn verify_frame(methods: &mut [FlightMethod], scene: &Scene, view: &View, window: &ViewWindow) {
+    let Some(frustum) = methods.iter().find(|method| method.name == FRUSTUM) else { return };
+    // Also checks the polygons that frustum culling has wrongly culled.
     let mut ids = lost_polygons(scene, view, &frustum.list.to_vec());
     ids.extend(frustum.list.ids());
     let visible = verify::visible_polygons(scene, window, &ids, OracleConfig::default());
-    for way in ways {
-        if let Some(wrong) = &mut way.wrong {
-            *wrong += verify::missing(&visible, &way.list.to_vec());
+    for method in methods {
+        if let Some(wrong) = &mut method.wrong {
+            *wrong += verify::missing(&visible, &method.list.to_vec());
         }
     }
 }
 
-fn add(rows: &mut Rows, input: &PaperInput<'_>, ways: &[Way], draws: bool) {
+fn add(rows: &mut Rows, input: &PaperInput<'_>, methods: &[FlightMethod], draws: bool) {
     rows.part(PART, "The paper: a flight through the finished model (Fig. 20)");
     rows.note(PART, "osp, hzb and queries may cull while drawing; drawn then includes the hidden polygons.");
-    let Some(reference) = ways.iter().find(|way| way.name == FRUSTUM) else { return };
+    let Some(reference) = methods.iter().find(|method| method.name == FRUSTUM) else { return };
     let mut curves = [Vec::new(), Vec::new()];
-    for way in ways {
-        let pairs: Vec<(f64, f64)> = way
+    for method in methods {
+        let pairs: Vec<(f64, f64)> = method
             .frames
             .iter()
             .zip(&reference.frames)
             .map(|(own, other)| (own.total_us(), other.total_us()))
             .collect();
-        let of =
-            |ns: fn(&FlownFrame) -> u64| way.frames.iter().map(|frame| ns(frame) as f64 / 1000.0).collect();
+        let of = |ns: fn(&FlownFrame) -> u64| {
+            method.frames.iter().map(|frame| ns(frame) as f64 / 1000.0).collect()
+        };
         let slower = pairs.iter().filter(|(own, other)| own > other).count();
-        let name = format!("{}{}", way.name, if way.is_unsound { " (not conservative)" } else { "" });
-        let drawn = mean(way.frames.iter().map(|frame| frame.drawn).sum(), way.frames.len());
+        let name = format!("{}{}", method.name, if method.is_unsound { " (not conservative)" } else { "" });
+        let drawn = mean(method.frames.iter().map(|frame| frame.drawn).sum(), method.frames.len());
         let mut figures = rows.of(PART, input.recording, &name);
         figures.against(&pairs).median("cull", "us", of(|frame| frame.cull_ns));
         if draws {
@@ -331,10 +337,10 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, ways: &[Way], draws: bool) {
         }
         figures
             .value("drawn", "polygons", drawn)
-            .maybe("visible_culled", "polygons", way.wrong.map(|wrong| wrong as f64))
+            .maybe("visible_culled", "polygons", method.wrong.map(|wrong| wrong as f64))
             .value("slower_than_frustum", "%", 100.0 * mean(slower as u64, pairs.len()));
         let line = |of: fn(&FlownFrame) -> f64| {
-            grouped(way.frames.iter().enumerate().map(|(at, frame)| (at as f64, of(frame))).collect())
+            grouped(method.frames.iter().enumerate().map(|(at, frame)| (at as f64, of(frame))).collect())
         };
         curves[0].push((name.clone(), line(FlownFrame::total_us)));
         curves[1].push((name, line(|frame| frame.drawn as f64)));

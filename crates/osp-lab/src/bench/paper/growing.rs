@@ -25,8 +25,8 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Number of consecutive frames that are measured together. The frame before them applies the skipped changes
-/// and is not counted.
+/// Number of consecutive frames that are measured together. The frame before them applies the changes of the skipped
+/// frames, and does not count.
 const STRETCH: u64 = 10;
 /// Number of runs of consecutive frames that are measured in each band of sizes, besides those spread over the session.
 const RUNS_OF_A_BAND: u64 = 6;
@@ -154,7 +154,7 @@ impl Lane {
     }
 }
 
-/// The structures that grow: the paper's two trees as printed, and others in their best form.
+/// Creates a structure for the growing model: the paper's two trees as printed, other structures in their best form.
 fn tree(kind: Contender, input: &PaperInput<'_>, config: &PaperConfig) -> Tree {
     let capacity = usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX);
     let index = IndexConfig { root: input.root, capacity };
@@ -183,7 +183,7 @@ pub(super) fn grow<I>(
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
-    // The answer of `osp` is exact, and all are compared with the reference.
+    // Adds `osp`, which finds exactly the polygons in view, and the reference for the ratios.
     let mut kinds = config.kinds.clone();
     for own in [IndexKind::Osp, config.reference].map(Contender::Own) {
         if !kinds.contains(&own) {
@@ -213,7 +213,7 @@ where
             continue;
         };
         let view = input.camera.0.view(&moment);
-        // The trees take turns in running first, so that each finds the caches as the others leave them.
+        // Another tree begins in each frame, so that the caches favour none.
         let (count, mut in_view) = (lanes.len(), 0);
         for i in 0..count {
             let i = (i + moment.frame as usize) % count;
@@ -243,7 +243,7 @@ struct Chosen {
     sizes: Vec<u64>,
     /// Number of these sizes that the model has passed.
     passed: usize,
-    /// Number of frames left of the run that began at the last of them.
+    /// Number of remaining frames of the run that began at the last passed size.
     left: u64,
     /// Whether the previous frame was measured.
     is_running: bool,
@@ -282,8 +282,8 @@ impl Chosen {
     }
 }
 
-/// Whether a frame belongs to the runs that are evenly spaced from the first frame to the last, and if so, whether it counts.
-/// The first frame of each run only applies the changes of skipped frames.
+/// Whether a frame of the runs that are evenly spaced over the session counts. `None` for a frame outside of these
+/// runs. The first frame of each run does not count, because it applies the changes of the skipped frames.
 fn measured(frame: u64, frames: u64, most: u64) -> Option<bool> {
     if frames <= most.max(2 * (STRETCH + 1)) {
         return Some(true);

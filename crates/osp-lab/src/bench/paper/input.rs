@@ -31,9 +31,9 @@ pub enum PaperError {
 /// Settings of the paper's experiments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaperConfig {
-    /// The structures that grow; `osp` and the reference always do.
+    /// The structures of the growing model. `osp` and the reference are always added.
     pub kinds: Vec<Contender>,
-    /// The structure with which the growing ones are compared.
+    /// The reference structure of the growing model.
     pub reference: IndexKind,
     /// Maximum depths of the tree, binary levels (Fig. 2, step 1).
     pub depths: Vec<u32>,
@@ -41,7 +41,7 @@ pub struct PaperConfig {
     pub cubes: Vec<f32>,
     /// Number of frames measured in each experiment.
     pub frames: u64,
-    /// Number of frames of the flight in which the culled polygons are compared with the visible ones.
+    /// Number of frames of the flight in which the culled polygons are compared with the visible polygons.
     pub verified: u64,
     /// Largest number of occluders of a frame.
     pub occluders: usize,
@@ -52,8 +52,8 @@ pub struct PaperConfig {
 }
 
 impl PaperConfig {
-    /// The structures that grow unless others are chosen: the paper's trees, the octree in its best form, and
-    /// structures that are not rebuilt and lack the paper's planes.
+    /// The default of `kinds`: the paper's trees, the octree in its best form, and structures that are not rebuilt and
+    /// lack the paper's planes.
     pub const USUAL: [Contender; 7] = [
         Contender::Own(IndexKind::OspPaper),
         Contender::Own(IndexKind::OctreePaper),
@@ -64,12 +64,13 @@ impl PaperConfig {
         Contender::Own(IndexKind::Osp),
     ];
 
-    /// The depth of the tree in the other experiments: the only depth given, else the default.
+    /// The depth of the tree in the other experiments: the value of `depths` if there is only one, else the default.
     pub(super) fn depth(&self) -> u32 {
         if let [depth] = self.depths[..] { depth } else { osp_rivals::DEFAULT_MAX_DEPTH }
     }
 
-    /// The cube of the other experiments, as a multiple of the session's cube: the only one given, else 1.
+    /// The cube of the other experiments, as a multiple of the session's cube: the value of `cubes` if there is only
+    /// one, else 1.
     pub(super) fn cube(&self) -> f32 {
         if let [cube] = self.cubes[..] { cube } else { 1.0 }
     }
@@ -82,7 +83,7 @@ pub struct PaperInput<'a> {
     pub recording: &'a str,
     /// Summary of the session at this pace.
     pub summary: &'a Summary,
-    /// Number of events that a frame takes.
+    /// Part of the session that each frame plays.
     pub pace: Pace,
     /// The camera's path while the model grows, and its name.
     pub camera: (CameraPath, &'static str),

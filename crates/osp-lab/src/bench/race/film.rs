@@ -26,17 +26,20 @@ const FAINT: RGBColor = RGBColor(160, 166, 176);
 const IN_TIME: RGBColor = RGBColor(77, 148, 255);
 const LATE: RGBColor = RGBColor(255, 82, 62);
 
-/// Sizes in pixels: a structure's pane, the model in the pane, and the lines of text below all panes.
+/// Width and height of a structure's pane, pixels.
 const PANE: (u32, u32) = (480, 360);
+/// Width and height of the model in a pane, pixels.
 const MODEL: (u32, u32) = (280, 176);
+/// Height of the lines of text below all panes, pixels.
 const FOOT_HEIGHT: u32 = 68;
 /// Number of characters of a recording's name that are shown.
 const MOST_LETTERS: usize = 60;
 /// Margin of a pane, pixels.
 const EDGE: i32 = 16;
 const RIGHT: i32 = PANE.0 as i32 - EDGE;
-/// The strip chart's position and size in a pane, pixels. A column is a frame of the film.
+/// Upper left corner of the strip chart in a pane, pixels.
 const STRIP_AT: (i32, i32) = (EDGE, 234);
+/// Width and height of the strip chart, pixels. A column of the chart is a frame of the film.
 const STRIP: (u32, u32) = (448, 120);
 /// Largest number of frames of a film: a column of the strip chart is two pixels wide.
 const MOST_FRAMES: usize = STRIP.0 as usize / 2;
@@ -80,8 +83,7 @@ impl<'a> RaceFilm<'a> {
             |slice: Range<usize>| race.racers.iter().map(move |racer| longest(racer, slice.clone()));
         let mut longest: Vec<u64> = slices.flat_map(longest).collect();
         longest.sort_unstable();
-        // The longest hundredth is ignored, so that a single disturbance does not make all other frames invisibly
-        // small.
+        // Ignores the longest hundredth, so that a single disturbance does not make all other columns too small.
         let high = longest.get(longest.len().saturating_sub(1 + longest.len() / 100)).copied().unwrap_or(0);
         film.height_ns = (high as f64 * 1.1).max(Racer::MOST_NS as f64 * LEAST_HEIGHT);
         film
@@ -155,7 +157,7 @@ impl<'a> RaceFilm<'a> {
         let all = if self.race.racers.len() == 2 { "both" } else { "all" };
         let least = match self.race.runs {
             1 => String::new(),
-            runs => format!(", and a frame's time the least of {runs} races"),
+            runs => format!(", and a frame's time is the shortest of {runs} races"),
         };
         let lines = [
             format!("{name}: {polygons} polygons. {processor}"),

@@ -50,12 +50,12 @@ impl Racer {
     }
 
     /// Stores the number of polygons in view of the last frame.
-    pub(super) fn sees(&mut self, in_view: u64) {
+    pub(super) fn set_in_view(&mut self, in_view: u64) {
         self.in_view = in_view;
     }
 
     /// Stores the memory of the structure after the last frame, bytes.
-    pub(super) fn ends(&mut self, bytes: usize) {
+    pub(super) fn set_bytes(&mut self, bytes: usize) {
         self.bytes = bytes;
     }
 

@@ -75,20 +75,20 @@ fn rows(race: &Race) -> Rows {
     rows.part(PART, "Race: insertion, commit and culling of each frame");
     rows.note(
         PART,
-        "One thread, thus one core, runs all structures in turns; another one begins each frame.",
+        "One thread, thus one core, runs all structures in turns; another structure begins each frame.",
     );
     rows.note(PART, "Missed: frames of more than 11.1 ms (90 Hz).");
     let others = match race.runs {
         1 => "The times include work of other programs; `--runs 3` removes most of it.".to_owned(),
         runs => format!(
-            "A frame's time is the least of {runs} races, because longer times include work of other programs."
+            "A frame's time is the shortest of {runs} races, because longer times include work of other programs."
         ),
     };
     rows.note(PART, others);
     rows.note(
         PART,
         format!(
-            "All structures saw the same polygons in every frame; fingerprint {:016x}.",
+            "All structures found the same polygons in every frame; fingerprint {:016x}.",
             race.fingerprint()
         ),
     );
@@ -171,7 +171,7 @@ mod tests {
         assert_eq!(times, [&[9_000, 8_000, 6_000][..], &[1_000, 2_000, 3_000]]);
         assert!(least.racers().iter().all(|racer| racer.missed() == 0 && racer.first_missed().is_none()));
         let notes = &rows(&least).parts[0].notes;
-        assert!(notes.iter().any(|note| note.contains("the least of 3 races")), "{notes:?}");
+        assert!(notes.iter().any(|note| note.contains("the shortest of 3 races")), "{notes:?}");
         // Frames that are slow in both races stay slow.
         let slow = || race([&[1, 1, 1], &[1, 12_000, 13_000]]);
         let racer = &slow().least(&slow()).racers()[1].clone();

@@ -20,7 +20,7 @@ pub struct RaceInput {
     pub recording: String,
     /// Summary of the session at this pace.
     pub summary: Summary,
-    /// Number of events that a frame takes.
+    /// Part of the session that each frame plays.
     pub pace: Pace,
     /// The camera's path, and its name.
     pub camera: (CameraPath, &'static str),
@@ -37,7 +37,7 @@ pub enum RaceError {
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// Two structures find different polygons in view.
-    #[error("{recording}: {first} and {second} saw different polygons in frame {frame}")]
+    #[error("{recording}: {first} and {second} found different polygons in frame {frame}")]
     Differ {
         /// Name of the recording.
         recording: String,
@@ -56,8 +56,9 @@ pub struct Race {
     pub(super) recording: String,
     pub(super) pace: Pace,
     pub(super) camera: &'static str,
-    /// Number of frames and polygons of the whole session.
+    /// Number of frames of the whole session.
     pub(super) frames: u64,
+    /// Number of polygons of the whole session.
     pub(super) polygons: u64,
     /// Number of polygons in the model after each played frame.
     pub(super) present: Vec<u64>,
@@ -129,13 +130,13 @@ pub struct RaceRun<I> {
 }
 
 impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
-    /// A race before its first frame.
+    /// A race of new structures, before its first frame.
     pub fn new(input: &RaceInput, events: I) -> Self {
         let config = IndexConfig { root: input.root, capacity: capacity(input) };
         Self::of(input, input.kinds.iter().map(|kind| kind.create(&config)).collect(), events)
     }
 
-    /// The race of these structures, which are empty.
+    /// A race of these empty structures.
     fn of(input: &RaceInput, indexes: Vec<Box<dyn SpatialIndex>>, events: I) -> Self {
         let race = Race::new(input, indexes.iter().map(|index| index.name()));
         // Every frame is measured, however long it takes.
@@ -155,7 +156,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
     }
 
     /// The model after the last frame: red, green and blue bytes, rows from the top. Empty without
-    /// [`RaceRun::with_picture`]. O(pixels), plus O(polygons) after a frame that removed or changed some.
+    /// [`RaceRun::with_picture`]. O(pixels), plus O(polygons) after a frame that removed or changed polygons.
     pub fn picture(&mut self) -> Vec<u8> {
         self.plot.as_mut().map_or_else(Vec::new, |plot| plot.picture(self.replay.scene()))
     }
@@ -169,7 +170,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
         let race = &mut self.race;
         let Some(outcomes) = self.replay.step()? else {
             for (racer, lane) in race.racers.iter_mut().zip(self.replay.lanes()) {
-                racer.ends(lane.pipeline().bytes());
+                racer.set_bytes(lane.pipeline().bytes());
             }
             return Ok(false);
         };
@@ -177,7 +178,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
         for (racer, outcome) in race.racers.iter_mut().zip(outcomes) {
             let Some(frame) = outcome else { continue };
             racer.add(frame.record.total_ns(), frame.record.polygons);
-            racer.sees(frame.record.visible);
+            racer.set_in_view(frame.record.visible);
             (number, polygons) = (frame.record.frame, frame.record.polygons);
             let &mut (first, in_view) = first.get_or_insert((racer.name(), frame.in_view));
             if frame.in_view != in_view {
@@ -293,7 +294,7 @@ mod tests {
             }
             frames += 1;
         };
-        let said = format!("s: brute-force and altered saw different polygons in frame {frames}");
+        let said = format!("s: brute-force and altered found different polygons in frame {frames}");
         assert_eq!(error.to_string(), said);
         assert!(frames > 1, "the frames before are those of a race");
         let [all, fewer] = [0, 1].map(|at| run.race().racers()[at].in_view());

@@ -2,9 +2,8 @@
 //! any hit, the polygons in a box, and the polygons nearest to a point. Further measurements are two traversal orders
 //! of a ray, and the degradation of a tree whose boxes are refitted as polygons move.
 //!
-//! The times are those of a structure's own query and of the reference's, measured in turns. Nodes and boxes of a ray
-//! are counted by one traversal that is the same for all ([`outline`]). So the counts compare the trees and not the
-//! code.
+//! The times are those of the queries of a structure and of the reference, measured in turns. The same traversal
+//! ([`outline`]) counts the nodes and boxes of a ray in every structure. So the counts compare the trees, not the code.
 
 mod model;
 mod moves;
@@ -61,6 +60,7 @@ const BATCH: usize = 8;
 const FRAMES: usize = 60;
 /// Smallest number of values that are measured, whatever the budget.
 const FEWEST: usize = 3;
+/// Largest number of values that are measured.
 const MOST: usize = 2000;
 /// Number of queries that are timed together.
 const TOGETHER: usize = 16;
@@ -167,7 +167,7 @@ struct Pair<'a> {
 }
 
 /// Times of the same work with a structure and with the reference, microseconds, in turns until the budget is spent.
-/// `one` does a share of the work and returns its number of queries.
+/// `one` does a part of the work and returns its number of queries.
 fn in_turns(budget_secs: f64, most: usize, mut one: impl FnMut(usize, bool) -> usize) -> Vec<(f64, f64)> {
     let mut times = Vec::new();
     let start = Instant::now();
@@ -176,7 +176,7 @@ fn in_turns(budget_secs: f64, most: usize, mut one: impl FnMut(usize, bool) -> u
             break;
         }
         let mut us = [0.0; 2];
-        // The index and the reference take turns in running first.
+        // The index and the reference alternate in running first.
         for is_reference in [turn % 2 == 0, turn % 2 != 0] {
             let start = Instant::now();
             let count = one(turn, is_reference);
@@ -265,7 +265,7 @@ impl Pair<'_> {
                 std::hint::black_box(ask(index, question, &mut unused));
             }
         };
-        // Both run the same number of queries, so that neither has warmer caches.
+        // Both run the same number of queries, so that the caches favour neither.
         let ns = [self.index, self.reference].map(|index| {
             let start = Instant::now();
             ask_all(index, shares[0]);

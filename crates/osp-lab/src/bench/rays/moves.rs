@@ -20,7 +20,7 @@ use osp::{
 use osp_rivals::IndexKind;
 
 /// Numbers of moves after which the trees are measured.
-const LOOKS: [u32; 7] = [0, 1, 2, 4, 8, 16, 32];
+const MEASURED_AFTER: [u32; 7] = [0, 1, 2, 4, 8, 16, 32];
 /// Length of one move of a polygon, as a fraction of the model's diagonal. Each polygon always moves in its own
 /// direction.
 const STEP: f32 = 0.005;
@@ -44,7 +44,7 @@ pub(super) fn refit_against_rebuild(rows: &mut Rows, model: &RaysModel, queries:
     let directions: Vec<Vec3> = model.boxes.iter().map(|_| random.direction().as_vec3() * step_m).collect();
     let mut boxes_a_ray: Vec<(u32, [f64; 5])> = Vec::new();
     let mut update_ns = [0.0; 3];
-    for moves in 0..=LOOKS[LOOKS.len() - 1] {
+    for moves in 0..=MEASURED_AFTER[MEASURED_AFTER.len() - 1] {
         let by = |at: usize| directions[at] * moves as f32;
         let polygons: Vec<ConvexPolygon> =
             model.polygons.iter().enumerate().map(|(at, polygon)| polygon.map(|p| p + by(at))).collect();
@@ -61,7 +61,7 @@ pub(super) fn refit_against_rebuild(rows: &mut Rows, model: &RaysModel, queries:
                 *ns = start.elapsed().as_nanos() as f64 / boxes.len() as f64;
             }
         }
-        if !LOOKS.contains(&moves) {
+        if !MEASURED_AFTER.contains(&moves) {
             continue;
         }
         refitted.refit(&boxes);
@@ -113,7 +113,7 @@ mod tests {
         assert_eq!(boxes("sah-refitted", 0), boxes("sah-rebuilt", 0));
         assert!(boxes("sah-refitted", 32) > 2.0 * boxes("sah-rebuilt", 32));
         // A tree with better splits need not be better for these very rays.
-        assert!(LOOKS.iter().all(|&at| boxes("sah-rebuilt", at) <= boxes("sah-refitted", at) * 1.1));
+        assert!(MEASURED_AFTER.iter().all(|&at| boxes("sah-rebuilt", at) <= boxes("sah-refitted", at) * 1.1));
         assert!(boxes("bvh-sah", 32) < boxes("sah-refitted", 32), "it is rebuilt in time");
     }
 }

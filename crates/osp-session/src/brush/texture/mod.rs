@@ -1,4 +1,4 @@
-//! The generated textures of brushes, and their solid texels.
+//! The generated textures of brushes, and their opaque texels.
 
 pub mod noise;
 pub mod picture;

@@ -13,7 +13,8 @@ pub(crate) fn random(x: i32, y: i32, seed: u32) -> f32 {
     n as f32 / u32::MAX as f32
 }
 
-/// Smooth noise from 0 to 1 that repeats with period 1 along each axis; a period has `cells` cells.
+/// Smooth noise from 0 to 1 with period 1 along each axis. `cells` is the number of lattice cells of a period along
+/// each axis.
 pub fn noise(x: f32, y: f32, cells: (i32, i32), seed: u32) -> f32 {
     let (x, y) = (x * cells.0 as f32, y * cells.1 as f32);
     let (left, low) = (x.floor(), y.floor());
@@ -24,7 +25,7 @@ pub fn noise(x: f32, y: f32, cells: (i32, i32), seed: u32) -> f32 {
     mix(mix(at(0, 0), at(1, 0), s), mix(at(0, 1), at(1, 1), s), t)
 }
 
-/// A sum of `count` noises; each has half the cell size and half the weight of the one before.
+/// A sum of `count` noises. Each noise has half the cell size and half the weight of the noise before it.
 pub fn octaves(x: f32, y: f32, cells: (i32, i32), count: u32, seed: u32) -> f32 {
     let (mut sum, mut weights, mut weight) = (0.0, 0.0, 1.0);
     for octave in 0..count {

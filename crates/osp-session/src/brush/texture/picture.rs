@@ -7,8 +7,7 @@ use super::shapes;
 /// Defines [`Picture`]: each name, and the function of [`shapes`] that generates the picture.
 macro_rules! pictures {
     ($($name:ident $shape:ident),* $(,)?) => {
-        /// A generated picture that brushes use as a texture: `brushes.ron` and the comment of each function describe
-        /// the shapes.
+        /// A generated picture that brushes use as a texture. `shapes.rs` describes and generates each picture.
         #[allow(missing_docs, reason = "each function describes its picture")]
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
         pub enum Picture {
@@ -91,8 +90,8 @@ impl Shape for [f32; 4] {
 }
 
 impl Picture {
-    /// Pictures with a relief, in the order of their normal maps. These are the texture layers behind those of the
-    /// pictures.
+    /// Pictures with a relief, in the order of their normal maps. The texture layers of the normal maps follow those of
+    /// the pictures.
     pub const WITH_RELIEF: [Self; 15] = [
         Self::Ink,
         Self::OilPaint,
@@ -134,7 +133,7 @@ mod tests {
         }
     }
 
-    /// `brushes.ron` has the solidity of the original textures in eight steps along and across.
+    /// `brushes.ron` has the mean alpha of the original textures in eight steps along and across.
     #[test]
     fn what_is_cut_out_has_the_shape_of_the_table() {
         const STEP: usize = 16;

@@ -3,9 +3,13 @@
 
 use std::f32::consts::TAU;
 
-use super::noise::{mix, noise, octaves, on_line, random, step};
+use super::{
+    SIDE,
+    noise::{mix, noise, octaves, on_line, random, step},
+};
 
-/// Alpha for a shape that is cut out at alpha `cutoff`. `inside` is the signed depth of a position in the shape.
+/// Alpha of a shape that is cut out at alpha `cutoff`. `inside` is the signed distance to the outline, positive inside
+/// the shape.
 fn solid(inside: f32, cutoff: f32) -> f32 {
     (cutoff + inside * 12.0).clamp(0.0, 1.0)
 }
@@ -81,15 +85,15 @@ fn row(v: f32) -> (i32, f32) {
     (v as i32, v.fract())
 }
 
-/// Signed depth of a position inside a band of one atlas row, whose width changes along `u`.
+/// Signed distance to the outline of a band in one atlas row, positive inside. The width of the band changes along `u`.
 fn band(u: f32, v: f32, widths: &[(f32, f32)], wave: f32, seed: u32) -> f32 {
     let (number, v) = row(v);
     let rim = noise(u, number as f32 / 8.0, (12, 8), seed) - 0.5;
     on_line(widths, u) + rim * wave - aside(v)
 }
 
-/// Signed depth of a position inside the paint of its hair. Each hair starts between 0 and `start`, and ends between
-/// `from` and `to` along the stroke.
+/// Signed distance along `u` to the ends of the hair at `v`, positive inside. Each hair starts between 0 and `start`,
+/// and ends between `from` and `to`.
 fn hair(u: f32, v: f32, hairs: i32, (start, from, to): (f32, f32, f32), seed: u32) -> f32 {
     let line = (v * (hairs * 4) as f32) as i32;
     let ends = mix(from, to, random(line, 1, seed));
@@ -99,8 +103,8 @@ fn hair(u: f32, v: f32, hairs: i32, (start, from, to): (f32, f32, f32), seed: u3
 
 const STROKE: [(f32, f32); 6] = [(0.0, 0.0), (0.04, 0.7), (0.12, 0.87), (0.7, 0.87), (0.9, 0.6), (1.0, 0.0)];
 
-/// Signed depth of a position inside one hair of a row. Hairs end between `from` and `to` along the stroke, and
-/// neighbours end near each other.
+/// Signed distance to the outline of a hair of an atlas row, positive inside. Hairs end between `from` and `to` along
+/// the stroke, and neighbours end near each other.
 fn tuft(u: f32, v: f32, hairs: i32, (from, to): (f32, f32), seed: u32) -> f32 {
     let place = v * (hairs * 4) as f32;
     let near = noise(0.0, v, (1, 16), seed);
@@ -109,7 +113,7 @@ fn tuft(u: f32, v: f32, hairs: i32, (from, to): (f32, f32), seed: u32) -> f32 {
     (mix(from, to, 0.5 * near + 0.5 * own) - point - u) * 4.0
 }
 
-/// Four strokes, round at the start: the last is solid nearly to its end, the others end in tufts of hairs.
+/// Four strokes, round at the start. The last stroke is solid nearly to its end; the others end in tufts of hairs.
 pub(super) fn ink(u: f32, v: f32) -> f32 {
     const WIDTHS: [(f32, f32); 6] =
         [(0.0, 0.1), (0.04, 0.55), (0.12, 0.82), (0.3, 0.87), (0.6, 0.82), (1.0, 0.7)];
@@ -117,7 +121,8 @@ pub(super) fn ink(u: f32, v: f32) -> f32 {
     solid(band(u, v, &WIDTHS, 0.06, 1).min(tuft(u, v, 12, ends, 1)), 0.5)
 }
 
-/// Four strokes with ragged rims: the last has pointed ends, the others begin square; the first has long scratches.
+/// Four strokes with ragged rims. The last stroke has pointed ends, the others begin square. The first has long
+/// scratches.
 pub(super) fn oil_paint(u: f32, v: f32) -> f32 {
     const POINTED: [(f32, f32); 5] = [(0.0, 0.0), (0.12, 0.6), (0.3, 0.8), (0.7, 0.8), (1.0, 0.2)];
     const SQUARE: [(f32, f32); 4] = [(0.0, 0.6), (0.05, 0.76), (0.6, 0.8), (1.0, 0.7)];
@@ -185,7 +190,7 @@ pub(super) fn hypercolor(u: f32, v: f32) -> [f32; 4] {
     [shade, shade, shade, solid(inside, 0.5)]
 }
 
-/// Signed depth of a position inside the stroke of [`hypercolor`].
+/// Signed distance to the outline of [`hypercolor`], positive inside.
 fn hypercolor_inside(u: f32, v: f32) -> f32 {
     let widths = [(0.0, 0.5), (0.05, 0.8), (0.6, 0.85), (0.9, 0.7), (1.0, 0.2)];
     let line = (v * 40.0) as i32;
@@ -194,23 +199,34 @@ fn hypercolor_inside(u: f32, v: f32) -> f32 {
     (on_line(&widths, u) + rim - aside(v)).min(dry * 2.0).min(u * 8.0)
 }
 
-/// One dry streak of light: its hairs start one after the other, are nearly solid from there on, and end in a round
-/// tip.
+/// A dry streak of light. Most of its hairs start at a quarter of its length, and it ends in a round tip.
 pub(super) fn light(u: f32, v: f32) -> f32 {
-    let (middle, end) = (0.44, 0.99);
-    let width = on_line(&[(0.0, 0.5), (0.2, 0.8), (0.4, 0.9), (0.85, 0.9)], u);
-    let round = (1.0 - ((u - 0.85) / (end - 0.85)).max(0.0).powi(2)).max(0.0).sqrt();
-    let rim = 0.1 * (noise(u, v, (24, 6), 48) - 0.5);
-    let inside = width * round + rim - (v - middle).abs() * 2.0;
-    let line = (v * 44.0) as i32;
-    // Most hairs have started at a third of the stroke's length.
-    let begins = mix(0.02, 0.4, random(line, 4, 12).powf(0.7));
-    let holes = octaves(u, v, (5, 34), 3, 12);
-    let lost = on_line(&[(0.0, 0.45), (0.35, 0.34), (0.6, 0.27), (1.0, 0.27)], u);
-    step(0.0, 0.1, inside) * step(begins, begins + 0.04, u) * step(-0.03, 0.05, holes - lost)
+    const START: [(f32, f32); 6] =
+        [(0.1, 0.32), (0.3, 0.27), (0.42, 0.23), (0.55, 0.24), (0.7, 0.29), (0.8, 0.45)];
+    const END: [(f32, f32); 8] = [
+        (0.07, 0.7),
+        (0.1, 0.82),
+        (0.2, 0.92),
+        (0.4, 0.985),
+        (0.55, 0.985),
+        (0.7, 0.93),
+        (0.8, 0.84),
+        (0.84, 0.74),
+    ];
+    // Shares of the holes along and across.
+    const ALONG: [(f32, f32); 5] = [(0.0, 0.34), (0.25, 0.38), (0.4, 0.32), (0.6, 0.27), (1.0, 0.29)];
+    const ACROSS: [(f32, f32); 6] =
+        [(0.1, 0.05), (0.2, 0.04), (0.35, -0.02), (0.5, -0.08), (0.65, -0.01), (0.8, 0.06)];
+    let early = (random((v * 40.0) as i32, 4, 12) / 0.4).min(1.0);
+    let start = on_line(&START, v) * early + 0.06 * (noise(u, v, (4, 60), 49) - 0.5);
+    let end = on_line(&END, v) + 0.02 * (noise(u, v, (1, 24), 50) - 0.5);
+    let rim = 0.05 * (octaves(u, v, (10, 2), 2, 48) - 0.5);
+    let aside = (v - 0.085 - 0.5 * rim).min(0.83 - v + 2.5 * rim);
+    let holes = octaves(u, v, (9, 30), 2, 14) - on_line(&ALONG, u) - on_line(&ACROSS, v);
+    step(-0.01, 0.02, aside) * step(-0.012, 0.012, (u - start).min(end - u)) * step(-0.03, 0.03, holes)
 }
 
-/// The cell of an atlas of two by two cells, and the position in the cell from -1 to 1.
+/// The number of the cell in an atlas of two by two cells, and the position in the cell, from -1 to 1.
 fn cell(u: f32, v: f32) -> (i32, f32, f32) {
     let (u, v) = (u.clamp(0.0, 0.9999) * 2.0, v.clamp(0.0, 0.9999) * 2.0);
     (u as i32 + 2 * v as i32, u.fract() * 2.0 - 1.0, v.fract() * 2.0 - 1.0)
@@ -253,18 +269,18 @@ pub(super) fn ember(u: f32, v: f32) -> f32 {
     on_line(&HALO, r)
 }
 
-/// A soft glow; alpha has the hot core.
+/// A soft glow. The alpha channel has the hot core.
 pub(super) fn dot(u: f32, v: f32) -> [f32; 4] {
     let r = aside(u).hypot(aside(v));
     let glow = (1.0 - r / 0.85).max(0.0).powf(2.2);
     [glow, glow, glow, (1.0 - r / 0.12).max(0.0)]
 }
 
-/// A film that brightens towards its rim, most at the top; alpha has two glints.
+/// A film that brightens towards its rim, most at the top. The alpha channel has two glints.
 pub(super) fn bubble(u: f32, v: f32) -> [f32; 4] {
     let (x, y) = (u * 2.0 - 1.0, v * 2.0 - 1.0);
     let r = x.hypot(y);
-    const FILM: [(f32, f32); 8] = [
+    const FILM: [(f32, f32); 9] = [
         (0.4, 0.06),
         (0.5, 0.08),
         (0.6, 0.12),
@@ -272,15 +288,16 @@ pub(super) fn bubble(u: f32, v: f32) -> [f32; 4] {
         (0.8, 0.28),
         (0.9, 0.38),
         (0.95, 0.5),
-        (0.99, 0.5),
+        (0.975, 0.7),
+        (0.99, 0.7),
     ];
     // Brightness of the rim by angle, from the right, counter-clockwise.
-    const RIM: [f32; 9] = [0.59, 0.66, 0.72, 0.66, 0.61, 0.24, 0.06, 0.26, 0.59];
+    const RIM: [f32; 9] = [0.59, 0.66, 0.72, 0.72, 0.61, 0.24, 0.06, 0.26, 0.59];
     let turn = (y.atan2(x) / TAU).rem_euclid(1.0) * 8.0;
     let i = (turn as usize).min(7);
     let side = mix(RIM[i], RIM[i + 1], turn - i as f32);
     let film = 0.06 + (on_line(&FILM, r) - 0.06) * side / 0.5;
-    let bright = film * step(1.0, 0.97, r);
+    let bright = film * step(1.0, 0.98, r);
     let half_moon = {
         let (dx, dy) = ((u - 0.3) / 0.08, (v - 0.73) / 0.08);
         step(1.0, 0.85, dx.hypot(dy)) * (0.5 + 0.5 * (dy - dx) * 0.707).clamp(0.0, 1.0)
@@ -383,8 +400,8 @@ pub(super) fn disc(u: f32, v: f32) -> f32 {
     solid(0.985 - aside(u).hypot(aside(v)), 0.5)
 }
 
-/// Thin curls of flames on black. Alpha has the flames and a faint net everywhere, which tears the flames when it
-/// moves.
+/// Thin curls of flames on black. The alpha channel has the flames and a faint net everywhere. The moving net tears the
+/// flames.
 pub(super) fn fire(u: f32, v: f32) -> [f32; 4] {
     const ALONG: [(f32, f32); 9] = [
         (0.0, 0.0),
@@ -419,8 +436,10 @@ pub(super) fn fire(u: f32, v: f32) -> [f32; 4] {
     // A faint glow around the curls.
     let glow = 0.05 * line(level, 1.9 * heat) * step(0.0, 0.3, heat);
     let bright = ((curls * torn).powf(2.2) * heat.min(1.0).powf(0.4)).max(patch).max(glow);
+    // Bright flames are few and nearly opaque: the product of brightness and alpha has the mean 0.07.
+    let bright = (1.27 * bright.powf(1.3)).min(1.0);
     let net = line(octaves(u, v, (6, 6), 3, 80), 1.0);
-    let alpha = (0.24 * net + 0.03 + 0.08 * noise(u, v, (8, 8), 90)).max(bright.powf(0.7));
+    let alpha = (0.19 * net + 0.024 + 0.064 * noise(u, v, (8, 8), 90)).max(1.9 * bright);
     [bright, bright, bright, alpha.min(1.0)]
 }
 
@@ -510,14 +529,17 @@ pub(super) fn streamer(u: f32, v: f32) -> [f32; 4] {
         (0.5, 0.33),
         (0.6, 0.43),
         (0.65, 0.58),
-        (0.7, 0.9),
-        (0.73, 0.9),
-        (0.735, 0.0),
+        (0.672, 0.9),
+        (0.718, 0.9),
+        (0.723, 0.0),
     ];
-    let within =
-        |x: f32, from: f32, to: f32| step(from - 0.005, from + 0.005, x) * step(to + 0.005, to - 0.005, x);
-    let lines = within(v, 0.457, 0.472).max(within(v, 0.562, 0.58)) * on_line(&LINES, u);
-    let bright = lines.max(within(u, 0.66, 0.73) * within(v, 0.457, 0.577));
+    // The part of a texel that lies in a range.
+    let within = |x: f32, from: f32, to: f32| {
+        let half = 0.5 / SIDE as f32;
+        ((x + half).min(to) - (x - half).max(from)).max(0.0) / (2.0 * half)
+    };
+    let lines = (within(v, 0.4578, 0.4713) + within(v, 0.5643, 0.5778)) * on_line(&LINES, u);
+    let bright = lines.max(within(u, 0.662, 0.718) * within(v, 0.457, 0.577));
     [bright, bright, bright, 1.0]
 }
 

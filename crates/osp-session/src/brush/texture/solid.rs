@@ -1,23 +1,23 @@
-//! Texels of a brush's picture that are solid at every mip level. They hide the polygons behind them.
+//! Texels of a brush's picture that are opaque at every mip level. They hide the polygons behind them.
 
 use std::sync::{LazyLock, OnceLock};
 
 use super::SIDE;
 use crate::brush::{self, Brush, Draw, Effect, Family, Uv};
 
-/// Safety margin of alpha for a solid texel, because textures have 8 bits and devices filter them with low precision.
+/// Safety margin of alpha for an opaque texel, because textures have 8 bits and devices filter them with low precision.
 const SURELY: f32 = 0.03;
 
 /// For each texel column along the stroke, one bit for each texel across. The bit is set if the texel and its
-/// neighbours are solid at every mip level.
+/// neighbours are opaque at every mip level.
 type Solid = [u128; SIDE];
 
-/// Solid texels by brush number, computed on the first request.
+/// Opaque texels by brush number, computed on first use.
 static SOLID: LazyLock<Vec<OnceLock<Option<Box<Solid>>>>> =
     LazyLock::new(|| brush::all().iter().map(|_| OnceLock::new()).collect());
 
-/// The widest range across the stroke that is solid along the whole part `u.0` to `u.1`, within `v.0` to `v.1`. Only
-/// brushes with cut-out textures have such ranges. `None` if no texel is solid, or the brush's texture is animated.
+/// The widest opaque range of `v` within `v.0` to `v.1`: all its texels from `u.0` to `u.1` are opaque. `None` if there
+/// is no such range, if the brush is not [`Draw::Cutout`], or if its texture is animated.
 pub fn solid_across(brush: &'static Brush, u: (f32, f32), v: (f32, f32)) -> Option<(f32, f32)> {
     if brush.draw != Draw::Cutout || brush.effect != Effect::None {
         return None;
@@ -25,7 +25,7 @@ pub fn solid_across(brush: &'static Brush, u: (f32, f32), v: (f32, f32)) -> Opti
     let solid = SOLID.get(usize::from(brush.number()))?.get_or_init(|| find(brush)).as_deref()?;
     let texel = |x: f32| (x * SIDE as f32).floor() as i64;
     let (from, to) = (texel(u.0.min(u.1)), texel(u.0.max(u.1)));
-    // A part longer than the texture covers all its columns.
+    // A range longer than the texture covers all columns.
     let columns = from..=to.min(from + SIDE as i64 - 1);
     let column = |x: i64| match repeats(brush) {
         true => solid[x.rem_euclid(SIDE as i64) as usize],
@@ -68,8 +68,8 @@ fn find(brush: &Brush) -> Option<Box<Solid>> {
             .collect();
         let (texels, last) = (SIDE / side, side - 1);
         for x in 0..side {
-            // A texel counts if its eight neighbours are solid, too. At the border these are the texels of the other side,
-            // or the border's own ones.
+            // A texel counts if its eight neighbours are opaque, too. At the border, the neighbour is on the opposite
+            // side of a repeated texture. Otherwise it is the border texel itself.
             let (left, right, below, above) = match repeats(brush) {
                 true => ((x + last) % side, (x + 1) % side, last, 0),
                 false => (x.saturating_sub(1), (x + 1).min(last), 0, last),

@@ -1,15 +1,16 @@
-//! A-Painter (Mozilla, 2016) `.apa`: little-endian; a magic word, the brushes' names, then strokes of 36-byte points.
+//! A-Painter (Mozilla, 2016) `.apa`. The format is little-endian: a magic word, the brushes' names, then strokes of
+//! 36-byte points.
 //!
 //! A-Painter's line brush (`src/brushes/line.js` in aframevr/a-painter) spans the ribbon along the controller's local x
-//! axis. The ribbon extends half of `size * pressure` to either side. So the reader uses [`NormalRule::SideX`], and the
-//! width is 0 at pressure 0. Positions are metres, right-handed with y up (WebVR), and rotations are in the axes of
-//! three.js, which osp shares. The recorded position is the controller's. A-Painter adds the offset of the brush's tip
-//! only for display, and only for known controllers, so the offset is omitted here.
+//! axis. The ribbon extends half of `size * pressure` to either side, so its width is 0 at pressure 0. The reader
+//! therefore uses [`NormalRule::SideX`]. Positions are in metres, right-handed with y up (WebVR). Rotations are in the
+//! axes of three.js, which are those of osp. The recorded position is that of the controller. A-Painter adds the offset
+//! of the brush's tip only for display, and only for known controllers. The reader omits the offset.
 //!
 //! A-Painter's plain brushes (flat, smooth) become the plain ribbon. Brushes with textures, or with stamps of leaves or
 //! blots, become the most similar brushes of Tilt Brush (`apa_brushes.ron`). These brushes keep a part of their width
-//! at pressure 0. So pressures are converted to give A-Painter's width, down to the brush's least width. A brush
-//! without a counterpart becomes a plain ribbon, and the header lists it.
+//! at pressure 0. Pressures are therefore converted to give A-Painter's width, down to the brush's smallest width. A
+//! brush without a counterpart becomes a plain ribbon, and the header lists it.
 
 use std::collections::BTreeMap;
 use std::io::{BufReader, Read};
@@ -27,11 +28,11 @@ use crate::{
 pub(super) const MAGIC: &[u8] = b"\x08apainter";
 /// The only version that exists.
 const VERSION: u16 = 1;
-/// Full pressure of early recordings. A file with a pressure above 1 is such a recording.
+/// Full pressure of early recordings. A file with a pressure above 1 is an early recording.
 const GREATEST_PRESSURE: f32 = 2.0;
 /// A-Painter's brushes that are plain ribbons.
 const PLAIN: [&str; 2] = ["flat", "smooth"];
-/// Largest number of characters of a brush's name, and of names, in a header.
+/// Largest number of characters of a brush's name in a header. `MOST_NAMES` is the largest number of names.
 const MOST_NAME_CHARS: usize = 40;
 const MOST_NAMES: usize = 8;
 
@@ -67,7 +68,7 @@ fn open_bytes(input: Input<'_>) -> Result<ByteReader, RecordingError> {
     Ok(ByteReader::new(path.to_owned(), reader))
 }
 
-/// The list of brushes that have no counterpart and are drawn as plain ribbons, as text.
+/// Lists, as text, the used brushes that have no counterpart and are drawn as plain ribbons.
 fn without_counterpart(names: &[String], used: &[bool; 256]) -> Option<String> {
     let is_missing = |name: &str| !PLAIN.contains(&name) && !NEAREST.contains_key(name);
     let missing = names.iter().zip(used).filter(|&(name, &used)| used && is_missing(name));
@@ -108,8 +109,8 @@ fn read_head(bytes: &mut ByteReader) -> Result<(Vec<String>, u32), RecordingErro
     Ok((names, bytes.u32("the number of strokes")?))
 }
 
-/// The largest pressure in the file, at least 1, and the brushes that strokes use. This first pass stops at any damage;
-/// the second pass reports it. The pass is needed because the full pressure is 2 in older drawings and 1 in others.
+/// Returns the file's full pressure, from 1 to 2, and the brushes that strokes use. Older drawings have a full pressure
+/// of 2, others of 1, so the file is read twice. This first pass stops at any damage, and the second pass reports it.
 fn first_pass(input: Input<'_>) -> (f32, [bool; 256]) {
     let (mut full, mut used) = (1.0_f32, [false; 256]);
     let mut scan = || -> Result<(), RecordingError> {

@@ -1,8 +1,9 @@
 //! The zip archive inside a `.tilt` file.
 //!
-//! The `zip` crate reads the central directory. An entry of that crate borrows its archive, so a stream of events could
-//! not own both. Hence the bytes of the sketch's entry are read from the file itself. A file whose end is missing has
-//! no central directory. A lenient reader then finds the entries by their local headers, from the start of the file.
+//! The `zip` crate reads the central directory. Its entries borrow the archive, so a stream of events could not own
+//! both. This module therefore reads the bytes of an entry from the file itself. A file whose end is missing has no
+//! central directory. For such a file, a lenient reader finds the entries by their local headers, from the start of the
+//! file.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 
@@ -26,7 +27,7 @@ const LOCAL_MAGIC: &[u8] = b"PK\x03\x04";
 const LOCAL_HEADER_BYTES: usize = 30;
 /// Flag: the entry is encrypted.
 const ENCRYPTED: u16 = 1;
-/// Flag: size and checksum follow the data instead of being in the local header.
+/// Flag: size and checksum follow the data, and are not in the local header.
 const SIZE_FOLLOWS: u16 = 1 << 3;
 const STORED: u16 = 0;
 const DEFLATED: u16 = 8;
@@ -54,7 +55,7 @@ enum Packing {
 /// The entries of an archive.
 pub(super) struct Archive {
     entries: Vec<Entry>,
-    /// Reason for which the central directory was not used.
+    /// The reason why the central directory was not used.
     pub(super) warning: Option<String>,
 }
 

@@ -1,10 +1,11 @@
 //! Conversions of axes, and the products of rotations that they need.
 //!
 //! Unity's axes are left-handed: +x right, +y up, +z forward. The axes of osp are right-handed with -z forward, so the
-//! conversion is the mirror z → -z. A mirrored rotation keeps its angle. Its axis is a pseudovector: the z component
-//! stays, and the x and y components change sign.
+//! conversion is the mirror z → -z. A mirrored rotation keeps its angle. Its axis is a pseudovector: its x and y
+//! components change sign, and z does not.
 //!
-//! The products are written out, so that every machine computes the same bits; see [`rotate`](osp::math::rotate).
+//! The products are written as scalar operations, so that every machine computes the same bits; see
+//! [`rotate`](osp::math::rotate).
 
 use glam::{Quat, Vec3};
 
@@ -28,7 +29,7 @@ pub(super) fn product(a: Quat, b: Quat) -> Quat {
     )
 }
 
-/// `q` normalised; NaN if `q` has no direction.
+/// Normalises `q`; NaN if its length is 0.
 pub(super) fn unit(q: Quat) -> Quat {
     let length = (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w).sqrt();
     Quat::from_xyzw(q.x / length, q.y / length, q.z / length, q.w / length)

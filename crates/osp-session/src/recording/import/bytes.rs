@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 
 use crate::recording::{Place, RecordingError, unpacked};
 
-/// A reader of little-endian values from a stream. Errors have the position of the missing value.
+/// A reader of little-endian values from a stream. Errors state the position of the missing value.
 pub(super) struct ByteReader {
     path: PathBuf,
     offset: u64,
@@ -16,7 +16,7 @@ pub(super) struct ByteReader {
 }
 
 impl ByteReader {
-    /// A reader of `reader`, whose position is the start of `path` (a file, or an entry as `FILE/ENTRY`).
+    /// Creates a reader. `reader` must be at the start of `path`, a file, or an archive's entry as `FILE/ENTRY`.
     pub(super) fn new(path: PathBuf, reader: Box<dyn Read + Send>) -> Self {
         Self { path, offset: 0, reader, checksum: None }
     }
@@ -36,7 +36,7 @@ impl ByteReader {
         self.offset
     }
 
-    /// Fills `buffer`; `what` is its name in the error.
+    /// Fills `buffer`. In the error, `what` names the value.
     pub(super) fn fill(&mut self, buffer: &mut [u8], what: &str) -> Result<(), RecordingError> {
         if let Err(error) = self.reader.read_exact(buffer) {
             let wanted = format!("{what} ({} bytes)", buffer.len());
@@ -81,7 +81,7 @@ impl ByteReader {
         Ok(f32::from_bits(self.u32(what)?))
     }
 
-    /// A position (three floats) and a quaternion (x, y, z, w), unconverted.
+    /// A position (three floats) and a quaternion (x, y, z, w), in the axes of the file.
     pub(super) fn pose(&mut self, what: &str) -> Result<(Vec3, Quat), RecordingError> {
         let mut bytes = [0; 28];
         self.fill(&mut bytes, what)?;
@@ -104,7 +104,7 @@ impl ByteReader {
         Ok(())
     }
 
-    /// All bytes up to the end, at most `most`; `what` is their name in the error.
+    /// Reads all bytes up to the end. More than `most` bytes are an error, in which `what` names the contents.
     pub(super) fn rest(&mut self, most: u64, what: &str) -> Result<Vec<u8>, RecordingError> {
         let mut all = Vec::new();
         if let Err(error) = (&mut self.reader).take(most + 1).read_to_end(&mut all) {
@@ -165,7 +165,8 @@ impl ByteReader {
         }
     }
 
-    /// A failed read is damage if the data end too early or cannot be decompressed, else a system error.
+    /// Converts the error of a read. It is damage if the data end too early or cannot be decompressed, else a system
+    /// error.
     fn read_error(&self, error: io::Error, wanted: &str) -> RecordingError {
         if let Some(beyond) = unpacked::beyond(&error, &self.path, Place::Byte(self.offset)) {
             return beyond;

@@ -1,21 +1,21 @@
 //! CASSIE (Yu, Arora, Stanko, Bærentzen, Singh and Bousseau, "CASSIE: Curve and Surface Sketching in Immersive
 //! Environments", CHI 2021): two files of one name. `sketch_history/NAME.json` has the strokes with the times at which
-//! they were drawn and erased; `raw_data/NAME.json` has the user's actions and head. Either file is enough; if the
-//! other exists in the neighbouring folder, both are read. Strokes that the mirror added are only in the history.
+//! they were drawn and erased; `raw_data/NAME.json` has the user's actions and head. One file is enough. If the other
+//! file exists in the neighbouring folder, both are read. Strokes that the mirror added are only in the history.
 //!
 //! # Properties that the files do not state
 //!
 //! - `creation_time` is the **end** of a stroke, and the time of the action "add stroke". At that time the hand is
-//!   within 4 mm of the stroke's last sample (median 1 mm), and 5 to 17 cm (median) from its first.
+//!   within 4 mm of the stroke's last sample (median 1 mm). The median distance to the first sample is 5 to 17 cm.
 //! - Samples have no time. They are 2 to 4 cm apart, so the reader puts [`SAMPLE_SECS`] between them, or less if the
-//!   previous stroke would overlap. Two strokes of the same time (mirror) overlap in time.
+//!   previous stroke would overlap. A stroke and its mirror image have the same times.
 //! - Samples are in canvas space, head and hand in room space. The user grabs and scales the canvas; canvasPos,
 //!   canvasRot and canvasScale are its transform: room = pos + rot * (scale * canvas). After the inverse transform the
-//!   hand lies on the stroke, and the stroke lies in front of the eyes, 0.24 to 0.6 m away in the room. In canvas space
-//!   the head is nearer to the strokes if the canvas is scaled up.
-//! - Until the headset is tracked its position is exactly zero; the reader makes no head event of such states.
-//! - No orientation was recorded, so ribbons have a rotation-minimising frame. No width and no brush was recorded
-//!   either. CASSIE draws thin tubes, so the reader gives strokes the brush Wire.
+//!   hand lies on the stroke. The stroke lies in front of the eyes, 0.24 to 0.6 m away in the room. In canvas space
+//!   this distance is smaller if the canvas is scaled up.
+//! - Until the headset is tracked, its position is exactly zero. The reader skips such states.
+//! - No orientation was recorded, so ribbons have a rotation-minimising frame. Width and brush were not recorded
+//!   either. CASSIE draws thin tubes, so strokes get the brush Wire.
 
 use std::path::{Path, PathBuf};
 use std::vec;
@@ -95,14 +95,14 @@ pub(crate) fn files_beside(path: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// The file of the same name in the folder `folder` next to that of `path`, if it exists.
+/// The file of the same name in the folder `folder` beside the folder of `path`, if it exists.
 fn sibling(input: Input<'_>, folder: &str) -> Option<PathBuf> {
     let path = input.path;
     let beside = path.parent()?.join("..").join(folder).join(path.file_name()?);
     input.beside(&beside).is_file().then_some(beside)
 }
 
-/// A stroke from either file: samples converted to our axes, times as in the file.
+/// A stroke from one of the files. Its samples are in the axes of osp; its times are those of the file.
 struct Stroke {
     samples: Vec<Vec3>,
     created_secs: f64,
@@ -118,11 +118,12 @@ fn strokes_of_history(history: Vec<HistoryStroke>) -> Vec<Stroke> {
     history.into_iter().map(stroke).collect()
 }
 
-/// The strokes of `raw_data` alone. A stroke without an action gets the time of the previous stroke in the list.
+/// The strokes of a `raw_data` file without its history. A stroke without an action gets the time of the previous
+/// stroke.
 fn strokes_of_raw(raw: RawData) -> Vec<Stroke> {
     let mut actions: Vec<_> =
         raw.states.iter().map(|s| (s.element_id, s.interaction_type, s.time.0)).collect();
-    // Sorted by element, then kind. The sort is stable, so the first action of a kind stays first.
+    // Actions are sorted by element, then by kind. The sort is stable, so the first action of a kind stays first.
     actions.sort_by_key(|&(element, kind, _)| (element, kind));
     let time_of = |element: i64, kind: i64| {
         let at = actions.partition_point(|&(e, k, _)| (e, k) < (element, kind));
@@ -141,7 +142,7 @@ fn strokes_of_raw(raw: RawData) -> Vec<Stroke> {
     strokes
 }
 
-/// The tracked head poses in canvas space and our axes.
+/// The tracked head poses, in canvas space and the axes of osp.
 fn head_path(path: &Path, states: &[State], warnings: &mut Vec<String>) -> Vec<Event> {
     let mut heads = Vec::with_capacity(states.len());
     for state in states {
@@ -211,7 +212,7 @@ fn push_stroke(events: &mut Vec<Event>, stroke: Stroke, number: StrokeId, free_f
     });
     for (&p, index) in stroke.samples.iter().zip(0_u32..) {
         let part = if steps > 0.0 { f64::from(index) / steps } else { 1.0 };
-        // This formula gives exactly `end` for the last part; a rounded value might come after the stroke's `End`.
+        // For the last sample, this formula gives exactly `end`. A rounded value might come after the stroke's `End`.
         let t = start * (1.0 - part) + end * part;
         events.push(Event::Point { t, stroke: number, p, q: glam::Quat::IDENTITY, pressure: 1.0 });
     }
@@ -225,8 +226,8 @@ fn shift(event: &mut Event, start_secs: f64) {
     | Event::End { t, .. }
     | Event::Erase { t, .. } = event
     {
-        // Times are rounded to microseconds, because more digits are noise of the subtraction. Rounding keeps the
-        // order.
+        // Times are rounded to microseconds, because further digits are rounding errors of the subtraction. Rounding
+        // keeps the order.
         *t = ((*t - start_secs) * 1e6).round() / 1e6;
     }
 }

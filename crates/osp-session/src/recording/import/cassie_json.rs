@@ -122,7 +122,7 @@ pub(super) fn read(
     let io = |error| RecordingError::io(path, error);
     let file = input.open().map_err(io)?;
     let bytes = file.len().map_err(io)?;
-    // The whole file is held in memory. Real ones have less than a million bytes.
+    // The whole file is in memory. Real files have less than a million bytes.
     let most = options.limits.whole_bytes();
     if bytes > most {
         return Err(beyond(path, Place::File, most, "bytes"));

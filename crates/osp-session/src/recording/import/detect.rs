@@ -30,8 +30,8 @@ pub(in crate::recording) fn by_mark(input: Input<'_>, start: &[u8]) -> Option<Op
 /// The reader for a text file, by the file's name, or by its contents if these look like JSON.
 pub(in crate::recording) fn by_name(path: &Path, start: &[u8]) -> Option<Opener> {
     let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
-    // Text may be compressed with gzip. A file with the name of a binary format has damaged magic bytes here; its
-    // reader reports that.
+    // Text may be compressed with gzip. A file that has the name of a binary format, but gets here, has damaged magic
+    // bytes. The format's reader reports the damage.
     let endings: [(&str, Opener); 9] = [
         (".poses", open_poses),
         (".poses.gz", open_poses),

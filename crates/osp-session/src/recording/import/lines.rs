@@ -11,7 +11,7 @@ use crate::recording::{
     unpacked::{self, Unpacked},
 };
 
-/// Largest number of damaged lines that get their own warning; all are counted.
+/// Largest number of damaged lines that get a warning. Further damaged lines are only counted.
 const MOST_WARNINGS: u64 = 16;
 /// Length of the excerpt of a damaged line in an error, characters.
 const SHOWN_CHARS: usize = 60;
@@ -30,7 +30,7 @@ pub(super) struct LineReader {
 }
 
 impl LineReader {
-    /// Longest line that is read, bytes. The longest useful line is a face of 1024 corners, about 24 KiB.
+    /// Longest line that is read, bytes. A face of 1024 corners, the longest valid line, takes about 24 KiB.
     pub(super) const MOST_LINE_BYTES: usize = 64 << 10;
 
     pub(super) fn open(input: Input<'_>, options: &OpenOptions) -> Result<Self, RecordingError> {
@@ -135,7 +135,7 @@ impl LineReader {
         }
     }
 
-    /// Ends the reading after an error. If the compressed data ended early or cannot be decompressed, this is damage,
+    /// Ends the reading after an error. The error is damage if the compressed data end early or cannot be decompressed,
     /// else a system error.
     fn stop(&mut self, error: io::Error) -> Result<Option<String>, RecordingError> {
         self.done = true;

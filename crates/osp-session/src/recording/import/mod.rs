@@ -10,14 +10,14 @@
 //! | [`open_obj`] | Wavefront `.obj` and `.obj.gz`: finished polygons | |
 //! | [`open_gltf`] | glTF 2.0 `.glb` and `.gltf`: finished polygons in nested groups | |
 //!
-//! All readers except those of CASSIE and glTF decode a stream. They hold only the current stroke or line in memory,
-//! for an `.obj` also its vertices. Readers do not allocate by the counts that a file states, so memory grows only with
-//! the bytes that were read.
+//! All readers except those of CASSIE and glTF decode a stream. They hold only the current stroke or line in memory;
+//! the `.obj` reader also holds the vertices. No reader allocates memory by a count that a file states, so memory grows
+//! only with the bytes that were read.
 //!
 //! # Damage
 //! A reader returns the events before the damage, then one error with the byte or line and the expected form. A lenient
-//! reader notes the error instead. In binary formats and JSON the reading ends there; in text formats it continues with
-//! the next line.
+//! reader adds the error to its notes. It then ends in binary formats and JSON, and continues with the next line in
+//! text formats.
 
 mod apa;
 mod archive;

@@ -1,8 +1,8 @@
 //! Wavefront `.obj` and `.obj.gz`: each face becomes a [`Polygon`](Event::Polygon) event at time 0.
 //!
-//! The reader takes `v`, `f` (corners as `v`, `v/vt`, `v//vn`, `v/vt/vn`; negative numbers count from the last vertex)
+//! The reader parses `v`, `f` (corners as `v`, `v/vt`, `v//vn`, `v/vt/vn`; negative numbers count from the last vertex)
 //! and, for colours, `usemtl`, `g` and `o`. It ignores all other lines. The format specifies neither units nor axes, so
-//! these are not converted; y is up by convention, though scenes with z up are common.
+//! neither is converted. By convention y is up, though scenes with z up are common.
 
 use glam::Vec3;
 use xxhash_rust::xxh3::xxh3_64;
@@ -63,7 +63,7 @@ struct Obj {
     most_vertices: u64,
 }
 
-/// The expected form of a line, and the text that differs.
+/// The expected form of a part of a line, and the text found instead.
 struct Fault {
     expected: String,
     found: String,
@@ -76,7 +76,7 @@ impl Fault {
 }
 
 impl Obj {
-    /// Reads the next line of the file. A `\` at its end appends the line after it. `None` at the end of the
+    /// Reads the next line. A `\` at the end of a line continues it with the following line. `None` at the end of the
     /// file.
     fn next_line(&mut self) -> Result<Option<String>, RecordingError> {
         let Some(mut line) = self.lines.next_line()? else { return Ok(None) };
@@ -143,7 +143,7 @@ impl Obj {
         Ok(face)
     }
 
-    /// The vertex with this number: from 1, or negative, counted back from the last vertex.
+    /// The vertex with this number. Positive numbers start at 1; negative numbers count back from the last vertex.
     fn vertex(&self, number: i64) -> Option<Vec3> {
         let number = usize::try_from(number).ok().or_else(|| {
             let back = usize::try_from(number.unsigned_abs()).ok()?;

@@ -1,9 +1,9 @@
 //! `.poses`: the path of a tracker, one pose a line, `time x y z qw qx qy qz`, in seconds and metres; `#` starts a
 //! comment.
 //!
-//! The axes are libsurvive's: right-handed, z up, gravity along -z. (In a recording of a controller pulled up and down,
-//! z varies by 0.88 m.) In osp y is up, so the world is rotated by -90° about x: (x, y, z) becomes (x, z, -y). The
-//! comment line `# up: y` marks a file that has y up already, as OpenXR and OpenVR do.
+//! The axes are libsurvive's: right-handed, z up, gravity along -z. In a recording of a controller pulled up and down,
+//! z varies by 0.88 m. In osp y is up, so the world is rotated by -90° about x: (x, y, z) becomes (x, z, -y). The
+//! comment line `# up: y` marks a file in which y is up, as in OpenXR and OpenVR.
 //!
 //! A tracker does not record when a stroke begins, so the whole path is one ribbon, split where tracking was lost.
 
@@ -21,11 +21,11 @@ use crate::recording::{
     StrokeId, Tool, input::Input,
 };
 
-/// A longer gap between two poses, forwards or backwards in time, starts a new stroke, because tracking was lost.
-/// Trackers give at least 100 poses a second, so a shorter gap is a few lost packets.
+/// A longer time between two poses, forwards or backwards, starts a new stroke, because tracking was lost. Trackers
+/// record at least 100 poses a second. A shorter gap is a few lost packets.
 const LONGEST_GAP_SECS: f64 = 0.25;
-/// A longer distance between two poses starts a new stroke, because the tracker was found again elsewhere. A hand at 10
-/// m/s moves 0.1 m between poses at 100 Hz.
+/// A longer distance between two poses starts a new stroke, because tracking was lost and found again elsewhere. A hand
+/// at 10 m/s moves 0.1 m between poses at 100 Hz.
 const LONGEST_STEP_M: f32 = 0.25;
 /// Width of the ribbon along a tracker's path, metres; the format has no brush.
 const WIDTH_M: f32 = 0.02;
@@ -125,7 +125,7 @@ impl Poses {
         Ok((t, p, q))
     }
 
-    /// Converts the next pose to events: returns the first event and queues the others in `ahead`.
+    /// Converts the next pose to events. Returns the first event, and stores the others in `ahead`.
     fn advance(&mut self) -> Result<Option<Event>, RecordingError> {
         let Some((t, p, q)) = self.next_point()? else {
             let open = self.last.take();

@@ -5,7 +5,7 @@ use crate::recording::{
     Author, Event, EventSource, NormalRule, Notes, Paint, Place, RecordingError, StrokeId, Tool,
 };
 
-/// A binary format that is a list of strokes; a stroke is a header and its points.
+/// A binary format that is a list of strokes. Each stroke is a header and a list of points.
 pub(super) trait StrokeFormat: Send {
     /// Orientation of a ribbon relative to the recorded poses.
     const NORMAL: NormalRule;
@@ -19,7 +19,7 @@ pub(super) trait StrokeFormat: Send {
     fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError>;
 }
 
-/// The settings of a stroke, which the file stores before its points; metres.
+/// The header of a stroke, which precedes its points.
 pub(super) struct StrokeHead {
     pub(super) width_m: f32,
     pub(super) color: [f32; 4],
@@ -27,7 +27,7 @@ pub(super) struct StrokeHead {
     pub(super) points: u32,
 }
 
-/// A control point in our axes, in metres.
+/// A control point in the axes of osp, metres.
 pub(super) struct Sample {
     pub(super) time_secs: f64,
     pub(super) p: Vec3,
@@ -35,7 +35,7 @@ pub(super) struct Sample {
     pub(super) pressure: f32,
 }
 
-/// Whether damage ends the reading with an error or becomes a note.
+/// The reaction to damage: an error, or an entry in the notes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OnDamage {
     Fail,
@@ -55,7 +55,7 @@ pub(super) struct StrokeStream<F> {
     on_damage: OnDamage,
     notes: Notes,
     /// The first damage that a lenient reader skipped, and the number of damaged strokes.
-    passed_over: Option<(RecordingError, u64)>,
+    skipped_damage: Option<(RecordingError, u64)>,
     strokes: u32,
     next_stroke: u32,
     time_secs: f64,
@@ -64,7 +64,7 @@ pub(super) struct StrokeStream<F> {
 
 enum State {
     Between,
-    /// Inside a stroke: a point that was read ahead, and the number of points after it.
+    /// Inside a stroke: the next point if it was read in advance, and the number of points after it.
     Stroke {
         stroke: StrokeId,
         ahead: Option<Event>,
@@ -87,7 +87,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
             bytes,
             on_damage,
             notes: Notes { warnings, skipped: 0 },
-            passed_over: None,
+            skipped_damage: None,
             strokes,
             next_stroke: 0,
             time_secs: 0.0,
@@ -118,7 +118,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
                         let left = *left;
                         match self.point(stroke)? {
                             Ok(event) => return Ok(Some(event)),
-                            Err(damage) => self.pass_over(damage, left)?,
+                            Err(damage) => self.skip_damaged(damage, left)?,
                         }
                     }
                     self.state = State::Between;
@@ -128,8 +128,8 @@ impl<F: StrokeFormat> StrokeStream<F> {
         }
     }
 
-    /// Reads the header of the next stroke; `None` if the stroke is skipped. The first point is read ahead, because it
-    /// has the time of the stroke's beginning.
+    /// Reads the header of the next stroke; `None` if the stroke is skipped. The first point is read in advance,
+    /// because it has the time of the stroke's beginning.
     fn begin(&mut self) -> Result<Option<Event>, RecordingError> {
         let at = self.bytes.offset();
         let stroke = StrokeId(self.next_stroke);
@@ -149,7 +149,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
         };
         if let Err(expected) = begin.check() {
             let found = format!("a width of {} m at scale {scale} in stroke {}", head.width_m, stroke.0);
-            self.pass_over(self.bytes.expected_at(at, expected, found), head.points)?;
+            self.skip_damaged(self.bytes.expected_at(at, expected, found), head.points)?;
             self.next_stroke += 1;
             return Ok(None);
         }
@@ -159,7 +159,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
             match self.point(stroke)? {
                 Ok(event) => ahead = Some(event),
                 Err(damage) => {
-                    self.pass_over(damage, left)?;
+                    self.skip_damaged(damage, left)?;
                     self.next_stroke += 1;
                     return Ok(None);
                 }
@@ -173,7 +173,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
         Ok(Some(begin))
     }
 
-    /// The next point, or (inner error) a fault in its numbers. After such a fault the next point can still be read.
+    /// Reads the next point. The inner error is a fault in the point's numbers; the following point can still be read.
     fn point(&mut self, stroke: StrokeId) -> Result<Result<Event, RecordingError>, RecordingError> {
         let at = self.bytes.offset();
         let Sample { time_secs: t, p, q, pressure } = self.format.read_point(&mut self.bytes)?;
@@ -189,13 +189,13 @@ impl<F: StrokeFormat> StrokeStream<F> {
         Ok(Ok(event))
     }
 
-    /// Skips the rest of a stroke with a damaged number, or returns the damage as an error.
-    fn pass_over(&mut self, damage: RecordingError, points_left: u32) -> Result<(), RecordingError> {
+    /// Skips the rest of a stroke with a damaged number. Returns the damage as an error with [`OnDamage::Fail`].
+    fn skip_damaged(&mut self, damage: RecordingError, points_left: u32) -> Result<(), RecordingError> {
         if self.on_damage == OnDamage::Fail {
             return Err(damage);
         }
         self.notes.skipped += 1;
-        self.passed_over.get_or_insert((damage, 0)).1 += 1;
+        self.skipped_damage.get_or_insert((damage, 0)).1 += 1;
         for _ in 0..points_left {
             self.format.read_point(&mut self.bytes)?;
         }
@@ -210,8 +210,8 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
             Err(error) => error,
         };
         let state = std::mem::replace(&mut self.state, State::Done);
-        // A system error is not damage, because reading again may succeed. A limit is not damage either:
-        // [`Limited`](super::super::limited::Limited) notes it.
+        // A system error is not damage, because a second read may succeed. A limit is not damage either:
+        // [`Limited`](super::super::limited::Limited) reports it.
         if self.on_damage == OnDamage::Fail
             || matches!(error, RecordingError::Io { .. } | RecordingError::Limit { .. })
         {
@@ -228,7 +228,7 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
 
     fn notes(&self) -> Notes {
         let mut notes = self.notes.clone();
-        if let Some((first, strokes)) = &self.passed_over {
+        if let Some((first, strokes)) = &self.skipped_damage {
             notes.warnings.push(match strokes {
                 1 => format!("{first}; the stroke is skipped from there on"),
                 _ => format!("{first}; {strokes} damaged strokes are skipped, each from its damage on"),

@@ -3,7 +3,7 @@
 //!
 //! `data.sketch` holds the strokes: little-endian, controller poses in canvas space, decimetres, Unity's axes.
 //! `metadata.json` holds brushes, layers, light and the view of the thumbnail. A program that lacks a stroke's brush
-//! draws a ribbon of constant width: the effect of pressure is a property of the brush and not in the file. Strokes
+//! draws a ribbon of constant width. The effect of pressure is a property of the brush, and is not in the file. Strokes
 //! keep the order of the file, whatever their times.
 
 use std::io::{BufReader, Read};
@@ -25,9 +25,9 @@ use crate::recording::{
 /// Largest size of a thumbnail that is read, bytes. Real thumbnails have up to 200,000.
 const MOST_THUMBNAIL_BYTES: u64 = 16 << 20;
 const THUMBNAIL_NAME: &str = "thumbnail.png";
-/// Versions of `data.sketch` that can be read: 6 may have long stroke extensions or header bytes.
+/// Versions of `data.sketch` that can be read. Version 6 may have long stroke extensions or header bytes.
 const VERSIONS: std::ops::RangeInclusive<u32> = 5..=6;
-/// Names of the two files, the most common first; sketches inside a Unity project end in `.bytes`.
+/// Names of the sketch file, the most common first. Sketches inside a Unity project end in `.bytes`.
 const SKETCH_NAMES: [&str; 2] = ["data.sketch", "data.sketch.bytes"];
 const METADATA_NAMES: [&str; 3] = ["metadata.json", "metadata.json.bytes", "main.json"];
 
@@ -189,7 +189,7 @@ impl StrokeFormat for Sketch {
         let brush_size = bytes.f32("the brush's size")?;
         let mask = bytes.u32("the stroke's extension mask")?;
         self.point_mask = bytes.u32("the control points' extension mask")?;
-        // A file without seeds gets the strokes' numbers as seeds.
+        // If the file has no seeds, a stroke's number is its seed.
         let (mut scale, mut seed, mut layer, mut sketch_group, mut sketch_flags) =
             (1.0, self.strokes, 0, 0, 0);
         self.strokes = self.strokes.wrapping_add(1);

@@ -15,8 +15,10 @@ use super::{
 use crate::recording::Environment;
 use osp::math::rotate;
 
-/// Number of scene units in a metre. (A division by 0.1 would give other last digits.)
+/// Number of scene units in a metre. A division by 0.1 would give other last digits.
 const UNITS_PER_METER: f32 = 10.0;
+/// Depth in the room at which the program's shadows have faded out, metres, for its field of view of 80 degrees.
+const SHADOWS_END_M: f32 = 2.33;
 /// Largest number of characters of a name from the file.
 const MOST_NAME_CHARS: usize = 60;
 /// The preset whose light is used if the file's preset is unknown.
@@ -38,7 +40,7 @@ struct Preset {
     #[serde(default)]
     light_2: Option<(Vec3, Vec3)>,
     reflection: f32,
-    /// The scenery around the sketch, which osp does not show.
+    /// Name of the scenery around the sketch, which osp does not show.
     #[serde(default)]
     scenery: Option<String>,
 }
@@ -142,8 +144,11 @@ pub(super) fn read(
         left_out
             .extend(preset.scenery.iter().map(|what| format!("{what} of the environment {}", preset.name)));
     }
-    // Versions that did not store themselves drew their thumbnails with the full bloom.
-    environment.has_full_bloom = fields.read::<serde::de::IgnoredAny>("ApplicationVersion").is_none();
+    // Versions that did not store their version number drew their thumbnails with the full bloom.
+    let mut has = |name: &str| fields.read::<serde::de::IgnoredAny>(name).is_some();
+    environment.has_full_bloom = !has("ApplicationVersion");
+    // Of these versions, those that stored the version of their format added light as sRGB values.
+    environment.has_srgb_light = environment.has_full_bloom && has("SchemaVersion");
     let environment = in_canvas(environment, room_from_scene, scene_from_canvas);
     match environment.check() {
         Ok(()) => Some(environment),
@@ -169,6 +174,7 @@ fn in_canvas(
         room_rotation: axes::product(to_room, to_scene),
         lights: environment.lights.map(|(way, color)| (rotate(back, way), color)),
         fog: (fog_color, density * scale),
+        shadows_end_m: SHADOWS_END_M / (room_from_scene.2 * scale).max(f32::MIN_POSITIVE),
         ..environment
     }
 }
@@ -176,8 +182,9 @@ fn in_canvas(
 /// The GUID of the preset that an environment was made from, and whether the environment is still equal to the preset.
 pub(crate) fn preset_of(environment: &Environment) -> Option<(&'static str, bool)> {
     let preset = PRESETS.iter().find(|preset| preset.name == environment.preset)?;
-    let Environment { room_rotation, has_full_bloom, .. } = *environment;
-    let usual = Environment { room_rotation, has_full_bloom, ..preset.environment() };
+    let Environment { room_rotation, has_full_bloom, has_srgb_light, shadows_end_m, .. } = *environment;
+    let usual =
+        Environment { room_rotation, has_full_bloom, has_srgb_light, shadows_end_m, ..preset.environment() };
     Some((&preset.guid, usual == *environment))
 }
 
@@ -213,6 +220,8 @@ impl Preset {
             lights: [light(self.light_1), light(self.light_2)],
             reflection: self.reflection,
             has_full_bloom: false,
+            has_srgb_light: false,
+            shadows_end_m: 0.0,
         }
     }
 }
@@ -220,7 +229,7 @@ impl Preset {
 impl CustomEnvironment {
     fn change(&self, environment: &Environment) -> Environment {
         let mut changed = environment.clone();
-        // The skew applies only to the artist's gradient; a preset's sky is upright.
+        // The skew applies only to the artist's gradient. The sky of a preset is upright.
         if let Some(colors) = self.gradient_colors {
             changed.sky = colors.map(|[r, g, b, _]| color([r, g, b]));
             if let Some(skew) = self.gradient_skew {

@@ -1,4 +1,4 @@
-//! Reads single fields of a `.tilt`'s metadata, and the types that they share.
+//! Readers of single fields of a `.tilt`'s metadata, and the types of these fields.
 
 use std::marker::PhantomData;
 use std::path::Path;
@@ -49,7 +49,7 @@ pub(super) fn mismatch(path: &Path, expected: &str, error: &serde_json::Error) -
     }
 }
 
-/// The fields that only some sketches have.
+/// The metadata, from which single fields are read.
 pub(super) struct Fields<'a> {
     pub(super) text: &'a [u8],
     pub(super) path: &'a Path,
@@ -67,8 +67,8 @@ impl Fields<'_> {
         })
     }
 
-    /// A transform between two spaces; the identity if the field is absent. `None`, with a warning, if it has no
-    /// inverse, because the camera's position is unknown then.
+    /// A transform between two spaces; the identity if the field is absent. A transform without an inverse gives `None`
+    /// and a warning, because it leaves the camera's position unknown.
     pub(super) fn transform(&mut self, name: &str) -> Option<TiltTransform> {
         let found = self.read(name).unwrap_or(TiltTransform::IDENTITY);
         let TiltTransform(p, q, scale) = found;
@@ -88,7 +88,7 @@ impl Fields<'_> {
     }
 }
 
-/// A value that must be an object. Without this type, serde would accept a list of the fields in order.
+/// A value that must be a JSON object. Without this type, serde would also accept a list of the fields' values.
 pub(super) struct Object<T>(pub(super) T);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {

@@ -7,7 +7,8 @@ pub(crate) const SKETCH_MAGIC: u32 = 0xC576_A5CD;
 /// Length of a unit of canvas or room space, metres.
 pub(crate) const METERS_PER_UNIT: f32 = 0.1;
 
-/// Bits of a stroke's mask. Each of the lower 16 bits adds one word, each of the upper 16 a length and that many bytes.
+/// Bits of a stroke's mask. Each of the lower 16 bits adds one word. Each of the upper 16 bits adds a length and that
+/// number of bytes.
 pub(crate) mod stroke_mask {
     pub(crate) const FLAGS: u32 = 0;
     pub(crate) const SCALE: u32 = 1;
@@ -17,7 +18,7 @@ pub(crate) mod stroke_mask {
     pub(crate) const FIRST_LONG: u32 = 16;
 }
 
-/// Bits of a control point's mask; each adds one word.
+/// Bits of a control point's mask. Each bit adds one word.
 pub(crate) mod point_mask {
     pub(crate) const PRESSURE: u32 = 0;
     pub(crate) const TIME_STAMP: u32 = 1;

@@ -1,8 +1,8 @@
 //! `metadata.json` of a `.tilt`: artists, brushes, layers and camera of the sketch, and the names of its external
 //! media.
 //!
-//! The file must be a JSON object; a table of brushes, if present, must be undamaged. Each other field is read
-//! separately: a damaged field is skipped with a warning.
+//! The file must be a JSON object, and a table of brushes must be undamaged. Every other field is read separately: a
+//! damaged field is skipped with a warning.
 
 use std::path::PathBuf;
 
@@ -22,7 +22,8 @@ use crate::{
     recording::{Author, Camera, Event, Header, Layer, Paint, RecordingError},
 };
 
-/// Vertical field of view of the (square) thumbnail. The file does not contain it; this value matches the pictures.
+/// Vertical field of view of the square thumbnail, degrees. The file does not contain it. This value matches the
+/// pictures.
 const THUMBNAIL_FOV_DEGREES: f32 = 80.0;
 /// Near distance of the thumbnail, metres in room space.
 const THUMBNAIL_NEAR_M: f32 = 0.01;
@@ -32,7 +33,7 @@ const USUAL_PROGRAM: &str = "Tilt Brush";
 const MOST_BYTES: u64 = 16 << 20;
 /// Largest number of characters of a name.
 const MOST_NAME_CHARS: usize = 60;
-/// Largest number of layers that are read; later layers count as visible.
+/// Largest number of layers that are read. Further layers count as visible.
 const MOST_LAYERS: usize = 1000;
 /// Largest number of pictures, models and other media whose names are listed.
 const MOST_NAMES: usize = 4;
@@ -57,7 +58,7 @@ pub(super) struct Metadata {
     path: PathBuf,
 }
 
-/// Names of the brushes; a stroke has the index of its brush.
+/// GUIDs of the brushes. A stroke stores the index of its brush.
 #[derive(Deserialize)]
 #[serde(rename_all = "PascalCase")]
 struct BrushTable {
@@ -151,7 +152,7 @@ impl Metadata {
         self.brushes.iter().map(name).collect()
     }
 
-    /// Sets source, camera, layers, light, missing contents and the metadata text in the header.
+    /// Sets source, camera, layers, light, list of missing contents and metadata text in the header.
     pub(super) fn fill(&self, header: &mut Header, warnings: &mut Vec<String>) {
         if self.text.is_empty() {
             USUAL_PROGRAM.clone_into(&mut header.source);

@@ -4,19 +4,20 @@ use std::collections::VecDeque;
 
 use glam::{DVec3, Quat, Vec3};
 
-use super::hand::{Hand, HandSample, RATE_HZ, Way};
+use super::hand::{Hand, HandPath, HandSample, RATE_HZ};
 use super::head::Head;
 use super::path::Node;
 use super::random::Random;
 use crate::recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform};
 
-/// A head pose is written with every third sample of the hand, so 30 times a second.
+/// Number of samples of the hand between two head poses: 30 head poses a second.
 const TICKS_A_HEAD: u64 = 3;
 
-/// Longest walk to the next stroke, ticks; after it the artist works from afar.
+/// Longest walk to the next stroke, samples of the hand. If the walk would take longer, the artist draws from a
+/// distance.
 const LONGEST_WALK_TICKS: u32 = 1800;
 
-/// Number of recent strokes that the artist may still change.
+/// Number of recent strokes that the artist may edit.
 const MEMORY: usize = 64;
 
 /// Largest distance of the head from its target when a stroke begins, metres.
@@ -28,8 +29,8 @@ const ARM_M: f64 = 0.55;
 /// Width at pressure 0 divided by the full width.
 const THINNEST: f32 = 0.2;
 
-/// The subject of the session. Once the session has the requested number of polygons, further strokes of the subject
-/// are not drawn.
+/// The subject of the session. Once the session has the requested number of polygons, the artist ignores further
+/// strokes.
 pub(super) trait Subject: Send {
     /// Draws the next unit of work: a stroke, or a few strokes that belong together.
     fn work(&mut self, artist: &mut Artist);
@@ -42,7 +43,7 @@ pub(super) struct Stance {
     pub(super) at: DVec3,
 }
 
-/// Form of a ribbon.
+/// Appearance and speed of a ribbon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RibbonStyle {
     pub(super) width_m: f64,
@@ -64,7 +65,7 @@ pub(super) struct Artist {
     pub(super) rng: Random,
     hand: Hand,
     head: Head,
-    /// Strokes that the artist may still change, the newest last.
+    /// Strokes that the artist may edit, the newest last.
     recent: Vec<StrokeId>,
     queue: VecDeque<Event>,
     ticks: u64,
@@ -118,19 +119,19 @@ impl Artist {
         self.head.eye()
     }
 
-    /// A stance at arm's length from `at`, in the direction `outward`, for an artist who stands on the floor.
+    /// Head position at arm's length from `at`, in the direction `outward`, for an artist who stands on the floor.
     pub(super) fn standing(&self, at: DVec3, outward: DVec3) -> Stance {
         let mut eye = at + outward * ARM_M;
         eye.y = (at.y + 0.25).clamp(0.9, 1.72);
         Stance { eye, at }
     }
 
-    /// A stance at arm's length from `at`, on the side where the head is already, at any height.
+    /// Head position at arm's length from `at`, on the side of the current head position, at any height.
     pub(super) fn floating(&self, at: DVec3) -> Stance {
         Stance { eye: at + self.head.from(at) * ARM_M + DVec3::Y * 0.15, at }
     }
 
-    /// Walks to a stance, for at least a natural pause between two strokes.
+    /// Walks to a stance. The walk takes at least as long as a natural pause between two strokes.
     pub(super) fn walk(&mut self, stance: Stance) {
         if self.has_finished() {
             return;
@@ -155,7 +156,7 @@ impl Artist {
 
     /// Walks to the stance, draws a ribbon along the path, and sometimes makes an edit. Returns the stroke's number.
     pub(super) fn ribbon(&mut self, nodes: Vec<Node>, style: RibbonStyle, stance: Stance) -> StrokeId {
-        let way = Way::new(nodes);
+        let way = HandPath::new(nodes);
         self.walk(Stance { at: way.first().p, ..stance });
         let count = Hand::samples_for(&mut self.rng, &way, style.pace);
         let id = self.begin(Tool::Ribbon, style);
@@ -264,7 +265,8 @@ impl Artist {
         self.recent.push(stroke);
     }
 
-    /// After a stroke, or after several simultaneous strokes, sometimes undoes, redoes, erases or moves one.
+    /// Called after a stroke, or after several simultaneous strokes: sometimes undoes, redoes, erases or moves a
+    /// stroke.
     fn edit(&mut self, strokes_at_once: usize, stance: Stance) {
         let choice = self.rng.unit();
         if choice < 0.04 {
@@ -335,7 +337,7 @@ impl Artist {
     }
 }
 
-/// Rounds positions to 10 µm and rotations to 1e-4, which is finer than any tracker and gives short lines.
+/// Rounds positions to 10 µm. This is finer than any tracker, and shortens the lines of a recording.
 pub(super) fn position(p: DVec3) -> Vec3 {
     Vec3::new(rounded(p.x, 1e5), rounded(p.y, 1e5), rounded(p.z, 1e5))
 }
@@ -349,7 +351,7 @@ pub(super) fn rounded(value: f64, parts: f64) -> f32 {
     ((value * parts).round() / parts + 0.0) as f32
 }
 
-/// Counts the polygons of a ribbon while it grows: one for a flat segment, two for a twisted one.
+/// Counts the polygons of a growing ribbon: one for a flat segment, two for a twisted segment.
 #[derive(Clone, Copy, Debug)]
 struct RibbonCount {
     width_m: f64,

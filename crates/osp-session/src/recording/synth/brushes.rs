@@ -16,20 +16,20 @@ use crate::{
 
 /// Number of strokes in a row.
 const COLUMNS: u32 = 8;
-/// Distance between neighbouring strokes: along and across, metres.
+/// Distance between neighbouring strokes: along a row and between rows, metres.
 const CELL_M: [f32; 2] = [0.34, 0.24];
-/// Distance between a wall of strokes and the next one behind it, metres.
+/// Distance between two walls of strokes, metres.
 const DEPTH_M: f32 = 0.5;
 /// Number of samples of a stroke.
 const SAMPLES: u32 = 48;
 
-/// A sample sheet: each offered brush draws one wave, in rows that form a wall. Then further walls follow behind it, in
-/// other colours.
+/// A sample sheet: each offered brush draws one wave, in rows that form a wall. Further walls in other colours follow
+/// behind it.
 pub(super) struct Brushes {
     brushes: Vec<&'static Brush>,
     next: u32,
     time_secs: f64,
-    /// Number of samples left to draw; about as many polygons.
+    /// Number of remaining samples. A sample makes about one polygon.
     left: u32,
     seed: u64,
     events: VecDeque<Event>,
@@ -57,6 +57,8 @@ impl Brushes {
             ],
             reflection: 0.3,
             has_full_bloom: false,
+            has_srgb_light: false,
+            shadows_end_m: 0.0,
         };
         let eye = CENTER + Vec3::Z * (rows * CELL_M[1] * 1.5);
         let camera = Camera { p: eye, q: Quat::IDENTITY, fov_degrees: 45.0, near_m: None };

@@ -1,5 +1,5 @@
 //! Several artists scribble in one volume simultaneously, each with their own hand and head. Sometimes an artist moves
-//! another artist's last stroke a little, and sometimes undoes that.
+//! another artist's last stroke a little, and sometimes undoes the move.
 
 use std::collections::VecDeque;
 
@@ -10,13 +10,13 @@ use crate::recording::{Author, Event, EventSource, GroupId, RecordingError, Sess
 /// Time from the beginning of one artist to that of the next, seconds.
 const LATER_SECS: f64 = 2.0;
 
-/// One in this many head poses is kept: ten a second are enough to show where each artist looks.
+/// One of this number of head poses is kept: ten a second are enough to show where each artist looks.
 const HEADS: u32 = 3;
 
-/// After every fifth stroke of an artist, the next artist moves that stroke.
+/// After this number of an artist's strokes, the next artist moves the last of them.
 const STROKES_A_MOVE: u32 = 5;
 
-/// Translation of such a move, metres.
+/// Translation of a stroke that another artist moves, metres.
 const NUDGE: Vec3 = Vec3::new(0.0, 0.0625, 0.0);
 
 /// An artist, and that artist's next event.
@@ -26,7 +26,7 @@ struct Pupil {
     next: Option<Event>,
     heads: u32,
     is_there: bool,
-    /// Whether the last edit was undone. Another edit would make the redo impossible.
+    /// Whether a redo may follow, because the last edit was undone. Another edit would make the redo impossible.
     may_redo: bool,
     last_secs: f64,
 }
@@ -125,7 +125,7 @@ impl EventSource for Class {
     }
 }
 
-/// Names and colours of the artists; after the last the list repeats.
+/// Names and colours of the artists. Further artists get them again from the start.
 const NAMES: [(&str, (f32, f32, f32)); 6] = [
     ("Ada", (0.0, 0.45, 0.7)),
     ("Ben", (0.9, 0.6, 0.0)),
@@ -136,7 +136,7 @@ const NAMES: [(&str, (f32, f32, f32)); 6] = [
 ];
 
 impl Event {
-    /// The event with the author `by`, `later_secs` later; strokes and groups get the author's numbers.
+    /// Returns the event with the author `by`, `later_secs` later. Strokes and groups get the author's numbers.
     fn of(self, by: Author, later_secs: f64) -> Self {
         let number = |n: u32| by.number(n).unwrap_or(u32::MAX);
         let of = |StrokeId(n): StrokeId| StrokeId(number(n));

@@ -17,7 +17,7 @@ use super::vector::{perpendicular, quaternion, turned};
 /// Number of samples of the hand per second.
 pub(super) const RATE_HZ: f64 = 90.0;
 
-/// Speed of the hand at both ends of a stroke divided by its mean speed.
+/// Speed of the hand at the start and end of a stroke, divided by its mean speed.
 const SPEED_AT_ENDS: f64 = 0.35;
 
 /// Number of smoothing passes over a path. In each pass a node moves half-way to the midpoint of its neighbours.
@@ -30,7 +30,7 @@ const WAVES: usize = 3;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HandSample {
     pub(super) p: DVec3,
-    /// The tracker's axes; the first one is the ribbon's normal.
+    /// The tracker's axes. The first axis is the ribbon's normal.
     pub(super) axes: [DVec3; 3],
     pub(super) pressure: f64,
 }
@@ -100,14 +100,14 @@ impl Hand {
         }
     }
 
-    /// Number of samples of a stroke; a `pace` of 1 is a usual hand.
-    pub(super) fn samples_for(rng: &mut Random, way: &Way, pace: f64) -> u32 {
+    /// Number of samples of a stroke. A `pace` of 1 is the usual speed.
+    pub(super) fn samples_for(rng: &mut Random, way: &HandPath, pace: f64) -> u32 {
         let secs = rng.log_normal(0.30, 0.18) * libm::pow(way.effort_m() / 0.15, 0.45) / pace;
         ((secs * RATE_HZ) as u32).clamp(8, 120)
     }
 
     /// Sample `index` of `count` along the path, at `time_secs` of the session.
-    pub(super) fn sample(&mut self, path: &Way, index: u32, count: u32, time_secs: f64) -> HandSample {
+    pub(super) fn sample(&mut self, path: &HandPath, index: u32, count: u32, time_secs: f64) -> HandSample {
         let part = f64::from(index) / f64::from(count.max(2) - 1);
         let (place, travel) = path.at(progress(part));
         let shake = |waves: &[Waves; 3]| DVec3::from_array([0, 1, 2].map(|i| waves[i].at(time_secs)));
@@ -132,18 +132,18 @@ fn progress(part: f64) -> f64 {
     SPEED_AT_ENDS * part + (1.0 - SPEED_AT_ENDS) * smooth
 }
 
-/// A path parametrised by effort, to which the hand's time is proportional.
+/// A path, parametrised by effort. The hand's time is proportional to the effort.
 #[derive(Debug)]
-pub(super) struct Way {
+pub(super) struct HandPath {
     nodes: Vec<Node>,
     /// Effort up to each node.
     effort: Vec<f64>,
 }
 
-impl Way {
+impl HandPath {
     /// The path through two nodes or more.
     pub(super) fn new(mut nodes: Vec<Node>) -> Self {
-        // Smoothing, because a hand rounds off sharp corners of a surface.
+        // The path is smoothed, because a hand rounds off sharp corners of a surface.
         for _ in 0..SMOOTHING {
             for i in 1..nodes.len() - 1 {
                 let mean = (nodes[i - 1].p + nodes[i + 1].p) * 0.5;

@@ -1,4 +1,4 @@
-//! The artist's head: a spring pulls it to the work, and it bobs while the artist walks.
+//! The artist's head. A spring pulls it to its target, and it bobs while the artist walks.
 
 use glam::DVec3;
 

@@ -1,9 +1,9 @@
 //! Synthetic sessions: a simulated artist with a hand and a head draws a subject by rules and a seed.
 //!
-//! They replace recorded sessions in tests and benchmarks, and can have any length. The hand moves like a human hand
-//! (smooth strokes that slow down in bends, tremor, pauses), and the head follows the work at arm's length. Sometimes
-//! the artist undoes, erases or moves a stroke. The same seed gives the same events, bit for bit, on every machine:
-//! transcendental functions come from [`libm`], everything else is plain `f64` arithmetic.
+//! Synthetic sessions replace recorded sessions in tests and benchmarks, and can have any length. The hand moves like a
+//! human hand (smooth strokes that slow down in bends, tremor, pauses), and the head follows the work at arm's length.
+//! Sometimes the artist undoes, erases or moves a stroke. The same seed gives the same events, bit for bit, on every
+//! machine: transcendental functions come from [`libm`], everything else is plain `f64` arithmetic.
 //!
 //! Each file depends only on those before it: `kind`, `volume`, `random` (numbers), `vector` (rotations), `path` (of a
 //! stroke), `hand` (motion along a path), `head`, `artist` (clock, events and edits). At the end of this list, each
@@ -30,8 +30,9 @@ use volume::{CENTER, VOLUME_M};
 
 use super::{AUTHORS_FORMAT, Event, EventSource, Header, RecordingError, Root, Session};
 
-/// A synthetic session of about `polygons` polygons: it ends with the first stroke that reaches this number. Polygons
-/// that are later erased or undone also count. Events are generated on request, so memory does not grow.
+/// Returns a synthetic session of about `polygons` polygons. It ends with the first stroke that reaches this number.
+/// Polygons that are later erased or undone also count. Events are generated when they are read, so memory does not
+/// grow.
 pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
     let source = format!("osp synth {kind} --polygons {polygons} --seed {seed}");
     let mut artist = Artist::new(polygons, seed);
@@ -55,7 +56,7 @@ pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
     Session { header, format: "synth", events: Box::new(Synth { artist, subject }) }
 }
 
-/// A session of [`SynthKind::Class`] with `authors` artists. Each of them draws an equal part of the polygons.
+/// Returns a session of [`SynthKind::Class`] with `authors` artists. Each artist draws the same number of polygons.
 pub fn synthesize_class(authors: u32, polygons: u32, seed: u64) -> Session {
     let authors = authors.clamp(1, SynthKind::MOST_AUTHORS);
     let kind = SynthKind::Class;

@@ -19,7 +19,7 @@ pub(super) struct Node {
     pub(super) n: DVec3,
 }
 
-/// Start, direction and form of a stroke.
+/// Start, direction, length and curvature of a stroke.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Course {
     pub(super) start: DVec3,
@@ -78,8 +78,8 @@ pub(super) fn on_plane(rng: &mut Random, course: &Course, normal: DVec3) -> Vec<
     on_surface(rng, course, |p| Node { p: p - normal * (p - start).dot(normal), n: normal })
 }
 
-/// A path in free space that bends and winds; its normal begins near `facing`. `steer` returns a direction in which the
-/// path is pulled at a position, or zero.
+/// A winding path in free space. Its normal begins near `facing`. `steer` returns the direction that pulls the path at
+/// a position, or zero.
 pub(super) fn in_space(
     rng: &mut Random,
     course: &Course,

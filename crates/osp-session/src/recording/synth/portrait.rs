@@ -36,7 +36,7 @@ impl Portrait {
         Self { angle: 0.0, height: 0.0, strokes_left: 12, region: Region::Sketch }
     }
 
-    /// Moves the artist around the bust and chooses the work on that side.
+    /// Moves the artist around the bust, and chooses a patch on that side.
     fn next_patch(&mut self, artist: &mut Artist) {
         let rng = &mut artist.rng;
         self.angle += 0.45 + 0.45 * rng.normal();
@@ -74,7 +74,7 @@ impl Subject for Portrait {
         let angle = self.angle + 0.25 * rng.normal();
         let height = self.height + 0.02 * rng.normal();
         let side = DVec3::new(libm::sin(angle), 0.0, libm::cos(angle));
-        // Strokes have different heights above the surface, so that none lies exactly on another.
+        // Strokes have different heights above the surface, so that no stroke lies exactly on another.
         let (low_mm, high_mm) = match region {
             Region::Sketch => (-4.0, 2.0),
             Region::Skin => (0.0, 10.0),

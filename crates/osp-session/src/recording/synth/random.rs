@@ -41,7 +41,8 @@ impl Random {
         radius * libm::cos(std::f64::consts::TAU * self.unit())
     }
 
-    /// A log-normally distributed number. The logarithm has this standard deviation and is clamped to three of them.
+    /// A log-normally distributed number. The logarithm has this standard deviation, and is clamped to three standard
+    /// deviations.
     pub(super) fn log_normal(&mut self, median: f64, deviation: f64) -> f64 {
         median * libm::exp(deviation * self.normal().clamp(-3.0, 3.0))
     }

@@ -11,15 +11,14 @@ const HEIGHT_M: f64 = 2.7;
 const DOOR_WIDTH_M: f64 = 0.9;
 const DOOR_HEIGHT_M: f64 = 2.05;
 
-/// Number of polygons that a room gets before the artist continues to the next room. Sessions that exceed
-/// [`MOST_ROOMS`] rooms give each room more.
+/// Number of polygons of a room. If a session would need more than [`MOST_ROOMS`] rooms, each room gets more polygons.
 const POLYGONS_A_ROOM: u64 = 2000;
 
-/// Largest number of rooms; larger sessions fill the rooms more densely.
+/// Largest number of rooms. Larger sessions fill the rooms more densely.
 const MOST_ROOMS: usize = 36;
 
-/// A flat of several rooms. The artist walks through its rows in alternate directions, so each room has a door to the
-/// next.
+/// A flat of several rooms in rows. The artist walks through the rows in alternate directions. Each room has a door to
+/// the next room of the walk.
 #[derive(Debug)]
 pub(super) struct Rooms {
     columns: usize,
@@ -57,7 +56,7 @@ enum OrnamentKind {
     Flat,
     /// Strokes that rise from a surface: a plant, grass, feathers.
     Plant,
-    /// Long strokes down from a height: a curtain.
+    /// Long strokes that hang down: a curtain.
     Curtain,
 }
 
@@ -235,7 +234,7 @@ impl Rooms {
         self.places.extend_from_slice(&faces[..2]);
     }
 
-    /// The stance with the head moved away from the walls.
+    /// The stance with the head clamped to a distance from the walls.
     fn inside(&self, stance: Stance) -> Stance {
         let reach = ROOM_M * 0.5 - 0.3;
         let center = self.center(self.at);
@@ -263,7 +262,7 @@ impl Rooms {
         };
     }
 
-    /// Draws one stroke of the ornament.
+    /// Draws the ornament's next stroke.
     fn decorate(&mut self, artist: &mut Artist) {
         let Ornament { place, kind, color, .. } = self.ornament;
         let rng = &mut artist.rng;

@@ -3,7 +3,7 @@ use glam::DVec3;
 use super::artist::{Artist, Mirrored, RibbonStyle, Subject};
 use super::path::{Course, in_space};
 
-/// Half the edge of the filled volume, metres; the rest of the volume is a margin for tremor and drift.
+/// Half the edge of the filled volume, metres. The rest of the root cube is a margin for tremor and drift.
 const HALF_M: f64 = 1.96;
 
 const CENTER: DVec3 = DVec3::new(0.0, 1.5, 0.0);

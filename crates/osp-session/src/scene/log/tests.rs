@@ -14,7 +14,7 @@ fn named<T: Copy>(strokes: impl IntoIterator<Item = u32>, of: T) -> Vec<Named<T>
 }
 
 fn moved(strokes: impl IntoIterator<Item = u32>) -> Arrangement {
-    Arrangement::Move(named(strokes, Way { by: Vec3::X, before: Vec3::ZERO }))
+    Arrangement::Move(named(strokes, Translation { by: Vec3::X, before: Vec3::ZERO }))
 }
 
 fn assigned(strokes: impl IntoIterator<Item = u32>) -> Arrangement {
@@ -39,17 +39,17 @@ fn placed(group: usize) -> Arrangement {
 /// Checks that the index has exactly the properties that arrangements set.
 fn check(log: &Log, of: &str) {
     let mut index = BTreeSet::new();
-    for (turn, arrangements) in [(Turn::MadeAgain, &log.active), (Turn::TakenBack, &log.taken_back)] {
+    for (state, arrangements) in [(State::Active, &log.active), (State::Undone, &log.undone)] {
         for (&at, what) in arrangements {
-            let of_strokes = !log.broad.contains(&(turn, at));
+            let of_strokes = !log.broad.contains(&(state, at));
             assert!(!of_strokes || what.named() as usize <= MOST_INDEXED, "{of}: {at} has too many strokes");
-            for_each_key(what, of_strokes, |key| _ = index.insert((turn, key, at)));
+            for_each_key(what, of_strokes, |key| _ = index.insert((state, key, at)));
         }
     }
     assert_eq!(log.index, index, "{of}");
-    let is_there = |&(turn, at): &(Turn, u64)| match turn {
-        Turn::MadeAgain => log.active.contains_key(&at),
-        Turn::TakenBack => log.taken_back.contains_key(&at),
+    let is_there = |&(state, at): &(State, u64)| match state {
+        State::Active => log.active.contains_key(&at),
+        State::Undone => log.undone.contains_key(&at),
     };
     assert!(log.broad.iter().all(is_there), "{of}: {:?}", log.broad);
 }
@@ -63,7 +63,7 @@ fn nothing_is_left_of_what_is_forgotten() {
         for step in 0..150 {
             let of = format!("seed {seed}, step {step}");
             let active: Vec<u64> = log.active.keys().copied().collect();
-            let taken_back: Vec<u64> = log.taken_back.keys().copied().collect();
+            let undone: Vec<u64> = log.undone.keys().copied().collect();
             let first = below(5) as u32;
             let strokes =
                 first..first + if below(6) == 0 { MOST_INDEXED as u32 + 2 } else { 1 + below(3) as u32 };
@@ -75,14 +75,14 @@ fn nothing_is_left_of_what_is_forgotten() {
                 4 if !active.is_empty() => {
                     let at = active[below(active.len())];
                     let what = log.take(at);
-                    log.put(at, what, Turn::TakenBack);
+                    log.put(at, what, State::Undone);
                 }
-                5 if !taken_back.is_empty() => {
-                    let at = taken_back[below(taken_back.len())];
+                5 if !undone.is_empty() => {
+                    let at = undone[below(undone.len())];
                     let what = log.take(at);
-                    log.put(at, what, Turn::MadeAgain);
+                    log.put(at, what, State::Active);
                 }
-                6 if !taken_back.is_empty() => log.remove(taken_back[below(taken_back.len())]),
+                6 if !undone.is_empty() => log.remove(undone[below(undone.len())]),
                 7 if !active.is_empty() => _ = log.forget(active[below(active.len())], below(2) == 0),
                 _ => {}
             }
@@ -110,7 +110,7 @@ fn an_edit_after_an_undo_leaves_nothing_of_what_was_taken_back() {
             Event::Undo { t: 0.0, author },
         ];
         scene.apply_all(&events, &mut Vec::new());
-        assert!(scene.log.active.is_empty() && scene.log.taken_back.len() <= 2, "{x}");
+        assert!(scene.log.active.is_empty() && scene.log.undone.len() <= 2, "{x}");
         check(&scene.log, "taken back");
     }
     assert_eq!(scene.counts().ignored_events, 0);
@@ -127,13 +127,13 @@ fn arrangements_of_very_many_strokes_are_found_without_the_index() {
     let entries = log.index.len();
     let [largest, large] = [0, 1].map(|more| log.add(assigned(0..MOST_INDEXED as u32 + more)));
     assert_eq!(log.index.len() - entries, MOST_INDEXED);
-    let find = |log: &mut Log, turn| log.sharing(turn, keys(1000), [0, u64::MAX], 1);
-    assert_eq!(find(&mut log, Turn::MadeAgain), [largest, large]);
+    let find = |log: &mut Log, state| log.sharing(state, keys(1000), [0, u64::MAX], 1);
+    assert_eq!(find(&mut log, State::Active), [largest, large]);
     let what = log.take(large);
-    assert_eq!(find(&mut log, Turn::MadeAgain), [largest]);
-    log.put(large, what, Turn::TakenBack);
-    assert_eq!(find(&mut log, Turn::MadeAgain), [largest]);
-    assert!(log.broad.contains(&(Turn::TakenBack, large)));
+    assert_eq!(find(&mut log, State::Active), [largest]);
+    log.put(large, what, State::Undone);
+    assert_eq!(find(&mut log, State::Active), [largest]);
+    assert!(log.broad.contains(&(State::Undone, large)));
 }
 
 /// An undo visits only the next arrangement that sets the same property, because it stores the former state.
@@ -149,14 +149,15 @@ fn the_next_that_sets_a_property_is_enough() {
             [assigned([1]), grouped(2, [1]), placed(2)].into_iter().for_each(|what| _ = log.add(what));
         }
         let before = log.looked_at;
-        assert!(log.turn_settled(first[0], &mut named([1], 0), Turn::TakenBack, 1, |_| 0).is_empty());
+        assert!(log.set_state_of_values(first[0], &mut named([1], 0), State::Undone, 1, |_| 0).is_empty());
         assert!(
-            log.turn_settled(first[1], &mut named([1], None), Turn::TakenBack, Some(2), |_| None).is_empty()
+            log.set_state_of_values(first[1], &mut named([1], None), State::Undone, Some(2), |_| None)
+                .is_empty()
         );
         let mut names = [None, Some("a name".to_owned())];
-        assert_eq!(log.turn_name(first[1], 2, &mut names, Turn::TakenBack, || None), None);
+        assert_eq!(log.set_state_of_name(first[1], 2, &mut names, State::Undone, || None), None);
         let to = Transform { p: Vec3::X, q: glam::Quat::IDENTITY, s: 1.0 };
-        assert_eq!(log.turn_place(first[2], 2, &mut to.clone(), Turn::TakenBack, to, to), None);
+        assert_eq!(log.set_state_of_place(first[2], 2, &mut to.clone(), State::Undone, to, to), None);
         log.looked_at - before
     });
     assert_eq!(steps[0], steps[1]);

@@ -5,7 +5,7 @@ use std::{
 
 use super::{super::group::MAX_GROUP_DEPTH, time::Time};
 
-/// Reason for which a grouping may have another effect.
+/// The reason why a grouping may have another effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Reason {
     /// The grouping was added, removed or redone.
@@ -14,25 +14,25 @@ pub(super) enum Reason {
     Toward { group: usize },
     /// The grouping's group is reached.
     Own,
-    /// The grouping's group is above one that differs.
+    /// The grouping's group is above.
     Above,
 }
 
-/// Scratch of [`GroupParents::settle`](super::GroupParents::settle).
+/// Scratch memory of [`GroupParents::settle`](super::GroupParents::settle).
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     /// The groups that differ, with their parents on the old timeline.
     pub(super) differs: BTreeMap<usize, Option<usize>>,
-    /// The `mark` at which each group was last reached. A group counts as reached until no group differs any more.
+    /// The `mark` at which each group was last reached. A group with the current `mark` is reached.
     pub(super) reached: Vec<u64>,
-    /// The `mark` at which each group was last above one that differs.
+    /// The `mark` at which each group was last above.
     pub(super) above: Vec<u64>,
-    /// Increases when a walk begins, and whenever no group differs any more.
+    /// Number that increases when a walk begins, and whenever no group differs any more.
     pub(super) mark: u64,
-    /// Whether the number of groups suffices for a chain that is too long.
-    pub(super) minds_heights: bool,
+    /// Whether there are enough groups to exceed the nesting limit.
+    pub(super) checks_depth_limit: bool,
     /// The groupings to visit, each with the `mark` at which it was queued. Entries with an older mark are skipped,
-    /// except for edits.
+    /// unless their reason is [`Reason::Edit`].
     pub(super) queue: BinaryHeap<Reverse<(Time, usize, Reason, u64)>>,
 }
 
@@ -41,7 +41,7 @@ impl Scratch {
         self.mark += 1;
         self.reached.resize(groups, 0);
         self.above.resize(groups, 0);
-        self.minds_heights = groups > MAX_GROUP_DEPTH;
+        self.checks_depth_limit = groups > MAX_GROUP_DEPTH;
     }
 
     pub(super) fn end(&mut self) {

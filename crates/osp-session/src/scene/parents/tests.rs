@@ -10,7 +10,7 @@ use crate::recording::GroupId;
 struct Anew {
     groups: Groups,
     active: BTreeMap<u64, Grouping>,
-    taken_back: BTreeMap<u64, Grouping>,
+    undone: BTreeMap<u64, Grouping>,
 }
 
 #[derive(Clone, Copy)]
@@ -19,7 +19,7 @@ struct Grouping {
     before: Option<usize>,
     parent: Option<usize>,
     holds: bool,
-    /// A forgotten grouping has made the group's parent final.
+    /// Whether a forgotten grouping has made the group's parent final.
     is_settled: bool,
 }
 
@@ -29,10 +29,10 @@ impl Anew {
         later.filter(|grouping| !grouping.is_settled)
     }
 
-    fn turn(&mut self, place: u64, turn: Turn) {
-        let (from, to) = match turn {
-            Turn::TakenBack => (&mut self.active, &mut self.taken_back),
-            Turn::MadeAgain => (&mut self.taken_back, &mut self.active),
+    fn set_state(&mut self, place: u64, state: State) {
+        let (from, to) = match state {
+            State::Undone => (&mut self.active, &mut self.undone),
+            State::Active => (&mut self.undone, &mut self.active),
         };
         let Some(mut grouping) = from.remove(&place) else { return };
         if grouping.is_settled {
@@ -40,7 +40,7 @@ impl Anew {
             return;
         }
         let group = grouping.group;
-        if turn == Turn::MadeAgain {
+        if state == State::Active {
             let found = self.later(place).find(|later| later.group == group).map(|later| later.before);
             grouping.before = found.unwrap_or(self.groups.parent(group));
         }
@@ -52,7 +52,7 @@ impl Anew {
             .any(|later| later.group == group || !later.holds || later.before != later.parent)
         {
             let mut first = BTreeMap::new();
-            let own = (turn == Turn::TakenBack).then_some((&place, &grouping));
+            let own = (state == State::Undone).then_some((&place, &grouping));
             let mut all: Vec<_> = self.active.iter().chain(own).collect();
             all.sort_by_key(|(place, _)| **place);
             for (_, grouping) in all.into_iter().filter(|(_, grouping)| !grouping.is_settled) {
@@ -60,14 +60,14 @@ impl Anew {
             }
             first.entry(group).or_insert(grouping.before);
             base = Some(first);
-        } else if turn == Turn::TakenBack {
+        } else if state == State::Undone {
             self.groups.try_hang(group, grouping.before);
         } else {
             grouping.holds = self.groups.try_hang(group, grouping.parent);
         }
-        match turn {
-            Turn::TakenBack => self.taken_back.insert(place, grouping),
-            Turn::MadeAgain => self.active.insert(place, grouping),
+        match state {
+            State::Undone => self.undone.insert(place, grouping),
+            State::Active => self.active.insert(place, grouping),
         };
         let Some(base) = base else { return };
         base.keys().for_each(|&group| self.groups.set_parent(group, None));
@@ -83,7 +83,7 @@ impl Anew {
     fn forget(&mut self, place: u64) {
         let Some(forgotten) = self.active.remove(&place) else { return };
         let is_settled = forgotten.holds && !forgotten.is_settled;
-        let earlier = self.active.range_mut(..place).chain(self.taken_back.range_mut(..place));
+        let earlier = self.active.range_mut(..place).chain(self.undone.range_mut(..place));
         for (_, grouping) in earlier.filter(|(_, grouping)| grouping.group == forgotten.group) {
             grouping.is_settled |= is_settled;
         }
@@ -124,13 +124,13 @@ impl Both {
         })
     }
 
-    fn turn(&mut self, place: u64, turn: Turn) {
-        let from = if turn == Turn::TakenBack { &self.anew.active } else { &self.anew.taken_back };
+    fn set_state(&mut self, place: u64, state: State) {
+        let from = if state == State::Undone { &self.anew.active } else { &self.anew.undone };
         let Some(&grouping) = from.get(&place) else { return };
         if !grouping.is_settled {
-            self.parents.turn(&mut self.groups, place, grouping.group, grouping.parent, turn);
+            self.parents.set_state(&mut self.groups, place, grouping.group, grouping.parent, state);
         }
-        self.anew.turn(place, turn);
+        self.anew.set_state(place, state);
     }
 
     fn forget(&mut self, place: u64) {
@@ -154,7 +154,7 @@ impl Both {
         }
         assert_eq!(self.parents.count, count, "{of}");
         let is_left = self.parents.lines.iter().any(Option::is_some);
-        assert!(count > 0 || !is_left || !self.parents.is_as_kept(), "{of}: nothing is kept of nothing");
+        assert!(count > 0 || !is_left || !self.parents.is_up_to_date(), "{of}: nothing is kept of nothing");
     }
 }
 
@@ -175,7 +175,7 @@ fn play(seed: u64, count: usize, steps: usize, forgets: bool) -> Both {
     let (most, pause) = (1 + dice.below(60), 1 + dice.below(4));
     for step in 0..steps {
         let active: Vec<u64> = both.anew.active.keys().copied().collect();
-        let taken_back: Vec<u64> = both.anew.taken_back.keys().copied().collect();
+        let undone: Vec<u64> = both.anew.undone.keys().copied().collect();
         match dice.below(if forgets { 11 } else { 10 }) {
             0..=4 if active.len() < most => {
                 let group = dice.below(count);
@@ -187,10 +187,8 @@ fn play(seed: u64, count: usize, steps: usize, forgets: bool) -> Both {
                 };
                 both.group(group, parent);
             }
-            0..=7 if !active.is_empty() => both.turn(active[dice.below(active.len())], Turn::TakenBack),
-            8..=9 if !taken_back.is_empty() => {
-                both.turn(taken_back[dice.below(taken_back.len())], Turn::MadeAgain)
-            }
+            0..=7 if !active.is_empty() => both.set_state(active[dice.below(active.len())], State::Undone),
+            8..=9 if !undone.is_empty() => both.set_state(undone[dice.below(undone.len())], State::Active),
             10 if !active.is_empty() => both.forget(active[dice.below(active.len())]),
             _ => {}
         }
@@ -235,12 +233,12 @@ fn the_same_where_chains_become_too_long() {
                 }
                 1 => {
                     let places: Vec<u64> = both.anew.active.keys().copied().collect();
-                    both.turn(places[dice.below(places.len())], Turn::TakenBack);
+                    both.set_state(places[dice.below(places.len())], State::Undone);
                 }
                 _ => {
-                    let places: Vec<u64> = both.anew.taken_back.keys().copied().collect();
+                    let places: Vec<u64> = both.anew.undone.keys().copied().collect();
                     if !places.is_empty() {
-                        both.turn(places[dice.below(places.len())], Turn::MadeAgain);
+                        both.set_state(places[dice.below(places.len())], State::Active);
                     }
                 }
             }
@@ -256,11 +254,11 @@ fn a_grouping_that_is_taken_back_leaves_the_group_where_it_found_it() {
     let elsewhere = both.group(0, None).expect("no circle");
     let over = both.group(2, Some(0)).expect("no circle");
     both.forget(over);
-    both.turn(elsewhere, Turn::TakenBack);
+    both.set_state(elsewhere, State::Undone);
     both.compare("taken back");
     assert_eq!(both.groups.parent(0), None);
     let last = both.group(0, Some(3)).expect("no circle");
-    both.turn(last, Turn::TakenBack);
+    both.set_state(last, State::Undone);
     both.compare("where it was found");
     assert_eq!(both.groups.parent(0), None);
 }
@@ -277,8 +275,8 @@ fn what_is_outdated_is_settled_with_the_next_undo() {
     both.group(0, None).expect("no circle");
     both.forget(over);
     both.forget(forgotten);
-    both.turn(elsewhere, Turn::TakenBack);
-    both.turn(turned, Turn::TakenBack);
-    both.turn(elsewhere, Turn::MadeAgain);
+    both.set_state(elsewhere, State::Undone);
+    both.set_state(turned, State::Undone);
+    both.set_state(elsewhere, State::Active);
     both.compare("in one frame");
 }

@@ -1,5 +1,5 @@
 /// A point on the timeline. Constant parents (of groups without groupings) come first, then base parents (before all
-/// groupings), then groupings by their log indices. The first two are ordered by group.
+/// groupings), both ordered by group. Groupings follow, ordered by their log indices.
 pub(super) type Time = (u64, usize);
 
 pub(super) fn constant_time(group: usize) -> Time {

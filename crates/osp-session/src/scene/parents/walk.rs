@@ -27,7 +27,7 @@ impl GroupParents {
             }
             if last.replace(time) != Some(time) {
                 self.steps += 1;
-                self.pass(groups, scratch, time, group);
+                self.apply_entries_at(groups, scratch, time, group);
             }
             if reason != Reason::Edit && mark == scratch.mark {
                 self.queue_next(scratch, time, group, reason);
@@ -38,7 +38,7 @@ impl GroupParents {
         }
         true
     }
-    /// The parent of a group after a time, on the new timeline. Times must not decrease within a walk.
+    /// The parent of a group after `time`, on the new timeline. Times must not decrease within a walk.
     pub(super) fn link(&mut self, groups: &Groups, group: usize, time: Time) -> Option<usize> {
         self.steps += 1;
         let walk = self.walk;
@@ -57,8 +57,8 @@ impl GroupParents {
         parent
     }
 
-    /// Applies the entries at a time to both timelines.
-    fn pass(&mut self, groups: &Groups, scratch: &mut Scratch, time: Time, group: usize) {
+    /// Applies the entries that have this time to the old and the new timeline.
+    fn apply_entries_at(&mut self, groups: &Groups, scratch: &mut Scratch, time: Time, group: usize) {
         let line = self.line(group);
         let held = line.and_then(|line| line.held.get(&time).copied());
         let refused = line.and_then(|line| line.refused.get(&time).copied());
@@ -100,7 +100,7 @@ impl GroupParents {
         } else {
             scratch.differs.insert(group, old);
         }
-        if scratch.minds_heights && (old != new || scratch.is_above(group)) {
+        if scratch.checks_depth_limit && (old != new || scratch.is_above(group)) {
             self.mark_above(groups, scratch, new, time, false);
             self.mark_above(groups, scratch, old, time, true);
         }
@@ -109,7 +109,7 @@ impl GroupParents {
         }
     }
 
-    /// Whether a group may get this parent at a time, without a cycle and without a chain that is too long.
+    /// Whether a group can get this parent at `time`, without a cycle and without exceeding the nesting depth.
     fn can_hang(
         &mut self,
         groups: &Groups,
@@ -126,7 +126,7 @@ impl GroupParents {
             }
             above = self.link(groups, at, time);
         }
-        if !scratch.minds_heights {
+        if !scratch.checks_depth_limit {
             return true;
         }
         let (mut walk, mut below) = (vec![(group, depth + 1)], Vec::new());
@@ -140,7 +140,7 @@ impl GroupParents {
         true
     }
 
-    /// The children of a group after a time, on the new timeline.
+    /// Lists the children of a group after `time`, on the new timeline.
     fn children(&mut self, groups: &Groups, group: usize, time: Time, children: &mut Vec<usize>) {
         children.clear();
         children.extend(groups.children(group).filter(|&child| self.is_constant(child)));
@@ -156,7 +156,7 @@ impl GroupParents {
         children.truncate(kept);
     }
 
-    /// Marks a group and its ancestors, on the old or the new timeline.
+    /// Marks a group and its ancestors as above, on the old or the new timeline.
     fn mark_above(
         &mut self,
         groups: &Groups,
@@ -175,7 +175,7 @@ impl GroupParents {
         }
     }
 
-    /// Marks a group and its descendants as reached, from a time on.
+    /// Marks a group and its descendants as reached from `time` on.
     fn reach(&mut self, groups: &Groups, scratch: &mut Scratch, group: usize, time: Time) {
         let (mut walk, mut below) = (vec![group], Vec::new());
         while let Some(at) = walk.pop() {

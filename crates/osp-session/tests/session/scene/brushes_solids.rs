@@ -119,6 +119,16 @@ fn a_stroke_of_one_particle_is_pressed_hard() {
 }
 
 #[test]
+fn the_first_particles_have_the_pressure_at_which_the_pointer_had_travelled_an_interval() {
+    // Dots: an interval of 0.025 m. The second knot is at 0.03 m, so samples before it do not count.
+    let samples =
+        [0.0, 0.01, 0.02, 0.03, 0.06].map(|x| pressed(x, 0.0, 0.0, if x < 0.03 { 0.1 } else { 0.5 }));
+    let (pieces, _) = draw(settings("Dots", 1.0), &samples);
+    let areas: Vec<f32> = pieces.iter().map(|piece| piece.polygon.area_m2()).collect();
+    assert!(areas.len() == 3 && areas.iter().all(|area| (area - 0.25).abs() < 1.0e-4), "{areas:?}");
+}
+
+#[test]
 fn particles_spread_by_their_size_and_show_one_of_four_cells() {
     // Smoke: an interval of 0.05 m, a spread of 0.1 of the size, four cells, any rotation.
     let settings = settings("Smoke", 0.2);

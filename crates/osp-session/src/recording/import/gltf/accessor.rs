@@ -1,4 +1,4 @@
-//! Reads numbers from buffers in place, so that sizes stated in a damaged file allocate no memory.
+//! Reads numbers from buffers in place. Sizes that a damaged file states therefore allocate no memory.
 
 use gltf_json::{
     Root,
@@ -59,12 +59,12 @@ pub(super) struct Elements<'a> {
     width: usize,
     kind: ComponentType,
     normalized: bool,
-    /// If `None`, all elements are zero.
+    /// The stored elements. If `None`, all elements are zero.
     base: Option<Row<'a>>,
     sparse: Option<Sparse<'a>>,
 }
 
-/// Elements that replace others, sorted by index.
+/// Elements that replace those of `Elements::base`, sorted by index.
 struct Sparse<'a> {
     count: usize,
     numbers: Row<'a>,
@@ -152,7 +152,7 @@ impl<'a> Elements<'a> {
         integer(self.kind, self.bytes(number))
     }
 
-    /// The components of an element; missing components have the values of `usual`.
+    /// The components of an element. Components beyond the accessor's width have the values of `usual`.
     pub(super) fn vector(&self, number: usize, usual: [f32; 4]) -> [f32; 4] {
         let bytes = self.bytes(number);
         let mut values = usual;

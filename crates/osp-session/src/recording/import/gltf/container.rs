@@ -17,11 +17,10 @@ const CHUNK_HEAD_BYTES: usize = 8;
 const VERSION: u32 = 2;
 const JSON_CHUNK: &[u8] = b"JSON";
 const BIN_CHUNK: &[u8] = b"BIN\0";
-/// Largest number of buffer bytes for a polygon: three corners of 64 bytes that no other polygon shares, and their
-/// indices.
+/// Largest number of buffer bytes of a polygon: three unshared corners of 64 bytes, and their indices.
 const BYTES_A_POLYGON: u64 = 256;
-/// Number of polygons whose memory equals that of a JSON object. A parsed object takes a few hundred bytes, a number in
-/// a list up to 32.
+/// Number of polygons that take as much memory as a parsed JSON object, a few hundred bytes. A number in a list takes
+/// up to 32 bytes.
 const POLYGONS_AN_OBJECT: u64 = 16;
 
 /// A glTF file in memory.
@@ -127,7 +126,7 @@ fn binary_chunk(
 }
 
 fn parse(path: &Path, start: usize, json: &[u8], limits: &Limits) -> Result<Root, RecordingError> {
-    // The counts estimate the memory of the parsed JSON before it is parsed.
+    // These counts estimate the memory of the JSON before it is parsed.
     let count = |of: &[u8]| json.iter().filter(|byte| of.contains(byte)).count() as u64;
     let bounds = [
         (count(b"{"), limits.polygons / POLYGONS_AN_OBJECT, "objects in its JSON"),
@@ -208,7 +207,8 @@ fn read_buffers(
     Ok(buffers)
 }
 
-/// Reads a buffer from its own file. The outer error is a limit or system error, the inner one a fault of the model.
+/// Reads a buffer from a separate file. The outer error is a limit or a system error; the inner error is a fault of the
+/// model.
 fn read_beside(
     file: Input<'_>,
     uri: &str,
@@ -254,6 +254,6 @@ pub(super) fn files_beside(path: &Path) -> Vec<PathBuf> {
     let uris = root.into_iter().flat_map(|root| root.buffers).filter_map(|buffer| buffer.uri);
     let files = uris.filter(|uri| uri::data(uri).is_none()).filter_map(|uri| uri::file(&uri, path).ok());
     let folder = uri::folder(path);
-    // A missing file counts, because another program may create it later.
+    // A missing file is included, because another program may create it later.
     files.filter(|file| Input::on_disk(file).lies_within(folder).unwrap_or(true)).collect()
 }

@@ -1,4 +1,4 @@
-//! Converts the triangles of a primitive to polygons with a colour each.
+//! Converts the triangles of a primitive to polygons with one colour each.
 
 use glam::{DAffine3, Vec3};
 use gltf_json::{
@@ -11,7 +11,7 @@ use super::{accessor::Elements, container::File, fault::Fault, look::srgb_from_l
 use crate::recording::{Author, Event};
 use osp::math::is_flat_and_convex;
 
-/// A polygon with its colour, see [`channels`].
+/// A polygon. [`channels`] decodes its colour.
 pub(super) struct Polygon {
     pub(super) corners: Vec<Vec3>,
     pub(super) color: u32,
@@ -21,7 +21,7 @@ pub(super) struct Polygon {
 #[derive(Default)]
 pub(super) struct Faces {
     next: usize,
-    /// A triangle that may form a quad with the next one.
+    /// The previous triangle, if it may form a quad with the next triangle.
     pending: Option<[u32; 3]>,
     fault: Option<Fault>,
 }
@@ -32,7 +32,7 @@ impl Faces {
         self.fault.take()
     }
 
-    /// Decodes at most `most` further triangles; `false` after the last one.
+    /// Decodes at most `most` further triangles. Returns `false` after the last triangle.
     pub(super) fn decode(
         &mut self,
         file: &File,
@@ -99,7 +99,7 @@ struct Mesh<'a> {
 }
 
 impl<'a> Mesh<'a> {
-    /// `None` if the primitive consists of points or lines.
+    /// Opens the primitive's data; `None` if the primitive consists of points or lines.
     fn new(file: &'a File, primitive: &Primitive, residual: &DAffine3) -> Result<Option<Self>, Fault> {
         let Checked::Valid(mode) = primitive.mode else {
             return Err(Fault::new("a mode of 0 to 6", "another"));

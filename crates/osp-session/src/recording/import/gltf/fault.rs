@@ -2,7 +2,7 @@ use std::path::Path;
 
 use crate::recording::{Notes, RecordingError};
 
-/// Largest number of damaged parts that get their own warning; all are counted.
+/// Largest number of damaged parts that get a warning. Further damaged parts are only counted.
 const MOST_WARNINGS: u64 = 16;
 
 /// A fault of a part of a file.

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::recording::{Camera, Environment, Header};
 
-/// Ambient light and sky, which glTF does not store; the values are those of a new sketch.
+/// Ambient light, which glTF does not store, like the sky. The values are those of a new sketch.
 const AMBIENT: f32 = 0.392;
 const SKY: [Vec3; 2] = [Vec3::new(0.27, 0.27, 0.32), Vec3::new(0.035, 0.035, 0.086)];
 
@@ -101,8 +101,8 @@ fn rotation(m: DMat3) -> Option<Quat> {
     Some(q.as_quat())
 }
 
-/// Directional lights, the brightest first: direction of travel, colour, strength. The second result is the number of
-/// other lights.
+/// Directional lights, the brightest first: direction of travel, colour, strength. Also returns the number of other
+/// lights.
 fn directional(file: &File, seen: &[Seen]) -> (Vec<(Vec3, Vec3, f32)>, usize) {
     let extension = file.root.extensions.as_ref().and_then(|of| of.khr_lights_punctual.as_ref());
     let described = extension.map_or(&[][..], |of| &of.lights);
@@ -125,7 +125,8 @@ fn directional(file: &File, seen: &[Seen]) -> (Vec<(Vec3, Vec3, f32)>, usize) {
     (shining, others)
 }
 
-/// Strengths are in lux, of sunlight or of a lamp: the brightest light becomes one of full brightness.
+/// Makes an environment of the two brightest lights. Strengths are in lux, so they are scaled: the brightest light gets
+/// full brightness.
 fn environment(shining: &[(Vec3, Vec3, f32)]) -> Environment {
     let full = shining.first().map_or(1.0, |&(.., strength)| strength).max(f32::MIN_POSITIVE);
     let light = |at: usize| {
@@ -144,6 +145,8 @@ fn environment(shining: &[(Vec3, Vec3, f32)]) -> Environment {
         lights: [light(0), light(1)],
         reflection: 0.3,
         has_full_bloom: false,
+        has_srgb_light: false,
+        shadows_end_m: 0.0,
     }
 }
 

@@ -1,17 +1,17 @@
 //! glTF 2.0, `.glb` and `.gltf` ("glTF 2.0 Specification", Khronos Group, 2021): each triangle becomes a
 //! [`Polygon`](Event::Polygon) at time 0. Each node with a mesh in its subtree becomes a group with the node's name and
-//! transform. There are no instances: a mesh that two nodes share becomes two copies of its polygons.
+//! transform. A mesh that two nodes share becomes two copies of its polygons.
 //!
 //! Two consecutive coplanar triangles that share an edge become one quad, which looks the same. Axes and units need no
-//! conversion (+y up, metres, a camera looks along its -z). A [`Transform`](crate::recording::Transform) has one scale.
-//! The rest of a node's transform (non-uniform scale, mirror, shear) is applied to the vertices below the node. Colours
-//! are the base colour times the vertices' mean colour; a stroke has the polygons of one colour in one primitive. The
-//! first camera becomes the session's view, directional lights its
+//! conversion (+y up, metres, a camera looks along its -z). A [`Transform`](crate::recording::Transform) has a uniform
+//! scale. The rest of a node's transform (non-uniform scale, mirror, shear) is applied to the vertices of the node and
+//! its descendants. Colours are the base colour times the vertices' mean colour. A stroke has the polygons of one
+//! colour in one primitive. The first camera becomes the session's view. Directional lights become the session's
 //! [`Environment`](crate::recording::Environment). Textures, skins, animations, points and lines are skipped, and the
 //! header lists them.
 //!
-//! The JSON types are those of the crate `gltf`. Every number in them is checked where it is used, because the crate's
-//! own check can panic on damaged files.
+//! The JSON types are those of the crate `gltf`. Every number is checked where it is used, because the crate's own
+//! check can panic on damaged files.
 
 mod accessor;
 
@@ -39,7 +39,7 @@ use crate::recording::{
     Author, Event, EventSource, Header, Notes, OpenOptions, RecordingError, Session, StrokeId, input::Input,
 };
 
-/// Number of polygons that are decoded at a time.
+/// Number of triangles that are decoded at a time.
 const CHUNK: usize = 1 << 14;
 /// Largest number of colours of a primitive that are stored exactly. With more colours, each channel is rounded to 16
 /// steps, so that a painted mesh does not become a stroke for each of its triangles.
@@ -144,8 +144,8 @@ impl Gltf {
         if part.strokes.len() + new > MOST_COLORS {
             polygons.iter_mut().for_each(|polygon| polygon.color = faces::rounded(polygon.color));
         }
-        // Sorted by colour, because each colour is a stroke. The sort is stable, so a stroke's polygons keep their
-        // order.
+        // Polygons are sorted by colour, because each colour becomes a stroke. The sort is stable, so a stroke's
+        // polygons keep their order.
         polygons.sort_by_key(|polygon| polygon.color);
         for polygon in polygons {
             let color = faces::channels(polygon.color);

@@ -9,9 +9,9 @@ use super::{
 };
 use crate::recording::{Author, Event, GroupId, RecordingError, StrokeId, Transform, import::axes};
 
-/// Largest depth of nested groups; the mesh of a deeper node belongs to the group above.
+/// Largest depth of nested groups. The mesh of a deeper node belongs to the group of an ancestor.
 const MOST_DEPTH: usize = 60;
-/// Largest relative difference of the axes' scales that still counts as uniform.
+/// The scales of the axes count as equal up to this relative difference.
 const SAME_SCALE: f64 = 1.0e-5;
 
 /// A node that becomes a group.
@@ -19,7 +19,7 @@ pub(super) struct Planned {
     pub(super) group: GroupId,
     parent: Option<GroupId>,
     name: Option<String>,
-    /// `None` for the identity, or for a node that belongs to the group of an ancestor.
+    /// The group's transform. `None` for the identity, or for a node that belongs to the group of an ancestor.
     pub(super) to: Option<Transform>,
     /// The node's mesh.
     pub(super) mesh: Option<usize>,
@@ -48,11 +48,11 @@ pub(super) struct Nodes {
     pub(super) seen: Vec<Seen>,
 }
 
-/// A node to visit, and the accumulated transforms above it.
+/// A node to visit, and the transforms of its ancestors.
 #[derive(Clone, Copy)]
 struct Visit {
     node: usize,
-    /// Index of the planned parent.
+    /// Index in `Nodes::planned` of the parent.
     above: Option<usize>,
     depth: usize,
     residual: DAffine3,
@@ -104,7 +104,8 @@ impl Nodes {
         }
     }
 
-    /// Plans the group of a node. Returns the visit with the transform that remains for the vertices of its children.
+    /// Plans the group of a node. Returns the visit for the node's children, with the transform that remains for their
+    /// vertices.
     fn plan_group(
         &mut self,
         file: &File,
@@ -116,8 +117,8 @@ impl Nodes {
         let mesh = described.mesh.map(|mesh| mesh.value());
         let above = at.above.and_then(|above| self.planned.get(above));
         if let Some(above) = above.filter(|_| at.depth >= MOST_DEPTH) {
-            // A recording would refuse a group at this depth. So the node's mesh is added to the group above, and its
-            // transform is applied to the mesh.
+            // A recording would refuse a group at this depth. The node's mesh is therefore added to the ancestor's
+            // group, and the node's transform is applied to the mesh.
             let (group, parent, name) = (above.group, above.parent, above.name.clone());
             self.planned.push(Planned { group, parent, name, to: None, mesh, residual: below.residual });
             return Ok(below);
@@ -173,7 +174,7 @@ fn having_meshes(nodes: &[Node]) -> Vec<bool> {
     let mut has_mesh = vec![false; nodes.len()];
     for (node, number) in nodes.iter().zip(0..) {
         let mut at = node.mesh.map(|_| number);
-        // The walk stops at a visited node, so it also ends in cycles.
+        // The walk stops at a visited node, so it also ends if parents form a cycle.
         while let Some(number) = at.filter(|&number: &usize| !has_mesh[number]) {
             has_mesh[number] = true;
             at = parents[number];

@@ -13,7 +13,7 @@ use percent_encoding::percent_decode_str;
 use super::fault::Fault;
 use crate::recording::import::lines::shown;
 
-/// Padding is optional, because some writers omit it.
+/// Base64 with optional padding, because some writers omit the padding.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &STANDARD,
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
