@@ -5,7 +5,8 @@
 // two surfaces lie in one plane another one may win. So pixels are compared by pixelmatch, which passes over antialiased edges
 // and over differences of colour that nobody sees (THRESHOLD, its own default), and MOST_DIFFERING of the pixels that the
 // model covers may differ beyond that. What the model covers is found by comparing with the page's picture of the empty
-// model: a blank picture has nothing, and fails. Each picture is also compared with one of another session, which has to fail.
+// model: each pixel that differs at all, so that dark paint on a dark sky counts. A blank picture has nothing, and fails. Each
+// picture is also compared with one of another session, which has to fail.
 import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import pixelmatch from 'pixelmatch';
@@ -24,11 +25,11 @@ const MOMENT_S = 10;
 let last = null;
 
 /// How many pixels differ. Pictures of unlike sizes differ everywhere.
-function differing(a, b, { includeAA, name = null }) {
+function differing(a, b, { includeAA, threshold = THRESHOLD, name = null }) {
   const { width, height } = a;
   if (b.width !== width || b.height !== height) return width * height;
   const out = name && pictures ? new PNG({ width, height }) : null;
-  const count = pixelmatch(a.data, b.data, out?.data, width, height, { threshold: THRESHOLD, includeAA });
+  const count = pixelmatch(a.data, b.data, out?.data, width, height, { threshold, includeAA });
   if (out) writeFileSync(join(pictures, `${name}-differing.png`), PNG.sync.write(out));
   return count;
 }
@@ -71,7 +72,7 @@ export async function compare(page, file, list) {
         writeFileSync(join(pictures, `${of}-${who}.png`), PNG.sync.write(picture));
       }
     }
-    const covered = differing(ours, empty, { includeAA: true });
+    const covered = differing(ours, empty, { includeAA: true, threshold: 0 });
     const found = differing(ours, native, { includeAA: false, name: of });
     check(covered >= LEAST_COVERED * width * height, `${of}: the model covers ${covered} pixels of ${width}x${height}`);
     check(found <= MOST_DIFFERING * covered, `${of}: ${found} of them differ from those of osp render`);
