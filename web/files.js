@@ -44,8 +44,8 @@ export async function fetchFile(address) {
   return [{ name, bytes: new Uint8Array(await answer.arrayBuffer()) }];
 }
 
-/// Places a set in its own folder. Returns its `files` as `{path, bytes}`, and the `path` of the first file that can be
-/// a session. Returns `null` for an empty set.
+/// Places a set in its own folder. Returns its `files` as `{path, bytes}`, the `path` of the first file that can be a
+/// session, and the names of the `others` that are sessions of their own. Returns `null` for an empty set.
 export function placeFiles(set, folder) {
   const place = ({ name, bytes }) => {
     // CASSIE's two files of a sketch have the same name; their first characters distinguish them.
@@ -59,5 +59,7 @@ export function placeFiles(set, folder) {
   if (!session) return null;
   // An unpacked .tilt is opened by its folder.
   const inFolder = files.find(({ name }) => /\/data\.sketch(\.bytes)?$/.test(name));
-  return { files, path: inFolder ? inFolder.path.replace(/\/[^/]*$/, '') : session.path };
+  const isWhole = ({ name }) => /\.(tilt|apa|ron|ron\.zst|poses|glb|gltf|obj)$/i.test(name) && !name.includes('/');
+  const others = files.filter((file) => file !== session && isWhole(file)).map(({ name }) => name);
+  return { files, path: inFolder ? inFolder.path.replace(/\/[^/]*$/, '') : session.path, others };
 }

@@ -15,7 +15,8 @@ const isKept = () => (store && !store.hasFailed ? ' What was drawn is kept.' : '
 function complain(text) {
   // After a stop, more errors would only hide the reason.
   if (isStopped) return;
-  wrong.textContent = text;
+  // Nobody knows the folders in the program's memory.
+  wrong.textContent = text.replace(/\/input\/\d+\//g, '');
   wrong.hidden = false;
 }
 wrong.addEventListener('click', () => (wrong.hidden = true));
@@ -43,7 +44,7 @@ async function open(set) {
   folders += 1;
   const placed = placeFiles(set, `/input/${folders}`);
   if (!placed) return;
-  const { files, path } = placed;
+  const { files, path, others } = placed;
   for (const { path, bytes } of files) osp.put(path, bytes);
   wrong.hidden = true;
   said.textContent = `reading ${path.split('/').pop()}…`;
@@ -51,6 +52,9 @@ async function open(set) {
   // A sketch of another program is shown as the finished model; a recording is played.
   if (/\.ron(\.zst)?$/i.test(path)) osp.replay(path);
   else osp.show(path);
+  if (others.length > 0) {
+    complain(`Only ${path.split('/').pop()} was opened. Open one sketch at a time: ${others.join(', ')}`);
+  }
 }
 
 async function openUrl(address) {

@@ -117,8 +117,14 @@ try {
   console.log(`${drawnAtFirst} polygons were drawn before`);
 
   // What is saved.
-  for (const kind of ['session', 'glb', 'png']) await page.select('#save', kind);
-  const [session, model, picture] = await Promise.all(['ron', 'glb', 'png'].map((ending) => takeDownload(page, `scribble.${ending}`)));
+  const saved = [];
+  // One after the other: the window writes one file at a time.
+  for (const [kind, ending] of [['session', 'ron'], ['glb', 'glb'], ['tilt', 'tilt'], ['png', 'png']]) {
+    await page.select('#save', kind);
+    saved.push(await takeDownload(page, `scribble.${ending}`));
+  }
+  const [session, model, sketch, picture] = saved;
+  check(sketch.toString('latin1', 0, 4) === 'tilT', `a sketch of ${sketch.length} bytes is saved`);
   check(model.toString('latin1', 0, 4) === 'glTF', `a model of ${model.length} bytes is saved`);
   check(PNG.sync.read(picture).width > 100, `a picture of ${picture.length} bytes is saved`);
   check(session.equals(readFileSync(join(root, 'recordings/scribble.ron'))), 'a session is saved');
@@ -127,12 +133,18 @@ try {
   // Files are dropped; one that is none is refused on the page.
   await dropFiles(page, [join(root, 'recordings/scribble.ron')]);
   await until(page, 'the dropped file', (state) => state.path.startsWith('/input') && state.path.endsWith('scribble.ron') && state.position > 0);
+  // Of several sketches one is opened, and the page names the others.
+  await dropFiles(page, ['scribble', 'nested'].map((name) => join(root, `recordings/${name}.ron`)));
+  await page.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 10_000 });
+  const several = await wrongOf(page);
+  check(several.includes('Only scribble.ron') && several.endsWith(': nested.ron'), `two sketches: ${several}`);
+  await page.click('#wrong');
   const junk = join(profile, 'junk.tilt');
   writeFileSync(junk, 'this is no sketch');
   await dropFiles(page, [junk]);
   await page.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 10_000 });
   const refused = await wrongOf(page);
-  check(refused.includes('junk.tilt') && refused.includes('expected'), `a file that is none: ${refused}`);
+  check(refused.startsWith('junk.tilt') && refused.includes('expected'), `a file that is none: ${refused}`);
   await page.click('#wrong');
   for (const { files, isCompared } of corpus()) {
     await dropFiles(page, files);

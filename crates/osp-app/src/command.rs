@@ -52,6 +52,8 @@ pub enum Command {
     SelectAll,
     /// Cancel the background work.
     CancelWork,
+    /// Take back the unfinished stroke, movement or erasure of the pointer.
+    CancelGesture,
     /// Clear the selection.
     SelectNone,
     /// Group the selected strokes.
@@ -70,6 +72,8 @@ pub enum Command {
     Frames,
     /// Move the camera back until the main part of the model is in view.
     ShowAll,
+    /// Show the model from the artist's last view, or the whole model if the session has no such view.
+    ShowAsPainted,
     /// Show the finished model of a replay from the artist's last view.
     ShowFinished,
     /// Rotate the camera towards the point under the pointer.

@@ -250,6 +250,12 @@ impl Pen {
         out.push(sample.event(t, drawing.stroke));
     }
 
+    /// Drops a stroke without events, such as an unfinished straight line. Returns whether a stroke with events is left.
+    pub(super) fn drop_line(&mut self) -> bool {
+        self.drawing = self.drawing.take().filter(|drawing| drawing.has_begun);
+        self.drawing.is_some()
+    }
+
     /// Ends the stroke, if there is one, at the pointer.
     pub fn release(&mut self, t: f64, out: &mut Vec<Event>) {
         let Some(mut drawing) = self.drawing.take() else { return };

@@ -61,6 +61,7 @@ impl Studio {
             Command::GoToView(slot) => scene.views().contains_key(slot),
             Command::SelectAll => self.can_draw() && scene.counts().visible > 0,
             Command::CancelWork => self.is_working(),
+            Command::CancelGesture => self.is_dragging(),
             Command::SelectNone => !self.input.selection.is_empty(),
             Command::Save | Command::SaveAs(_) | Command::SaveOver(_) => !self.session.is_replay(),
             Command::Steps(edit) => matches!(edit, StepsEdit::Show(_)) || self.steps.is_some(),
@@ -167,7 +168,12 @@ impl Studio {
                 let bounds = main_bounds(self.session.scene(), &self.session.bounds());
                 self.navigator.show_all(&bounds);
             }
+            Command::ShowAsPainted => {
+                self.follows_replay_camera = false;
+                self.see_as_painted();
+            }
             Command::ShowFinished => self.show_finished(),
+            Command::CancelGesture => self.cancel_gesture(),
             Command::LookAtPointer => self.look_at_pointer(self.last_aspect),
             Command::Freeze(freeze) => {
                 self.frozen = freeze.then(|| self.views().iter().map(|view| view.view).collect());

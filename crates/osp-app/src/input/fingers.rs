@@ -38,7 +38,7 @@ impl Studio {
             2 => self.navigator.orbit(moved),
             _ => self.navigator.pan(moved),
         }
-        if spread.is_finite() && spread > 0.0 {
+        if spread.is_finite() && (spread > 1.0 || spread > 0.0 && self.is_model_large()) {
             self.navigator.spread(spread);
         }
     }

@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3};
 
 use crate::{
     altering::Altering,
+    command::Command,
     gestures::{Button, Gesture, Held, Input},
     handles::dragged,
     navigator::on_plane_through,
@@ -37,7 +38,9 @@ impl Studio {
             }
             Input::Wheel(steps) => {
                 let point = self.point_to_turn_about(aspect);
-                self.navigator.zoom_to(point, steps);
+                if steps > 0.0 || self.is_model_large() {
+                    self.navigator.zoom_to(point, steps);
+                }
             }
             Input::Leave => {
                 if self.input.gestures.gesture.is_none() {
@@ -216,6 +219,22 @@ impl Studio {
         self.apply_events();
     }
 
+    /// Ends the gesture of the pointer without a trace in the model. A stroke or an erasure can be had back by a redo.
+    pub(crate) fn cancel_gesture(&mut self) {
+        let is_undone = match self.input.gestures.gesture {
+            Some(Gesture::Draw) => self.input.pen.drop_line(),
+            Some(Gesture::Erase { is_step_open }) => is_step_open,
+            _ => {
+                self.input.gestures.gesture = None;
+                false
+            }
+        };
+        self.finish_gestures();
+        if is_undone {
+            self.command(Command::Undo);
+        }
+    }
+
     fn end_step(&mut self) {
         if self.session.may_have_open_step() {
             let t = self.now_secs();
@@ -235,6 +254,17 @@ impl Studio {
     /// Sets the flight direction: right, up, back, each -1 to 1; zero stands still.
     pub fn set_flight(&mut self, direction: Vec3) {
         self.input.gestures.flight = direction;
+    }
+
+    /// Whether the model is more than a speck, so that the camera may still go farther away.
+    pub(crate) fn is_model_large(&self) -> bool {
+        /// Largest distance of the camera, in sizes of the model.
+        const FARTHEST: f32 = 20.0;
+        /// Least size of the model that counts, metres.
+        const LEAST_M: f32 = 1.0;
+        let bounds = self.session.bounds();
+        let size_m = if bounds.is_empty() { 0.0 } else { bounds.extent().length() };
+        self.navigator.distance_m() < FARTHEST * size_m.max(LEAST_M)
     }
 
     /// Rotates about the eye. `turn` is in heights of the window.

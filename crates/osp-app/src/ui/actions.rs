@@ -50,7 +50,8 @@ pub enum Action {
     ToggleHelp,
     /// Enter or leave full screen.
     ToggleFullscreen,
-    /// Close the help; else cancel the background work; else clear the selection; else leave full screen.
+    /// Close the help; else cancel the background work, the stroke or the movement; else clear the selection; else
+    /// leave full screen.
     Escape,
 }
 
@@ -129,6 +130,7 @@ impl Action {
             Self::ToggleFullscreen => panel_commands.fullscreen = !panel_commands.fullscreen,
             Self::Escape if panel_commands.help => panel_commands.help = false,
             Self::Escape if studio.is_working() => panel_commands.commands.push(Command::CancelWork),
+            Self::Escape if studio.is_dragging() => panel_commands.commands.push(Command::CancelGesture),
             Self::Escape if !studio.selection().is_empty() => {
                 panel_commands.commands.push(Command::SelectNone)
             }

@@ -75,7 +75,11 @@ impl Shortcut {
             | Action::ToggleFullscreen
             | Action::Escape
             | Action::Do(
-                Command::ShowAll | Command::LookAtPointer | Command::KeepView(_) | Command::GoToView(_),
+                Command::ShowAll
+                | Command::ShowAsPainted
+                | Command::LookAtPointer
+                | Command::KeepView(_)
+                | Command::GoToView(_),
             ) => Topic::View,
             Action::Do(_) => Topic::Edit,
         }
@@ -164,9 +168,9 @@ pub static SHORTCUTS: &[Shortcut] = &[
     key(Key::Y, "mirror while drawing", Action::ToggleMirror),
     key(Key::J, "brush width in pixels or in metres", Action::ToggleScreenWidth),
     key(Key::Delete, "erase the selection", Action::Do(Command::EraseSelected)),
-    key(Key::Escape, "close what is on top, or select nothing", Action::Escape),
+    key(Key::Escape, "close what is on top, cancel a stroke, or select nothing", Action::Escape),
     key(Key::F, "show the whole model", Action::Do(Command::ShowAll)),
-    key(Key::H, "show the whole model", Action::Do(Command::ShowAll)),
+    key(Key::H, "the view of the artist", Action::Do(Command::ShowAsPainted)),
     key(Key::T, "turn to the point under the pointer", Action::Do(Command::LookAtPointer)),
     key(Key::C, "freeze the culling camera", Action::ToggleFreeze),
     key(Key::I, "next index", Action::NextIndex),

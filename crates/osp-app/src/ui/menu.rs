@@ -127,6 +127,7 @@ fn edit(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
 
 fn view(ui: &mut Ui, studio: &Studio, settings: &mut Settings, panel_commands: &mut PanelCommands) {
     entry(ui, "Whole model", Action::Do(Command::ShowAll), studio, panel_commands);
+    entry(ui, "Artist's view", Action::Do(Command::ShowAsPainted), studio, panel_commands);
     ui.menu_button("Saved views", |ui| {
         for slot in 0..4 {
             entry(

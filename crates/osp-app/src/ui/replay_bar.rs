@@ -37,6 +37,10 @@ pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, panel_com
         let most = minute.max(100.0);
         let slider = Slider::new(&mut speed, 0.1..=most).logarithmic(true).suffix(" x").max_decimals(1);
         ui.spacing_mut().slider_width = 70.0;
+        // A slider with its number does not begin a new row by itself.
+        if ui.available_size_before_wrap().x < 150.0 {
+            ui.end_row();
+        }
         if ui.add(slider).on_hover_text("speed, as a multiple of the recorded speed").changed() {
             panel_commands.commands.push(Command::Speed(speed));
         }
@@ -50,13 +54,17 @@ pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, panel_com
         let count = replay.frame_count();
         let time = format!("{} of {}", minutes(replay.secs_at(position)), minutes(replay.secs_at(count)));
         let label = ui.label(time);
-        ui.spacing_mut().slider_width = (ui.available_width() - 130.0).max(60.0);
+        let frames = RichText::new(format!("frame {position} of {count}")).weak();
+        let is_wide = ui.available_width() > 300.0;
+        ui.spacing_mut().slider_width = (ui.available_width() - if is_wide { 150.0 } else { 10.0 }).max(60.0);
         let slider = ui.add(Slider::new(&mut position, 0..=count).show_value(false)).labelled_by(label.id);
         marks(ui, &slider, replay);
         if slider.on_hover_text("position in the session; a mark for each stroke").changed() {
             panel_commands.commands.push(Command::Seek(position));
         }
-        ui.label(RichText::new(format!("frame {position} of {count}")).weak());
+        if is_wide {
+            ui.label(frames);
+        }
     });
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use egui::{RichText, Ui};
+use egui::{Label, RichText, Ui};
 
 use crate::{
     studio::Studio,
@@ -24,9 +24,9 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio) {
         let line = match shown {
             Some((message, rest)) => {
                 ui.ctx().request_repaint_after(rest);
-                ui.label(message)
+                ui.add(Label::new(message).truncate())
             }
-            None => ui.label(RichText::new(hint(studio)).weak()),
+            None => ui.add(Label::new(RichText::new(hint(studio)).weak()).truncate()),
         };
         if !earlier.is_empty() {
             line.on_hover_text(earlier);

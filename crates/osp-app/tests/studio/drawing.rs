@@ -30,7 +30,7 @@ impl Table {
         Self { folder, studio }
     }
 
-    fn input(&mut self, input: Input) {
+    pub(crate) fn input(&mut self, input: Input) {
         self.studio.input(input, Held::default(), SIZE_PX);
     }
 

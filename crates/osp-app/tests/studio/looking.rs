@@ -204,3 +204,39 @@ fn a_sketch_is_seen_with_the_field_of_view_of_its_artist() {
     table.studio.command(Command::New);
     assert!((half_height(&mut table) - 27.5_f32.to_radians().tan()).abs() < 1.0e-4);
 }
+
+#[test]
+fn the_artists_view_is_a_key_away() {
+    let mut table = Table::new();
+    let path = painting(table.folder.path(), ",camera:(p:(0,0,1),q:(0,0,0,1),fov_degrees:40)");
+    table.studio.command(Command::Open(path));
+    table.frame();
+    let seen = table.studio.views()[0].view;
+    table.drag(Button::Primary, &across(0.0));
+    table.studio.command(Command::ShowAll);
+    table.frame();
+    assert!(table.studio.views()[0].view.eye_in_world.distance(seen.eye_in_world) > 0.1);
+    table.studio.command(Command::ShowAsPainted);
+    table.frame();
+    let back = table.studio.views()[0].view;
+    assert!(back.eye_in_world.distance(seen.eye_in_world) < 1.0e-4, "{back:?}");
+}
+
+#[test]
+fn the_wheel_never_makes_the_model_a_speck() {
+    let mut table = Table::new();
+    let path = painting(table.folder.path(), "");
+    table.studio.command(Command::Open(path));
+    table.frame();
+    for _ in 0..400 {
+        table.input(osp_app::Input::Wheel(-1.0));
+    }
+    table.frame();
+    let view = table.studio.views()[0].view;
+    let far_m = view.eye_in_world.distance(Vec3::new(0.0, 0.0, -3.0));
+    // The wall has a diagonal of 25.5 m.
+    assert!((25.5..600.0).contains(&far_m), "{far_m}");
+    table.input(osp_app::Input::Wheel(3.0));
+    table.frame();
+    assert!(table.studio.views()[0].view.eye_in_world.distance(Vec3::new(0.0, 0.0, -3.0)) < far_m);
+}

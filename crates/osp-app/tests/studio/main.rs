@@ -3,6 +3,7 @@
 mod altering;
 mod authors;
 mod brushes;
+mod cancelling;
 mod drawing;
 mod drawing_aids;
 mod dtrack;
