@@ -4,7 +4,10 @@ mod altering;
 mod asking;
 mod carry_out;
 mod exporting;
+mod filming;
 mod frames;
 mod groups;
 mod paint_layers;
 mod working;
+
+pub use filming::{FilmMaker, MakeFilm};

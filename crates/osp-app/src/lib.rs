@@ -64,6 +64,7 @@ mod working;
 
 pub use altering::Altering;
 pub use command::Command;
+pub use commands::{FilmMaker, MakeFilm};
 pub use culling::{Culling, CullingPlan, Indexed, PickCounts, ReachCounts, Reindexed, Stages};
 pub use drawing_aids::Aids;
 pub use fingers::Fingers;

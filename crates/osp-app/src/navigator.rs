@@ -4,6 +4,7 @@ use osp::{
     math::{Aabb, rotate},
     view::{Projection, View},
 };
+use osp_session::recording::Camera;
 
 /// Vertical field of view if the session's file has no camera, degrees.
 const FOV_DEGREES: f32 = 55.0;
@@ -13,6 +14,8 @@ const FOVS_DEGREES: (f32, f32) = (10.0, 120.0);
 const STEEPEST: f32 = 1.55;
 /// Near distance as a fraction of the distance to the centre of the view.
 const NEAR_PART: f32 = 0.01;
+/// The near distance of a session's camera is at most this fraction of the distance to the centre of the view.
+const CAMERA_NEAR_PART: f32 = 0.2;
 /// Limits of the distance to the centre of the view, metres.
 const DISTANCES_M: (f32, f32) = (1.0e-4, 1.0e7);
 
@@ -27,20 +30,39 @@ pub struct Navigator {
     distance_m: f32,
     /// Vertical field of view.
     fov_degrees: f32,
+    /// Near distance of the session's camera, if its file has one.
+    camera_near_m: Option<f32>,
 }
 
 impl Default for Navigator {
     /// The eye of a standing person, 2.5 m from a point 1.2 m above the floor.
     fn default() -> Self {
         let target = Vec3::new(0.0, 1.2, 0.0);
-        Self { target, yaw: 0.35, pitch: -0.2, distance_m: 2.5, fov_degrees: FOV_DEGREES }
+        Self {
+            target,
+            yaw: 0.35,
+            pitch: -0.2,
+            distance_m: 2.5,
+            fov_degrees: FOV_DEGREES,
+            camera_near_m: None,
+        }
     }
 }
 
 impl Navigator {
-    /// Sets the vertical field of view, degrees. `None` sets the default.
-    pub(super) fn set_fov(&mut self, fov_degrees: Option<f32>) {
-        self.fov_degrees = fov_degrees.unwrap_or(FOV_DEGREES).clamp(FOVS_DEGREES.0, FOVS_DEGREES.1);
+    /// Takes over the vertical field of view and the near distance of a session's camera. `None` sets the defaults.
+    pub(super) fn set_lens(&mut self, camera: Option<Camera>) {
+        let fov_degrees = camera.map_or(FOV_DEGREES, |camera| camera.fov_degrees);
+        self.fov_degrees = fov_degrees.clamp(FOVS_DEGREES.0, FOVS_DEGREES.1);
+        self.camera_near_m = camera.and_then(|camera| camera.near_m);
+    }
+
+    /// Near distance, metres.
+    fn near_m(&self) -> f32 {
+        match self.camera_near_m {
+            Some(near_m) => near_m.min(CAMERA_NEAR_PART * self.distance_m),
+            None => NEAR_PART * self.distance_m,
+        }
     }
 
     /// Rotation from view space to world space.
@@ -67,7 +89,7 @@ impl Navigator {
     /// far plane does not clip.
     pub fn view(&self, aspect: f32, bounds: &Aabb) -> View {
         let eye_in_world = self.eye();
-        let near_m = self.distance_m * NEAR_PART;
+        let near_m = self.near_m();
         let farthest_m = if bounds.is_empty() {
             0.0
         } else {

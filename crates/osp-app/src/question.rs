@@ -162,6 +162,14 @@ impl Question {
         }
     }
 
+    /// The answer that has the keyboard: the one that people want, if it changes no file.
+    pub fn first_answer(&self) -> Answer {
+        match self {
+            Self::Edits(_) => Answer::GoOn,
+            _ => self.safe_answer(),
+        }
+    }
+
     /// The answer that changes nothing, for the key Escape.
     pub fn safe_answer(&self) -> Answer {
         match self {

@@ -31,7 +31,7 @@ use osp_rivals::IndexKind;
 use osp_session::{
     platform::time::Instant,
     recording::{Event, Limits, StrokeId},
-    replay::main_bounds,
+    replay::{main_bounds, sees_most},
     scene::Stroke,
 };
 
@@ -149,7 +149,7 @@ impl Studio {
         if self.session.is_import() {
             self.set_tool(ToolChoice::Look);
         }
-        self.navigator.set_fov(camera.map(|camera| camera.fov_degrees));
+        self.navigator.set_lens(camera);
         if self.session.is_replay() {
             self.navigator.show_all(&bounds);
         } else {
@@ -170,6 +170,14 @@ impl Studio {
         let is_in_view = self.navigator.view(self.last_aspect, &bounds).frustum().may_see(&bounds);
         if !is_in_view {
             self.navigator = whole;
+        }
+    }
+
+    /// Moves the camera back if it sees less than half of the model.
+    pub(super) fn show_most(&mut self) {
+        let view = self.navigator.view(self.last_aspect, &self.session.bounds());
+        if !sees_most(&view, self.session.scene()) {
+            self.navigator.show_all(&main_bounds(self.session.scene(), &self.session.bounds()));
         }
     }
 
@@ -324,7 +332,7 @@ impl Studio {
     fn tracked_poses(&self) -> HandsState {
         let hands = self.input.hands.state();
         match self.session.replay() {
-            Some(replay) if self.follows_replay_camera && hands.head.is_none() => {
+            Some(replay) if self.follows_replay_camera() && hands.head.is_none() => {
                 HandsState { head: self.room.head_tilted_like(replay.view().world_from_view) }
             }
             _ => hands,
@@ -382,7 +390,7 @@ impl Studio {
         self.samples += self.session.advance(frame_secs) as u64;
         self.session.take_changes(&mut self.changes);
         if let Some(replay) = self.session.replay()
-            && self.follows_replay_camera
+            && self.follows_replay_camera()
             && replay.is_playing()
         {
             let view = replay.view();

@@ -559,6 +559,7 @@ fn set_title(window: &Window, studio: &Studio) {
     let (session, journal) = (studio.session(), studio.session().journal());
     let name = session.path().file_name().unwrap_or_default().to_string_lossy();
     let title = match (journal.is_read_only(), journal.trouble().is_some(), journal.is_named()) {
+        _ if studio.is_reading() && session.event_count() == 0 => "opening… - osp".to_owned(),
         _ if session.is_replay() => format!("{name} (replay) - osp"),
         (true, ..) => format!("{name} (read-only) - osp"),
         (_, true, _) => format!("*{name} (NOT saved) - osp"),

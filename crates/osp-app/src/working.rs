@@ -67,6 +67,8 @@ pub(super) enum Kind {
     Reading,
     /// Writes `count` items to a file; `of` is their name, such as polygons.
     Writing { count: u64, of: &'static str },
+    /// Makes a film of `count` pictures.
+    Filming { count: u64 },
 }
 
 /// The thread that does the work, or the task that runs in turns.
@@ -177,12 +179,14 @@ impl Working {
             return None;
         }
         let done = self.progress.done.load(Relaxed);
+        let of_all = |count: u64, of| {
+            let part = (done as f32 / count.max(1) as f32).min(1.0);
+            (format!("{done} of {count} {of}"), Some(part))
+        };
         let (far, part) = match self.kind {
             Kind::Reading => (format!("{done} events"), None),
-            Kind::Writing { count, of } => {
-                let part = (done as f32 / count.max(1) as f32).min(1.0);
-                (format!("{done} of {count} {of}"), Some(part))
-            }
+            Kind::Writing { count, of } => of_all(count, of),
+            Kind::Filming { count } => of_all(count, "pictures"),
         };
         Some(WorkShown { text: format!("{}: {far}", self.what), part })
     }
@@ -206,6 +210,10 @@ impl Working {
     /// Whether the work reads a session.
     pub(super) fn is_reading(&self) -> bool {
         self.kind == Kind::Reading
+    }
+
+    pub(super) fn is_filming(&self) -> bool {
+        matches!(self.kind, Kind::Filming { .. })
     }
 
     pub(super) fn is_in_turns(&self) -> bool {
@@ -312,11 +320,27 @@ pub(crate) fn is_sketch(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("tilt"))
 }
 
-/// Checks that a model or a sketch may be written to this path. The user has confirmed that the path may be replaced. A
+/// The kind of a film with this name; `None` for other names.
+pub(crate) fn film_kind(path: &Path) -> Option<OutputKind> {
+    match path.extension()?.to_ascii_lowercase().to_str()? {
+        "mp4" => Some(OutputKind::Mp4),
+        "webm" => Some(OutputKind::Webm),
+        "gif" => Some(OutputKind::Gif),
+        _ => None,
+    }
+}
+
+/// Checks that a model, a sketch or a film may be written to this path. The user has confirmed that the path may be replaced. A
 /// model replaces only another model, which another program may have written. A sketch replaces any file with its name.
 pub(crate) fn check_export(path: &Path) -> Result<(), OutputError> {
     if is_sketch(path) {
         return match check_output(path, OutputKind::Tilt, false) {
+            Err(OutputError::Exists { .. }) => Ok(()),
+            other => other,
+        };
+    }
+    if let Some(kind) = film_kind(path) {
+        return match check_output(path, kind, false) {
             Err(OutputError::Exists { .. }) => Ok(()),
             other => other,
         };

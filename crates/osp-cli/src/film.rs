@@ -28,8 +28,40 @@ use osp_session::replay::{CameraChoice, CameraPath, Moment, Player, main_bounds,
 
 /// Number of directions sampled to choose the turntable's radius.
 const TURNTABLE_VIEWS: usize = 72;
+/// Number of pictures of a video of the default length.
+#[cfg(feature = "window")]
+const PICTURES: u64 = 300;
 
 pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
+    let progress = progress::bar(frame_count(args)?, "frames", &args.file.to_string_lossy());
+    let film = write(args, &|frames| {
+        progress.set_position(frames);
+        true
+    });
+    progress.finish_and_clear();
+    print_result(&film?)?;
+    Ok(Outcome::Done)
+}
+
+/// What the window films: once around the model.
+#[cfg(feature = "window")]
+pub(super) fn maker() -> osp_app::FilmMaker {
+    let make: osp_app::MakeFilm = |session, out, goes_on| {
+        let args = FilmArgs::of_files(session, out).map_err(|error| error.to_string())?;
+        write(&args, goes_on).map_err(|error| format!("{error:#}"))
+    };
+    osp_app::FilmMaker { pictures: PICTURES, make }
+}
+
+/// Number of pictures of a film.
+fn frame_count(args: &FilmArgs) -> anyhow::Result<u64> {
+    let fps = FilmFormat::of(&args.out)?.pictures_a_second(args.fps)?;
+    Ok(((args.seconds * f64::from(fps)).round() as u64).max(1))
+}
+
+/// Writes the film, and returns a line about it. Calls `goes_on` with the number of finished pictures; no film is
+/// written once it returns `false`.
+fn write(args: &FilmArgs, goes_on: &dyn Fn(u64) -> bool) -> anyhow::Result<String> {
     let mut outputs = Outputs::new(args.shown.force).reads([&args.file]);
     let format = FilmFormat::of(&args.out)?;
     let output = outputs.add("OUT", &args.out, format.kind())?;
@@ -60,8 +92,7 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     let whole = whole_view(&bounds, direction_to_artist, aspect);
     let path = CameraPath::new(CameraChoice::Auto, header.camera, &summary.bounds);
     let turn = Turn::new(&bounds, &whole);
-    let frames = ((args.seconds * f64::from(fps)).round() as u64).max(1);
-    let times = Times { frames, fps, end_stays: args.path != "turntable" };
+    let times = Times { frames: frame_count(args)?, fps, end_stays: args.path != "turntable" };
     let view = |frame: u64, moment: &Moment| match args.path.as_str() {
         "turntable" => turn.view(frame as f64 / times.frames as f64),
         "recorded" => path.view(moment).with_aspect(aspect),
@@ -73,7 +104,6 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     let name = || output.path().display().to_string();
     let mut film = FilmFile::begin(format, output.create()?, (width, height), times).with_context(name)?;
     let mut player = Player::new(OpenSession::open(&args.file, &args.shown.reading)?, args.shown.pace);
-    let progress = progress::bar(times.frames, "frames", &args.file.to_string_lossy());
     for frame in 0..times.frames {
         let shown = match args.path.as_str() {
             "turntable" => last,
@@ -87,15 +117,15 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
         let view = view(frame, &player.moment());
         drawer.draw_view(0, player.scene(), &view, &[Layer::plain(&polygons)])?;
         film.add(&drawer.image()?, frame).with_context(name)?;
-        progress.inc(1);
+        if !goes_on(frame + 1) {
+            bail!("cancelled");
+        }
     }
-    progress.finish_and_clear();
     let bytes = output.commit(film.finish().with_context(name)?)?;
     let size = bytes.map(|bytes| format!(", {}", HumanBytes(bytes))).unwrap_or_default();
     let name = name();
     let path = one_line(&name);
-    print_result(&format!("{path}: {} frames, {:.1} s{size}", thousands(times.frames), args.seconds))?;
-    Ok(Outcome::Done)
+    Ok(format!("{path}: {} frames, {:.1} s{size}", thousands(times.frames), args.seconds))
 }
 
 /// A circular path of the eye around the model.

@@ -1,8 +1,12 @@
 //! The arguments of `osp film`.
 
 use std::path::PathBuf;
+#[cfg(feature = "window")]
+use std::{ffi::OsStr, path::Path};
 
 use clap::Args;
+#[cfg(feature = "window")]
+use clap::{Command, FromArgMatches};
 
 use super::{numbers, parsers::Size, render_args::ShownArgs};
 
@@ -28,7 +32,8 @@ Paths:
 With `grow` and `recorded` the session's frames (--pace) are spread evenly over --seconds. The last picture stays \
 for a second more. Animated brushes begin at --time and move with the film.
 A GIF has 256 colours a frame. A video has even sides: an odd --size grows by one pixel. The encoder of .webm takes \
-several times as long as that of .mp4. For other kinds of video, let `osp render --every` write numbered pictures: it prints a command of ffmpeg for them.")]
+several times as long as that of .mp4. For other kinds of video, let `osp render --every` write numbered pictures: \
+it prints a command of ffmpeg for them. The window makes the default film: *File*, *Save film…*.")]
 pub(super) struct FilmArgs {
     /// The session, of any format that replay reads.
     pub(super) file: PathBuf,
@@ -49,4 +54,13 @@ pub(super) struct FilmArgs {
     pub(super) size: Option<Size>,
     #[command(flatten)]
     pub(super) shown: ShownArgs,
+}
+
+#[cfg(feature = "window")]
+impl FilmArgs {
+    /// The arguments of a film without options.
+    pub(super) fn of_files(session: &Path, out: &Path) -> Result<Self, clap::Error> {
+        let words = [OsStr::new("film"), OsStr::new("--"), session.as_os_str(), out.as_os_str()];
+        Self::from_arg_matches(&Self::augment_args(Command::new("film")).try_get_matches_from(words)?)
+    }
 }

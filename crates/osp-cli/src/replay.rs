@@ -154,6 +154,7 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
     };
     let mut studio = Studio::new(session, autosaves, index);
     studio.set_room(room);
+    studio.set_film_maker(super::film::maker());
     studio.set_limits(options.limits);
     studio.set_index_settings(settings);
     studio.set_tests(args.play.tests.node_test(), args.play.tests.score());

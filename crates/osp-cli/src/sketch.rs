@@ -6,6 +6,7 @@ use std::{
 };
 
 use super::{
+    film,
     outcome::Outcome,
     output::warn,
     outputs::Outputs,
@@ -166,6 +167,7 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     };
     let mut studio = Studio::new(session, autosaves, args.window.index);
     studio.set_room(room);
+    studio.set_film_maker(film::maker());
     studio.set_limits(args.limits.limits());
     studio.set_index_settings(settings);
     studio.set_tests(args.window.tests.node_test(), args.window.tests.score());

@@ -165,6 +165,7 @@ impl Studio {
             }
             Command::Frames => self.toggle_frames(),
             Command::ShowAll => {
+                self.follows_replay_camera = false;
                 let bounds = main_bounds(self.session.scene(), &self.session.bounds());
                 self.navigator.show_all(&bounds);
             }
@@ -316,7 +317,11 @@ impl Studio {
     }
 
     fn control(&mut self, command: &Command) {
-        let Some(position) = self.session.replay().map(Replay::position) else { return };
+        let Some(replay) = self.session.replay() else { return };
+        let position = replay.position();
+        if *command == Command::Play(true) && position == replay.frame_count() {
+            self.show_most();
+        }
         let jump = match *command {
             Command::Play(run) => self.session.play(run),
             Command::Seek(frame) => self.session.seek(frame),
@@ -330,7 +335,7 @@ impl Studio {
             }
             _ => None,
         };
-        if self.follows_replay_camera
+        if self.follows_replay_camera()
             && let Some(view) = self.session.replay().map(Replay::view)
         {
             self.navigator.go_to(view.eye_in_world, view.world_from_view);

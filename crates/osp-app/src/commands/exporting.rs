@@ -7,7 +7,7 @@ use std::{
 
 use crate::{
     studio::Studio,
-    working::{Done, Exported, Kind, Progress, Whole, WorkMode, check_export, is_sketch},
+    working::{Done, Exported, Kind, Progress, Whole, WorkMode, check_export, film_kind, is_sketch},
 };
 use osp_session::{
     atomic_file::AtomicFile,
@@ -17,7 +17,8 @@ use osp_session::{
 };
 
 impl Studio {
-    /// Exports the model: as a sketch if the name ends in `.tilt`, else as binary glTF.
+    /// Exports the model: as a sketch if the name ends in `.tilt`, as a film if it ends in `.mp4`, `.webm` or `.gif`,
+    /// else as binary glTF.
     pub(crate) fn export(&mut self, path: &Path) {
         if self.is_busy() {
             return;
@@ -28,6 +29,8 @@ impl Studio {
         }
         if is_sketch(path) {
             self.export_tilt(path)
+        } else if film_kind(path).is_some() {
+            self.export_film(path)
         } else {
             self.export_gltf(path)
         }
@@ -119,6 +122,7 @@ impl Studio {
                 }
                 (Ok(said), 0)
             }
+            Ok(Exported::Film(said)) => (Ok(said), 0),
             Err(error) => (Err(format!("{path}: {error}")), 0),
         };
         if self.work.mode != WorkMode::AtOnce {

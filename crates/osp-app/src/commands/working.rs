@@ -96,7 +96,8 @@ impl Studio {
     /// Ends the background work: waits until a model is written, or cancels the reading of a session and closes it.
     pub(crate) fn end_work(&mut self) -> Result<(), String> {
         let Some(work) = self.work.working.take() else { return Ok(()) };
-        if work.is_reading() {
+        // A film takes minutes, and can be made again.
+        if work.is_reading() || work.is_filming() {
             work.cancel();
         }
         match work.finish()? {

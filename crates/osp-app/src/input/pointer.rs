@@ -38,6 +38,7 @@ impl Studio {
             }
             Input::Wheel(steps) => {
                 let point = self.point_to_turn_about(aspect);
+                self.leave_replay_camera();
                 if steps > 0.0 || self.is_model_large() {
                     self.navigator.zoom_to(point, steps);
                 }
@@ -77,7 +78,17 @@ impl Studio {
             (Button::Secondary, Held { alt: true, .. }) => Some(Gesture::Look),
             (Button::Secondary, _) => Some(Gesture::Orbit(self.point_to_turn_about(aspect))),
         };
+        if matches!(gesture, Some(Gesture::Pan | Gesture::Orbit(_) | Gesture::Look)) {
+            self.leave_replay_camera();
+        }
         self.input.gestures.gesture = gesture;
+    }
+
+    /// A camera that the user moves follows the recorded one no longer.
+    pub(crate) fn leave_replay_camera(&mut self) {
+        if self.session.is_replay() {
+            self.follows_replay_camera = false;
+        }
     }
 
     fn press_tool(&mut self, at: Vec2, size_px: Vec2, aspect: f32) -> Option<Gesture> {
@@ -253,6 +264,9 @@ impl Studio {
 
     /// Sets the flight direction: right, up, back, each -1 to 1; zero stands still.
     pub fn set_flight(&mut self, direction: Vec3) {
+        if direction != Vec3::ZERO {
+            self.leave_replay_camera();
+        }
         self.input.gestures.flight = direction;
     }
 

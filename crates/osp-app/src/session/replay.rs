@@ -59,6 +59,8 @@ pub struct Replay {
     snapshots: Vec<Snapshot>,
     background: [f64; 3],
     camera: CameraPath,
+    /// Whether the camera moves, or sees a good part of the finished model.
+    is_camera_useful: bool,
     remarks: Vec<String>,
     /// Poses of the current frame, and the number of frames played.
     moment: Moment,
@@ -145,6 +147,12 @@ impl Replay {
     pub(super) fn play(&mut self, model: &mut Model, run: bool) -> Option<Jump> {
         self.is_playing = run && self.frame_count() > 0;
         (self.is_playing && self.position() == self.frame_count()).then(|| self.seek(model, 0))
+    }
+
+    /// Whether the replay camera moves, or sees at least half of the finished model. A sketch of a whole room may have a
+    /// camera that shows one corner of it.
+    pub fn is_camera_useful(&self) -> bool {
+        self.is_camera_useful
     }
 
     /// The view of the replay camera at the current frame.

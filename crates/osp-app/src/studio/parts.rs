@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use crate::{
     altering::{Clip, Replaced},
+    commands::FilmMaker,
     drawing_aids::{Aids, MirrorStrokes},
     frames::FrameWriter,
     gestures::Gestures,
@@ -106,6 +107,8 @@ pub(crate) struct Work {
     /// Mode in which commands read and write: immediately or in the background.
     pub(crate) mode: WorkMode,
     pub(crate) working: Option<Working>,
+    /// The program's maker of films.
+    pub(crate) film_maker: Option<FilmMaker>,
     /// The error of a session that could not be read.
     pub(crate) unread: Option<OpenError>,
     /// The error of a session that was closed before all of it was written.

@@ -10,7 +10,7 @@ use crate::{
     pen::{Brush, Snap},
     room::{Room, RoomView},
     selection::Selection,
-    session::Session,
+    session::{Replay, Session},
     tool::ToolChoice,
     tracker::{Listening, Senders, Tracker, Watch},
 };
@@ -167,12 +167,17 @@ impl Studio {
 
     /// Whether a replay moves the camera.
     pub fn follows_replay_camera(&self) -> bool {
-        self.follows_replay_camera
+        self.follows_replay_camera && self.has_useful_camera()
     }
 
     /// Sets whether a replay moves the camera.
     pub fn follow_replay_camera(&mut self, follow: bool) {
         self.follows_replay_camera = follow;
+    }
+
+    /// Whether a replay is open whose camera shows the model.
+    pub fn has_useful_camera(&self) -> bool {
+        self.session.replay().is_some_and(Replay::is_camera_useful)
     }
 
     /// Messages to the user, oldest first.

@@ -28,6 +28,8 @@ pub enum Action {
     AskExport,
     /// Open the dialog to export the model as a sketch of Tilt Brush.
     AskExportTilt,
+    /// Open the dialog to save a film.
+    AskFilm,
     /// Open the dialog to save a picture.
     AskPicture,
     /// Open or close the list of brushes.
@@ -63,6 +65,7 @@ impl Action {
             Self::Save => studio.can(&Command::Save),
             Self::AskSaveAs => studio.can(&Command::SaveAs(Default::default())),
             Self::AskExport | Self::AskExportTilt | Self::AskPicture => studio.scene().counts().visible > 0,
+            Self::AskFilm => studio.makes_films() && studio.scene().counts().visible > 0,
             Self::ToggleBrushes | Self::ToggleStraight | Self::ToggleMirror | Self::ToggleScreenWidth => {
                 studio.can_draw()
             }
@@ -95,6 +98,7 @@ impl Action {
             Self::AskSaveAs => panel_commands.ask = Some(PathPurpose::SaveAs),
             Self::AskExport => panel_commands.ask = Some(PathPurpose::Export),
             Self::AskExportTilt => panel_commands.ask = Some(PathPurpose::ExportTilt),
+            Self::AskFilm => panel_commands.ask = Some(PathPurpose::Film),
             Self::AskPicture => panel_commands.ask = Some(PathPurpose::Picture),
             Self::TogglePlay => {
                 if let Some(replay) = studio.session().replay() {

@@ -27,6 +27,7 @@ impl PathPurpose {
             Self::SaveAs => "Save as",
             Self::Export => "Export glTF",
             Self::ExportTilt => "Export a sketch (.tilt)",
+            Self::Film => "Save a film: once around the model",
             Self::Picture => "Save a picture",
         }
     }
@@ -34,7 +35,7 @@ impl PathPurpose {
     fn verb(self) -> &'static str {
         match self {
             Self::Open => "Open",
-            Self::SaveAs | Self::Picture => "Save",
+            Self::SaveAs | Self::Picture | Self::Film => "Save",
             Self::Export | Self::ExportTilt => "Export",
         }
     }
@@ -45,6 +46,7 @@ impl PathPurpose {
             Self::SaveAs => "session.ron",
             Self::Export => "model.glb",
             Self::ExportTilt => "sketch.tilt",
+            Self::Film => "film.mp4 .webm .gif",
             Self::Picture => "picture.png",
         }
     }
@@ -58,6 +60,7 @@ impl PathPurpose {
             Self::SaveAs => Command::SaveAs(with_ending(path, "ron")),
             Self::Export => Command::Export(with_ending(path, "glb")),
             Self::ExportTilt => Command::Export(with_ending(path, "tilt")),
+            Self::Film => Command::Export(with_ending(path, "mp4")),
             Self::Picture => Command::Picture(with_ending(path, "png")),
         }
     }
@@ -68,7 +71,7 @@ impl PathPurpose {
         let is_whole = path.extension().is_some();
         match (self, is_whole && SYSTEM_CONFIRMS) {
             (Self::SaveAs, true) => Command::SaveOver(path),
-            (Self::Export | Self::ExportTilt, true) => Command::ExportOver(path),
+            (Self::Export | Self::ExportTilt | Self::Film, true) => Command::ExportOver(path),
             (Self::Picture, true) => Command::PictureOver(path),
             (_, _) => self.command(path),
         }
@@ -93,6 +96,7 @@ fn suggestion(ask: PathPurpose, studio: &Studio) -> PathBuf {
         PathPurpose::Open | PathPurpose::SaveAs => "ron",
         PathPurpose::Export => "glb",
         PathPurpose::ExportTilt => "tilt",
+        PathPurpose::Film => "mp4",
         PathPurpose::Picture => "png",
     };
     let session = studio.session();
@@ -262,6 +266,7 @@ impl PathDialog {
                 PathPurpose::SaveAs => dialog.add_filter("recording", &["ron"]).save_file(),
                 PathPurpose::Export => dialog.add_filter("binary glTF", &["glb"]).save_file(),
                 PathPurpose::ExportTilt => dialog.add_filter("Tilt Brush", &["tilt"]).save_file(),
+                PathPurpose::Film => dialog.add_filter("film", &["mp4", "webm", "gif"]).save_file(),
                 PathPurpose::Picture => dialog.add_filter("picture", &["png"]).save_file(),
             };
             // The receiver is gone if the window was closed meanwhile.

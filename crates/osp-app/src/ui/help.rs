@@ -22,7 +22,7 @@ pub(super) const LESSON: [&str; 5] = [
 ];
 
 /// Width of the help's two lists side by side, points.
-const WIDTH: f32 = 1000.0;
+const WIDTH: f32 = 1080.0;
 
 /// The list of keys and its search text.
 #[derive(Debug, Default)]

@@ -389,7 +389,7 @@ impl Interface {
     fn hint(&mut self, ui: &Ui, area: Rect, studio: &Studio) {
         self.has_drawn |= studio.scene().polygon_count() > 0;
         self.settings.has_drawn |= self.has_drawn && studio.can_draw();
-        if self.has_drawn || !studio.can_draw() {
+        if self.has_drawn || !studio.can_draw() || studio.is_reading() {
             return;
         }
         let at = area.center() - egui::vec2(0.0, area.height() * 0.22);
@@ -410,6 +410,10 @@ impl Interface {
 
 /// Whether the left panel has anything to show. In a replay it lists authors and layers only.
 fn has_tools(studio: &Studio) -> bool {
+    // The window opens with a file: it is no empty drawing.
+    if studio.is_reading() && studio.session().event_count() == 0 {
+        return false;
+    }
     let has_lists = || studio.scene().authors().next().is_some() || studio.session_layers().len() > 1;
     !studio.session().is_replay() || has_lists()
 }

@@ -57,6 +57,7 @@ impl Shortcut {
             | Action::AskExport
             | Action::AskExportTilt
             | Action::AskPicture
+            | Action::AskFilm
             | Action::Do(Command::New | Command::Quit | Command::Frames) => Topic::File,
             Action::ToggleBrushes
             | Action::ToggleStraight
@@ -199,7 +200,7 @@ pub const HINTS: &[(&str, &str)] = &[
     ("wheel button, Shift + right, Space + left", "move sideways, up and down"),
     ("Alt + left", "orbit, for pens without buttons"),
     ("Alt + right", "look around"),
-    ("two fingers", "orbit; spread or pinch to come nearer or go away"),
+    ("two fingers", "orbit; pinch to come nearer or go away"),
     ("three fingers", "move sideways, up and down"),
     ("wheel", "towards the point under the pointer, or away"),
     ("Shift + wheel", "wider or narrower brush"),

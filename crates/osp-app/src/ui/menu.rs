@@ -82,6 +82,10 @@ fn file(
     entry(ui, frames, Action::Do(Command::Frames), studio, panel_commands)
         .on_hover_text("each frame becomes a numbered picture, for a video");
     entry(ui, "Save picture…", Action::AskPicture, studio, panel_commands);
+    if studio.makes_films() {
+        entry(ui, "Save film…", Action::AskFilm, studio, panel_commands)
+            .on_hover_text("once around the model; `osp film --help` lists other films");
+    }
     ui.separator();
     entry(ui, "Discard…", Action::Do(Command::Discard), studio, panel_commands)
         .on_hover_text("throw away everything drawn since the session was opened or saved under a name");

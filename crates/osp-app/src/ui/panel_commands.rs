@@ -12,6 +12,7 @@ pub(super) enum PathPurpose {
     SaveAs,
     Export,
     ExportTilt,
+    Film,
     Picture,
 }
 

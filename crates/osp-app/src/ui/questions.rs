@@ -29,7 +29,7 @@ pub(super) fn question(ctx: &Context, question: &Question, is_new: bool, panel_c
         ui.horizontal_wrapped(|ui| {
             for &(answer, words) in question.answers() {
                 let button = ui.button(words);
-                if is_new && answer == question.safe_answer() {
+                if is_new && answer == question.first_answer() {
                     button.request_focus();
                 }
                 if button.clicked() {

@@ -45,7 +45,7 @@ pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, panel_com
             panel_commands.commands.push(Command::Speed(speed));
         }
         let mut follows = follows_camera;
-        if ui.checkbox(&mut follows, "recorded camera").changed() {
+        if replay.is_camera_useful() && ui.checkbox(&mut follows, "recorded camera").changed() {
             panel_commands.follow_camera = Some(follows);
         }
     });

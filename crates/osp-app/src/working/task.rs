@@ -60,6 +60,8 @@ pub(crate) enum Done {
 pub(crate) enum Exported {
     Model(GltfCounts),
     Sketch(TiltCounts),
+    /// A line about the film.
+    Film(String),
 }
 
 /// Work that can be done in steps.

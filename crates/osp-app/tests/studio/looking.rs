@@ -240,3 +240,64 @@ fn the_wheel_never_makes_the_model_a_speck() {
     table.frame();
     assert!(table.studio.views()[0].view.eye_in_world.distance(Vec3::new(0.0, 0.0, -3.0)) < far_m);
 }
+
+/// A session of two walls: a small one before the camera and many behind it.
+fn room(folder: &Path, behind: u32) -> PathBuf {
+    let path = folder.join("room.ron");
+    let header = "Header(format:1,name:\"p\",source:\"their program\",camera:(p:(0,0,1),q:(0,0,0,1),fov_degrees:40))\n";
+    let wall =
+        |z: f32| format!("Polygon(vertices:[(-1,-1,{z}),(1,-1,{z}),(1,1,{z}),(-1,1,{z})],color:(1,0,0,1))\n");
+    let walls: String = (0..behind).map(|i| wall(20.0 + i as f32)).collect();
+    fs::write(&path, format!("{header}{}{walls}", wall(-3.0))).expect("written");
+    path
+}
+
+#[test]
+fn a_replay_shows_the_model_although_its_camera_looks_elsewhere() {
+    for (behind, is_useful) in [(0, true), (9, false)] {
+        let mut table = Table::new();
+        let path = room(table.folder.path(), behind);
+        table.studio.command(Command::PlayFile(path));
+        table.frame();
+        assert_eq!(table.studio.has_useful_camera(), is_useful);
+        assert_eq!(table.studio.follows_replay_camera(), is_useful);
+        // The finished model is seen as its artist saw it; played from there, all of it.
+        table.studio.command(Command::ShowFinished);
+        table.frame();
+        let eye = table.studio.views()[0].view.eye_in_world;
+        assert!(eye.distance(Vec3::new(0.0, 0.0, 1.0)) < 1.0e-3, "{eye}");
+        table.studio.command(Command::Play(true));
+        table.frame();
+        let eye = table.studio.views()[0].view.eye_in_world;
+        assert_eq!(eye.distance(Vec3::new(0.0, 0.0, 1.0)) < 1.0e-3, is_useful, "{eye}");
+    }
+}
+
+#[test]
+fn who_turns_the_camera_leaves_the_recorded_one() {
+    let turn = |table: &mut Table| table.drag(Button::Secondary, &across(0.0));
+    let all = |table: &mut Table| table.studio.command(Command::ShowAll);
+    let wheel = |table: &mut Table| table.input(osp_app::Input::Wheel(1.0));
+    for act in [&turn as &dyn Fn(&mut Table), &all, &wheel] {
+        let mut table = Table::new();
+        let path = room(table.folder.path(), 0);
+        table.studio.command(Command::PlayFile(path));
+        table.frame();
+        assert!(table.studio.follows_replay_camera());
+        act(&mut table);
+        assert!(!table.studio.follows_replay_camera());
+    }
+}
+
+#[test]
+fn strokes_before_the_near_plane_of_the_artist_are_not_in_the_picture() {
+    let mut table = Table::new();
+    for (near, expected_m) in [(",near_m:0.5", 0.5), ("", 0.04)] {
+        let camera = format!(",camera:(p:(0,0,1),q:(0,0,0,1),fov_degrees:40{near})");
+        let path = painting(table.folder.path(), &camera);
+        table.studio.command(Command::Open(path));
+        table.frame();
+        let found_m = table.studio.views()[0].view.projection.near_m;
+        assert!((found_m - expected_m).abs() < 1.0e-3, "{found_m}");
+    }
+}

@@ -9,6 +9,7 @@ mod drawing_aids;
 mod dtrack;
 mod edits;
 mod exporting;
+mod filming;
 mod fingers;
 mod groups;
 mod hands;

@@ -149,6 +149,16 @@ pub fn main_bounds(scene: &Scene, bounds: &Aabb) -> Aabb {
     if room > 0.0 && main.min.cmple(main.max).all() { main } else { *bounds }
 }
 
+/// Whether the middles of at least half of the visible polygons lie in the view. O(polygons).
+pub fn sees_most(view: &View, scene: &Scene) -> bool {
+    let frustum = view.frustum();
+    let mut balance = 0i64;
+    for id in scene.visible_ids() {
+        balance += if frustum.may_see(&Aabb::from_points(&[scene.bounds(id).center()])) { 1 } else { -1 };
+    }
+    balance >= 0
+}
+
 /// A view that shows all of `bounds` on a screen of this `aspect` (width divided by height). `to_eye` is the direction
 /// from the model to the eye. If absent, the eye is in front of the model.
 pub fn whole_view(bounds: &Aabb, to_eye: Option<Vec3>, aspect: f32) -> View {

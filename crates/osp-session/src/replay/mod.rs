@@ -11,7 +11,9 @@ mod rig_path;
 mod root_cube;
 mod summary;
 
-pub use camera::{ArtistSide, CameraChoice, CameraPath, Moment, main_bounds, still_view, whole_view};
+pub use camera::{
+    ArtistSide, CameraChoice, CameraPath, Moment, main_bounds, sees_most, still_view, whole_view,
+};
 pub use fingerprint::{SessionFingerprint, SetFingerprint, fingerprint_of_frame, fingerprint_of_views};
 pub use lanes::{Budget, Lane, LaneFrame, PARTS_OF_SESSION, Replay, part_of_frame};
 pub use player::{Player, SessionState};

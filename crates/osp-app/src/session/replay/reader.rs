@@ -14,7 +14,7 @@ use osp::{math::Aabb, polygon::Change};
 use osp_render::background_for;
 use osp_session::{
     recording::{self, Event, OpenOptions, Pace, Pacer, RecordingError},
-    replay::{CameraChoice, CameraPath, Moment, SessionState},
+    replay::{CameraChoice, CameraPath, Moment, SessionState, sees_most},
 };
 
 /// Largest number of snapshots.
@@ -225,12 +225,17 @@ impl FirstPlay {
     /// Returns the session, positioned before its first frame.
     pub(super) fn finish(self) -> Session {
         let Self { journal, recorded, choice, remarks, stroke_starts, snapshots, bounds, state, .. } = self;
+        let camera = CameraPath::new(choice, journal.header().camera, &bounds);
+        let has_fixed_camera =
+            choice == CameraChoice::Auto && state.moment.head.is_none() && journal.header().camera.is_some();
+        let is_camera_useful = !has_fixed_camera || sees_most(&camera.view(&state.moment), &state.scene);
         let mut replay = Replay {
             recorded: Arc::new(recorded),
             stroke_starts,
             snapshots,
             background: background_for(&state.scene),
-            camera: CameraPath::new(choice, journal.header().camera, &bounds),
+            camera,
+            is_camera_useful,
             remarks,
             moment: Moment::default(),
             changes: Vec::new(),

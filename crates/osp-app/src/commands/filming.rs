@@ -1,0 +1,66 @@
+//! Films the session in the background.
+
+use std::{fmt, io, path::Path};
+
+use crate::{
+    studio::Studio,
+    working::{Done, Exported, Kind, Progress, Whole},
+};
+use osp_session::export::ExportError;
+
+/// Writes a film of the session in the first file to the second file, and returns a line for the user. Calls its last
+/// argument with the number of finished pictures, and ends without a film once this call returns `false`.
+pub type MakeFilm = fn(&Path, &Path, &dyn Fn(u64) -> bool) -> Result<String, String>;
+
+/// The program's maker of films, which needs encoders that the window lacks.
+#[derive(Clone, Copy)]
+pub struct FilmMaker {
+    /// Number of pictures of a film.
+    pub pictures: u64,
+    /// Makes a film.
+    pub make: MakeFilm,
+}
+
+impl fmt::Debug for FilmMaker {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FilmMaker").field("pictures", &self.pictures).finish_non_exhaustive()
+    }
+}
+
+impl Studio {
+    /// Sets the maker of films. Without it the window makes no films.
+    pub fn set_film_maker(&mut self, maker: FilmMaker) {
+        self.work.film_maker = Some(maker);
+    }
+
+    /// Whether the window makes films.
+    pub fn makes_films(&self) -> bool {
+        self.work.film_maker.is_some()
+    }
+
+    /// Writes a film: once around the finished model.
+    pub(super) fn export_film(&mut self, path: &Path) {
+        self.finish_gestures();
+        self.apply_events();
+        let Some(FilmMaker { pictures, make }) = self.work.film_maker else {
+            self.report_file(Err(format!("{}: this program makes no films", path.display())));
+            return;
+        };
+        // A copy without edits has no file of its own.
+        let own = self.session.path();
+        let file = if own.is_file() { Some(own) } else { self.session.original() };
+        let Some(file) = file.map(Path::to_owned) else {
+            self.report_file(Err("a film needs a session in a file: save it first".to_owned()));
+            return;
+        };
+        let what = format!("writing {}", path.display());
+        let path = path.to_owned();
+        let work = move |progress: &Progress| {
+            let made = make(&file, &path, &|done| progress.note(done));
+            let outcome =
+                made.map(Exported::Film).map_err(|error| ExportError::from(io::Error::other(error)));
+            Done::Exported { path, outcome }
+        };
+        self.start(what, Kind::Filming { count: pictures }, Box::new(Whole::new(work)));
+    }
+}
