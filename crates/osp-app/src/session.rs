@@ -206,10 +206,15 @@ impl Session {
         self.original.as_deref()
     }
 
+    /// Whether this session has more than the original of which it is a new copy. A session without an original has.
+    pub fn has_own_edits(&self) -> bool {
+        self.original.is_none() || self.journal.is_changed() || self.journal.is_named()
+    }
+
     /// The file that holds all that was drawn, if there is one. Before the first change of a copy this is the original.
     pub fn file_to_play(&self) -> Option<&Path> {
         match (&self.source, &self.original) {
-            (Source::File, Some(original)) if !self.journal.is_changed() => Some(original),
+            (Source::File, Some(original)) if !self.has_own_edits() => Some(original),
             (Source::File, _) if self.event_count() > 0 => {
                 Some(self.path()).filter(|path| fs::is_there(path))
             }

@@ -151,6 +151,7 @@ impl Studio {
         }
         self.navigator.set_lens(camera);
         if self.session.is_replay() {
+            self.follows_replay_camera = true;
             self.navigator.show_all(&bounds);
         } else {
             self.see_as_painted();

@@ -43,7 +43,7 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// What the window films: once around the model.
+/// The maker of the window's films: once around the model.
 #[cfg(feature = "window")]
 pub(super) fn maker() -> osp_app::FilmMaker {
     let make: osp_app::MakeFilm = |session, out, goes_on| {

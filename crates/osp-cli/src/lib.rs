@@ -349,7 +349,9 @@ fn usage_error(error: &clap::Error) -> String {
         && name.contains(['.', '/', '\\'])
         && !Path::new(name).exists()
     {
-        return format!("error: {name}: neither a file nor a command (osp --help lists the commands)");
+        return format!(
+            "error: {name}: there is no such file, and no such command (osp --help lists the commands)"
+        );
     }
     let mut text = error.render().to_string();
     if let Some(cause) = error.source().and_then(|cause| cause.downcast_ref::<ParseIntError>()) {

@@ -39,6 +39,7 @@ impl SketchArgs {
             lenient: self.lenient,
             limits: self.limits.limits(),
             of_several: self.tracker_authors,
+            draws: false,
         };
         let reading = Reading::to_draw(path, autosaves, how, self.window.culling(settings))
             .map_err(anyhow::Error::msg)?;

@@ -34,8 +34,7 @@ impl Studio {
         match command {
             // Undo of a new copy begins with the user's own edits, not with the last stroke of the original.
             Command::Undo => {
-                let is_own = self.session.original().is_none() || self.session.journal().is_changed();
-                self.can_draw() && is_own && scene.can_undo_of(self.author())
+                self.can_draw() && self.session.has_own_edits() && scene.can_undo_of(self.author())
             }
             Command::Redo => self.can_draw() && scene.can_redo_of(self.author()),
             // Measuring does not change the session.

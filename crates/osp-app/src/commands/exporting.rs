@@ -117,6 +117,7 @@ impl Studio {
             Ok(Exported::Sketch(counts)) => {
                 let mut said =
                     format!("{} strokes, {} points exported to {path}", counts.strokes, counts.points);
+                said += &format!("; you still draw in {}", name_of(self.session.path()));
                 if !counts.notes.is_empty() {
                     said += &format!("; not all is kept: {}", counts.notes.join("; "));
                 }
@@ -135,4 +136,8 @@ impl Studio {
             self.show_message(format!("polygons at infinity skipped: {not_finite}"));
         }
     }
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }

@@ -46,10 +46,8 @@ impl Studio {
             self.report_file(Err(format!("{}: this program makes no films", path.display())));
             return;
         };
-        // A copy without edits has no file of its own.
-        let own = self.session.path();
-        let file = if own.is_file() { Some(own) } else { self.session.original() };
-        let Some(file) = file.map(Path::to_owned) else {
+        let replayed = || self.session.is_replay().then(|| self.session.path());
+        let Some(file) = self.session.file_to_play().or_else(replayed).map(Path::to_owned) else {
             self.report_file(Err("a film needs a session in a file: save it first".to_owned()));
             return;
         };

@@ -9,6 +9,7 @@ use std::{
 use crate::{
     session::{OpenError, Opening},
     studio::Studio,
+    tool::ToolChoice,
     working::{
         Done, Kind, Progress, ReadSession, Reading, ReplayStart, TURN, Task, ToDraw, WorkMode, WorkShown,
         Working, reading, to_play,
@@ -219,6 +220,9 @@ impl Studio {
                 let ReadSession { session, opened, indexed } = *read;
                 self.show_remarks(opened);
                 self.replace(session, indexed);
+                if how.draws && self.can_draw() {
+                    self.set_tool(ToolChoice::Draw(self.input.brush.tool));
+                }
                 let text = if is_new {
                     format!("{}: there was no such file, so an empty session begins there", path.display())
                 } else {

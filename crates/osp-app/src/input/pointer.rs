@@ -70,7 +70,7 @@ impl Studio {
         self.input.gestures.is_touch = false;
         let gesture = match (button, held) {
             (Button::Primary, Held { space: true, .. }) => Some(Gesture::Pan),
-            (Button::Primary, Held { alt: false, .. }) if self.input.tool != ToolChoice::Look => {
+            (Button::Primary, Held { alt: false, .. }) if self.has_tool() => {
                 self.press_tool(at, size_px, aspect)
             }
             (Button::Middle, _) | (_, Held { shift: true, .. }) => Some(Gesture::Pan),
@@ -82,6 +82,15 @@ impl Studio {
             self.leave_replay_camera();
         }
         self.input.gestures.gesture = gesture;
+    }
+
+    /// Whether the left button uses a tool. Nothing can be drawn or erased in a replay.
+    fn has_tool(&self) -> bool {
+        match self.input.tool {
+            ToolChoice::Look => false,
+            ToolChoice::Draw(_) | ToolChoice::Erase => !self.session.is_replay(),
+            ToolChoice::Select | ToolChoice::Span(_) => true,
+        }
     }
 
     /// A camera that the user moves follows the recorded one no longer.

@@ -274,7 +274,8 @@ impl Session {
         let format = session.header.format.max(ONE_AUTHOR_FORMAT);
         let header = Header { source, format, ..session.header.clone() };
         let journal = Journal::unnamed(autosaves, &stem, header)?;
-        let remark = format!("{}: {why}, so you draw on a copy", path.display());
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let remark = format!("{name}: {why}, so you draw on a copy, which is saved by itself");
         Ok(SessionReader::new(session, journal, SessionFile::release)
             .copying(path)
             .remarking(None, Some(remark)))

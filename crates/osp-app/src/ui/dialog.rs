@@ -141,9 +141,8 @@ pub(super) struct PathDialog {
     is_new: bool,
     /// Reason of the last failure.
     reason: Option<String>,
-    chosen: Option<Receiver<Option<PathBuf>>>,
-    /// When the system's dialog was requested.
-    asked_at: Option<Instant>,
+    /// The path from the system's dialog, and the time until it came.
+    chosen: Option<Receiver<(Option<PathBuf>, Duration)>>,
 }
 
 /// The result of a dialog.
@@ -161,7 +160,7 @@ impl PathDialog {
             PathPurpose::Open => String::new(),
             _ => suggestion(ask, studio).display().to_string(),
         };
-        Self { ask, text, is_new: true, reason: None, chosen: None, asked_at: None }
+        Self { ask, text, is_new: true, reason: None, chosen: None }
     }
 
     /// Moves the keyboard focus to the path's field in the next frame.
@@ -224,14 +223,16 @@ impl PathDialog {
     /// dialog, this dialog stays open.
     fn take_chosen(&mut self) -> Option<Answer> {
         match self.chosen.as_ref()?.try_recv() {
-            Ok(Some(path)) => {
+            Ok((Some(path), _)) => {
                 (self.chosen, self.reason) = (None, None);
                 self.text = path.display().to_string();
                 Some(Answer::Chosen(self.ask.command_of_chosen(path)))
             }
-            Ok(None) | Err(TryRecvError::Disconnected) => {
+            Err(TryRecvError::Empty) => None,
+            answer => {
                 self.chosen = None;
-                if self.asked_at.is_some_and(|at| at.elapsed() < QUICKEST) {
+                // A thread that stopped had no dialog, either.
+                if answer.is_err() || answer.is_ok_and(|(_, after)| after < QUICKEST) {
                     self.reason = Some(
                         "this system shows no dialog for files (it has no desktop portal): type the path"
                             .to_owned(),
@@ -239,7 +240,6 @@ impl PathDialog {
                 }
                 None
             }
-            Err(TryRecvError::Empty) => None,
         }
     }
 
@@ -255,6 +255,7 @@ impl PathDialog {
         let (sender, chosen) = std::sync::mpsc::channel();
         let ask = self.ask;
         let dialog = move || {
+            let since = Instant::now();
             let dialog = rfd::FileDialog::new().set_title(ask.title());
             let path = match ask {
                 PathPurpose::Open => dialog
@@ -270,7 +271,7 @@ impl PathDialog {
                 PathPurpose::Picture => dialog.add_filter("picture", &["png"]).save_file(),
             };
             // The receiver is gone if the window was closed meanwhile.
-            let _ = sender.send(path);
+            let _ = sender.send((path, since.elapsed()));
             ctx.request_repaint();
         };
         if cfg!(target_os = "macos") {
@@ -279,6 +280,6 @@ impl PathDialog {
         } else {
             std::thread::spawn(dialog);
         }
-        (self.chosen, self.asked_at) = (Some(chosen), Some(Instant::now()));
+        self.chosen = Some(chosen);
     }
 }

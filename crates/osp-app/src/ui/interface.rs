@@ -37,6 +37,7 @@ use crate::{
 };
 use osp::frame::StageClock;
 use osp_render::PassTimes;
+use osp_session::platform::fs;
 
 /// Width below which a window counts as narrow, points; windows on a desktop are wider.
 const NARROW: f32 = 480.0;
@@ -77,6 +78,8 @@ pub struct Interface {
     groups: GroupList,
     help: Help,
     /// Keys of shortcuts that are still pressed: they do not fly, even if the modifier is released first.
+    /// The latest new copy of a sketch.
+    copy: PathBuf,
     shortcut_keys: Vec<Key>,
     layers: LayerList,
     selected: SelectionPanel,
@@ -317,7 +320,7 @@ impl Interface {
     }
 
     /// Stores changed settings. Adds a session that was opened or saved under a name to the recent sessions.
-    fn settle(&mut self, ctx: &Context, studio: &Studio) {
+    fn settle(&mut self, ctx: &Context, studio: &mut Studio) {
         let session = studio.session();
         let named = if session.journal().is_named() { session.path() } else { Path::new("") };
         if named != self.shown {
@@ -325,6 +328,20 @@ impl Interface {
             // A path that is not valid text cannot be stored. Autosave files have a separate list.
             if named.to_str().is_some_and(|name| !name.is_empty()) && !studio.autosaves.has(named) {
                 self.settings.note_recent(named);
+            }
+        }
+        let session = studio.session();
+        if let Some(original) = session.original()
+            && !session.has_own_edits()
+            && session.path() != self.copy
+        {
+            self.copy = session.path().to_owned();
+            let drawn = self.settings.drawn_on(original).filter(|drawn| fs::is_there(drawn));
+            if let Some(drawn) = drawn {
+                studio.show_message(format!(
+                    "you drew on this sketch before, in {}: File, Open recent",
+                    drawn.display()
+                ));
             }
         }
         self.settings.brush = KeptBrush::of(&studio.brush());

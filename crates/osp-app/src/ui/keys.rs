@@ -195,7 +195,7 @@ pub static SHORTCUTS: &[Shortcut] = &[
 
 /// Actions of the pointer and of held keys, for the list in the window.
 pub const HINTS: &[(&str, &str)] = &[
-    ("left button", "use the tool: draw, erase, select"),
+    ("left button", "use the tool: draw, erase, select; orbit without a tool"),
     ("right button", "orbit around the point under the pointer"),
     ("wheel button, Shift + right, Space + left", "move sideways, up and down"),
     ("Alt + left", "orbit, for pens without buttons"),

@@ -12,6 +12,7 @@ use crate::{
     altering::Altering,
     command::Command,
     paint_layers::LayerEdit,
+    session::Opening,
     settings::{Settings, Theme},
     studio::Studio,
     tool::ToolChoice,
@@ -40,7 +41,11 @@ pub(super) fn mode(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelComma
     let draw = || match session.is_replay() {
         // The page has its own button, below the window.
         true if cfg!(target_arch = "wasm32") => None,
-        true => Some(("Draw", "open the session to draw on it", Command::Open(session.path().to_owned()))),
+        true => {
+            let how = Opening { draws: true, ..Opening::default() };
+            let open = Command::OpenAs(session.path().to_owned(), how);
+            Some(("Draw", "open the session to draw on it", open))
+        }
         false if !studio.can_draw() => None,
         false if is_looking => {
             let tool = ToolChoice::Draw(studio.brush().tool);

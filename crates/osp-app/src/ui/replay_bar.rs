@@ -52,8 +52,10 @@ pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, panel_com
     ui.horizontal(|ui| {
         let mut position = replay.position();
         let count = replay.frame_count();
-        let time = format!("{} of {}", minutes(replay.secs_at(position)), minutes(replay.secs_at(count)));
-        let label = ui.label(time);
+        // Frames play evenly, so the time is that of the bar, not that of the clock with the artist's pauses.
+        let whole_secs = replay.secs_at(count);
+        let secs = whole_secs * (position as f64 / count.max(1) as f64);
+        let label = ui.label(format!("{} of {}", minutes(secs), minutes(whole_secs)));
         let frames = RichText::new(format!("frame {position} of {count}")).weak();
         let is_wide = ui.available_width() > 300.0;
         ui.spacing_mut().slider_width = (ui.available_width() - if is_wide { 150.0 } else { 10.0 }).max(60.0);

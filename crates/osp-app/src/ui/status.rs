@@ -36,12 +36,12 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio) {
 
 fn hint(studio: &Studio) -> String {
     if studio.session().is_replay() {
-        return "Space: play    right button: orbit    wheel: nearer    W A S D Q E: fly    C: freeze culling    F1: all keys"
+        return "Space: play    left button: orbit    wheel button: move    wheel: nearer    F: whole model    F1: all keys"
             .to_owned();
     }
     let use_of_tool = match studio.tool() {
         ToolChoice::Look => {
-            return "left button: orbit    wheel: nearer    W A S D Q E: fly    F: whole model    1: draw    F1: all keys"
+            return "left button: orbit    wheel button: move    wheel: nearer    F: whole model    H: artist's view    1: draw    F1: all keys"
                 .to_owned();
         }
         ToolChoice::Draw(_) => "draw",
@@ -52,6 +52,6 @@ fn hint(studio: &Studio) -> String {
         ToolChoice::Span(Span::Sphere) => "select in a sphere",
     };
     format!(
-        "left button: {use_of_tool}    right button: orbit    wheel: nearer    W A S D Q E: fly    Ctrl+Z: undo    F1: all keys"
+        "left button: {use_of_tool}    right button: orbit    wheel button: move    wheel: nearer    Ctrl+Z: undo    F1: all keys"
     )
 }

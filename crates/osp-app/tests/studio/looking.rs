@@ -116,8 +116,8 @@ fn a_sketch_is_played_and_drawn_on_with_a_click() {
     }
     harness.click_button("Draw");
     assert!(!harness.state().studio.session().is_replay());
+    assert_eq!(harness.state().studio.tool(), RIBBON, "one click leads to the tools");
     // With an edit, the copy is played.
-    harness.click_button("Draw");
     drag(&mut harness, &panel::across());
     let copy = harness.state().studio.session().path().to_owned();
     harness.click_button("Play");
@@ -300,4 +300,19 @@ fn strokes_before_the_near_plane_of_the_artist_are_not_in_the_picture() {
         let found_m = table.studio.views()[0].view.projection.near_m;
         assert!((found_m - expected_m).abs() < 1.0e-3, "{found_m}");
     }
+}
+
+#[test]
+fn draw_in_a_replay_leads_to_the_tools() {
+    let mut table = Table::new();
+    let path = painting(table.folder.path(), "");
+    table.studio.command(Command::PlayFile(path.clone()));
+    table.frame();
+    // There is nothing to draw with: the left button orbits.
+    let before = table.studio.views()[0].view.eye_in_world;
+    table.drag(Button::Primary, &across(0.0));
+    assert!(table.studio.views()[0].view.eye_in_world.distance(before) > 0.1);
+    table.studio.command(Command::OpenAs(path, Opening { draws: true, ..Opening::default() }));
+    table.frame();
+    assert!(table.studio.can_draw() && table.studio.tool() == RIBBON && table.studio.layers().grid);
 }

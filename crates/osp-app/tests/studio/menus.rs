@@ -368,3 +368,31 @@ fn a_picture_shows_the_model_alone() {
     harness.command(Command::Picture(path));
     assert!(harness.state().studio.lines().is_empty());
 }
+
+#[test]
+fn undo_goes_on_after_the_copy_of_a_sketch_is_saved() {
+    let mut harness = sketch();
+    let path = harness.state().folder.path().join("wall.obj");
+    fs::write(&path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n").expect("written");
+    harness.state_mut().studio.command(Command::Open(path));
+    harness.run_steps(2);
+    let studio = &mut harness.state_mut().studio;
+    studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
+    assert!(!studio.can(&Command::Undo) && studio.session().file_to_play() == studio.session().original());
+    let original = studio.session().original().expect("an original").to_owned();
+    drag(&mut harness, &across());
+    let studio = &mut harness.state_mut().studio;
+    assert!(studio.can(&Command::Undo));
+    let saved = original.with_extension("ron");
+    studio.command(Command::SaveAs(saved.clone()));
+    assert!(studio.can(&Command::Undo), "saving forgets no step");
+    assert_eq!(studio.session().file_to_play(), Some(&*saved), "what is played has the strokes");
+    studio.command(Command::Undo);
+    assert!(studio.can(&Command::Redo));
+    harness.run_steps(2);
+    // Who opens the sketch again learns where the drawing is.
+    harness.state_mut().studio.command(Command::Open(original));
+    harness.run_steps(2);
+    let said = harness.state().studio.messages().join("\n");
+    assert!(said.contains("you drew on this sketch before") && said.contains("wall.ron"), "{said}");
+}

@@ -266,7 +266,10 @@ fn a_file_in_the_place_of_a_command_gets_a_hint() {
     }
     for missing in ["no-such-file.ron", "no/such/folder"] {
         let said = OSP.refused([missing]);
-        assert!(said.starts_with(&format!("error: {missing}: neither a file nor a command")), "{said}");
+        assert!(
+            said.starts_with(&format!("error: {missing}: there is no such file, and no such command")),
+            "{said}"
+        );
     }
     assert!(OSP.refused(["replya"]).contains("a similar subcommand exists"));
 }
