@@ -147,13 +147,14 @@ export async function takeDownload(page, name) {
 }
 
 /// Sketches of the folder of real files, if one is named: the files of each, the one to open first, and whether it is compared
-/// with what the program makes of it. Large ones are only opened: an adapter in software takes minutes for their pictures.
+/// with what the program makes of it. Large ones are only opened, one each day: an adapter in software takes a minute for them.
 export function corpus() {
   const folder = process.env.OSP_CORPUS;
   if (!folder) {
     console.log('skipped: sketches, for OSP_CORPUS is not set');
     return [];
   }
+  const large = ['tb_Intro_Intro_Sketch_Simple', 'ob_peacock-japan_by_Manami_Igarashi'][Math.floor(Date.now() / 86_400_000) % 2];
   const json = readdirSync(join(folder, 'cassie/raw_data')).sort()[0];
   return [
     { paths: ['poses/index-yank-up-down_T20_POSE.poses'], isCompared: true },
@@ -161,7 +162,6 @@ export function corpus() {
     { paths: ['apa/it_follows.apa'], isCompared: true },
     { paths: ['tilt/tbtk_TiltBrushUnitySDK_Dungeon_Chest.tilt'], isCompared: true },
     { paths: ['tilt/tb_Promoted_Blue_Tit.tilt'], isCompared: true },
-    { paths: ['tilt/tb_Intro_Intro_Sketch_Simple.tilt'] },
-    { paths: ['tilt/ob_peacock-japan_by_Manami_Igarashi.tilt'] },
+    { paths: [`tilt/${large}.tilt`] },
   ].map(({ paths, isCompared = false }) => ({ files: paths.map((path) => join(folder, path)), isCompared }));
 }

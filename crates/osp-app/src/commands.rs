@@ -9,5 +9,3 @@ mod frames;
 mod groups;
 mod paint_layers;
 mod working;
-
-pub use filming::{FilmMaker, MakeFilm};

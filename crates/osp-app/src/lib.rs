@@ -20,6 +20,7 @@ mod commands;
 mod culling;
 mod draw_cost;
 mod drawing_aids;
+mod film_maker;
 mod fingers;
 mod frames;
 #[cfg(feature = "gamepad")]
@@ -64,9 +65,9 @@ mod working;
 
 pub use altering::Altering;
 pub use command::Command;
-pub use commands::{FilmMaker, MakeFilm};
 pub use culling::{Culling, CullingPlan, Indexed, PickCounts, ReachCounts, Reindexed, Stages};
 pub use drawing_aids::Aids;
+pub use film_maker::{FilmMaker, MakeFilm};
 pub use fingers::Fingers;
 pub use gestures::{Button, Held, Input};
 pub use groups::Placing;

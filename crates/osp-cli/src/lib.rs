@@ -175,8 +175,8 @@ use clap::{
     error::{ContextKind, ContextValue, ErrorKind},
 };
 
-/// Cull 3D models in real time while somebody draws them. The commands replay recorded sketching sessions through the
-/// OSP tree and rival structures, and show the cost of each frame.
+/// See, draw, film and convert 3D sketches, and cull 3D models in real time while somebody draws them. `osp sketch.tilt`
+/// opens the window. The commands for measurements replay recorded sessions through the OSP tree and rival structures.
 #[derive(Parser, Debug)]
 #[command(name = "osp", version = version::VERSION.as_str(), arg_required_else_help = true, after_help = EXAMPLES)]
 struct Cli {
@@ -185,25 +185,25 @@ struct Cli {
 }
 
 const EXAMPLES: &str = "Examples:
-  osp replay recordings/portrait.ron
-  osp replay sketch.tilt --chart frames.png
-  osp info painting.apa
-  osp import painting.apa painting.ron
+  osp sketch.tilt         opens the window, as does osp sketch
+  osp sketch house.ron
+  osp render recordings/room.ron room.png
+  osp film sketch.tilt film.mp4
   osp export sketch.tilt sketch.glb
   osp convert sketches --to glb --out models
   osp convert edited.ron sketch.tilt
-  osp bench recordings/*.ron --quick --html bench.html
+  osp info painting.apa
+  osp import painting.apa painting.ron
+  osp thumbs sketches --out thumbs
+  osp replay recordings/portrait.ron
+  osp replay sketch.tilt --chart frames.png
   osp race recordings/portrait.ron
+  osp bench recordings/*.ron --quick --html bench.html
+  osp verify recordings/room.ron
   osp study sketches --out results.ndjson
   osp synth room --polygons 12000 room.ron
-  osp verify recordings/room.ron
-  osp render recordings/room.ron room.png
-  osp film sketch.tilt film.mp4
-  osp thumbs sketches --out thumbs
   osp bake recordings/room.ron room.pvs
   osp pack recordings/*.ron --out sketches.world
-  osp sketch.tilt         opens the window, as does osp sketch
-  osp sketch house.ron
   osp serve
   osp join nats://127.0.0.1/house
   osp wall --hub nats://127.0.0.1/house --rig cave4
@@ -214,33 +214,33 @@ Exit codes: 0 done, 1 a check failed, 2 bad input or usage.";
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    Replay(Box<replay::ReplayArgs>),
-    Info(info::InfoArgs),
-    Bake(bake::BakeArgs),
-    Import(import::ImportArgs),
-    Convert(convert::ConvertArgs),
+    Sketch(Box<sketch_args::SketchArgs>),
+    Render(Box<render_args::RenderArgs>),
+    Film(film_args::FilmArgs),
     Export(export::ExportArgs),
+    Convert(convert::ConvertArgs),
+    Info(info::InfoArgs),
+    Import(import::ImportArgs),
+    Thumbs(thumbs_args::ThumbsArgs),
+    Replay(Box<replay::ReplayArgs>),
+    Race(race_args::RaceArgs),
     Bench(bench_args::BenchArgs),
+    Verify(verify::VerifyArgs),
+    Study(study::StudyArgs),
+    Query(query::QueryArgs),
+    Pick(pick::PickArgs),
+    Synth(synth::SynthArgs),
     DrawIndex(draw_index_args::DrawIndexArgs),
     DrawInsertion(draw_insertion_args::DrawInsertionArgs),
     DrawOcclusion(draw_occlusion_args::DrawOcclusionArgs),
-    Race(race_args::RaceArgs),
+    Bake(bake::BakeArgs),
     Pack(pack_args::PackArgs),
-    Pick(pick::PickArgs),
-    Query(query::QueryArgs),
-    Study(study::StudyArgs),
-    Synth(synth::SynthArgs),
-    Render(Box<render_args::RenderArgs>),
-    Film(film_args::FilmArgs),
-    Thumbs(thumbs_args::ThumbsArgs),
-    Verify(verify::VerifyArgs),
-    Completions(completions::CompletionsArgs),
-    Rig(rig::RigCommand),
     Serve(serve_args::ServeArgs),
     Join(Box<join_args::JoinArgs>),
     Wall(Box<wall_args::WallArgs>),
-    Sketch(Box<sketch_args::SketchArgs>),
+    Rig(rig::RigCommand),
     Send(send_args::SendArgs),
+    Completions(completions::CompletionsArgs),
 }
 
 /// Runs a command that needs a feature. A build without the feature has already refused the command.

@@ -1,31 +1,13 @@
 //! Films the session in the background.
 
-use std::{fmt, io, path::Path};
+use std::{io, path::Path};
 
 use crate::{
+    film_maker::FilmMaker,
     studio::Studio,
     working::{Done, Exported, Kind, Progress, Whole},
 };
 use osp_session::export::ExportError;
-
-/// Writes a film of the session in the first file to the second file, and returns a line for the user. Calls its last
-/// argument with the number of finished pictures, and ends without a film once this call returns `false`.
-pub type MakeFilm = fn(&Path, &Path, &dyn Fn(u64) -> bool) -> Result<String, String>;
-
-/// The program's maker of films, which needs encoders that the window lacks.
-#[derive(Clone, Copy)]
-pub struct FilmMaker {
-    /// Number of pictures of a film.
-    pub pictures: u64,
-    /// Makes a film.
-    pub make: MakeFilm,
-}
-
-impl fmt::Debug for FilmMaker {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("FilmMaker").field("pictures", &self.pictures).finish_non_exhaustive()
-    }
-}
 
 impl Studio {
     /// Sets the maker of films. Without it the window makes no films.

@@ -6,8 +6,8 @@ use glam::Vec3;
 
 use crate::{
     altering::{Clip, Replaced},
-    commands::FilmMaker,
     drawing_aids::{Aids, MirrorStrokes},
+    film_maker::FilmMaker,
     frames::FrameWriter,
     gestures::Gestures,
     journal::Unwritten,

@@ -14,7 +14,7 @@ use crate::{command::Command, studio::Studio};
 
 /// The introduction in a new window, which is also the beginning of the help.
 pub(super) const LESSON: [&str; 5] = [
-    "1  Drag with the left button to draw; Shift makes it straight.",
+    "1  Drag with the left button to draw; Shift makes it straight. Without tools, press 1 first.",
     "2  Drag with the right button to orbit; turn the wheel to come nearer.",
     "3  Choose tools, brushes and colours on the left. Ctrl+Z undoes the last step.",
     "4  Press V and click strokes to move, turn, scale or recolour them.",
