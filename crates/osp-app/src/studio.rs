@@ -22,7 +22,7 @@ use super::{
 };
 use osp::{
     frame::StageClock,
-    math::{Ray, rotate},
+    math::{Aabb, Ray, rotate},
     polygon::{Change, PolygonId},
     view::View,
 };
@@ -161,8 +161,7 @@ impl Studio {
     /// Shows the model from the artist's last view, or the whole model if the session has no camera. The camera then
     /// orbits around the centre of the model.
     pub(super) fn see_as_painted(&mut self) {
-        let bounds = main_bounds(self.session.scene(), &self.session.bounds());
-        self.navigator.show_all(&bounds);
+        let bounds = self.show_main();
         let Some(camera) = self.session.header().camera else { return };
         let ahead_m = (bounds.center() - camera.p).dot(rotate(camera.q, Vec3::NEG_Z));
         let distance_m = if ahead_m > 0.0 { ahead_m } else { self.navigator.distance_m() };
@@ -178,8 +177,15 @@ impl Studio {
     pub(super) fn show_most(&mut self) {
         let view = self.navigator.view(self.last_aspect, &self.session.bounds());
         if !sees_most(&view, self.session.scene()) {
-            self.navigator.show_all(&main_bounds(self.session.scene(), &self.session.bounds()));
+            self.show_main();
         }
+    }
+
+    /// Moves the camera back until the main part of the model is in view. Returns the box of this part.
+    pub(super) fn show_main(&mut self) -> Aabb {
+        let bounds = main_bounds(self.session.scene(), &self.session.bounds());
+        self.navigator.show_all(&bounds);
+        bounds
     }
 
     /// Shows the finished model of a replay from the artist's last view. When played from there, the replay restarts

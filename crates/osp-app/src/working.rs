@@ -320,26 +320,12 @@ pub(crate) fn is_sketch(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("tilt"))
 }
 
-/// The kind of a film with this name; `None` for other names.
-pub(crate) fn film_kind(path: &Path) -> Option<OutputKind> {
-    match path.extension()?.to_ascii_lowercase().to_str()? {
-        "mp4" => Some(OutputKind::Mp4),
-        "webm" => Some(OutputKind::Webm),
-        "gif" => Some(OutputKind::Gif),
-        _ => None,
-    }
-}
-
-/// Checks that a model, a sketch or a film may be written to this path. The user has confirmed that the path may be replaced. A
-/// model replaces only another model, which another program may have written. A sketch replaces any file with its name.
+/// Checks that a model, a sketch or a film may be written to this path. The user has confirmed that the path may be
+/// replaced. A model replaces only another model, which another program may have written. A sketch replaces any file with
+/// its name; a film replaces a film of osp.
 pub(crate) fn check_export(path: &Path) -> Result<(), OutputError> {
-    if is_sketch(path) {
-        return match check_output(path, OutputKind::Tilt, false) {
-            Err(OutputError::Exists { .. }) => Ok(()),
-            other => other,
-        };
-    }
-    if let Some(kind) = film_kind(path) {
+    let sketch = is_sketch(path).then_some(OutputKind::Tilt);
+    if let Some(kind) = sketch.or_else(|| OutputKind::of_film(path)) {
         return match check_output(path, kind, false) {
             Err(OutputError::Exists { .. }) => Ok(()),
             other => other,

@@ -1,5 +1,7 @@
 //! `osp film`: writes a session as a video (MP4, WebM) or an animated GIF.
 
+#[cfg(feature = "window")]
+use std::path::Path;
 use std::{f64::consts::TAU, sync::Arc};
 
 use anyhow::{Context, bail};
@@ -28,9 +30,6 @@ use osp_session::replay::{CameraChoice, CameraPath, Moment, Player, main_bounds,
 
 /// Number of directions sampled to choose the turntable's radius.
 const TURNTABLE_VIEWS: usize = 72;
-/// Number of pictures of a video of the default length.
-#[cfg(feature = "window")]
-const PICTURES: u64 = 300;
 
 pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     let progress = progress::bar(frame_count(args)?, "frames", &args.file.to_string_lossy());
@@ -50,7 +49,9 @@ pub(super) fn maker() -> osp_app::FilmMaker {
         let args = FilmArgs::of_files(session, out).map_err(|error| error.to_string())?;
         write(&args, goes_on).map_err(|error| format!("{error:#}"))
     };
-    osp_app::FilmMaker { pictures: PICTURES, make }
+    let pictures: fn(&Path) -> u64 =
+        |out| FilmArgs::of_files(out, out).ok().and_then(|args| frame_count(&args).ok()).unwrap_or(0);
+    osp_app::FilmMaker { pictures, make }
 }
 
 /// Number of pictures of a film.

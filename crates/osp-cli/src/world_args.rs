@@ -42,8 +42,8 @@ pub(super) struct WorldArgs {
     /// With --world: largest number of bytes of blocks in memory; k, M and G stand for 2^10, 2^20 and 2^30.
     #[arg(long, value_name = "BYTES", default_value = "1G", requires = "world", value_parser = numbers::bytes)]
     pub(super) memory: u64,
-    /// With --world: wait in each frame for all blocks in view. The fingerprint then equals that of the same
-    /// sessions in memory. Without --wait, a frame omits and counts the missing blocks.
+    /// With --world: wait in each frame for all blocks in view. A replay of the same sessions in memory then has the
+    /// same fingerprint. Without --wait, a frame omits and counts the missing blocks.
     #[arg(long, requires = "world")]
     pub(super) wait: bool,
     /// With --world: fly along the recorded head path of this session, cut into frames by --pace.

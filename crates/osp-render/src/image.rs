@@ -81,7 +81,7 @@ impl Image {
         (0..width * height).filter(is_unlike).count()
     }
 
-    /// Number of pixels whose colour differs from that of the first pixel (the upper left corner).
+    /// Number of pixels whose colour is not that of the upper left corner.
     pub fn drawn_pixels(&self) -> usize {
         let mut pixels = self.rgba.chunks_exact(4);
         let first = pixels.next();

@@ -67,6 +67,11 @@ impl OutputKind {
     const ALL: [Self; 14] =
         [Png, Gif, Mp4, Webm, Glb, Pvs, Html, Svg, Dot, Pins, Trace, Study, Csv, Recording];
 
+    /// The kind of a film with this name; `None` if the name is that of another kind.
+    pub fn of_film(path: &Path) -> Option<Self> {
+        [Mp4, Webm, Gif].into_iter().find(|kind| kind.is_named(path))
+    }
+
     /// The kind's name in messages.
     fn name(self) -> &'static str {
         match self {

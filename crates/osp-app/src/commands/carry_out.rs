@@ -13,7 +13,6 @@ use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Author, Event, Tool},
-    replay::main_bounds,
     scene::Stroke,
 };
 
@@ -158,18 +157,17 @@ impl Studio {
             }
             Command::GoToView(slot) => {
                 if let Some(view) = self.session.scene().views().get(&slot).copied() {
-                    self.follows_replay_camera = false;
+                    self.leave_replay_camera();
                     self.navigator.go_to_from(view.eye, view.world_from_view, view.distance_m);
                 }
             }
             Command::Frames => self.toggle_frames(),
             Command::ShowAll => {
-                self.follows_replay_camera = false;
-                let bounds = main_bounds(self.session.scene(), &self.session.bounds());
-                self.navigator.show_all(&bounds);
+                self.leave_replay_camera();
+                self.show_main();
             }
             Command::ShowAsPainted => {
-                self.follows_replay_camera = false;
+                self.leave_replay_camera();
                 self.see_as_painted();
             }
             Command::ShowFinished => self.show_finished(),

@@ -7,12 +7,12 @@ use std::{
 
 use crate::{
     studio::Studio,
-    working::{Done, Exported, Kind, Progress, Whole, WorkMode, check_export, film_kind, is_sketch},
+    working::{Done, Exported, Kind, Progress, Whole, WorkMode, check_export, is_sketch},
 };
 use osp_session::{
     atomic_file::AtomicFile,
     export::{ExportError, ExportOptions, write_glb_watched, write_tilt},
-    output_file::is_same_file,
+    output_file::{OutputKind, is_same_file},
     recording::import::tilt_thumbnail,
 };
 
@@ -29,7 +29,7 @@ impl Studio {
         }
         if is_sketch(path) {
             self.export_tilt(path)
-        } else if film_kind(path).is_some() {
+        } else if OutputKind::of_film(path).is_some() {
             self.export_film(path)
         } else {
             self.export_gltf(path)
@@ -117,7 +117,8 @@ impl Studio {
             Ok(Exported::Sketch(counts)) => {
                 let mut said =
                     format!("{} strokes, {} points exported to {path}", counts.strokes, counts.points);
-                said += &format!("; you still draw in {}", name_of(self.session.path()));
+                let name = self.session.path().file_name().unwrap_or_default().to_string_lossy();
+                said += &format!("; you still draw in {name}");
                 if !counts.notes.is_empty() {
                     said += &format!("; not all is kept: {}", counts.notes.join("; "));
                 }
@@ -136,8 +137,4 @@ impl Studio {
             self.show_message(format!("polygons at infinity skipped: {not_finite}"));
         }
     }
-}
-
-fn name_of(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }

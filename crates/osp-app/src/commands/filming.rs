@@ -34,6 +34,7 @@ impl Studio {
             return;
         };
         let what = format!("writing {}", path.display());
+        let kind = Kind::Filming { count: pictures(path) };
         let path = path.to_owned();
         let work = move |progress: &Progress| {
             let made = make(&file, &path, &|done| progress.note(done));
@@ -41,6 +42,6 @@ impl Studio {
                 made.map(Exported::Film).map_err(|error| ExportError::from(io::Error::other(error)));
             Done::Exported { path, outcome }
         };
-        self.start(what, Kind::Filming { count: pictures }, Box::new(Whole::new(work)));
+        self.start(what, kind, Box::new(Whole::new(work)));
     }
 }

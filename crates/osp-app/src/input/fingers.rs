@@ -34,6 +34,7 @@ impl Studio {
             // The stroke of the first finger stays.
             self.finish_gestures();
         }
+        self.leave_replay_camera();
         match count {
             2 => self.navigator.orbit(moved),
             _ => self.navigator.pan(moved),

@@ -95,9 +95,7 @@ impl Studio {
 
     /// A camera that the user moves follows the recorded one no longer.
     pub(crate) fn leave_replay_camera(&mut self) {
-        if self.session.is_replay() {
-            self.follows_replay_camera = false;
-        }
+        self.follows_replay_camera = false;
     }
 
     fn press_tool(&mut self, at: Vec2, size_px: Vec2, aspect: f32) -> Option<Gesture> {
@@ -292,6 +290,7 @@ impl Studio {
 
     /// Rotates about the eye. `turn` is in heights of the window.
     pub fn look(&mut self, turn: Vec2) {
+        self.leave_replay_camera();
         self.navigator.look(turn);
     }
 

@@ -78,8 +78,8 @@ pub struct Interface {
     groups: GroupList,
     help: Help,
     /// Keys of shortcuts that are still pressed: they do not fly, even if the modifier is released first.
-    /// The latest new copy of a sketch.
-    copy: PathBuf,
+    /// The original of the session, while it is a new copy without edits.
+    fresh_copy_of: Option<PathBuf>,
     shortcut_keys: Vec<Key>,
     layers: LayerList,
     selected: SelectionPanel,
@@ -330,14 +330,11 @@ impl Interface {
                 self.settings.note_recent(named);
             }
         }
-        let session = studio.session();
-        if let Some(original) = session.original()
-            && !session.has_own_edits()
-            && session.path() != self.copy
-        {
-            self.copy = session.path().to_owned();
-            let drawn = self.settings.drawn_on(original).filter(|drawn| fs::is_there(drawn));
-            if let Some(drawn) = drawn {
+        let fresh = studio.session().original().filter(|_| !studio.session().has_own_edits());
+        if fresh != self.fresh_copy_of.as_deref() {
+            self.fresh_copy_of = fresh.map(Path::to_owned);
+            let drawn = fresh.and_then(|original| self.settings.drawn_on(original));
+            if let Some(drawn) = drawn.filter(|drawn| fs::is_there(drawn)) {
                 studio.show_message(format!(
                     "you drew on this sketch before, in {}: File, Open recent",
                     drawn.display()

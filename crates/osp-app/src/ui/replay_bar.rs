@@ -52,7 +52,7 @@ pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, panel_com
     ui.horizontal(|ui| {
         let mut position = replay.position();
         let count = replay.frame_count();
-        // Frames play evenly, so the time is that of the bar, not that of the clock with the artist's pauses.
+        // Frames play evenly. The label is the same share of the recorded time as the slider shows.
         let whole_secs = replay.secs_at(count);
         let secs = whole_secs * (position as f64 / count.max(1) as f64);
         let label = ui.label(format!("{} of {}", minutes(secs), minutes(whole_secs)));

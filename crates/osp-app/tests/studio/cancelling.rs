@@ -1,4 +1,4 @@
-//! Escape takes back what the pointer has begun.
+//! Escape cancels the stroke, the erasure or the movement of the pointer.
 
 use osp::glam::Vec2;
 use osp_app::{Aids, Button, Command, Held, Input, ToolChoice};

@@ -27,7 +27,7 @@ fn a_film_shows_the_session_with_the_last_stroke() {
     table.drag(Button::Primary, &across(0.0));
     table.studio.command(Command::Export(film.clone()));
     assert!(said(&table).contains("makes no films") && !film.exists(), "{}", said(&table));
-    table.studio.set_film_maker(FilmMaker { pictures: 3, make: maker });
+    table.studio.set_film_maker(FilmMaker { pictures: |_| 3, make: maker });
     // Unwritten samples of a stroke under the hand belong to the film.
     table.input(osp_app::Input::Press(Button::Primary));
     table.studio.command(Command::Export(film.clone()));
@@ -52,7 +52,7 @@ fn a_copy_without_edits_is_filmed_from_its_original() {
     let wall = "Polygon(vertices:[(-9,-9,-3),(9,-9,-3),(9,9,-3),(-9,9,-3)],color:(1,0,0,1))\n";
     let text = format!("Header(format:1,name:\"p\",source:\"their program\")\n{wall}");
     fs::write(&path, &text).expect("written");
-    table.studio.set_film_maker(FilmMaker { pictures: 3, make: maker });
+    table.studio.set_film_maker(FilmMaker { pictures: |_| 3, make: maker });
     table.studio.command(Command::Open(path));
     table.frame();
     let film = table.folder.path().join("film.gif");

@@ -27,6 +27,15 @@ fn painting(folder: &Path, camera: &str) -> PathBuf {
     path
 }
 
+/// A window with this painting, after a frame.
+fn opened(camera: &str) -> Table {
+    let mut table = Table::new();
+    let path = painting(table.folder.path(), camera);
+    table.studio.command(Command::Open(path));
+    table.frame();
+    table
+}
+
 #[test]
 fn what_was_painted_elsewhere_is_looked_at_until_somebody_draws() {
     for camera in ["", ",camera:(p:(0,0,1),q:(0,0,0,1),fov_degrees:40)"] {
@@ -135,10 +144,7 @@ fn is_there(harness: &egui_kittest::Harness<'_, panel::Window>, label: &str) -> 
 
 #[test]
 fn undo_of_a_copy_begins_with_its_own_edits() {
-    let mut table = Table::new();
-    let path = painting(table.folder.path(), "");
-    table.studio.command(Command::Open(path));
-    table.frame();
+    let mut table = opened("");
     assert!(!table.studio.can(&Command::Undo), "the last stroke of the original stays");
     table.studio.command(Command::Tool(RIBBON));
     table.drag(Button::Primary, &across(0.0));
@@ -147,10 +153,7 @@ fn undo_of_a_copy_begins_with_its_own_edits() {
 
 #[test]
 fn a_sketch_beside_its_artists_view_is_shown_whole() {
-    let mut table = Table::new();
-    let path = painting(table.folder.path(), ",camera:(p:(0,0,1),q:(0,1,0,0),fov_degrees:40)");
-    table.studio.command(Command::Open(path));
-    table.frame();
+    let table = opened(",camera:(p:(0,0,1),q:(0,1,0,0),fov_degrees:40)");
     assert_eq!(table.studio.report().drawn, 1, "the artist looked in the opposite direction");
 }
 
@@ -207,10 +210,7 @@ fn a_sketch_is_seen_with_the_field_of_view_of_its_artist() {
 
 #[test]
 fn the_artists_view_is_a_key_away() {
-    let mut table = Table::new();
-    let path = painting(table.folder.path(), ",camera:(p:(0,0,1),q:(0,0,0,1),fov_degrees:40)");
-    table.studio.command(Command::Open(path));
-    table.frame();
+    let mut table = opened(",camera:(p:(0,0,1),q:(0,0,0,1),fov_degrees:40)");
     let seen = table.studio.views()[0].view;
     table.drag(Button::Primary, &across(0.0));
     table.studio.command(Command::ShowAll);
@@ -224,10 +224,7 @@ fn the_artists_view_is_a_key_away() {
 
 #[test]
 fn the_wheel_never_makes_the_model_a_speck() {
-    let mut table = Table::new();
-    let path = painting(table.folder.path(), "");
-    table.studio.command(Command::Open(path));
-    table.frame();
+    let mut table = opened("");
     for _ in 0..400 {
         table.input(osp_app::Input::Wheel(-1.0));
     }
@@ -278,7 +275,15 @@ fn who_turns_the_camera_leaves_the_recorded_one() {
     let turn = |table: &mut Table| table.drag(Button::Secondary, &across(0.0));
     let all = |table: &mut Table| table.studio.command(Command::ShowAll);
     let wheel = |table: &mut Table| table.input(osp_app::Input::Wheel(1.0));
-    for act in [&turn as &dyn Fn(&mut Table), &all, &wheel] {
+    let fingers = |table: &mut Table| {
+        table.studio.take_fingers(Some(osp_app::Fingers {
+            count: 2,
+            moved: Vec2::new(0.1, 0.0),
+            spread: 1.0,
+        }));
+    };
+    let look = |table: &mut Table| table.studio.look(Vec2::new(0.1, 0.0));
+    for act in [&turn as &dyn Fn(&mut Table), &all, &wheel, &fingers, &look] {
         let mut table = Table::new();
         let path = room(table.folder.path(), 0);
         table.studio.command(Command::PlayFile(path));
@@ -291,12 +296,8 @@ fn who_turns_the_camera_leaves_the_recorded_one() {
 
 #[test]
 fn strokes_before_the_near_plane_of_the_artist_are_not_in_the_picture() {
-    let mut table = Table::new();
     for (near, expected_m) in [(",near_m:0.5", 0.5), ("", 0.04)] {
-        let camera = format!(",camera:(p:(0,0,1),q:(0,0,0,1),fov_degrees:40{near})");
-        let path = painting(table.folder.path(), &camera);
-        table.studio.command(Command::Open(path));
-        table.frame();
+        let table = opened(&format!(",camera:(p:(0,0,1),q:(0,0,0,1),fov_degrees:40{near})"));
         let found_m = table.studio.views()[0].view.projection.near_m;
         assert!((found_m - expected_m).abs() < 1.0e-3, "{found_m}");
     }

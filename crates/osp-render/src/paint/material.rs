@@ -63,8 +63,8 @@ impl Material {
     }
 }
 
-/// The anisotropy of a texture in Tilt Brush. Textures with opaque texels that hide what is behind have none here: these
-/// texels are opaque at every mip level, but not in every direction.
+/// The anisotropy of a texture in Tilt Brush. Some textures have opaque texels, which hide the strokes behind them. Such
+/// textures get no anisotropy, because anisotropic samples of these texels are not opaque in every direction.
 fn anisotropy(picture: Option<Picture>) -> f32 {
     match picture {
         Some(Picture::Streamer) => 5.0,

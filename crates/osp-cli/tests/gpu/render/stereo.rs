@@ -1,4 +1,4 @@
-//! The eyes of a headset share a list, which is sent once. Each picture is the same as that of an eye alone.
+//! The two eyes of a headset share a draw list, which is uploaded once. Each eye's picture equals that of a single view.
 
 use std::{slice, sync::Arc};
 
