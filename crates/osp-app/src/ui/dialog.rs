@@ -11,7 +11,7 @@ use egui::{
 
 use super::panel_commands::{ALARM, PathPurpose};
 use crate::{command::Command, studio::Studio, working::is_sketch};
-use osp_session::platform::{fs, time::Instant};
+use osp_session::platform::fs;
 
 /// Whether the system's dialog requires a confirmation before a file is replaced. The dialogs of Windows and macOS do.
 /// For a desktop portal this is unknown, so osp then shows its own question.
@@ -255,7 +255,7 @@ impl PathDialog {
         let (sender, chosen) = std::sync::mpsc::channel();
         let ask = self.ask;
         let dialog = move || {
-            let since = Instant::now();
+            let since = std::time::Instant::now();
             let dialog = rfd::FileDialog::new().set_title(ask.title());
             let path = match ask {
                 PathPurpose::Open => dialog
