@@ -5,13 +5,10 @@ use std::mem;
 use super::{movers::Movers, tuning::RESTING_COMMITS};
 
 /// Edits are few up to this number a commit, and up to one for every [`POLYGONS_AN_EDIT`] polygons of the tree. An edit
-/// of the tree takes about as long as a test of this number of boxes.
-const FEW_EDITS: u32 = 24;
-const POLYGONS_AN_EDIT: u32 = 384;
-/// The same for scattered polygons, whose edits find cold memory. The first [`SMALL`] do not count, because a tree of few
-/// is hardly faster than rows.
-const FEW_SCATTERED: u32 = 2;
-const POLYGONS_A_SCATTERED_EDIT: u32 = 1024;
+/// of the tree takes about as long as a test of this number of boxes. The first [`SMALL`] polygons do not count, because
+/// a tree of few is hardly faster than rows.
+const FEW_EDITS: u32 = 2;
+const POLYGONS_AN_EDIT: u32 = 1024;
 const SMALL: u32 = 4096;
 
 /// All polygons go to the rows if the edits beyond those that are few reach this many times the latter. A set that moves
@@ -21,11 +18,11 @@ const MANY: u32 = 96;
 /// has little effect, but every tenth commit has.
 const MOST_OF_COMMIT: u32 = 16;
 
-/// This many runs that others replace count as one edit.
-const REPLACED_AN_EDIT: u32 = 4;
-
-/// This many removals from runs take as long as one move of a run.
+/// This many removals of drawn polygons take as long as one move of a run. A scattered polygon has a run of its own.
 const REMOVALS_AN_EDIT: u32 = 4;
+
+/// This many polygons that move to the rows, and return later, take as long as one move of a run, besides their removal.
+const BEGUN_AN_EDIT: u32 = 2;
 
 /// Number of edits if a scattered polygon in the tree begins to move: it moves to the rows when its block is hot. Drawn
 /// polygons that begin to move share blocks.
@@ -34,29 +31,33 @@ const EDITS_A_MOVER: usize = 4;
 /// Largest value of `Churn::wait`, in commits.
 const LONGEST_WAIT: u32 = 4096;
 
+/// The last wait ended not long ago if the polygons went to the rows at most this many times its length before.
+const NOT_LONG_AGO: u32 = 16;
+
+/// Polygons return after this number of consecutive commits with few changes, even if the wait is longer.
+const LONGEST_CALM: u32 = 256;
+
 /// Largest number of edits of a commit that are few, for this number of polygons.
-fn few_edits(polygons: usize, are_scattered: bool) -> u32 {
-    let polygons = polygons as u32;
-    if are_scattered {
-        FEW_SCATTERED.max(polygons.saturating_sub(SMALL) / POLYGONS_A_SCATTERED_EDIT)
-    } else {
-        FEW_EDITS.max(polygons / POLYGONS_AN_EDIT)
-    }
+fn few_edits(polygons: usize) -> u32 {
+    FEW_EDITS.max((polygons as u32).saturating_sub(SMALL) / POLYGONS_AN_EDIT)
+}
+
+/// Number of edits that take as long as these removals of polygons.
+fn edits_of(removals: u32, are_scattered: bool) -> u32 {
+    if are_scattered { removals } else { removals / REMOVALS_AN_EDIT }
 }
 
 /// Measures the changes of the tree, or of the rows while they contain all polygons.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Churn {
-    /// Number of runs moved since the last commit. While the rows are kept: number of polygons inserted.
+    /// Number of runs moved since the last commit.
     pub(super) edits: u32,
-    /// Number of runs with removals since the last commit. While the rows are kept: number of polygons removed.
+    /// Number of polygons removed from runs or from kept rows since the last commit.
     pub(super) removals: u32,
-    /// Number of runs whose last polygon was removed since the last commit.
-    pub(super) gone: u32,
+    /// Number of polygons of the tree that moved to the rows since the last commit.
+    pub(super) begun: u32,
     /// While the rows are kept: number of polygons inserted since the last commit.
     pub(super) inserted: u32,
-    /// The block of the last removal.
-    removed_from: u32,
     /// Sum of the edits beyond those that are few, in the last commits.
     excess: u32,
     /// Whether new polygons go to the rows, and none returns to the tree.
@@ -79,7 +80,7 @@ struct Trial {
     commits: u32,
     /// Number of polygons that moved in the first half.
     moved: usize,
-    /// Number of polygons removed in the second half.
+    /// Number of edits by removals in the second half.
     removed: usize,
     /// Number of polygons inserted. The rows count them as moved, but in a tree an insertion is no edit.
     inserted: usize,
@@ -93,9 +94,8 @@ impl Churn {
     pub(super) const NONE: Self = Self {
         edits: 0,
         removals: 0,
-        gone: 0,
+        begun: 0,
         inserted: 0,
-        removed_from: 0,
         excess: 0,
         keeps_rows: false,
         since: 0,
@@ -108,22 +108,17 @@ impl Churn {
     /// Begins to keep polygons in the rows. The wait is twice the last one if that ended not long ago. `adjusted` is the
     /// number of updates of boxes so far.
     pub(super) fn keep_rows(&mut self, clock: u32, adjusted: u64) {
-        let was_calm = clock.wrapping_sub(self.since) > 4 * self.wait;
+        let was_calm = clock.wrapping_sub(self.since) > NOT_LONG_AGO * self.wait;
         let wait = if was_calm { RESTING_COMMITS } else { (2 * self.wait).min(LONGEST_WAIT) };
         *self = Self { keeps_rows: true, since: clock, wait, adjusted, ..Self::NONE };
     }
 
-    /// Counts the removal of a polygon from a run. Further polygons of the same block cost little.
-    pub(super) fn note_removal(&mut self, block: u32) {
-        self.removals += u32::from(mem::replace(&mut self.removed_from, block) != block);
-    }
-
-    /// Ends a commit's count of edits in a tree of `polygons` polygons, with `new_runs` inserted runs. Returns whether all
-    /// polygons should go to the rows.
-    pub(super) fn note_edits(&mut self, polygons: usize, are_scattered: bool, new_runs: u32) -> bool {
-        let few = few_edits(polygons, are_scattered);
-        let replaced = mem::take(&mut self.gone).min(new_runs) / REPLACED_AN_EDIT;
-        let edits = mem::take(&mut self.edits) + mem::take(&mut self.removals) / REMOVALS_AN_EDIT + replaced;
+    /// Ends a commit's count of edits in a tree of `polygons` polygons. Returns whether all polygons should go to the rows.
+    pub(super) fn note_edits(&mut self, polygons: usize, are_scattered: bool) -> bool {
+        let few = few_edits(polygons);
+        let edits = mem::take(&mut self.edits)
+            + edits_of(mem::take(&mut self.removals), are_scattered)
+            + mem::take(&mut self.begun) / BEGUN_AN_EDIT;
         let edits = edits.min(MOST_OF_COMMIT * few);
         self.excess = (self.excess + edits).saturating_sub(few);
         self.excess >= MANY * few
@@ -134,17 +129,17 @@ impl Churn {
     /// count, because they cost as little in a tree.
     pub(super) fn note_kept(&mut self, clock: u32, adjusted: u64, rows: &mut Movers) {
         let are_scattered = !rows.own_rows().are_narrow();
-        let few = few_edits(rows.len(), are_scattered);
+        let few = few_edits(rows.len());
         let removed = mem::take(&mut self.removals);
         let changes = u64::from(mem::take(&mut self.edits) + removed) + adjusted
             - mem::replace(&mut self.adjusted, adjusted);
         self.calm = if changes <= few.into() { self.calm + 1 } else { 0 };
-        if self.calm >= RESTING_COMMITS {
-            (self.keeps_rows, self.wait) = (false, RESTING_COMMITS);
+        if self.calm >= self.wait.min(LONGEST_CALM) {
+            self.keeps_rows = false;
             return;
         }
         self.trial.commits += 1;
-        self.trial.removed += removed as usize;
+        self.trial.removed += edits_of(removed, are_scattered) as usize;
         self.trial.inserted += mem::take(&mut self.inserted) as usize;
         let moved = |trial: &Trial| rows.moved_count().saturating_sub(trial.inserted);
         if self.trial.commits == RESTING_COMMITS {

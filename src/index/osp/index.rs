@@ -347,6 +347,10 @@ impl SpatialIndex for Osp {
         if !wide.is_valid() {
             return Err(IndexError::InvalidBounds(id));
         }
+        if self.churn.keeps_rows && self.len == 0 {
+            self.churn.inserted += 1;
+            return if self.movers.insert_new(id, bounds) { Ok(()) } else { Err(IndexError::Duplicate(id)) };
+        }
         if self.movers.slot(id).is_some() {
             return Err(IndexError::Duplicate(id));
         }

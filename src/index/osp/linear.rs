@@ -18,7 +18,7 @@ use crate::{
     polygon::{BLOCK, PolygonId, bits::bits_of},
 };
 
-/// The blocks of the list. No block is empty.
+/// The blocks of the list. A block that becomes empty stays until the commit, because its polygons are often replaced.
 #[derive(Clone, Debug)]
 pub(super) struct Linear {
     rows: Rows,
@@ -29,6 +29,8 @@ pub(super) struct Linear {
     is_changed: bool,
     /// Whether a polygon was moved or removed since the last round began, so that `bounds` may be too large.
     is_loose: bool,
+    /// Whether a block may be empty.
+    has_empty: bool,
     /// Number of commits with changes since the last round ended.
     commits: u32,
     /// Value of `commits` at which the next round begins.
@@ -91,6 +93,7 @@ impl Linear {
             highest: 0,
             is_changed: false,
             is_loose: false,
+            has_empty: false,
             commits: 0,
             wait: WAIT,
             bounds: Wide::EMPTY,
@@ -101,7 +104,7 @@ impl Linear {
     pub(super) fn clear(&mut self) {
         self.rows.clear();
         self.table.clear();
-        (self.is_changed, self.is_loose) = (false, false);
+        (self.is_changed, self.is_loose, self.has_empty) = (false, false, false);
         (self.highest, self.commits, self.wait, self.bounds) = (0, 0, WAIT, Wide::EMPTY);
         self.round = Round::NONE;
     }
@@ -197,7 +200,7 @@ impl Linear {
         let (number, lane) = (id / 16, id as usize % BLOCK);
         let at = match self.find(number) {
             Some(at) => at,
-            None if self.len() >= most => return Inserted::Full,
+            None if self.len() >= most && !self.drop_empty() => return Inserted::Full,
             None => self.push(number),
         };
         if self.rows.lanes[at] >> lane & 1 == 1 {
@@ -271,16 +274,27 @@ impl Linear {
         let Some((at, lane)) = self.place(id) else { return false };
         self.rows.lanes[at] &= !(1 << lane);
         self.is_loose = true;
-        if self.rows.lanes[at] == 0 {
-            self.table.swap_remove(&self.rows.numbers, at);
-            self.rows.swap_remove(at);
-            self.is_changed = true;
-            // The current round would miss the last block, which moves to this position.
-            self.round = Round::NONE;
-        } else {
-            self.mark_changed(at)
-        }
+        self.has_empty |= self.rows.lanes[at] == 0;
+        self.mark_changed(at);
         true
+    }
+
+    /// Removes the empty blocks. Returns whether there were any.
+    #[inline(never)]
+    fn drop_empty(&mut self) -> bool {
+        let before = self.len();
+        if std::mem::take(&mut self.has_empty) {
+            for at in (0..before).rev() {
+                if self.rows.lanes[at] != 0 {
+                    continue;
+                }
+                self.table.swap_remove(&self.rows.numbers, at);
+                self.rows.swap_remove(at);
+                // The current round would miss the last block, which moves to this position.
+                self.round = Round::NONE;
+            }
+        }
+        self.len() < before
     }
 
     #[inline]
@@ -292,6 +306,9 @@ impl Linear {
     /// Ends a batch of changes. After some commits with changes, a round of [`Linear::refresh`] begins.
     #[inline]
     pub(super) fn commit(&mut self) {
+        if self.has_empty {
+            self.drop_empty();
+        }
         if self.is_changed || self.round.group > 0 {
             self.commits += 1;
             if self.commits >= self.wait {
@@ -338,7 +355,7 @@ impl Linear {
         }
         self.rows.check()?;
         for (at, (number, lanes, boxes)) in self.rows.blocks().enumerate() {
-            if self.find(number) != Some(at) || lanes == 0 {
+            if self.find(number) != Some(at) || lanes == 0 && !self.has_empty {
                 return Err(format!("block {number} is there twice or is empty"));
             }
             if !self.bounds.contains(Wide::from_box(&boxes.around(u32::from(lanes)))) {

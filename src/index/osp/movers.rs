@@ -4,6 +4,8 @@
 //! A block of sixteen ids with many moving polygons has a group of its own, with a lane for each id. Polygons with
 //! consecutive ids are therefore written and found together. Polygons of other blocks share groups in order of arrival.
 
+mod insert;
+
 use super::{
     groups::{Group, GroupIds, Groups, id_in, lanes_of},
     rows::Rows,
@@ -49,14 +51,16 @@ pub(super) struct Movers {
     last: Slot,
     /// Expected step to the next slot: 1, or -1 as a wrapping number.
     step: u32,
-    /// The group of one block in which a single polygon last got a new box.
+    /// The group of one block in which a single polygon was last inserted, removed, or got a new box.
     last_own: usize,
+    /// The id after the polygon that [`Movers::insert_new`] inserted last.
+    next_id: u32,
     len: usize,
     /// Upper bound of all ids since the rows were last empty.
     ids_end: usize,
-    /// Largest number of shared groups so far, and of ids. [`Movers::bytes`] counts only memory that was written to,
-    /// because the system has not committed the rest.
-    most: [usize; 2],
+    /// Largest number of shared groups so far. [`Movers::bytes`] counts only memory that was written to, because the system
+    /// has not committed the rest.
+    most: usize,
     /// Numbers of shared groups and of groups of one block that the current round of [`Movers::take_resting`] has not
     /// examined yet. These are the first groups of each kind.
     unexamined: [usize; 2],
@@ -87,9 +91,10 @@ impl Movers {
             last: Slot::shared(0, 0),
             step: 1,
             last_own: 0,
+            next_id: 0,
             len: 0,
             ids_end: 0,
-            most: [0; 2],
+            most: 0,
             unexamined: [0; 2],
             sparse: Vec::with_capacity(MOST_SPARSE),
         };
@@ -105,8 +110,8 @@ impl Movers {
         movers
     }
 
-    /// Frees the committed memory of a long list whose polygons are all in the tree now, and reserves the same capacity
-    /// again.
+    /// If the rows are empty and had more blocks than a plain list, frees their committed memory, and reserves the same
+    /// capacity again.
     pub(super) fn give_boxes_back(&mut self) {
         self.own.give_boxes_back(LINEAR_BLOCKS);
     }
@@ -134,11 +139,9 @@ impl Movers {
 
     /// Memory held, bytes, without memory that was never written to.
     pub(super) fn bytes(&self) -> usize {
-        let [shared, ids] = self.most;
-        shared * (size_of::<Boxes<BLOCK>>() + 2 * size_of::<u16>() + size_of::<[u32; BLOCK]>())
+        self.most * (size_of::<Boxes<BLOCK>>() + 2 * size_of::<u16>() + size_of::<[u32; BLOCK]>())
             + self.own.bytes()
             + self.own_moved.len() * size_of::<u16>()
-            + ids * size_of::<u32>()
             + self.slots.bytes()
     }
 
@@ -151,13 +154,19 @@ impl Movers {
         if let Some(slot) = self.guessed(id) {
             return Some(slot);
         }
-        if self.own.numbers.get(self.last_own) == Some(&(id.0 / BLOCK as u32)) {
-            return self.own_slot(id, self.last_own);
-        }
-        match self.slots.own_group(id.index() / BLOCK) {
+        match self.own_group(id) {
             Some(group) => self.own_slot(id, group),
             None => self.slots.shared(id),
         }
+    }
+
+    /// The group of its own that the block of a polygon has.
+    #[inline(always)]
+    fn own_group(&self, id: PolygonId) -> Option<usize> {
+        if self.own.numbers.get(self.last_own) == Some(&(id.0 / BLOCK as u32)) {
+            return Some(self.last_own);
+        }
+        self.slots.own_group(id.index() / BLOCK)
     }
 
     /// The slot of a polygon, if it is the guess.
@@ -268,54 +277,6 @@ impl Movers {
         updates.len()
     }
 
-    /// Adds a polygon that is not in the rows.
-    pub(super) fn insert(&mut self, id: PolygonId, bounds: &Aabb) {
-        let block = id.index() / BLOCK;
-        self.count(block, 1);
-        if let Some(group) = self.slots.own_group(block) {
-            let lane = id.index() % BLOCK;
-            self.own.lanes[group] |= 1 << lane;
-            self.set_own(group, lane, bounds);
-            return;
-        }
-        self.share(id, bounds);
-        if self.slots.shared_in_block(block) > OWN_GROUP {
-            self.give_own_group(block);
-        }
-    }
-
-    /// Moves the blocks of the plain list to the rows, which must be empty. Both are swapped, so that no box is copied.
-    /// The polygons count as unmoved. Polygons of blocks with fewer than [`FEW_LEFT`] polygons go to shared groups.
-    pub(super) fn take_rows(&mut self, rows: &mut Rows) {
-        std::mem::swap(&mut self.own, rows);
-        self.own_moved.resize(self.own.len(), 0);
-        for (group, (block, lanes, _)) in self.own.blocks().enumerate() {
-            self.slots.set_own_group(block as usize, Some(group));
-            self.len += lanes.count_ones() as usize;
-            self.ids_end = self.ids_end.max((block as usize + 1) * BLOCK);
-        }
-        self.most[1] = self.most[1].max(self.ids_end);
-        for group in (0..self.own.len()).rev() {
-            if self.own.lanes[group].count_ones() < FEW_LEFT {
-                self.give_up_group(group);
-            }
-        }
-    }
-
-    /// Puts a polygon into the last shared group.
-    fn share(&mut self, id: PolygonId, bounds: &Aabb) {
-        if self.shared.lanes.last().is_none_or(|&lanes| lanes == u16::MAX) {
-            self.shared.push();
-            self.ids.push([0; BLOCK]);
-        }
-        let group = self.ids.len() - 1;
-        let lane = self.shared.lanes[group].count_ones() as usize % BLOCK;
-        self.shared.put(group, lane, bounds);
-        self.ids[group][lane] = id.0;
-        self.slots.set_shared(id, Some(Slot::shared(group, lane)));
-        self.most[0] = self.most[0].max(self.ids.len());
-    }
-
     /// Removes a polygon from the shared groups. The last shared polygon moves to its slot.
     fn unshare(&mut self, id: PolygonId, slot: Slot) {
         self.slots.set_shared(id, None);
@@ -337,55 +298,6 @@ impl Movers {
             self.shared.truncate(last);
             self.ids.pop();
         }
-    }
-
-    /// Takes the memory of empty rows if they have room for more blocks.
-    pub(super) fn take_room_of(&mut self, rows: &mut Rows) {
-        if rows.len() == 0 && rows.boxes.capacity() > self.own.boxes.capacity() {
-            rows.append_blocks_of(&self.own);
-            std::mem::swap(&mut self.own, rows);
-            rows.clear();
-        }
-    }
-
-    /// Adds polygons of a block that are not in the rows. They count as unmoved.
-    pub(super) fn insert_block(&mut self, block: u32, lanes: u16, boxes: &Boxes<BLOCK>) {
-        let number = block as usize;
-        if self.slots.own_group(number).is_none() && lanes.count_ones() as usize > OWN_GROUP {
-            self.give_own_group(number);
-        }
-        let Some(group) = self.slots.own_group(number) else {
-            for lane in lanes_of(lanes) {
-                self.insert(id_in(block, lane), &boxes.get(lane));
-            }
-            return;
-        };
-        if self.own.lanes[group] == 0 {
-            self.own.boxes[group] = *boxes;
-        } else {
-            for lane in lanes_of(lanes) {
-                self.own.boxes[group].set(lane, &boxes.get(lane));
-            }
-        }
-        self.own.lanes[group] |= lanes;
-        self.own.mark_changed(group);
-        self.count(number, lanes.count_ones());
-    }
-
-    /// Moves the polygons of a block from the shared groups to a group of its own.
-    fn give_own_group(&mut self, block: usize) {
-        let group = self.own.push(block as u32);
-        self.own_moved.push(0);
-        for lane in 0..BLOCK {
-            // Slots are read one by one, because each removal moves another polygon, perhaps one of this block.
-            let id = id_in(block as u32, lane);
-            if let Some(slot) = self.slots.shared(id) {
-                self.own.lanes[group] |= 1 << lane;
-                self.set_own(group, lane, &self.shared.boxes[slot.group()].get(slot.lane()));
-                self.unshare(id, slot);
-            }
-        }
-        self.slots.set_own_group(block, Some(group));
     }
 
     /// Dissolves a block's own group. Its polygons go to the shared groups.
@@ -410,11 +322,20 @@ impl Movers {
     }
 
     /// Removes a polygon; returns `false` if it is not in the rows.
+    #[inline]
     pub(super) fn remove(&mut self, id: PolygonId) -> bool {
-        let Some(slot) = self.slot(id) else { return false };
-        if slot.is_own() {
-            self.drop_lane(slot.group(), slot.lane());
+        if self.len == 0 {
+            return false;
+        }
+        if let Some(group) = self.own_group(id) {
+            let lane = id.index() % BLOCK;
+            if self.own.lanes[group] >> lane & 1 == 0 {
+                return false;
+            }
+            self.last_own = group;
+            self.drop_lane(group, lane);
         } else {
+            let Some(slot) = self.slots.shared(id) else { return false };
             self.unshare(id, slot);
         }
         self.uncount(1);
@@ -425,6 +346,7 @@ impl Movers {
     }
 
     /// Removes a polygon of a group of one block. The group stays until the commit.
+    #[inline]
     fn drop_lane(&mut self, group: usize, lane: usize) {
         self.own.lanes[group] &= !(1 << lane);
         self.own_moved[group] &= !(1 << lane);
@@ -442,6 +364,7 @@ impl Movers {
         self.own.refresh_some();
     }
 
+    #[inline(never)]
     fn dissolve_sparse(&mut self) {
         while let Some(block) = self.sparse.pop() {
             if let Some(group) = self.slots.own_group(block as usize) {
@@ -454,7 +377,6 @@ impl Movers {
     fn count(&mut self, block: usize, added: u32) {
         self.len += added as usize;
         self.ids_end = self.ids_end.max((block + 1) * BLOCK);
-        self.most[1] = self.most[1].max(self.ids_end);
     }
 
     fn uncount(&mut self, removed: usize) {

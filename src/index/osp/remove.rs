@@ -40,8 +40,7 @@ impl Osp {
         bucket.runs -= gone;
         let (parent, slot) = (bucket.parent, bucket.slot);
         self.void_spans(parent, slot);
-        self.churn.note_removal(block);
-        self.churn.gone += gone;
+        self.churn.removals += 1;
         if gone == 1 {
             self.drop_run(page_number, lane);
         }

@@ -17,8 +17,8 @@ const GROUPS_SHARE: usize = 512;
 
 /// A commit returns about this number of runs, and one more for every [`RUNS_SHARE`] polygons in the rows. So it takes at
 /// most a third longer than the test of the rows.
-const RUNS_A_COMMIT: u32 = 4;
-const RUNS_SHARE: usize = 1500;
+const RUNS_A_COMMIT: u32 = 8;
+const RUNS_SHARE: usize = 500;
 
 /// Number of additional runs of a former plain list that a commit moves to the tree. It also moves one run for each run
 /// inserted since the last commit. With a larger number, the rows are empty sooner, and the frames until then take
@@ -33,6 +33,7 @@ const GROUPS_WAITING: usize = 8;
 impl Osp {
     /// Moves polygons of the tree or the open block to the flat rows.
     pub(super) fn move_to_rows(&mut self, block: u32, lanes: u16, boxes: &[Wide; BLOCK]) {
+        self.churn.begun += lanes.count_ones();
         let mut left = lanes;
         while left != 0 {
             let lane = left.trailing_zeros() as usize % BLOCK;
@@ -49,9 +50,8 @@ impl Osp {
     pub(super) fn settle(&mut self, new_runs: u32) {
         self.clock = self.clock.wrapping_add(1);
         if self.movers.len() == 0 {
-            if std::mem::take(&mut self.is_settling) {
-                self.movers.give_boxes_back();
-            }
+            self.is_settling = false;
+            self.movers.give_boxes_back();
             return;
         }
         self.movers.commit();

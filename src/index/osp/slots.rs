@@ -47,6 +47,12 @@ pub(super) struct Slots {
     /// A chunk begins with the slots of its ids: `group * 16 + lane + 1`, or 0 for a polygon that is not in a shared
     /// group. It ends with the groups that belong to its blocks: `group + 1`, or 0 for a block without such a group.
     chunks: Vec<Box<[u32]>>,
+    /// For each chunk, the number of its entries that are not 0.
+    used: Vec<u32>,
+    /// The first chunks are kept when no entry is in use. Others are freed, because the ids of a long session grow.
+    kept: usize,
+    /// Upper bound of the ids so far whose entries were written to.
+    ids_end: usize,
 }
 
 impl Slots {
@@ -57,7 +63,7 @@ impl Slots {
     pub(super) fn with_room_for(ids: usize) -> Self {
         let mut chunks = Vec::with_capacity(PolygonId::LIMIT as usize / Self::CHUNK);
         chunks.extend((0..ids.div_ceil(Self::CHUNK)).map(|_| Self::chunk()));
-        Self { chunks }
+        Self { used: vec![0; chunks.len()], kept: chunks.len(), ids_end: 0, chunks }
     }
 
     fn chunk() -> Box<[u32]> {
@@ -92,40 +98,52 @@ impl Slots {
 
     /// Sets the slot of a polygon in a shared group.
     pub(super) fn set_shared(&mut self, id: PolygonId, slot: Option<Slot>) {
-        let chunk = self.chunk_for(id.index() / Self::CHUNK);
-        chunk[id.index() % Self::CHUNK] = slot.map_or(0, |slot| slot.0 + 1);
+        let entry = slot.map_or(0, |slot| slot.0 + 1);
+        self.set(id.index() / Self::CHUNK, id.index() % Self::CHUNK, entry);
+        self.ids_end = self.ids_end.max(id.index() + 1);
     }
 
     /// Sets the group that belongs to a block.
     pub(super) fn set_own_group(&mut self, block: usize, group: Option<usize>) {
-        let chunk = self.chunk_for(block / (Self::CHUNK / BLOCK));
-        chunk[Self::CHUNK + block % (Self::CHUNK / BLOCK)] = group.map_or(0, |group| group as u32 + 1);
+        let (chunk, at) = (block / (Self::CHUNK / BLOCK), block % (Self::CHUNK / BLOCK));
+        self.set(chunk, Self::CHUNK + at, group.map_or(0, |group| group as u32 + 1));
+        self.ids_end = self.ids_end.max((block + 1) * BLOCK);
     }
 
-    fn chunk_for(&mut self, number: usize) -> &mut [u32] {
+    fn set(&mut self, number: usize, at: usize, entry: u32) {
         if number >= self.chunks.len() {
             self.chunks.resize_with(number + 1, Box::default);
+            self.used.resize(number + 1, 0);
         }
         let chunk = &mut self.chunks[number];
         if chunk.is_empty() {
+            if entry == 0 {
+                return;
+            }
             *chunk = Self::chunk();
         }
-        chunk
+        let old = std::mem::replace(&mut chunk[at], entry);
+        let used = &mut self.used[number];
+        *used = *used + u32::from(entry != 0) - u32::from(old != 0);
+        if *used == 0 && number >= self.kept {
+            *chunk = Box::default();
+        }
     }
 
     /// Clears the slots of ids below `end`, and the groups of their blocks.
     pub(super) fn clear(&mut self, end: usize) {
-        let mut left = end;
-        for chunk in self.chunks.iter_mut().filter(|chunk| !chunk.is_empty()) {
-            let here = left.min(Self::CHUNK);
+        self.chunks[self.kept..].fill_with(Box::default);
+        self.used.fill(0);
+        for (number, chunk) in self.chunks[..self.kept].iter_mut().enumerate() {
+            let here = end.saturating_sub(number * Self::CHUNK).min(Self::CHUNK);
             chunk[..here].fill(0);
             chunk[Self::CHUNK..][..here.div_ceil(BLOCK)].fill(0);
-            left = left.saturating_sub(Self::CHUNK);
         }
     }
 
-    /// Memory of the list of chunks, bytes; the chunks themselves do not count.
+    /// Memory held, bytes, without memory that was never written to.
     pub(super) fn bytes(&self) -> usize {
-        self.chunks.len() * size_of::<Box<[u32]>>()
+        let more = self.chunks[self.kept..].iter().map(|chunk| size_of_val(&**chunk)).sum::<usize>();
+        self.ids_end.min(self.kept * Self::CHUNK) * size_of::<u32>() + more
     }
 }

@@ -29,7 +29,7 @@ impl Osp {
         let adjusted = self.upkeep.adjusted;
         if self.churn.keeps_rows {
             self.churn.note_kept(self.clock, adjusted, &mut self.movers);
-        } else if self.churn.note_edits(self.len, self.ids.are_scattered(), self.new_runs) {
+        } else if self.churn.note_edits(self.len, self.ids.are_scattered()) {
             self.move_all_to_rows();
         }
     }
