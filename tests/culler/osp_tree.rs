@@ -78,31 +78,6 @@ fn assert_same(osp: &dyn SpatialIndex, reference: &BruteForce, frusta: &[Frustum
     }
 }
 
-#[test]
-fn blocks_hold_the_same_polygons() {
-    for backend in backends() {
-        for boxes in [drawn(6000, 21), shuffled(drawn(6000, 22), 23)] {
-            let mut osp = tree(backend);
-            for (i, bounds) in boxes.iter().enumerate() {
-                osp.insert(PolygonId(i as u32), bounds).unwrap();
-            }
-            for i in (0..boxes.len()).filter(|i| i / 50 % 4 == 1 || i % 7 == 0) {
-                osp.remove(PolygonId(i as u32)).unwrap();
-            }
-            let mut found = VisibleBlocks::new();
-            let mut frusta = views(&root(), 8, Place::Outside, 24);
-            frusta.extend(views(&root(), 8, Place::Inside, 25));
-            for frustum in &frusta {
-                found.clear();
-                osp.frustum_cull_blocks(frustum, &mut found);
-                let ids: Vec<u32> = found.ids().map(|id| id.0).collect();
-                assert_eq!(ids, cull(&osp, frustum));
-                assert_eq!(found.len(), ids.len());
-            }
-        }
-    }
-}
-
 /// A box of any kind that people draw, and some that they do not.
 fn any_box(rng: &mut Rng) -> Aabb {
     let center = match rng.below(8) {

@@ -68,7 +68,7 @@ impl Visitor for Deepest {
     fn polygons(&mut self, _ids: &[PolygonId], _decision: Visit) {}
 }
 
-fn depth(osp: &Osp) -> u32 {
+pub(crate) fn depth(osp: &Osp) -> u32 {
     let mut deepest = Deepest::default();
     let everything = Frustum::new([osp::math::Plane { normal: Vec3::ZERO, d: 0.0 }; 6]);
     osp.traverse(&everything, &mut deepest);
@@ -268,39 +268,6 @@ fn any_place_and_size_costs_what_a_fitting_root_costs() {
         reference.insert(*id, bounds).unwrap();
     }
     super::assert_same(&osp, &reference, &frusta);
-}
-
-#[test]
-fn a_million_coincident_polygons() {
-    const COUNT: u32 = 1_000_000;
-    for size_m in [0.0, 0.02] {
-        let bounds = Aabb::cube(Vec3::new(0.1, 0.2, 0.3), size_m);
-        let mut osp = Osp::new(&IndexConfig { root: root(), capacity: COUNT as usize });
-        for i in 0..COUNT {
-            osp.insert(PolygonId(i), &bounds).unwrap();
-            if i % 256 == 255 {
-                osp.commit();
-            }
-        }
-        osp.commit();
-        assert!(depth(&osp) < 32, "a chain of nodes");
-        let everything = Frustum::new([osp::math::Plane { normal: Vec3::ZERO, d: 0.0 }; 6]);
-        let mut list = Vec::new();
-        osp.frustum_cull(&everything, &mut list);
-        assert_eq!(list.len(), COUNT as usize);
-        for i in 0..COUNT {
-            osp.remove(PolygonId(i)).unwrap();
-            if i % 256 == 255 {
-                osp.commit();
-            }
-        }
-        osp.commit();
-        osp.validate().unwrap();
-        assert_eq!(osp.len(), 0);
-        list.clear();
-        osp.frustum_cull(&everything, &mut list);
-        assert!(list.is_empty());
-    }
 }
 
 /// `cargo test --release --test culler -- --ignored --nocapture ten_million`

@@ -1,6 +1,6 @@
 //! The linear form: few polygons are a plain list, and the change to a tree and back loses nothing.
 
-use super::{assert_same, backends, config, cull, tree};
+use super::{assert_same, backends, config, cull, life::depth, tree};
 use glam::Vec3;
 use osp::{
     index::{BruteForce, IndexError, Osp, SpatialIndex, Thinner, Visit},
@@ -11,18 +11,7 @@ use osp_testkit::boxes::{Place, Rng, drawn, root, shuffled, views};
 
 /// Whether the index is a plain list now: no node is above a block.
 fn is_linear(osp: &Osp) -> bool {
-    struct Deepest(u32);
-    impl osp::index::Visitor for Deepest {
-        fn node(&mut self, node: &osp::index::Node<'_>) -> Visit {
-            self.0 = self.0.max(node.depth);
-            Visit::Descend
-        }
-
-        fn polygons(&mut self, _ids: &[PolygonId], _decision: Visit) {}
-    }
-    let mut deepest = Deepest(0);
-    osp.traverse(&Frustum::everything(), &mut deepest);
-    deepest.0 == 0
+    depth(osp) == 0
 }
 
 /// Hides what lies in a half of the root cube, as nodes and one by one.
@@ -233,6 +222,8 @@ fn the_limit_counts_blocks() {
         apart.insert(PolygonId(i as u32 * 1_000), bounds).unwrap();
     }
     assert!(is_linear(&near) && !is_linear(&apart));
+    let nodes = near.frustum_cull(&Frustum::everything(), &mut Vec::new()).nodes;
+    assert!(nodes <= 2 + 300 / 8, "300 polygons: {nodes} nodes and pages");
     near.validate().unwrap();
     apart.validate().unwrap();
     // A new limit for an index that has polygons already.

@@ -1,13 +1,13 @@
 //! What is answered as a whole: a small tree, which is one list, and a tree that lies in view altogether.
 
-use super::{assert_same, backends, config, cull, tree};
+use super::{backends, config, cull, tree};
 use glam::Vec3;
 use osp::{
     index::{BruteForce, Osp, SpatialIndex},
     math::{Aabb, Frustum, Plane},
     polygon::{PolygonId, VisibleBlocks},
 };
-use osp_testkit::boxes::{Place, Rng, drawn, root, shuffled, views};
+use osp_testkit::boxes::drawn;
 
 /// A frustum with much room around the origin.
 fn around_everything() -> Frustum {
@@ -139,62 +139,4 @@ fn few_polygons_far_apart_in_their_numbers_are_not_looked_for_by_number() {
     let (_, mut ids) = ask(&osp, &around_everything());
     ids.sort_unstable();
     assert_eq!(ids, (0..600).map(|i| i * 5_000).collect::<Vec<u32>>());
-}
-
-#[test]
-fn a_small_tree_is_one_list_and_grows_and_shrinks_across_that_border() {
-    for boxes in [drawn(9_000, 33), shuffled(drawn(2_000, 34), 35)] {
-        let mut rng = Rng(36);
-        let mut osp = Osp::new(&config());
-        let mut reference = BruteForce::new();
-        let far = Aabb::cube(Vec3::new(900.0, -40.0, 7.0), 0.1);
-        let few = boxes.len() / 60;
-        for round in 0..6u32 {
-            for (i, bounds) in boxes.iter().enumerate() {
-                // One of them lies a kilometre away, before or after the tree has become one.
-                let bounds = if i == (round as usize * 577) % boxes.len() { &far } else { bounds };
-                osp.insert(PolygonId(i as u32), bounds).unwrap();
-                reference.insert(PolygonId(i as u32), bounds).unwrap();
-                if i % 16 == 15 {
-                    osp.commit();
-                }
-                if i == few {
-                    osp.validate().unwrap();
-                    let (nodes, _) = ask(&osp, &around_everything());
-                    assert!(nodes <= 2 + few as u64 / 8, "{few} polygons: {nodes} nodes and pages");
-                }
-                if i % 499 == 0 {
-                    osp.validate().unwrap();
-                }
-            }
-            assert_same(&osp, &reference, &views(&root(), 4, Place::Inside, 37));
-            assert_same(&osp, &reference, &[around_everything()]);
-            // All but a few go, in another order, with time for upkeep or without.
-            let mut ids: Vec<u32> = (0..boxes.len() as u32).collect();
-            for i in (1..ids.len()).rev() {
-                ids.swap(i, rng.below(i + 1));
-            }
-            for (i, &id) in ids[few..].iter().enumerate() {
-                osp.remove(PolygonId(id)).unwrap();
-                reference.remove(PolygonId(id)).unwrap();
-                if round % 2 == 0 && i % 8 == 0 {
-                    osp.commit();
-                }
-                if i % 499 == 0 {
-                    osp.validate().unwrap();
-                }
-            }
-            for _ in 0..600 {
-                osp.commit();
-            }
-            osp.validate().unwrap();
-            assert_same(&osp, &reference, &views(&root(), 4, Place::Inside, 38));
-            for &id in &ids[..few] {
-                osp.remove(PolygonId(id)).unwrap();
-                reference.remove(PolygonId(id)).unwrap();
-            }
-            osp.commit();
-            osp.validate().unwrap();
-        }
-    }
 }

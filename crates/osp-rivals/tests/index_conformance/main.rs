@@ -220,6 +220,8 @@ fn any_root_will_do() {
         Aabb::cube(Vec3::ZERO, f32::MAX),
         Aabb::new(Vec3::splat(-f32::MAX), Vec3::splat(f32::MAX)),
         Aabb::new(Vec3::ZERO, Vec3::new(1.0, 20.0, 3.0)),
+        Aabb::new(Vec3::NEG_INFINITY, Vec3::INFINITY),
+        Aabb::cube(Vec3::splat(3.0e38), 1.0e30),
         Aabb::new(Vec3::ONE, Vec3::ZERO),
         Aabb::EMPTY,
         Aabb::new(Vec3::NAN, Vec3::NAN),
