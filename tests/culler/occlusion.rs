@@ -24,7 +24,7 @@
 mod allocations;
 mod as_frames_do;
 mod coherence;
-mod connected;
+pub(crate) mod connected;
 mod counterexamples;
 mod culling;
 mod edits;

@@ -1,6 +1,6 @@
 //! The linear form: few polygons are a plain list, and the change to a tree and back loses nothing.
 
-use super::{assert_same, backends, config, cull, life::depth, tree};
+use super::{Both, assert_same, backends, config, cull, life::depth, tree};
 use glam::Vec3;
 use osp::{
     index::{BruteForce, IndexError, Osp, SpatialIndex, Thinner, Visit},
@@ -183,15 +183,9 @@ fn the_border_is_crossed_once() {
 #[test]
 fn scattered_polygons_become_a_tree_when_no_more_come() {
     let boxes = shuffled(drawn(6_000, 56), 57);
-    let (mut osp, mut reference) = (Osp::new(&config()), BruteForce::new());
-    for (i, bounds) in boxes.iter().enumerate() {
-        let id = PolygonId(i as u32);
-        osp.insert(id, bounds).unwrap();
-        reference.insert(id, bounds).unwrap();
-        if i % 16 == 15 {
-            osp.commit();
-        }
-    }
+    let mut both = Both::of(Osp::new(&config()));
+    both.fill(&boxes, 16);
+    let Both { mut osp, reference, .. } = both;
     assert!(is_linear(&osp) && osp.moving() == 0);
     assert_all_same(&osp, &reference, &boxes, 58);
     for frame in 0..1_200 {
@@ -202,14 +196,9 @@ fn scattered_polygons_become_a_tree_when_no_more_come() {
     }
     assert!(!is_linear(&osp) && osp.moving() == 0);
     // Those drawn in order are a tree at once.
-    let mut osp = Osp::new(&config());
-    for (i, bounds) in drawn(6_000, 56).iter().enumerate() {
-        osp.insert(PolygonId(i as u32), bounds).unwrap();
-        if i % 16 == 15 {
-            osp.commit();
-        }
-    }
-    assert!(!is_linear(&osp));
+    let mut both = Both::of(Osp::new(&config()));
+    both.fill(&drawn(6_000, 56), 16);
+    assert!(!is_linear(&both.osp));
 }
 
 /// Few polygons whose numbers lie far apart are many blocks; those of one stroke are few.

@@ -1,9 +1,9 @@
 //! What is answered as a whole: a small tree, which is one list, and a tree that lies in view altogether.
 
-use super::{backends, config, cull, tree};
+use super::{Both, backends, config, cull, tree};
 use glam::Vec3;
 use osp::{
-    index::{BruteForce, Osp, SpatialIndex},
+    index::{Osp, SpatialIndex},
     math::{Aabb, Frustum, Plane},
     polygon::{PolygonId, VisibleBlocks},
 };
@@ -31,22 +31,15 @@ fn a_tree_in_view_altogether_is_listed_by_id() {
     let everything = around_everything();
     for backend in backends() {
         for first in [0, 1 << 20] {
-            let mut osp = tree(backend);
-            let mut reference = BruteForce::new();
-            for (i, bounds) in drawn(9_000, 31).iter().enumerate() {
-                let id = PolygonId(first + i as u32);
-                osp.insert(id, bounds).unwrap();
-                reference.insert(id, bounds).unwrap();
-            }
-            osp.commit();
-            assert_eq!(osp.moving(), 0, "the polygons of the former list are in the tree");
+            let mut both = Both::of(tree(backend));
+            (first..).zip(&drawn(9_000, 31)).for_each(|(id, bounds)| both.insert(id, bounds));
+            both.osp.commit();
+            assert_eq!(both.osp.moving(), 0, "the polygons of the former list are in the tree");
             // Single polygons, a part of a block, and 2,500 consecutive polygons are removed.
             let gone =
                 (0..9_000).filter(|i| i % 83 == 0 || (900..905).contains(i) || (4_000..6_500).contains(i));
-            for id in gone.map(|i| PolygonId(first + i)) {
-                osp.remove(id).unwrap();
-                reference.remove(id).unwrap();
-            }
+            gone.for_each(|i| both.remove(first + i));
+            let Both { mut osp, reference, .. } = both;
             let (nodes, mut ids) = ask(&osp, &everything);
             assert_eq!(nodes, 1, "the tree was looked through");
             // The block that is being drawn comes first.
@@ -78,17 +71,15 @@ fn a_tree_in_view_altogether_is_listed_by_id() {
 fn a_list_is_in_view_altogether_only_if_its_last_page_is() {
     let everything = around_everything();
     for inside in [135, 150] {
-        let mut osp = Osp::new(&config()).with_linear_blocks(0);
-        let mut reference = BruteForce::new();
+        let mut both = Both::new();
         for pair in 0..150_u32 {
             let at = Vec3::new(pair as f32 * if pair < inside { 0.01 } else { 1.0e3 }, 0.0, 0.0);
-            for id in [2 * pair, 2 * pair + 1].map(PolygonId) {
-                let bounds = Aabb::cube(at + Vec3::Y * (id.0 % 2) as f32 * 0.001, 0.001);
-                osp.insert(id, &bounds).unwrap();
-                reference.insert(id, &bounds).unwrap();
+            for id in [2 * pair, 2 * pair + 1] {
+                both.insert(id, &Aabb::cube(at + Vec3::Y * (id % 2) as f32 * 0.001, 0.001));
             }
         }
-        osp.commit();
+        both.osp.commit();
+        let Both { osp, reference, .. } = both;
         let (nodes, mut ids) = ask(&osp, &everything);
         ids.sort_unstable();
         assert_eq!(ids, cull(&reference, &everything));
