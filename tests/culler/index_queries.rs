@@ -15,18 +15,31 @@ use osp_testkit::boxes::{Rng, drawn, root};
 
 /// A session with gaps (some polygons are erased) in every index.
 fn filled(boxes: &[Aabb]) -> Vec<Box<dyn SpatialIndex>> {
-    let fill = |kind: &IndexKind| {
-        let mut index = kind.create(&IndexConfig { root: root(), capacity: boxes.len() });
-        for (i, bounds) in boxes.iter().enumerate() {
-            index.insert(PolygonId(i as u32), bounds).expect("a good box");
-        }
+    let mut indexes = whole(boxes);
+    for index in &mut indexes {
         for i in (0..boxes.len()).filter(|&i| is_erased(i)) {
             index.remove(PolygonId(i as u32)).expect("it is inserted");
         }
         index.commit();
+    }
+    indexes
+}
+
+/// All of these boxes in every index.
+fn whole(boxes: &[Aabb]) -> Vec<Box<dyn SpatialIndex>> {
+    let fill = |kind: &IndexKind| {
+        let mut index = kind.create(&IndexConfig { root: root(), capacity: boxes.len() });
+        insert_all(&mut *index, boxes);
         index
     };
     IndexKind::ALL.iter().map(fill).collect()
+}
+
+fn insert_all(index: &mut dyn SpatialIndex, boxes: &[Aabb]) {
+    for (i, bounds) in boxes.iter().enumerate() {
+        index.insert(PolygonId(i as u32), bounds).expect("a good box");
+    }
+    index.commit();
 }
 
 fn is_erased(i: usize) -> bool {

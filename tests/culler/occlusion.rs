@@ -7,10 +7,10 @@
 //! | no culled polygon owns a pixel, or a point between pixels | `truth::no_sound_method_…`, `command::no_sound_method_…` |
 //! | hidden by ball, so by box, so by outline | `stress::hidden_by_sphere_implies_…` |
 //! | one occluder hides as much in the tree as alone | `stress::one_occluder_…` |
-//! | the order of occluders changes effect only | `stress::the_order_…` |
+//! | the order of occluders changes effect only | `stress::random_stress_…` |
 //! | the paper's own form is caught | `stress::the_judge_catches_the_paper`, `truth::the_oracle_catches_the_paper` |
 //! | no input of occluders hides what is visible or panics | `occluders::no_occluder_input_…` |
-//! | no allocation, bounded trees | `allocations::…`, `culling::steady_frames_…` |
+//! | no allocation, bounded trees | `allocations::…`, `pool::following_…` |
 //! | `auto` never changes what can be seen | `pipeline::…` |
 //! | every guard and margin matters | `guards::…`, `near_limits::…`, `window_margin::…` |
 //! | the paper's node tests and score hide nothing visible, or say that they do | `literal::…`, `options::…` |
@@ -24,7 +24,7 @@
 mod allocations;
 mod as_frames_do;
 mod coherence;
-mod connected;
+pub(crate) mod connected;
 mod counterexamples;
 mod culling;
 mod edits;

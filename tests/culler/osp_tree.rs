@@ -78,28 +78,71 @@ fn assert_same(osp: &dyn SpatialIndex, reference: &BruteForce, frusta: &[Frustum
     }
 }
 
-#[test]
-fn blocks_hold_the_same_polygons() {
-    for backend in backends() {
-        for boxes in [drawn(6000, 21), shuffled(drawn(6000, 22), 23)] {
-            let mut osp = tree(backend);
-            for (i, bounds) in boxes.iter().enumerate() {
-                osp.insert(PolygonId(i as u32), bounds).unwrap();
-            }
-            for i in (0..boxes.len()).filter(|i| i / 50 % 4 == 1 || i % 7 == 0) {
-                osp.remove(PolygonId(i as u32)).unwrap();
-            }
-            let mut found = VisibleBlocks::new();
-            let mut frusta = views(&root(), 8, Place::Outside, 24);
-            frusta.extend(views(&root(), 8, Place::Inside, 25));
-            for frustum in &frusta {
-                found.clear();
-                osp.frustum_cull_blocks(frustum, &mut found);
-                let ids: Vec<u32> = found.ids().map(|id| id.0).collect();
-                assert_eq!(ids, cull(&osp, frustum));
-                assert_eq!(found.len(), ids.len());
+/// A tree and brute force, which get the same changes.
+struct Both {
+    osp: Osp,
+    reference: BruteForce,
+    /// The first number of the next block of sixteen: what begins one is a run of its own.
+    next: u32,
+}
+
+impl Both {
+    /// A tree from the first polygon on.
+    fn new() -> Self {
+        Self::of(Osp::new(&config()).with_linear_blocks(0))
+    }
+
+    fn of(osp: Osp) -> Self {
+        Self { osp, reference: BruteForce::new(), next: 0 }
+    }
+
+    fn insert(&mut self, id: u32, bounds: &Aabb) {
+        self.osp.insert(PolygonId(id), bounds).expect("a new id");
+        self.reference.insert(PolygonId(id), bounds).expect("a new id");
+    }
+
+    fn update(&mut self, id: u32, bounds: &Aabb) {
+        self.osp.update(PolygonId(id), bounds).expect("it is there");
+        self.reference.update(PolygonId(id), bounds).expect("it is there");
+    }
+
+    fn remove(&mut self, id: u32) {
+        self.osp.remove(PolygonId(id)).expect("it is there");
+        self.reference.remove(PolygonId(id)).expect("it is there");
+    }
+
+    /// Inserts boxes with their places as numbers, with a commit after each so many.
+    fn fill(&mut self, boxes: &[Aabb], each: usize) {
+        for (i, bounds) in boxes.iter().enumerate() {
+            self.insert(i as u32, bounds);
+            if i % each == each - 1 {
+                self.osp.commit();
             }
         }
+    }
+
+    /// Polygons that lie side by side, and nothing else, in a block of numbers. The first number.
+    fn add(&mut self, boxes: &[Aabb]) -> u32 {
+        for (id, bounds) in (self.next..).zip(boxes) {
+            self.insert(id, bounds);
+        }
+        self.next += 16;
+        self.next - 16
+    }
+
+    fn add_small(&mut self, count: usize, around: &Aabb, rng: &mut Rng) -> Vec<u32> {
+        (0..count).map(|_| self.add(&[Aabb::cube(rng.point(around), 0.02)])).collect()
+    }
+
+    /// Frames in which nothing changes, as many as upkeep needs.
+    fn wait(&mut self) {
+        (0..100).for_each(|_| self.osp.commit());
+    }
+
+    fn check(&self) {
+        self.osp.validate().expect("a sound tree");
+        assert_same(&self.osp, &self.reference, &views(&root(), 3, Place::Outside, 61));
+        assert_same(&self.osp, &self.reference, &views(&root(), 3, Place::Inside, 62));
     }
 }
 

@@ -21,7 +21,7 @@ use osp::{
 };
 use osp_rivals::IndexKind;
 use osp_session::{
-    recording::{Author, Camera, Event, GroupId, Pace, Pacer, RecordingError, StrokeId, Transform},
+    recording::{Camera, Event, GroupId, Pace, Pacer, RecordingError, StrokeId, Transform},
     replay::{CameraChoice, CameraPath, Moment, SessionFingerprint, fingerprint_of_frame},
     scene::Scene,
 };

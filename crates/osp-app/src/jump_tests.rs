@@ -2,74 +2,27 @@
 
 use std::path::Path;
 
-use glam::{Quat, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use rand_pcg::{Pcg64, rand_core::Rng};
 
 use super::{Autosaves, Command, Session, Studio};
 use osp::polygon::{Change, ConvexPolygon, PolygonId};
 use osp_rivals::IndexKind;
 use osp_session::{
-    recording::{
-        Author, Event, Flush, GroupId, Header, NormalRule, Pace, RonWriter, StrokeId, Tool, Transform,
-    },
+    recording::{Event, Flush, Header, Pace, RonWriter, StrokeId},
     replay::CameraChoice,
     scene::Scene,
 };
+use osp_testkit::{
+    Editor,
+    events::{SOLE, polygon},
+};
 
 /// Strokes that are drawn, erased and moved all the time.
-fn session(random: &mut Pcg64) -> Vec<Event> {
-    let t = 0.0;
-    let mut events = Vec::new();
-    let mut strokes = 0;
-    let mut below = |count: u64| random.next_u64() % count;
-    for _ in 0..260 {
-        let stroke = StrokeId(below(strokes.max(1)) as u32);
-        let by = Vec3::new(below(9) as f32 - 4.0, below(9) as f32 - 4.0, 0.0);
-        match below(12) {
-            0..=3 => {
-                let stroke = StrokeId(strokes as u32);
-                strokes += 1;
-                let (tool, normal, color) = (Tool::Ribbon, NormalRule::Transport, (1.0, 1.0, 1.0, 1.0));
-                events.push(Event::Begin {
-                    author: Author::SOLE,
-                    t,
-                    stroke,
-                    tool,
-                    width: 0.1,
-                    color,
-                    normal,
-                    thinnest: 1.0,
-                    paint: None,
-                });
-                events.extend((0..4).map(|i| {
-                    let p = Vec3::new(i as f32 * 0.1, stroke.0 as f32, 0.0);
-                    Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }
-                }));
-                events.push(Event::End { t, stroke });
-            }
-            4..=5 => events.push(Event::Erase { author: Author::SOLE, t, stroke }),
-            6..=7 => events.push(Event::Move { author: Author::SOLE, t, strokes: vec![stroke], by }),
-            8 => events.push(Event::Group {
-                author: Author::SOLE,
-                t,
-                group: GroupId(0),
-                strokes: vec![stroke],
-                parent: None,
-                name: None,
-            }),
-            9 => {
-                let to = Transform { p: by, q: Quat::IDENTITY, s: 1.0 };
-                events.push(Event::Place { author: Author::SOLE, t, group: GroupId(0), to });
-            }
-            10 => events.push(Event::Undo { author: Author::SOLE, t }),
-            _ => events.extend([
-                Event::Undo { author: Author::SOLE, t },
-                Event::Undo { author: Author::SOLE, t },
-                Event::Redo { author: Author::SOLE, t },
-            ]),
-        }
-    }
-    events
+fn session(seed: u64) -> Vec<Event> {
+    let mut editor = Editor::new(seed);
+    let start = editor.start();
+    start.into_iter().chain((0..260).flat_map(|_| editor.edit())).collect()
 }
 
 fn studio(folder: &Path, events: &[Event]) -> Studio {
@@ -118,9 +71,9 @@ impl Sent {
 #[test]
 fn wherever_a_replay_is_entered_what_is_drawn_is_the_model() {
     let folder = tempfile::tempdir().expect("a folder");
-    for seed in 0..12u128 {
-        let mut random = Pcg64::new(seed, 3);
-        let mut studio = studio(folder.path(), &session(&mut random));
+    for seed in 0..12 {
+        let mut random = Pcg64::new(u128::from(seed), 3);
+        let mut studio = studio(folder.path(), &session(seed));
         let mut sent = Sent::default();
         let frames = studio.session().replay().expect("a replay").frame_count();
         for round in 0..80 {
@@ -148,28 +101,13 @@ fn wherever_a_replay_is_entered_what_is_drawn_is_the_model() {
 
 #[test]
 fn a_jump_names_what_has_moved_and_nothing_else() {
-    let t = 0.0;
-    let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
-    let color = (1.0, 1.0, 1.0, 1.0);
-    let mut events: Vec<Event> = (0..5)
-        .map(|number| Event::Polygon {
-            author: Author::SOLE,
-            t,
-            stroke: Some(StrokeId(number)),
-            vertices: vertices.clone(),
-            color,
-        })
-        .collect();
+    let triangle = |stroke| polygon(stroke, [Vec3::ZERO, Vec3::X, Vec3::Y], (1.0, 1.0, 1.0, 1.0));
+    let mut events: Vec<Event> = (0..5).map(|number| triangle(Some(StrokeId(number)))).collect();
     // Moves of a visible and of an invisible stroke.
-    events.push(Event::Erase { author: Author::SOLE, t, stroke: StrokeId(2) });
-    events.push(Event::Move {
-        author: Author::SOLE,
-        t,
-        strokes: vec![StrokeId(1), StrokeId(2)],
-        by: Vec3::X,
-    });
-    events.push(Event::Erase { author: Author::SOLE, t, stroke: StrokeId(3) });
-    events.push(Event::Polygon { author: Author::SOLE, t, stroke: None, vertices, color });
+    events.push(SOLE.erase(StrokeId(2)));
+    events.push(SOLE.moved([StrokeId(1), StrokeId(2)], Vec3::X));
+    events.push(SOLE.erase(StrokeId(3)));
+    events.push(triangle(None));
     let folder = tempfile::tempdir().expect("a folder");
     studio(folder.path(), &events);
     let mut player =

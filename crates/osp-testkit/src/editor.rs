@@ -1,8 +1,8 @@
 //! Random sessions of few strokes with more edits than drawing: erase, move, group, place, undo and redo.
 
-use crate::events::SOLE;
+use crate::events::{Begin, SOLE, point};
 use glam::{Quat, Vec3};
-use osp_session::recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform};
+use osp_session::recording::{Event, GroupId, StrokeId, Tool, Transform};
 use rand_pcg::{Pcg64, rand_core::Rng};
 
 /// Number of strokes that are drawn at the start of every session.
@@ -54,25 +54,14 @@ impl Editor {
         let tool = [Tool::Ribbon, Tool::Tube, Tool::Wall][stroke.0 as usize % 3];
         let opacity = if stroke.0 % 5 == 4 { 0.5 } else { 1.0 };
         let color = (self.between(0.1, 1.0), self.between(0.1, 1.0), self.between(0.1, 1.0), opacity);
-        let (t, normal) = (0.0, NormalRule::Transport);
-        let mut events = vec![Event::Begin {
-            author: Author::SOLE,
-            t,
-            stroke,
-            tool,
-            width: 0.2,
-            color,
-            normal,
-            thinnest: 1.0,
-            paint: None,
-        }];
+        let mut events = vec![Begin { tool, width: 0.2, color, ..Begin::of(stroke) }.event()];
         let start = Vec3::new(self.between(-0.7, 0.7), self.between(-0.6, 0.6), self.between(-3.0, -2.0));
         for i in 0..6 {
             let angle = i as f32 * 1.05;
             let p = start + Vec3::new(0.3 * angle.cos(), 0.3 * angle.sin(), 0.02 * i as f32);
-            events.push(Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 });
+            events.push(point(stroke, p));
         }
-        events.push(Event::End { t, stroke });
+        events.push(Event::End { t: 0.0, stroke });
         events
     }
 

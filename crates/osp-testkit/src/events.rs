@@ -1,8 +1,10 @@
 //! Events of a session, with defaults for the fields that a test does not need.
 
+use std::path::Path;
+
 use glam::{Quat, Vec3};
 use osp_session::{
-    recording::{Author, Event, GroupId, NormalRule, Paint, StrokeId, Tool, Transform},
+    recording::{Author, Event, GroupId, NormalRule, OpenOptions, Paint, StrokeId, Tool, Transform, open},
     scene::Scene,
 };
 
@@ -112,4 +114,14 @@ pub fn scene_of<'a>(events: impl IntoIterator<Item = &'a Event>) -> Scene {
     let mut scene = Scene::new();
     scene.apply_all(events, &mut Vec::new());
     scene
+}
+
+/// Returns the events of a session.
+///
+/// # Panics
+///
+/// Panics if a strict reader refuses a part of it.
+pub fn events_in(path: impl AsRef<Path>) -> Vec<Event> {
+    let session = open(path.as_ref(), &OpenOptions::STRICT).expect("a session");
+    session.map(|event| event.expect("a whole event")).collect()
 }

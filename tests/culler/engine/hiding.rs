@@ -7,6 +7,7 @@ use osp::{
     view::{Projection, View},
 };
 
+use super::square;
 use osp_testkit::boxes::Rng;
 
 /// An object of the engine: a box, and triangles that hide what is behind them.
@@ -23,12 +24,6 @@ fn ahead() -> View {
 fn quad_of(corners: [Vec3; 4]) -> Object {
     let [a, b, c, d] = corners;
     Object { bounds: Aabb::from_points(&corners), triangles: vec![[a, b, c], [a, c, d]] }
-}
-
-/// An upright square at this depth, facing the eye at the origin.
-fn square(depth_m: f32, half_m: f32) -> [Vec3; 4] {
-    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
-        .map(|[x, y]| Vec3::new(x * half_m, y * half_m, -depth_m))
 }
 
 /// Points of a box that the view shows although all triangles were said to hide the box.

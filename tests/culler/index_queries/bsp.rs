@@ -7,7 +7,7 @@ use osp::{
     frame::Pipeline,
     index::{BruteForce, IndexConfig, SpatialIndex},
     math::{Aabb, Ray},
-    polygon::{Change, ConvexPolygon, Geometry, PolygonId},
+    polygon::{Change, ConvexPolygon, PolygonId},
     view::{Projection, View},
 };
 use osp_rivals::{Bsp, BspConfig};
@@ -16,6 +16,8 @@ use osp_session::{
     scene::Scene,
 };
 use osp_testkit::boxes::{Place, Rng, root, views};
+
+use crate::occlusion::connected::Polygons;
 
 fn built(polygons: &[ConvexPolygon]) -> Bsp {
     let config = IndexConfig { root: root(), capacity: polygons.len() };
@@ -272,35 +274,11 @@ fn hostile_polygons_stay_within_bounds() {
     assert_eq!(pieces(&tree, Vec3::ONE), []);
 }
 
-/// Polygons that come and move in a pipeline.
-struct Moving(Vec<ConvexPolygon>);
-
-impl Geometry for Moving {
-    fn id_end(&self) -> usize {
-        self.0.len()
-    }
-
-    fn is_present(&self, id: PolygonId) -> bool {
-        id.index() < self.0.len()
-    }
-
-    fn bounds(&self, id: PolygonId) -> Aabb {
-        self.0[id.index()].bounds()
-    }
-
-    fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
-        Some(self.0[id.index()])
-    }
-
-    fn may_occlude(&self, _: PolygonId) -> bool {
-        false
-    }
-}
-
 /// A pipeline announces what comes and what moves, alone and together: the tree in it is that of the polygons themselves.
 #[test]
 fn in_a_pipeline_the_tree_reads_the_polygons() {
-    let mut world = Moving(piercing(60, 0.6, 11));
+    let mut polygons = piercing(60, 0.6, 11);
+    let mut world = Polygons(polygons.iter().copied().map(Some).collect());
     let config = IndexConfig { root: root(), capacity: world.0.len() };
     let index = Box::new(Bsp::new(BspConfig::default(), &config));
     let mut pipeline = Pipeline::new(index, world.0.len());
@@ -319,15 +297,16 @@ fn in_a_pipeline_the_tree_reads_the_polygons() {
             })
             .collect(),
     ];
-    let mut told = built(&world.0);
+    let mut told = built(&polygons);
     let view = View::look_at(Vec3::ONE, Vec3::ZERO, Projection::symmetric(60.0, 1.0, 0.1, 100.0));
     for (number, changes) in frames.iter().enumerate() {
         if number > 0 {
             for &change in changes {
                 let Change::Update(id) = change else { continue };
-                world.0[id.index()] = world.0[id.index()].map(|p| p + Vec3::new(0.1, 0.2, 0.3));
-                told.update(id, &world.bounds(id)).expect("it is inserted");
-                told.shape(id, &world.0[id.index()]);
+                let moved = polygons[id.index()].map(|p| p + Vec3::new(0.1, 0.2, 0.3));
+                (polygons[id.index()], world.0[id.index()]) = (moved, Some(moved));
+                told.update(id, &moved.bounds()).expect("it is inserted");
+                told.shape(id, &moved);
             }
             told.commit();
         }

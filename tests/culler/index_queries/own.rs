@@ -13,7 +13,7 @@ use osp::{
 };
 use osp_testkit::boxes::Rng;
 
-use super::mixed;
+use super::{insert_all, mixed};
 
 /// The boxes by their ids.
 #[derive(Default)]
@@ -68,12 +68,7 @@ impl SpatialIndex for Plain {
 fn its_queries_find_what_the_reference_finds() {
     let boxes = mixed(500);
     let mut indexes: [Box<dyn SpatialIndex>; 2] = [Box::<Plain>::default(), Box::<BruteForce>::default()];
-    for index in &mut indexes {
-        for (i, bounds) in boxes.iter().enumerate() {
-            index.insert(PolygonId(i as u32), bounds).expect("a good box");
-        }
-        index.commit();
-    }
+    indexes.iter_mut().for_each(|index| insert_all(&mut **index, &boxes));
     let around = Aabb::cube(Vec3::ZERO, 10.0);
     let mut rng = Rng(21);
     let (mut hits, mut touched) = (0, 0);

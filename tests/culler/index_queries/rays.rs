@@ -10,6 +10,8 @@ use osp::{
 use osp_rivals::IndexKind;
 use osp_testkit::boxes::{Rng, root};
 
+use super::{insert_all, whole};
+
 /// Boxes on a grid of eighths of a metre, so that faces and edges of many lie in one plane; many of them flat. Some far
 /// out, huge or tiny.
 fn on_a_grid(count: usize) -> Vec<Aabb> {
@@ -95,18 +97,6 @@ fn rays(boxes: &[Aabb], each: usize) -> Vec<Ray> {
         }
     }
     rays
-}
-
-fn indexes(boxes: &[Aabb]) -> Vec<Box<dyn SpatialIndex>> {
-    let fill = |kind: &IndexKind| {
-        let mut index = kind.create(&IndexConfig { root: root(), capacity: boxes.len() });
-        for (i, bounds) in boxes.iter().enumerate() {
-            index.insert(PolygonId(i as u32), bounds).expect("a good box");
-        }
-        index.commit();
-        index
-    };
-    IndexKind::ALL.iter().map(fill).collect()
 }
 
 #[test]
@@ -221,7 +211,7 @@ fn boxes_larger_than_any_number_are_entered_like_others() {
 #[test]
 fn every_index_asks_about_every_box_that_a_ray_enters() {
     let boxes = on_a_grid(700);
-    let indexes = indexes(&boxes);
+    let indexes = whole(&boxes);
     for ray in rays(&boxes, 1) {
         let expected: Vec<u32> =
             (0..boxes.len()).filter(|&i| enters(&ray, &boxes[i])).map(|i| i as u32).collect();
@@ -264,7 +254,7 @@ fn every_index_asks_about_every_box_that_a_ray_enters() {
 #[test]
 fn a_ray_that_is_not_finite_or_has_no_direction_meets_nothing() {
     let boxes = on_a_grid(300);
-    let indexes = indexes(&boxes);
+    let indexes = whole(&boxes);
     let sphere = Sphere { center: Vec3::ZERO, radius_m: 2.0 };
     let capsule = Capsule { from: Vec3::ZERO, to: Vec3::X, radius_m: 2.0 };
     let triangle = [Vec3::new(0.0, -1.0, -1.0), Vec3::new(0.0, 1.0, -1.0), Vec3::Z];
@@ -304,7 +294,7 @@ fn triangles_are_picked_along_the_faces_of_their_boxes() {
         [at, at + Vec3::new(0.0, 0.0625, 0.0625), at + Vec3::new(0.0625, 0.0, 0.0625)]
     };
     let boxes: Vec<Aabb> = (0..400).map(|i| Aabb::from_points(&corners(i))).collect();
-    let indexes = indexes(&boxes);
+    let indexes = whole(&boxes);
     for i in (0..400).step_by(7) {
         for (target, t) in [(edge_of(i) + Vec3::new(0.0, 0.03125, 0.03125), 1.03125), (edge_of(i), 1.0)] {
             for direction in [Vec3::Z, Vec3::new(-0.0, 0.0, 1.0), Vec3::new(0.0, -0.0, 1.0)] {
@@ -345,10 +335,7 @@ fn rays_at_the_corners_of_boxes_find_what_the_plain_test_finds() {
     for linear_blocks in [0, usize::MAX] {
         let config = IndexConfig { root: root(), capacity: boxes.len() };
         let mut osp = Osp::new(&config).with_linear_blocks(linear_blocks);
-        for (i, bounds) in boxes.iter().enumerate() {
-            osp.insert(PolygonId(i as u32), bounds).expect("a good box");
-        }
-        osp.commit();
+        insert_all(&mut osp, &boxes);
         let mut entered = 0;
         for (i, bounds) in boxes.iter().enumerate() {
             for corner in 0..8 {

@@ -166,6 +166,26 @@ fn imports(all: &BTreeMap<Module, String>) -> BTreeMap<Module, BTreeSet<Module>>
     imports
 }
 
+/// Each module of a crate that names something, with the uppermost module in which that is.
+pub(super) fn modules_named_in(sources: &str) -> Vec<(Module, String)> {
+    uppermost_named(&files_of(sources))
+}
+
+fn uppermost_named(all: &BTreeMap<Module, String>) -> Vec<(Module, String)> {
+    let mut found = Vec::new();
+    for (module, code) in all {
+        for Named { path, .. } in paths_in(code) {
+            let Some((from, rest)) = begin(module, &path, all) else { continue };
+            let first = from.first().map(String::as_str).or_else(|| rest.first().copied());
+            // In a module within a file, `super` is the file.
+            let is_of_crate =
+                |first: &&str| path[0] == "crate" || all.contains_key(&vec![(*first).to_owned()]);
+            found.extend(first.filter(is_of_crate).map(|first| (module.clone(), first.to_owned())));
+        }
+    }
+    found
+}
+
 /// Whether imports lead from one module to another.
 fn leads(imports: &BTreeMap<Module, BTreeSet<Module>>, from: &Module, to: &Module) -> bool {
     let (mut seen, mut open) = (BTreeSet::new(), vec![from]);
@@ -202,11 +222,16 @@ fn read(folder: &Path, of: &Module, all: &mut BTreeMap<Module, String>) {
     }
 }
 
+fn files_of(sources: &str) -> BTreeMap<Module, String> {
+    let mut all = BTreeMap::new();
+    read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(sources), &Module::new(), &mut all);
+    all
+}
+
 #[test]
 fn no_files_import_each_other_in_a_circle() {
     for sources in SOURCES {
-        let mut all = BTreeMap::new();
-        read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(sources), &Module::new(), &mut all);
+        let all = files_of(sources);
         assert!(all.len() > 5, "{sources}");
         let imports = imports(&all);
         let is_in_one = |module: &Module| leads(&imports, module, module);
@@ -234,6 +259,8 @@ fn a_circle_is_found_through_names_that_are_handed_on() {
     let module = |name: &str| name.split('/').filter(|part| !part.is_empty()).map(str::to_owned).collect();
     let all: BTreeMap<Module, String> =
         files.into_iter().map(|(name, code)| (module(name), code.to_owned())).collect();
+    let of_f = uppermost_named(&all).into_iter().filter(|(of, _)| of[..] == ["f"]);
+    assert_eq!(of_f.map(|(_, name)| name).collect::<Vec<_>>(), ["e"]);
     let imports = imports(&all);
     let found: Vec<String> =
         all.keys().filter(|one| leads(&imports, one, one)).map(|one| one.join("/")).collect();

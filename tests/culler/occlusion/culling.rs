@@ -10,8 +10,7 @@ use glam::Vec3;
 use osp::{
     index::{IndexConfig, Osp, SpatialIndex},
     occlusion::{
-        CullConfig, NodeTest, Occlusion, OcclusionConfig, OcclusionStage, OcclusionVisitor, PolygonTest,
-        SelectConfig, ViewInput,
+        CullConfig, NodeTest, OcclusionConfig, OcclusionStage, OcclusionVisitor, PolygonTest, ViewInput,
     },
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
     view::View,
@@ -20,7 +19,6 @@ use osp_lab::Method;
 use osp_lab::oracle::{Oracle, OracleConfig, Sight, Subject};
 use osp_rivals::IndexKind;
 use osp_session::scene::Scene;
-use osp_testkit::allocations;
 
 fn inserted(kind: IndexKind, told: &Told) -> Box<dyn SpatialIndex> {
     let config = IndexConfig::default();
@@ -93,7 +91,7 @@ fn truth(told: &Told, view: &View, in_view: &[PolygonId]) -> Vec<(PolygonId, Sig
 #[test]
 fn every_index_and_culler_draws_each_visible_polygon_once() {
     let told = hall();
-    let mut culled = 0;
+    let (mut culled, mut spared) = (0, 0);
     // Many combinations: fewer views where the tests themselves are slow.
     let count = if cfg!(debug_assertions) { 4 } else { usize::MAX };
     for view in views().into_iter().take(count) {
@@ -140,12 +138,13 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
                         assert!(left.ids().map(|id| id.0).eq(drawn.iter().copied()), "{name}: thinned out");
                         assert!(thinned.node_tests <= counts.node_tests, "{name}: {thinned:?} {counts:?}");
                         culled += all.len() - drawn.len();
+                        spared += counts.node_tests - thinned.node_tests;
                     }
                 }
             }
         }
     }
-    assert!(culled > 0);
+    assert!(culled > 0 && spared > 0, "{culled} culled; {spared} tests fewer than a walk has");
 }
 
 fn input<'a>(
@@ -155,55 +154,4 @@ fn input<'a>(
     in_view: &'a VisibleBlocks,
 ) -> ViewInput<'a> {
     ViewInput { index, geometry: &told.scene, view, in_view, spaces: None }
-}
-
-#[test]
-fn a_box_test_hides_at_least_what_a_sphere_test_hides() {
-    let told = hall();
-    let index = inserted(IndexKind::Osp, &told);
-    let mut drawn_by = [0, 0];
-    for view in views() {
-        for (i, node_test) in [NodeTest::Sphere, NodeTest::Box].into_iter().enumerate() {
-            let cull = CullConfig { node_test, polygon_test: PolygonTest::Never, ..CullConfig::default() };
-            let mut stage = OcclusionStage::new(
-                Occlusion::Msvbsp,
-                OcclusionConfig { cull, ..OcclusionConfig::default() },
-            );
-            stage.follow(&told.scene, &told.changes);
-            let [mut in_view, mut drawn] = [(); 2].map(|()| VisibleBlocks::new());
-            index.frustum_cull_blocks(&view.frustum(), &mut in_view);
-            stage.cull(&input(&*index, &told, &view, &in_view), &mut drawn);
-            drawn_by[i] += drawn.len();
-        }
-    }
-    assert!(drawn_by[1] < drawn_by[0], "{drawn_by:?}");
-}
-
-#[test]
-fn steady_frames_allocate_nothing() {
-    let told = hall();
-    let index = inserted(IndexKind::Osp, &told);
-    for kind in Method::CULLERS {
-        let config = OcclusionConfig {
-            select: SelectConfig { occluders: 32, ..SelectConfig::default() },
-            ..OcclusionConfig::default()
-        };
-        let mut stage = OcclusionStage::with_culler(kind.create(32), config);
-        stage.follow(&told.scene, &told.changes);
-        let [mut in_view, mut drawn] = [(); 2].map(|()| VisibleBlocks::with_capacity(10_000));
-        let views = views();
-        let mut before = 0;
-        for round in 0..3 {
-            if round == 1 {
-                before = allocations();
-            }
-            for view in &views {
-                stage.follow(&told.scene, &[]);
-                in_view.clear();
-                index.frustum_cull_blocks(&view.frustum(), &mut in_view);
-                stage.cull(&input(&*index, &told, view, &in_view), &mut drawn);
-            }
-        }
-        assert_eq!(allocations() - before, 0, "{}", kind.name());
-    }
 }

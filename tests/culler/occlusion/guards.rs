@@ -2,8 +2,8 @@
 //! as hidden, as soon as the guard goes.
 
 use super::{
-    judge::is_blocked,
-    random::{Polygon, Random, window},
+    judge::{hides, is_blocked},
+    random::{Polygon, Random, shadows_of, sound_cullers, straight, window},
     session::{Told, polygon, view},
 };
 use glam::{DVec3, Vec3};
@@ -17,53 +17,23 @@ use osp::{
     polygon::{Change, PolygonId, VisibleBlocks},
     view::ViewWindow,
 };
-use osp_lab::Method;
 use osp_rivals::RivalOcclusion;
 use osp_session::{
     recording::{Author, Event},
     scene::Scene,
 };
 
-fn straight(near_m: f64) -> ViewWindow {
-    window(DVec3::ZERO, DVec3::Z, DVec3::Y, [1.0, 1.0], [0.0, 0.0], near_m)
-}
-
 fn at(x: f32, y: f32, z: f32) -> Vec3 {
     Vec3::new(x, y, z)
 }
 
 /// A rectangle that faces the eye.
-fn rectangle(z: f32, x: [f32; 2], y: [f32; 2]) -> [Vec3; 4] {
+pub(crate) fn rectangle(z: f32, x: [f32; 2], y: [f32; 2]) -> [Vec3; 4] {
     [at(x[0], y[0], z), at(x[1], y[0], z), at(x[1], y[1], z), at(x[0], y[1], z)]
 }
 
 fn point(x: Vec3) -> Aabb {
     Aabb::new(x, x)
-}
-
-/// By any of the three tests.
-fn hides(culler: &dyn OcclusionCuller, bounds: &Aabb) -> bool {
-    let ball = Sphere { center: bounds.center(), radius_m: bounds.extent().length() * 0.5 };
-    [culler.test_box(bounds), culler.test_outline(bounds), culler.test_sphere(&ball)]
-        .iter()
-        .any(|tested| tested.verdict == Verdict::Hidden)
-}
-
-fn sound_cullers(window: &ViewWindow, polygons: &[Polygon]) -> Vec<Box<dyn OcclusionCuller>> {
-    let mut shadows = Vec::new();
-    for polygon in polygons {
-        ShadowVolume::push_polygon(polygon, window, &mut shadows);
-    }
-    sound_cullers_of(window, &shadows)
-}
-
-fn sound_cullers_of(window: &ViewWindow, shadows: &[ShadowVolume]) -> Vec<Box<dyn OcclusionCuller>> {
-    let mut cullers: Vec<_> =
-        Method::conservative_cullers().into_iter().map(|kind| kind.create(32)).collect();
-    for culler in &mut cullers {
-        culler.build(window, shadows);
-    }
-    cullers
 }
 
 /// What the pool of a scene chooses for a window.
@@ -82,13 +52,13 @@ fn pool_of(told: &Told) -> OccluderPool {
 /// A quad bent away from the eye: the cap lies behind its farthest corner.
 #[test]
 fn the_cap_lies_behind_the_farthest_corner_of_a_bent_quad() {
-    let window = straight(0.01);
+    let window = straight(1.0, 0.01);
     for corner in 0..4 {
         for far in [1.5f32, 1.05, 1.001] {
             let mut quad = rectangle(4.0, [-3.0, 3.0], [-3.0, 3.0]);
             quad[corner] *= far;
             let polygons = [quad.to_vec()];
-            let cullers = sound_cullers(&window, &polygons);
+            let cullers = sound_cullers(&window, &shadows_of(&window, &polygons));
             assert!(ShadowVolume::of_polygon(&quad, &window).is_ok(), "convex as seen");
             // Just before the corner that is farthest, and before the middle of the triangle that it belongs to.
             for inwards in [0.02f32, 0.1, 0.3] {
@@ -118,7 +88,7 @@ fn the_cap_of_a_patch_lies_behind_the_corners_inside_its_border() {
         let window = view(Vec3::ZERO, Vec3::NEG_Z).window().expect("a window");
         let shadows = chosen(&pool, &told.scene, &window);
         assert_eq!(shadows.len(), 1, "one outline");
-        for culler in sound_cullers_of(&window, &shadows) {
+        for culler in sound_cullers(&window, &shadows) {
             // In the bowl: behind the rim, before the tip.
             for t in [0.3, 0.6, 0.9] {
                 let inside = Aabb::cube(at(0.0, 0.0, -4.0 - depth * t), depth * 0.02);
@@ -133,7 +103,7 @@ fn the_cap_of_a_patch_lies_behind_the_corners_inside_its_border() {
 /// A wall of a patch that goes on before the near plane: nothing is drawn there, so nothing is hidden there.
 #[test]
 fn a_patch_that_reaches_before_the_near_plane_hides_nothing_there() {
-    let window = straight(1.0);
+    let window = straight(1.0, 1.0);
     let mut told = Told::default();
     // A plane that rises to the right: x = 2 z - 2.2, from z = 0.7 to z = 1.5.
     let rungs = [0.7f32, 1.1, 1.5].map(|z| [at(2.0 * z - 2.2, -0.6, z), at(2.0 * z - 2.2, 0.6, z)]);
@@ -146,7 +116,7 @@ fn a_patch_that_reaches_before_the_near_plane_hides_nothing_there() {
     assert!(!shadows.is_empty());
     let last = built_last(&told.scene, &window);
     let (mut open, mut hidden) = (0, 0);
-    let cullers = sound_cullers_of(&window, &shadows);
+    let cullers = sound_cullers(&window, &shadows);
     for culler in cullers.iter().map(|culler| &**culler).chain([last.culler() as &dyn OcclusionCuller]) {
         for i in -18..18 {
             let x = at(i as f32 * 0.05, 0.01, 1.0) * 5.0;
@@ -162,23 +132,6 @@ fn a_patch_that_reaches_before_the_near_plane_hides_nothing_there() {
     assert!(open > 20 && hidden > 20, "{open} {hidden}");
 }
 
-/// The same of what was visible last, where two neighbours are one surface.
-#[test]
-fn neighbours_that_were_visible_last_hide_nothing_before_the_near_plane() {
-    let window = straight(1.0);
-    let mut told = Told::default();
-    let rungs = [0.7f32, 1.1, 1.5].map(|z| [at(2.0 * z - 2.2, -0.6, z), at(2.0 * z - 2.2, 0.6, z)]);
-    let mut events: Vec<Event> =
-        rungs.windows(2).map(|w| polygon(&[w[0][0], w[1][0], w[1][1], w[0][1]], 1.0)).collect();
-    // At z = 1 the wall begins at x = -0.2; what is behind it is seen to the left of that.
-    events.push(polygon(&rectangle(5.0, [-2.5, -1.5], [-0.2, 0.2]), 1.0));
-    events.push(polygon(&rectangle(5.0, [0.1, 1.5], [-0.2, 0.2]), 1.0));
-    told.tell(&events);
-    let drawn = drawn_last(&told.scene, &window);
-    assert!(drawn.contains(&2), "visible before the wall begins");
-    assert!(!drawn.contains(&3), "hidden by the wall");
-}
-
 /// The picture when everything in view was visible in the last frame.
 fn built_last(scene: &Scene, window: &ViewWindow) -> PreviousFrameOccluders {
     let ids: VisibleBlocks = scene.visible_ids().collect();
@@ -190,7 +143,7 @@ fn built_last(scene: &Scene, window: &ViewWindow) -> PreviousFrameOccluders {
 }
 
 /// What is drawn then.
-fn drawn_last(scene: &Scene, window: &ViewWindow) -> Vec<u32> {
+pub(crate) fn drawn_last(scene: &Scene, window: &ViewWindow) -> Vec<u32> {
     let last = built_last(scene, window);
     let is_drawn = |id: &PolygonId| {
         let polygon = scene.polygon(*id);
@@ -202,7 +155,7 @@ fn drawn_last(scene: &Scene, window: &ViewWindow) -> Vec<u32> {
 /// Glass hides nothing, alone or as the neighbour of a wall, however it comes: by itself, first, second or on both sides.
 #[test]
 fn what_can_be_seen_through_hides_nothing_in_the_next_frame() {
-    let window = straight(0.01);
+    let window = straight(1.0, 0.01);
     for opacity in [0.0, 0.5, 0.999_999, f32::NAN, 1.0] {
         for glass in [[true, false], [false, true], [true, true]] {
             let mut told = Told::default();
@@ -227,7 +180,7 @@ fn what_can_be_seen_through_hides_nothing_in_the_next_frame() {
 /// Neighbours in the list that are not neighbours in space are no outline, and a hole between polygons stays open.
 #[test]
 fn only_what_was_drawn_last_hides() {
-    let window = straight(0.01);
+    let window = straight(1.0, 0.01);
     let mut told = Told::default();
     told.tell(&[
         polygon(&rectangle(2.0, [-1.0, -0.1], [-1.0, 1.0]), 1.0),
@@ -250,7 +203,7 @@ fn only_what_was_drawn_last_hides() {
 /// Corners with few digits, so that sums are exact: `a + b` is seen through the edge from a to b.
 #[test]
 fn what_touches_a_shadow_from_outside_or_inside_is_not_hidden() {
-    let window = straight(0.01);
+    let window = straight(1.0, 0.01);
     let mut touching = 0;
     for n in 0..400 {
         let mut random = Random::new(0x70C4 + n);
@@ -263,7 +216,7 @@ fn what_touches_a_shadow_from_outside_or_inside_is_not_hidden() {
             })
             .collect();
         let Ok(shadow) = ShadowVolume::of_polygon(&triangle, &window) else { continue };
-        for culler in sound_cullers_of(&window, &[shadow]) {
+        for culler in sound_cullers(&window, &[shadow]) {
             for i in 0..3 {
                 let (a, b) = (triangle[i], triangle[(i + 1) % 3]);
                 // On the side plane, on an edge of the shadow, and on the polygon itself.
@@ -285,13 +238,13 @@ fn what_touches_a_shadow_from_outside_or_inside_is_not_hidden() {
 /// plane is left out if the cell lies before it.
 #[test]
 fn a_gap_of_a_hundred_millionth_stays_open() {
-    let window = straight(0.01);
+    let window = straight(1.0, 0.01);
     for gap in [1.0e-6f32, 1.0e-7, 1.0e-8, 4.0e-9] {
         let walls = [
             rectangle(2.0, [-1.0, -gap], [-1.0, 1.0]).to_vec(),
             rectangle(2.0, [gap, 1.0], [-1.0, 1.0]).to_vec(),
         ];
-        for culler in sound_cullers(&window, &walls) {
+        for culler in sound_cullers(&window, &shadows_of(&window, &walls)) {
             assert!(!hides(&*culler, &point(at(0.0, 0.1, 6.0))), "{} {gap}", culler.name());
             assert!(!hides(&*culler, &Aabb::cube(at(0.0, 0.1, 6.0), 0.1)), "{} {gap}", culler.name());
         }
@@ -323,7 +276,7 @@ fn shared_planes_cut_once() {
 /// Just below and just above each limit for occluders.
 #[test]
 fn occluders_are_refused_exactly_below_their_limits() {
-    let window = straight(0.01);
+    let window = straight(1.0, 0.01);
     // Seen at this sine: a floor that begins at distance 10 and ends at 40, this far below the eye.
     let floor = |sine: f64| {
         let down = (-sine * 40.0) as f32;
@@ -354,7 +307,7 @@ fn occluders_are_refused_exactly_below_their_limits() {
         // Drawn around the dent; around another corner, a triangle would cover it.
         let mut polygons = [dented(dent).to_vec()];
         polygons[0].rotate_right(1);
-        for culler in sound_cullers(&window, &polygons) {
+        for culler in sound_cullers(&window, &shadows_of(&window, &polygons)) {
             let through = at(dent * 0.25, dent * -0.25, 2.0) * 3.0;
             assert!(!hides(&*culler, &point(through)), "{} {dent}", culler.name());
         }
@@ -365,7 +318,7 @@ fn occluders_are_refused_exactly_below_their_limits() {
 /// touches, and takes what is as far as the polygon for visible.
 #[test]
 fn the_buffer_is_strict_about_borders_of_pixels_and_about_depth() {
-    let window = straight(0.01);
+    let window = straight(1.0, 0.01);
     let config = DepthConfig { width: 64, height: 64 };
     let mut depth = DepthBuffer::new(config);
     let mut build = |x: [f32; 2], y: [f32; 2], z: f32| {
@@ -424,7 +377,7 @@ fn the_buffer_is_strict_about_borders_of_pixels_and_about_depth() {
 /// Two layers of a block: what is nearer than one of them, or beside the pixels of the other, is visible.
 #[test]
 fn the_layers_of_the_buffer_hide_only_their_own_pixels() {
-    let window = straight(0.01);
+    let window = straight(1.0, 0.01);
     let config = DepthConfig { width: 64, height: 64 };
     let mut random = Random::new(77);
     let mut hidden = 0;
@@ -437,12 +390,8 @@ fn the_layers_of_the_buffer_hide_only_their_own_pixels() {
                 rectangle(1.0, [x as f32, (x + w) as f32], [y as f32, (y + h) as f32]).map(|p| p * z).to_vec()
             })
             .collect();
-        let mut shadows = Vec::new();
-        for polygon in &polygons {
-            ShadowVolume::push_polygon(polygon, &window, &mut shadows);
-        }
         let mut depth = DepthBuffer::new(config);
-        depth.build(&window, &shadows);
+        depth.build(&window, &shadows_of(&window, &polygons));
         for _ in 0..60 {
             let z = random.range(1.0, 5.0) as f32;
             let x = at(random.range(-1.0, 1.0) as f32, random.range(-1.0, 1.0) as f32, 1.0) * z;

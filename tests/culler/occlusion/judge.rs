@@ -4,11 +4,20 @@ use super::random::Polygon;
 use glam::{DVec3, Vec3};
 use osp::{
     math::{Aabb, Sphere},
+    occlusion::{OcclusionCuller, Verdict},
     view::ViewWindow,
 };
 
 /// How close to a triangle's border a ray still counts as meeting it, as a sine: neighbours meet without a crack.
 const BORDER_SINE: f64 = 1.0e-10;
+
+/// Whether any of the three tests calls a box hidden.
+pub(crate) fn hides(culler: &dyn OcclusionCuller, bounds: &Aabb) -> bool {
+    let ball = Sphere { center: bounds.center(), radius_m: bounds.extent().length() * 0.5 };
+    [culler.test_box(bounds), culler.test_outline(bounds), culler.test_sphere(&ball)]
+        .iter()
+        .any(|tested| tested.verdict == Verdict::Hidden)
+}
 
 /// Whether a point, seen from the eye, is in the window and not nearer than the near plane.
 pub(crate) fn is_in_window(window: &ViewWindow, x: DVec3) -> bool {

@@ -1,15 +1,15 @@
 //! The paper's ways to test a node and to score an occluder: what they find, and which of them may be believed.
 
 use super::{
-    random::{FAMILIES, Polygon, Random, Scene, volume, window},
+    random::{Polygon, scenes, shadows_of, straight, volume},
     session::{Told, polygon, view},
 };
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use osp::{
     math::Aabb,
     occlusion::{
         Cell, Grouping, Needed, OccluderPool, Occlusion, OcclusionCuller, PoolConfig, Score, SelectConfig,
-        Selector, ShadowVolume, Soundness, Verdict,
+        Selector, Soundness, Verdict,
     },
 };
 use osp_lab::Method;
@@ -22,11 +22,8 @@ fn rectangle(distance: f32, x: [f32; 2], y: [f32; 2]) -> Polygon {
 }
 
 fn build(culler: &mut dyn OcclusionCuller, polygons: &[Polygon]) {
-    let window = window(DVec3::ZERO, DVec3::Z, DVec3::Y, [2.0, 2.0], [0.0, 0.0], 0.01);
-    let mut shadows = Vec::new();
-    for polygon in polygons {
-        ShadowVolume::push_polygon(polygon, &window, &mut shadows);
-    }
+    let window = straight(2.0, 0.01);
+    let shadows = shadows_of(&window, polygons);
     assert_eq!(shadows.len(), polygons.len());
     culler.build(&window, &shadows);
 }
@@ -63,20 +60,16 @@ fn corners_find_at_most_what_the_box_finds() {
     let mut hidden = [0, 0];
     for kind in Method::conservative_cullers() {
         let mut culler = kind.create(64);
-        for family in 0..FAMILIES.len() {
-            for n in 0..20 {
-                let mut random = Random::new(0xC0 ^ n << 8 ^ (family as u64) << 40);
-                let scene = Scene::random(family, &mut random);
-                let (shadows, polygons) = scene.occluders();
-                culler.build(&scene.window, &shadows);
-                for _ in 0..50 {
-                    let bounds = volume(&scene.window, &polygons, &mut random);
-                    let by_corners = culler.test_corners(&bounds).verdict == Verdict::Hidden;
-                    let by_box = culler.test_box(&bounds).verdict == Verdict::Hidden;
-                    assert!(by_corners <= by_box, "{}: {bounds:?}", kind.name());
-                    hidden[0] += u32::from(by_corners);
-                    hidden[1] += u32::from(by_box);
-                }
+        for (_, mut random, scene) in scenes(0xC0, 20) {
+            let (shadows, polygons) = scene.occluders();
+            culler.build(&scene.window, &shadows);
+            for _ in 0..50 {
+                let bounds = volume(&scene.window, &polygons, &mut random);
+                let by_corners = culler.test_corners(&bounds).verdict == Verdict::Hidden;
+                let by_box = culler.test_box(&bounds).verdict == Verdict::Hidden;
+                assert!(by_corners <= by_box, "{}: {bounds:?}", kind.name());
+                hidden[0] += u32::from(by_corners);
+                hidden[1] += u32::from(by_box);
             }
         }
     }

@@ -1,50 +1,22 @@
 //! What the near plane and the plane through the eye do to occluders and to what is tested.
 
 use super::{
-    connected::hides,
-    judge::{is_blocked, is_in_window},
-    random::{Random, window},
+    guards::{drawn_last, rectangle},
+    judge::{hides, is_blocked, is_in_window},
+    random::{Random, shadows_of, sound_cullers, straight, window},
     session::{Told, polygon},
 };
 use glam::{DVec3, Vec3};
 use osp::{
     math::{Aabb, Sphere},
-    occlusion::{
-        DepthBuffer, DepthConfig, NotAnOccluder, OcclusionCuller, PreviousFrameOccluders, ShadowVolume,
-        Verdict,
-    },
-    polygon::{PolygonId, VisibleBlocks},
-    view::ViewWindow,
+    occlusion::{DepthBuffer, DepthConfig, NotAnOccluder, OcclusionCuller, ShadowVolume, Verdict},
 };
-use osp_lab::Method;
-
-fn straight(near_m: f64) -> ViewWindow {
-    window(DVec3::ZERO, DVec3::Z, DVec3::Y, [1.0, 1.0], [0.0, 0.0], near_m)
-}
-
-/// All polygons, and those of them that what was visible last leaves.
-fn drawn_last(told: &Told, window: &ViewWindow) -> (Vec<PolygonId>, Vec<PolygonId>) {
-    let in_view: VisibleBlocks = told.scene.visible_ids().collect();
-    let mut last = PreviousFrameOccluders::new(PreviousFrameOccluders::PICTURE, 8);
-    last.build(0, &told.scene, window, &in_view);
-    let is_drawn = |id: &PolygonId| {
-        let polygon = told.scene.polygon(*id);
-        !last.culler().hides_polygon(&polygon) && !hides(&last, &polygon.bounds())
-    };
-    (in_view.to_vec(), in_view.ids().filter(is_drawn).collect())
-}
-
-fn hides_point(culler: &dyn OcclusionCuller, x: Vec3) -> bool {
-    culler.test_box(&Aabb::new(x, x)).verdict == Verdict::Hidden
-        || culler.test_outline(&Aabb::new(x, x)).verdict == Verdict::Hidden
-        || culler.test_sphere(&Sphere { center: x, radius_m: 0.0 }).verdict == Verdict::Hidden
-}
 
 /// A quad of which the near plane cuts off one corner, exactly at its two neighbours. No new corner comes from that, but
 /// the two triangles end at the near plane along a line with a bend, before which nothing is drawn.
 #[test]
 fn a_bent_quad_cut_exactly_at_two_corners_hides_only_what_is_drawn() {
-    let window = straight(1.0);
+    let window = straight(1.0, 1.0);
     for bend in [0.1f32, 1.0e-2, 1.0e-3, 1.0e-4, 1.0e-5] {
         // The diagonal from a to c passes the near plane at (0, bend, 1), the line from b to d at (0, 0, 1).
         let c = Vec3::new(0.0, 0.5, 2.0);
@@ -53,13 +25,9 @@ fn a_bent_quad_cut_exactly_at_two_corners_hides_only_what_is_drawn() {
         let [b, d] = [Vec3::new(0.75, 0.0, 1.0), Vec3::new(-0.75, 0.0, 1.0)];
         for quad in [[a, b, c, d], [c, d, a, b], [d, c, b, a], [a, d, c, b]] {
             assert_eq!(ShadowVolume::of_polygon(&quad, &window), Err(NotAnOccluder::CutByNear), "{bend}");
-            let mut shadows = Vec::new();
-            ShadowVolume::push_polygon(&quad, &window, &mut shadows);
             let polygons = [quad.to_vec()];
             let (mut open, mut behind) = (0, 0);
-            for kind in Method::conservative_cullers() {
-                let mut culler = kind.create(4);
-                culler.build(&window, &shadows);
+            for culler in sound_cullers(&window, &shadows_of(&window, &polygons)) {
                 for i in 1..20 {
                     for x in [-0.5f32, -0.2, 0.0, 0.1, 0.4] {
                         let y = bend * i as f32 * 0.05;
@@ -67,12 +35,12 @@ fn a_bent_quad_cut_exactly_at_two_corners_hides_only_what_is_drawn() {
                         if y >= 0.25 * (1.0 - x.abs() / 0.75) {
                             continue;
                         }
-                        let is_hidden = hides_point(&*culler, point);
+                        let is_hidden = hides(&*culler, &Aabb::new(point, point));
                         if is_blocked(&window, &polygons, point.as_dvec3()) {
                             behind += u32::from(is_hidden);
                         } else {
                             open += 1;
-                            assert!(!is_hidden, "{} {bend}: {point}", kind.name());
+                            assert!(!is_hidden, "{} {bend}: {point}", culler.name());
                         }
                     }
                 }
@@ -88,7 +56,7 @@ fn a_bent_quad_cut_exactly_at_two_corners_hides_only_what_is_drawn() {
 /// A triangle with corners exactly on the near plane, and one cut exactly at a corner, still hide: nothing is bent.
 #[test]
 fn a_triangle_cut_exactly_at_a_corner_hides_what_is_left() {
-    let window = straight(1.0);
+    let window = straight(1.0, 1.0);
     let at = Vec3::new;
     let cut = [at(-0.5, 0.0, 1.0), at(0.5, 0.5, 2.0), at(0.5, -0.5, 0.5)];
     let shadow = ShadowVolume::of_polygon(&cut, &window).expect("a triangle");
@@ -105,8 +73,7 @@ fn a_triangle_cut_exactly_at_a_corner_hides_what_is_left() {
 /// folds: what is called hidden is behind something that is drawn.
 #[test]
 fn random_quads_at_the_near_plane_hide_only_what_is_drawn() {
-    let window = straight(1.0);
-    let mut cullers: Vec<_> = Method::conservative_cullers().into_iter().map(|kind| kind.create(8)).collect();
+    let window = straight(1.0, 1.0);
     let (mut hidden, mut cut) = (0, 0);
     for n in 0..3000 {
         let mut random = Random::new(0x4EA2 + n);
@@ -128,17 +95,13 @@ fn random_quads_at_the_near_plane_hide_only_what_is_drawn() {
         }
         let polygons = [quad.clone()];
         cut += u32::from(ShadowVolume::of_polygon(&quad, &window) == Err(NotAnOccluder::CutByNear));
-        let mut shadows = Vec::new();
-        ShadowVolume::push_polygon(&quad, &window, &mut shadows);
-        for culler in &mut cullers {
-            culler.build(&window, &shadows);
-        }
+        let cullers = sound_cullers(&window, &shadows_of(&window, &polygons));
         for _ in 0..40 {
             let direction = DVec3::new(random.range(-1.0, 1.0), random.range(-1.0, 1.0), 1.0);
             let x = (direction * random.log_range(1.01, 10.0)).as_vec3();
             let blocked = is_blocked(&window, &polygons, x.as_dvec3());
             for culler in &cullers {
-                if hides_point(&**culler, x) {
+                if hides(&**culler, &Aabb::new(x, x)) {
                     hidden += 1;
                     assert!(blocked, "{} {n}: {x} of {quad:?}", culler.name());
                 }
@@ -153,7 +116,7 @@ fn random_quads_at_the_near_plane_hide_only_what_is_drawn() {
 /// the products compared here are exact.
 #[test]
 fn a_box_that_reaches_the_eyes_plane_is_not_hidden_by_rounding() {
-    let window = straight(0.01);
+    let window = straight(1.0, 0.01);
     let config = DepthConfig { width: 1024, height: 576 };
     let mut depth = DepthBuffer::new(config);
     let (near_m, far_m) = (1.1f32, 1.0e9f32);
@@ -178,7 +141,7 @@ fn a_box_that_reaches_the_eyes_plane_is_not_hidden_by_rounding() {
     }
     assert!(asked > 100, "{asked}");
     // Not so near, it is decided.
-    let wall = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)].map(|(x, y)| Vec3::new(x, y, 1.0));
+    let wall = rectangle(1.0, [-2.0, 2.0], [-2.0, 2.0]);
     depth.build(&window, &[ShadowVolume::of_polygon(&wall, &window).expect("a wall")]);
     let behind = Aabb::new(Vec3::new(-3.0, -3.0, 1.1), Vec3::new(3.0, 1.0e4, 2.0));
     assert_eq!(depth.test_box(&behind).verdict, Verdict::Hidden);
@@ -187,22 +150,25 @@ fn a_box_that_reaches_the_eyes_plane_is_not_hidden_by_rounding() {
 /// A triangle that crosses the plane through the eye: projected, its corner behind the eye lands in the middle of the wall.
 #[test]
 fn what_crosses_the_eyes_plane_is_drawn() {
-    let window = straight(0.01);
+    let window = straight(1.0, 0.01);
     let mut told = Told::default();
     let at = Vec3::new;
     let wall = [at(-1.5, -1.5, 1.0), at(0.1, -1.5, 1.0), at(0.1, 1.5, 1.0), at(-1.5, 1.5, 1.0)];
     let across = [at(-1.0, 0.0, 2.0), at(-1.0, 0.1, 2.0), at(1.0, 0.0, -1.2)];
     let hidden = [at(-1.0, 0.0, 2.0), at(-1.0, 0.1, 2.0), at(-0.9, 0.0, 2.0)];
     told.tell(&[polygon(&wall, 1.0), polygon(&across, 1.0), polygon(&hidden, 1.0)]);
-    let (ids, drawn) = drawn_last(&told, &window);
-    assert!(drawn.contains(&ids[1]), "what passes the eye was culled");
-    assert!(!drawn.contains(&ids[2]), "and the wall hides");
-    for kind in Method::conservative_cullers() {
-        let mut culler = kind.create(4);
-        culler.build(&window, &[ShadowVolume::of_polygon(&wall, &window).expect("a wall")]);
+    let drawn = drawn_last(&told.scene, &window);
+    assert!(drawn.contains(&1), "what passes the eye was culled");
+    assert!(!drawn.contains(&2), "and the wall hides");
+    for culler in sound_cullers(&window, &[ShadowVolume::of_polygon(&wall, &window).expect("a wall")]) {
         let bounds = Aabb::from_points(&across);
-        assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{}", kind.name());
-        assert_ne!(culler.test_sphere(&Sphere::around(&bounds)).verdict, Verdict::Hidden, "{}", kind.name());
+        assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{}", culler.name());
+        assert_ne!(
+            culler.test_sphere(&Sphere::around(&bounds)).verdict,
+            Verdict::Hidden,
+            "{}",
+            culler.name()
+        );
     }
 }
 
@@ -210,30 +176,27 @@ fn what_crosses_the_eyes_plane_is_drawn() {
 #[test]
 fn what_all_but_touches_the_eyes_plane_is_drawn() {
     // A narrow window: many pixels to a unit.
-    let window = window(DVec3::ZERO, DVec3::Z, DVec3::Y, [0.01, 0.01], [0.0, 0.0], 0.01);
+    let window = straight(0.01, 0.01);
     let mut told = Told::default();
     let at = Vec3::new;
     let wall = [at(-1.5, -1.5, 1.0), at(1.5, -1.5, 1.0), at(1.5, 1.5, 1.0), at(-1.5, 1.5, 1.0)];
     let far = |x: f32| [at(0.0, -0.9, 2.0), at(0.0, 0.9, 2.0), at(-x, 0.0, 2.0)];
     told.tell(&[polygon(&wall, 1.0), polygon(&far(1.0e3), 1.0), polygon(&far(3.0e4), 1.0)]);
-    let (ids, drawn) = drawn_last(&told, &window);
-    assert_eq!(drawn, [ids[0], ids[2]]);
+    assert_eq!(drawn_last(&told.scene, &window), [0, 2]);
 }
 
 /// Behind the eye, mirrored by the projection, nothing is hidden by what is before it.
 #[test]
 fn what_is_behind_the_eye_is_in_no_shadow() {
-    let window = straight(0.01);
-    let wall = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)].map(|(x, y)| Vec3::new(x, y, 1.0));
+    let window = straight(1.0, 0.01);
+    let wall = rectangle(1.0, [-2.0, 2.0], [-2.0, 2.0]);
     let shadow = ShadowVolume::of_polygon(&wall, &window).expect("a wall");
-    for kind in Method::conservative_cullers() {
-        let mut culler = kind.create(4);
-        culler.build(&window, &[shadow]);
+    for culler in sound_cullers(&window, &[shadow]) {
         for z in [-0.5, -1.0, -5.0] {
             let bounds = Aabb::cube(Vec3::new(0.0, 0.0, z), 0.1);
-            assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{} {z}", kind.name());
+            assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{} {z}", culler.name());
             let ball = Sphere { center: bounds.center(), radius_m: 0.05 };
-            assert_ne!(culler.test_sphere(&ball).verdict, Verdict::Hidden, "{} {z}", kind.name());
+            assert_ne!(culler.test_sphere(&ball).verdict, Verdict::Hidden, "{} {z}", culler.name());
         }
     }
 }
@@ -284,18 +247,16 @@ fn a_ball_whose_box_reaches_behind_the_eye_is_not_hidden_by_its_corners() {
 /// A ball's radius counts by its size.
 #[test]
 fn a_ball_of_negative_radius_is_no_smaller() {
-    let window = straight(0.01);
-    let wall = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, y)| Vec3::new(x, y, 1.0));
-    for kind in Method::conservative_cullers() {
-        let mut culler = kind.create(4);
-        culler.build(&window, &[ShadowVolume::of_polygon(&wall, &window).expect("a wall")]);
+    let window = straight(1.0, 0.01);
+    let wall = rectangle(1.0, [-0.5, 0.5], [-0.5, 0.5]);
+    for culler in sound_cullers(&window, &[ShadowVolume::of_polygon(&wall, &window).expect("a wall")]) {
         for (radius_m, verdict) in [(-0.1, true), (0.1, true), (-2.0, false), (2.0, false)] {
             let ball = Sphere { center: Vec3::new(0.0, 0.0, 4.0), radius_m };
             assert_eq!(
                 culler.test_sphere(&ball).verdict == Verdict::Hidden,
                 verdict,
                 "{} {radius_m}",
-                kind.name()
+                culler.name()
             );
         }
     }
@@ -304,11 +265,10 @@ fn a_ball_of_negative_radius_is_no_smaller() {
 /// A window that shows nearly half of space, whose pixels cannot be known well enough: the buffer decides nothing.
 #[test]
 fn a_window_at_a_grazing_angle_decides_nothing_in_pixels() {
-    let wall =
-        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| Vec3::new(x, y, 0.01) * 100.0);
+    let wall = rectangle(1.0, [-100.0, 100.0], [-100.0, 100.0]);
     let behind = Aabb::cube(Vec3::new(0.0, 0.0, 2.0), 1.0);
     for (tangent, decided) in [(2.0e3, true), (2.0e4, false), (1.0e5, false)] {
-        let window = window(DVec3::ZERO, DVec3::Z, DVec3::Y, [tangent, tangent], [0.0, 0.0], 0.01);
+        let window = straight(tangent, 0.01);
         let mut depth = DepthBuffer::new(DepthConfig { height: 1024, ..DepthConfig::default() });
         depth.build(&window, &[ShadowVolume::of_polygon(&wall, &window).expect("a wall")]);
         assert_eq!(depth.test_box(&behind).verdict == Verdict::Hidden, decided, "{tangent}");

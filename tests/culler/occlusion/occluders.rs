@@ -2,7 +2,7 @@
 
 use super::{
     judge::{is_blocked, points_of_box},
-    random::{Polygon, Random, volume, window},
+    random::{Polygon, Random, straight, volume, window},
 };
 use glam::{DVec3, Vec3};
 use osp::{
@@ -12,19 +12,15 @@ use osp::{
 };
 use osp_lab::Method;
 
-fn straight() -> ViewWindow {
-    window(DVec3::ZERO, DVec3::Z, DVec3::Y, [1.0, 1.0], [0.0, 0.0], 0.1)
-}
-
 fn refused(corners: &[Vec3]) -> NotAnOccluder {
-    ShadowVolume::of_polygon(corners, &straight()).expect_err("refused")
+    ShadowVolume::of_polygon(corners, &straight(1.0, 0.1)).expect_err("refused")
 }
 
 #[test]
 fn bad_occluders_are_refused_for_the_right_reason() {
     let at = Vec3::new;
     let quad = [at(-1.0, -1.0, 5.0), at(1.0, -1.0, 5.0), at(1.0, 1.0, 5.0), at(-1.0, 1.0, 5.0)];
-    assert!(ShadowVolume::of_polygon(&quad, &straight()).is_ok());
+    assert!(ShadowVolume::of_polygon(&quad, &straight(1.0, 0.1)).is_ok());
     assert_eq!(refused(&quad[..2]), NotAnOccluder::CornerCount);
     assert_eq!(refused(&[]), NotAnOccluder::CornerCount);
     assert_eq!(refused(&[quad[0]; MAX_SIDES]), NotAnOccluder::CornerCount);
@@ -109,7 +105,7 @@ fn no_occluder_input_panics_or_hides_what_is_visible() {
     for n in 0..scenes {
         let mut random = Random::new(0xFADE + n);
         let window = if random.chance(0.5) {
-            straight()
+            straight(1.0, 0.1)
         } else {
             let eye = DVec3::new(random.range(-1.0, 1.0), 0.0, 0.0) * random.log_range(1.0, 1.0e6);
             let near = random.log_range(1.0e-9, 10.0);

@@ -11,15 +11,15 @@ use osp::{
     view::{Projection, View},
 };
 use osp_rivals::IndexKind;
-use osp_session::{
-    recording::{Author, Event},
-    scene::Scene,
-};
+use osp_session::{recording::Event, scene::Scene};
+use osp_testkit::events::polygon;
+
+const WHITE: (f32, f32, f32, f32) = (1.0, 1.0, 1.0, 1.0);
 
 fn square(center: Vec3, half_m: f32) -> Event {
     let corner = |x: f32, y: f32| center + Vec3::new(x, y, 0.0) * half_m;
-    let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-    Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (1.0, 1.0, 1.0, 1.0) }
+    let vertices = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    polygon(None, vertices, WHITE)
 }
 
 /// What is drawn of each view in the fourth frame at rest.
@@ -81,9 +81,7 @@ fn rough_wall(scene: &mut Scene, changes: &mut Vec<Change>) {
     for (x, y) in (-20..20).flat_map(|x| (-20..20).map(move |y| (x, y))) {
         let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
         for vertices in [vec![a, b, c], vec![a, c, d]] {
-            let color = (1.0, 1.0, 1.0, 1.0);
-            let event = Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color };
-            scene.apply(&event, changes);
+            scene.apply(&polygon(None, vertices, WHITE), changes);
         }
     }
 }

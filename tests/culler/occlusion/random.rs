@@ -3,9 +3,10 @@
 use glam::{DVec3, Vec3};
 use osp::{
     math::{Aabb, Sphere},
-    occlusion::ShadowVolume,
+    occlusion::{OcclusionCuller, ShadowVolume},
     view::ViewWindow,
 };
+use osp_lab::Method;
 pub(crate) use osp_testkit::Random;
 
 /// A window like a screen's, possibly off-axis.
@@ -25,7 +26,31 @@ pub(crate) fn window(
     ViewWindow::new(eye, forward, corners, near).expect("a pointed cone")
 }
 
+/// From the origin along +z; the window reaches this far to each side at distance 1.
+pub(crate) fn straight(half: f64, near: f64) -> ViewWindow {
+    window(DVec3::ZERO, DVec3::Z, DVec3::Y, [half, half], [0.0, 0.0], near)
+}
+
 pub(crate) type Polygon = Vec<Vec3>;
+
+/// The shadow volumes of polygons, in their order.
+pub(crate) fn shadows_of(window: &ViewWindow, polygons: &[Polygon]) -> Vec<ShadowVolume> {
+    let mut shadows = Vec::new();
+    for polygon in polygons {
+        ShadowVolume::push_polygon(polygon, window, &mut shadows);
+    }
+    shadows
+}
+
+/// Every culler that never hides what is visible, with these shadows.
+pub(crate) fn sound_cullers(window: &ViewWindow, shadows: &[ShadowVolume]) -> Vec<Box<dyn OcclusionCuller>> {
+    let built = Method::conservative_cullers().into_iter().map(|kind| {
+        let mut culler = kind.create(32);
+        culler.build(window, shadows);
+        culler
+    });
+    built.collect()
+}
 
 /// A window and polygons, the polygons in no order.
 pub(crate) struct Scene {
@@ -36,8 +61,18 @@ pub(crate) struct Scene {
 /// What [`Scene::random`] puts together.
 pub(crate) const FAMILIES: [&str; 6] = ["random", "tiles", "t-junctions", "strips", "boxes", "slivers"];
 
+/// So many scenes of each family, their names, and the numbers that follow.
+pub(crate) fn scenes(seed: u64, of_each: u64) -> impl Iterator<Item = (String, Random, Scene)> {
+    let all = FAMILIES.iter().enumerate().flat_map(move |family| (0..of_each).map(move |n| (family, n)));
+    all.map(move |((family, name), n)| {
+        let mut random = Random::new(seed ^ n << 8 ^ (family as u64) << 40);
+        let scene = Scene::random(family, &mut random);
+        (format!("{name} {n}"), random, scene)
+    })
+}
+
 impl Scene {
-    pub(crate) fn random(family: usize, random: &mut Random) -> Self {
+    fn random(family: usize, random: &mut Random) -> Self {
         let eye = random.in_cube() * random.log_range(0.01, 100.0);
         let forward = random.direction();
         let half = random.range(0.2, 1.4);

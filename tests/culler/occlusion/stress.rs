@@ -2,7 +2,7 @@
 
 use super::{
     judge::{is_blocked, points_of_ball, points_of_box},
-    random::{FAMILIES, Random, Scene, ball, volume},
+    random::{ball, scenes, volume},
 };
 use osp::occlusion::{
     CoverageBuffer, DepthBuffer, DepthConfig, Occlusion, OcclusionCuller, Soundness, Verdict,
@@ -27,31 +27,31 @@ struct Tally {
 /// Asks a culler about volumes in every family of scenes and has each "hidden" judged.
 fn tally(culler: &mut dyn OcclusionCuller, seed: u64) -> Tally {
     let mut tally = Tally::default();
-    for (family, name) in FAMILIES.iter().enumerate() {
-        for n in 0..SCENES {
-            let mut random = Random::new(seed ^ n << 8 ^ (family as u64) << 40);
-            let scene = Scene::random(family, &mut random);
-            let (shadows, polygons) = scene.occluders();
-            culler.build(&scene.window, &shadows);
-            for _ in 0..VOLUMES {
-                let bounds = volume(&scene.window, &polygons, &mut random);
-                let sphere = ball(&bounds);
-                let boxes = [culler.test_box(&bounds), culler.test_outline(&bounds)];
-                let hidden_box = boxes.iter().any(|t| t.verdict == Verdict::Hidden);
-                let hidden_ball = culler.test_sphere(&sphere).verdict == Verdict::Hidden;
-                tally.asked += 3;
-                tally.hidden += u64::from(hidden_box) + u64::from(hidden_ball);
-                let mut points = Vec::new();
-                if hidden_box {
-                    points.extend(points_of_box(&scene.window, &bounds));
-                }
-                if hidden_ball {
-                    points.extend(points_of_ball(&scene.window, &sphere));
-                }
-                if let Some(x) = points.iter().find(|x| !is_blocked(&scene.window, &polygons, **x)) {
-                    tally.wrong += 1;
-                    tally.example.get_or_insert_with(|| format!("{name} {n}: {x} of {bounds:?}"));
-                }
+    for (n, (name, mut random, scene)) in scenes(seed, SCENES).enumerate() {
+        let (mut shadows, polygons) = scene.occluders();
+        // The order of occluders changes the effect only.
+        if n % 3 == 0 {
+            (1..shadows.len()).rev().for_each(|i| shadows.swap(i, random.below(i + 1)));
+        }
+        culler.build(&scene.window, &shadows);
+        for _ in 0..VOLUMES {
+            let bounds = volume(&scene.window, &polygons, &mut random);
+            let sphere = ball(&bounds);
+            let boxes = [culler.test_box(&bounds), culler.test_outline(&bounds)];
+            let hidden_box = boxes.iter().any(|t| t.verdict == Verdict::Hidden);
+            let hidden_ball = culler.test_sphere(&sphere).verdict == Verdict::Hidden;
+            tally.asked += 3;
+            tally.hidden += u64::from(hidden_box) + u64::from(hidden_ball);
+            let mut points = Vec::new();
+            if hidden_box {
+                points.extend(points_of_box(&scene.window, &bounds));
+            }
+            if hidden_ball {
+                points.extend(points_of_ball(&scene.window, &sphere));
+            }
+            if let Some(x) = points.iter().find(|x| !is_blocked(&scene.window, &polygons, **x)) {
+                tally.wrong += 1;
+                tally.example.get_or_insert_with(|| format!("{name}: {x} of {bounds:?}"));
             }
         }
     }
@@ -134,29 +134,25 @@ fn the_judge_catches_the_paper() {
 fn hidden_by_sphere_implies_by_box_implies_by_outline() {
     let mut culler = Msvbsp::new(MsvbspConfig::default());
     let (mut by_sphere, mut by_box, mut by_outline) = (0, 0, 0);
-    for family in 0..FAMILIES.len() {
-        for n in 0..SCENES {
-            let mut random = Random::new(0xF4 ^ n << 8 ^ (family as u64) << 40);
-            let scene = Scene::random(family, &mut random);
-            let (shadows, polygons) = scene.occluders();
-            culler.build(&scene.window, &shadows);
-            for _ in 0..VOLUMES {
-                let bounds = volume(&scene.window, &polygons, &mut random);
-                // A little more than the corners' distance: centre and radius are rounded.
-                let around = osp::math::Sphere::around(&bounds);
-                let rounding = around.center.abs().max_element() * 1.0e-6;
-                let around = osp::math::Sphere { radius_m: around.radius_m * 1.001 + rounding, ..around };
-                let hidden = |tested: osp::occlusion::Tested| tested.verdict == Verdict::Hidden;
-                let answers = [
-                    hidden(culler.test_sphere(&around)),
-                    hidden(culler.test_box(&bounds)),
-                    hidden(culler.test_outline(&bounds)),
-                ];
-                assert!(answers[0] <= answers[1] && answers[1] <= answers[2], "{answers:?} {bounds:?}");
-                by_sphere += u32::from(answers[0]);
-                by_box += u32::from(answers[1]);
-                by_outline += u32::from(answers[2]);
-            }
+    for (_, mut random, scene) in scenes(0xF4, SCENES) {
+        let (shadows, polygons) = scene.occluders();
+        culler.build(&scene.window, &shadows);
+        for _ in 0..VOLUMES {
+            let bounds = volume(&scene.window, &polygons, &mut random);
+            // A little more than the corners' distance: centre and radius are rounded.
+            let around = osp::math::Sphere::around(&bounds);
+            let rounding = around.center.abs().max_element() * 1.0e-6;
+            let around = osp::math::Sphere { radius_m: around.radius_m * 1.001 + rounding, ..around };
+            let hidden = |tested: osp::occlusion::Tested| tested.verdict == Verdict::Hidden;
+            let answers = [
+                hidden(culler.test_sphere(&around)),
+                hidden(culler.test_box(&bounds)),
+                hidden(culler.test_outline(&bounds)),
+            ];
+            assert!(answers[0] <= answers[1] && answers[1] <= answers[2], "{answers:?} {bounds:?}");
+            by_sphere += u32::from(answers[0]);
+            by_box += u32::from(answers[1]);
+            by_outline += u32::from(answers[2]);
         }
     }
     eprintln!("hidden by sphere {by_sphere}, box {by_box}, outline {by_outline}");
@@ -168,49 +164,19 @@ fn one_occluder_hides_as_much_in_the_tree_as_alone() {
     let mut tree = Msvbsp::new(MsvbspConfig::default());
     let mut alone = ShadowFrusta::new(1);
     let mut hidden = 0;
-    for family in 0..FAMILIES.len() {
-        for n in 0..SCENES {
-            let mut random = Random::new(0xF5 ^ n << 8 ^ (family as u64) << 40);
-            let scene = Scene::random(family, &mut random);
-            let (shadows, polygons) = scene.occluders();
-            for shadow in shadows.iter().take(3) {
-                tree.build(&scene.window, std::slice::from_ref(shadow));
-                alone.build(&scene.window, std::slice::from_ref(shadow));
-                for _ in 0..VOLUMES / 3 {
-                    let bounds = volume(&scene.window, &polygons, &mut random);
-                    if alone.test_box(&bounds).verdict == Verdict::Hidden {
-                        hidden += 1;
-                        assert_eq!(tree.test_box(&bounds).verdict, Verdict::Hidden, "{bounds:?}");
-                    }
+    for (_, mut random, scene) in scenes(0xF5, SCENES) {
+        let (shadows, polygons) = scene.occluders();
+        for shadow in shadows.iter().take(3) {
+            tree.build(&scene.window, std::slice::from_ref(shadow));
+            alone.build(&scene.window, std::slice::from_ref(shadow));
+            for _ in 0..VOLUMES / 3 {
+                let bounds = volume(&scene.window, &polygons, &mut random);
+                if alone.test_box(&bounds).verdict == Verdict::Hidden {
+                    hidden += 1;
+                    assert_eq!(tree.test_box(&bounds).verdict, Verdict::Hidden, "{bounds:?}");
                 }
             }
         }
     }
     assert!(hidden > 100);
-}
-
-#[test]
-fn the_order_of_occluders_changes_effect_only() {
-    let mut culler = Msvbsp::new(MsvbspConfig::default());
-    for family in 0..FAMILIES.len() {
-        for n in 0..SCENES / 4 + 1 {
-            let mut random = Random::new(0xF6 ^ n << 8 ^ (family as u64) << 40);
-            let scene = Scene::random(family, &mut random);
-            let (mut shadows, polygons) = scene.occluders();
-            for _ in 0..3 {
-                for i in (1..shadows.len()).rev() {
-                    shadows.swap(i, random.below(i + 1));
-                }
-                culler.build(&scene.window, &shadows);
-                for _ in 0..VOLUMES / 3 {
-                    let bounds = volume(&scene.window, &polygons, &mut random);
-                    if culler.test_box(&bounds).verdict == Verdict::Hidden {
-                        for x in points_of_box(&scene.window, &bounds) {
-                            assert!(is_blocked(&scene.window, &polygons, x), "{x} of {bounds:?}");
-                        }
-                    }
-                }
-            }
-        }
-    }
 }

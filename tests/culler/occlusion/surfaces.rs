@@ -2,11 +2,16 @@
 
 use super::{
     connected::{Polygons, convex, hides},
-    judge::{is_blocked, is_in_window},
-    random::{Polygon, Random, window},
+    judge::{is_blocked, is_in_window, points_of_ball},
+    random::{Polygon, Random, ball, window},
 };
 use glam::{DVec3, Vec3};
-use osp::{index::Backend, math::Aabb, occlusion::PreviousFrameOccluders, view::ViewWindow};
+use osp::{
+    index::Backend,
+    math::Aabb,
+    occlusion::{OcclusionCuller, PreviousFrameOccluders, Verdict},
+    view::ViewWindow,
+};
 use std::{
     f64::consts::TAU,
     hash::{DefaultHasher, Hash, Hasher},
@@ -310,6 +315,11 @@ fn hidden_points(
             points.push(eye.window.from_eye((bounds.min + bounds.extent() * part).min(bounds.max)));
         }
     }
+    let ball = ball(&bounds);
+    let is_ball_hidden = last.culler().test_sphere(&ball).verdict == Verdict::Hidden;
+    if is_ball_hidden {
+        points.extend(points_of_ball(&eye.window, &ball));
+    }
     let count = 3 + random.below(2);
     let is_polygon_hidden = last.culler().hides_polygon(&convex(&corners[..count]));
     if is_polygon_hidden {
@@ -319,7 +329,7 @@ fn hidden_points(
             points.push(a.lerp(b, random.unit()).lerp(c, random.unit()));
         }
     }
-    (is_hidden, is_box_hidden, is_polygon_hidden).hash(hasher);
+    (is_hidden, is_box_hidden, is_ball_hidden, is_polygon_hidden).hash(hasher);
     points.retain(|x| is_in_window(&eye.window, *x));
     points
 }

@@ -1,62 +1,9 @@
 //! Where the top of the tree goes down, comes back, or keeps something of its own, and the largest leaf that there can be.
 
-use super::{assert_same, config};
+use super::Both;
 use glam::Vec3;
-use osp::{
-    index::{BruteForce, Osp, SpatialIndex},
-    math::Aabb,
-    polygon::PolygonId,
-};
-use osp_testkit::boxes::{Place, Rng, root, views};
-
-/// A tree from the first polygon on, beside brute force.
-pub(crate) struct Both {
-    pub(crate) osp: Osp,
-    pub(crate) reference: BruteForce,
-    /// The first number of the next block of sixteen: what begins one is a run of its own.
-    next: u32,
-}
-
-impl Both {
-    pub(crate) fn new() -> Self {
-        Self { osp: Osp::new(&config()).with_linear_blocks(0), reference: BruteForce::new(), next: 0 }
-    }
-
-    /// Polygons that lie side by side, and nothing else, in a block of numbers. The first number.
-    pub(crate) fn add(&mut self, boxes: &[Aabb]) -> u32 {
-        for (id, bounds) in (self.next..).map(PolygonId).zip(boxes) {
-            self.osp.insert(id, bounds).expect("a new id");
-            self.reference.insert(id, bounds).expect("a new id");
-        }
-        self.next += 16;
-        self.next - 16
-    }
-
-    pub(crate) fn add_small(&mut self, count: usize, around: &Aabb, rng: &mut Rng) -> Vec<u32> {
-        (0..count).map(|_| self.add(&[Aabb::cube(rng.point(around), 0.02)])).collect()
-    }
-
-    pub(crate) fn remove(&mut self, id: u32) {
-        self.osp.remove(PolygonId(id)).expect("it is there");
-        self.reference.remove(PolygonId(id)).expect("it is there");
-    }
-
-    /// Frames in which nothing changes, as many as upkeep needs.
-    pub(crate) fn wait(&mut self) {
-        (0..100).for_each(|_| self.osp.commit());
-    }
-
-    /// No number from here on is in use.
-    pub(crate) fn next(&self) -> u32 {
-        self.next
-    }
-
-    pub(crate) fn check(&self) {
-        self.osp.validate().expect("a sound tree");
-        assert_same(&self.osp, &self.reference, &views(&root(), 3, Place::Outside, 61));
-        assert_same(&self.osp, &self.reference, &views(&root(), 3, Place::Inside, 62));
-    }
-}
+use osp::{index::SpatialIndex, math::Aabb, polygon::PolygonId};
+use osp_testkit::boxes::{Rng, root};
 
 /// A cube in one of the eight parts of the root cube.
 pub(crate) fn part() -> Aabb {

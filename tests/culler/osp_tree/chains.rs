@@ -1,5 +1,6 @@
 //! Polygons that no cell can part are a chain of buckets: whatever goes out of it first, the rest stays whole.
 
+use super::life::depth;
 use glam::Vec3;
 use osp::{
     index::{IndexConfig, Osp, SpatialIndex},
@@ -21,9 +22,9 @@ fn check(osp: &Osp, is_left: &[bool], what: &str) {
     assert!(found == left, "{what}: {} of {} are found", found.len(), left.len());
 }
 
-fn full() -> Osp {
+fn full(size_m: f32) -> Osp {
     let mut osp = Osp::new(&IndexConfig { root: root(), capacity: COUNT as usize });
-    let bounds = Aabb::cube(Vec3::new(0.1, 0.2, 0.3), 0.0);
+    let bounds = Aabb::cube(Vec3::new(0.1, 0.2, 0.3), size_m);
     for i in 0..COUNT {
         osp.insert(PolygonId(i), &bounds).expect("a new number");
         if i % 256 == 255 {
@@ -31,6 +32,7 @@ fn full() -> Osp {
         }
     }
     osp.commit();
+    assert!(depth(&osp) < 32, "a chain of nodes");
     osp
 }
 
@@ -50,8 +52,8 @@ fn orders() -> [(&'static str, Vec<u32>); 4] {
 
 #[test]
 fn a_chain_stays_whole_whatever_goes_first() {
-    for (what, order) in orders() {
-        let mut osp = full();
+    for ((what, order), size_m) in orders().into_iter().zip([0.0, 0.02, 0.0, 0.02]) {
+        let mut osp = full(size_m);
         let mut is_left = vec![true; COUNT as usize];
         for (done, &i) in order.iter().enumerate() {
             osp.remove(PolygonId(i)).expect("it is there");

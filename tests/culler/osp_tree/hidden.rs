@@ -1,6 +1,6 @@
 //! Views that see most of a model: what is hidden is looked for, and what is seen is not read.
 
-use super::{backends, cull, tree};
+use super::{Both, backends, cull, tree};
 use glam::Vec3;
 use osp::{
     index::{BruteForce, IndexConfig, Osp, SpatialIndex},
@@ -38,17 +38,15 @@ fn ask(
     ([work.nodes, same.nodes], ids)
 }
 
-fn filled(ids: impl Fn(u32) -> u32, boxes: &[Aabb], mut osp: Osp) -> (Osp, BruteForce) {
-    let mut reference = BruteForce::new();
-    for (i, bounds) in boxes.iter().enumerate() {
-        let id = PolygonId(ids(i as u32));
-        osp.insert(id, bounds).expect("finite boxes, each id once");
-        reference.insert(id, bounds).expect("finite boxes, each id once");
+fn filled(ids: impl Fn(u32) -> u32, boxes: &[Aabb], osp: Osp) -> (Osp, BruteForce) {
+    let mut both = Both::of(osp);
+    for (i, bounds) in (0..).zip(boxes) {
+        both.insert(ids(i), bounds);
         if i % 16 == 15 {
-            osp.commit();
+            both.osp.commit();
         }
     }
-    (osp, reference)
+    (both.osp, both.reference)
 }
 
 #[test]

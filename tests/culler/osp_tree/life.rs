@@ -1,6 +1,7 @@
 //! A long life: polygons that are erased, moved, drawn again, far away, tiny or all in one place. Compared by work
 //! counts, which do not depend on the machine.
 
+use super::Both;
 use glam::Vec3;
 use osp::{
     index::{
@@ -68,7 +69,7 @@ impl Visitor for Deepest {
     fn polygons(&mut self, _ids: &[PolygonId], _decision: Visit) {}
 }
 
-fn depth(osp: &Osp) -> u32 {
+pub(crate) fn depth(osp: &Osp) -> u32 {
     let mut deepest = Deepest::default();
     let everything = Frustum::new([osp::math::Plane { normal: Vec3::ZERO, d: 0.0 }; 6]);
     osp.traverse(&everything, &mut deepest);
@@ -281,39 +282,6 @@ fn any_place_and_size_costs_what_a_fitting_root_costs() {
     super::assert_same(&osp, &reference, &frusta);
 }
 
-#[test]
-fn a_million_coincident_polygons() {
-    const COUNT: u32 = 1_000_000;
-    for size_m in [0.0, 0.02] {
-        let bounds = Aabb::cube(Vec3::new(0.1, 0.2, 0.3), size_m);
-        let mut osp = Osp::new(&IndexConfig { root: root(), capacity: COUNT as usize });
-        for i in 0..COUNT {
-            osp.insert(PolygonId(i), &bounds).unwrap();
-            if i % 256 == 255 {
-                osp.commit();
-            }
-        }
-        osp.commit();
-        assert!(depth(&osp) < 32, "a chain of nodes");
-        let everything = Frustum::new([osp::math::Plane { normal: Vec3::ZERO, d: 0.0 }; 6]);
-        let mut list = Vec::new();
-        osp.frustum_cull(&everything, &mut list);
-        assert_eq!(list.len(), COUNT as usize);
-        for i in 0..COUNT {
-            osp.remove(PolygonId(i)).unwrap();
-            if i % 256 == 255 {
-                osp.commit();
-            }
-        }
-        osp.commit();
-        osp.validate().unwrap();
-        assert_eq!(osp.len(), 0);
-        list.clear();
-        osp.frustum_cull(&everything, &mut list);
-        assert!(list.is_empty());
-    }
-}
-
 /// `cargo test --release --test culler -- --ignored --nocapture ten_million`
 #[test]
 #[ignore = "ten seconds with --release, minutes without"]
@@ -363,48 +331,29 @@ fn ten_million_polygons_within_400_mb() {
 /// Runs of four lose two, and what is left of each has its middle in the cell beside; then their leaf is split.
 #[test]
 fn a_run_whose_middle_has_left_its_cell_stays_below_its_cell_when_that_is_split() {
-    let mut osp = Osp::new(&IndexConfig { root: root(), capacity: 1000 }).with_linear_blocks(0);
-    let mut reference = BruteForce::new();
-    let mut rng = Rng(51);
-    let mut next = 0;
-    let mut add = |osp: &mut Osp, reference: &mut BruteForce, centers: &[Vec3]| {
-        // A block of numbers for each run.
-        for (id, &center) in (next..).zip(centers) {
-            let bounds = Aabb::cube(center, 0.02);
-            osp.insert(PolygonId(id), &bounds).expect("finite boxes, each id once");
-            reference.insert(PolygonId(id), &bounds).expect("finite boxes, each id once");
-        }
-        next += 16;
-        next - 16
-    };
+    let (mut both, mut rng) = (Both::new(), Rng(51));
     // Cells of two metres meet at the origin.
     let (this, beside) = (Aabb::cube(Vec3::splat(0.5), 0.8), Aabb::cube(Vec3::new(-1.5, 0.5, 0.5), 0.8));
-    let across = |i: u32| [-0.02, 0.0, 0.02, 0.04].map(|x| Vec3::new(x, 0.3 + 0.1 * i as f32, 0.5));
-    for _ in 0..100 {
-        add(&mut osp, &mut reference, &[rng.point(&beside)]);
+    let run =
+        |i: u32| [-0.02, 0.0, 0.02, 0.04].map(|x| Aabb::cube(Vec3::new(x, 0.3 + 0.1 * i as f32, 0.5), 0.02));
+    both.add_small(100, &beside, &mut rng);
+    let runs: Vec<u32> = (0..4).map(|i| both.add(&run(i))).collect();
+    both.add_small(180, &this, &mut rng);
+    both.osp.commit();
+    for id in runs.iter().flat_map(|first| [first + 2, first + 3]) {
+        both.remove(id);
     }
-    let runs: Vec<u32> = (0..4).map(|i| add(&mut osp, &mut reference, &across(i))).collect();
-    for _ in 0..180 {
-        add(&mut osp, &mut reference, &[rng.point(&this)]);
-    }
-    osp.commit();
-    for id in runs.iter().flat_map(|first| [first + 2, first + 3]).map(PolygonId) {
-        osp.remove(id).expect("it is there");
-        reference.remove(id).expect("it is there");
-    }
-    (0..4).for_each(|_| osp.commit());
-    osp.validate().expect("valid before the leaf is split");
+    (0..4).for_each(|_| both.osp.commit());
+    both.osp.validate().expect("valid before the leaf is split");
     for _ in 0..120 {
-        add(&mut osp, &mut reference, &[rng.point(&this)]);
-        osp.validate().expect("valid");
+        both.add_small(1, &this, &mut rng);
+        both.osp.validate().expect("valid");
     }
     // Freed and taken again: what is found must still be there.
-    for id in (0..next).filter(|id| id % 3 == 0).map(PolygonId) {
-        assert_eq!(osp.remove(id), reference.remove(id));
+    for id in (0..both.next).filter(|id| id % 3 == 0).map(PolygonId) {
+        assert_eq!(both.osp.remove(id), both.reference.remove(id));
     }
-    (0..40).for_each(|_| osp.commit());
-    osp.validate().expect("valid");
-    for frustum in some_views(&root()) {
-        assert_eq!(super::cull(&osp, &frustum), super::cull(&reference, &frustum));
-    }
+    both.wait();
+    both.osp.validate().expect("valid");
+    super::assert_same(&both.osp, &both.reference, &some_views(&root()));
 }

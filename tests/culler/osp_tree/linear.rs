@@ -1,6 +1,6 @@
 //! The linear form: few polygons are a plain list, and the change to a tree and back loses nothing.
 
-use super::{assert_same, backends, config, cull, tree};
+use super::{Both, assert_same, backends, config, cull, life::depth, tree};
 use glam::Vec3;
 use osp::{
     index::{BruteForce, IndexError, Osp, SpatialIndex, Thinner, Visit},
@@ -11,18 +11,7 @@ use osp_testkit::boxes::{Place, Rng, drawn, root, shuffled, views};
 
 /// Whether the index is a plain list now: no node is above a block.
 fn is_linear(osp: &Osp) -> bool {
-    struct Deepest(u32);
-    impl osp::index::Visitor for Deepest {
-        fn node(&mut self, node: &osp::index::Node<'_>) -> Visit {
-            self.0 = self.0.max(node.depth);
-            Visit::Descend
-        }
-
-        fn polygons(&mut self, _ids: &[PolygonId], _decision: Visit) {}
-    }
-    let mut deepest = Deepest(0);
-    osp.traverse(&Frustum::everything(), &mut deepest);
-    deepest.0 == 0
+    depth(osp) == 0
 }
 
 /// Hides what lies in a half of the root cube, as nodes and one by one.
@@ -194,15 +183,9 @@ fn the_border_is_crossed_once() {
 #[test]
 fn scattered_polygons_become_a_tree_when_no_more_come() {
     let boxes = shuffled(drawn(6_000, 56), 57);
-    let (mut osp, mut reference) = (Osp::new(&config()), BruteForce::new());
-    for (i, bounds) in boxes.iter().enumerate() {
-        let id = PolygonId(i as u32);
-        osp.insert(id, bounds).unwrap();
-        reference.insert(id, bounds).unwrap();
-        if i % 16 == 15 {
-            osp.commit();
-        }
-    }
+    let mut both = Both::of(Osp::new(&config()));
+    both.fill(&boxes, 16);
+    let Both { mut osp, reference, .. } = both;
     assert!(is_linear(&osp) && osp.moving() == 0);
     assert_all_same(&osp, &reference, &boxes, 58);
     for frame in 0..1_200 {
@@ -213,14 +196,9 @@ fn scattered_polygons_become_a_tree_when_no_more_come() {
     }
     assert!(!is_linear(&osp) && osp.moving() == 0);
     // Those drawn in order are a tree at once.
-    let mut osp = Osp::new(&config());
-    for (i, bounds) in drawn(6_000, 56).iter().enumerate() {
-        osp.insert(PolygonId(i as u32), bounds).unwrap();
-        if i % 16 == 15 {
-            osp.commit();
-        }
-    }
-    assert!(!is_linear(&osp));
+    let mut both = Both::of(Osp::new(&config()));
+    both.fill(&drawn(6_000, 56), 16);
+    assert!(!is_linear(&both.osp));
 }
 
 /// Few polygons whose numbers lie far apart are many blocks; those of one stroke are few.
@@ -233,6 +211,8 @@ fn the_limit_counts_blocks() {
         apart.insert(PolygonId(i as u32 * 1_000), bounds).unwrap();
     }
     assert!(is_linear(&near) && !is_linear(&apart));
+    let nodes = near.frustum_cull(&Frustum::everything(), &mut Vec::new()).nodes;
+    assert!(nodes <= 2 + 300 / 8, "300 polygons: {nodes} nodes and pages");
     near.validate().unwrap();
     apart.validate().unwrap();
     // A new limit for an index that has polygons already.

@@ -1,8 +1,8 @@
 //! Runs that have lost polygons: their boxes are too wide until upkeep comes to them, wherever they are by then.
 
-use super::borders::{Both, part};
+use super::{Both, borders::part};
 use glam::Vec3;
-use osp::{index::SpatialIndex, math::Aabb, polygon::PolygonId};
+use osp::{index::SpatialIndex, math::Aabb};
 use osp_testkit::boxes::Rng;
 
 /// Polygons side by side along x, of which the last lies far from the first.
@@ -31,10 +31,7 @@ fn what_is_left_of_a_pair_may_go_to_another_leaf() {
     let pairs = tree(&mut both, &mut rng, 200, &[2; 8]);
     for (i, &id) in pairs.iter().enumerate() {
         both.remove(id + i as u32 % 2);
-        let left = PolygonId(id + 1 - i as u32 % 2);
-        let bounds = Aabb::cube(Vec3::splat(-1.0), 0.01);
-        both.osp.update(left, &bounds).expect("it is there");
-        both.reference.update(left, &bounds).expect("it is there");
+        both.update(id + 1 - i as u32 % 2, &Aabb::cube(Vec3::splat(-1.0), 0.01));
         both.check();
     }
     both.wait();
@@ -68,7 +65,7 @@ fn what_is_left_of_a_row_is_known_to_be_loose_when_leaves_are_joined() {
     // Pages that hold nothing else, so that upkeep does not come to them before.
     let rows = tree(&mut both, &mut rng, 400, &[7; 48]);
     rows.iter().for_each(|id| both.remove(id + 6));
-    for id in (0..both.next()).step_by(16).filter(|id| !rows.contains(id)) {
+    for id in (0..both.next).step_by(16).filter(|id| !rows.contains(id)) {
         both.remove(id);
         both.osp.commit();
         both.osp.validate().expect("a sound tree");

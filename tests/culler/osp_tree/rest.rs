@@ -1,8 +1,8 @@
 //! Scattered polygons that rest: what is in view as a whole is copied, and a change makes no copy wrong.
 
-use super::{backends, config, linear::assert_all_same};
+use super::{Both, backends, config, linear::assert_all_same};
 use osp::{
-    index::{BruteForce, Osp, SpatialIndex},
+    index::{Osp, SpatialIndex},
     polygon::PolygonId,
 };
 use osp_testkit::boxes::{Place, Rng, drawn, root, shuffled, views};
@@ -25,15 +25,9 @@ fn rest(osp: &mut Osp) {
 fn what_rests_is_copied_and_what_changes_is_not() {
     for (round, backend) in backends().into_iter().enumerate() {
         let mut boxes = shuffled(drawn(POLYGONS, 61), 62);
-        let mut osp = Osp::with_backend(&config(), backend).with_linear_blocks(0);
-        let mut reference = BruteForce::new();
-        for (i, bounds) in boxes.iter().enumerate() {
-            osp.insert(PolygonId(i as u32), bounds).unwrap();
-            reference.insert(PolygonId(i as u32), bounds).unwrap();
-            if i % 64 == 0 {
-                osp.commit();
-            }
-        }
+        let mut both = Both::of(Osp::with_backend(&config(), backend).with_linear_blocks(0));
+        both.fill(&boxes, 64);
+        let Both { mut osp, mut reference, .. } = both;
         // Polygons in flat rows return first.
         let returns = (0..10_000).find(|_| {
             osp.commit();

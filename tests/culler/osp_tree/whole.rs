@@ -1,13 +1,13 @@
 //! What is answered as a whole: a small tree, which is one list, and a tree that lies in view altogether.
 
-use super::{assert_same, backends, config, cull, tree};
+use super::{Both, backends, config, cull, tree};
 use glam::Vec3;
 use osp::{
-    index::{BruteForce, Osp, SpatialIndex},
+    index::{Osp, SpatialIndex},
     math::{Aabb, Frustum, Plane},
     polygon::{PolygonId, VisibleBlocks},
 };
-use osp_testkit::boxes::{Place, Rng, drawn, root, shuffled, views};
+use osp_testkit::boxes::drawn;
 
 /// A frustum with much room around the origin.
 fn around_everything() -> Frustum {
@@ -31,22 +31,15 @@ fn a_tree_in_view_altogether_is_listed_by_id() {
     let everything = around_everything();
     for backend in backends() {
         for first in [0, 1 << 20] {
-            let mut osp = tree(backend);
-            let mut reference = BruteForce::new();
-            for (i, bounds) in drawn(9_000, 31).iter().enumerate() {
-                let id = PolygonId(first + i as u32);
-                osp.insert(id, bounds).unwrap();
-                reference.insert(id, bounds).unwrap();
-            }
-            osp.commit();
-            assert_eq!(osp.moving(), 0, "the polygons of the former list are in the tree");
+            let mut both = Both::of(tree(backend));
+            (first..).zip(&drawn(9_000, 31)).for_each(|(id, bounds)| both.insert(id, bounds));
+            both.osp.commit();
+            assert_eq!(both.osp.moving(), 0, "the polygons of the former list are in the tree");
             // Single polygons, a part of a block, and 2,500 consecutive polygons are removed.
             let gone =
                 (0..9_000).filter(|i| i % 83 == 0 || (900..905).contains(i) || (4_000..6_500).contains(i));
-            for id in gone.map(|i| PolygonId(first + i)) {
-                osp.remove(id).unwrap();
-                reference.remove(id).unwrap();
-            }
+            gone.for_each(|i| both.remove(first + i));
+            let Both { mut osp, reference, .. } = both;
             let (nodes, mut ids) = ask(&osp, &everything);
             assert_eq!(nodes, 1, "the tree was looked through");
             // The block that is being drawn comes first.
@@ -78,17 +71,15 @@ fn a_tree_in_view_altogether_is_listed_by_id() {
 fn a_list_is_in_view_altogether_only_if_its_last_page_is() {
     let everything = around_everything();
     for inside in [135, 150] {
-        let mut osp = Osp::new(&config()).with_linear_blocks(0);
-        let mut reference = BruteForce::new();
+        let mut both = Both::new();
         for pair in 0..150_u32 {
             let at = Vec3::new(pair as f32 * if pair < inside { 0.01 } else { 1.0e3 }, 0.0, 0.0);
-            for id in [2 * pair, 2 * pair + 1].map(PolygonId) {
-                let bounds = Aabb::cube(at + Vec3::Y * (id.0 % 2) as f32 * 0.001, 0.001);
-                osp.insert(id, &bounds).unwrap();
-                reference.insert(id, &bounds).unwrap();
+            for id in [2 * pair, 2 * pair + 1] {
+                both.insert(id, &Aabb::cube(at + Vec3::Y * (id % 2) as f32 * 0.001, 0.001));
             }
         }
-        osp.commit();
+        both.osp.commit();
+        let Both { osp, reference, .. } = both;
         let (nodes, mut ids) = ask(&osp, &everything);
         ids.sort_unstable();
         assert_eq!(ids, cull(&reference, &everything));
@@ -139,62 +130,4 @@ fn few_polygons_far_apart_in_their_numbers_are_not_looked_for_by_number() {
     let (_, mut ids) = ask(&osp, &around_everything());
     ids.sort_unstable();
     assert_eq!(ids, (0..600).map(|i| i * 5_000).collect::<Vec<u32>>());
-}
-
-#[test]
-fn a_small_tree_is_one_list_and_grows_and_shrinks_across_that_border() {
-    for boxes in [drawn(9_000, 33), shuffled(drawn(2_000, 34), 35)] {
-        let mut rng = Rng(36);
-        let mut osp = Osp::new(&config());
-        let mut reference = BruteForce::new();
-        let far = Aabb::cube(Vec3::new(900.0, -40.0, 7.0), 0.1);
-        let few = boxes.len() / 60;
-        for round in 0..6u32 {
-            for (i, bounds) in boxes.iter().enumerate() {
-                // One of them lies a kilometre away, before or after the tree has become one.
-                let bounds = if i == (round as usize * 577) % boxes.len() { &far } else { bounds };
-                osp.insert(PolygonId(i as u32), bounds).unwrap();
-                reference.insert(PolygonId(i as u32), bounds).unwrap();
-                if i % 16 == 15 {
-                    osp.commit();
-                }
-                if i == few {
-                    osp.validate().unwrap();
-                    let (nodes, _) = ask(&osp, &around_everything());
-                    assert!(nodes <= 2 + few as u64 / 8, "{few} polygons: {nodes} nodes and pages");
-                }
-                if i % 499 == 0 {
-                    osp.validate().unwrap();
-                }
-            }
-            assert_same(&osp, &reference, &views(&root(), 4, Place::Inside, 37));
-            assert_same(&osp, &reference, &[around_everything()]);
-            // All but a few go, in another order, with time for upkeep or without.
-            let mut ids: Vec<u32> = (0..boxes.len() as u32).collect();
-            for i in (1..ids.len()).rev() {
-                ids.swap(i, rng.below(i + 1));
-            }
-            for (i, &id) in ids[few..].iter().enumerate() {
-                osp.remove(PolygonId(id)).unwrap();
-                reference.remove(PolygonId(id)).unwrap();
-                if round % 2 == 0 && i % 8 == 0 {
-                    osp.commit();
-                }
-                if i % 499 == 0 {
-                    osp.validate().unwrap();
-                }
-            }
-            for _ in 0..600 {
-                osp.commit();
-            }
-            osp.validate().unwrap();
-            assert_same(&osp, &reference, &views(&root(), 4, Place::Inside, 38));
-            for &id in &ids[..few] {
-                osp.remove(PolygonId(id)).unwrap();
-                reference.remove(PolygonId(id)).unwrap();
-            }
-            osp.commit();
-            osp.validate().unwrap();
-        }
-    }
 }

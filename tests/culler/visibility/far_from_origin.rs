@@ -317,33 +317,15 @@ fn nothing_in_the_clip_volume_of_a_matrix_is_culled() {
             let view = any_view(&mut random, place_m);
             let to_eye = Mat4::from_rotation_translation(view.world_from_view, view.eye_in_world).inverse();
             let Projection { left, right, bottom, top, near_m, far_m } = view.projection;
+            let [l, r, b, t] = [left, right, bottom, top].map(|tangent| tangent * near_m);
+            let perspective = frustum_matrix(l, r, b, t, near_m, far_m);
             let clip_from_view = match n % 4 {
                 0 => view.clip_from_world() * to_eye.inverse(),
-                1 => frustum_matrix(
-                    left * near_m,
-                    right * near_m,
-                    bottom * near_m,
-                    top * near_m,
-                    near_m,
-                    far_m,
-                ),
+                1 => perspective,
                 2 => {
-                    let [x, y, _, w] = [0, 1, 2, 3].map(|i| {
-                        frustum_matrix(
-                            left * near_m,
-                            right * near_m,
-                            bottom * near_m,
-                            top * near_m,
-                            near_m,
-                            far_m,
-                        )
-                        .row(i)
-                    });
+                    let [x, y, _, w] = [0, 1, 2, 3].map(|i| perspective.row(i));
                     // Reversed depth without a far plane.
-                    Mat4::from_cols_array_2d(
-                        &[x, y, Vec4::new(0.0, 0.0, 0.0, near_m), w].map(|v| v.to_array()),
-                    )
-                    .transpose()
+                    Mat4::from_cols(x, y, Vec4::new(0.0, 0.0, 0.0, near_m), w).transpose()
                 }
                 _ => box_matrix(left, right, bottom, top, near_m, far_m.min(20.0)),
             };

@@ -5,7 +5,7 @@ use osp::{
     math::{Ray, Sphere},
     polygon::{Change, ConvexPolygon, Geometry, SpaceId, SpacePlace, VisibleBlocks},
 };
-use osp_testkit::events::SOLE;
+use osp_testkit::events::{SOLE, polygon};
 use rand_pcg::{Pcg64, rand_core::Rng};
 
 use super::*;
@@ -46,7 +46,6 @@ impl Random {
     }
 
     fn event(&mut self, strokes: &mut u32) -> Event {
-        let t = 0.0;
         let stroke = StrokeId(self.below(u64::from(*strokes).max(1)) as u32);
         let group = GroupId(self.below(u64::from(GROUPS)) as u32);
         match self.below(16) {
@@ -55,14 +54,8 @@ impl Random {
                 *strokes += u32::from(stroke.0 == *strokes);
                 let corner = self.vector(2.0);
                 let size = if self.below(10) == 0 { 3.0 } else { 0.1 };
-                let vertices = vec![corner, corner + self.vector(size), corner + self.vector(size)];
-                Event::Polygon {
-                    author: Author::SOLE,
-                    t,
-                    stroke: Some(stroke),
-                    vertices,
-                    color: (1.0, 1.0, 1.0, 1.0),
-                }
+                let vertices = [corner, corner + self.vector(size), corner + self.vector(size)];
+                polygon(Some(stroke), vertices, (1.0, 1.0, 1.0, 1.0))
             }
             4..=5 => {
                 let parent = (self.below(2) == 0).then(|| GroupId(self.below(u64::from(GROUPS)) as u32));
@@ -162,18 +155,13 @@ fn groups_that_move_as_a_whole_are_seen_as_if_each_polygon_were_inserted_again()
 
 #[test]
 fn a_group_that_is_dragged_costs_one_change() {
-    let t = 0.0;
     let mut scene = Scene::keeping_groups_whole();
     let mut changes = Vec::new();
     let count = 3000;
     for i in 0..count {
         let p = Vec3::new((i % 50) as f32, (i / 50) as f32, 0.0) * 0.1;
-        let vertices = vec![p, p + Vec3::X * 0.05, p + Vec3::Y * 0.05];
-        let stroke = Some(StrokeId(i / 100));
-        scene.apply(
-            &Event::Polygon { author: Author::SOLE, t, stroke, vertices, color: (1.0, 1.0, 1.0, 1.0) },
-            &mut changes,
-        );
+        let vertices = [p, p + Vec3::X * 0.05, p + Vec3::Y * 0.05];
+        scene.apply(&polygon(Some(StrokeId(i / 100)), vertices, (1.0, 1.0, 1.0, 1.0)), &mut changes);
     }
     let strokes: Vec<_> = (0..count / 100).map(StrokeId).collect();
     scene.apply(&SOLE.grouped(GroupId(0), strokes, None), &mut changes);

@@ -1,12 +1,13 @@
 //! A change of the selection is one step for undo, is stored in the session's file, and loses nothing on the way.
 
+use osp_testkit::events::events_in;
 use std::path::Path;
 
 use egui::{Event as UiEvent, Key, Modifiers};
 use osp::{glam::Vec3, math::Aabb, polygon::Change, view::View};
 use osp_app::{Altering, Button, Command, Held, Placing, ToolChoice};
 use osp_session::{
-    recording::{self, Author, Event, GroupId, OpenOptions, StrokeId},
+    recording::{self, Author, Event, GroupId, StrokeId},
     scene::Scene,
 };
 
@@ -42,11 +43,6 @@ fn close(a: &Aabb, b: &Aabb) {
 fn path(table: &Table) -> &Path {
     let document = table.studio.session();
     document.path()
-}
-
-fn events(path: &Path) -> Vec<Event> {
-    let events = recording::open(path, &OpenOptions::default()).expect("a recording");
-    events.map(|event| event.expect("an event")).collect()
 }
 
 fn replayed(events: &[Event]) -> Scene {
@@ -110,11 +106,11 @@ fn a_colour_is_given_in_one_step_and_undo_keeps_the_selection() {
 fn a_replay_shows_the_same_and_a_crash_on_the_way_loses_nothing() {
     let (mut table, _) = ribbons(&[0.5, 0.0]);
     select(&mut table, &[0.5, 0.0]);
-    let drawn = events(path(&table)).len();
+    let drawn = events_in(path(&table)).len();
     table.studio.command(Command::Alter(Altering::Turn(30.0)));
     table.studio.command(Command::Alter(Altering::Scale(1.5)));
     table.studio.command(Command::Duplicate);
-    let all = events(path(&table));
+    let all = events_in(path(&table));
     assert_eq!(looks(&replayed(&all)), looks(table.studio.scene()));
     for end in drawn..=all.len() {
         let mut scene = replayed(&all[..end]);
@@ -212,9 +208,9 @@ fn strokes_of_a_placed_group_stay_in_it_and_where_they_are() {
     assert_eq!(table.studio.selected_group(), Some(GroupId(0)), "the group is whole");
     // A whole group is scaled by placing it. It also scales about its middle.
     let whole = selected_bounds(&table);
-    let lines = events(path(&table)).len();
+    let lines = events_in(path(&table)).len();
     table.studio.command(Command::Alter(Altering::Scale(2.0)));
-    assert_eq!(events(path(&table)).len(), lines + 1);
+    assert_eq!(events_in(path(&table)).len(), lines + 1);
     let scaled = selected_bounds(&table);
     assert!(scaled.center().abs_diff_eq(whole.center(), 1.0e-3));
     assert!(scaled.extent().abs_diff_eq(whole.extent() * 2.0, 1.0e-3), "{scaled:?} {whole:?}");
@@ -271,7 +267,7 @@ fn what_was_copied_is_pasted_after_it_was_erased() {
         steps_back(&mut table);
     }
     assert_eq!(looks(table.studio.scene()), before, "three steps: two pastes and the cut");
-    assert_eq!(looks(&replayed(&events(path(&table)))), before);
+    assert_eq!(looks(&replayed(&events_in(path(&table)))), before);
 }
 
 #[test]
@@ -388,7 +384,5 @@ fn what_others_have_drawn_is_altered_and_can_be_read_again() {
     let saved = table.folder.path().join("altered.ron");
     table.studio.command(Command::SaveAs(saved.clone()));
     table.frame();
-    let strict = recording::open(&saved, &OpenOptions::STRICT).expect("a recording");
-    let events: Vec<Event> = strict.map(|event| event.expect("a whole line")).collect();
-    assert_eq!(looks(&replayed(&events)).len(), 2 * before);
+    assert_eq!(looks(&replayed(&events_in(&saved))).len(), 2 * before);
 }

@@ -8,9 +8,10 @@ use osp_app::{Autosaves, Button, Command, Session, Studio, ToolChoice, tracker};
 use osp_rivals::IndexKind;
 use osp_session::{
     brush,
-    recording::{Event, NormalRule, OpenOptions, StrokeId, Tool},
+    recording::{Event, NormalRule, StrokeId, Tool},
     scene::Scene,
 };
+use osp_testkit::events::events_in;
 
 fn wave(y: f32) -> Vec<(f32, f32)> {
     (0..30).map(|i| (150.0 + i as f32 * 15.0, y + (i as f32 * 0.3).sin() * 60.0)).collect()
@@ -19,11 +20,6 @@ fn wave(y: f32) -> Vec<(f32, f32)> {
 fn paint(table: &mut Table, brush: &str, y: f32) {
     table.studio.command(Command::Paint(brush::find(brush)));
     table.drag(Button::Primary, &wave(y));
-}
-
-fn events(path: &std::path::Path) -> Vec<Event> {
-    let session = osp_session::recording::open(path, &OpenOptions::default()).expect("a session");
-    session.map(|event| event.expect("an event")).collect()
 }
 
 /// Returns the number of visible polygons of a stroke of the session, painted or not.
@@ -66,7 +62,7 @@ fn strokes_are_painted_with_the_chosen_brush_undone_saved_and_read_again() {
     let saved = table.folder.path().join("painted.ron");
     table.studio.command(Command::SaveAs(saved.clone()));
     table.frame();
-    let events = events(&saved);
+    let events = events_in(&saved);
     for (i, name) in brushes.iter().enumerate() {
         let painted = polygons_of(&events, i as u32, true);
         assert!(painted > 0, "{name}");

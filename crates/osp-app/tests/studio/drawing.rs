@@ -1,3 +1,4 @@
+use osp_testkit::events::events_in;
 use std::path::Path;
 
 use osp::{
@@ -9,7 +10,7 @@ use osp_app::{Autosaves, Button, Command, Held, Input, Session, Snap, Stages, St
 use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
-    recording::{self, Event, OpenOptions, Pace, StrokeId, Tool},
+    recording::{Pace, StrokeId, Tool},
     replay::CameraChoice,
 };
 
@@ -83,6 +84,20 @@ pub(crate) fn across(height: f32) -> Vec<(f32, f32)> {
     (0..20).map(|i| (-0.5 + i as f32 * 0.05, height)).collect()
 }
 
+/// Draws a ribbon across the window of a studio.
+pub(crate) fn draw_across(studio: &mut Studio, height: f32) {
+    studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
+    studio.frame(SIZE_PX, 0.016);
+    for (number, place) in across(height).into_iter().enumerate() {
+        studio.input(Input::Move(Vec2::from(place)), Held::default(), SIZE_PX);
+        if number == 0 {
+            studio.input(Input::Press(Button::Primary), Held::default(), SIZE_PX);
+        }
+    }
+    studio.input(Input::Release(Button::Primary), Held::default(), SIZE_PX);
+    studio.frame(SIZE_PX, 0.016);
+}
+
 /// Returns a table with ribbons, from the highest down, and their numbers.
 pub(crate) fn ribbons(heights: &[f32]) -> (Table, Vec<StrokeId>) {
     let mut table = Table::new();
@@ -91,13 +106,6 @@ pub(crate) fn ribbons(heights: &[f32]) -> (Table, Vec<StrokeId>) {
     }
     let ids = table.studio.scene().strokes().iter().filter_map(|stroke| stroke.id()).collect();
     (table, ids)
-}
-
-fn events_in(path: &Path) -> Vec<Event> {
-    recording::open(path, &OpenOptions::default())
-        .expect("a recording")
-        .map(|e| e.expect("an event"))
-        .collect()
 }
 
 #[test]

@@ -7,15 +7,12 @@ use std::{
 
 use egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
-use osp::glam::Vec2;
-use osp_app::{
-    Access, Answer, Autosaves, Button, Command, Held, Input, Opening, Session, Studio, ToolChoice,
-};
+use osp_app::{Access, Answer, Autosaves, Command, Opening, Session, Studio};
 use osp_rivals::IndexKind;
-use osp_session::recording::{self, OpenOptions, Tool};
+use osp_session::recording::{self, OpenOptions};
 
 use crate::{
-    drawing::across,
+    drawing::draw_across,
     panel::{Person, sketch, window},
 };
 
@@ -33,20 +30,6 @@ fn opened_as(path: &Path, folder: &Path, access: Access) -> Studio {
 
 fn opened(path: &Path, folder: &Path) -> Studio {
     opened_as(path, folder, Access::Write)
-}
-
-fn draw(studio: &mut Studio, height: f32) {
-    let size_px = Vec2::new(800.0, 600.0);
-    studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
-    studio.frame(size_px, 0.016);
-    for (number, place) in across(height).into_iter().enumerate() {
-        studio.input(Input::Move(Vec2::from(place)), Held::default(), size_px);
-        if number == 0 {
-            studio.input(Input::Press(Button::Primary), Held::default(), size_px);
-        }
-    }
-    studio.input(Input::Release(Button::Primary), Held::default(), size_px);
-    studio.frame(size_px, 0.016);
 }
 
 fn path_of(studio: &Studio) -> PathBuf {
@@ -76,7 +59,7 @@ fn a_sketch_that_is_opened_again_offers_its_edits() {
     let (here, path) = (folder.path(), model(folder.path(), "their model.obj"));
     let mut studio = opened(&path, here);
     assert_eq!(title(&studio), None, "there are no edits yet");
-    draw(&mut studio, 0.1);
+    draw_across(&mut studio, 0.1);
     let edits = path_of(&studio);
     let visible = studio.scene().counts().visible;
     studio.close().expect("written");
@@ -100,14 +83,14 @@ fn a_sketch_that_is_opened_again_offers_its_edits() {
     studio.command(Command::Open(path.clone()));
     assert_eq!(title(&studio), Some(OFFER));
     studio.command(Command::Answer(Answer::GoOn));
-    draw(&mut studio, 0.3);
+    draw_across(&mut studio, 0.3);
     assert_eq!(path_of(&studio), edits);
     studio.command(Command::Open(path.clone()));
     assert_eq!(title(&studio), Some(OFFER));
     // The edits of the original go into a separate file.
     studio.command(Command::Answer(Answer::Cancel));
     assert_eq!((title(&studio), studio.scene().counts().visible), (None, 1));
-    draw(&mut studio, 0.4);
+    draw_across(&mut studio, 0.4);
     let others = path_of(&studio);
     assert_ne!(others, edits);
     studio.close().expect("written");
@@ -122,7 +105,7 @@ fn edits_are_offered_with_their_own_sketch_alone_and_not_where_the_answer_is_kno
     fs::create_dir(here.join("elsewhere")).expect("a folder");
     let (same_name, longer) = (model(&here.join("elsewhere"), "a.obj"), model(here, "a.obj: b.obj"));
     let mut studio = opened(&path, here);
-    draw(&mut studio, 0.1);
+    draw_across(&mut studio, 0.1);
     let edits = path_of(&studio);
     studio.close().expect("written");
     for other in [same_name, longer] {
@@ -156,7 +139,7 @@ fn a_damaged_sketch_offers_its_edits_too() {
     let mut studio = opened(&here.join("other.ron"), here);
     studio.command(Command::Open(path.clone()));
     studio.command(Command::Answer(Answer::Lenient));
-    draw(&mut studio, 0.1);
+    draw_across(&mut studio, 0.1);
     let edits = path_of(&studio);
     studio.command(Command::Open(path));
     studio.command(Command::Answer(Answer::Lenient));
@@ -171,7 +154,7 @@ fn whoever_leaves_a_copy_is_told_where_its_edits_are() {
     let folder = tempfile::tempdir().expect("a folder");
     let (here, path) = (folder.path(), model(folder.path(), "a.obj"));
     let mut studio = opened(&path, here);
-    draw(&mut studio, 0.1);
+    draw_across(&mut studio, 0.1);
     let edits = path_of(&studio);
     studio.command(Command::New);
     let said = studio.messages().join("\n");

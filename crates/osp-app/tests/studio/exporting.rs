@@ -1,3 +1,4 @@
+use osp_testkit::events::events_in;
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -84,8 +85,7 @@ fn last_said(studio: &Studio) -> String {
 
 /// Numbers of strokes and control points in a file.
 fn drawn_in(path: &Path) -> (usize, usize) {
-    let session = recording::open(path, &OpenOptions::default()).expect("a sketch");
-    let events: Vec<Event> = session.map(|event| event.expect("an event")).collect();
+    let events = events_in(path);
     let count = |is: fn(&Event) -> bool| events.iter().filter(|event| is(event)).count();
     (count(|event| matches!(event, Event::Begin { .. })), count(|event| matches!(event, Event::Point { .. })))
 }

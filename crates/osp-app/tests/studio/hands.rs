@@ -1,3 +1,4 @@
+use osp_testkit::{events::events_in, shipped_session};
 use std::net::UdpSocket;
 
 use super::tracker::wait_until;
@@ -6,17 +7,9 @@ use osp_app::tracker::{
     write_line,
 };
 use osp_session::{
-    recording::{self, Event, OpenOptions, StrokeId},
+    recording::{Event, StrokeId},
     scene::Scene,
 };
-
-fn shipped(name: &str) -> Vec<Event> {
-    let path = std::path::Path::new(osp_testkit::ROOT).join("recordings").join(name);
-    recording::open(&path, &OpenOptions::default())
-        .expect("a recording")
-        .map(|e| e.expect("an event"))
-        .collect()
-}
 
 fn told(events: &[Event]) -> Vec<Message> {
     let mut encoder = EventEncoder::new();
@@ -33,7 +26,7 @@ fn line_of(message: &Message) -> String {
 
 #[test]
 fn messages_survive_lines_and_osc() {
-    let messages = told(&shipped("scribble.ron"));
+    let messages = told(&events_in(shipped_session("scribble")));
     assert!(messages.len() > 1000);
     for message in &messages {
         let line = line_of(message);
@@ -47,7 +40,7 @@ fn messages_survive_lines_and_osc() {
 
 #[test]
 fn a_session_told_and_heard_gives_the_same_strokes() {
-    let events = shipped("scribble.ron");
+    let events = events_in(shipped_session("scribble"));
     let mut original = Scene::new();
     events.iter().for_each(|event| original.apply(event, &mut Vec::new()));
     let (mut hands, mut heard, mut out) = (Hands::default(), Scene::new(), Vec::new());

@@ -6,14 +6,14 @@ use std::{
 };
 
 use crate::{
-    drawing::{Table, across},
+    drawing::{Table, across, draw_across},
     panel::{Person, Window, panels},
 };
 use egui::{Key, Modifiers, Rect, Vec2, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
 use osp::glam;
 use osp_app::{
-    Access, Answer, Autosaves, Button, Command, Input, OpenError, Opening, Question, Session, Studio, Then,
+    Access, Answer, Autosaves, Button, Command, OpenError, Opening, Question, Session, Studio, Then,
     ToolChoice,
 };
 use osp_rivals::IndexKind;
@@ -29,21 +29,6 @@ fn opened(path: &Path, folder: &Path, how: Opening) -> Studio {
 
 fn document(studio: &Studio) -> &Session {
     studio.session()
-}
-
-/// Draws a line across the window.
-fn draw(studio: &mut Studio, height: f32) {
-    let size_px = glam::Vec2::new(800.0, 600.0);
-    studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
-    studio.frame(size_px, 0.016);
-    for (number, place) in across(height).into_iter().enumerate() {
-        studio.input(Input::Move(glam::Vec2::from(place)), osp_app::Held::default(), size_px);
-        if number == 0 {
-            studio.input(Input::Press(Button::Primary), osp_app::Held::default(), size_px);
-        }
-    }
-    studio.input(Input::Release(Button::Primary), osp_app::Held::default(), size_px);
-    studio.frame(size_px, 0.016);
 }
 
 fn events_in(path: &Path) -> usize {
@@ -64,7 +49,7 @@ fn said(studio: &Studio) -> String {
 fn drawn(folder: &Path, name: &str) -> PathBuf {
     let path = folder.join(name);
     let mut studio = opened(&path, folder, Opening::default());
-    draw(&mut studio, 0.0);
+    draw_across(&mut studio, 0.0);
     studio.close().expect("written");
     path
 }
@@ -90,7 +75,7 @@ fn a_session_that_another_window_has_is_looked_at_or_copied() {
     second.command(Command::Answer(Answer::Look));
     assert!(document(&second).is_read_only() && !second.can_draw());
     let polygons = second.scene().counts().visible;
-    draw(&mut second, 0.3);
+    draw_across(&mut second, 0.3);
     second.command(Command::Undo);
     assert_eq!(second.scene().counts().visible, polygons, "nothing is drawn");
     assert!(said(&second).contains("read-only"), "and that is said: {}", said(&second));
@@ -99,7 +84,7 @@ fn a_session_that_another_window_has_is_looked_at_or_copied() {
     second.command(Command::Answer(Answer::Copy));
     assert!(second.can_draw() && second.question().is_none());
     assert_eq!(files_in(&folder.path().join("autosaves")).len(), 1, "a mark, and no copy yet");
-    draw(&mut second, 0.3);
+    draw_across(&mut second, 0.3);
     let copy = document(&second).path().to_owned();
     assert!(events_in(&copy) > events_in(&path));
     assert_eq!(fs::read(&path).expect("a file"), before, "the first one's file is its own");
@@ -108,7 +93,7 @@ fn a_session_that_another_window_has_is_looked_at_or_copied() {
     second.command(Command::Open(path.clone()));
     second.command(Command::Answer(Answer::TryAgain));
     assert!(matches!(second.question(), Some(Question::Held { .. })));
-    draw(&mut first, -0.3);
+    draw_across(&mut first, -0.3);
     let drawn = first.scene().counts().visible;
     first.close().expect("written");
     second.command(Command::Answer(Answer::TryAgain));
@@ -127,7 +112,7 @@ fn what_is_looked_at_can_be_saved_elsewhere_and_goes_on_there() {
     opened(&path, folder.path(), Opening::default()).close().expect("unchanged");
     let mine = folder.path().join("mine.ron");
     studio.command(Command::SaveAs(mine.clone()));
-    draw(&mut studio, 0.4);
+    draw_across(&mut studio, 0.4);
     assert!(events_in(&mine) > events_in(&path));
     studio.close().expect("written");
     assert_eq!(fs::read(&path).expect("a file"), before);
@@ -176,7 +161,7 @@ fn what_was_not_drawn_here_is_copied() {
         assert!(files_in(&autosaves).is_empty(), "{name}: no copy of what was only opened");
 
         let mut studio = opened(&place(name), folder.path(), Opening::default());
-        draw(&mut studio, 0.1);
+        draw_across(&mut studio, 0.1);
         let copy = document(&studio).path().to_owned();
         assert!(events_in(&copy) as u64 > events, "{name}: the copy is whole");
         // After saving under a name, the session counts as drawn here.
@@ -247,7 +232,7 @@ fn a_session_that_is_not_where_it_should_be_is_not_left_without_a_question() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = drawn(folder.path(), "a.ron");
         let mut studio = opened(&path, folder.path(), Opening::default());
-        draw(&mut studio, 0.2);
+        draw_across(&mut studio, 0.2);
         fs::remove_file(&path).expect("removed");
         let events = document(&studio).event_count();
         leave(&mut studio);
@@ -278,7 +263,7 @@ fn a_lost_session_that_is_saved_again_is_left_without_a_question() {
         let mut studio = opened(&path, folder.path(), Opening::default());
         fs::write(folder.path().join("other"), "another's").expect("written");
         fs::rename(folder.path().join("other"), &path).expect("renamed");
-        draw(&mut studio, 0.2);
+        draw_across(&mut studio, 0.2);
         let events = document(&studio).event_count();
         assert!(said(&studio).contains("another file was put in its place"), "{}", said(&studio));
         studio.command(Command::SaveAs(folder.path().join(again)));
@@ -303,8 +288,8 @@ fn what_was_drawn_is_discarded_only_when_asked_twice() {
     let polygons = studio.scene().counts().visible;
     studio.command(Command::Discard);
     assert!(studio.question().is_none(), "there is nothing to discard");
-    draw(&mut studio, 0.2);
-    draw(&mut studio, 0.4);
+    draw_across(&mut studio, 0.2);
+    draw_across(&mut studio, 0.4);
     studio.command(Command::Discard);
     studio.command(Command::Answer(Answer::Cancel));
     assert!(studio.scene().counts().visible > polygons);
@@ -314,7 +299,7 @@ fn what_was_drawn_is_discarded_only_when_asked_twice() {
     assert_eq!((studio.scene().counts().visible, report.record.polygons), (polygons, polygons));
     assert_eq!(fs::read(&path).expect("a file"), before);
     // It continues as if nothing had happened.
-    draw(&mut studio, 0.3);
+    draw_across(&mut studio, 0.3);
     assert_eq!(studio.scene().counts().ignored_events, 0);
     studio.close().expect("written");
     assert!(events_in(&path) > 2);
@@ -335,7 +320,7 @@ fn a_session_that_uses_the_last_number_is_drawn_on() {
     fs::write(&path, format!("{header}{}{}{}", stroke(u32::MAX), stroke(0), stroke(1))).expect("written");
     let mut studio = opened(&path, folder.path(), Opening::default());
     for height in [0.2, 0.4, 0.6] {
-        draw(&mut studio, height);
+        draw_across(&mut studio, height);
     }
     let counts = studio.scene().counts();
     assert_eq!((counts.strokes, counts.ignored_events), (6, 0));
@@ -362,7 +347,7 @@ fn of_a_damaged_session_the_rest_is_offered() {
     assert!(damage.contains("line 3"), "{damage}");
     studio.command(Command::Answer(Answer::Lenient));
     assert!(said(&studio).contains("damaged parts skipped: 2"), "{}", said(&studio));
-    draw(&mut studio, 0.2);
+    draw_across(&mut studio, 0.2);
     let copy = document(&studio).path().to_owned();
     assert!(events_in(&copy) > 5);
     studio.close().expect("written");
@@ -460,7 +445,7 @@ fn answers_are_given_by_their_buttons_and_by_keys() {
     let taken = folder.path().join("taken.ron");
     fs::write(&taken, "somebody's work").expect("written");
     let mut studio = opened(&folder.path().join("a.ron"), folder.path(), Opening::default());
-    draw(&mut studio, 0.0);
+    draw_across(&mut studio, 0.0);
     let mut harness = panels(studio, osp_testkit::temp(), SIZES[0]);
     harness.press_with(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
     harness.get_by_role(Role::TextInput).type_text(taken.to_str().expect("a path"));
@@ -477,7 +462,7 @@ fn answers_are_given_by_their_buttons_and_by_keys() {
 
     // Discards by the menu.
     let events = events_in(&taken);
-    draw(&mut harness.state_mut().studio, 0.3);
+    draw_across(&mut harness.state_mut().studio, 0.3);
     harness.run_steps(2);
     harness.click_button("File");
     harness.click_button("Discard…");

@@ -9,11 +9,11 @@ use std::{
 use crate::drawing::Table;
 use osp::glam::Vec3;
 use osp_app::{
-    Autosaves, Button, Command, Room, Session, Studio, ToolChoice,
+    Autosaves, Button, Command, Room, Session, Studio,
     tracker::{Listening, Message, Tracker, TrackerAddress, TrackerKey, TrackerOptions},
 };
 use osp_session::{
-    recording::{Event, Flush, Header, OpenOptions, RonWriter, StrokeId, Tool, open},
+    recording::{Event, Flush, Header, OpenOptions, RonWriter, StrokeId, open},
     rig::Rig,
 };
 use osp_testkit::events::polygon;
@@ -256,25 +256,6 @@ fn an_address_that_other_machines_reach_has_a_warning() {
     for address in ["udp://", "udp://127.0.0.2:9", "udp://[::1]:9", "-", "poses.txt"] {
         assert_eq!(warning(address, &plain), None, "{address}");
     }
-}
-
-#[test]
-fn a_session_that_uses_the_last_number_goes_on() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("last.ron");
-    write_triangles(&path, 1.0, [0, 1, u32::MAX].into_iter().map(|stroke| (stroke, Vec3::ZERO)));
-    let mut table = Table::new();
-    table.studio.command(Command::Open(path));
-    table.studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
-    for height in [-0.4, 0.4] {
-        let before = table.visible();
-        table.drag(Button::Primary, &crate::drawing::across(height));
-        assert!(table.visible() > before, "something was drawn");
-    }
-    let numbers: Vec<u32> =
-        table.studio.scene().strokes().iter().filter_map(|stroke| Some(stroke.id()?.0)).collect();
-    assert_eq!(numbers, [0, 1, u32::MAX, 2, 3]);
-    assert_eq!(table.studio.scene().counts().ignored_events, 0);
 }
 
 /// A replay ignores the tracker.

@@ -28,4 +28,3 @@ mod stereo;
 mod still;
 mod thumbs;
 mod unseen;
-mod wgsl_grammar;

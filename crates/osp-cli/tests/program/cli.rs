@@ -322,35 +322,6 @@ fn an_empty_session_is_no_error() {
 }
 
 #[test]
-fn every_command_has_examples_in_its_help() {
-    for command in [
-        "replay",
-        "info",
-        "import",
-        "convert",
-        "synth",
-        "bench",
-        "draw-index",
-        "draw-insertion",
-        "draw-occlusion",
-        "film",
-        "thumbs",
-        "race",
-        "pick",
-        "query",
-    ] {
-        let said = OSP.done([command, "--help"]);
-        assert!(
-            said.contains(
-                "Examples:
-  osp "
-            ),
-            "{command}: {said}"
-        );
-    }
-}
-
-#[test]
 fn synth_writes_what_replay_reads_and_guards_what_is_there() {
     let folder = temp();
     let path = |name: &str| folder.path().join(name).to_str().expect("utf-8").to_owned();

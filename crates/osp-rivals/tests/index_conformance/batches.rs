@@ -34,16 +34,9 @@ impl<'a> Trio<'a> {
     }
 
     fn update_all(&mut self, updates: &[(PolygonId, Aabb)]) {
-        let (mut refused, mut expected, mut of_each) = (Vec::new(), Vec::new(), Vec::new());
-        self.pair.index.update_all(updates, &mut refused);
-        for (id, bounds) in updates {
-            of_each.extend(self.of_each.update(*id, bounds).err());
-            match self.pair.twin.index.update(*id, bounds) {
-                Ok(()) => self.pair.twin.set(*id, bounds),
-                Err(why) => expected.push(why),
-            }
-        }
-        assert_eq!(refused, expected, "{}", self.pair.place);
+        let expected = self.pair.update_all(updates);
+        let of_each: Vec<_> =
+            updates.iter().filter_map(|(id, bounds)| self.of_each.update(*id, bounds).err()).collect();
         assert_eq!(of_each, expected, "{}", self.pair.place);
         let valid = self.pair.index.validate();
         assert_eq!(valid, Ok(()), "{}, before the commit", self.pair.place);

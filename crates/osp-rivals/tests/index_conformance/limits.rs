@@ -61,33 +61,6 @@ fn a_capacity_of_all_numbers_reserves_what_is_stated() {
 }
 
 #[test]
-fn a_root_that_is_no_cube_is_one_like_any_other() {
-    let roots = [
-        Aabb::new(Vec3::NAN, Vec3::NAN),
-        Aabb::EMPTY,
-        Aabb::new(Vec3::NEG_INFINITY, Vec3::INFINITY),
-        Aabb::new(Vec3::splat(f32::MIN), Vec3::splat(f32::MAX)),
-        Aabb::new(Vec3::ONE, Vec3::ONE),
-        Aabb::cube(Vec3::splat(3.0e38), 1.0e30),
-        Aabb::new(Vec3::new(0.0, f32::NAN, 0.0), Vec3::ONE),
-    ];
-    let boxes: Vec<Aabb> =
-        (0..600).map(|i| Aabb::cube(Vec3::new((i % 20) as f32, (i / 20) as f32, 1.0) * 0.1, 0.05)).collect();
-    let frusta = frusta(&boxes);
-    for root in roots {
-        let config = IndexConfig { root, capacity: 100 };
-        // Subjects that are made with a root of their own are left out.
-        for subject in subjects().iter().filter(|subject| subject.name != "osp-paper, 7 levels") {
-            let mut pair = Pair::new(subject, &config, &frusta, format!("{}, {root:?}", subject.name));
-            for (id, bounds) in boxes.iter().enumerate() {
-                pair.insert(id, bounds);
-            }
-            pair.check("filled");
-        }
-    }
-}
-
-#[test]
 fn the_last_number_costs_no_more_in_a_mesh_than_the_first() {
     let bytes = |id: u32| {
         let mut groups = GroupIndex::default();

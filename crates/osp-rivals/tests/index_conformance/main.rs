@@ -41,8 +41,11 @@ impl<'a> Pair<'a> {
 
     fn insert(&mut self, id: usize, bounds: &Aabb) {
         let id = PolygonId(id as u32);
-        assert_eq!(self.index.insert(id, bounds), self.twin.index.insert(id, bounds), "{}", self.place);
-        self.twin.set(id, bounds);
+        let inserted = self.twin.index.insert(id, bounds);
+        assert_eq!(self.index.insert(id, bounds), inserted, "{}", self.place);
+        if inserted.is_ok() {
+            self.twin.set(id, bounds);
+        }
     }
 
     fn remove(&mut self, id: usize) {
@@ -52,8 +55,25 @@ impl<'a> Pair<'a> {
 
     fn update(&mut self, id: usize, bounds: &Aabb) {
         let id = PolygonId(id as u32);
-        assert_eq!(self.index.update(id, bounds), self.twin.index.update(id, bounds), "{}", self.place);
-        self.twin.set(id, bounds);
+        let updated = self.twin.index.update(id, bounds);
+        assert_eq!(self.index.update(id, bounds), updated, "{}", self.place);
+        if updated.is_ok() {
+            self.twin.set(id, bounds);
+        }
+    }
+
+    /// Updates the index in one batch, and the twin one by one. Returns the refusals.
+    fn update_all(&mut self, updates: &[(PolygonId, Aabb)]) -> Vec<IndexError> {
+        let (mut refused, mut expected) = (Vec::new(), Vec::new());
+        self.index.update_all(updates, &mut refused);
+        for (id, bounds) in updates {
+            match self.twin.index.update(*id, bounds) {
+                Ok(()) => self.twin.set(*id, bounds),
+                Err(why) => expected.push(why),
+            }
+        }
+        assert_eq!(refused, expected, "{}", self.place);
+        refused
     }
 
     fn clear(&mut self) {
@@ -220,6 +240,8 @@ fn any_root_will_do() {
         Aabb::cube(Vec3::ZERO, f32::MAX),
         Aabb::new(Vec3::splat(-f32::MAX), Vec3::splat(f32::MAX)),
         Aabb::new(Vec3::ZERO, Vec3::new(1.0, 20.0, 3.0)),
+        Aabb::new(Vec3::NEG_INFINITY, Vec3::INFINITY),
+        Aabb::cube(Vec3::splat(3.0e38), 1.0e30),
         Aabb::new(Vec3::ONE, Vec3::ZERO),
         Aabb::EMPTY,
         Aabb::new(Vec3::NAN, Vec3::NAN),

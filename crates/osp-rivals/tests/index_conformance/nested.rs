@@ -10,9 +10,10 @@ use osp::{
 };
 use osp_rivals::groups::{CullScratch, GroupIndex, MeshId, NodeId, Polygons};
 use osp_session::{
-    recording::{Event, GroupId, OpenOptions, StrokeId, open},
+    recording::{Event, GroupId, StrokeId},
     scene::Scene,
 };
+use osp_testkit::events::events_in;
 
 /// The groups of a scene as it grows. A mesh contains the strokes of its group in the form that they had when the group was
 /// made.
@@ -60,9 +61,7 @@ impl Followed {
 
 #[test]
 fn groups_that_move_within_groups_are_found_where_the_scene_has_them() {
-    let path = osp_testkit::at("recordings/nested.ron");
-    let events: Vec<Event> =
-        open(&path, &OpenOptions::default()).expect("shipped").map(|event| event.expect("sound")).collect();
+    let events = events_in(osp_testkit::at("recordings/nested.ron"));
     let mut followed = Followed::default();
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
     let mut scratch = CullScratch::default();

@@ -1,7 +1,8 @@
 //! A random sequence of changes, each applied to every index and to the reference.
 
 use super::{
-    check::{BruteForceTwin, check},
+    Pair,
+    check::check,
     scenes::random_frustum,
     subjects::{Subject, subjects},
 };
@@ -86,73 +87,37 @@ proptest! {
 }
 
 fn run(subject: &Subject, config: &IndexConfig, changes: &[Change], seed: u64) {
-    let name = subject.name;
-    let mut index = (subject.make)(config);
-    let mut twin = BruteForceTwin::default();
+    let mut pair = Pair::new(subject, config, &[], subject.name.to_owned());
     let mut random = Rng(seed);
-    let insert = |index: &mut dyn SpatialIndex, twin: &mut BruteForceTwin, id, b: &Aabb| {
-        let id = PolygonId(id);
-        let answer = index.insert(id, b);
-        assert_eq!(answer, twin.index.insert(id, b), "{name}");
-        if answer.is_ok() {
-            twin.set(id, b);
-        }
-    };
     for change in changes.iter().chain([&Change::Commit]) {
         match change {
-            Change::Insert(id, b) => insert(&mut *index, &mut twin, *id, b),
+            Change::Insert(id, b) => pair.insert(*id as usize, b),
             Change::InsertRow(first, count, b, by) => {
                 for i in 0..*count {
                     let moved = Aabb::new(b.min + *by * i as f32, b.max + *by * i as f32);
-                    insert(&mut *index, &mut twin, first + i, &moved);
+                    pair.insert((first + i) as usize, &moved);
                 }
             }
-            Change::Remove(id) => {
-                let id = PolygonId(*id);
-                assert_eq!(index.remove(id), twin.index.remove(id), "{name}");
-            }
+            Change::Remove(id) => pair.remove(*id as usize),
             Change::RemoveRow(first, count) => {
-                for id in (*first..first + count).map(PolygonId) {
-                    assert_eq!(index.remove(id), twin.index.remove(id), "{name}");
-                }
+                (*first..first + count).for_each(|id| pair.remove(id as usize));
             }
-            Change::Update(id, b) => {
-                let id = PolygonId(*id);
-                let answer = index.update(id, b);
-                assert_eq!(answer, twin.index.update(id, b), "{name}");
-                if answer.is_ok() {
-                    twin.set(id, b);
-                }
+            Change::Update(id, b) => pair.update(*id as usize, b),
+            Change::UpdateAll(updates) => {
+                let updates: Vec<_> = updates.iter().map(|&(id, b)| (PolygonId(id), b)).collect();
+                pair.update_all(&updates);
             }
-            Change::UpdateAll(updates) => update_all(&mut *index, &mut twin, updates, name),
-            Change::Clear => {
-                index.clear();
-                twin.index.clear();
-            }
+            Change::Clear => pair.clear(),
             Change::Commit => {
-                index.commit();
+                pair.index.commit();
                 let frusta = [(); 2].map(|()| random_frustum(&mut random, &config.root));
-                check(&*index, &twin, &frusta, name);
+                check(&*pair.index, &pair.twin, &frusta, subject.name);
             }
         }
         // The index is also valid between two commits.
-        if let Err(fault) = index.validate() {
-            panic!("{name}, after {change:?}: {fault}");
+        if let Err(fault) = pair.index.validate() {
+            panic!("{}, after {change:?}: {fault}", pair.place);
         }
-        assert_eq!(index.len(), twin.index.len(), "{name}, after {change:?}");
+        assert_eq!(pair.index.len(), pair.twin.index.len(), "{}, after {change:?}", pair.place);
     }
-}
-
-/// Updates the index in one batch, and the twin one by one.
-fn update_all(index: &mut dyn SpatialIndex, twin: &mut BruteForceTwin, updates: &[(u32, Aabb)], name: &str) {
-    let updates: Vec<_> = updates.iter().map(|&(id, b)| (PolygonId(id), b)).collect();
-    let (mut refused, mut expected) = (Vec::new(), Vec::new());
-    index.update_all(&updates, &mut refused);
-    for (id, b) in &updates {
-        match twin.index.update(*id, b) {
-            Ok(()) => twin.set(*id, b),
-            Err(why) => expected.push(why),
-        }
-    }
-    assert_eq!(refused, expected, "{name}");
 }

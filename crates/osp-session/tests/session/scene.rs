@@ -10,6 +10,7 @@ use osp_testkit::events::{Begin, SOLE};
 
 mod authors;
 mod batches;
+mod brush_strokes;
 mod brushes_ribbons;
 mod brushes_solids;
 mod fold;
@@ -251,52 +252,6 @@ fn a_move_and_its_undo_give_the_same_bits() {
     assert_eq!(scene.bounds(PolygonId(0)).min.x, before[0].min.x + 0.1);
     play(&mut scene, &[SOLE.undo()]);
     assert_eq!([scene.bounds(PolygonId(0)), scene.bounds(PolygonId(1))], before);
-}
-
-#[test]
-fn groups_carry_their_strokes_and_each_other() {
-    let mut scene = Scene::new();
-    play(&mut scene, &straight(1, 2, NormalRule::LocalX));
-    let place =
-        |group: u32, p: Vec3, s: f32| SOLE.placed(GroupId(group), Transform { p, q: Quat::IDENTITY, s });
-    let group = |group: u32, strokes: &[u32], parent: Option<u32>| {
-        SOLE.grouped(
-            GroupId(group),
-            strokes.iter().map(|&s| StrokeId(s)).collect::<Vec<_>>(),
-            parent.map(GroupId),
-        )
-    };
-    let centre = |scene: &Scene| scene.bounds(PolygonId(0)).center();
-    let start = centre(&scene);
-    play(&mut scene, &[group(1, &[], None), group(2, &[1], Some(1))]);
-    play(&mut scene, &[place(1, Vec3::new(0.0, 10.0, 0.0), 2.0), place(2, Vec3::new(1.0, 0.0, 0.0), 1.0)]);
-    assert!((centre(&scene) - ((start + Vec3::X) * 2.0 + Vec3::Y * 10.0)).length() < 1.0e-5);
-    assert_eq!(scene.groups_of(&scene.strokes()[0]), [GroupId(2), GroupId(1)]);
-    // A group cannot be its own parent.
-    let ignored = scene.counts().ignored_events;
-    play(&mut scene, &[group(1, &[], Some(2))]);
-    assert_eq!(scene.counts().ignored_events, ignored + 1);
-    for _ in 0..4 {
-        play(&mut scene, &[SOLE.undo()]);
-    }
-    assert_eq!(centre(&scene), start);
-    // A stroke that is drawn in a placed group gets the group's transform.
-    for _ in 0..4 {
-        play(&mut scene, &[SOLE.redo()]);
-    }
-    assert!((centre(&scene) - ((start + Vec3::X) * 2.0 + Vec3::Y * 10.0)).length() < 1.0e-5);
-}
-
-#[test]
-fn chains_of_groups_have_a_longest_length() {
-    let mut scene = Scene::new();
-    // Each new group becomes the parent of the last one, so the chain grows at its root.
-    for top in 0..200u32 {
-        let group = |group, parent| SOLE.grouped(GroupId(group), [], parent);
-        play(&mut scene, &[group(top + 1, None), group(top, Some(GroupId(top + 1)))]);
-    }
-    // A grouping that would make a chain longer than 64 is refused, and a new chain begins.
-    assert_eq!(scene.counts().ignored_events, 200 / 64);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Strokes in the colours of those who drew them.
 
-use super::scenes::{all_ids, apply, gpu, set, square, view_from};
+use super::scenes::{apply, drawer, gpu, picture, pixel, square, view_from};
 use glam::Vec3;
-use osp_render::{Colors, Layer, Offscreen, RendererConfig};
+use osp_render::Colors;
 use osp_session::{
     recording::{Author, Event},
     scene::Scene,
@@ -32,18 +32,13 @@ fn polygons_are_drawn_in_the_colours_of_their_authors_and_in_their_own_again() {
         events.push(polygon);
     }
     let changes = apply(&mut scene, &events);
-    let mut drawer = Offscreen::on(gpu, SIZE.0, SIZE.1, &RendererConfig::default()).expect("a renderer");
+    let mut drawer = drawer(&gpu, SIZE);
     drawer.follow(&changes);
     let view = view_from(Vec3::new(0.0, 0.0, 2.0), Vec3::ZERO);
-    let ids = set(&all_ids(&scene));
     let mut colors = |choice| {
         drawer.set_colors(choice);
-        drawer.draw(&scene, &view, &[Layer::plain(&ids)]).expect("a picture");
-        let image = drawer.image().expect("a picture");
-        let at = |x: u32| {
-            let pixel = &image.rgba()[((SIZE.1 / 2 * SIZE.0 + x) * 4) as usize..][..3];
-            bright([pixel[0], pixel[1], pixel[2]])
-        };
+        let image = picture(&mut drawer, &scene, &view);
+        let at = |x: u32| bright(pixel(&image, x, SIZE.1 / 2));
         [at(50), at(110)]
     };
     let plain = [[true; 3]; 2];

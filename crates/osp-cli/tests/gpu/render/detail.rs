@@ -2,20 +2,20 @@
 
 use std::sync::Arc;
 
-use super::scenes::{all_ids, apply, gpu, set, sketch, square, view_from, winding_stroke};
+use super::scenes::{all_ids, drawer, gpu, set, sketch, square, view_from, winding_stroke};
 use glam::{Quat, Vec3};
 use osp::{
     math::Aabb,
     polygon::Change,
     view::{Projection, View},
 };
-use osp_render::{DrawTimes, Gpu, Image, Layer, Offscreen, RendererConfig};
+use osp_render::{DrawTimes, Gpu, Image, Layer, Offscreen};
 use osp_session::{
     brush::{self, Brush, Draw},
     recording::{Event, NormalRule, Paint, StrokeId, SynthKind, Tool, synthesize},
     scene::{Scene, Stroke},
 };
-use osp_testkit::events::{Begin, SOLE};
+use osp_testkit::events::{Begin, SOLE, scene_of};
 
 const SIZE: (u32, u32) = (640, 480);
 /// Largest mean difference of a channel, steps of 8 bits.
@@ -25,9 +25,8 @@ const MOST_UNLIKE: f64 = 0.0003;
 /// Largest number of pixels that change within a surface: another surface is at nearly the same depth.
 const MOST_CHANGED: usize = 3;
 
-fn drawer(gpu: &Arc<Gpu>, is_auto: bool) -> Offscreen {
-    let mut drawer =
-        Offscreen::on(Arc::clone(gpu), SIZE.0, SIZE.1, &RendererConfig::default()).expect("a drawer");
+fn detailed(gpu: &Arc<Gpu>, is_auto: bool) -> Offscreen {
+    let mut drawer = drawer(gpu, SIZE);
     drawer.set_detail(is_auto);
     drawer
 }
@@ -35,12 +34,6 @@ fn drawer(gpu: &Arc<Gpu>, is_auto: bool) -> Offscreen {
 fn drawn(drawer: &mut Offscreen, scene: &Scene, view: &View) -> (DrawTimes, Image) {
     let times = drawer.draw(scene, view, &[Layer::plain(&set(&all_ids(scene)))]).expect("a drawn frame");
     (times, drawer.image().expect("a picture"))
-}
-
-fn scene_of(events: &[Event]) -> Scene {
-    let mut scene = Scene::new();
-    apply(&mut scene, events);
-    scene
 }
 
 /// Ribbons and tubes without brushes.
@@ -112,7 +105,7 @@ fn far_strokes_have_fewer_vertices_and_no_edge_moves() {
     let Some(gpu) = gpu() else { return };
     let mut wrong = Vec::new();
     for (name, scene) in [("plain", scene_of(&scribble(20_000))), ("brushes", brushes())] {
-        let (mut full, mut auto) = (drawer(&gpu, false), drawer(&gpu, true));
+        let (mut full, mut auto) = (detailed(&gpu, false), detailed(&gpu, true));
         for (times, most_listed) in [(1.0, 1.0), (4.0, 0.65), (16.0, 0.5)] {
             let view = view_of(&scene, times);
             let (all, expected) = drawn(&mut full, &scene, &view);
@@ -141,13 +134,13 @@ fn where_nothing_is_merged_the_picture_is_the_same() {
         (0..300).map(|i| square(place(i), 0.04, (i as f32 / 300.0, 0.5, 0.8, 1.0))).collect();
     let scene = scene_of(&squares);
     let view = view_from(Vec3::new(0.3, 0.9, 3.0), Vec3::new(0.0, 0.7, 0.0));
-    let mut auto = drawer(&gpu, true);
-    let (all, expected) = drawn(&mut drawer(&gpu, false), &scene, &view);
+    let mut auto = detailed(&gpu, true);
+    let (all, expected) = drawn(&mut detailed(&gpu, false), &scene, &view);
     let (same, found) = drawn(&mut auto, &scene, &view);
     assert_eq!((same.listed, found.differing_pixels(&expected)), (all.listed, 0));
     // Switched off, it leaves nothing behind.
     let scene = scene_of(&sketch());
-    let (_, expected) = drawn(&mut drawer(&gpu, false), &scene, &view);
+    let (_, expected) = drawn(&mut detailed(&gpu, false), &scene, &view);
     auto.forget_from(0);
     drawn(&mut auto, &scene, &view);
     auto.set_detail(false);
@@ -160,16 +153,16 @@ fn merged_polygons_follow_every_change() {
     let events = scribble(3000);
     let view = view_of(&scene_of(&events), 2.0);
     let mut scene = Scene::new();
-    let mut auto = drawer(&gpu, true);
+    let mut auto = detailed(&gpu, true);
     let mut step = |scene: &mut Scene, events: &[Event], what: &str| {
         let mut changes: Vec<Change> = Vec::new();
         scene.apply_all(events, &mut changes);
         auto.follow(&changes);
         let (times, found) = drawn(&mut auto, scene, &view);
-        let (fresh, expected) = drawn(&mut drawer(&gpu, true), scene, &view);
+        let (fresh, expected) = drawn(&mut detailed(&gpu, true), scene, &view);
         assert_eq!(found.differing_pixels(&expected), 0, "{what}");
         assert_eq!(times.listed, fresh.listed, "{what}");
-        let (full, _) = drawn(&mut drawer(&gpu, false), scene, &view);
+        let (full, _) = drawn(&mut detailed(&gpu, false), scene, &view);
         assert!(times.listed < full.listed, "{what}");
         found
     };
@@ -194,12 +187,12 @@ fn a_replay_that_goes_back_drops_merged_polygons() {
     let before = scene_of(half);
     let stroke = winding_stroke(9000, Tool::Tube, 70, (0.1, 0.2, 0.9, 1.0));
     let other = scene_of(&[half, &stroke].concat());
-    let mut auto = drawer(&gpu, true);
+    let mut auto = detailed(&gpu, true);
     drawn(&mut auto, &scene_of(&events), &view);
     for scene in [before.clone(), other] {
         auto.forget_from(before.polygon_count());
         let (times, found) = drawn(&mut auto, &scene, &view);
-        let (fresh, expected) = drawn(&mut drawer(&gpu, true), &scene, &view);
+        let (fresh, expected) = drawn(&mut detailed(&gpu, true), &scene, &view);
         assert_eq!((times.listed, found.differing_pixels(&expected)), (fresh.listed, 0));
     }
 }

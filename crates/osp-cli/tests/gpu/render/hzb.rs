@@ -4,7 +4,7 @@ use std::{path::Path, sync::Arc};
 
 use super::{
     identity::shipped,
-    scenes::{all_ids, apply, gpu, set, sketch, square, view_from, winding_stroke},
+    scenes::{all_ids, apply, drawer, gpu, set, sketch, square, view_from, winding_stroke},
 };
 use glam::Vec3;
 use osp::{
@@ -491,8 +491,7 @@ fn culling_while_drawing_changes_no_pixel_inside_a_real_building() {
 #[test]
 fn auto_changes_no_pixel_when_it_tries_the_other_way() {
     let Some(gpu) = gpu() else { return };
-    let drawer = || Offscreen::on(Arc::clone(&gpu), 161, 121, &RendererConfig::default()).expect("a drawer");
-    let (mut auto, mut whole) = (drawer(), drawer());
+    let [mut auto, mut whole] = [(); 2].map(|()| drawer(&gpu, (161, 121)));
     auto.set_occlusion(GpuOcclusion::Auto).expect("auto asks for nothing");
     let mut scene = Scene::new();
     for i in 0..2200 {
@@ -519,6 +518,6 @@ fn auto_changes_no_pixel_when_it_tries_the_other_way() {
         assert_eq!(picture.differing_pixels(&whole.image().expect("a picture")), 0, "frame {frame}");
     }
     // Where the adapter cannot cull, all frames are plain.
-    let can_cull = drawer().set_occlusion(GpuOcclusion::Hzb).is_ok();
+    let can_cull = drawer(&gpu, (161, 121)).set_occlusion(GpuOcclusion::Hzb).is_ok();
     assert!(plain > 10 && (culled > 0) == can_cull, "{culled} culled, {plain} not");
 }

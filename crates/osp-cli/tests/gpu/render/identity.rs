@@ -7,16 +7,15 @@ use std::{
     sync::Arc,
 };
 
-use super::scenes::{all_ids, gpu, set};
+use super::scenes::{all_ids, drawer, gpu, picture_of};
 use osp::{
     frame::{PassConfig, Pipeline},
     index::IndexConfig,
     occlusion::Occlusion,
     polygon::PolygonId,
-    view::View,
 };
 use osp_lab::Method;
-use osp_render::{Gpu, Image, Layer, Offscreen, RendererConfig};
+use osp_render::{Gpu, Offscreen};
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{self, OpenOptions, Pace, Pacer},
@@ -50,15 +49,8 @@ struct Eyes {
 impl Eyes {
     fn new(gpu: &Arc<Gpu>) -> Self {
         // Two drawers, so that what one remembers cannot hide a fault of the other.
-        let drawer =
-            || Offscreen::on(Arc::clone(gpu), SIZE.0, SIZE.1, &RendererConfig::default()).expect("a drawer");
-        Self { culled: drawer(), whole: drawer() }
+        Self { culled: drawer(gpu, SIZE), whole: drawer(gpu, SIZE) }
     }
-}
-
-fn picture(drawer: &mut Offscreen, scene: &Scene, view: &View, ids: &[PolygonId]) -> Image {
-    drawer.draw(scene, view, &[Layer::plain(&set(ids))]).expect("a drawn frame");
-    drawer.image().expect("a picture")
 }
 
 /// Polygons that were not drawn, over all frames looked at.
@@ -116,10 +108,10 @@ fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> LeftOut {
             continue;
         }
         let all = all_ids(&scene);
-        let whole = picture(&mut eyes.whole, &scene, &view, &all);
+        let whole = picture_of(&mut eyes.whole, &scene, &view, &all);
         left_out.shown += whole.drawn_pixels();
         let mut check = |name: &str, ids: &[PolygonId]| {
-            let differing = picture(&mut eyes.culled, &scene, &view, ids).differing_pixels(&whole);
+            let differing = picture_of(&mut eyes.culled, &scene, &view, ids).differing_pixels(&whole);
             assert_eq!(differing, 0, "{}, {choice:?}, frame {}, {name}", path.display(), moment.frame);
         };
         for pipeline in &mut by_view {

@@ -1,13 +1,13 @@
 //! Light beyond its budget is drawn at half resolution: it looks almost the same, and is hidden where it was hidden.
 
-use std::{ops::Range, sync::Arc};
+use std::ops::Range;
 
 use super::{
-    painted::{environment, line, stroke},
+    painted::{line, lit, stroke},
     scenes::{all_ids, gpu, set, square, view_from},
 };
 use glam::Vec3;
-use osp_render::{DrawTimes, Image, Layer, Offscreen, RendererConfig};
+use osp_render::{DrawTimes, Image, Layer, Offscreen};
 use osp_session::{recording::Event, scene::Scene};
 use osp_testkit::events::scene_of;
 
@@ -27,13 +27,6 @@ fn bands(count: u32) -> Vec<Event> {
         events.extend(stroke(number, "Highlighter", (0.06 * part, 0.05, 0.06, 1.0), 0.8, points));
     }
     events
-}
-
-fn drawer(gpu: &Arc<osp_render::Gpu>) -> Offscreen {
-    let mut drawer =
-        Offscreen::on(Arc::clone(gpu), SIZE.0, SIZE.1, &RendererConfig::default()).expect("a drawer");
-    drawer.set_environment(Some(&environment()));
-    drawer
 }
 
 fn picture(drawer: &mut Offscreen, scene: &Scene, has_budget: bool) -> (DrawTimes, Image) {
@@ -58,7 +51,7 @@ fn difference(a: &Image, b: &Image, columns: Range<u32>) -> (f64, u8) {
 fn light_within_its_budget_is_drawn_as_ever() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of(&bands(5));
-    let mut drawer = drawer(&gpu);
+    let mut drawer = lit(&gpu, SIZE);
     let (_, expected) = picture(&mut drawer, &scene, false);
     let (times, image) = picture(&mut drawer, &scene, true);
     assert_eq!((times.at_half_resolution, image.differing_pixels(&expected)), (0, 0));
@@ -68,7 +61,7 @@ fn light_within_its_budget_is_drawn_as_ever() {
 fn light_beyond_its_budget_is_drawn_at_half_resolution() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of(&bands(40));
-    let mut drawer = drawer(&gpu);
+    let mut drawer = lit(&gpu, SIZE);
     let (full, expected) = picture(&mut drawer, &scene, false);
     let (half, image) = picture(&mut drawer, &scene, true);
     assert_eq!((full.at_half_resolution, half.listed), (0, full.listed));

@@ -1,17 +1,13 @@
 //! The order of opaque polygons: the same picture, another cost.
 
-use std::sync::Arc;
-
-use super::scenes::{all_ids, gpu, set, sketch, square, view_from};
+use super::scenes::{all_ids, drawer, gpu, set, sketch, square, view_from};
 use crate::OSP;
 use glam::Vec3;
-use osp_render::{Gpu, Layer, Offscreen, OpaqueOrder, Overdraw, RendererConfig};
+use osp_render::{Layer, OpaqueOrder, Overdraw};
 use osp_session::recording::Event;
 use osp_testkit::events::scene_of;
 
-fn drawer(gpu: &Arc<Gpu>) -> Offscreen {
-    Offscreen::on(Arc::clone(gpu), 320, 240, &RendererConfig::default()).expect("a drawer")
-}
+const SIZE: (u32, u32) = (320, 240);
 
 #[test]
 fn every_order_of_opaque_polygons_gives_the_same_picture() {
@@ -21,7 +17,7 @@ fn every_order_of_opaque_polygons_gives_the_same_picture() {
     let ids = set(&all_ids(&scene));
     for eye in [Vec3::new(1.6, 0.9, 1.2), Vec3::new(-0.5, 0.7, 0.1), Vec3::new(0.0, 3.0, 0.1)] {
         let view = view_from(eye, Vec3::new(0.0, 0.6, 0.0));
-        let mut drawer = drawer(&gpu);
+        let mut drawer = drawer(&gpu, SIZE);
         let mut picture = |order, splits| {
             drawer.set_opaque_order(order, splits);
             drawer.draw(&scene, &view, &[Layer::plain(&ids)]).expect("a frame");
@@ -49,7 +45,7 @@ fn overdraw_is_what_the_order_makes_it() {
         .collect();
     let scene = scene_of(&events);
     let ids = set(&all_ids(&scene));
-    let mut drawer = drawer(&gpu);
+    let mut drawer = drawer(&gpu, SIZE);
     let mut count = |order| {
         drawer.set_opaque_order(order, false);
         drawer.draw(&scene, &view, &[Layer::plain(&ids)]).expect("a frame");
@@ -75,7 +71,7 @@ fn calls_and_changes_of_state_are_counted() {
     let scene = scene_of(&sketch());
     let ids = set(&all_ids(&scene));
     let view = view_from(Vec3::new(1.6, 0.9, 1.2), Vec3::new(0.0, 0.6, 0.0));
-    let mut drawer = drawer(&gpu);
+    let mut drawer = drawer(&gpu, SIZE);
     let mut count = |order| {
         drawer.set_opaque_order(order, false);
         drawer.draw(&scene, &view, &[Layer::plain(&ids)]).expect("a frame");

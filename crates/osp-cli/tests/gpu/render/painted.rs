@@ -4,17 +4,17 @@ use std::sync::Arc;
 
 use super::{
     hzb::{HZB, Pair, QUERIES, chunk_len},
-    scenes::{all_ids, gpu, set, square, view_from},
+    scenes::{all_ids, drawer, gpu, picture, pixel, square, view_from},
 };
 use glam::{Quat, Vec3};
 use osp::view::View;
-use osp_render::{Gpu, Image, Layer, Offscreen, RendererConfig};
+use osp_render::{Gpu, Image, Offscreen};
 use osp_session::{
     brush,
-    recording::{Author, Environment, Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Environment, Event, NormalRule, Paint, StrokeId},
     scene::Scene,
 };
-use osp_testkit::events;
+use osp_testkit::events::{self, Begin};
 
 const SIZE: (u32, u32) = (320, 240);
 type Color = (f32, f32, f32, f32);
@@ -48,12 +48,10 @@ pub(crate) fn stroke(
     width: f32,
     points: impl IntoIterator<Item = Vec3>,
 ) -> Vec<Event> {
-    let (t, stroke) = (0.0, StrokeId(number));
-    let paint = Paint::new(brush, 7 + number);
-    let (tool, normal, thinnest) = (Tool::Ribbon, NormalRule::Travel, 0.0);
-    let paint = Some(Box::new(paint));
-    let mut events =
-        vec![Event::Begin { author: Author::SOLE, t, stroke, tool, width, color, normal, thinnest, paint }];
+    let (t, stroke, normal) = (0.0, StrokeId(number), NormalRule::Travel);
+    let paint = Some(Box::new(Paint::new(brush, 7 + number)));
+    let begin = Begin { width, color, normal, thinnest: 0.0, paint, ..Begin::of(stroke) };
+    let mut events = vec![begin.event()];
     let point = |p| Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 };
     events.extend(points.into_iter().map(point));
     events.push(Event::End { t, stroke });
@@ -74,22 +72,15 @@ fn scene_of(events: &[Event]) -> Scene {
     events::scene_of(events)
 }
 
-fn drawer(gpu: &Arc<Gpu>) -> Offscreen {
-    let mut drawer =
-        Offscreen::on(Arc::clone(gpu), SIZE.0, SIZE.1, &RendererConfig::default()).expect("a drawer");
+/// A drawer with that light.
+pub(crate) fn lit(gpu: &Arc<Gpu>, size: (u32, u32)) -> Offscreen {
+    let mut drawer = drawer(gpu, size);
     drawer.set_environment(Some(&environment()));
     drawer
 }
 
-fn picture(gpu: &Arc<Gpu>, events: &[Event], view: &View) -> Image {
-    let (scene, mut drawer) = (scene_of(events), drawer(gpu));
-    drawer.draw(&scene, view, &[Layer::plain(&set(&all_ids(&scene)))]).expect("a drawn frame");
-    drawer.image().expect("a picture")
-}
-
-fn pixel(image: &Image, x: u32, y: u32) -> [u8; 3] {
-    let at = (y * image.width() + x) as usize * 4;
-    image.rgba()[at..at + 3].try_into().expect("three bytes")
+fn drawn(gpu: &Arc<Gpu>, events: &[Event]) -> Image {
+    picture(&mut lit(gpu, SIZE), &scene_of(events), &ahead())
 }
 
 fn middle(image: &Image) -> [u8; 3] {
@@ -108,9 +99,9 @@ fn added_light_brightens_what_is_behind_and_hides_nothing() {
         let mut events = stroke(1, "Highlighter", color, 0.3, line(Vec3::Z * z));
         // The wall comes after it.
         events.push(wall.clone());
-        picture(&gpu, &events, &ahead())
+        drawn(&gpu, &events)
     };
-    let alone = picture(&gpu, std::slice::from_ref(&wall), &ahead());
+    let alone = drawn(&gpu, std::slice::from_ref(&wall));
     let (before, after) = (middle(&alone), middle(&with(RED, -1.0)));
     assert!(after[0] > before[0] + 100, "{before:?} became {after:?}");
     assert!(after[1] >= before[1] && after[2] >= before[2], "{before:?} became {after:?}");
@@ -120,7 +111,7 @@ fn added_light_brightens_what_is_behind_and_hides_nothing() {
     let both = |near: f32, far: f32| {
         let mut events = stroke(1, "Highlighter", (0.3, 0.0, 0.0, 1.0), 0.3, line(Vec3::Z * near));
         events.extend(stroke(2, "Highlighter", (0.0, 0.3, 0.0, 1.0), 0.3, line(Vec3::Z * far)));
-        middle(&picture(&gpu, &events, &ahead()))
+        middle(&drawn(&gpu, &events))
     };
     assert_eq!(both(-1.0, -1.5), both(-1.5, -1.0));
 }
@@ -129,7 +120,7 @@ fn added_light_brightens_what_is_behind_and_hides_nothing() {
 fn what_is_cut_out_is_not_there_where_its_texture_is_empty() {
     let Some(gpu) = gpu() else { return };
     let events = |brush| stroke(1, brush, RED, 0.4, line(Vec3::NEG_Z));
-    let [pointed, whole] = ["TaperedMarker", "Flat"].map(|brush| picture(&gpu, &events(brush), &ahead()));
+    let [pointed, whole] = ["TaperedMarker", "Flat"].map(|brush| drawn(&gpu, &events(brush)));
     // The ribbon is 0.4 high: near its upper rim, left and right.
     let y = SIZE.1 / 2 - 28;
     let (left, right) = (SIZE.0 / 2 - 50, SIZE.0 / 2 + 80);
@@ -142,20 +133,19 @@ fn what_is_cut_out_is_not_there_where_its_texture_is_empty() {
     // What is not there hides nothing, though it came before.
     let mut with_wall = events("TaperedMarker");
     with_wall.push(square(Vec3::Z * -2.0, 2.0, (0.1, 0.9, 0.1, 1.0)));
-    let [r, g, _] = pixel(&picture(&gpu, &with_wall, &ahead()), right, y);
+    let [r, g, _] = pixel(&drawn(&gpu, &with_wall), right, y);
     assert!(g > 100 && g > r, "the wall is seen beside the point: {r} {g}");
 }
 
 #[test]
 fn the_sky_is_a_gradient_and_a_floor_hides_it() {
     let Some(gpu) = gpu() else { return };
-    let mut drawer = drawer(&gpu);
+    let mut drawer = lit(&gpu, SIZE);
     let scene = Scene::new();
     let mut draw = |environment: &Environment, view: &View| {
         drawer.set_environment(Some(environment));
-        drawer.draw(&scene, view, &[]).expect("a drawn frame");
-        let image = drawer.image().expect("a picture");
-        [0, SIZE.1 - 1].map(|y| pixel(&image, SIZE.0 / 2, y))
+        let image = picture(&mut drawer, &scene, view);
+        [0, SIZE.1 - 1].map(|y| pixel::<3>(&image, SIZE.0 / 2, y))
     };
     let [top, bottom] = draw(&environment(), &ahead());
     assert!(top[2] > bottom[2] + 60 && bottom[0] > top[0] + 30, "{top:?} over {bottom:?}");
@@ -177,14 +167,13 @@ fn the_sky_is_a_gradient_and_a_floor_hides_it() {
 #[test]
 fn things_stand_in_their_environments() {
     let Some(gpu) = gpu() else { return };
-    let mut drawer = drawer(&gpu);
+    let mut drawer = lit(&gpu, SIZE);
     let scene = Scene::new();
     let mut middle = |preset: &str, floor: Option<Vec3>, eye: Vec3, target: Vec3| {
         let black = [Vec3::ZERO; 2];
         let environment = Environment { preset: preset.to_owned(), sky: black, floor, ..environment() };
         drawer.set_environment(Some(&environment));
-        drawer.draw(&scene, &view_from(eye, target), &[]).expect("a drawn frame");
-        pixel(&drawer.image().expect("a picture"), SIZE.0 / 2, SIZE.1 / 2)[0]
+        middle(&picture(&mut drawer, &scene, &view_from(eye, target)))[0]
     };
     // The moon, the bust and the pedestal stand half a metre in front of the origin. Each is compared with the sky beside it.
     for (preset, height) in [("Space", 1.3), ("DressForm", 1.6), ("Pedestal", 0.5)] {
@@ -206,10 +195,9 @@ fn fog_lies_over_what_is_far_but_not_over_light() {
     let foggy = Environment { fog: (Vec3::ONE, 0.5), ..environment() };
     let middle_of = |brush: &str, z: f32, environment: &Environment| {
         let scene = scene_of(&stroke(1, brush, RED, 0.3 * -z, line(Vec3::Z * z)));
-        let mut drawer = drawer(&gpu);
+        let mut drawer = lit(&gpu, SIZE);
         drawer.set_environment(Some(environment));
-        drawer.draw(&scene, &ahead(), &[Layer::plain(&set(&all_ids(&scene)))]).expect("a drawn frame");
-        middle(&drawer.image().expect("a picture"))
+        middle(&picture(&mut drawer, &scene, &ahead()))
     };
     let [near, far] = [-1.0, -2.0].map(|z| middle_of("Flat", z, &foggy));
     let clear = middle_of("Flat", -1.0, &environment());
@@ -234,15 +222,14 @@ fn lit_from_four_sides(gpu: &Arc<Gpu>, brush: &str) -> Vec<u32> {
     let scene = scene_of(&stroke(1, brush, (1.0, 0.9, 0.8, 1.0), 0.4, [Vec3::ZERO, Vec3::X * 0.001]));
     let ids = all_ids(&scene);
     assert!(ids.iter().any(|&id| scene.surface(id).is_facing()), "particles face the eye");
-    let mut drawer = drawer(gpu);
+    let mut drawer = lit(gpu, SIZE);
     drawer.set_environment(Some(&Environment { sky: [Vec3::ZERO; 2], ..environment() }));
     let mut lit = Vec::new();
     for eye in [Vec3::Z, Vec3::X, Vec3::new(0.5, 0.7, -0.5), Vec3::new(0.0, -1.0, 0.01)] {
         let view = view_from(eye * 3.0, Vec3::ZERO);
         for time_s in [0.1, 0.7] {
             drawer.set_time(time_s);
-            drawer.draw(&scene, &view, &[Layer::plain(&set(&ids))]).expect("a drawn frame");
-            let image = drawer.image().expect("a picture");
+            let image = picture(&mut drawer, &scene, &view);
             let (mut low, mut high) = (Vec3::MAX, Vec3::MIN);
             for id in &ids {
                 for corner in scene.bounds(*id).corners() {
@@ -253,7 +240,7 @@ fn lit_from_four_sides(gpu: &Arc<Gpu>, brush: &str) -> Vec<u32> {
             let mut count = 0;
             for (x, y) in (0..SIZE.0).flat_map(|x| (0..SIZE.1).map(move |y| (x, y))) {
                 // Less is what spreads.
-                if pixel(&image, x, y)[0] > 40 {
+                if pixel::<3>(&image, x, y)[0] > 40 {
                     count += 1;
                     let at = Vec3::new(x as f32 + 0.5, y as f32 + 0.5, 0.0) / Vec3::new(160.0, -120.0, 1.0)
                         - Vec3::new(1.0, -1.0, 0.0);
@@ -273,9 +260,9 @@ fn lit_from_four_sides(gpu: &Arc<Gpu>, brush: &str) -> Vec<u32> {
 fn light_spreads_around_what_shines() {
     let Some(gpu) = gpu() else { return };
     let beside = |brush| {
-        let image = picture(&gpu, &stroke(1, brush, (0.9, 0.9, 0.9, 1.0), 0.05, line(Vec3::NEG_Z)), &ahead());
+        let image = drawn(&gpu, &stroke(1, brush, (0.9, 0.9, 0.9, 1.0), 0.05, line(Vec3::NEG_Z)));
         // Well above the stroke.
-        u32::from(pixel(&image, SIZE.0 / 2, SIZE.1 / 2 - 40)[1])
+        u32::from(pixel::<3>(&image, SIZE.0 / 2, SIZE.1 / 2 - 40)[1])
     };
     let (shining, plain) = (beside("Light"), beside("Flat"));
     assert!(shining > plain + 10, "{shining} beside a light, {plain} beside paint");
@@ -284,12 +271,11 @@ fn light_spreads_around_what_shines() {
 #[test]
 fn the_full_bloom_brightens_paint_and_the_reduced_darkens_it() {
     let Some(gpu) = gpu() else { return };
-    let mut drawer = drawer(&gpu);
+    let mut drawer = lit(&gpu, SIZE);
     let mut sky = |has_full_bloom| {
         let sky = [Vec3::splat(0.8); 2];
         drawer.set_environment(Some(&Environment { sky, has_full_bloom, ..environment() }));
-        drawer.draw(&Scene::new(), &ahead(), &[]).expect("a drawn frame");
-        pixel(&drawer.image().expect("a picture"), SIZE.0 / 2, SIZE.1 / 2)[1]
+        middle(&picture(&mut drawer, &Scene::new(), &ahead()))[1]
     };
     // A fourth of the twentieth that spreads, more or less.
     assert_eq!([sky(true), sky(false)], [206, 201]);
@@ -300,12 +286,11 @@ fn the_second_light_is_added_to_the_ambient_light_as_a_linear_or_an_srgb_number(
     let Some(gpu) = gpu() else { return };
     // Matte white paint that faces the second light; the first light is off.
     let scene = scene_of(&stroke(1, "Flat", (1.0, 1.0, 1.0, 1.0), 0.5, line(Vec3::NEG_Z)));
-    let mut drawer = drawer(&gpu);
+    let mut drawer = lit(&gpu, SIZE);
     let mut paint = |has_srgb_light| {
         let lights = [(Vec3::NEG_Y, Vec3::ZERO), (Vec3::NEG_Z, Vec3::splat(0.3))];
         drawer.set_environment(Some(&Environment { lights, has_srgb_light, ..environment() }));
-        drawer.draw(&scene, &ahead(), &[Layer::plain(&set(&all_ids(&scene)))]).expect("a drawn frame");
-        middle(&drawer.image().expect("a picture"))[1]
+        middle(&picture(&mut drawer, &scene, &ahead()))[1]
     };
     // Without bloom: 0.5 and 0.3 are 0.8 as sRGB numbers, and 0.57 as linear numbers.
     let [srgb, linear] = [paint(true), paint(false)];
@@ -316,11 +301,10 @@ fn the_second_light_is_added_to_the_ambient_light_as_a_linear_or_an_srgb_number(
 fn bright_strokes_are_bolder_if_a_pixel_has_several_samples() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of(&stroke(1, "Electricity", (0.9, 0.9, 0.9, 1.0), 0.01, line(Vec3::NEG_Z)));
-    let mut drawer = drawer(&gpu);
+    let mut drawer = lit(&gpu, SIZE);
     let mut white = |has_full_bloom| {
         drawer.set_environment(Some(&Environment { has_full_bloom, ..environment() }));
-        drawer.draw(&scene, &ahead(), &[Layer::plain(&set(&all_ids(&scene)))]).expect("a drawn frame");
-        let image = drawer.image().expect("a picture");
+        let image = picture(&mut drawer, &scene, &ahead());
         let pixels = (0..SIZE.0 * SIZE.1).map(|i| pixel(&image, i % SIZE.0, i / SIZE.0));
         pixels.filter(|[_, green, _]| *green == 255).count()
     };
@@ -333,15 +317,14 @@ fn bright_strokes_are_bolder_if_a_pixel_has_several_samples() {
 fn the_lamps_that_paint_reflects_turn_with_the_room() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of(&stroke(1, "MylarTube", BLACK, 0.3, line(Vec3::NEG_Z)));
-    let mut drawer = drawer(&gpu);
+    let mut drawer = lit(&gpu, SIZE);
     let mut reflected = |room_rotation| {
         let (preset, ambient, lights) = ("Standard".to_owned(), Vec3::ZERO, Default::default());
         let sky = [Vec3::ZERO; 2];
         let room = Environment { preset, sky, room_rotation, ambient, lights, ..environment() };
         drawer.set_environment(Some(&room));
-        drawer.draw(&scene, &ahead(), &[Layer::plain(&set(&all_ids(&scene)))]).expect("a drawn frame");
-        let image = drawer.image().expect("a picture");
-        (0..SIZE.1).map(|y| u32::from(pixel(&image, SIZE.0 / 2, y)[1])).sum::<u32>()
+        let image = picture(&mut drawer, &scene, &ahead());
+        (0..SIZE.1).map(|y| u32::from(pixel::<3>(&image, SIZE.0 / 2, y)[1])).sum::<u32>()
     };
     // A lamp is behind the eye. In the turned room it is in front of the eye, behind the tube.
     let (near, far) = (reflected(Quat::IDENTITY), reflected(Quat::from_rotation_y(std::f32::consts::PI)));
@@ -388,28 +371,26 @@ fn a_picture_is_the_same_every_time_and_moves_with_time() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of(&every_brush());
     let view = view_from(Vec3::new(0.2, 0.3, 1.5), Vec3::ZERO);
-    let mut one = drawer(&gpu);
+    let mut one = lit(&gpu, SIZE);
     let draw = |drawer: &mut Offscreen, time_s| {
         drawer.set_time(time_s);
-        drawer.draw(&scene, &view, &[Layer::plain(&set(&all_ids(&scene)))]).expect("a drawn frame");
-        drawer.image().expect("a picture")
+        picture(drawer, &scene, &view)
     };
     let first = draw(&mut one, 1.0);
     let later = draw(&mut one, 1.3);
     assert!(later.differing_pixels(&first) > 20, "brushes move by themselves");
     assert_eq!(draw(&mut one, 1.0).differing_pixels(&first), 0);
-    assert_eq!(draw(&mut drawer(&gpu), 1.0).differing_pixels(&first), 0);
+    assert_eq!(draw(&mut lit(&gpu, SIZE), 1.0).differing_pixels(&first), 0);
 }
 
 #[test]
 fn flames_move_along_their_whole_texture() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of(&stroke(1, "Fire", (1.0, 0.5, 0.0, 1.0), 0.4, line(Vec3::NEG_Z)));
-    let mut drawer = drawer(&gpu);
+    let mut drawer = lit(&gpu, SIZE);
     let mut draw = |time_s| {
         drawer.set_time(time_s);
-        drawer.draw(&scene, &ahead(), &[Layer::plain(&set(&all_ids(&scene)))]).expect("a drawn frame");
-        drawer.image().expect("a picture")
+        picture(&mut drawer, &scene, &ahead())
     };
     assert!(draw(1.3).differing_pixels(&draw(1.8)) > 20);
 }
@@ -417,7 +398,7 @@ fn flames_move_along_their_whole_texture() {
 #[test]
 fn a_toon_has_its_colour_almost_up_to_its_rim() {
     let Some(gpu) = gpu() else { return };
-    let image = picture(&gpu, &stroke(1, "Toon", (1.0, 0.5, 0.0, 1.0), 0.6, line(Vec3::NEG_Z)), &ahead());
+    let image = drawn(&gpu, &stroke(1, "Toon", (1.0, 0.5, 0.0, 1.0), 0.6, line(Vec3::NEG_Z)));
     let column: Vec<_> = (0..SIZE.1).map(|y| pixel(&image, SIZE.0 / 2, y)).collect();
     let orange = column.iter().filter(|[r, _, b]| *r > 180 && *b < 80).count();
     let black = column.iter().filter(|[r, ..]| *r < 8).count();
@@ -430,12 +411,11 @@ fn what_no_brush_has_painted_looks_the_same_beside_paint() {
     let events = [square(Vec3::Z * -2.0, 4.0, (0.8, 0.5, 0.2, 1.0))];
     let plain = {
         let scene = scene_of(&events);
-        let mut drawer = drawer(&gpu);
+        let mut drawer = lit(&gpu, SIZE);
         drawer.set_environment(None);
-        drawer.draw(&scene, &ahead(), &[Layer::plain(&set(&all_ids(&scene)))]).expect("a drawn frame");
-        middle(&drawer.image().expect("a picture"))
+        middle(&picture(&mut drawer, &scene, &ahead()))
     };
-    let beside = middle(&picture(&gpu, &events, &ahead()));
+    let beside = middle(&drawn(&gpu, &events));
     for (a, b) in plain.into_iter().zip(beside) {
         // A twentieth of the light has spread, most of it to where it came from.
         assert!(a.abs_diff(b) <= 8, "{plain:?} is {beside:?} beside paint");

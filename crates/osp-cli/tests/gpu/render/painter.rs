@@ -2,16 +2,14 @@
 
 use std::sync::Arc;
 
-use super::scenes::{all_ids, gpu, set, sketch, square, view_from};
+use super::scenes::{all_ids, drawer, gpu, set, sketch, square, view_from};
 use crate::OSP;
 use glam::Vec3;
 use osp::{
     polygon::{PolygonId, VisibleBlocks},
     view::View,
 };
-use osp_render::{
-    Gpu, Image, Layer, MOST_POLYGONS, Offscreen, PaintList, Painter, PainterError, RendererConfig,
-};
+use osp_render::{Gpu, Image, Layer, MOST_POLYGONS, Offscreen, PaintList, Painter, PainterError};
 use osp_session::{recording::Event, scene::Scene};
 use osp_testkit::{events::scene_of, stderr, stdout};
 
@@ -37,22 +35,21 @@ fn knot() -> Vec<Event> {
     events
 }
 
-fn drawer(gpu: &Arc<Gpu>) -> Offscreen {
-    let mut drawer =
-        Offscreen::on(Arc::clone(gpu), SIZE.0, SIZE.1, &RendererConfig::default()).expect("a drawer");
+fn solid(gpu: &Arc<Gpu>) -> Offscreen {
+    let mut drawer = drawer(gpu, SIZE);
     drawer.set_solid(true);
     drawer
 }
 
 fn by_depth(gpu: &Arc<Gpu>, scene: &Scene, view: &View, ids: &VisibleBlocks) -> Image {
-    let mut drawer = drawer(gpu);
+    let mut drawer = solid(gpu);
     drawer.draw(scene, view, &[Layer::plain(ids)]).expect("a frame");
     drawer.image().expect("a picture")
 }
 
 fn by_painter(gpu: &Arc<Gpu>, painter: Painter, scene: &Scene, view: &View, ids: &VisibleBlocks) -> Image {
     let list = PaintList::new(painter, scene, ids, view.eye_in_world).expect("an order");
-    let mut drawer = drawer(gpu);
+    let mut drawer = solid(gpu);
     drawer.draw_parts(scene, view, &list).expect("a frame");
     drawer.image().expect("a picture")
 }

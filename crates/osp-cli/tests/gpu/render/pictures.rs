@@ -1,6 +1,8 @@
 use std::sync::Arc;
 
-use super::scenes::{all_ids, apply, gpu, set, sketch, square, view_from, winding_stroke};
+use super::scenes::{
+    all_ids, apply, drawer, gpu, picture, picture_of, pixel, set, sketch, square, view_from, winding_stroke,
+};
 use glam::Vec3;
 use osp::{polygon::PolygonId, view::View};
 use osp_render::{Gpu, Image, Layer, Offscreen, RenderError, RendererConfig, Style};
@@ -12,22 +14,8 @@ use osp_testkit::events::SOLE;
 
 const SIZE: (u32, u32) = (320, 240);
 
-fn drawer(gpu: &Arc<Gpu>) -> Offscreen {
-    Offscreen::on(Arc::clone(gpu), SIZE.0, SIZE.1, &RendererConfig::default()).expect("a drawer")
-}
-
-fn picture(drawer: &mut Offscreen, scene: &Scene, view: &View, ids: &[PolygonId]) -> Image {
-    drawer.draw(scene, view, &[Layer::plain(&set(ids))]).expect("a drawn frame");
-    drawer.image().expect("a picture")
-}
-
 fn fresh_picture(gpu: &Arc<Gpu>, scene: &Scene, view: &View) -> Image {
-    picture(&mut drawer(gpu), scene, view, &all_ids(scene))
-}
-
-fn pixel(image: &Image, x: u32, y: u32) -> [u8; 4] {
-    let at = (y * image.width() + x) as usize * 4;
-    image.rgba()[at..at + 4].try_into().expect("four bytes")
+    picture(&mut drawer(gpu, SIZE), scene, view)
 }
 
 fn middle(image: &Image) -> [u8; 4] {
@@ -45,7 +33,7 @@ fn a_scene_that_grew_moved_and_shrank_looks_like_one_made_at_once() {
     let Some(gpu) = gpu() else { return };
     let view = eyes()[0];
     let mut scene = Scene::new();
-    let mut growing = drawer(&gpu);
+    let mut growing = drawer(&gpu, SIZE);
     let mut steps: Vec<Vec<Event>> = sketch().chunks(97).map(<[Event]>::to_vec).collect();
     let moved =
         |strokes: &[u32], by| SOLE.moved(strokes.iter().map(|&n| StrokeId(n)).collect::<Vec<_>>(), by);
@@ -60,7 +48,7 @@ fn a_scene_that_grew_moved_and_shrank_looks_like_one_made_at_once() {
         // Some frames are not drawn; what changed in them must not be forgotten.
         if number % 3 == 2 || number + 6 > steps.len() {
             let ids = all_ids(&scene);
-            let grown = picture(&mut growing, &scene, &view, &ids);
+            let grown = picture_of(&mut growing, &scene, &view, &ids);
             let at_once = fresh_picture(&gpu, &scene, &view);
             assert_eq!(grown.differing_pixels(&at_once), 0, "after step {number}");
         }
@@ -72,7 +60,7 @@ fn a_polygon_is_sent_once_and_again_only_when_it_moves() {
     let Some(gpu) = gpu() else { return };
     let view = eyes()[0];
     let mut scene = Scene::new();
-    let mut drawer = drawer(&gpu);
+    let mut drawer = drawer(&gpu, SIZE);
     let mut draw = |scene: &Scene, changes: &[osp::polygon::Change]| {
         drawer.follow(changes);
         drawer.draw(scene, &view, &[Layer::plain(&set(&all_ids(scene)))]).expect("a frame").polygon_bytes
@@ -105,11 +93,11 @@ fn small_chunks_and_many_pages_give_the_same_picture() {
     // Opaque scenes only: transparent ones are sorted over all pages, which the other tests see.
     let config = RendererConfig { chunk_len: 100, draw_len: 30, ..RendererConfig::default() };
     let mut paged = Offscreen::on(Arc::clone(&gpu), SIZE.0, SIZE.1, &config).expect("a drawer");
-    let mut whole = drawer(&gpu);
+    let mut whole = drawer(&gpu, SIZE);
     for view in eyes() {
         let ids = all_ids(&scene);
-        let one = picture(&mut paged, &scene, &view, &ids);
-        assert_eq!(one.differing_pixels(&picture(&mut whole, &scene, &view, &ids)), 0);
+        let one = picture_of(&mut paged, &scene, &view, &ids);
+        assert_eq!(one.differing_pixels(&picture_of(&mut whole, &scene, &view, &ids)), 0);
     }
     let times = paged.draw(&scene, &eyes()[0], &[Layer::plain(&set(&all_ids(&scene)))]).expect("a frame");
     assert!(times.draw_calls > 4, "several pages: {} draw calls", times.draw_calls);
@@ -186,7 +174,7 @@ fn a_style_tints_and_a_faint_one_lets_through() {
     let mut scene = Scene::new();
     let white = (1.0, 1.0, 1.0, 1.0);
     apply(&mut scene, &[square(Vec3::Z * -2.0, 1.0, white), square(Vec3::Z * -3.0, 1.0, white)]);
-    let mut drawer = drawer(&gpu);
+    let mut drawer = drawer(&gpu, SIZE);
     let blue = Style { tint: [0.0, 0.0, 1.0], amount: 1.0, ..Style::PLAIN };
     let mut colour_of = |layers: &[Layer<'_>]| {
         drawer.draw(&scene, &view, layers).expect("a frame");
@@ -203,12 +191,12 @@ fn a_style_tints_and_a_faint_one_lets_through() {
 #[test]
 fn an_empty_scene_and_a_list_of_nothing_are_a_plain_background() {
     let Some(gpu) = gpu() else { return };
-    let mut drawer = drawer(&gpu);
-    let image = picture(&mut drawer, &Scene::new(), &eyes()[0], &[]);
+    let mut drawer = drawer(&gpu, SIZE);
+    let image = picture_of(&mut drawer, &Scene::new(), &eyes()[0], &[]);
     assert_eq!(image.drawn_pixels(), 0);
     assert_eq!((image.width(), image.height()), SIZE);
     // Numbers that the scene does not have.
-    let image = picture(&mut drawer, &Scene::new(), &eyes()[0], &[PolygonId(7)]);
+    let image = picture_of(&mut drawer, &Scene::new(), &eyes()[0], &[PolygonId(7)]);
     assert_eq!(image.drawn_pixels(), 0);
 }
 
@@ -227,7 +215,7 @@ fn a_picture_is_written_and_times_are_taken() {
     let Some(gpu) = gpu() else { return };
     let mut scene = Scene::new();
     apply(&mut scene, &sketch());
-    let mut drawer = drawer(&gpu);
+    let mut drawer = drawer(&gpu, SIZE);
     let times = drawer.draw(&scene, &eyes()[0], &[Layer::plain(&set(&all_ids(&scene)))]).expect("a frame");
     assert!(times.draw.ns > 0 && times.prepare.ns > 0);
     eprintln!("{}: {times:?}", gpu.name());

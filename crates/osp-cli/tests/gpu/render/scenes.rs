@@ -5,12 +5,34 @@ use osp::{
     polygon::{Change, PolygonId, VisibleBlocks},
     view::{Projection, View},
 };
-use osp_render::Gpu;
+use osp_render::{Gpu, Image, Layer, Offscreen, RendererConfig};
 use osp_session::{
     recording::{Author, Event, NormalRule, StrokeId, Tool},
     scene::Scene,
 };
 use osp_testkit::events::Begin;
+
+/// A drawer of pictures of this size.
+pub(crate) fn drawer(gpu: &Arc<Gpu>, (width, height): (u32, u32)) -> Offscreen {
+    Offscreen::on(Arc::clone(gpu), width, height, &RendererConfig::default()).expect("a drawer")
+}
+
+/// The picture of these polygons.
+pub(crate) fn picture_of(drawer: &mut Offscreen, scene: &Scene, view: &View, ids: &[PolygonId]) -> Image {
+    drawer.draw(scene, view, &[Layer::plain(&set(ids))]).expect("a drawn frame");
+    drawer.image().expect("a picture")
+}
+
+/// The picture of all polygons.
+pub(crate) fn picture(drawer: &mut Offscreen, scene: &Scene, view: &View) -> Image {
+    picture_of(drawer, scene, view, &all_ids(scene))
+}
+
+/// The colour of a pixel.
+pub(crate) fn pixel<const CHANNELS: usize>(image: &Image, x: u32, y: u32) -> [u8; CHANNELS] {
+    let at = (y * image.width() + x) as usize * 4;
+    image.rgba()[at..at + CHANNELS].try_into().expect("its bytes")
+}
 
 /// An adapter, or a line that says why there is none.
 pub(crate) fn gpu() -> Option<Arc<Gpu>> {

@@ -2,50 +2,31 @@
 
 use std::sync::Arc;
 
-use super::scenes::{all_ids, apply, gpu, set, view_from};
-use glam::{Quat, Vec3};
+use super::{
+    painted,
+    scenes::{all_ids, apply, drawer, gpu, picture_of, pixel, view_from},
+};
+use glam::Vec3;
 use osp::{polygon::PolygonId, view::View};
-use osp_render::{Gpu, Image, Layer, Offscreen, RendererConfig};
+use osp_render::{Gpu, Image, Offscreen};
 use osp_session::{
-    recording::{Author, Environment, Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Author, Environment, Event, StrokeId},
     scene::Scene,
 };
-use osp_testkit::events::Begin;
 
 const SIZE: (u32, u32) = (160, 120);
 
 /// A first light that travels forwards and down, none else but a little of everywhere.
 fn environment() -> Environment {
-    Environment {
-        preset: String::new(),
-        sky: [Vec3::ZERO; 2],
-        sky_rotation: Quat::IDENTITY,
-        room_rotation: Quat::IDENTITY,
-        floor: None,
-        fog: (Vec3::ZERO, 0.0),
-        ambient: Vec3::splat(0.2),
-        lights: [(Vec3::new(0.0, -1.0, -1.0).normalize(), Vec3::ONE), Default::default()],
-        reflection: 0.0,
-        has_full_bloom: false,
-        has_srgb_light: false,
-        shadows_end_m: 0.0,
-    }
+    let lights = [(Vec3::new(0.0, -1.0, -1.0).normalize(), Vec3::ONE), Default::default()];
+    let (sky, ambient) = ([Vec3::ZERO; 2], Vec3::splat(0.2));
+    Environment { sky, ambient, lights, reflection: 0.0, ..painted::environment() }
 }
 
 /// A stroke across the picture, half a metre wide, that faces +z.
 fn across(number: u32, brush: &str, middle: Vec3) -> Vec<Event> {
-    let (t, stroke) = (0.0, StrokeId(number));
-    let paint = Paint::new(brush, number);
-    let (tool, normal, paint) = (Tool::Ribbon, NormalRule::Travel, Some(Box::new(paint)));
-    let color = (0.8, 0.8, 0.8, 1.0);
-    let mut events =
-        vec![Begin { tool, width: 0.5, color, normal, thinnest: 0.0, paint, ..Begin::of(stroke) }.event()];
-    events.extend((0..=20).map(|i| {
-        let p = middle + Vec3::X * (i as f32 * 0.1 - 1.0);
-        Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }
-    }));
-    events.push(Event::End { t, stroke });
-    events
+    let points = (0..=20).map(|i| middle + Vec3::X * (i as f32 * 0.1 - 1.0));
+    painted::stroke(number, brush, (0.8, 0.8, 0.8, 1.0), 0.5, points)
 }
 
 /// In the middle of the picture; what throws a shadow on it is above and behind the eye.
@@ -56,21 +37,19 @@ fn view() -> View {
     view_from(Vec3::ZERO, Vec3::NEG_Z)
 }
 
-fn drawer(gpu: &Arc<Gpu>) -> Offscreen {
-    let mut drawer =
-        Offscreen::on(Arc::clone(gpu), SIZE.0, SIZE.1, &RendererConfig::default()).expect("a drawer");
+fn lit(gpu: &Arc<Gpu>) -> Offscreen {
+    let mut drawer = drawer(gpu, SIZE);
     drawer.set_environment(Some(&environment()));
     drawer
 }
 
 fn drawn(drawer: &mut Offscreen, scene: &Scene, ids: &[PolygonId]) -> Image {
-    drawer.draw(scene, &view(), &[Layer::plain(&set(ids))]).expect("a drawn frame");
-    drawer.image().expect("a picture")
+    picture_of(drawer, scene, &view(), ids)
 }
 
 fn brightness(image: &Image) -> u8 {
-    let at = ((SIZE.1 / 2 * SIZE.0 + SIZE.0 / 2) * 4) as usize;
-    image.rgba()[at]
+    let [red] = pixel(image, SIZE.0 / 2, SIZE.1 / 2);
+    red
 }
 
 #[test]
@@ -83,7 +62,7 @@ fn what_answers_to_light_throws_a_shadow_on_what_answers_to_light() {
             apply(&mut scene, &across(2, brush, ABOVE));
         }
         let ids = all_ids(&scene);
-        brightness(&drawn(&mut drawer(&gpu), &scene, &ids))
+        brightness(&drawn(&mut lit(&gpu), &scene, &ids))
     };
     let lit = with("Flat", None);
     let shaded = with("Flat", Some("Flat"));
@@ -102,8 +81,8 @@ fn what_is_culled_throws_its_shadow_all_the_same() {
     apply(&mut scene, &across(1, "Flat", SEEN));
     let in_view = all_ids(&scene);
     apply(&mut scene, &across(2, "Flat", ABOVE));
-    let every = drawn(&mut drawer(&gpu), &scene, &all_ids(&scene));
-    let culled = drawn(&mut drawer(&gpu), &scene, &in_view);
+    let every = drawn(&mut lit(&gpu), &scene, &all_ids(&scene));
+    let culled = drawn(&mut lit(&gpu), &scene, &in_view);
     assert!(brightness(&every) < 50);
     assert_eq!(every.differing_pixels(&culled), 0);
 }
@@ -111,7 +90,7 @@ fn what_is_culled_throws_its_shadow_all_the_same() {
 #[test]
 fn a_shadow_comes_and_goes_with_its_stroke() {
     let Some(gpu) = gpu() else { return };
-    let mut drawer = drawer(&gpu);
+    let mut drawer = lit(&gpu);
     let mut scene = Scene::new();
     let mut step = |events: &[Event]| {
         let changes = apply(&mut scene, events);
@@ -132,7 +111,7 @@ fn a_shadow_fades_with_depth() {
     apply(&mut scene, &across(1, "Flat", SEEN));
     apply(&mut scene, &across(2, "Flat", ABOVE));
     let ids = all_ids(&scene);
-    let mut drawer = drawer(&gpu);
+    let mut drawer = lit(&gpu);
     // The shaded stroke is 1 m deep.
     let [never, far, near] = [0.0, 1.5, 0.9].map(|shadows_end_m| {
         drawer.set_environment(Some(&Environment { shadows_end_m, ..environment() }));

@@ -2,16 +2,19 @@
 
 use std::sync::Arc;
 
-use super::scenes::{all_ids, apply, gpu, set, view_from};
-use glam::{Quat, Vec2, Vec3};
+use super::{
+    painted,
+    scenes::{drawer, gpu, picture, view_from},
+};
+use glam::{Vec2, Vec3};
 use osp::view::View;
-use osp_render::{Gpu, Image, Layer, Offscreen, RendererConfig};
+use osp_render::{Gpu, Image};
 use osp_session::{
     brush::{self, Brush, BrushAtRest, Draw, Family, Outline, Seen, texture},
-    recording::{Environment, Event, NormalRule, Paint, StrokeId, Tool},
+    recording::Environment,
     scene::Scene,
 };
-use osp_testkit::events::Begin;
+use osp_testkit::events::scene_of;
 
 const SIDE: u32 = 512;
 /// Samples of a polygon along each of its sides.
@@ -23,40 +26,16 @@ const MOST_DIFFERENT_OF_GLARE: f32 = 0.4;
 
 /// A white ribbon across the picture, 0.6 m wide, that faces the eye.
 fn ribbon(brush: &Brush) -> Scene {
-    let (t, stroke) = (0.0, StrokeId(1));
-    let paint = Some(Box::new(Paint::new(&brush.name, 1)));
-    let (tool, normal, color) = (Tool::Ribbon, NormalRule::Travel, (1.0, 1.0, 1.0, 1.0));
-    let mut events =
-        vec![Begin { tool, width: 0.6, color, normal, thinnest: 0.0, paint, ..Begin::of(stroke) }.event()];
-    events.extend((0..=20).map(|i| {
-        let p = Vec3::new(i as f32 * 0.08 - 0.8, 0.0, -1.0);
-        Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }
-    }));
-    events.push(Event::End { t, stroke });
-    let mut scene = Scene::new();
-    apply(&mut scene, &events);
-    scene
+    let points = (0..=20).map(|i| Vec3::new(i as f32 * 0.08 - 0.8, 0.0, -1.0));
+    scene_of(&painted::stroke(1, &brush.name, (1.0, 1.0, 1.0, 1.0), 0.6, points))
 }
 
 fn drawn(gpu: &Arc<Gpu>, scene: &Scene, view: &View) -> Image {
-    let mut drawer =
-        Offscreen::on(Arc::clone(gpu), SIDE, SIDE, &RendererConfig::default()).expect("a drawer");
-    drawer.set_environment(Some(&Environment {
-        preset: String::new(),
-        sky: [Vec3::ZERO; 2],
-        sky_rotation: Quat::IDENTITY,
-        room_rotation: Quat::IDENTITY,
-        floor: None,
-        fog: (Vec3::ZERO, 0.0),
-        ambient: Vec3::ONE,
-        lights: Default::default(),
-        reflection: 0.0,
-        has_full_bloom: false,
-        has_srgb_light: false,
-        shadows_end_m: 0.0,
-    }));
-    drawer.draw(scene, view, &[Layer::plain(&set(&all_ids(scene)))]).expect("a drawn frame");
-    drawer.image().expect("a picture")
+    let mut drawer = drawer(gpu, (SIDE, SIDE));
+    let (sky, lights) = ([Vec3::ZERO; 2], Default::default());
+    let light = Environment { sky, ambient: Vec3::ONE, lights, reflection: 0.0, ..painted::environment() };
+    drawer.set_environment(Some(&light));
+    picture(&mut drawer, scene, view)
 }
 
 /// Share of the samples of all polygons that are bright in one way of drawing and dark in the other.

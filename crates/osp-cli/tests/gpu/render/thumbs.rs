@@ -38,8 +38,7 @@ fn thumbs_are_the_pictures_that_osp_render_draws() {
     assert_eq!(stdout(&output), "3 sessions: 2 drawn now, 0 before, 1 failed\n");
     assert!(stderr(&output).contains("bad.ron, line 2: expected "), "{}", stderr(&output));
     for (session, thumb) in [("in/whole.ron", "out/whole.png"), ("in/below/own.ron", "out/below/own.png")] {
-        let output = OSP.run_in(folder.path(), ["render", session, "one.png", "--size", "96x64"]);
-        assert!(output.status.success(), "{}", stderr(&output));
+        OSP.done_in(folder.path(), ["render", session, "one.png", "--size", "96x64"]);
         let picture = |name: &str| {
             let file = std::io::BufReader::new(fs::File::open(at(name)).expect("a picture"));
             let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
@@ -58,7 +57,6 @@ fn thumbs_are_the_pictures_that_osp_render_draws() {
     assert!(output.status.success(), "{}", stderr(&output));
     assert_eq!(stdout(&output), "2 sessions: 1 drawn now, 1 before, 0 failed\n");
     // Beside a session its own name stays free for a picture of its artist's.
-    let output = OSP.run_in(folder.path(), ["thumbs", "in/whole.ron", "--size", "32x32"]);
-    assert!(output.status.success(), "{}", stderr(&output));
+    OSP.done_in(folder.path(), ["thumbs", "in/whole.ron", "--size", "32x32"]);
     assert!(at("in/whole.thumb.png").is_file() && !at("in/whole.png").exists());
 }

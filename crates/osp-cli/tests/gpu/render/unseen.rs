@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
-use super::scenes::{all_ids, apply, gpu, set, square};
+use super::scenes::{self, apply, gpu, square};
 use glam::Vec3;
 use osp::{
     polygon::{Change, PolygonId},
     view::{Projection, View},
 };
-use osp_render::{Gpu, GpuOcclusion, Image, Layer, Offscreen, RenderError, RendererConfig};
+use osp_render::{Gpu, GpuOcclusion, Image, Offscreen, RenderError, RendererConfig};
 use osp_session::{
     recording::{Author, Event, StrokeId},
     scene::Scene,
@@ -28,8 +28,7 @@ fn ahead() -> View {
 }
 
 fn picture(drawer: &mut Offscreen, scene: &Scene) -> Image {
-    drawer.draw(scene, &ahead(), &[Layer::plain(&set(&all_ids(scene)))]).expect("a drawn frame");
-    drawer.image().expect("a picture")
+    scenes::picture(drawer, scene, &ahead())
 }
 
 fn compare(gpu: &Arc<Gpu>, follower: &mut Offscreen, scene: &Scene, when: &str) -> u64 {

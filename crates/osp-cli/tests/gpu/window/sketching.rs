@@ -1,9 +1,10 @@
+use osp_testkit::events::events_in;
 use std::fs;
 
 use super::desk::Desk;
 use crate::OSP;
 use osp_session::{
-    recording::{self, Event, OpenOptions},
+    recording::{self, OpenOptions},
     scene::Scene,
 };
 use osp_testkit::stderr;
@@ -154,10 +155,7 @@ fn a_power_cut_in_mid_stroke_loses_at_most_the_line_being_written() {
     window.drag(1, &line(150, 12));
     window.until_last("a new stroke", |frame| frame["strokes"] == 3);
     assert!(window.close().success());
-    let events: Vec<Event> = recording::open(&session, &OpenOptions::default())
-        .expect("a recording")
-        .map(|e| e.expect("whole lines"))
-        .collect();
+    let events = events_in(&session);
     assert!(events.len() as u64 > kept);
     assert_eq!(scene_of(&session).counts().ignored_events, 0);
     // Closed on purpose: the next window starts empty.

@@ -3,13 +3,11 @@
 //!
 //! `OSP_SCREENSHOTS=DIR cargo test --features window --test gpu window::task` keeps a picture of the end of each.
 
+use osp_testkit::events::{events_in, scene_of};
 use std::{fs, path::Path};
 
 use osp::glam::Vec3;
-use osp_session::{
-    recording::{self, Event, OpenOptions},
-    scene::Scene,
-};
+use osp_session::{recording::Event, scene::Scene};
 
 use super::desk::{Desk, OspWindow};
 use osp_testkit::stdout;
@@ -22,15 +20,8 @@ fn recording(name: &str) -> String {
     format!("{}/recordings/{name}.ron", osp_testkit::ROOT)
 }
 
-fn events(path: &Path) -> Vec<Event> {
-    let events = recording::open(path, &OpenOptions::STRICT).expect("a session");
-    events.map(|event| event.expect("a whole line")).collect()
-}
-
 fn scene(path: &Path) -> Scene {
-    let mut scene = Scene::new();
-    events(path).iter().for_each(|event| scene.apply(event, &mut Vec::new()));
-    scene
+    scene_of(&events_in(path))
 }
 
 /// A window on a session of its own, in a file of the desk's.
@@ -132,7 +123,7 @@ fn task_02_measure_something(desk: &Desk) {
     window.settle();
     window.keep_picture("task-02.png");
     // Three quarters of the stroke's length.
-    let points: Vec<_> = events(&desk.folder().join("measure.ron"))
+    let points: Vec<_> = events_in(desk.folder().join("measure.ron"))
         .into_iter()
         .filter_map(|event| match event {
             Event::Point { p, .. } => Some(p),
@@ -181,7 +172,7 @@ fn task_04_mirror_what_is_there(desk: &Desk) {
     window.key("ctrl+y");
     window.settle();
     assert!(window.close().success());
-    assert!(events(&file).iter().filter(|event| matches!(event, Event::Begin { .. })).count() >= 2);
+    assert!(events_in(&file).iter().filter(|event| matches!(event, Event::Begin { .. })).count() >= 2);
 }
 
 fn task_05_draw_straight_and_in_a_mirror(desk: &Desk) {
@@ -198,7 +189,7 @@ fn task_05_draw_straight_and_in_a_mirror(desk: &Desk) {
     window.keep_picture("task-05.png");
     assert!(window.close().success());
     let mut strokes: Vec<Vec<Vec3>> = Vec::new();
-    for event in events(&file) {
+    for event in events_in(&file) {
         match event {
             Event::Begin { .. } => strokes.push(Vec::new()),
             Event::Point { stroke, p, .. } => strokes[stroke.0 as usize].push(p),

@@ -1,5 +1,6 @@
 //! What goes wrong: servers and members that end in the middle, and servers that are none.
 
+use osp_testkit::events::events_in;
 use std::{fs, thread, time::Duration};
 
 use super::{
@@ -83,9 +84,7 @@ fn the_strokes_of_who_is_killed_end_for_all_and_ctrl_c_leaves() {
     );
     // No stroke stays open: the scene ends those of who has left.
     let mut scene = osp_session::scene::Scene::new();
-    let session = osp_session::recording::open(&folder.path().join("watched.ron"), &Default::default())
-        .expect("a session");
-    let events: Vec<_> = session.map(|event| event.expect("an event")).collect();
+    let events = events_in(folder.path().join("watched.ron"));
     scene.apply_all(&events, &mut Vec::new());
     assert!(scene.strokes().iter().all(|stroke| !stroke.is_open()));
 }

@@ -58,9 +58,8 @@ fn a_film_of_nothing_is_an_error() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let [session, film] = ["empty.ron", "race.gif"].map(|name| folder.path().join(name));
     fs::write(&session, "Header(format: 1, name: \"a\")\n").expect("written");
-    let output = OSP.run(["race", session.to_str().expect("utf-8"), "--film", film.to_str().expect("utf-8")]);
-    let said = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{said}");
+    let said =
+        OSP.refused(["race", session.to_str().expect("utf-8"), "--film", film.to_str().expect("utf-8")]);
     assert!(said.contains("race.gif: there is no frame to draw"), "{said}");
     assert!(!film.exists());
 }

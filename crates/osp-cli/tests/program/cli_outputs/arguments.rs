@@ -1,15 +1,10 @@
 //! Numbers without sense, files without end, names that are no text.
 
-use std::{
-    fs,
-    process::{Command, Stdio},
-    thread,
-    time::{Duration, Instant},
-};
+use std::fs;
 
 use super::{assert_refused, built::has, write_session};
 use crate::OSP;
-use osp_testkit::{make_pipe, stderr, temp};
+use osp_testkit::{make_pipe, temp};
 
 #[test]
 fn numbers_out_of_range_are_refused_by_every_command() {
@@ -100,10 +95,8 @@ fn numbers_out_of_range_are_refused_by_every_command() {
     }
     for (args, option, values) in cases {
         for value in values {
-            let output =
-                OSP.run_in(folder.path(), args.iter().copied().chain([&*format!("{option}={value}")]));
-            let said = stderr(&output);
-            assert_eq!(output.status.code(), Some(2), "{args:?} {option}={value}: {said}");
+            let said =
+                OSP.refused_in(folder.path(), args.iter().copied().chain([&*format!("{option}={value}")]));
             assert!(
                 said.starts_with("error: ") && !said.contains("panicked"),
                 "{args:?} {option}={value}: {said}"
@@ -130,21 +123,6 @@ fn the_ends_of_the_ranges_work() {
     }
 }
 
-/// Waits for a program, but not for ever.
-fn ends(mut command: Command) -> std::process::Output {
-    let mut child =
-        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
-    let start = Instant::now();
-    while child.try_wait().expect("ours").is_none() {
-        if start.elapsed() > Duration::from_secs(60) {
-            child.kill().expect("ours");
-            panic!("{command:?} does not end");
-        }
-        thread::sleep(Duration::from_millis(5));
-    }
-    child.wait_with_output().expect("ours")
-}
-
 #[cfg(unix)]
 #[test]
 fn what_has_no_end_is_refused_wherever_a_file_is_read() {
@@ -169,7 +147,7 @@ fn what_has_no_end_is_refused_wherever_a_file_is_read() {
             cases.push(vec!["sketch", "--autosave", "autosaves", "--tracker", file]);
         }
         for args in cases {
-            assert_refused(&ends(OSP.command_in(folder, &args)), &[file]);
+            assert_refused(&OSP.run_in(folder, &args), &[file]);
         }
     }
     let _ = fs::remove_dir_all(folder.join("autosaves"));
@@ -187,16 +165,8 @@ fn a_tracker_that_is_a_pipe_does_not_wait() {
         return;
     }
     for path in [pipe, "/dev/zero".into()] {
-        let (sender, opened) = std::sync::mpsc::channel();
-        let address = TrackerAddress::File(path);
-        thread::spawn(move || {
-            sender.send(
-                Tracker::open(&address, &TrackerOptions::default(), || {})
-                    .map_err(|error| error.to_string())
-                    .err(),
-            )
-        });
-        let said = opened.recv_timeout(Duration::from_secs(60)).expect("it does not wait").expect("an error");
+        let opened = Tracker::open(&TrackerAddress::File(path), &TrackerOptions::default(), || {});
+        let said = opened.map(drop).expect_err("no file").to_string();
         assert!(said.contains("a regular file"), "{said}");
     }
 }
@@ -216,7 +186,7 @@ fn files_larger_than_they_can_be_are_not_read_to_their_end() {
         cases.push(vec!["sketch", "--autosave", "autosaves", "--rig", "large"]);
     }
     for args in cases {
-        assert_refused(&ends(OSP.command_in(folder.path(), &args)), &["large"]);
+        assert_refused(&OSP.run_in(folder.path(), &args), &["large"]);
     }
 }
 
@@ -313,9 +283,7 @@ fn a_number_that_is_none_is_answered_by_what_was_expected() {
         (&["verify", "a", "--views", "-"], "whole"),
         (&["replay", "--world", "w", "--rate", "1e3"], "whole"),
     ] {
-        let output = OSP.run_in(folder.path(), args);
-        let said = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
+        let said = OSP.refused_in(folder.path(), args);
         assert!(said.contains(&format!("': expected a {expected}")), "{args:?}: {said}");
     }
 }

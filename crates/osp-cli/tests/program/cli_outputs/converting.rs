@@ -9,13 +9,8 @@ use std::{
 
 use super::{assert_refused, names, write_session};
 use crate::OSP;
-use osp_session::recording::{Event, OpenOptions, open};
-use osp_testkit::{stderr, stdout, temp};
-
-fn events(path: &Path) -> Vec<Event> {
-    let session = open(path, &OpenOptions::default()).expect("a session");
-    session.map(|event| event.expect("a sound event")).collect()
-}
+use osp_session::recording::Event;
+use osp_testkit::{events::events_in, stderr, stdout, temp};
 
 fn set_changed(path: &Path, time: SystemTime) {
     let file = fs::File::options().append(true).open(path).expect("a file");
@@ -38,9 +33,8 @@ fn static_models_are_those_of_export() {
     OSP.done_in(folder.path(), ["convert", "in", "--to", "glb", "--force"]);
     assert_ne!(bytes("in/a.glb"), bytes("a.glb"));
 
-    let output = OSP.run_in(folder.path(), ["convert", "in", "--to", "tilt", "--static"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("--static is for .glb only; found .tilt"), "{}", stderr(&output));
+    let said = OSP.refused_in(folder.path(), ["convert", "in", "--to", "tilt", "--static"]);
+    assert!(said.contains("--static is for .glb only; found .tilt"), "{}", said);
 }
 
 #[test]
@@ -69,7 +63,7 @@ fn folders_are_converted_and_continued_and_errors_come_last() {
         (names(&at("in/out")), names(&at("in/out/below"))),
         (vec!["a.ron.zst".to_owned(), "below".to_owned()], vec!["b.ron.zst".to_owned()])
     );
-    assert_eq!(events(&at("in/out/below/b.ron.zst")), events(&at("in/below/b.ron")));
+    assert_eq!(events_in(at("in/out/below/b.ron.zst")), events_in(at("in/below/b.ron")));
 
     // Only what is missing is done again.
     let before = changed(&at("in/out/a.ron.zst"));
@@ -88,10 +82,8 @@ fn folders_are_converted_and_continued_and_errors_come_last() {
         "{}",
         stderr(&output)
     );
-    let output =
-        OSP.run_in(folder.path(), ["convert", "in", "--to", "ron.zst", "--out", "in/out", "--force"]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert_eq!(stdout(&output), "3 sessions: 3 converted now, 0 before, 0 failed\n");
+    let said = OSP.done_in(folder.path(), ["convert", "in", "--to", "ron.zst", "--out", "in/out", "--force"]);
+    assert_eq!(said, "3 sessions: 3 converted now, 0 before, 0 failed\n");
     assert!(changed(&at("in/out/a.ron.zst")) > before);
 }
 
@@ -101,10 +93,8 @@ fn models_lie_beside_their_sessions_and_no_two_share_a_name() {
     let at = |name: &str| folder.path().join(name);
     write_session(folder.path(), "a.ron");
     write_session(folder.path(), "b.ron");
-    let output = OSP.run_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let output = OSP.run_in(folder.path(), ["convert", ".", "--to", "glb"]);
-    assert!(output.status.success(), "{}", stderr(&output));
+    OSP.done_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
+    OSP.done_in(folder.path(), ["convert", ".", "--to", "glb"]);
     assert_eq!(names(folder.path()), ["a.ron", "a.ron.glb", "a.tilt", "a.tilt.glb", "b.glb", "b.ron"]);
     let output = OSP.run_in(folder.path(), ["convert", ".", "--to", "glb"]);
     assert_eq!(stdout(&output), "3 sessions: 0 converted now, 3 before, 0 failed, 3 are .glb already\n");
@@ -120,14 +110,9 @@ fn every_session_has_a_target_of_its_own_in_any_order_of_conversions() {
     let folder = temp();
     let at = |name: &str| folder.path().join(name);
     write_session(folder.path(), "a.ron");
-    let output = OSP.run_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
-    assert!(output.status.success(), "{}", stderr(&output));
+    OSP.done_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
     fs::copy(at("a.ron"), at("A.RON.ron")).expect("copied");
-    let convert = |args: &[&str]| {
-        let output = OSP.run_in(folder.path(), [&["convert"], args].concat());
-        assert!(output.status.success(), "{}", stderr(&output));
-        stdout(&output)
-    };
+    let convert = |args: &[&str]| OSP.done_in(folder.path(), [&["convert"], args].concat());
     // One of them has the name that another gets with its ending; file systems may ignore case.
     assert_eq!(convert(&[".", "--to", "glb"]), "3 sessions: 3 converted now, 0 before, 0 failed\n");
     let models = ["A.RON.ron.glb", "a.ron.glb", "a.tilt.glb"];
@@ -156,21 +141,18 @@ fn the_folder_of_a_sketch_may_be_named_by_a_dot_and_keeps_its_picture() {
     let folder = temp();
     let at = |name: &str| folder.path().join(name);
     write_session(folder.path(), "a.ron");
-    let output = OSP.run_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
-    assert!(output.status.success(), "{}", stderr(&output));
+    OSP.done_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
     fs::create_dir(at("open.tilt")).expect("a folder");
     let file = fs::read(at("a.tilt")).expect("a sketch");
     let mut zip = zip::ZipArchive::new(Cursor::new(&file[16..])).expect("a zip");
     zip.extract(at("open.tilt")).expect("unpacked");
     fs::write(at("open.tilt/thumbnail.png"), "a picture").expect("written");
     for out in [&["--out", "../out"][..], &[]] {
-        let output = OSP.run_in(at("open.tilt"), [&["convert", ".", "--to", "glb"], out].concat());
-        assert!(output.status.success(), "{}", stderr(&output));
+        OSP.done_in(at("open.tilt"), [&["convert", ".", "--to", "glb"], out].concat());
     }
     assert_eq!(names(&at("out")), ["open.glb"]);
     assert_eq!(names(folder.path()), ["a.ron", "a.tilt", "open.glb", "open.tilt", "out"]);
-    let output = OSP.run_in(folder.path(), ["convert", "open.tilt", "whole.tilt"]);
-    assert!(output.status.success(), "{}", stderr(&output));
+    OSP.done_in(folder.path(), ["convert", "open.tilt", "whole.tilt"]);
     let file = fs::read(at("whole.tilt")).expect("a sketch");
     assert!(file.windows(9).any(|part| part == b"a picture"));
 }
@@ -268,7 +250,7 @@ fn a_sketch_has_the_strokes_and_replaces_nothing_unasked() {
         "warning: 2 strokes without a brush of Tilt Brush are written with the brush Flat\n\
          warning: 1 recorded pose of a head is not written: .tilt has no place for it\n"
     );
-    let widths: Vec<f32> = events(&at("a.tilt"))
+    let widths: Vec<f32> = events_in(at("a.tilt"))
         .iter()
         .filter_map(|event| if let Event::Begin { width, .. } = event { Some(*width) } else { None })
         .collect();

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::exporting::painted;
 use crate::OSP;
-use osp_testkit::{stderr, stdout, temp};
+use osp_testkit::{stdout, temp};
 
 #[test]
 fn costs_are_those_of_the_exported_model_and_add_up() {
@@ -15,9 +15,8 @@ fn costs_are_those_of_the_exported_model_and_add_up() {
     session += "Polygon(vertices: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], color: (1, 1, 1, 1))\n";
     session += "Erase(t: 9, stroke: 0)\n";
     fs::write(folder.path().join("a.ron"), session).expect("written");
-    let output = OSP.run_in(folder.path(), ["export", "a.ron", "a.glb"]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let exported = stdout(&output);
+    let said = OSP.done_in(folder.path(), ["export", "a.ron", "a.glb"]);
+    let exported = said;
     let output =
         OSP.run_in(folder.path(), ["info", "a.ron", "--cost", "--json", "--budget-triangles", "100"]);
     let info: Value = serde_json::from_str(&stdout(&output)).expect("JSON");

@@ -61,9 +61,7 @@ fn sets_are_the_same_however_many_threads_find_them() {
 fn sets_of_another_model_and_damaged_ones_are_refused() {
     let flat = Flat::new();
     let refused = |session: &str, sets: &Path, expected: &str| {
-        let output = OSP.run(["verify", session, "--whole", "--pvs", name(sets)]);
-        let said = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{said}");
+        let said = OSP.refused(["verify", session, "--whole", "--pvs", name(sets)]);
         assert!(said.contains(expected) && said.contains(name(sets)), "{said}");
     };
     refused("recordings/grow.ron", &flat.sets, "made of another model");

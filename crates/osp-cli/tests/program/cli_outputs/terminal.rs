@@ -88,6 +88,8 @@ fn trailing_help_has_no_line_breaks_within_paragraphs() {
     for name in names.into_iter().filter(|name| !name.is_empty() && *name != "help") {
         let help = OSP.command([name, "--help"]).env("COLUMNS", "2000").output().expect("the program starts");
         let help = stdout(&help);
+        let examples = help.split_once("Examples:\n").map(|(_, examples)| examples);
+        assert!(examples.is_some_and(|lines| lines.contains(&format!("  osp {name}"))), "{name}: {help}");
         let (_, trailing) = help.rsplit_once("Print help").expect("the last option");
         for line in trailing.lines().skip(1).filter(|line| !line.is_empty()) {
             let is_row = line.starts_with(' ') && line.chars().count() <= 80;

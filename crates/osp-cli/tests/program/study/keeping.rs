@@ -4,7 +4,7 @@ use std::{
     fs::{self, File},
     io::Write,
     path::{Path, PathBuf},
-    process::{Child, Output, Stdio},
+    process::{Child, Stdio},
     thread,
     time::{Duration, Instant},
 };
@@ -107,9 +107,7 @@ fn several_processes_add_to_one_file() {
 /// It is refused, and the file stays what it was.
 fn is_refused(folder: &Path, args: &[&str], file: &str, says: &str) {
     let before = fs::read(folder.join(file)).expect("there");
-    let output = OSP.run_in(folder, args);
-    let said = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
+    let said = OSP.refused_in(folder, args);
     assert!(said.contains(file) && said.contains(says) && said.lines().count() == 1, "{args:?}: {said}");
     assert!(fs::read(folder.join(file)).expect("there") == before, "{args:?}");
 }
@@ -137,22 +135,6 @@ fn the_file_of_another_program_is_replaced_only_when_asked() {
     is_refused(folder.path(), &args, "s.ndjson", "is the input, too");
 }
 
-/// Ends the program if it waits for a pipe.
-#[cfg(unix)]
-fn ends(folder: &Path, args: &[&str]) -> Output {
-    let mut child = started(folder, args);
-    let start = Instant::now();
-    while start.elapsed() < LEAST_TIME {
-        if child.try_wait().expect("it is there").is_some() {
-            return child.wait_with_output().expect("it has ended");
-        }
-        thread::sleep(Duration::from_millis(20));
-    }
-    child.kill().expect("it is there");
-    child.wait().expect("it has ended");
-    panic!("{args:?} hangs");
-}
-
 #[cfg(unix)]
 #[test]
 fn a_pipe_or_a_device_is_no_file_to_add_to() {
@@ -166,9 +148,7 @@ fn a_pipe_or_a_device_is_no_file_to_add_to() {
     for out in ["pipe.ndjson", "zero.ndjson", "full.ndjson", "null.ndjson", "/dev/stderr"] {
         for more in [None, Some("--force")] {
             let args: Vec<&str> = ["study", "in", "--out", out].into_iter().chain(more).collect();
-            let output = ends(folder.path(), &args);
-            let said = stderr(&output);
-            assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
+            let said = OSP.refused_in(folder.path(), &args);
             assert!(said.contains(out) && said.contains("found a pipe or a device"), "{args:?}: {said}");
             assert_eq!(said.lines().count(), 1, "{args:?}: {said}");
         }
@@ -224,8 +204,6 @@ fn a_line_without_end_is_not_read_into_memory() {
     // A hole of 64 GiB: no disk holds it, and no memory.
     file.set_len(64 << 30).expect("a sparse file");
     drop(file);
-    let output = OSP.run_in(folder.path(), ["study", "in", "--out", "long.ndjson"]);
-    let said = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{said}");
+    let said = OSP.refused_in(folder.path(), ["study", "in", "--out", "long.ndjson"]);
     assert!(said.contains("long.ndjson: byte 0: expected a line of fewer than 16777216 bytes"), "{said}");
 }

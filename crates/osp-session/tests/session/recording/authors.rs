@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use glam::{Quat, Vec3};
 use osp_session::recording::{
     AUTHORS_FORMAT, Author, Event, Flush, GroupId, Header, Message, NormalRule, Paint, Reduced, Reducer,
-    RonWriter, Sender, StrokeId, Tool,
+    RonWriter, Sender, StrokeId,
 };
-use osp_testkit::events::{By, SOLE};
+use osp_testkit::events::{self, Begin, By, SOLE};
 use proptest::prelude::*;
 
 use super::events::{LENIENT, STRICT, read, write};
@@ -30,22 +30,12 @@ fn join(author: u32) -> Event {
 }
 
 fn begin(author: u32, stroke: u32) -> Event {
-    Event::Begin {
-        t: 1.0,
-        author: Author(author),
-        stroke: StrokeId(stroke),
-        tool: Tool::Ribbon,
-        width: 0.25,
-        color: (1.0, 0.5, 0.25, 1.0),
-        normal: NormalRule::LocalX,
-        thinnest: 0.0,
-        paint: None,
-    }
+    let (author, color) = (Author(author), (1.0, 0.5, 0.25, 1.0));
+    Begin { author, color, width: 0.25, normal: NormalRule::LocalX, ..Begin::of(StrokeId(stroke)) }.event()
 }
 
 fn point(stroke: u32, i: u32) -> Event {
-    let p = Vec3::new(i as f32, stroke as f32 / 65536.0, 0.0);
-    Event::Point { t: 1.0, stroke: StrokeId(stroke), p, q: Quat::IDENTITY, pressure: 1.0 }
+    events::point(StrokeId(stroke), Vec3::new(i as f32, stroke as f32 / 65536.0, 0.0))
 }
 
 #[test]

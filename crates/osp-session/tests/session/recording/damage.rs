@@ -8,7 +8,7 @@ use osp_session::recording::{Author, Event, MAX_LINE_BYTES, RecordingError};
 use osp_testkit::peak_of;
 use proptest::prelude::*;
 
-use super::events::{LENIENT, STRICT, read, read_from, sample_events, write};
+use super::events::{LENIENT, Outcome, STRICT, read, read_file, read_from, sample_events, write};
 use super::look::header;
 
 /// The length of the lines up to and including line `n`, without the last newline.
@@ -150,7 +150,7 @@ proptest! {
 
 /// Compressed recordings, as files, because only `open` uses the frame decoder.
 mod compressed {
-    use osp_session::recording::{Flush, Notes, OpenOptions, RonWriter, open};
+    use osp_session::recording::{Flush, RonWriter, open};
 
     use super::*;
 
@@ -161,36 +161,19 @@ mod compressed {
         std::fs::read(path).unwrap()
     }
 
-    fn open_all(path: &std::path::Path, options: OpenOptions) -> (Vec<Event>, Notes, Option<RecordingError>) {
-        let mut session = match open(path, &options) {
-            Ok(session) => session,
-            Err(error) => return (Vec::new(), Notes::default(), Some(error)),
-        };
-        assert_eq!(session.format, "ron.zst");
-        let mut events = Vec::new();
-        let error = loop {
-            match session.events.next_event() {
-                Ok(Some(event)) => events.push(event),
-                Ok(None) => break None,
-                Err(error) => break Some(error),
-            }
-        };
-        (events, session.events.notes(), error)
-    }
-
     #[test]
     fn every_truncation_replays_up_to_the_cut() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.ron.zst");
         for flush in [Flush::EachEvent, Flush::AtEnd] {
             let bytes = compress(&path, flush);
-            let (events, notes, error) = open_all(&path, STRICT);
+            let Outcome { events, notes, error } = read_file(&path, STRICT);
             assert_eq!(events, sample_events());
             assert!(error.is_none() && notes.warnings.is_empty());
             let mut seen = 0;
             for length in 0..bytes.len() {
                 std::fs::write(&path, &bytes[..length]).unwrap();
-                let (events, notes, error) = open_all(&path, STRICT);
+                let Outcome { events, notes, error } = read_file(&path, STRICT);
                 if let Some(error) = error {
                     assert!(matches!(error, RecordingError::Line { line: 1, .. }), "{length}: {error}");
                     assert!(error.to_string().contains("line 1: expected the header"), "{error}");
@@ -220,21 +203,16 @@ mod compressed {
                 let mut changed = bytes.clone();
                 changed[at] ^= 1 << bit;
                 std::fs::write(&path, &changed).unwrap();
-                let Ok(mut session) = open(&path, &STRICT) else { continue };
-                let mut events = Vec::new();
-                let error = loop {
-                    match session.events.next_event() {
-                        Ok(Some(event)) => events.push(event),
-                        Ok(None) => break None,
-                        Err(error) => break Some(error),
-                    }
-                };
-                let quiet = error.is_none() && session.events.notes().warnings.is_empty();
+                if open(&path, &STRICT).is_err() {
+                    continue;
+                }
+                let Outcome { events, notes, error } = read_file(&path, STRICT);
+                let quiet = error.is_none() && notes.warnings.is_empty();
                 unnoticed += usize::from(quiet && events != sample_events());
                 if bit != at % 8 || at < 4 {
                     continue; // Once a byte is enough, and without its mark the file is none of ours.
                 }
-                let (_, notes, error) = open_all(&path, LENIENT);
+                let Outcome { notes, error, .. } = read_file(&path, LENIENT);
                 assert!(error.is_none(), "a lenient reader ends where the data are damaged");
                 assert!(quiet || !notes.warnings.is_empty(), "and says so");
             }

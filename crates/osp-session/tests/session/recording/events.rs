@@ -1,11 +1,14 @@
 //! Random events for the other tests, and helpers to read and write them.
 
-use std::io::{BufRead, BufReader};
+use std::{
+    io::{BufRead, BufReader},
+    path::Path,
+};
 
 use glam::{Quat, Vec3};
 use osp_session::recording::{
     Author, Event, EventSource, Flush, GroupId, Header, NormalRule, Notes, OpenOptions, Paint,
-    RecordingError, RonReader, RonWriter, StrokeId, Tool, Transform,
+    RecordingError, RonReader, RonWriter, StrokeId, Tool, Transform, open,
 };
 use proptest::prelude::*;
 
@@ -19,7 +22,7 @@ pub(crate) fn write(header: &Header, events: &[Event]) -> Vec<u8> {
     bytes
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Outcome {
     pub(crate) events: Vec<Event>,
     pub(crate) notes: Notes,
@@ -32,21 +35,31 @@ pub(crate) fn read(bytes: &[u8], options: OpenOptions) -> Outcome {
 }
 
 pub(crate) fn read_from(input: impl BufRead + Send, options: OpenOptions) -> Outcome {
-    let mut outcome = Outcome { events: Vec::new(), notes: Notes::default(), error: None };
     match RonReader::new(input, "test.ron", options) {
-        Ok(mut reader) => {
-            outcome.error = loop {
-                match reader.next_event() {
-                    Ok(Some(event)) => outcome.events.push(event),
-                    Ok(None) => break None,
-                    Err(error) => break Some(error),
-                }
-            };
-            assert!(matches!(reader.next_event(), Ok(None)), "nothing follows the end or an error");
-            outcome.notes = reader.notes();
-        }
-        Err(error) => outcome.error = Some(error),
+        Ok(mut reader) => read_rest(&mut reader),
+        Err(error) => Outcome { error: Some(error), ..Outcome::default() },
     }
+}
+
+/// As [`read`], from a file.
+pub(crate) fn read_file(path: &Path, options: OpenOptions) -> Outcome {
+    match open(path, &options) {
+        Ok(mut session) => read_rest(&mut *session.events),
+        Err(error) => Outcome { error: Some(error), ..Outcome::default() },
+    }
+}
+
+fn read_rest(reader: &mut dyn EventSource) -> Outcome {
+    let mut outcome = Outcome::default();
+    outcome.error = loop {
+        match reader.next_event() {
+            Ok(Some(event)) => outcome.events.push(event),
+            Ok(None) => break None,
+            Err(error) => break Some(error),
+        }
+    };
+    assert!(matches!(reader.next_event(), Ok(None)), "nothing follows the end or an error");
+    outcome.notes = reader.notes();
     outcome
 }
 

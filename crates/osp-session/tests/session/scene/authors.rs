@@ -60,107 +60,6 @@ fn and(events: &[Event], more: &[Event]) -> Vec<Event> {
 }
 
 #[test]
-fn an_undo_takes_back_the_authors_own_edit() {
-    let scene = scene_of(and(&two(), &[By(A).undo()]));
-    assert!(
-        !scene.stroke(id(A, 0)).expect("A's").is_visible()
-            && scene.stroke(id(B, 0)).expect("B's").is_visible()
-    );
-    let scene = scene_of(and(&two(), &[By(A).undo(), By(A).undo(), By(B).redo()]));
-    assert!(scene.stroke(id(B, 0)).expect("B's").is_visible());
-    assert_eq!(scene.counts().ignored_events, 2);
-    // B's edit does not make A's redo impossible; A's own edit does.
-    let b_moves = By(B).moved([id(B, 0)], Vec3::Y);
-    let scene = scene_of(and(&two(), &[By(A).undo(), b_moves.clone(), By(A).redo()]));
-    assert!(scene.stroke(id(A, 0)).expect("A's").is_visible() && scene.counts().ignored_events == 0);
-    let scene = scene_of(and(&two(), &[By(A).undo(), By(A).moved([id(B, 0)], Vec3::Y), By(A).redo()]));
-    assert!(scene.stroke(id(A, 0)).is_none() && scene.counts().ignored_events == 1);
-    assert_eq!(scene.stroke(id(B, 0)).expect("B's").author(), B);
-}
-
-#[test]
-fn moves_of_several_add_up_whoever_takes_one_back() {
-    let s = id(A, 0);
-    let moves = [By(A).moved([s], Vec3::X), By(B).moved([s], Vec3::Y), By(A).moved([s], Vec3::Z)];
-    let offset = |more: &[Event]| {
-        scene_of(and(&and(&two(), &moves), more)).stroke(s).map(|stroke| stroke.offset()).expect("a stroke")
-    };
-    assert_eq!(offset(&[]), Vec3::ONE);
-    assert_eq!(offset(&[By(B).undo()]), Vec3::new(1.0, 0.0, 1.0));
-    assert_eq!(offset(&[By(A).undo(), By(A).undo()]), Vec3::Y);
-    assert_eq!(offset(&[By(A).undo(), By(A).undo(), By(B).undo(), By(A).redo()]), Vec3::X);
-    assert_eq!(
-        offset(&[By(A).undo(), By(A).undo(), By(B).undo(), By(A).redo(), By(B).redo(), By(A).redo()]),
-        Vec3::ONE
-    );
-}
-
-#[test]
-fn of_placings_groupings_and_layers_the_last_active_one_counts() {
-    let (s, g, h) = (id(A, 0), group_id(A, 0), group_id(B, 0));
-    let both = and(&two(), &[By(A).grouped(g, [s], None), By(B).grouped(h, [s], None)]);
-    let groups = |more: &[Event]| {
-        let scene = scene_of(and(&both, more));
-        scene.groups_of(scene.stroke(s).expect("a stroke"))
-    };
-    assert_eq!(groups(&[]), [h]);
-    assert_eq!(groups(&[By(A).undo()]), [h]);
-    assert_eq!(groups(&[By(B).undo()]), [g]);
-    assert_eq!(groups(&[By(A).undo(), By(B).undo()]), []);
-    assert_eq!(groups(&[By(A).undo(), By(B).undo(), By(A).redo()]), [g]);
-    let places = and(&both, &[placed(A, g, 1.0), placed(B, g, 2.0), placed(A, g, 3.0)]);
-    let x = |more: &[Event]| scene_of(and(&places, more)).group_transform(g).expect("a group").p.x;
-    assert_eq!([x(&[]), x(&[By(B).undo()]), x(&[By(A).undo()])], [3.0, 3.0, 2.0]);
-    assert_eq!(x(&[By(B).undo(), By(A).undo()]), 1.0);
-    assert_eq!(x(&[By(B).undo(), By(A).undo(), By(B).redo()]), 2.0);
-    let assign = |author, layer| Event::Assign { t: 0.0, author, layer, strokes: vec![s] };
-    let layers = and(&two(), &[assign(A, 1), assign(B, 2)]);
-    let layer = |more: &[Event]| scene_of(and(&layers, more)).stroke(s).expect("a stroke").layer();
-    assert_eq!([layer(&[]), layer(&[By(A).undo()]), layer(&[By(B).undo()])], [2, 2, 1]);
-    assert_eq!(layer(&[By(A).undo(), By(B).undo()]), 0);
-}
-
-#[test]
-fn a_stroke_is_erased_as_long_as_anybody_has_erased_it() {
-    let s = id(A, 0);
-    let erased = and(&two(), &[By(A).erase(s), By(B).erase(s)]);
-    let is_erased = |more: &[Event]| {
-        let scene = scene_of(and(&erased, more));
-        assert_eq!(scene.counts().ignored_events, 0);
-        assert_eq!(
-            scene.counts().erased_strokes,
-            u64::from(scene.stroke(s).expect("a stroke").is_taken_away())
-        );
-        scene.stroke(s).expect("a stroke").is_taken_away()
-    };
-    assert!(is_erased(&[]) && is_erased(&[By(A).undo()]) && is_erased(&[By(B).undo()]));
-    assert!(
-        !is_erased(&[By(A).undo(), By(B).undo()]) && is_erased(&[By(A).undo(), By(B).undo(), By(A).redo()])
-    );
-    // An author erases a stroke only once.
-    assert_eq!(scene_of(and(&erased, &[By(A).erase(s)])).counts().ignored_events, 1);
-}
-
-#[test]
-fn steps_are_the_authors_own() {
-    let step = |author, edits| Event::Step { t: 0.0, author, edits };
-    let (a, b) = (id(A, 0), id(B, 0));
-    let events = [
-        step(A, 3),
-        By(A).moved([a], Vec3::X),
-        By(B).moved([b], Vec3::X),
-        By(A).moved([a], Vec3::X),
-        By(B).moved([b], Vec3::X),
-    ];
-    let mut scene = scene_of(and(&two(), &events));
-    assert!(scene.is_step_open_of(A) && !scene.is_step_open_of(B) && !scene.is_step_open());
-    super::play(&mut scene, &[By(A).undo(), By(B).undo()]);
-    let offset = |scene: &Scene, id| scene.stroke(id).expect("a stroke").offset();
-    assert_eq!((offset(&scene, a), offset(&scene, b)), (Vec3::ZERO, Vec3::X));
-    assert!(!scene.can_redo() && scene.can_redo_of(A) && scene.can_undo_of(B) && !scene.is_step_open_of(A));
-}
-
-#[test]
 fn who_leaves_ends_strokes_and_can_do_nothing_any_more() {
     let mut events = and(&two(), &stroke(A, 1)[..2]);
     events.extend([By(A).erase(id(B, 0)), leave(A), By(A).undo(), By(A).moved([id(A, 0)], Vec3::X)]);
@@ -202,29 +101,6 @@ fn numbers_are_those_of_the_author() {
     // The stroke with its three points and its end.
     assert_eq!(scene.counts().ignored_events, 5 + 1 + 1 + 4);
     assert!(!scene.is_used(id(B, 5)) && scene.group_name(group_id(B, 1)).is_none());
-}
-
-#[test]
-fn groups_never_form_a_circle() {
-    let (g, h) = (group_id(A, 0), group_id(B, 0));
-    let made = and(&two(), &[By(A).grouped(g, [], None), By(B).grouped(h, [], None)]);
-    let (under, over) = (By(A).grouped(g, [id(A, 0)], Some(h)), By(B).grouped(h, [], Some(g)));
-    let parents = |more: &[Event]| {
-        let mut scene = scene_of(and(&made, more));
-        assert_eq!(scene.group_tree().len(), 2, "all are in the tree");
-        (scene.parent_of(g), scene.parent_of(h))
-    };
-    let both = [under.clone(), By(A).undo(), over];
-    assert_eq!(parents(&both), (None, Some(g)));
-    // After its redo, A's grouping precedes B's in the session. B's would close the cycle, so it sets no parent until
-    // A's is undone again.
-    assert_eq!(parents(&and(&both, &[By(A).redo()])), (Some(h), None));
-    assert_eq!(parents(&and(&both, &[By(A).redo(), By(A).undo()])), (None, Some(g)));
-    assert_eq!(parents(&and(&both, &[By(A).redo(), By(B).undo()])), (Some(h), None));
-    assert_eq!(
-        parents(&and(&both, &[By(A).redo(), By(B).undo(), By(A).undo(), By(B).redo()])),
-        (None, Some(g))
-    );
 }
 
 /// A permanent grouping precedes all others. The parent that it sets takes precedence over earlier groupings that are

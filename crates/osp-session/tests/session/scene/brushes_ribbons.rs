@@ -3,81 +3,25 @@
 use glam::{Quat, Vec2, Vec3};
 use osp_session::{
     brush::{self, Brush, Family, Outline},
-    recording::{NormalRule, Tool},
-    stroke::{Drops, Piece, Pieces, Sample, StrokeBuilder, StrokeSettings},
+    stroke::{Piece, Sample, StrokeSettings},
 };
 use rand_pcg::{Pcg64, rand_core::Rng};
 
+use super::brush_strokes::{Stroke, named, settings};
+
 const WIDTH_M: f32 = 0.1;
 
-/// A stroke as a scene stores it.
-struct Stroke {
-    builder: StrokeBuilder,
-    pieces: Vec<Piece>,
-    drops: Drops,
-    /// Largest number of polygons that one sample has changed.
-    most_replaced: usize,
+fn begun(brush: &'static Brush, width_m: f32, scale: f32) -> Stroke {
+    Stroke::new(StrokeSettings { thinnest: 1.0, scale, ..settings(brush, width_m) })
 }
 
-impl Stroke {
-    fn new(brush: &'static Brush, width_m: f32, scale: f32) -> Self {
-        let builder = StrokeBuilder::new(StrokeSettings {
-            brush: Some(brush),
-            tool: Tool::Ribbon,
-            width_m,
-            thinnest: 1.0,
-            normal: NormalRule::Travel,
-            seed: 7,
-            scale,
-        });
-        Self { builder, pieces: Vec::new(), drops: Drops::default(), most_replaced: 0 }
-    }
-
-    fn change(&mut self, with: impl FnOnce(&mut StrokeBuilder, &mut Pieces, &mut Drops)) {
-        let mut out = Pieces::default();
-        out.begin(self.pieces.len() as u32, 0);
-        with(&mut self.builder, &mut out, &mut self.drops);
-        self.most_replaced = self.most_replaced.max(self.pieces.len() - out.kept() as usize);
-        self.pieces.truncate(out.kept() as usize);
-        self.pieces.extend_from_slice(out.fresh());
-        assert_eq!(self.pieces.len(), out.len() as usize);
-    }
-
-    fn push(&mut self, sample: Sample) {
-        self.change(|builder, out, drops| builder.push(sample, out, drops));
-    }
-
-    fn repaint(&mut self) {
-        let mut painted = Vec::new();
-        self.builder.repaint(&mut painted);
-        assert!(painted.is_sorted_by(|a, b| a.0 < b.0), "places ascend");
-        for (place, surface) in painted {
-            self.pieces[place as usize].surface = surface;
-        }
-    }
-
-    fn finish(&mut self) {
-        self.change(|builder, out, drops| builder.finish(out, drops));
-        self.repaint();
-    }
-
-    fn drawn(brush: &'static Brush, samples: &[Sample]) -> Self {
-        Self::drawn_in_frames(brush, samples, samples.len().max(1))
-    }
-
-    fn drawn_in_frames(brush: &'static Brush, samples: &[Sample], frame: usize) -> Self {
-        let mut stroke = Self::new(brush, WIDTH_M, 1.0);
-        for samples in samples.chunks(frame) {
-            samples.iter().for_each(|&sample| stroke.push(sample));
-            stroke.repaint();
-        }
-        stroke.finish();
-        stroke
-    }
+fn drawn_in_frames(brush: &'static Brush, samples: &[Sample], frame: usize) -> Stroke {
+    let settings = StrokeSettings { thinnest: 1.0, ..settings(brush, WIDTH_M) };
+    Stroke::in_frames(settings, samples, frame, |_, _| {})
 }
 
-fn named(name: &str) -> &'static Brush {
-    brush::find(name).expect("a brush of the table")
+fn drawn(brush: &'static Brush, samples: &[Sample]) -> Stroke {
+    drawn_in_frames(brush, samples, samples.len().max(1))
 }
 
 fn quad_strips() -> impl Iterator<Item = &'static Brush> {
@@ -132,7 +76,7 @@ fn close(a: Vec2, b: Vec2) -> bool {
 
 #[test]
 fn a_straight_stroke_is_a_row_of_rectangles_with_the_texture_along_it() {
-    let stroke = Stroke::drawn(named("CelVinyl"), &line(11, 0.03));
+    let stroke = drawn(named("CelVinyl"), &line(11, 0.03));
     assert_eq!(stroke.pieces.len(), 10);
     for (i, piece) in stroke.pieces.iter().enumerate() {
         let x = |k: usize| k as f32 * 0.03;
@@ -161,23 +105,23 @@ fn the_end_is_where_the_hand_is_and_the_next_sample_replaces_it() {
     let mut ends = Vec::new();
     for x in [0.13, 0.135, 0.14] {
         samples.push(at(x, 0.0));
-        let stroke = Stroke::drawn(named("CelVinyl"), &samples);
+        let stroke = drawn(named("CelVinyl"), &samples);
         assert_eq!(stroke.pieces.len(), 5);
         ends.push(stroke.pieces[4].polygon.vertices()[2].x);
     }
     assert!(ends.iter().zip([0.13, 0.135, 0.14]).all(|(a, b)| (a - b).abs() < 1.0e-6), "{ends:?}");
     samples.push(at(0.142, 0.0));
     samples.push(at(0.16, 0.0));
-    let stroke = Stroke::drawn(named("CelVinyl"), &samples);
+    let stroke = drawn(named("CelVinyl"), &samples);
     assert_eq!(stroke.pieces.len(), 6);
 }
 
 #[test]
 fn a_stroke_of_one_quad_is_none() {
     for samples in [line(1, 0.03), line(2, 0.03), vec![at(0.0, 0.0), at(0.03, 0.0), at(0.04, 0.0)]] {
-        assert_eq!(Stroke::drawn(named("CelVinyl"), &samples).pieces.len(), 0, "{} samples", samples.len());
+        assert_eq!(drawn(named("CelVinyl"), &samples).pieces.len(), 0, "{} samples", samples.len());
     }
-    assert_eq!(Stroke::drawn(named("CelVinyl"), &line(3, 0.03)).pieces.len(), 2);
+    assert_eq!(drawn(named("CelVinyl"), &line(3, 0.03)).pieces.len(), 2);
 }
 
 #[test]
@@ -185,7 +129,7 @@ fn pressure_makes_the_ribbon_wide() {
     let mut samples = line(30, 0.03);
     samples.iter_mut().for_each(|sample| sample.pressure = 0.5);
     let brush = named("CelVinyl");
-    let stroke = Stroke::drawn(brush, &samples);
+    let stroke = drawn(brush, &samples);
     let vertices = stroke.pieces[20].polygon.vertices().to_vec();
     assert!((vertices[0].distance(vertices[1]) - WIDTH_M * brush.size(0.5)).abs() < 1.0e-5);
 }
@@ -194,7 +138,7 @@ fn pressure_makes_the_ribbon_wide() {
 fn where_the_hand_turns_back_a_new_segment_begins_with_its_own_texture() {
     let mut samples = line(6, 0.03);
     samples.extend((0..5).map(|i| at(0.13 - i as f32 * 0.03, 0.01)));
-    let stroke = Stroke::drawn(named("CelVinyl"), &samples);
+    let stroke = drawn(named("CelVinyl"), &samples);
     let u: Vec<[f32; 2]> = stroke.pieces.iter().map(|p| [p.surface.uv(0).x, p.surface.uv(2).x]).collect();
     assert_eq!(u.len(), 10, "{u:?}");
     for (segment, name) in [(&u[..5], "there"), (&u[5..], "back")] {
@@ -205,7 +149,7 @@ fn where_the_hand_turns_back_a_new_segment_begins_with_its_own_texture() {
     let mut samples = line(4, 0.03);
     samples.push(at(0.06, 0.001));
     samples.extend((0..4).map(|i| at(0.09 + i as f32 * 0.03, 0.002)));
-    let stroke = Stroke::drawn(named("CelVinyl"), &samples);
+    let stroke = drawn(named("CelVinyl"), &samples);
     assert_eq!(stroke.pieces.len(), 3 + 4);
 }
 
@@ -219,7 +163,7 @@ fn quads_of_a_segment_share_their_edges() {
         })
         .collect();
     for brush in quad_strips() {
-        let stroke = Stroke::drawn(brush, &arc);
+        let stroke = drawn(brush, &arc);
         assert!(stroke.pieces.len() >= 58, "{}: {}", brush.name, stroke.pieces.len());
         let shared = |a: &Piece, b: &Piece| {
             let (a, b) = (a.polygon.vertices(), b.polygon.vertices());
@@ -240,7 +184,7 @@ fn in_a_turn_tighter_than_the_ribbon_is_wide_nothing_is_turned_over() {
                 .take_while(|angle| *angle < 3.0)
                 .map(|angle| at(radius_m * angle.sin(), way * radius_m * (1.0 - angle.cos())))
                 .collect();
-            let stroke = Stroke::drawn(named("CelVinyl"), &samples);
+            let stroke = drawn(named("CelVinyl"), &samples);
             assert!(stroke.pieces.len() >= 3, "{radius_m}: {}", stroke.pieces.len());
             let z: Vec<f32> = stroke.pieces.iter().map(|piece| piece.polygon.area_vector().z).collect();
             assert!(z.iter().all(|each| each * z[0] > 0.0), "radius {radius_m} m, {way}: {z:?}");
@@ -251,7 +195,7 @@ fn in_a_turn_tighter_than_the_ribbon_is_wide_nothing_is_turned_over() {
 #[test]
 fn textures_by_distance_go_on_from_quad_to_quad_and_fade_at_the_ends() {
     let brush = named("Marker");
-    let stroke = Stroke::drawn(brush, &line(40, 0.03));
+    let stroke = drawn(brush, &line(40, 0.03));
     assert_eq!(stroke.pieces.len(), 39);
     let step = brush.tile_rate * 0.03 / WIDTH_M;
     for pair in stroke.pieces.windows(2) {
@@ -266,7 +210,7 @@ fn textures_by_distance_go_on_from_quad_to_quad_and_fade_at_the_ends() {
     assert!(alpha[1..38].iter().all(|a| *a == [1.0, 1.0]), "{alpha:?}");
     assert_eq!(alpha[38], [1.0, 0.0]);
     // With short quads the ramp is 2.5 cm long.
-    let mut stroke = Stroke::new(brush, 0.01, 1.0);
+    let mut stroke = begun(brush, 0.01, 1.0);
     line(60, 0.005).into_iter().for_each(|sample| stroke.push(sample));
     stroke.finish();
     let alpha: Vec<f32> = stroke.pieces.iter().rev().take(6).map(|p| p.surface.alpha(0)).collect();
@@ -277,7 +221,7 @@ fn textures_by_distance_go_on_from_quad_to_quad_and_fade_at_the_ends() {
 
 #[test]
 fn a_segment_shows_one_row_of_the_texture() {
-    let stroke = Stroke::drawn(named("Ink"), &line(10, 0.03));
+    let stroke = drawn(named("Ink"), &line(10, 0.03));
     let rows: Vec<[f32; 2]> =
         stroke.pieces.iter().map(|p| [p.surface.uv(0).y * 4.0, p.surface.uv(1).y * 4.0]).collect();
     for row in &rows {
@@ -287,7 +231,7 @@ fn a_segment_shows_one_row_of_the_texture() {
         );
         assert!((row[0] - rows[0][0]).abs() < 1.0e-2, "{rows:?}");
     }
-    let stroke = Stroke::drawn(named("Wireframe"), &line(10, 0.03));
+    let stroke = drawn(named("Wireframe"), &line(10, 0.03));
     assert!(stroke.pieces.iter().all(|p| close(p.surface.uv(0), Vec2::ZERO)));
     assert!(stroke.pieces.iter().all(|p| close(p.surface.uv(2), Vec2::ONE)));
 }
@@ -298,9 +242,9 @@ fn frames_of_any_size_give_the_same_polygons_and_paint() {
     for round in 0..4 {
         let samples = wild(&mut random, 150);
         for brush in ribbons() {
-            let whole = Stroke::drawn(brush, &samples);
+            let whole = drawn(brush, &samples);
             for frame in [1, 2, 7, 40] {
-                let in_frames = Stroke::drawn_in_frames(brush, &samples, frame);
+                let in_frames = drawn_in_frames(brush, &samples, frame);
                 assert!(
                     whole.pieces == in_frames.pieces,
                     "{}, round {round}: frames of {frame} differ",
@@ -316,7 +260,7 @@ fn a_sample_replaces_few_polygons_however_long_the_stroke_is() {
     let mut random = Pcg64::new(4, 7);
     let samples = wild(&mut random, 3000);
     for brush in ribbons() {
-        let stroke = Stroke::drawn_in_frames(brush, &samples, 3);
+        let stroke = drawn_in_frames(brush, &samples, 3);
         assert!(stroke.pieces.len() > 200, "{}: {}", brush.name, stroke.pieces.len());
         match brush.family {
             // A ribbon that is pointed at both ends is rebuilt as a whole, but only each time it has grown by an
@@ -327,7 +271,7 @@ fn a_sample_replaces_few_polygons_however_long_the_stroke_is() {
     }
     let arc = arc(2000);
     for name in ["DoubleTaperedMarker", "Electricity"] {
-        let mut stroke = Stroke::new(named(name), WIDTH_M, 1.0);
+        let mut stroke = begun(named(name), WIDTH_M, 1.0);
         let mut replaced = 0;
         for &sample in &arc {
             stroke.most_replaced = 0;
@@ -350,7 +294,7 @@ fn a_welded_ribbon_shares_its_edges_and_its_texture_runs_from_end_to_end() {
     for brush in
         ribbons().filter(|brush| matches!(brush.family, Family::Welded { shape: Outline::Plain, .. }))
     {
-        let stroke = Stroke::drawn(brush, &arc(60));
+        let stroke = drawn(brush, &arc(60));
         assert_eq!(stroke.pieces.len(), 59, "{}", brush.name);
         for pair in stroke.pieces.windows(2) {
             let [a, b] = [pair[0].polygon.vertices(), pair[1].polygon.vertices()];
@@ -367,7 +311,7 @@ fn a_welded_ribbon_shares_its_edges_and_its_texture_runs_from_end_to_end() {
 
 #[test]
 fn a_double_taper_is_widest_in_the_middle_and_pointed_at_both_ends() {
-    let stroke = Stroke::drawn(named("DoubleTaperedMarker"), &line(41, 0.03));
+    let stroke = drawn(named("DoubleTaperedMarker"), &line(41, 0.03));
     // The ends are triangles.
     assert_eq!(stroke.pieces.len(), 40);
     assert_eq!([0, 39].map(|i| stroke.pieces[i].polygon.vertices().len()), [3, 3]);
@@ -386,7 +330,7 @@ fn a_double_taper_is_widest_in_the_middle_and_pointed_at_both_ends() {
 
 #[test]
 fn a_bolt_is_three_lines_that_meet_at_both_ends() {
-    let mut stroke = Stroke::new(named("Electricity"), 0.005, 1.0);
+    let mut stroke = begun(named("Electricity"), 0.005, 1.0);
     line(200, 0.005).into_iter().for_each(|sample| stroke.push(sample));
     stroke.finish();
     assert!(stroke.pieces.len() >= 3 * 199 - 6, "{}", stroke.pieces.len());
@@ -409,7 +353,7 @@ fn a_bolt_is_three_lines_that_meet_at_both_ends() {
 #[test]
 fn thick_ribbons_and_bars_are_closed() {
     for (brush, pieces) in [("ThickGeometry", 4 * 18 + 2 * 8), ("SquarePaper", 4 * 20 + 2)] {
-        let stroke = Stroke::drawn(named(brush), &line(21, 0.03));
+        let stroke = drawn(named(brush), &line(21, 0.03));
         // The first and the last pieces of the thick ribbon are bent, because their height rises from 0.
         assert_eq!(stroke.pieces.len(), pieces, "{brush}");
         // The area vectors of a closed surface add up to zero, and its volume is positive.
@@ -431,7 +375,7 @@ fn thick_ribbons_and_bars_are_closed() {
 
 #[test]
 fn slices_lie_across_the_stroke() {
-    let stroke = Stroke::drawn(named("Slice"), &line(21, 0.03));
+    let stroke = drawn(named("Slice"), &line(21, 0.03));
     assert_eq!(stroke.pieces.len(), 21);
     for (i, piece) in stroke.pieces.iter().enumerate() {
         assert!((piece.polygon.area_m2() - WIDTH_M * WIDTH_M).abs() < 1.0e-6);
@@ -449,7 +393,7 @@ fn whatever_comes_polygons_are_valid() {
         for brush in ribbons() {
             for (width_m, scale) in [(0.05, 1.0), (0.0, 1.0), (1.0e-30, 1.0e-30), (1.0e30, 1.0), (0.05, 0.0)]
             {
-                let mut stroke = Stroke::new(brush, width_m, scale);
+                let mut stroke = begun(brush, width_m, scale);
                 for (i, &sample) in samples.iter().enumerate() {
                     stroke.push(sample);
                     if i % 5 == 4 {

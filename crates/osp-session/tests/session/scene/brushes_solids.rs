@@ -3,27 +3,20 @@
 use std::f32::consts::FRAC_PI_2;
 
 use glam::{Quat, Vec3};
-use osp::polygon::{ConvexPolygon, PolygonId};
+use osp::polygon::{Change, ConvexPolygon, PolygonId};
 use osp_session::{
     brush,
-    recording::{Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Event, NormalRule, Paint, StrokeId},
     scene::Scene,
     stroke::{Drops, MAX_SCATTERED, Piece, Pieces, Sample, StrokeBuilder, StrokeSettings},
 };
 use osp_testkit::events::{Begin, point, polygon};
 use proptest::prelude::*;
 
+use super::brush_strokes::{Stroke, named};
+
 fn settings(name: &str, width_m: f32) -> StrokeSettings {
-    let brush = brush::find(name).expect("a brush of the table");
-    StrokeSettings {
-        brush: Some(brush),
-        tool: Tool::Ribbon,
-        width_m,
-        thinnest: brush.pressure_size_min,
-        normal: NormalRule::Travel,
-        seed: 7,
-        scale: 1.0,
-    }
+    super::brush_strokes::settings(named(name), width_m)
 }
 
 fn at(x: f32, y: f32, z: f32) -> Sample {
@@ -40,43 +33,10 @@ fn draw(settings: StrokeSettings, samples: &[Sample]) -> (Vec<Piece>, Drops) {
         (StrokeBuilder::new(settings), Pieces::default(), Drops::default());
     samples.iter().for_each(|&sample| builder.push(sample, &mut out, &mut drops));
     builder.finish(&mut out, &mut drops);
-    (repainted(&mut builder, out.fresh().to_vec()), drops)
-}
-
-fn repainted(builder: &mut StrokeBuilder, mut pieces: Vec<Piece>) -> Vec<Piece> {
-    let mut painted = Vec::new();
+    let (mut pieces, mut painted) = (out.fresh().to_vec(), Vec::new());
     builder.repaint(&mut painted);
-    for (place, surface) in painted {
-        pieces[place as usize].surface = surface;
-    }
-    pieces
-}
-
-/// Adds one sample per frame, like a scene.
-fn draw_by_frames(settings: StrokeSettings, samples: &[Sample]) -> Vec<Piece> {
-    let (mut builder, mut out, mut drops) =
-        (StrokeBuilder::new(settings), Pieces::default(), Drops::default());
-    let mut pieces: Vec<Piece> = Vec::new();
-    let mut take = |out: &Pieces, builder: &mut StrokeBuilder| {
-        assert!(out.kept() as usize <= pieces.len(), "it keeps what there is");
-        pieces.truncate(out.kept() as usize);
-        pieces.extend(out.fresh());
-        pieces = repainted(builder, std::mem::take(&mut pieces));
-        pieces.len() as u32
-    };
-    let mut count = 0;
-    for &sample in samples {
-        out.begin(count, 0);
-        builder.push(sample, &mut out, &mut drops);
-        count = take(&out, &mut builder);
-        out.begin(count, 0);
-        builder.settle(&mut out, &mut drops);
-        count = take(&out, &mut builder);
-    }
-    out.begin(count, 0);
-    builder.finish(&mut out, &mut drops);
-    take(&out, &mut builder);
-    pieces
+    painted.into_iter().for_each(|(place, surface)| pieces[place as usize].surface = surface);
+    (pieces, drops)
 }
 
 fn middle(polygon: &ConvexPolygon) -> Vec3 {
@@ -189,7 +149,7 @@ fn a_spray_begins_at_each_kept_sample() {
 
 #[test]
 fn a_spray_turns_moves_and_grows_its_squares_within_bounds() {
-    let brush = brush::find("CoarseBristles").expect("a brush of the table");
+    let brush = named("CoarseBristles");
     let settings = settings("CoarseBristles", 0.1);
     let samples: Vec<Sample> = (0..200).map(|i| at(0.0503 * i as f32, 0.0, 0.0)).collect();
     let (pieces, _) = draw(settings, &samples);
@@ -419,7 +379,7 @@ fn a_texture_runs_along_a_tube_by_its_circumference() {
         &(0..=10).map(|i| at(0.03 * i as f32, 0.0, 0.0)).collect::<Vec<_>>(),
     );
     let sides: Vec<&Piece> = pieces.iter().filter(|piece| piece.polygon.vertices().len() == 4).collect();
-    let tile_rate = brush::find("TubeDiffuse").expect("a brush of the table").tile_rate;
+    let tile_rate = named("TubeDiffuse").tile_rate;
     for side in sides {
         let vertices = side.polygon.vertices();
         let step = side.surface.uv(3) - side.surface.uv(0);
@@ -459,11 +419,6 @@ fn shaped_tubes_have_their_shapes() {
 
 #[test]
 fn a_scene_shapes_a_tube_once_a_frame() {
-    use osp::polygon::Change;
-    use osp_session::{
-        recording::{Event, Paint, StrokeId},
-        scene::Scene,
-    };
     let paint = Some(Box::new(Paint::new("Lofted", 1)));
     let (stroke, color) = (StrokeId(1), (1.0, 1.0, 1.0, 1.0));
     let begin =
@@ -549,7 +504,7 @@ proptest! {
     ) {
         let settings = StrokeSettings { scale, ..settings(BRUSHES[brush], width_m) };
         let (at_once, _) = draw(settings, &samples);
-        prop_assert_eq!(&draw_by_frames(settings, &samples), &at_once);
+        prop_assert_eq!(&Stroke::in_frames(settings, &samples, 1, |_, _| {}).pieces, &at_once);
         for piece in &at_once {
             prop_assert!(piece.polygon.vertices().iter().all(|p| p.is_finite()));
         }

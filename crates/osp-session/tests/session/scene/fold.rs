@@ -13,7 +13,10 @@ use osp_session::{
 use proptest::prelude::*;
 
 use super::authors::{group_id, id, join, stroke};
-use osp_testkit::{Editor, events::By};
+use osp_testkit::{
+    Editor,
+    events::{By, SOLE},
+};
 
 #[derive(Clone, Debug)]
 enum Op {
@@ -303,6 +306,12 @@ proptest! {
             let (of_scene, groups_of_scene) = state_of(&mut scene);
             prop_assert_eq!(&of_scene, &strokes);
             prop_assert_eq!(&groups_of_scene, &groups);
+            for &author in &all {
+                let stacks = model.stacks.entry(author).or_default();
+                prop_assert_eq!(scene.can_undo_of(author), !stacks.done.is_empty());
+                prop_assert_eq!(scene.can_redo_of(author), !stacks.taken_back.is_empty());
+                prop_assert_eq!(scene.is_step_open_of(author), stacks.open.is_some());
+            }
             scene.free_unreachable();
         }
         // With frames of any length and with groups that move as a whole, the model is the same.
@@ -321,7 +330,10 @@ proptest! {
     /// Lengths and rotations of any value. Undo restores the former state and redo the later one: the polygons, their
     /// order, and the bits of their corners.
     #[test]
-    fn with_one_author_an_undo_gives_back_the_bits_of_before(seed in any::<u64>()) {
+    fn with_one_author_an_undo_gives_back_the_bits_of_before(
+        seed in any::<u64>(),
+        walks in prop::collection::vec((any::<bool>(), 1..20_usize), 12),
+    ) {
         type Seen = (Vec<(PolygonId, Vec<Vec3>)>, Vec<(GroupId, Option<GroupId>, Transform)>);
         let seen = |scene: &mut Scene| -> Seen {
             let visible = scene.visible_ids().map(|id| (id, scene.polygon(id).vertices().to_vec())).collect();
@@ -334,6 +346,9 @@ proptest! {
         let mut events = editor.start();
         for _ in 0..80 {
             events.extend(editor.edit());
+        }
+        for (back, steps) in walks {
+            events.extend((0..steps).map(|_| if back { SOLE.undo() } else { SOLE.redo() }));
         }
         for event in events {
             let ignored = scene.counts().ignored_events;

@@ -8,7 +8,7 @@ use osp_session::{
     scene::Scene,
 };
 use osp_testkit::events::SOLE;
-use osp_testkit::{Editor, events::polygon};
+use osp_testkit::events::polygon;
 
 const HALF_TURN_ABOUT_Y: Quat = Quat::from_xyzw(0.0, 1.0, 0.0, 0.0);
 const QUARTER_TURN_ABOUT_Z: Quat =
@@ -185,62 +185,6 @@ fn a_chain_of_groups_is_64_long_at_most_wherever_it_grows() {
     // A second, shorter child does not hide the longer one.
     play(&mut scene, &[group(400, &[], Some(300)), group(400, &[], None), group(300, &[], Some(231))]);
     assert_eq!(scene.counts().ignored_events, 5);
-}
-
-#[test]
-fn undo_and_redo_of_a_move_in_a_turned_group_give_the_same_bits() {
-    let mut scene = grouped();
-    play(&mut scene, &[place(1, Vec3::new(0.1, 7.3, 0.0), Quat::from_xyzw(0.36, 0.48, 0.0, 0.8), 1.7)]);
-    let before = bits(&scene);
-    play(&mut scene, &[moved(1, Vec3::new(0.1, 1.0e4, 0.3))]);
-    let after = bits(&scene);
-    assert_ne!(before, after);
-    for _ in 0..3 {
-        let changes = play(&mut scene, &[SOLE.undo()]);
-        assert_eq!((bits(&scene), changes), (before.clone(), vec![Change::Update(PolygonId(0))]));
-        let changes = play(&mut scene, &[SOLE.redo()]);
-        assert_eq!((bits(&scene), changes), (after.clone(), vec![Change::Update(PolygonId(0))]));
-    }
-}
-
-#[test]
-fn every_way_back_and_forth_leads_through_the_same_bits() {
-    for seed in 0..12 {
-        let mut editor = Editor::new(seed);
-        let mut scene = Scene::new();
-        play(&mut scene, &editor.start());
-        // Only edits that add to the history, so that every state of the history is stored.
-        let mut states = vec![(bits(&scene), scene.visible_ids().collect::<Vec<_>>())];
-        while states.len() < 60 {
-            let events = editor.edit();
-            if matches!(events[0], Event::Undo { .. } | Event::Redo { .. } | Event::Begin { .. }) {
-                continue;
-            }
-            for event in events {
-                let ignored = scene.counts().ignored_events;
-                play(&mut scene, &[event]);
-                if scene.counts().ignored_events == ignored {
-                    states.push((bits(&scene), scene.visible_ids().collect()));
-                }
-            }
-        }
-        let mut at = states.len() - 1;
-        for _ in 0..300 {
-            let steps = editor.below(20) as usize;
-            let back = editor.below(2) == 0;
-            for _ in 0..steps {
-                let (next, event) =
-                    if back { (at.wrapping_sub(1), SOLE.undo()) } else { (at + 1, SOLE.redo()) };
-                if next >= states.len() {
-                    break;
-                }
-                play(&mut scene, &[event]);
-                at = next;
-            }
-            let now = (bits(&scene), scene.visible_ids().collect());
-            assert!(states[at] == now, "seed {seed}: state {at} is not what it was");
-        }
-    }
 }
 
 #[test]
