@@ -260,7 +260,7 @@ impl App {
             let tracker = Tracker::open(address, &self.options.tracker_options, move || {
                 let _ = proxy.send_event(Wake);
             })?;
-            if let Some(address) = tracker.local_address() {
+            if let Some(address) = tracker.local_address {
                 studio.show_message(format!("listening to a tracker at udp://{address}"));
             }
             if let Some(warning) = address.warning(&self.options.tracker_options) {

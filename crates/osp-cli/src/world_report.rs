@@ -63,8 +63,8 @@ impl WorldReport {
         "world,frame,blocks,visible,late_blocks,missing_blocks,missing_polygons,work_us,wait_us,fingerprint";
 
     pub(super) fn new(address: &str, world: &World, options: &WorldArgs, camera: String) -> Self {
-        let manifest = world.manifest();
-        let sources = manifest.sources().iter().map(|source| match source.copies {
+        let manifest = &world.manifest;
+        let sources = manifest.sources.iter().map(|source| match source.copies {
             1 => source.name.clone(),
             copies => format!("{} ({copies} times)", source.name),
         });
@@ -73,7 +73,7 @@ impl WorldReport {
             camera,
             options: options.clone(),
             polygons: manifest.polygon_count(),
-            blocks: manifest.blocks().len() as u64,
+            blocks: manifest.blocks.len() as u64,
             objects: manifest.object_count() as u64,
             sources: sources.collect(),
             map_bytes: world.bytes() as u64,

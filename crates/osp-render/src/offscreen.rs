@@ -81,7 +81,7 @@ impl Offscreen {
         let target = Target::new(&gpu, width, height)?;
         let timer = GpuTimer::new(&gpu);
         let renderer = Renderer::new(gpu, config);
-        renderer.gpu().check()?;
+        renderer.gpu.check()?;
         let slot = renderer.create_view_slot();
         let sights = vec![Sight { slot, target, timer }];
         Ok(Self { renderer, sights, last: 0, clock: StageClock::default() })
@@ -93,15 +93,15 @@ impl Offscreen {
     /// # Errors
     /// A side is zero or longer than the adapter allows.
     pub fn add_view(&mut self, width: u32, height: u32) -> Result<usize, RenderError> {
-        let target = Target::new(self.renderer.gpu(), width, height)?;
-        let timer = GpuTimer::new(self.renderer.gpu());
+        let target = Target::new(&self.renderer.gpu, width, height)?;
+        let timer = GpuTimer::new(&self.renderer.gpu);
         self.sights.push(Sight { slot: self.renderer.create_view_slot(), target, timer });
         Ok(self.sights.len() - 1)
     }
 
     /// The adapter and device.
     pub fn gpu(&self) -> &Gpu {
-        self.renderer.gpu()
+        &self.renderer.gpu
     }
 
     /// Width divided by height of the first view's pictures.
@@ -243,11 +243,11 @@ impl Offscreen {
         scene: &Scene,
         views: &[(usize, &View, &[Layer<'_>])],
     ) -> Result<DrawTimes, RenderError> {
-        let gpu = Arc::clone(self.renderer.gpu());
+        let gpu = Arc::clone(&self.renderer.gpu);
         let mut times = DrawTimes::default();
         let stage = self.clock.start();
         times.polygon_bytes = self.renderer.send(scene);
-        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut sights: Vec<_> = self.sights.iter_mut().map(Some).collect();
         let (mut eyes, mut timed) = (Vec::new(), Vec::new());
         for &(number, view, layers) in views {
@@ -272,7 +272,7 @@ impl Offscreen {
         times.prepare = self.clock.since(stage);
 
         let stage = self.clock.start();
-        gpu.queue().submit([commands]);
+        gpu.queue.submit([commands]);
         gpu.wait()?;
         times.draw = self.clock.since(stage);
 
@@ -333,16 +333,16 @@ impl Offscreen {
     ) -> Result<DrawTimes, RenderError> {
         self.last = 0;
         let Sight { slot, target, .. } = &mut self.sights[0];
-        let gpu = Arc::clone(self.renderer.gpu());
+        let gpu = Arc::clone(&self.renderer.gpu);
         let stage = self.clock.start();
         let polygon_bytes = self.renderer.send(scene);
         self.renderer.prepare_parts(slot, view);
-        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let draw_calls = self.renderer.encode_parts(&mut encoder, target, slot, list);
         let commands = encoder.finish();
         let prepare = self.clock.since(stage);
         let stage = self.clock.start();
-        gpu.queue().submit([commands]);
+        gpu.queue.submit([commands]);
         gpu.wait()?;
         let draw = self.clock.since(stage);
         Ok(DrawTimes { prepare, draw, polygon_bytes, draw_calls, ..DrawTimes::default() })

@@ -221,7 +221,7 @@ fn create(
     };
     let of_state = |(blend, write_mask)| wgpu::ColorTargetState { format: COLOR_FORMAT, blend, write_mask };
     let targets = [state.map(of_state)];
-    gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(label),
         layout: Some(shader.layout),
         vertex: wgpu::VertexState {
@@ -264,7 +264,7 @@ pub(super) fn of_whole_picture(
     fragment: &'static str,
     target: wgpu::ColorTargetState,
 ) -> wgpu::RenderPipeline {
-    gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(fragment),
         layout: Some(layout),
         vertex: descriptors::vertex(module, "vertex"),

@@ -44,7 +44,8 @@ pub(crate) struct SessionReader {
     give_back: fn(SessionFile),
     /// Whether to end strokes that a crash left open.
     ends_strokes: bool,
-    events: u64,
+    /// Number of events read.
+    pub(crate) events: u64,
 }
 
 impl SessionReader {
@@ -90,11 +91,6 @@ impl SessionReader {
     #[cfg(feature = "live")]
     pub(super) fn without_ends(self) -> Self {
         Self { ends_strokes: false, ..self }
-    }
-
-    /// Number of events read.
-    pub(crate) fn events(&self) -> u64 {
-        self.events
     }
 
     /// Reads a piece into the journal and the model. Returns whether more events may follow.

@@ -101,7 +101,7 @@ fn state(ui: &mut Ui, studio: &Studio, tracker: &Tracker) {
     let not_read =
         [("malformed", counts.malformed), ("dropped", counts.dropped), ("refused", counts.refused)];
     let not_read = not_read.map(|(name, n)| format!("{name} {}", count(n))).join("   ");
-    let from = tracker.local_address().map_or(String::new(), |address| format!("   udp://{address}"));
+    let from = tracker.local_address.map_or(String::new(), |address| format!("   udp://{address}"));
     ui.label(RichText::new(format!("messages {}   {not_read}{from}", count(counts.messages))).small());
     ui.label(RichText::new("no smoothing, no prediction: poses are shown as they come").weak().small());
     if counts.has_given_up {

@@ -100,7 +100,7 @@ impl<W: Write> CsvWriter<W> {
         }
         if let (1.., Some(views)) = (self.views, &run.views) {
             let number = |count: Option<u64>| count.map_or_else(String::new, |count| count.to_string());
-            write!(self.out, ",{},{}", r.views, number(views.one_view_ns()))?;
+            write!(self.out, ",{},{}", r.views, number(views.one_view_ns))?;
             for counts in views.last() {
                 let [in_view, drawn] =
                     [counts.map(|of| of.0), counts.map(|of| of.1)].map(|count| number(count.map(u64::from)));

@@ -237,7 +237,7 @@ impl Step<'_> {
         let cube = Cube::new(&self.film.root, area.dim_in_pixel());
         area.draw(&Text::new("octree: filled again for each polygon", (14, 10), ("sans-serif", 20)))?;
         cube.edges(area, &self.film.root, PALE.to_rgba(), 1)?;
-        for cell in self.cells.nodes() {
+        for cell in &self.cells.nodes {
             cube.edges(area, &cell.bounds, INK.mix(0.35), 1)?;
         }
         let work = self.work[self.nth];
@@ -271,7 +271,7 @@ impl Step<'_> {
     {
         let paper = &self.trees.paper;
         let tree = Structure::with_empty_nodes(paper);
-        let nodes = tree.nodes();
+        let nodes = &tree.nodes;
         let inside = nodes.iter().take_while(|node| node.fields.is_some()).count();
         let levels = nodes[..inside].iter().map(|node| (node.parent, node.depth));
         let layout = TreeLayout::new(levels, area.dim_in_pixel(), 26.0);

@@ -65,9 +65,9 @@ impl Pin {
         if !run.is_complete() {
             return None;
         }
-        let frames = run.frames().len() as u64;
+        let frames = run.frames.len() as u64;
         let mut parts = [SessionFingerprint::new(); PARTS as usize];
-        for &(frame, fingerprint) in run.frames() {
+        for &(frame, fingerprint) in &run.frames {
             parts[(frame * PARTS / frames) as usize].add(frame, fingerprint);
         }
         let hex = |n: u64| format!("{n:016x}");

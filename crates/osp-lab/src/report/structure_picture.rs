@@ -148,14 +148,14 @@ impl StructurePicture<'_> {
         let mut title = format!(
             "{}: {} nodes, {} levels",
             one_line(&panel.title),
-            thousands(structure.nodes().len() as u64),
-            if structure.nodes().is_empty() { 0 } else { structure.depth() + 1 }
+            thousands(structure.nodes.len() as u64),
+            if structure.nodes.is_empty() { 0 } else { structure.depth() + 1 }
         );
-        if shown.nodes().len() < structure.nodes().len() {
+        if shown.nodes.len() < structure.nodes.len() {
             let _ = write!(title, "; the upper {} are shown", shown.depth() + 1);
         }
         if let Some((ray, hit)) = &self.ray {
-            let entered = structure.nodes().iter().filter(|node| enters(ray, node)).count();
+            let entered = structure.nodes.iter().filter(|node| enters(ray, node)).count();
             let _ = write!(title, "; the ray enters {}", thousands(entered as u64));
             match hit {
                 Some(t) => write!(title, ", meets a polygon at {t:.2} m")?,
@@ -170,7 +170,7 @@ impl StructurePicture<'_> {
             }
             StructureView::Tree => {
                 self.draw_tree(&shown, &area)?;
-                if shown.nodes().iter().any(|node| node.fields.is_some()) {
+                if shown.nodes.iter().any(|node| node.fields.is_some()) {
                     legend(&field_lines(&shown), &area)?;
                 }
             }
@@ -188,7 +188,7 @@ impl StructurePicture<'_> {
     where
         B::ErrorType: 'static,
     {
-        let all = shown.nodes().iter().fold(Aabb::EMPTY, |all, node| all.union(&node.bounds));
+        let all = shown.nodes.iter().fold(Aabb::EMPTY, |all, node| all.union(&node.bounds));
         if all.is_empty() {
             return Ok(());
         }
@@ -213,14 +213,14 @@ impl StructurePicture<'_> {
                 }
             }
             CellColors::Leaf => {
-                for &(id, node) in shown.members() {
+                for &(id, node) in &shown.members {
                     area.draw(&Polygon::new(outline_of(id), color_of_leaf(node).mix(0.8)))?;
                 }
             }
         }
         if splits.is_empty() {
             // The deepest cells are drawn first, so that the few upper ones stay visible.
-            let mut order: Vec<&StructureNode> = shown.nodes().iter().collect();
+            let mut order: Vec<&StructureNode> = shown.nodes.iter().collect();
             order.sort_by_key(|node| std::cmp::Reverse(node.depth));
             for node in order.into_iter().filter(|node| node.polygons > 0) {
                 let (a, b) = (pixel(node.bounds.min), pixel(node.bounds.max));
@@ -270,7 +270,7 @@ impl StructurePicture<'_> {
     where
         B::ErrorType: 'static,
     {
-        let nodes = shown.nodes();
+        let nodes = &shown.nodes;
         let layout =
             TreeLayout::new(nodes.iter().map(|node| (node.parent, node.depth)), area.dim_in_pixel(), MARGIN);
         let pixel = |node| layout.pixel(node);
@@ -297,7 +297,7 @@ impl StructurePicture<'_> {
             // Only a tree whose nodes exist before its polygons has empty nodes.
             let style = if node.polygons == 0 { style.stroke_width(1) } else { style.filled() };
             area.draw(&Circle::new((x, y), radius, style))?;
-            if layout.places() <= MOST_LABELS {
+            if layout.places <= MOST_LABELS {
                 let (mut left, mut top) = (x + radius + 3, y - 6);
                 let mut lines = vec![thousands(node.polygons as u64)];
                 if node.left_out > 0 {
@@ -348,7 +348,7 @@ fn legend_lines(shown: &Structure, splits: &[SplitOutline], colors: CellColors) 
     let mut lines = Vec::new();
     if colors == CellColors::Leaf {
         let mut held = std::collections::BTreeMap::<usize, usize>::new();
-        shown.members().iter().for_each(|&(_, node)| *held.entry(node).or_default() += 1);
+        shown.members.iter().for_each(|&(_, node)| *held.entry(node).or_default() += 1);
         let mut counts: Vec<usize> = held.values().copied().collect();
         counts.sort_unstable();
         lines.push((
@@ -362,7 +362,7 @@ fn legend_lines(shown: &Structure, splits: &[SplitOutline], colors: CellColors) 
         return lines;
     }
     let (what, depths): (_, Vec<u32>) = match splits.is_empty() {
-        true => ("node", shown.nodes().iter().map(|node| node.depth).collect()),
+        true => ("node", shown.nodes.iter().map(|node| node.depth).collect()),
         false => ("plane", splits.iter().map(|split| split.depth).collect()),
     };
     let deepest = depths.iter().copied().max().unwrap_or(0);
@@ -379,8 +379,8 @@ fn legend_lines(shown: &Structure, splits: &[SplitOutline], colors: CellColors) 
 
 /// Legend of the picture of a tree with preallocated nodes.
 fn field_lines(shown: &Structure) -> Vec<LegendLine> {
-    let empty = shown.nodes().iter().filter(|node| node.polygons == 0).count();
-    let (shown, empty) = (thousands(shown.nodes().len() as u64), thousands(empty as u64));
+    let empty = shown.nodes.iter().filter(|node| node.polygons == 0).count();
+    let (shown, empty) = (thousands(shown.nodes.len() as u64), thousands(empty as u64));
     let lines = [
         format!("{empty} of the {shown} nodes shown are empty: hollow circles"),
         "x, y, z: the plane that halves a node; to the left what is behind it".to_owned(),

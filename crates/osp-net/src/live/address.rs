@@ -103,8 +103,10 @@ impl Credentials {
 pub struct Address {
     host: String,
     port: u16,
-    session: String,
-    is_encrypted: bool,
+    /// The name of the session.
+    pub session: String,
+    /// Whether the connection is encrypted (`tls://`).
+    pub is_encrypted: bool,
     is_this_machine: bool,
     /// The credentials that the address contains.
     pub credentials: Credentials,
@@ -113,16 +115,6 @@ pub struct Address {
 impl Address {
     /// Longest name of a session, bytes.
     pub const MAX_NAME_BYTES: usize = 64;
-
-    /// The name of the session.
-    pub fn session(&self) -> &str {
-        &self.session
-    }
-
-    /// Whether the connection is encrypted (`tls://`).
-    pub fn is_encrypted(&self) -> bool {
-        self.is_encrypted
-    }
 
     /// Checks that the connection is encrypted or stays on this machine.
     ///
@@ -233,7 +225,7 @@ mod tests {
     fn addresses_are_read() {
         let plain = address("nats://127.0.0.1/house");
         assert_eq!(plain.server(), "nats://127.0.0.1:4222");
-        assert_eq!((plain.session(), plain.stream().as_str()), ("house", "osp-house"));
+        assert_eq!((plain.session.as_str(), plain.stream().as_str()), ("house", "osp-house"));
         assert_eq!(plain.to_string(), "nats://127.0.0.1:4222/house");
         assert_eq!(address("nats://a%20word@localhost:9/x").credentials, Credentials::Token("a word".into()));
         let user = Credentials::User { name: "ann".into(), password: "p:w".into() };

@@ -82,14 +82,14 @@ pub struct Who {
 #[derive(Debug)]
 pub(super) struct Outbox {
     who: Who,
-    sender: Sender,
-    author: Option<Author>,
+    pub(super) sender: Sender,
+    pub(super) author: Option<Author>,
     own: Own,
     next: u64,
     in_flight: VecDeque<InFlight>,
     waiting: VecDeque<WaitingEvent>,
     /// Number of events that the program sent and that are not in the log.
-    pending: usize,
+    pub(super) pending: usize,
     /// A part of the message ids. It increases before messages that did not count are sent again, because the server
     /// drops known ids.
     attempt: u32,
@@ -124,18 +124,6 @@ impl Outbox {
             too_long: 0,
             done: 0,
         }
-    }
-
-    pub(super) fn sender(&self) -> Sender {
-        self.sender
-    }
-
-    pub(super) fn author(&self) -> Option<Author> {
-        self.author
-    }
-
-    pub(super) fn pending(&self) -> usize {
-        self.pending
     }
 
     /// Whether messages are in flight.

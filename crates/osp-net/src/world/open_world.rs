@@ -13,10 +13,12 @@ use xxhash_rust::xxh3::xxh3_64;
 /// An open world: its manifest, and the boxes of its blocks in an index. The polygons stay in the folder or at the address.
 pub struct World {
     place: Place,
-    manifest: Manifest,
+    /// The manifest.
+    pub manifest: Manifest,
     /// An index of the blocks, by their boxes.
     index: Osp,
-    bounds: Aabb,
+    /// Box around all polygons, world space, metres.
+    pub bounds: Aabb,
 }
 
 impl std::fmt::Debug for World {
@@ -46,16 +48,6 @@ impl World {
         }
         index.commit();
         Ok(Self { place, manifest, index, bounds })
-    }
-
-    /// The manifest.
-    pub fn manifest(&self) -> &Manifest {
-        &self.manifest
-    }
-
-    /// Box around all polygons, world space, metres.
-    pub fn bounds(&self) -> Aabb {
-        self.bounds
     }
 
     /// Memory that the manifest and the index of the blocks take, bytes.

@@ -110,7 +110,7 @@ impl Hzb {
                 continue;
             }
             let group =
-                bind_group(gpu.device(), "polygon chunk", &self.chunk_layout, &[buffer.as_entire_binding()]);
+                bind_group(&gpu.device, "polygon chunk", &self.chunk_layout, &[buffer.as_entire_binding()]);
             match self.chunks.get_mut(i) {
                 Some(chunk) => *chunk = (buffer.clone(), group),
                 None => self.chunks.push((buffer.clone(), group)),
@@ -124,8 +124,8 @@ impl Hzb {
 }
 
 fn missing(gpu: &Gpu) -> Option<&'static str> {
-    let flags = gpu.adapter().get_downlevel_capabilities().flags;
-    let limits = gpu.device().limits();
+    let flags = gpu.adapter.get_downlevel_capabilities().flags;
+    let limits = gpu.device.limits();
     if !flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) {
         return Some("compute shaders");
     }

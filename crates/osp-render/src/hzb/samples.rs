@@ -65,7 +65,7 @@ fn are_places(found: &[Vec<f32>; 2]) -> bool {
 
 /// Starts to measure the distance of each sample of each pixel from the left (axis 0) or from the top.
 fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
-    let device = gpu.device();
+    let device = &gpu.device;
     let usage = descriptors::DRAWN_AND_READ;
     let view = descriptors::image(device, "places of samples", DEPTH_FORMAT, SAMPLES, usage, (SIDE, SIDE));
     let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
@@ -73,7 +73,7 @@ fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
     let read_layout = layout(gpu, "places of samples", &[Bound::Depth, Bound::Write]);
     let read = compute(gpu, shaders::SAMPLE_PLACES, &[Some(&read_layout)], "read");
     let resources = [wgpu::BindingResource::TextureView(&view), depths.as_entire_binding()];
-    let group = bind_group(gpu.device(), "places of samples", &read_layout, &resources);
+    let group = bind_group(&gpu.device, "places of samples", &read_layout, &resources);
 
     let mut encoder = device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -96,13 +96,13 @@ fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
     pass.set_bind_group(0, &group, &[]);
     pass.dispatch_workgroups(1, 1, 1);
     drop(pass);
-    gpu.queue().submit([encoder.finish()]);
+    gpu.queue.submit([encoder.finish()]);
     depths
 }
 
 fn growing_depth(gpu: &Gpu) -> wgpu::RenderPipeline {
-    let module = descriptors::module(gpu.device(), "places of samples", shaders::SAMPLE_PLACES);
-    gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+    let module = descriptors::module(&gpu.device, "places of samples", shaders::SAMPLE_PLACES);
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("places of samples"),
         layout: None,
         vertex: descriptors::vertex(&module, "grow"),

@@ -56,7 +56,8 @@ impl Session {
 pub struct ReplayReader {
     path: PathBuf,
     camera: CameraChoice,
-    events: u64,
+    /// Number of events read.
+    pub events: u64,
     stage: Stage,
 }
 
@@ -83,11 +84,6 @@ impl ReplayReader {
     pub fn new(path: &Path, pace: Pace, camera: CameraChoice, options: &OpenOptions) -> Self {
         let stage = Stage::Closed(pace, *options);
         Self { path: path.to_owned(), camera, events: 0, stage }
-    }
-
-    /// Number of events read.
-    pub fn events(&self) -> u64 {
-        self.events
     }
 
     /// Takes a step. The last step returns the session; later steps return `None`.

@@ -176,7 +176,7 @@ impl EventSource for Obj {
     }
 
     fn notes(&self) -> Notes {
-        self.lines.notes().clone()
+        self.lines.notes.clone()
     }
 
     fn place(&self) -> Place {

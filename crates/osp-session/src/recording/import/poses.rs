@@ -177,7 +177,7 @@ impl EventSource for Poses {
     }
 
     fn notes(&self) -> Notes {
-        self.lines.notes().clone()
+        self.lines.notes.clone()
     }
 
     fn place(&self) -> Place {
