@@ -89,6 +89,7 @@ fn rest(missing: u64, kept_in: Option<&Path>) -> String {
 
 /// Reason for which a session was not saved.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum SaveError {
     /// The name does not end in `.ron`. Only such a file can be continued.
     #[error("{}: expected a name that ends in .ron", .0.display())]
@@ -98,12 +99,7 @@ pub enum SaveError {
     Held(OpenElsewhere),
     /// The file cannot be written.
     #[error("{}: {cause}", path.display())]
-    Failed {
-        /// The file.
-        path: PathBuf,
-        /// The reason.
-        cause: Trouble,
-    },
+    Failed { path: PathBuf, cause: Trouble },
 }
 
 impl Journal {

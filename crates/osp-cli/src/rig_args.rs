@@ -79,11 +79,6 @@ impl RigArgs {
 }
 
 impl RigPathArgs {
-    /// Returns the arguments without a rig: one eye, one screen.
-    pub(super) const fn none() -> Self {
-        Self { screens: RigArgs { rig: None, stereo: None }, room: RoomMotion::Follows }
-    }
-
     /// Returns the rig at the start of a replay. `None` without a rig.
     pub(super) fn path(&self) -> anyhow::Result<Option<RigPath>> {
         let Some((rig, stereo)) = self.screens.open()? else {

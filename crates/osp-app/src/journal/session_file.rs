@@ -36,6 +36,7 @@ const LONGEST_UNSYNCED: Duration = Duration::from_secs(10);
 
 /// Reason for which events cannot be written to a session's file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum Trouble {
     /// No file exists at the session's path any more.
     #[error("it was removed, or its folder was")]
@@ -45,12 +46,7 @@ pub enum Trouble {
     Replaced,
     /// Another program has written to the file.
     #[error("another program has changed it: it has {found} bytes, not {expected}")]
-    Changed {
-        /// Expected length, bytes.
-        expected: u64,
-        /// Actual length, bytes.
-        found: u64,
-    },
+    Changed { expected: u64, found: u64 },
     /// Another program has overwritten a part of the file.
     #[error("another program has written over a part of it")]
     Overwritten,

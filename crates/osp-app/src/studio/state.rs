@@ -10,7 +10,7 @@ use crate::{
     pen::{Brush, Snap},
     room::{Room, RoomView},
     selection::Selection,
-    session::{Replay, Session},
+    session::Session,
     tool::ToolChoice,
     tracker::{Listening, Senders, Tracker, Watch},
 };

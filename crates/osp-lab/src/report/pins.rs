@@ -40,23 +40,14 @@ pub struct Pin {
 
 /// The error of a file of pins.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum PinError {
     /// The file cannot be read or written.
     #[error("{}: {cause}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        cause: io::Error,
-    },
+    Io { path: PathBuf, cause: io::Error },
     /// The file is not a list of pins.
     #[error("{}, line {}: expected a list of pinned fingerprints; {}", path.display(), cause.span.start.line, cause.code)]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// The cause.
-        cause: Box<ron::error::SpannedError>,
-    },
+    Format { path: PathBuf, cause: Box<ron::error::SpannedError> },
 }
 
 impl Pin {

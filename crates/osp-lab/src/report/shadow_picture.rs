@@ -3,7 +3,7 @@
 use std::{error::Error, path::Path};
 
 use glam::{DVec2, DVec3, Vec3};
-use plotters::{coord::Shift, prelude::*};
+use plotters::prelude::*;
 
 use super::{
     ChartFormat,
@@ -11,7 +11,7 @@ use super::{
     colors::{BLUE, INK, ORANGE},
     legend::{LegendLine, legend},
     numbers::thousands,
-    picture::{Picture, encode, pixels},
+    picture::{Area, Backend, Picture, encode, pixels},
     printable::one_line,
     shadow_look::{ShadowLook, ShadowPanel},
     shapes::{Drawn, fill, middle, point, stroke, write_at},
@@ -87,10 +87,7 @@ impl ShadowPicture<'_> {
         pixels(self, self.size())
     }
 
-    fn draw_panel<B: DrawingBackend>(&self, panel: &ShadowPanel, area: &DrawingArea<B, Shift>) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_panel<B: Backend>(&self, panel: &ShadowPanel, area: &Area<B>) -> Drawn {
         let counts = self.look.counts(panel);
         let (planes, all) = (panel.step.structure.planes, panel.step.planes_in_all);
         let title = format!(
@@ -125,10 +122,7 @@ impl ShadowPicture<'_> {
     }
 
     /// Draws the eye's view through the window. A plane through the eye is a line in this view.
-    fn draw_window<B: DrawingBackend>(&self, panel: &ShadowPanel, area: &DrawingArea<B, Shift>) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_window<B: Backend>(&self, panel: &ShadowPanel, area: &Area<B>) -> Drawn {
         let (w, h) = area.dim_in_pixel();
         let window = WindowPixels::new(self.look, w, h);
         let order = self.in_order(panel);
@@ -186,10 +180,7 @@ impl ShadowPicture<'_> {
     }
 
     /// Draws the shadows in parallel projection.
-    fn draw_plan<B: DrawingBackend>(&self, panel: &ShadowPanel, area: &DrawingArea<B, Shift>) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_plan<B: Backend>(&self, panel: &ShadowPanel, area: &Area<B>) -> Drawn {
         let look = self.look;
         let eye = look.view.window.eye_in_world().as_vec3();
         let bounds =
@@ -261,10 +252,7 @@ impl ShadowPicture<'_> {
     }
 }
 
-fn draw_tree<B: DrawingBackend>(panel: &ShadowPanel, area: &DrawingArea<B, Shift>) -> Drawn
-where
-    B::ErrorType: 'static,
-{
+fn draw_tree<B: Backend>(panel: &ShadowPanel, area: &Area<B>) -> Drawn {
     let nodes = &panel.step.structure.nodes;
     let layout = TreeLayout::new(
         nodes.iter().map(|node| (node.parent.map(|of| of.0), node.depth)),
@@ -285,16 +273,13 @@ where
     Ok(())
 }
 
-fn draw_node<B: DrawingBackend>(
-    area: &DrawingArea<B, Shift>,
+fn draw_node<B: Backend>(
+    area: &Area<B>,
     node: &ShadowNode,
     (x, y): (i32, i32),
     radius: i32,
     has_numbers: bool,
-) -> Drawn
-where
-    B::ErrorType: 'static,
-{
+) -> Drawn {
     let place = DVec2::new(f64::from(x), f64::from(y));
     match &node.holds {
         ShadowHolds::Plane { number, occluder, .. } => {
@@ -324,10 +309,7 @@ where
 }
 
 impl Picture for ShadowPicture<'_> {
-    fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Drawn {
         area.fill(&WHITE)?;
         let (columns, below) = area.split_vertically(HEIGHTS[0] + HEIGHTS[1]);
         let areas = columns.split_evenly((1, self.panels.len().max(1)));
@@ -475,10 +457,7 @@ fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
 }
 
 /// Writes a plane's number so that it is legible on a line.
-fn number_at<B: DrawingBackend>(area: &DrawingArea<B, Shift>, at: DVec2, number: usize) -> Drawn
-where
-    B::ErrorType: 'static,
-{
+fn number_at<B: Backend>(area: &Area<B>, at: DVec2, number: usize) -> Drawn {
     area.draw(&Circle::new(point(&at), 9, WHITE.filled()))?;
     area.draw(&Circle::new(point(&at), 9, INK.mix(0.6)))?;
     write_at(area, &(number + 1).to_string(), at, 13, &INK)

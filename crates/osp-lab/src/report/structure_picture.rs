@@ -3,14 +3,14 @@
 use std::{error::Error, fmt::Write, path::Path};
 
 use glam::Vec3;
-use plotters::{coord::Shift, prelude::*};
+use plotters::prelude::*;
 
 use super::{
     ChartFormat,
     chart::register_font,
     legend::{LegendLine, legend},
     numbers::thousands,
-    picture::{Picture, encode},
+    picture::{Area, Backend, Picture, encode},
     printable::one_line,
     structure::{MOST_TREE_NODES, SplitOutline, Structure, StructureNode, coordinates},
 };
@@ -128,14 +128,7 @@ impl StructurePicture<'_> {
         Ok(write_atomically(path, |out| out.write_all(&bytes))?)
     }
 
-    fn draw_panel<B: DrawingBackend>(
-        &self,
-        panel: &StructurePanel,
-        area: &DrawingArea<B, Shift>,
-    ) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_panel<B: Backend>(&self, panel: &StructurePanel, area: &Area<B>) -> Result<(), Box<dyn Error>> {
         let structure = &panel.structure;
         let most = match self.view {
             StructureView::Space(_) => MOST_CELLS,
@@ -178,16 +171,13 @@ impl StructurePicture<'_> {
         Ok(())
     }
 
-    fn draw_cells<B: DrawingBackend>(
+    fn draw_cells<B: Backend>(
         &self,
         shown: &Structure,
         splits: &[SplitOutline],
         side: Side,
-        area: &DrawingArea<B, Shift>,
-    ) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
+        area: &Area<B>,
+    ) -> Result<(), Box<dyn Error>> {
         let all = shown.nodes.iter().fold(Aabb::EMPTY, |all, node| all.union(&node.bounds));
         if all.is_empty() {
             return Ok(());
@@ -262,14 +252,7 @@ impl StructurePicture<'_> {
         Ok(())
     }
 
-    fn draw_tree<B: DrawingBackend>(
-        &self,
-        shown: &Structure,
-        area: &DrawingArea<B, Shift>,
-    ) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_tree<B: Backend>(&self, shown: &Structure, area: &Area<B>) -> Result<(), Box<dyn Error>> {
         let nodes = &shown.nodes;
         let layout =
             TreeLayout::new(nodes.iter().map(|node| (node.parent, node.depth)), area.dim_in_pixel(), MARGIN);
@@ -324,10 +307,7 @@ impl StructurePicture<'_> {
 }
 
 impl Picture for StructurePicture<'_> {
-    fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Result<(), Box<dyn Error>> {
         area.fill(&WHITE)?;
         let areas = area.split_evenly((1, self.panels.len().max(1)));
         for (panel, area) in self.panels.iter().zip(&areas) {

@@ -18,38 +18,26 @@ const CREDENTIALS_BYTES: u64 = 4096;
 
 /// An error in an address or in its options.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum AddressError {
-    /// The text is not the address of a shared session.
+    /// The text is not the address of a shared session; `found` lacks the parts that may be a password.
     #[error("expected nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME; found `{found}` ({why})")]
-    NoAddress {
-        /// The address without parts that may be a password.
-        found: String,
-        /// The reason.
-        why: String,
-    },
+    NoAddress { found: String, why: String },
     /// The connection would leave this machine unencrypted, so that others could read and change the packets.
     #[error(
         "{host} is not this machine: expected tls://{host}/…, or --unencrypted if everybody on the way may read and change what is drawn"
     )]
-    Unencrypted {
-        /// The host.
-        host: String,
-    },
+    Unencrypted { host: String },
     /// The file of credentials cannot be read.
     #[error("{}", path.display())]
     File {
-        /// The file.
         path: PathBuf,
-        /// The reason.
         #[source]
         cause: std::io::Error,
     },
     /// The file does not contain credentials.
     #[error("{}: expected one line, a token or USER:PASSWORD", path.display())]
-    NoCredentials {
-        /// The file.
-        path: PathBuf,
-    },
+    NoCredentials { path: PathBuf },
 }
 
 /// Credentials for the server.

@@ -99,7 +99,7 @@ impl HzbView {
         }
         let fits = |groups: &Groups| {
             let is_same_list = groups.list == *frame.list && groups.handles == self.handles;
-            is_same_list && groups.depth == *&frame.target.depth
+            is_same_list && groups.depth == frame.target.depth
         };
         if !self.groups.as_ref().is_some_and(fits) {
             self.groups = Some(self.bind(frame));

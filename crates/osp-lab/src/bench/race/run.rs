@@ -32,22 +32,14 @@ pub struct RaceInput {
 
 /// Reason for which a race is aborted.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum RaceError {
     /// The recording is damaged.
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// Two structures find different polygons in view.
     #[error("{recording}: {first} and {second} found different polygons in frame {frame}")]
-    Differ {
-        /// Name of the recording.
-        recording: String,
-        /// A structure.
-        first: &'static str,
-        /// The structure that found other polygons.
-        second: &'static str,
-        /// The first frame with a difference, from 0.
-        frame: u64,
-    },
+    Differ { recording: String, first: &'static str, second: &'static str, frame: u64 },
 }
 
 /// A race after a number of frames.
