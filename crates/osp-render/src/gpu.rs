@@ -149,9 +149,6 @@ impl Gpu {
     }
 
     /// Waits until the GPU has done all submitted work.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn wait(&self) -> Result<(), RenderError> {
         let outcome = self.device.poll(wgpu::PollType::wait_indefinitely());
         self.check()?;

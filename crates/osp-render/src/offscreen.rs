@@ -201,9 +201,6 @@ impl Offscreen {
 
     /// Draws a frame of the first view and waits for the GPU. A view whose aspect differs from the picture's is
     /// stretched; see [`View::with_aspect`].
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn draw(
         &mut self,
         scene: &Scene,
@@ -214,9 +211,6 @@ impl Offscreen {
     }
 
     /// Draws a frame of view number `number`; see [`Offscreen::draw`].
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     ///
     /// # Panics
     /// The view does not exist.
@@ -232,9 +226,6 @@ impl Offscreen {
 
     /// Draws a frame of several views, such as the eyes of a headset, in one submission, and waits for the GPU. Each
     /// view comes with its number and its layers; no number may occur twice. Returns the sums over the views.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     ///
     /// # Panics
     /// A view does not exist.
@@ -308,9 +299,6 @@ impl Offscreen {
     }
 
     /// Overdraw of the opaque polygons of the last frame, in their order.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn count_overdraw(&mut self) -> Result<Overdraw, RenderError> {
         self.renderer.count_overdraw(&self.sights[0].target, &self.sights[0].slot)
     }
@@ -322,9 +310,6 @@ impl Offscreen {
 
     /// Draws a painter's list in the first view and waits for the GPU. Each part is drawn over the parts before it,
     /// without a depth test. Parts are opaque, in the plain colour of their polygon.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn draw_parts(
         &mut self,
         scene: &Scene,
@@ -349,33 +334,21 @@ impl Offscreen {
     }
 
     /// Reads back the depth pyramid of the last frame; `None` if that frame was not culled on the GPU.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn pyramid(&self) -> Result<Option<Vec<PyramidLevel>>, RenderError> {
         self.renderer.read_pyramid(&self.sights[self.last].slot)
     }
 
     /// Reads back the opaque polygons that the last frame drew; `None` if that frame was not culled on the GPU.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn drawn(&self) -> Result<Option<Vec<PolygonId>>, RenderError> {
         self.renderer.read_drawn(&self.sights[self.last].slot)
     }
 
     /// Reads back the picture of the last frame.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn image(&self) -> Result<Image, RenderError> {
         self.image_of(self.last)
     }
 
     /// Reads back the last picture of view number `number`.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     ///
     /// # Panics
     /// The view does not exist.

@@ -28,9 +28,6 @@ pub struct ComingImage {
 
 impl ComingImage {
     /// The picture; `None` while it is not available yet.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn take(&self, gpu: &Gpu) -> Option<Result<Image, RenderError>> {
         if let Err(error) = gpu.check() {
             return Some(Err(error));
@@ -39,9 +36,6 @@ impl ComingImage {
     }
 
     /// Waits for the picture and returns it. In a browser use [`ComingImage::take`], because a page cannot wait.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn wait(&self, gpu: &Gpu) -> Result<Image, RenderError> {
         gpu.wait()?;
         self.finish()

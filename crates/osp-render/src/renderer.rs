@@ -306,18 +306,12 @@ impl Renderer {
     }
 
     /// Reads back the depth pyramid of a view's last frame; `None` if that frame was not culled on the GPU.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn read_pyramid(&self, slot: &ViewSlot) -> Result<Option<Vec<PyramidLevel>>, RenderError> {
         let view = slot.hzb.as_ref().filter(|_| slot.order.listing == Listing::Clusters);
         view.map(|view| view.read_pyramid(&self.gpu)).transpose()
     }
 
     /// Reads back the opaque polygons that a view's last frame drew; `None` if that frame was not culled on the GPU.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn read_drawn(&self, slot: &ViewSlot) -> Result<Option<Vec<PolygonId>>, RenderError> {
         let Some(view) = slot.hzb.as_ref().filter(|_| slot.order.listing == Listing::Clusters) else {
             return Ok(None);
@@ -397,9 +391,6 @@ impl Renderer {
 
     /// Draws only the opaque polygons of a prepared view again, and counts how often samples are shaded. Overwrites the
     /// target's samples, but not its finished picture.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub(super) fn count_overdraw(&self, target: &Target, slot: &ViewSlot) -> Result<Overdraw, RenderError> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let (depth, _) = self.lay_down_depth(&mut encoder, target, slot, None);

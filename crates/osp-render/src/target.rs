@@ -74,9 +74,6 @@ impl Target {
     }
 
     /// A copy of the finished picture.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn image(&self, gpu: &Gpu) -> Result<Image, RenderError> {
         read_back(gpu, &self.picture)
     }

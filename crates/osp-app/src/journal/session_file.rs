@@ -13,13 +13,13 @@ use thiserror::Error;
 use super::{
     contents::{Contents, Stamp},
     history::History,
-    lock::{Identity, NotTaken, OpenElsewhere, SessionLock, true_path},
+    lock::{NotTaken, OpenElsewhere, SessionLock, true_path},
 };
 use crate::threads;
 use osp_session::{
     atomic_file::{Destination, write_atomically},
     platform::{
-        fs::{self, File, Metadata, TryLockError},
+        fs::{self, File, Identity, Metadata, TryLockError},
         time::Instant,
     },
     recording::{LastLine, RecordingError},
@@ -162,9 +162,6 @@ impl SessionFile {
     }
 
     /// Marks the file's contents as read into the history: new events are appended from here on.
-    ///
-    /// # Errors
-    /// The file cannot be read.
     pub(super) fn follow_from_here(&mut self, history: &History) -> Result<(), RecordingError> {
         let Some(open) = &mut self.open else { return Ok(()) };
         if open.bytes > 0 {

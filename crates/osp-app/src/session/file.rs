@@ -154,9 +154,6 @@ impl Session {
     }
 
     /// Opens a session read-only, even if another window has it open or it is empty.
-    ///
-    /// # Errors
-    /// The session cannot be read, or its format is unknown.
     pub fn look_at(
         path: &Path,
         autosaves: &Autosaves,

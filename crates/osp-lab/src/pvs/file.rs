@@ -126,18 +126,12 @@ fn model_text(polygons: u64, model: u64) -> String {
 
 impl Pvs {
     /// Writes the sets to a file, which is replaced if it exists.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), PvsError> {
         write_atomically(path, |out| self.write_to(out))
             .map_err(|cause| PvsError::Io { path: path.to_owned(), cause })
     }
 
     /// Writes the sets in the form of a file.
-    ///
-    /// # Errors
-    /// The output fails.
     pub fn write_to(&self, out: impl Write) -> io::Result<()> {
         let mut out = Summing { out, sum: Xxh3::new() };
         out.write_all(MAGIC)?;

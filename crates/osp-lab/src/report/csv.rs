@@ -23,9 +23,6 @@ pub enum OcclusionColumns {
 
 impl<W: Write> CsvWriter<W> {
     /// Writes the line of column names. With a rig each screen and eye has columns.
-    ///
-    /// # Errors
-    /// The output cannot be written.
     pub fn new(mut out: W, occlusion: OcclusionColumns, rig: Option<&RigReport>) -> io::Result<Self> {
         write!(
             out,
@@ -52,9 +49,6 @@ impl<W: Write> CsvWriter<W> {
 
     /// Writes a frame. `measured` is 0 if the index had skipped frames before, because the times are then not those of
     /// a single frame.
-    ///
-    /// # Errors
-    /// The output cannot be written.
     pub fn write(&mut self, recording: &str, run: &RunReport, frame: &LaneFrame) -> io::Result<()> {
         let r = &frame.record;
         let index = &run.index;
@@ -111,9 +105,6 @@ impl<W: Write> CsvWriter<W> {
     }
 
     /// Flushes and returns the output.
-    ///
-    /// # Errors
-    /// The output cannot be written.
     pub fn finish(mut self) -> io::Result<W> {
         self.out.flush()?;
         Ok(self.out)

@@ -32,9 +32,6 @@ pub enum ChartFormat {
 
 impl ChartFormat {
     /// The kind of picture for the ending of a file name.
-    ///
-    /// # Errors
-    /// [`ChartError::Ending`].
     pub fn of(path: &Path) -> Result<Self, ChartError> {
         match path
             .extension()

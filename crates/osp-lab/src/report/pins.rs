@@ -111,9 +111,6 @@ pub fn pinned_name(recording: &Path, pins: &Path) -> String {
 
 impl Pins {
     /// Reads a file of pins.
-    ///
-    /// # Errors
-    /// The file cannot be read or is not a file of pins.
     pub fn read(path: &Path) -> Result<Self, PinError> {
         let text = small_file::read_text(path, MOST_BYTES)
             .map_err(|cause| PinError::Io { path: path.to_owned(), cause })?;
@@ -121,9 +118,6 @@ impl Pins {
     }
 
     /// Writes the file, completely or not at all.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), PinError> {
         let pretty = ron::ser::PrettyConfig::new().depth_limit(2);
         let io_error = |cause| PinError::Io { path: path.to_owned(), cause };

@@ -70,9 +70,6 @@ impl World {
     }
 
     /// Loads a block. Also returns the number of bytes that were read. Panics if the number does not exist.
-    ///
-    /// # Errors
-    /// The block cannot be read, or is damaged.
     pub fn load(&self, block: u32) -> Result<(Block, u64), WorldError> {
         let entry = self.entry(block);
         let object = self.manifest.objects[entry.object as usize].name();

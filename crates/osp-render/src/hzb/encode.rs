@@ -320,9 +320,6 @@ impl HzbView {
     }
 
     /// Reads back the pyramid of the last frame.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub(in super::super) fn read_pyramid(&self, gpu: &Gpu) -> Result<Vec<PyramidLevel>, RenderError> {
         let bytes = read_buffer(gpu, &self.buffers.pyramid, u64::from(self.levels.texels) * 4)?;
         let texels: Vec<f32> = bytemuck::pod_collect_to_vec(&bytes);
@@ -334,9 +331,6 @@ impl HzbView {
     }
 
     /// Reads back the opaque polygons of the last frame that were not proven hidden, in ascending order.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub(in super::super) fn read_kept(&self, gpu: &Gpu) -> Result<Vec<Handle>, RenderError> {
         let handles = &self.last.handles;
         let bytes = read_buffer(gpu, &self.buffers.kept, handles.len() as u64 * 8)?;

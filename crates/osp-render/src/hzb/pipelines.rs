@@ -37,9 +37,6 @@ pub(in super::super) struct Hzb {
 impl Gpu {
     /// Measures whether samples have their standard positions, which occlusion culling requires. Without this call, the
     /// first call of `Renderer::set_occlusion` waits for the measurement. A page in a browser cannot wait.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub async fn learn(&self) -> Result<(), RenderError> {
         let are_in_place = match missing(self) {
             // Occlusion culling is not available, so the value is never read.

@@ -28,18 +28,12 @@ const PLACES: [[f32; 2]; SAMPLES as usize] = [[0.375, 0.125], [0.875, 0.375], [0
 const NEAR_ENOUGH: f32 = 1.0e-4;
 
 /// Whether the samples of a pixel have the positions that the occlusion test assumes.
-///
-/// # Errors
-/// The device is lost or the driver reported an error.
 pub(super) fn are_in_place(gpu: &Gpu) -> Result<bool, RenderError> {
     let read = |axis| read_buffer(gpu, &measure(gpu, axis), BYTES).map(|bytes| distances(&bytes));
     Ok(are_places(&[read(0)?, read(1)?]))
 }
 
 /// Does the same as [`are_in_place`], for a caller that cannot wait.
-///
-/// # Errors
-/// The device is lost or the driver reported an error.
 pub(super) async fn are_in_place_later(gpu: &Gpu) -> Result<bool, RenderError> {
     let (x, y) = (measure(gpu, 0), measure(gpu, 1));
     let x = read_buffer_later(gpu, &x, BYTES).await?;

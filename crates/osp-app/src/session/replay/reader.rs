@@ -25,9 +25,6 @@ const MAX_SNAPSHOT_WEIGHT: usize = 4_000_000;
 impl Session {
     /// Reads a whole session of any format for a replay, positioned before its first frame. A damaged session plays up
     /// to the damage, which the remarks describe.
-    ///
-    /// # Errors
-    /// The file cannot be read, or its format is unknown.
     pub fn to_play(path: &Path, pace: Pace, camera: CameraChoice) -> Result<Self, RecordingError> {
         Self::to_play_with(path, pace, camera, &OpenOptions::default())
     }
@@ -87,9 +84,6 @@ impl ReplayReader {
     }
 
     /// Takes a step. The last step returns the session; later steps return `None`.
-    ///
-    /// # Errors
-    /// The file cannot be read, or its format is unknown.
     pub fn step(&mut self) -> Result<Option<Session>, RecordingError> {
         self.stage = match std::mem::replace(&mut self.stage, Stage::Over) {
             Stage::Closed(pace, options) => {

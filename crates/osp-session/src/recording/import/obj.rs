@@ -37,9 +37,6 @@ const PALETTE: [[f32; 3]; 12] = [
 ];
 
 /// Opens a Wavefront OBJ file, packed with gzip or not.
-///
-/// # Errors
-/// The file cannot be read.
 pub(in crate::recording) fn open_obj(
     input: Input<'_>,
     options: &OpenOptions,
