@@ -416,7 +416,7 @@ impl Journal {
                 return Ok(());
             }
         }
-        let own_lock = self.file.as_mut().filter(|_| is_own).and_then(SessionFile::take_lock);
+        let own_lock = self.file.as_mut().filter(|_| is_own).and_then(|file| file.lock.take());
         let lock = match own_lock.map_or_else(|| SessionLock::take(to), Ok) {
             Ok(lock) => lock,
             Err(NotTaken::Held(held)) => return Err(SaveError::Held(held)),
@@ -433,7 +433,7 @@ impl Journal {
             Ok(file) => file,
             Err(trouble) => {
                 if let Some(file) = self.file.as_mut().filter(|_| is_own) {
-                    file.put_lock(SessionLock::take(to).ok());
+                    file.lock = SessionLock::take(to).ok();
                 }
                 return Err(failed(trouble));
             }

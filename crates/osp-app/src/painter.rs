@@ -93,7 +93,7 @@ pub(super) struct Painter {
     /// Whether the animation is stopped.
     is_still: bool,
     /// Whether strokes far away are drawn with fewer polygons.
-    merges: bool,
+    pub(super) merges: bool,
     draw_ns: u64,
     /// The GPU culling method that the adapter refused last, and the reason.
     cannot_cull: Option<(GpuOcclusion, String)>,
@@ -363,11 +363,6 @@ impl Painter {
             _ => pane.over = None,
         }
         Ok(())
-    }
-
-    /// Sets whether strokes far away are drawn with fewer polygons.
-    pub(super) fn set_merging(&mut self, merges: bool) {
-        self.merges = merges;
     }
 
     /// Uploads the user's strokes that the server of a shared session has not returned yet.

@@ -79,7 +79,7 @@ pub fn show_node(
     let screens =
         options.rig.screens.iter().filter(|screen| screen.name == options.screen).cloned().collect();
     let mut room = Room::new(Rig { screens, ..options.rig.clone() });
-    room.set_stereo(options.stereo);
+    room.stereo = options.stereo;
     let mut show = Show { node, room, is_over, tell, is_woken, display: None, failure: None };
     let outcome = event_loop.run_app(&mut show);
     if let Some(failure) = show.failure {

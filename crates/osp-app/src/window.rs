@@ -345,7 +345,7 @@ impl App {
         };
         self.opening = None;
         let mut painter = painter?;
-        painter.set_merging(self.options.merges);
+        painter.merges = self.options.merges;
         if let Some(studio) = &mut self.studio {
             match open_walls(event_loop, studio, &window, &mut painter) {
                 Ok(remark) => remark.into_iter().for_each(|remark| studio.show_message(remark)),

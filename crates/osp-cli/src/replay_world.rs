@@ -74,7 +74,7 @@ pub(super) fn run(args: &ReplayArgs, address: &str, csv: Option<&Output>) -> any
             writeln!(file, "{line}").with_context(|| output.path().display().to_string())?;
         }
     }
-    report.finish(walk.counts());
+    report.counts = walk.counts();
     if let Some((output, file)) = table {
         output.commit(file)?;
     }

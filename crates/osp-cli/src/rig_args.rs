@@ -72,7 +72,7 @@ impl RigArgs {
             None => osp_app::Room::default(),
         };
         if let Some(stereo) = self.stereo {
-            room.set_stereo(stereo);
+            room.stereo = stereo;
         }
         Ok(room)
     }

@@ -38,7 +38,7 @@ pub(super) struct WorldReport {
     missing: Part,
     missing_polygons_max: u64,
     fingerprint: SessionFingerprint,
-    counts: WalkCounts,
+    pub(super) counts: WalkCounts,
 }
 
 /// Statistics of a value: the number of frames with a value above 0, the sum, and the largest value.
@@ -117,10 +117,6 @@ impl WorldReport {
         self.missing.add(frame.missing_blocks);
         self.missing_polygons_max = self.missing_polygons_max.max(frame.missing_polygons);
         self.fingerprint.add(frame.number, frame.fingerprint);
-    }
-
-    pub(super) fn finish(&mut self, counts: WalkCounts) {
-        self.counts = counts;
     }
 
     fn work_us(&self, quantile: f64) -> f64 {

@@ -101,11 +101,8 @@ impl Pipelines {
 
     /// Binds the resources of a pass with colours, and draws the sky.
     pub(super) fn begin(&self, pass: &mut wgpu::RenderPass<'_>, view: &wgpu::BindGroup) {
-        pass.set_bind_group(0, view, &[]);
-        let Some(sky) = &self.sky else { return };
-        pass.set_bind_group(2, &sky.paint, &[]);
-        pass.set_bind_group(3, &sky.shadow, &[]);
-        if sky.is_shown {
+        self.bind(pass, view);
+        if let Some(sky) = self.sky.as_ref().filter(|sky| sky.is_shown) {
             pass.set_pipeline(&sky.pipeline);
             pass.draw(0..3, 0..1);
         }

@@ -88,7 +88,7 @@ impl From<NotTaken> for Trouble {
 pub(crate) struct SessionFile {
     path: PathBuf,
     /// `None` if the lock could not be taken yet, because the first event creates the folder.
-    lock: Option<SessionLock>,
+    pub(super) lock: Option<SessionLock>,
     /// `None` until the first event creates the file.
     open: Option<OpenFile>,
     /// Number of bytes of the history that the file has.
@@ -415,16 +415,6 @@ impl SessionFile {
         if let Some(lock) = self.lock.take() {
             lock.leave();
         }
-    }
-
-    /// Removes and returns the lock, for another file of the same name.
-    pub(super) fn take_lock(&mut self) -> Option<SessionLock> {
-        self.lock.take()
-    }
-
-    /// Sets the lock, for example to the former file's lock.
-    pub(super) fn put_lock(&mut self, lock: Option<SessionLock>) {
-        self.lock = lock;
     }
 
     /// Closes the file, and removes it if no other program has changed it.

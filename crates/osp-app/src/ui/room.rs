@@ -127,12 +127,12 @@ fn screens(
 ) {
     let room = studio.room();
     ui.horizontal(|ui| {
-        ComboBox::from_id_salt("stereo").selected_text(room.stereo().name()).show_ui(ui, |ui| {
+        ComboBox::from_id_salt("stereo").selected_text(room.stereo.name()).show_ui(ui, |ui| {
             // Windows for each eye can only be opened at the start.
             let choices =
                 Stereo::ALL.iter().filter(|&&way| way != Stereo::Windows || rig.stereo == Stereo::Windows);
             for &way in choices {
-                if ui.selectable_label(room.stereo() == way, way.name()).clicked() {
+                if ui.selectable_label(room.stereo == way, way.name()).clicked() {
                     panel_commands.commands.push(Command::Stereo(way));
                 }
             }
@@ -145,9 +145,9 @@ fn screens(
             panel_commands.commands.push(Command::EyeSeparation(apart_mm * 0.001));
         }
     });
-    let mut swaps = room.swaps_eyes();
+    let mut swaps = room.swaps_eyes;
     ui.checkbox(&mut swaps, "swap the eyes");
-    if swaps != room.swaps_eyes() {
+    if swaps != room.swaps_eyes {
         panel_commands.commands.push(Command::SwapEyes(swaps));
     }
     let mut pattern = room.shows_pattern();

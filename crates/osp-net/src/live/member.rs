@@ -110,7 +110,7 @@ impl Member {
     /// Sets the estimated age of the session, which is used until the first own message comes back.
     pub(super) fn set_age(&mut self, age_secs: f64, now: Duration) {
         if let Some(outbox) = self.outbox.as_mut().filter(|outbox| outbox.author.is_none()) {
-            outbox.set_later_secs(age_secs - now.as_secs_f64());
+            outbox.later_secs = age_secs - now.as_secs_f64();
         }
     }
 
@@ -318,7 +318,7 @@ impl Member {
         if !had_joined {
             let session_secs = stamp_nanos.saturating_sub(first_nanos) as f64 / 1.0e9;
             self.later_secs = session_secs - now.as_secs_f64();
-            outbox.set_later_secs(self.later_secs);
+            outbox.later_secs = self.later_secs;
             self.news.push(News::Joined(author));
         } else if let Some(since) = answered.since {
             let took = now.saturating_sub(since).as_micros();
@@ -335,7 +335,7 @@ impl Member {
     /// Joins again, because other members have declared this member gone, or because somebody uses its sender number.
     fn join_again(&mut self, now: Duration) {
         if let Some(outbox) = &mut self.outbox {
-            outbox.set_later_secs(self.later_secs);
+            outbox.later_secs = self.later_secs;
             outbox.join_again(new_sender());
             (self.progress, self.is_crowded) = (now, false);
         }

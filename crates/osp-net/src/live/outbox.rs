@@ -95,7 +95,7 @@ pub(super) struct Outbox {
     attempt: u32,
     needs_new_ids: bool,
     /// The session's time minus this member's clock, seconds.
-    later_secs: f64,
+    pub(super) later_secs: f64,
     rate: OwnRate,
     /// Largest size of a message, bytes.
     limit_bytes: usize,
@@ -138,10 +138,6 @@ impl Outbox {
 
     pub(super) fn set_limit_bytes(&mut self, bytes: usize) {
         self.limit_bytes = bytes.min(packet::MAX_BYTES);
-    }
-
-    pub(super) fn set_later_secs(&mut self, later_secs: f64) {
-        self.later_secs = later_secs;
     }
 
     /// Adds this member's events, at a time of this member's clock.
