@@ -75,7 +75,7 @@ struct Engine {
 
 impl Engine {
     fn new(gpu: Gpu, view: &View) -> Self {
-        let device = gpu.device();
+        let device = &gpu.device;
         let matrix = bytemuck::bytes_of(&view.clip_from_world()).to_vec();
         let corners: Vec<[f32; 4]> = (0..QUADS).flat_map(quad).map(|p| p.extend(1.0).to_array()).collect();
         let buffer = |contents: &[u8], usage| {
@@ -143,7 +143,7 @@ impl Engine {
 
     /// Draws the visible polygons, and reads the picture back, RGBA.
     fn draw(&self, visible: &VisibleBlocks) -> Result<Vec<u8>, Box<dyn Error>> {
-        let (device, draws) = (self.gpu.device(), draws(visible));
+        let (device, draws) = (&self.gpu.device, draws(visible));
         let bytes: Vec<u8> = draws.iter().flat_map(|draw| draw.as_bytes().to_vec()).collect();
         let indirect = device.create_buffer_init(&BufferInitDescriptor {
             label: None,
@@ -198,7 +198,7 @@ impl Engine {
             },
             self.picture.size(),
         );
-        self.gpu.queue().submit([encoder.finish()]);
+        self.gpu.queue.submit([encoder.finish()]);
         copy.slice(..).map_async(wgpu::MapMode::Read, |_| {});
         self.gpu.wait()?;
         println!("{} quads in {} draws", visible.len(), draws.len());

@@ -80,7 +80,8 @@ pub struct Culling {
     root: Aabb,
     pipeline: Pipeline,
     clock: StageClock,
-    stages: Stages,
+    /// The stages that are on.
+    pub stages: Stages,
     reindexed: Option<Reindexed>,
     picks: PickCounts,
     reaches: ReachCounts,
@@ -134,16 +135,6 @@ impl Culling {
     /// The root cube of the index.
     pub fn root(&self) -> Aabb {
         self.root
-    }
-
-    /// The stages that are on.
-    pub fn stages(&self) -> Stages {
-        self.stages
-    }
-
-    /// Turns stages on and off.
-    pub fn set_stages(&mut self, stages: Stages) {
-        self.stages = stages;
     }
 
     /// Largest number of occluders of a view; `None` without occlusion culling.

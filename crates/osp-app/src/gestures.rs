@@ -84,6 +84,7 @@ pub(super) enum Gesture {
 /// The state of the pointer and of modifier keys.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Gestures {
+    /// Position of the pointer, if it is over the window.
     pub(super) pointer: Option<Vec2>,
     pub(super) pressed_at: Vec2,
     /// Whether a finger has touched the screen. The window system then also reports a press of the pointer.
@@ -101,11 +102,6 @@ pub(super) struct Gestures {
 }
 
 impl Gestures {
-    /// Position of the pointer, if it is over the window.
-    pub(super) fn pointer(&self) -> Option<Vec2> {
-        self.pointer
-    }
-
     /// Whether a gesture is in progress.
     pub(super) fn is_dragging(&self) -> bool {
         self.gesture.is_some()

@@ -89,6 +89,7 @@ fn rest(missing: u64, kept_in: Option<&Path>) -> String {
 
 /// Reason for which a session was not saved.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum SaveError {
     /// The name does not end in `.ron`. Only such a file can be continued.
     #[error("{}: expected a name that ends in .ron", .0.display())]
@@ -98,12 +99,7 @@ pub enum SaveError {
     Held(OpenElsewhere),
     /// The file cannot be written.
     #[error("{}: {cause}", path.display())]
-    Failed {
-        /// The file.
-        path: PathBuf,
-        /// The reason.
-        cause: Trouble,
-    },
+    Failed { path: PathBuf, cause: Trouble },
 }
 
 impl Journal {
@@ -420,7 +416,7 @@ impl Journal {
                 return Ok(());
             }
         }
-        let own_lock = self.file.as_mut().filter(|_| is_own).and_then(SessionFile::take_lock);
+        let own_lock = self.file.as_mut().filter(|_| is_own).and_then(|file| file.lock.take());
         let lock = match own_lock.map_or_else(|| SessionLock::take(to), Ok) {
             Ok(lock) => lock,
             Err(NotTaken::Held(held)) => return Err(SaveError::Held(held)),
@@ -437,7 +433,7 @@ impl Journal {
             Ok(file) => file,
             Err(trouble) => {
                 if let Some(file) = self.file.as_mut().filter(|_| is_own) {
-                    file.put_lock(SessionLock::take(to).ok());
+                    file.lock = SessionLock::take(to).ok();
                 }
                 return Err(failed(trouble));
             }

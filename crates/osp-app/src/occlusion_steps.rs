@@ -150,7 +150,7 @@ impl OcclusionSteps {
 
     /// The tree of the step.
     pub fn tree(&self) -> Option<&ShadowStructure> {
-        self.shown.as_ref().map(|shown| shown.step.structure())
+        self.shown.as_ref().map(|shown| &shown.step.structure)
     }
 
     /// Describes the step in one line.
@@ -165,7 +165,7 @@ impl OcclusionSteps {
             shown.hidden.iter().filter(|id| visible.binary_search(id).is_ok()).count()
         };
         Some(StepCounts {
-            in_view: shown.view.in_view().len() as u64,
+            in_view: shown.view.in_view.len() as u64,
             hidden: shown.hidden.len() as u64,
             newly_hidden: (shown.hidden.len() - shown.hidden_before) as u64,
             visible: shown.visible.as_ref().map(|visible| sees(visible) as u64),
@@ -176,8 +176,8 @@ impl OcclusionSteps {
     pub fn occluders(&self) -> Vec<StepOccluder> {
         let Some(shown) = &self.shown else { return Vec::new() };
         let taken = shown.step.taken();
-        let eye = shown.view.window().eye_in_world();
-        let occluders = shown.view.occluders().iter().enumerate();
+        let eye = shown.view.window.eye_in_world();
+        let occluders = shown.view.occluders.iter().enumerate();
         let named = occluders.map(|(number, volume)| {
             let corners = volume.corners();
             let middle = corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
@@ -248,7 +248,7 @@ impl OcclusionSteps {
 impl ViewSteps {
     fn new(of: View, view: ShadowView, steps: ShadowSteps, planes: usize, scene: &Scene) -> Self {
         let step = view.step(&steps, planes);
-        let judges = steps.form() == ShadowForm::Paper && view.in_view().len() <= MAX_REFERENCE_POLYGONS;
+        let judges = steps.form == ShadowForm::Paper && view.in_view.len() <= MAX_REFERENCE_POLYGONS;
         let visible = judges.then(|| {
             let sights = view.sights(scene, REFERENCE).into_iter();
             let mut visible: Vec<PolygonId> =
@@ -267,11 +267,11 @@ impl ViewSteps {
     }
 
     fn find_hidden(&mut self, scene: &Scene) {
-        let before = self.step.structure().planes().checked_sub(1);
+        let before = self.step.structure.planes.checked_sub(1);
         let before = before.map(|planes| self.view.step(&self.steps, planes));
         let mut newly = Vec::new();
         self.hidden.clear();
-        for id in self.view.in_view().iter().copied().filter(|&id| is_there(scene, id)) {
+        for id in self.view.in_view.iter().copied().filter(|&id| is_there(scene, id)) {
             let bounds = scene.bounds(id);
             if before.as_ref().is_some_and(|before| before.hides(&bounds)) {
                 self.hidden.push(id);
@@ -284,7 +284,7 @@ impl ViewSteps {
     }
 
     fn draw(&self, scene: &Scene, bounds: &Aabb, out: &mut LineBatch) {
-        let eye = self.view.window().eye_in_world();
+        let eye = self.view.window.eye_in_world();
         let here = eye.as_vec3();
         // The planes are drawn to just beyond the model.
         let reach_m = f64::from((bounds.center() - here).length() + bounds.extent().length() * 0.5);
@@ -293,11 +293,11 @@ impl ViewSteps {
         }
         let far = |direction: &DVec3| (eye + direction.normalize_or_zero() * reach_m).as_vec3();
         let mut latest = None;
-        for node in self.step.structure().nodes() {
+        for node in &self.step.structure.nodes {
             match &node.holds {
                 ShadowHolds::Plane { number, cut: Some(cut), .. } => {
                     let corners = [here, far(&cut[0]), far(&cut[1])];
-                    if number + 1 == self.step.structure().planes() {
+                    if number + 1 == self.step.structure.planes {
                         latest = Some(corners);
                     } else {
                         out.line(corners[1], corners[2], PLANE, Depth::Through);
@@ -320,7 +320,7 @@ impl ViewSteps {
             draw_outlines(scene, wrong.filter(|&id| is_there(scene, id)), &Motion::STAY, VISIBLE, out);
         }
         let taken = self.step.taken();
-        for (number, occluder) in self.view.occluders().iter().enumerate() {
+        for (number, occluder) in self.view.occluders.iter().enumerate() {
             let corners: Vec<Vec3> = occluder.corners().iter().map(|v| (eye + *v).as_vec3()).collect();
             let is_taken = taken.binary_search(&number).is_ok();
             out.outline(&corners, if is_taken { TAKEN } else { NOT_TAKEN }, Depth::Through);

@@ -93,7 +93,7 @@ pub(super) struct Painter {
     /// Whether the animation is stopped.
     is_still: bool,
     /// Whether strokes far away are drawn with fewer polygons.
-    merges: bool,
+    pub(super) merges: bool,
     draw_ns: u64,
     /// The GPU culling method that the adapter refused last, and the reason.
     cannot_cull: Option<(GpuOcclusion, String)>,
@@ -118,7 +118,7 @@ impl Painter {
         let show = ShowPass::new(&gpu, surface.format());
         let pyramid = PyramidPass::new(&gpu, surface.format());
         let egui =
-            egui_wgpu::Renderer::new(gpu.device(), surface.format(), egui_wgpu::RendererOptions::default());
+            egui_wgpu::Renderer::new(&gpu.device, surface.format(), egui_wgpu::RendererOptions::default());
         let mut renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
         renderer.set_patient(true);
         gpu.check()?;
@@ -155,7 +155,7 @@ impl Painter {
     }
 
     pub(super) fn max_texture_side(&self) -> usize {
-        self.gpu.device().limits().max_texture_dimension_2d as usize
+        self.gpu.device.limits().max_texture_dimension_2d as usize
     }
 
     pub(super) fn resize(&mut self, width: u32, height: u32) {
@@ -202,7 +202,7 @@ impl Painter {
         // The textures are updated first, even if the frame fails, because egui sends each texture once.
         for (id, deltas) in panels.textures.set.drain() {
             for delta in &deltas {
-                self.egui.update_texture(self.gpu.device(), self.gpu.queue(), id, delta);
+                self.egui.update_texture(&self.gpu.device, &self.gpu.queue, id, delta);
             }
         }
         let freed = std::mem::take(&mut panels.textures.free);
@@ -259,7 +259,7 @@ impl Painter {
             Acquired::Lost => return Err(PaintError::SurfaceLost),
         };
         // The poll receives the times of earlier frames; an empty queue is no error.
-        let _ = self.gpu.device().poll(wgpu::PollType::Poll);
+        let _ = self.gpu.device.poll(wgpu::PollType::Poll);
         self.gpu.check()?;
         let times = self.panes.iter_mut().filter_map(|pane| {
             let times = pane.timer.take()?;
@@ -358,16 +358,11 @@ impl Painter {
         match (&self.over, studio.overlay()) {
             (Some(renderer), Some(over)) => {
                 let slot = pane.over.get_or_insert_with(|| renderer.create_view_slot());
-                renderer.prepare(slot, over.scene(), &view.view, &[Layer::plain(over.shown())]);
+                renderer.prepare(slot, &over.scene, &view.view, &[Layer::plain(&over.shown)]);
             }
             _ => pane.over = None,
         }
         Ok(())
-    }
-
-    /// Sets whether strokes far away are drawn with fewer polygons.
-    pub(super) fn set_merging(&mut self, merges: bool) {
-        self.merges = merges;
     }
 
     /// Uploads the user's strokes that the server of a shared session has not returned yet.
@@ -379,7 +374,7 @@ impl Painter {
         };
         let mut changes = Vec::new();
         let is_other = overlay.take_changes(&mut changes);
-        if self.over.is_none() && overlay.shown().is_empty() {
+        if self.over.is_none() && overlay.shown.is_empty() {
             return;
         }
         let is_new = self.over.is_none();
@@ -392,7 +387,7 @@ impl Painter {
             over.forget_from(0);
         }
         over.follow(&changes);
-        over.send(overlay.scene());
+        over.send(&overlay.scene);
     }
 
     fn show_frame(
@@ -407,9 +402,9 @@ impl Painter {
         let (width, height) = (frame.texture.width(), frame.texture.height());
         let screen =
             ScreenDescriptor { size_in_pixels: [width, height], pixels_per_point: panels.pixels_per_point };
-        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut commands =
-            self.egui.update_buffers(gpu.device(), gpu.queue(), &mut encoder, &panels.primitives, &screen);
+            self.egui.update_buffers(&gpu.device, &gpu.queue, &mut encoder, &panels.primitives, &screen);
         if self.walls.is_empty() {
             encode_panes(&self.renderer, self.over.as_ref(), &mut self.panes, &mut encoder);
         }
@@ -428,11 +423,11 @@ impl Painter {
         }
         commands.push(encoder.finish());
         let start = self.clock.start();
-        gpu.queue().submit(commands);
+        gpu.queue.submit(commands);
         if self.walls.is_empty() {
             note_submitted(&mut self.panes);
         }
-        gpu.queue().present(frame);
+        gpu.queue.present(frame);
         if self.panes.first().is_some_and(|pane| !pane.timer.is_available()) {
             self.draw_ns = self.clock.since(start).ns;
         }
@@ -443,7 +438,7 @@ impl Painter {
         if self.walls.is_empty() {
             return Ok(false);
         }
-        let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         encode_panes(&self.renderer, self.over.as_ref(), &mut self.panes, &mut encoder);
         let mut frames = Vec::new();
         for wall in &mut self.walls {
@@ -452,13 +447,13 @@ impl Painter {
             wall.draw(&mut encoder, &frame, studio.room(), shown.zip(views));
             frames.push(frame);
         }
-        self.gpu.queue().submit([encoder.finish()]);
+        self.gpu.queue.submit([encoder.finish()]);
         note_submitted(&mut self.panes);
         // Presenting on the walls waits for their displays. This window must not wait a second time in the same frame.
         let is_shown = !frames.is_empty();
         self.surface.set_waits(!is_shown);
         for frame in frames {
-            self.gpu.queue().present(frame);
+            self.gpu.queue.present(frame);
         }
         Ok(is_shown)
     }

@@ -42,8 +42,10 @@ pub struct RoomView {
 #[derive(Clone, Debug, Default)]
 pub struct Room {
     rig: Option<Rig>,
-    stereo: Stereo,
-    swaps_eyes: bool,
+    /// Arrangement of the pictures for the two eyes.
+    pub stereo: Stereo,
+    /// Whether the pictures of the two eyes are exchanged.
+    pub swaps_eyes: bool,
     shows_pattern: bool,
 }
 
@@ -56,26 +58,6 @@ impl Room {
     /// The rig; `None` for a plain window.
     pub fn rig(&self) -> Option<&Rig> {
         self.rig.as_ref()
-    }
-
-    /// Arrangement of the pictures for the two eyes.
-    pub fn stereo(&self) -> Stereo {
-        self.stereo
-    }
-
-    /// Sets the arrangement of the pictures for the two eyes.
-    pub fn set_stereo(&mut self, stereo: Stereo) {
-        self.stereo = stereo;
-    }
-
-    /// Whether the pictures of the two eyes are exchanged.
-    pub fn swaps_eyes(&self) -> bool {
-        self.swaps_eyes
-    }
-
-    /// Sets whether the pictures of the two eyes are exchanged.
-    pub fn set_swaps_eyes(&mut self, swaps: bool) {
-        self.swaps_eyes = swaps;
     }
 
     /// Sets the distance between the eyes, metres.

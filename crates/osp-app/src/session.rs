@@ -245,7 +245,7 @@ impl Session {
 
     /// Warnings of the reader of a replay, one line each.
     pub fn remarks(&self) -> &[String] {
-        self.replay().map_or(&[], Replay::remarks)
+        self.replay().map_or(&[], |replay| &replay.remarks[..])
     }
 
     /// Plays or pauses a replay. At the end, playing restarts from the first frame.
@@ -293,7 +293,7 @@ impl Session {
     /// The background colour: linear red, green, blue. It contrasts with the model; in a replay, with the finished
     /// model.
     pub fn background(&self) -> [f64; 3] {
-        self.replay().map_or_else(|| background_for(self.scene()), Replay::background)
+        self.replay().map_or_else(|| background_for(self.scene()), |replay| replay.background)
     }
 
     /// The model.
@@ -488,7 +488,7 @@ impl Session {
     pub(super) fn has_unread_events(&self) -> bool {
         match &self.source {
             #[cfg(feature = "live")]
-            Source::Live(live) => live.has_unread_events(),
+            Source::Live(live) => live.has_unread_events,
             _ => false,
         }
     }

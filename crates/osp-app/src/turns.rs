@@ -10,7 +10,8 @@ const MOST_TURNS: u32 = 8;
 /// Chooses the durations of turns.
 #[derive(Debug, Default)]
 pub(crate) struct Turns {
-    least: Duration,
+    /// The shortest duration of a turn.
+    pub(crate) least: Duration,
     /// The end of the last turn.
     ended: Option<Instant>,
 }
@@ -19,12 +20,6 @@ impl Turns {
     /// Turns of at least this duration.
     pub(crate) fn of(least: Duration) -> Self {
         Self { least, ended: None }
-    }
-
-    /// Sets the shortest duration of the turns.
-    #[cfg(feature = "live")]
-    pub(crate) fn set_least(&mut self, least: Duration) {
-        self.least = least;
     }
 
     /// Records the end of a turn.

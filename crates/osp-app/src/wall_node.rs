@@ -79,7 +79,7 @@ pub fn show_node(
     let screens =
         options.rig.screens.iter().filter(|screen| screen.name == options.screen).cloned().collect();
     let mut room = Room::new(Rig { screens, ..options.rig.clone() });
-    room.set_stereo(options.stereo);
+    room.stereo = options.stereo;
     let mut show = Show { node, room, is_over, tell, is_woken, display: None, failure: None };
     let outcome = event_loop.run_app(&mut show);
     if let Some(failure) = show.failure {
@@ -223,8 +223,8 @@ impl Display {
 
     /// Draws a frame, and waits until the GPU has finished it.
     fn draw(&mut self, node: &Node, room: &Room) -> Result<(), ShowError> {
-        self.renderer.follow(node.changes());
-        self.renderer.set_time(node.time_s());
+        self.renderer.follow(&node.changes);
+        self.renderer.set_time(node.time_s);
         self.renderer.send(node.scene());
         let of = |(eye, view): (_, &_)| RoomView {
             view: *view,
@@ -251,7 +251,7 @@ impl Display {
             })
             .collect();
         self.renderer.prepare_all(node.scene(), &mut eyes);
-        let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let eyes = self.eyes[..views.len()].iter_mut();
         let mut pictures: Vec<_> =
             eyes.map(|Picture { target, slot, timer, .. }| EyePicture { target, slot, timer }).collect();
@@ -268,7 +268,7 @@ impl Display {
             }
             *held = frame;
         }
-        self.gpu.queue().submit([encoder.finish()]);
+        self.gpu.queue.submit([encoder.finish()]);
         for picture in &mut self.eyes[..views.len()] {
             picture.timer.submitted();
             picture.slot.submitted();
@@ -307,7 +307,7 @@ impl Display {
     fn show(&mut self) -> bool {
         let is_whole = self.frames.iter().all(Option::is_some);
         for frame in self.frames.iter_mut().filter_map(Option::take) {
-            self.gpu.queue().present(frame);
+            self.gpu.queue.present(frame);
         }
         is_whole
     }

@@ -61,7 +61,7 @@ impl WallWindow {
     /// The pixels and colour channels of a view, if this window shows it.
     pub(super) fn area_of(&self, room: &Room, view: &RoomView) -> Option<(Area, Channels)> {
         let (Viewport(x, y, width, height), channels) = self.wall.place_of(room, view)?;
-        let (all_x, all_y) = self.surface.size();
+        let (all_x, all_y) = self.surface.size;
         let pixel = |part: f32, of: u32| (part * of as f32).round();
         let (left, upper) = (pixel(x, all_x), pixel(y, all_y));
         let (right, lower) = (pixel(x + width, all_x), pixel(y + height, all_y));
@@ -83,7 +83,7 @@ pub(super) fn create_surface(
 /// A new surface of a window, of the window's size.
 pub(super) fn window_surface(gpu: &Gpu, window: &Arc<Window>) -> Result<WindowSurface, RenderError> {
     let size = window.inner_size();
-    WindowSurface::new(gpu, create_surface(gpu.instance(), window)?, size.width, size.height)
+    WindowSurface::new(gpu, create_surface(&gpu.instance, window)?, size.width, size.height)
 }
 
 /// Begins a render pass that clears a window to black.

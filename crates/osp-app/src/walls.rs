@@ -85,7 +85,7 @@ impl Wall {
             part.screen == view.screen && (view.eye == Eye::Middle || part.output.shows(shown_at))
         })?;
         let channels = if part.output.eyes == Eyes::Both { view.channels } else { Channels::All };
-        Some((part.output.place_of(room.stereo(), shown_at), channels))
+        Some((part.output.place_of(room.stereo, shown_at), channels))
     }
 }
 
@@ -124,7 +124,7 @@ mod tests {
         let lower = |x: f32, width: f32| Some(Viewport(x, 0.5, width, 0.5));
         assert_eq!(places(&room, 0), [upper(0.0, 0.5), lower(0.0, 0.5), upper(0.5, 0.5), lower(0.5, 0.5)]);
         assert_eq!(places(&room, 1), [None, None, upper(0.0, 1.0), lower(0.0, 1.0)]);
-        room.set_swaps_eyes(true);
+        room.swaps_eyes = true;
         assert_eq!(places(&room, 0), [lower(0.0, 0.5), upper(0.0, 0.5), lower(0.5, 0.5), upper(0.5, 0.5)]);
     }
 
@@ -141,10 +141,10 @@ mod tests {
             views(room).iter().map(shown).collect()
         };
         assert_eq!(shown(&room), [[true, false], [false, true]]);
-        room.set_swaps_eyes(true);
+        room.swaps_eyes = true;
         assert_eq!(shown(&room), [[false, true], [true, false]]);
         // With one picture for both eyes, both projectors show it.
-        room.set_stereo(Stereo::Mono);
+        room.stereo = Stereo::Mono;
         assert_eq!(shown(&room), [[true, true]]);
     }
 
@@ -172,7 +172,7 @@ mod tests {
             format!("(name: \"r\", head: (0,0.5,0), stereo: Anaglyph, screens: [(name: \"a\", {LEFT})])");
         let mut room = room(&text);
         let before = views(&room);
-        room.set_swaps_eyes(true);
+        room.swaps_eyes = true;
         let after = views(&room);
         assert_eq!([before[0].channels, after[0].channels], [Channels::Red, Channels::Cyan]);
         assert_eq!(before[0].view, after[0].view);

@@ -260,7 +260,7 @@ impl App {
             let tracker = Tracker::open(address, &self.options.tracker_options, move || {
                 let _ = proxy.send_event(Wake);
             })?;
-            if let Some(address) = tracker.local_address() {
+            if let Some(address) = tracker.local_address {
                 studio.show_message(format!("listening to a tracker at udp://{address}"));
             }
             if let Some(warning) = address.warning(&self.options.tracker_options) {
@@ -345,7 +345,7 @@ impl App {
         };
         self.opening = None;
         let mut painter = painter?;
-        painter.set_merging(self.options.merges);
+        painter.merges = self.options.merges;
         if let Some(studio) = &mut self.studio {
             match open_walls(event_loop, studio, &window, &mut painter) {
                 Ok(remark) => remark.into_iter().for_each(|remark| studio.show_message(remark)),

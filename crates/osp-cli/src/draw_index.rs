@@ -125,7 +125,7 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
         picture.write(output.path()).map_err(|e| anyhow!("{}: {e}", output.path().display()))?;
     }
     for (panel, index) in panels.iter().zip(&args.index) {
-        let nodes = panel.structure.nodes();
+        let nodes = &panel.structure.nodes;
         if nodes.is_empty() {
             warn(&format!("warning: {} has no nodes to show", index.name()));
         }

@@ -82,8 +82,8 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
         OutputKind::Gif => film(&output, most_planes(&trees), args.every.unwrap_or(1) as usize, &picture)?,
         OutputKind::Dot => {
             let panel = &whole.panels[0];
-            let name = format!("{title}, {}", panel.step.form().name());
-            output.write(panel.step.structure().to_dot(&name).as_bytes())?;
+            let name = format!("{title}, {}", panel.step.form.name());
+            output.write(panel.step.structure.to_dot(&name).as_bytes())?;
         }
         _ => {
             output.check()?;
@@ -105,9 +105,9 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
         print_result(&format!(
             "{}, {}: {} planes, {} levels, hides {} of {} hidden polygons and {} visible ones -> {}",
             one_line(&title),
-            panel.step.form().name(),
-            thousands(panel.step.planes_in_all() as u64),
-            panel.step.structure().levels(),
+            panel.step.form.name(),
+            thousands(panel.step.planes_in_all as u64),
+            panel.step.structure.levels(),
             thousands(counts.hidden_culled as u64),
             thousands(look.hidden() as u64),
             thousands(counts.visible_culled as u64),

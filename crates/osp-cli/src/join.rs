@@ -36,7 +36,7 @@ const BETWEEN: Duration = Duration::from_millis(200);
 
 impl JoinArgs {
     fn recording(&self, address: &Address) -> anyhow::Result<SharedRecording> {
-        let session = address.session();
+        let session = &address.session;
         let path = self.file.clone().unwrap_or_else(|| PathBuf::from(format!("{session}.ron")));
         if let Some(played) = &self.play {
             ensure!(

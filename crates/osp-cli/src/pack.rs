@@ -67,7 +67,7 @@ pub(super) fn run(args: &PackArgs) -> anyhow::Result<Outcome> {
         "{}: {} polygons in {} blocks, {} objects, {}",
         one_line(&args.out),
         thousands(manifest.polygon_count()),
-        thousands(manifest.blocks().len() as u64),
+        thousands(manifest.blocks.len() as u64),
         thousands(manifest.object_count() as u64),
         HumanBytes(manifest.block_bytes()),
     ))?;

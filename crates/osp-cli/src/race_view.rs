@@ -62,28 +62,28 @@ impl RaceView {
 
 /// Returns the lines of the view on a terminal of this width.
 fn lines(race: &Race, race_of: &str, columns: usize) -> Vec<String> {
-    let frames = race.racers().first().map_or(0, |racer| racer.times_ns().len());
+    let frames = race.racers.first().map_or(0, |racer| racer.times_ns.len());
     let mut lines = vec![format!(
         "{}: {race_of}frame {} of {}, {} polygons",
-        one_line(race.recording()),
+        one_line(&race.recording),
         thousands(frames as u64),
-        thousands(race.frames()),
+        thousands(race.frames),
         thousands(race.present())
     )];
-    for racer in race.racers() {
-        let latest = racer.times_ns().last().map_or(0, |&ns| ns);
+    for racer in &race.racers {
+        let latest = racer.times_ns.last().map_or(0, |&ns| ns);
         let is_late = |ns: u64| ns > Racer::MOST_NS;
-        let frames = if racer.missed() == 1 { "frame" } else { "frames" };
-        let missed = format!("{} {frames} over 11.1 ms", thousands(racer.missed()));
-        let missed = if racer.missed() > 0 { red(&missed) } else { missed };
-        let longest = Racer::figure_ms(racer.longest_ns());
+        let frames = if racer.missed == 1 { "frame" } else { "frames" };
+        let missed = format!("{} {frames} over 11.1 ms", thousands(racer.missed));
+        let missed = if racer.missed > 0 { red(&missed) } else { missed };
+        let longest = Racer::figure_ms(racer.longest_ns);
         lines.push(String::new());
         lines.push(format!(
             "{}: {missed}, longest {longest} ms",
-            console::style(racer.name()).for_stderr().bold()
+            console::style(racer.name).for_stderr().bold()
         ));
         let digits = large(&format!("{:>FIGURE$}", Racer::figure_ms(latest)));
-        let strip = strip(racer.times_ns(), columns.saturating_sub(FIGURE * DIGIT + 5));
+        let strip = strip(&racer.times_ns, columns.saturating_sub(FIGURE * DIGIT + 5));
         for (row, (digits, strip)) in digits.iter().zip(strip).enumerate() {
             let digits = if is_late(latest) { red(digits) } else { digits.clone() };
             lines.push(format!("{digits}{} {strip}", if row + 1 == HEIGHT { "ms" } else { "  " }));

@@ -79,7 +79,7 @@ impl PainterPictures {
         Ok(Compared {
             painter: self.painter,
             polygons: polygons.len(),
-            stats: list.stats(),
+            stats: list.stats,
             times,
             by_depth,
             pixels: image.rgba().len() / 4,

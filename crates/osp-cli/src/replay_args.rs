@@ -302,26 +302,3 @@ impl PlayArgs {
         Ok(())
     }
 }
-
-impl ReplayArgs {
-    /// Returns the arguments of a replay that writes nothing.
-    pub(super) fn plain(play: PlayArgs) -> Self {
-        Self {
-            files: Vec::new(),
-            play,
-            csv: None,
-            chart: None,
-            json: false,
-            check: None,
-            pin: None,
-            verify_frames: 0,
-            force: false,
-            rig: RigPathArgs::none(),
-            world: WorldArgs::none(),
-            draw: None,
-            window: false,
-            paused: false,
-            trace: None,
-        }
-    }
-}

@@ -38,6 +38,14 @@ pub(super) struct ReplayContext<'a> {
     pub(super) progress: fn(frames: u64, name: &str) -> ProgressBar,
     /// Receives remarks about the session for the user.
     pub(super) remark: &'a mut dyn FnMut(&str),
+    pub(super) rig: Option<RigPath>,
+    /// The CSV file of the frames, with its path.
+    pub(super) csv: Option<(&'a Path, &'a mut CsvWriter<AtomicFile>)>,
+    /// Number of frames in which the culled polygons are compared with the hidden ones.
+    pub(super) verify_frames: u64,
+    /// Size of the pictures, if frames are also drawn.
+    #[cfg(feature = "render")]
+    pub(super) draw: Option<super::parsers::Size>,
 }
 
 /// A session that has been replayed.
@@ -63,58 +71,58 @@ pub(super) fn replay_file(
         basis: if is_pinned { AutoBasis::Work } else { AutoBasis::Time },
         progress: |frames, name| progress::bar(frames, "frames", name),
         remark: &mut |remark| warn(&format!("warning: {remark}")),
+        rig,
+        csv: csv.map(|csv| (args.csv.as_deref().unwrap_or(Path::new("-")), csv)),
+        verify_frames: args.verify_frames,
+        #[cfg(feature = "render")]
+        draw: args.draw,
     };
-    Ok(replay(args, file, rig, csv, context)?.report)
+    Ok(replay(&args.play, file, context)?.report)
 }
 
-/// Plays a session. Writes its frames to the CSV file, if there is one.
-pub(super) fn replay(
-    args: &ReplayArgs,
-    file: &Path,
-    rig: Option<RigPath>,
-    mut csv: Option<&mut CsvWriter<AtomicFile>>,
-    context: ReplayContext<'_>,
-) -> anyhow::Result<Replayed> {
-    let mut session = OpenSession::read_by(context.reader, file, &args.play.reading)?;
+/// Plays a session.
+pub(super) fn replay(play: &PlayArgs, file: &Path, context: ReplayContext<'_>) -> anyhow::Result<Replayed> {
+    let ReplayContext { rig, mut csv, .. } = context;
+    let mut session = OpenSession::read_by(context.reader, file, &play.reading)?;
     if context.reader == Reader::Thread {
         session = session.counted();
     }
     // Reads the session twice: first to measure its length and size, then to play it.
-    let (summary, _, read) = summarize(&mut session, args.play.pace);
+    let (summary, _, read) = summarize(&mut session, play.pace);
     session.notes().warnings.iter().for_each(|warning| (context.remark)(warning));
     let skipped = session.notes().skipped;
     if skipped > 0 {
         (context.remark)(&format!("{}: damaged parts skipped: {skipped}", file.display()));
     }
     read?;
-    args.play.reading.check_frames(file, &summary, args.play.pace)?;
-    if summary.frames <= 1 && summary.counts.points > 1 && args.play.pace == Pace::Recorded {
+    play.reading.check_frames(file, &summary, play.pace)?;
+    if summary.frames <= 1 && summary.counts.points > 1 && play.pace == Pace::Recorded {
         (context.remark)(&format!(
             "{}: its time stamps put everything into one frame; try --pace samples:16",
             file.display()
         ));
     }
 
-    let kinds = args.play.runs();
-    let settings = args.play.settings(&args.play.indexes())?;
-    let session = OpenSession::read_by(context.reader, file, &args.play.reading)?;
+    let kinds = play.runs();
+    let settings = play.settings(&play.indexes())?;
+    let session = OpenSession::read_by(context.reader, file, &play.reading)?;
     let format = session.format;
-    let camera = CameraPath::new(args.play.camera, session.header.camera, &summary.bounds);
+    let camera = CameraPath::new(play.camera, session.header.camera, &summary.bounds);
     let mut rig_report = rig.as_ref().map(RigReport::new);
-    let mut lanes = lanes(&args.play, context.basis, &kinds, &settings, &session.header, &summary);
+    let mut lanes = lanes(play, context.basis, &kinds, &settings, &session.header, &summary);
     if rig.is_some() {
         // More lanes measure the cost of a single view, for comparison. With occlusion culling, a lane stays at the
         // same view for several frames, because the cullers use data of the previous frames.
         let turn = if kinds.iter().any(|(_, method)| method.is_some()) { 16 } else { 1 };
-        let more = self::lanes(&args.play, context.basis, &kinds, &settings, &session.header, &summary);
+        let more = self::lanes(play, context.basis, &kinds, &settings, &session.header, &summary);
         lanes.extend(more.into_iter().map(|lane| lane.of_one_view(turn)));
     }
     let mut runs: Vec<RunReport> = Vec::new();
     for &(index, method) in &kinds {
         let mut run = RunReport::new(index.name(), summary.frames);
         run.occlusion = method.map(|method| OcclusionReport {
-            tests: (args.play.tests.node_test(), args.play.tests.score()),
-            ..OcclusionReport::new(method.name(), args.play.polygon_ns)
+            tests: (play.tests.node_test(), play.tests.score()),
+            ..OcclusionReport::new(method.name(), play.polygon_ns)
         });
         run.views = rig.as_ref().map(|_| ViewsReport::default());
         runs.push(run);
@@ -124,15 +132,14 @@ pub(super) fn replay(
     #[cfg(feature = "render")]
     let methods = kinds.iter().map(|(_, method)| *method);
     #[cfg(feature = "render")]
-    let mut drawing = args
+    let mut drawing = context
         .draw
         .map(|size| super::drawing::Drawing::new(size, methods.clone(), rig.as_ref()))
         .transpose()?;
-    let csv_name = || args.csv.as_deref().unwrap_or(Path::new("-")).display().to_string();
     let mut verified = 0;
     let progress = (context.progress)(summary.frames, &name);
-    let mut player = Player::new(session, args.play.pace);
-    if args.play.groups == GroupIndexing::Whole {
+    let mut player = Player::new(session, play.pace);
+    if play.groups == GroupIndexing::Whole {
         player = player.keeping_groups_whole();
     }
     let mut replay = Replay::new(player, camera, lanes);
@@ -154,12 +161,12 @@ pub(super) fn replay(
                 let one = of_one_view.get(i).and_then(Option::as_ref);
                 views.add(replay.rig_views(), replay.lanes()[i].pipeline(), frame, one);
             }
-            if let Some(csv) = &mut csv {
-                csv.write(&name, run, frame).with_context(csv_name)?;
+            if let Some((path, csv)) = &mut csv {
+                csv.write(&name, run, frame).with_context(|| path.display().to_string())?;
             }
         }
         // These frames are evenly spaced and include the last one.
-        if replay.frames() * args.verify_frames / summary.frames.max(1) > verified {
+        if replay.frames() * context.verify_frames / summary.frames.max(1) > verified {
             verified += 1;
             verify_frame(&replay, &replayed, &mut runs);
         }
@@ -181,10 +188,10 @@ pub(super) fn replay(
         points: counts.points,
         polygons: counts.polygons,
         frames: summary.frames,
-        pace: args.play.pace.to_string(),
+        pace: play.pace.to_string(),
         camera: match &rig_report {
-            Some(rig) => rig.camera(args.play.camera.name()),
-            None => args.play.camera.name().to_owned(),
+            Some(rig) => rig.camera(play.camera.name()),
+            None => play.camera.name().to_owned(),
         },
         rig: rig_report,
         runs,

@@ -74,7 +74,7 @@ pub(super) fn run(args: &ReplayArgs, address: &str, csv: Option<&Output>) -> any
             writeln!(file, "{line}").with_context(|| output.path().display().to_string())?;
         }
     }
-    report.finish(walk.counts());
+    report.counts = walk.counts();
     if let Some((output, file)) = table {
         output.commit(file)?;
     }
@@ -103,12 +103,12 @@ fn views(args: &ReplayArgs, world: &World) -> anyhow::Result<(String, Views)> {
     }
     let frames = frames.unwrap_or(FRAMES);
     if camera == CameraChoice::Auto {
-        let flight = Flight::new(&world.bounds(), *seed, speed.map(|speed| speed / FRAMES_A_SECOND), *far);
+        let flight = Flight::new(&world.bounds, *seed, speed.map(|speed| speed / FRAMES_A_SECOND), *far);
         return Ok((format!("flight with seed {seed}"), Box::new(flight.take(frames as usize))));
     }
     ensure!(camera != CameraChoice::Follow, "--camera follow needs --path: a world has no hand");
     ensure!(speed.is_none(), "--speed: expected --camera auto, the synthetic flight");
-    let path = CameraPath::new(camera, None, &world.bounds());
+    let path = CameraPath::new(camera, None, &world.bounds);
     let view = move |frame| not_beyond(path.view(&Moment { frame, ..Moment::default() }));
     Ok((camera.name().to_owned(), Box::new((0..frames).map(view))))
 }
@@ -116,7 +116,7 @@ fn views(args: &ReplayArgs, world: &World) -> anyhow::Result<(String, Views)> {
 /// Returns the views of a session's recorded head. Ignores its strokes.
 fn recorded(args: &ReplayArgs, file: &Path, world: &World, most: u64) -> anyhow::Result<Vec<View>> {
     let session = OpenSession::open(file, &args.play.reading)?;
-    let camera = CameraPath::new(args.play.camera, session.header.camera, &world.bounds());
+    let camera = CameraPath::new(args.play.camera, session.header.camera, &world.bounds);
     let mut pacer = Pacer::new(session, args.play.pace);
     let (mut events, mut moment, mut views) = (Vec::new(), Moment::default(), Vec::new());
     let mut has_head = false;

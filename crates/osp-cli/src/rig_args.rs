@@ -72,18 +72,13 @@ impl RigArgs {
             None => osp_app::Room::default(),
         };
         if let Some(stereo) = self.stereo {
-            room.set_stereo(stereo);
+            room.stereo = stereo;
         }
         Ok(room)
     }
 }
 
 impl RigPathArgs {
-    /// Returns the arguments without a rig: one eye, one screen.
-    pub(super) const fn none() -> Self {
-        Self { screens: RigArgs { rig: None, stereo: None }, room: RoomMotion::Follows }
-    }
-
     /// Returns the rig at the start of a replay. `None` without a rig.
     pub(super) fn path(&self) -> anyhow::Result<Option<RigPath>> {
         let Some((rig, stereo)) = self.screens.open()? else {

@@ -56,9 +56,9 @@ pub(super) fn run(args: &SendArgs) -> anyhow::Result<Outcome> {
         thousands(sender.packets),
         start.elapsed().as_secs_f64()
     ))?;
-    if encoder.left_out() > 0 {
+    if encoder.left_out > 0 {
         let what = "events were not sent, because a tracker cannot send them (moved strokes, groups, finished polygons)";
-        warn(&format!("warning: {} {what}", thousands(encoder.left_out())));
+        warn(&format!("warning: {} {what}", thousands(encoder.left_out)));
     }
     if sender.refused > 0 {
         warn(&format!(

@@ -69,7 +69,7 @@ impl SketchArgs {
         let Some(path) = &self.file else {
             return Ok(Start::with(Session::joining(join()?, autosaves)?, Opened::default()));
         };
-        let (unjoined, opened) = Unjoined::open(path, address.session(), autosaves, self.limits.limits())?;
+        let (unjoined, opened) = Unjoined::open(path, &address.session, autosaves, self.limits.limits())?;
         Ok(Start::with(unjoined.join(join()?), opened))
     }
 }

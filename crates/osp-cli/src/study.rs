@@ -14,7 +14,7 @@ use super::{
     outcome::Outcome,
     output::{print_result, warn},
     progress,
-    replay_args::{PlayArgs, ReplayArgs},
+    replay_args::PlayArgs,
     replay_session::{ReplayContext, Replayed, replay},
     session::Reader,
     study_contents::Contents,
@@ -156,8 +156,13 @@ impl Study<'_> {
             basis: AutoBasis::Work,
             progress: |_, _| ProgressBar::hidden(),
             remark: &mut |remark| line.remarks.push(remark.to_owned()),
+            rig: None,
+            csv: None,
+            verify_frames: 0,
+            #[cfg(feature = "render")]
+            draw: None,
         };
-        let replayed = replay(&ReplayArgs::plain(self.play.clone()), path, None, None, context);
+        let replayed = replay(self.play, path, context);
         // If the file changed during the measurement, the hash is not that of the measured contents.
         let is_the_same = Contents::of(path).is_ok_and(|now| now == contents);
         ensure!(is_the_same, "{}: the session changed during the measurement", path.display());

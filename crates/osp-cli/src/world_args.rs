@@ -73,23 +73,6 @@ pub(super) struct WorldArgs {
 }
 
 impl WorldArgs {
-    /// Returns the arguments without a world.
-    pub(super) fn none() -> Self {
-        Self {
-            world: None,
-            memory: 1 << 30,
-            wait: false,
-            path: None,
-            frames: None,
-            seed: 1,
-            speed: None,
-            far: None,
-            prefetch: 0,
-            rate: 0,
-            loaders: 1,
-        }
-    }
-
     /// Returns the folder of the world. `None` for an address.
     pub(super) fn folder(&self) -> Option<PathBuf> {
         self.world.as_ref().filter(|world| !world.contains("://")).map(PathBuf::from)

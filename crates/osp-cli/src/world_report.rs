@@ -38,7 +38,7 @@ pub(super) struct WorldReport {
     missing: Part,
     missing_polygons_max: u64,
     fingerprint: SessionFingerprint,
-    counts: WalkCounts,
+    pub(super) counts: WalkCounts,
 }
 
 /// Statistics of a value: the number of frames with a value above 0, the sum, and the largest value.
@@ -63,8 +63,8 @@ impl WorldReport {
         "world,frame,blocks,visible,late_blocks,missing_blocks,missing_polygons,work_us,wait_us,fingerprint";
 
     pub(super) fn new(address: &str, world: &World, options: &WorldArgs, camera: String) -> Self {
-        let manifest = world.manifest();
-        let sources = manifest.sources().iter().map(|source| match source.copies {
+        let manifest = &world.manifest;
+        let sources = manifest.sources.iter().map(|source| match source.copies {
             1 => source.name.clone(),
             copies => format!("{} ({copies} times)", source.name),
         });
@@ -73,7 +73,7 @@ impl WorldReport {
             camera,
             options: options.clone(),
             polygons: manifest.polygon_count(),
-            blocks: manifest.blocks().len() as u64,
+            blocks: manifest.blocks.len() as u64,
             objects: manifest.object_count() as u64,
             sources: sources.collect(),
             map_bytes: world.bytes() as u64,
@@ -117,10 +117,6 @@ impl WorldReport {
         self.missing.add(frame.missing_blocks);
         self.missing_polygons_max = self.missing_polygons_max.max(frame.missing_polygons);
         self.fingerprint.add(frame.number, frame.fingerprint);
-    }
-
-    pub(super) fn finish(&mut self, counts: WalkCounts) {
-        self.counts = counts;
     }
 
     fn work_us(&self, quantile: f64) -> f64 {

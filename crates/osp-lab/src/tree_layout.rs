@@ -6,7 +6,8 @@
 pub struct TreeLayout {
     /// For each node, the smallest and the largest horizontal position of its subtree, and the node's level.
     spans: Vec<(f32, f32, u32)>,
-    places: usize,
+    /// Number of leaves.
+    pub places: usize,
     margin: f32,
     step: (f32, f32),
 }
@@ -43,11 +44,6 @@ impl TreeLayout {
         Self { spans, places, margin, step }
     }
 
-    /// Number of leaves.
-    pub fn places(&self) -> usize {
-        self.places
-    }
-
     /// Distance between two neighbouring leaves, pixels.
     pub fn step_x(&self) -> f32 {
         self.step.0
@@ -70,7 +66,7 @@ mod tests {
     fn a_node_stands_in_the_middle_above_those_below_it() {
         let nodes = [(None, 0), (Some(0), 1), (Some(1), 2), (Some(1), 2), (Some(0), 1)];
         let layout = TreeLayout::new(nodes.into_iter(), (320, 320), 10.0);
-        assert_eq!((layout.places(), layout.step_x()), (3, 100.0));
+        assert_eq!((layout.places, layout.step_x()), (3, 100.0));
         let at: Vec<_> = (0..nodes.len()).map(|node| layout.pixel(node)).collect();
         assert_eq!(at, [(185, 60), (110, 160), (60, 260), (160, 260), (260, 160)]);
     }

@@ -85,7 +85,7 @@ impl Verifier {
             let mut figures = rows.of(PART, recording, "pvs (sampled)");
             found(&mut figures, totals);
             figures.value("query", "us", totals.mean(totals.query_ns) / 1000.0);
-            let (cells, side_m, samples) = (pvs.cells().len(), pvs.cells().side_m, pvs.samples());
+            let (cells, side_m, samples) = (pvs.cells.len(), pvs.cells.side_m, &pvs.samples);
             let bytes = pvs.bytes();
             rows.note(
                 PART,

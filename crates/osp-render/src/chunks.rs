@@ -12,14 +12,15 @@ pub(super) const FIRST_LEN: usize = 1 << 12;
 #[derive(Debug)]
 pub(super) struct Chunks {
     /// Capacity of a chunk, polygons: a multiple of [`CLUSTER`].
-    len: usize,
-    buffers: Vec<wgpu::Buffer>,
+    pub(super) len: usize,
+    /// The chunks, in the order of the polygons' numbers.
+    pub(super) buffers: Vec<wgpu::Buffer>,
     /// For each chunk, whether its memory is freed. The placeholder then replaces its buffer.
     is_free: Vec<bool>,
     pages: Vec<wgpu::BindGroup>,
     /// Bound in place of chunks that are freed or do not exist.
     placeholder: wgpu::Buffer,
-    layout: wgpu::BindGroupLayout,
+    pub(super) layout: wgpu::BindGroupLayout,
 }
 
 impl Chunks {
@@ -32,7 +33,7 @@ impl Chunks {
             is_free: Vec::new(),
             pages: Vec::new(),
             placeholder: create(gpu, 1),
-            layout: descriptors::bind_layout(gpu.device(), "polygon chunks", &[chunk; CHUNKS_A_PAGE]),
+            layout: descriptors::bind_layout(&gpu.device, "polygon chunks", &[chunk; CHUNKS_A_PAGE]),
         }
     }
 
@@ -47,20 +48,6 @@ impl Chunks {
             placeholder,
             layout,
         }
-    }
-
-    pub(super) fn layout(&self) -> &wgpu::BindGroupLayout {
-        &self.layout
-    }
-
-    /// Capacity of a chunk, polygons.
-    pub(super) fn len(&self) -> usize {
-        self.len
-    }
-
-    /// The chunks, in the order of the polygons' numbers.
-    pub(super) fn buffers(&self) -> &[wgpu::Buffer] {
-        &self.buffers
     }
 
     /// The bind group of a page, which consists of [`CHUNKS_A_PAGE`] consecutive chunks; `None` if the page does not
@@ -90,7 +77,7 @@ impl Chunks {
         if self.is_free[chunk] {
             self.put(gpu, chunk, create(gpu, self.len), false);
         }
-        gpu.queue().write_buffer(
+        gpu.queue.write_buffer(
             &self.buffers[chunk],
             at as u64 * PolygonRecord::SIZE,
             bytemuck::cast_slice(records),
@@ -124,9 +111,9 @@ impl Chunks {
             return;
         }
         let larger = create(gpu, polygons);
-        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
         encoder.copy_buffer_to_buffer(first, 0, &larger, 0, first.size());
-        gpu.queue().submit([encoder.finish()]);
+        gpu.queue.submit([encoder.finish()]);
         self.put(gpu, 0, larger, false);
     }
 
@@ -135,13 +122,13 @@ impl Chunks {
             let chunk = self.buffers.get(page * CHUNKS_A_PAGE + i);
             chunk.unwrap_or(&self.placeholder).as_entire_binding()
         });
-        descriptors::bind_group(gpu.device(), "polygon page", &self.layout, &chunks)
+        descriptors::bind_group(&gpu.device, "polygon page", &self.layout, &chunks)
     }
 }
 
 fn create(gpu: &Gpu, polygons: usize) -> wgpu::Buffer {
     descriptors::buffer(
-        gpu.device(),
+        &gpu.device,
         "polygon chunk",
         polygons as u64 * PolygonRecord::SIZE,
         wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,

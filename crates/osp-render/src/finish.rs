@@ -32,7 +32,7 @@ pub(super) struct Finish {
 
 impl Finish {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        let device = gpu.device();
+        let device = &gpu.device;
         let module = descriptors::module(device, "finish", shaders::FINISH);
         let stage = wgpu::ShaderStages::FRAGMENT;
         let texture = (stage, descriptors::texture(wgpu::TextureSampleType::Float { filterable: true }));
@@ -93,7 +93,7 @@ impl Finish {
                 from = source;
             }
         }
-        let mut pass = begin(encoder, target.picture_view(), stamps);
+        let mut pass = begin(encoder, &target.picture_view, stamps);
         pass.set_pipeline(if spreads { &self.spread } else { &self.cut_off });
         pass.set_bind_group(0, &of_target.resolved, &[]);
         if spreads {
@@ -110,7 +110,7 @@ impl Finish {
     fn bind(&self, gpu: &Gpu, target: &Target) -> Octaves {
         let source = |view: &wgpu::TextureView| {
             descriptors::bind_group(
-                gpu.device(),
+                &gpu.device,
                 "source",
                 &self.source_layout,
                 &[wgpu::BindingResource::TextureView(view), wgpu::BindingResource::Sampler(&self.sampler)],
@@ -120,24 +120,24 @@ impl Finish {
             let width = (height as f32 * target.aspect()).round() as u32;
             let size = (width.clamp(1, 1 << 12), height);
             let usage = descriptors::DRAWN_AND_READ;
-            let view = |()| descriptors::image(gpu.device(), "octave", COLOR_FORMAT, 1, usage, size);
+            let view = |()| descriptors::image(&gpu.device, "octave", COLOR_FORMAT, 1, usage, size);
             let views = [(); 2].map(view);
             let sources = [source(&views[0]), source(&views[1])];
             Octave { size, views, sources }
         });
         let resources: Vec<_> =
             octaves.iter().map(|octave| wgpu::BindingResource::TextureView(&octave.views[0])).collect();
-        let all = descriptors::bind_group(gpu.device(), "octaves", &self.octaves_layout, &resources);
+        let all = descriptors::bind_group(&gpu.device, "octaves", &self.octaves_layout, &resources);
         let samples = || {
             descriptors::bind_group(
-                gpu.device(),
+                &gpu.device,
                 "samples",
                 &self.samples_layout,
-                &[wgpu::BindingResource::TextureView(target.samples())],
+                &[wgpu::BindingResource::TextureView(&target.samples)],
             )
         };
         let samples = gpu.reads_samples().then(samples);
-        Octaves { resolved: source(target.resolved()), octaves, all, samples }
+        Octaves { resolved: source(&target.resolved), octaves, all, samples }
     }
 }
 

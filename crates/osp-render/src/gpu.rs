@@ -12,10 +12,14 @@ pub(super) const STORAGE_BUFFERS: u32 = CHUNKS_A_PAGE as u32 + 1;
 /// A graphics adapter with its device and queue.
 #[derive(Debug)]
 pub struct Gpu {
-    instance: wgpu::Instance,
-    adapter: wgpu::Adapter,
-    device: wgpu::Device,
-    queue: wgpu::Queue,
+    /// The instance, for making surfaces.
+    pub instance: wgpu::Instance,
+    /// The adapter.
+    pub adapter: wgpu::Adapter,
+    /// The device.
+    pub device: wgpu::Device,
+    /// The queue.
+    pub queue: wgpu::Queue,
     fault: Arc<Mutex<Option<Fault>>>,
     pub(super) samples_in_place: OnceLock<bool>,
 }
@@ -132,26 +136,6 @@ impl Gpu {
         self.samples_in_place.get().copied()
     }
 
-    /// The instance, for making surfaces.
-    pub fn instance(&self) -> &wgpu::Instance {
-        &self.instance
-    }
-
-    /// The adapter.
-    pub fn adapter(&self) -> &wgpu::Adapter {
-        &self.adapter
-    }
-
-    /// The device.
-    pub fn device(&self) -> &wgpu::Device {
-        &self.device
-    }
-
-    /// The queue.
-    pub fn queue(&self) -> &wgpu::Queue {
-        &self.queue
-    }
-
     /// Checks whether the device still works.
     ///
     /// # Errors
@@ -165,9 +149,6 @@ impl Gpu {
     }
 
     /// Waits until the GPU has done all submitted work.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn wait(&self) -> Result<(), RenderError> {
         let outcome = self.device.poll(wgpu::PollType::wait_indefinitely());
         self.check()?;

@@ -40,7 +40,7 @@ pub(super) struct GpuScene {
     /// Number of polygons that the scene had freed at the last [`GpuScene::flush`].
     free_unreachable: u64,
     /// Number of polygons on the GPU.
-    uploaded: usize,
+    pub(super) uploaded: usize,
     /// A bit for each uploaded polygon that has moved since its upload.
     moved: Vec<u64>,
     any_moved: bool,
@@ -51,9 +51,9 @@ pub(super) struct GpuScene {
     /// A bit for each additive polygon.
     additive: Vec<u64>,
     /// Whether a brush has painted any polygon.
-    has_brushes: bool,
+    pub(super) has_brushes: bool,
     /// Whether any brush is animated.
-    is_animated: bool,
+    pub(super) is_animated: bool,
     scratch: Vec<PolygonRecord>,
     colors: Colors,
     /// `None` before [`GpuScene::want_merged`].
@@ -92,21 +92,21 @@ impl GpuScene {
     }
 
     pub(super) fn layout(&self) -> &wgpu::BindGroupLayout {
-        self.chunks.layout()
+        &self.chunks.layout
     }
 
     pub(super) fn chunk_len(&self) -> usize {
-        self.chunks.len()
+        self.chunks.len
     }
 
     /// The chunks, in the order of the polygons' numbers.
     pub(super) fn chunks(&self) -> &[wgpu::Buffer] {
-        self.chunks.buffers()
+        &self.chunks.buffers
     }
 
     /// Number of polygons of a page. A draw call draws polygons of a single page.
     pub(super) fn page_len(&self) -> usize {
-        self.chunks.len() * CHUNKS_A_PAGE
+        self.chunks.len * CHUNKS_A_PAGE
     }
 
     /// Largest number of polygons of a draw call.
@@ -139,10 +139,6 @@ impl GpuScene {
         }
     }
 
-    pub(super) fn uploaded(&self) -> usize {
-        self.uploaded
-    }
-
     /// Bytes reserved on the GPU.
     pub(super) fn bytes(&self) -> u64 {
         self.chunks.bytes() + self.merged.as_ref().map_or(0, MergedQuads::bytes)
@@ -152,16 +148,6 @@ impl GpuScene {
     pub(super) fn classes_of(&self, first: usize) -> Classes {
         let of = |words: &[u64]| words.get(first / bits::WORD).copied().unwrap_or(0);
         Classes { transparent: of(&self.transparent), additive: of(&self.additive) }
-    }
-
-    /// Whether an animated brush has painted any polygon.
-    pub(super) fn is_animated(&self) -> bool {
-        self.is_animated
-    }
-
-    /// Whether a brush has painted any polygon.
-    pub(super) fn has_brushes(&self) -> bool {
-        self.has_brushes
     }
 
     /// Records polygons that have moved or whose paint has changed. [`GpuScene::flush`] finds new polygons by their
@@ -338,7 +324,7 @@ fn indices_bytes(polygons: usize) -> u64 {
 fn create_indices(gpu: &Gpu, polygons: usize) -> wgpu::Buffer {
     let of = |polygon: u32| [0, 1, 2, 0, 2, 3].map(|corner| polygon * CORNERS + corner);
     let indices: Vec<[u32; INDICES as usize]> = (0..polygons as u32).map(of).collect();
-    gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
+    gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some("indices"),
         contents: bytemuck::cast_slice(&indices),
         usage: wgpu::BufferUsages::INDEX,

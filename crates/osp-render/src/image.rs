@@ -89,9 +89,6 @@ impl Image {
     }
 
     /// Writes the picture as PNG. The file is written completely or not at all.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub fn write_png(&self, path: &Path) -> Result<(), RenderError> {
         let write = |out: &mut dyn io::Write| {
             let mut encoder = png::Encoder::new(out, self.width, self.height);

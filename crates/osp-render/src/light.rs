@@ -100,7 +100,7 @@ pub(super) struct LightPass {
 
 impl LightPass {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        let device = gpu.device();
+        let device = &gpu.device;
         let stage = wgpu::ShaderStages::FRAGMENT;
         let depth = (stage, descriptors::samples(wgpu::TextureSampleType::Depth));
         let light = (stage, descriptors::samples(wgpu::TextureSampleType::Float { filterable: false }));
@@ -136,15 +136,15 @@ impl LightPass {
             let (width, height) = target.size();
             let size = (width.div_ceil(2), height.div_ceil(2));
             let view =
-                |label, format, usage| descriptors::image(gpu.device(), label, format, SAMPLES, usage, size);
+                |label, format, usage| descriptors::image(&gpu.device, label, format, SAMPLES, usage, size);
             let samples = view("samples of light", COLOR_FORMAT, descriptors::DRAWN_AND_READ);
             let of = wgpu::BindingResource::TextureView;
             let group = |label, layout, resources: &[wgpu::BindingResource<'_>]| {
-                descriptors::bind_group(gpu.device(), label, layout, resources)
+                descriptors::bind_group(&gpu.device, label, layout, resources)
             };
             HalfImages {
                 depth: view("depth of light", DEPTH_FORMAT, wgpu::TextureUsages::RENDER_ATTACHMENT),
-                scene_depth: group("depth of the picture", &self.depth_layout, &[of(target.depth())]),
+                scene_depth: group("depth of the picture", &self.depth_layout, &[of(&target.depth)]),
                 light: group("light", &self.light_layout, &[of(&samples)]),
                 samples,
             }

@@ -117,7 +117,7 @@ pub struct LinePass {
 impl LinePass {
     /// A pass with nothing to draw.
     pub fn new(gpu: &Gpu) -> Self {
-        let device = gpu.device();
+        let device = &gpu.device;
         let module = descriptors::module(device, "line", shaders::LINE);
         let uniform = descriptors::uniform(size_of::<Uniforms>() as u64);
         let bind_layout = descriptors::bind_layout(device, "lines", &[(wgpu::ShaderStages::VERTEX, uniform)]);
@@ -149,7 +149,7 @@ impl LinePass {
             clip_from_eye: from_eye.clip_from_world().to_cols_array_2d(),
             eye_in_world: view.eye_in_world.extend(1.0).to_array(),
         };
-        gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
+        gpu.queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
         let lists = [&batch.faces, &batch.hidden, &batch.through];
         self.counts = lists.map(|list| list.len() as u32);
         let total: usize = lists.iter().map(|list| list.len()).sum();
@@ -159,7 +159,7 @@ impl LinePass {
         }
         let mut offset = 0;
         for list in lists.into_iter().filter(|list| !list.is_empty()) {
-            gpu.queue().write_buffer(&self.vertices, offset, bytemuck::cast_slice(list));
+            gpu.queue.write_buffer(&self.vertices, offset, bytemuck::cast_slice(list));
             offset += size_of_val(&list[..]) as u64;
         }
     }
@@ -181,7 +181,7 @@ impl LinePass {
 
 fn create_vertices(gpu: &Gpu, count: usize) -> wgpu::Buffer {
     descriptors::buffer(
-        gpu.device(),
+        &gpu.device,
         "lines",
         (count * size_of::<Vertex>()) as u64,
         wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,

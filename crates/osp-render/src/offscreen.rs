@@ -81,7 +81,7 @@ impl Offscreen {
         let target = Target::new(&gpu, width, height)?;
         let timer = GpuTimer::new(&gpu);
         let renderer = Renderer::new(gpu, config);
-        renderer.gpu().check()?;
+        renderer.gpu.check()?;
         let slot = renderer.create_view_slot();
         let sights = vec![Sight { slot, target, timer }];
         Ok(Self { renderer, sights, last: 0, clock: StageClock::default() })
@@ -93,15 +93,15 @@ impl Offscreen {
     /// # Errors
     /// A side is zero or longer than the adapter allows.
     pub fn add_view(&mut self, width: u32, height: u32) -> Result<usize, RenderError> {
-        let target = Target::new(self.renderer.gpu(), width, height)?;
-        let timer = GpuTimer::new(self.renderer.gpu());
+        let target = Target::new(&self.renderer.gpu, width, height)?;
+        let timer = GpuTimer::new(&self.renderer.gpu);
         self.sights.push(Sight { slot: self.renderer.create_view_slot(), target, timer });
         Ok(self.sights.len() - 1)
     }
 
     /// The adapter and device.
     pub fn gpu(&self) -> &Gpu {
-        self.renderer.gpu()
+        &self.renderer.gpu
     }
 
     /// Width divided by height of the first view's pictures.
@@ -201,9 +201,6 @@ impl Offscreen {
 
     /// Draws a frame of the first view and waits for the GPU. A view whose aspect differs from the picture's is
     /// stretched; see [`View::with_aspect`].
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn draw(
         &mut self,
         scene: &Scene,
@@ -214,9 +211,6 @@ impl Offscreen {
     }
 
     /// Draws a frame of view number `number`; see [`Offscreen::draw`].
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     ///
     /// # Panics
     /// The view does not exist.
@@ -233,9 +227,6 @@ impl Offscreen {
     /// Draws a frame of several views, such as the eyes of a headset, in one submission, and waits for the GPU. Each
     /// view comes with its number and its layers; no number may occur twice. Returns the sums over the views.
     ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
-    ///
     /// # Panics
     /// A view does not exist.
     pub fn draw_views(
@@ -243,11 +234,11 @@ impl Offscreen {
         scene: &Scene,
         views: &[(usize, &View, &[Layer<'_>])],
     ) -> Result<DrawTimes, RenderError> {
-        let gpu = Arc::clone(self.renderer.gpu());
+        let gpu = Arc::clone(&self.renderer.gpu);
         let mut times = DrawTimes::default();
         let stage = self.clock.start();
         times.polygon_bytes = self.renderer.send(scene);
-        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut sights: Vec<_> = self.sights.iter_mut().map(Some).collect();
         let (mut eyes, mut timed) = (Vec::new(), Vec::new());
         for &(number, view, layers) in views {
@@ -272,7 +263,7 @@ impl Offscreen {
         times.prepare = self.clock.since(stage);
 
         let stage = self.clock.start();
-        gpu.queue().submit([commands]);
+        gpu.queue.submit([commands]);
         gpu.wait()?;
         times.draw = self.clock.since(stage);
 
@@ -308,9 +299,6 @@ impl Offscreen {
     }
 
     /// Overdraw of the opaque polygons of the last frame, in their order.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn count_overdraw(&mut self) -> Result<Overdraw, RenderError> {
         self.renderer.count_overdraw(&self.sights[0].target, &self.sights[0].slot)
     }
@@ -322,9 +310,6 @@ impl Offscreen {
 
     /// Draws a painter's list in the first view and waits for the GPU. Each part is drawn over the parts before it,
     /// without a depth test. Parts are opaque, in the plain colour of their polygon.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn draw_parts(
         &mut self,
         scene: &Scene,
@@ -333,49 +318,37 @@ impl Offscreen {
     ) -> Result<DrawTimes, RenderError> {
         self.last = 0;
         let Sight { slot, target, .. } = &mut self.sights[0];
-        let gpu = Arc::clone(self.renderer.gpu());
+        let gpu = Arc::clone(&self.renderer.gpu);
         let stage = self.clock.start();
         let polygon_bytes = self.renderer.send(scene);
         self.renderer.prepare_parts(slot, view);
-        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let draw_calls = self.renderer.encode_parts(&mut encoder, target, slot, list);
         let commands = encoder.finish();
         let prepare = self.clock.since(stage);
         let stage = self.clock.start();
-        gpu.queue().submit([commands]);
+        gpu.queue.submit([commands]);
         gpu.wait()?;
         let draw = self.clock.since(stage);
         Ok(DrawTimes { prepare, draw, polygon_bytes, draw_calls, ..DrawTimes::default() })
     }
 
     /// Reads back the depth pyramid of the last frame; `None` if that frame was not culled on the GPU.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn pyramid(&self) -> Result<Option<Vec<PyramidLevel>>, RenderError> {
         self.renderer.read_pyramid(&self.sights[self.last].slot)
     }
 
     /// Reads back the opaque polygons that the last frame drew; `None` if that frame was not culled on the GPU.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn drawn(&self) -> Result<Option<Vec<PolygonId>>, RenderError> {
         self.renderer.read_drawn(&self.sights[self.last].slot)
     }
 
     /// Reads back the picture of the last frame.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn image(&self) -> Result<Image, RenderError> {
         self.image_of(self.last)
     }
 
     /// Reads back the last picture of view number `number`.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     ///
     /// # Panics
     /// The view does not exist.

@@ -39,21 +39,24 @@ pub(super) enum Part {
 #[derive(Clone, Debug, Default)]
 pub struct DrawOrder {
     ids: Vec<PolygonId>,
-    runs: Vec<Run>,
-    listing: Listing,
+    /// Runs in drawing order, opaque runs first.
+    pub runs: Vec<Run>,
+    /// Form of the current frame's list.
+    pub(super) listing: Listing,
     /// The order of the opaque polygons of [`Listing::Ids`], and whether each run has polygons of a single material.
     opaque: (OpaqueOrder, bool),
     span_bits: SpanBits,
     /// The opaque polygons of [`Listing::Clusters`], as cluster masks in ascending order.
-    handles: Vec<Handle>,
-    handle_runs: Vec<HandleRun>,
+    pub(super) handles: Vec<Handle>,
+    /// The cluster masks of each page: ranges of [`DrawOrder::handles`].
+    pub(super) handle_runs: Vec<HandleRun>,
     /// Numbers of merged quads, until [`DrawOrder::finish`] appends them to `ids`.
     quads: Vec<PolygonId>,
     /// Numbers and runs of additive polygons, until [`DrawOrder::finish`] appends them to `ids` and `runs`.
     additive: Vec<PolygonId>,
     additive_runs: Vec<Run>,
     /// Runs of additive polygons that are drawn at half resolution.
-    half_runs: Vec<Run>,
+    pub(super) half_runs: Vec<Run>,
     /// For each transparent polygon: squared distance from the eye, as float bits that sort like the value; style; number.
     transparent: Vec<(u32, u32, u32)>,
 }
@@ -69,11 +72,6 @@ impl DrawOrder {
         PolygonId::numbers(&self.ids)
     }
 
-    /// Runs in drawing order, opaque runs first.
-    pub fn runs(&self) -> &[Run] {
-        &self.runs
-    }
-
     /// Runs of all polygons that are not transparent. Both eyes can draw them.
     pub(super) fn common_runs(&self) -> &[Run] {
         &self.runs[..self.runs.partition_point(|run| run.blend != Blend::Transparent)]
@@ -84,12 +82,6 @@ impl DrawOrder {
         let last = self.common_runs().last().filter(|_| self.listing == Listing::Clusters);
         let end = last.map_or(0, |run| run.range.end);
         &self.ids()[..end as usize]
-    }
-
-    /// Runs of additive polygons that are drawn at half resolution, in drawing order. They are not among
-    /// [`DrawOrder::runs`].
-    pub(super) fn half_runs(&self) -> &[Run] {
-        &self.half_runs
     }
 
     /// Bits of the runs stored as bit masks: the index of the first used word, and the used words. Word `i` has the
@@ -110,24 +102,9 @@ impl DrawOrder {
         self.ids[places].iter().copied().chain(numbers)
     }
 
-    /// The opaque polygons as cluster masks, in ascending order; empty for [`Listing::Ids`].
-    pub(super) fn handles(&self) -> &[Handle] {
-        &self.handles
-    }
-
-    /// The cluster masks of each page: ranges of [`DrawOrder::handles`].
-    pub(super) fn handle_runs(&self) -> &[HandleRun] {
-        &self.handle_runs
-    }
-
     /// Number of opaque polygons in all cluster masks.
     pub(super) fn opaque_count(&self) -> u32 {
         self.handle_runs.iter().map(|run| run.polygons).sum()
-    }
-
-    /// Form of the current frame's list.
-    pub(super) fn listing(&self) -> Listing {
-        self.listing
     }
 
     /// Sets the order of opaque polygons from the next frame on. With `splits_by_material`, each range of one material
@@ -363,10 +340,10 @@ mod tests {
                 })
                 .collect();
             assert_eq!(order.ids(), listed);
-            let blends = order.runs().iter().map(|run| run.blend as u8);
-            assert!(blends.is_sorted(), "{:?}", order.runs());
+            let blends = order.runs.iter().map(|run| run.blend as u8);
+            assert!(blends.is_sorted(), "{:?}", &order.runs);
             let mut at = 0;
-            for run in order.runs() {
+            for run in &order.runs {
                 assert!(run.is_listed && run.range.start == at);
                 at = run.range.end;
             }
@@ -389,13 +366,13 @@ mod tests {
     fn every_page_is_a_run_of_its_own() {
         let all: Vec<u32> = (0..200).collect();
         let order = order_of(&all, 64, Blend::Opaque);
-        let pages: Vec<_> = order.runs().iter().map(|run| (run.page, run.range.len())).collect();
+        let pages: Vec<_> = order.runs.iter().map(|run| (run.page, run.range.len())).collect();
         assert_eq!(pages, [(0, 64), (1, 64), (2, 64), (3, 8)]);
-        for run in order.runs() {
+        for run in &order.runs {
             let ids = &order.ids()[run.range.start as usize..run.range.end as usize];
             assert!(ids.iter().all(|id| id / 64 == run.page));
         }
-        assert_eq!(order_of(&[199, 7, 64], 64, Blend::Transparent).runs().len(), 3);
+        assert_eq!(order_of(&[199, 7, 64], 64, Blend::Transparent).runs.len(), 3);
     }
 
     #[test]
@@ -404,13 +381,13 @@ mod tests {
         for page_len in [64, 1024] {
             let clusters = listed(&scattered, page_len, Blend::Opaque, Listing::Clusters);
             assert!(clusters.ids().is_empty());
-            assert!(clusters.handles().is_sorted_by_key(|handle| handle.cluster));
-            let ids = clusters.handles().iter().flat_map(Handle::ids).map(|id| id.0);
+            assert!(clusters.handles.is_sorted_by_key(|handle| handle.cluster));
+            let ids = clusters.handles.iter().flat_map(Handle::ids).map(|id| id.0);
             let listed = order_of(&scattered, page_len, Blend::Opaque);
             assert_eq!(ids.collect::<Vec<_>>(), listed.ids());
-            let runs = clusters.handle_runs();
-            assert_eq!(runs.len(), listed.runs().len());
-            for (run, of_ids) in runs.iter().zip(listed.runs()) {
+            let runs = &clusters.handle_runs;
+            assert_eq!(runs.len(), listed.runs.len());
+            for (run, of_ids) in runs.iter().zip(&listed.runs) {
                 assert_eq!((run.page, run.polygons), (of_ids.page, of_ids.range.len() as u32));
             }
         }
@@ -445,9 +422,9 @@ mod tests {
             order.clear();
             order.add(&scene, &polygons, 0, Vec3::ZERO, page_len, |_| Classes::default());
             order.finish(page_len);
-            let drawn_all: Vec<u32> = order.runs().iter().flat_map(|run| drawn(&order, run)).collect();
+            let drawn_all: Vec<u32> = order.runs.iter().flat_map(|run| drawn(&order, run)).collect();
             assert_eq!(drawn_all, wanted);
-            for run in order.runs() {
+            for run in &order.runs {
                 assert!(drawn(&order, run).iter().all(|id| id / page_len as u32 == run.page));
             }
             let listed = order.ids().len();
@@ -468,7 +445,7 @@ mod tests {
         }
         order.finish(1 << 20);
         for style in 0..2 {
-            let of_style = order.runs().iter().filter(|run| run.style == style);
+            let of_style = order.runs.iter().filter(|run| run.style == style);
             let ids: Vec<u32> = of_style.flat_map(|run| drawn(&order, run)).collect();
             assert_eq!(ids, without_some(style).collect::<Vec<_>>());
         }

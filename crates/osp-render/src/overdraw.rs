@@ -26,7 +26,7 @@ pub(super) fn add_up(gpu: &Gpu, target: &Target) -> Result<Overdraw, RenderError
         let lacks = "shaders that read each sample of a pixel (use Vulkan, not OpenGL)";
         return Err(RenderError::Lacks { adapter: gpu.name(), lacks });
     }
-    let device = gpu.device();
+    let device = &gpu.device;
     let module = descriptors::module(device, "overdraw", shaders::OVERDRAW);
     let stage = wgpu::ShaderStages::COMPUTE;
     let samples = descriptors::samples(wgpu::TextureSampleType::Float { filterable: false });
@@ -47,7 +47,7 @@ pub(super) fn add_up(gpu: &Gpu, target: &Target) -> Result<Overdraw, RenderError
         device,
         "overdraw",
         &bind_layout,
-        &[wgpu::BindingResource::TextureView(target.samples()), sums.as_entire_binding()],
+        &[wgpu::BindingResource::TextureView(&target.samples), sums.as_entire_binding()],
     );
     let mut encoder = device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&Default::default());
@@ -55,7 +55,7 @@ pub(super) fn add_up(gpu: &Gpu, target: &Target) -> Result<Overdraw, RenderError
     pass.set_bind_group(0, &group, &[]);
     pass.dispatch_workgroups(groups[0], groups[1], 1);
     drop(pass);
-    gpu.queue().submit([encoder.finish()]);
+    gpu.queue.submit([encoder.finish()]);
     let sums = bytemuck::pod_collect_to_vec::<u8, u32>(&read_buffer(gpu, &sums, bytes)?);
     let total = |part: usize| sums.iter().skip(part).step_by(2).map(|&n| u64::from(n)).sum();
     Ok(Overdraw { shaded: total(0), covered: total(1) })

@@ -101,11 +101,8 @@ impl Pipelines {
 
     /// Binds the resources of a pass with colours, and draws the sky.
     pub(super) fn begin(&self, pass: &mut wgpu::RenderPass<'_>, view: &wgpu::BindGroup) {
-        pass.set_bind_group(0, view, &[]);
-        let Some(sky) = &self.sky else { return };
-        pass.set_bind_group(2, &sky.paint, &[]);
-        pass.set_bind_group(3, &sky.shadow, &[]);
-        if sky.is_shown {
+        self.bind(pass, view);
+        if let Some(sky) = self.sky.as_ref().filter(|sky| sky.is_shown) {
             pass.set_pipeline(&sky.pipeline);
             pass.draw(0..3, 0..1);
         }
@@ -221,7 +218,7 @@ fn create(
     };
     let of_state = |(blend, write_mask)| wgpu::ColorTargetState { format: COLOR_FORMAT, blend, write_mask };
     let targets = [state.map(of_state)];
-    gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(label),
         layout: Some(shader.layout),
         vertex: wgpu::VertexState {
@@ -264,7 +261,7 @@ pub(super) fn of_whole_picture(
     fragment: &'static str,
     target: wgpu::ColorTargetState,
 ) -> wgpu::RenderPipeline {
-    gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(fragment),
         layout: Some(layout),
         vertex: descriptors::vertex(module, "vertex"),

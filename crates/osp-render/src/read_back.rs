@@ -28,9 +28,6 @@ pub struct ComingImage {
 
 impl ComingImage {
     /// The picture; `None` while it is not available yet.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn take(&self, gpu: &Gpu) -> Option<Result<Image, RenderError>> {
         if let Err(error) = gpu.check() {
             return Some(Err(error));
@@ -39,9 +36,6 @@ impl ComingImage {
     }
 
     /// Waits for the picture and returns it. In a browser use [`ComingImage::take`], because a page cannot wait.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn wait(&self, gpu: &Gpu) -> Result<Image, RenderError> {
         gpu.wait()?;
         self.finish()
@@ -62,12 +56,12 @@ pub(super) fn begin_read_back(gpu: &Gpu, texture: &wgpu::Texture) -> ComingImage
     let row_bytes = width * 4;
     let padded_row_bytes = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let buffer = descriptors::buffer(
-        gpu.device(),
+        &gpu.device,
         "read back",
         u64::from(padded_row_bytes) * u64::from(height),
         wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
     );
-    let mut encoder = gpu.device().create_command_encoder(&Default::default());
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
     encoder.copy_texture_to_buffer(
         texture.as_image_copy(),
         wgpu::TexelCopyBufferInfo {
@@ -80,7 +74,7 @@ pub(super) fn begin_read_back(gpu: &Gpu, texture: &wgpu::Texture) -> ComingImage
         },
         texture.size(),
     );
-    gpu.queue().submit([encoder.finish()]);
+    gpu.queue.submit([encoder.finish()]);
     let is_here = Arc::new(AtomicBool::new(false));
     let tell = Arc::clone(&is_here);
     // `get_mapped_range` reports a failure.
@@ -134,13 +128,13 @@ fn mapped(buffer: &wgpu::Buffer) -> Result<Vec<u8>, RenderError> {
 
 fn copy_to_read(gpu: &Gpu, from: &wgpu::Buffer, bytes: u64) -> wgpu::Buffer {
     let buffer = descriptors::buffer(
-        gpu.device(),
+        &gpu.device,
         "read back",
         bytes,
         wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
     );
-    let mut encoder = gpu.device().create_command_encoder(&Default::default());
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
     encoder.copy_buffer_to_buffer(from, 0, &buffer, 0, bytes);
-    gpu.queue().submit([encoder.finish()]);
+    gpu.queue.submit([encoder.finish()]);
     buffer
 }

@@ -30,7 +30,7 @@ impl ReadRing {
     pub(super) fn new(gpu: &Gpu, bytes: u64) -> Self {
         let slot = |_| Slot {
             buffer: descriptors::buffer(
-                gpu.device(),
+                &gpu.device,
                 "results",
                 bytes,
                 wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,

@@ -73,7 +73,8 @@ impl Default for RendererConfig {
 /// All polygons of a scene on the GPU, and the pipelines that draw them.
 #[derive(Debug)]
 pub struct Renderer {
-    gpu: Arc<Gpu>,
+    /// The adapter and device.
+    pub gpu: Arc<Gpu>,
     scene: GpuScene,
     view_layout: wgpu::BindGroupLayout,
     pipelines: Pipelines,
@@ -163,12 +164,12 @@ impl Renderer {
 
     /// Whether the picture changes with [`Renderer::set_time`].
     pub fn is_animated(&self) -> bool {
-        self.scene.is_animated()
+        self.scene.is_animated
     }
 
     /// Whether frames are drawn with the paint of brushes or with an environment.
     fn is_painted(&self) -> bool {
-        !self.is_solid && (self.scene.has_brushes() || self.environment.is_some())
+        !self.is_solid && (self.scene.has_brushes || self.environment.is_some())
     }
 
     fn bloom(&self) -> Bloom {
@@ -182,14 +183,9 @@ impl Renderer {
     /// The pipelines of the current frame.
     fn pipelines(&self) -> &Pipelines {
         match &self.paint {
-            Some(paint) if self.is_painted() => paint.pipelines(),
+            Some(paint) if self.is_painted() => &paint.pipelines,
             _ => &self.pipelines,
         }
-    }
-
-    /// The adapter and device.
-    pub fn gpu(&self) -> &Arc<Gpu> {
-        &self.gpu
     }
 
     /// Creates the resources of one view.
@@ -310,20 +306,14 @@ impl Renderer {
     }
 
     /// Reads back the depth pyramid of a view's last frame; `None` if that frame was not culled on the GPU.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn read_pyramid(&self, slot: &ViewSlot) -> Result<Option<Vec<PyramidLevel>>, RenderError> {
-        let view = slot.hzb.as_ref().filter(|_| slot.order.listing() == Listing::Clusters);
+        let view = slot.hzb.as_ref().filter(|_| slot.order.listing == Listing::Clusters);
         view.map(|view| view.read_pyramid(&self.gpu)).transpose()
     }
 
     /// Reads back the opaque polygons that a view's last frame drew; `None` if that frame was not culled on the GPU.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn read_drawn(&self, slot: &ViewSlot) -> Result<Option<Vec<PolygonId>>, RenderError> {
-        let Some(view) = slot.hzb.as_ref().filter(|_| slot.order.listing() == Listing::Clusters) else {
+        let Some(view) = slot.hzb.as_ref().filter(|_| slot.order.listing == Listing::Clusters) else {
             return Ok(None);
         };
         let kept = view.read_kept(&self.gpu)?;
@@ -332,7 +322,7 @@ impl Renderer {
 
     /// Number of polygons on the GPU.
     pub fn polygon_count(&self) -> usize {
-        self.scene.uploaded()
+        self.scene.uploaded
     }
 
     /// GPU memory reserved for polygons, bytes.
@@ -360,7 +350,7 @@ impl Renderer {
         let Some(parts) = &self.parts else { return 0 };
         let mut pass =
             target.begin(encoder, wgpu::LoadOp::Clear(self.background), DepthBefore::Nothing, None);
-        pass.set_bind_group(0, slot.bind_group(), &[]);
+        pass.set_bind_group(0, &slot.bind_group, &[]);
         let calls = parts.draw(&self.gpu, &mut pass, &self.scene, list);
         drop(pass);
         self.finish.encode(&self.gpu, encoder, target, Bloom::Off, None);
@@ -374,8 +364,8 @@ impl Renderer {
     /// the GPU.
     pub fn draw_over(&self, pass: &mut wgpu::RenderPass<'_>, slot: &ViewSlot) {
         let pipelines = self.pipelines();
-        pipelines.bind(pass, slot.bind_group());
-        pipelines.draw_runs(pass, &self.scene, slot.order.runs(), 0, slot.all_from());
+        pipelines.bind(pass, &slot.bind_group);
+        pipelines.draw_runs(pass, &self.scene, &slot.order.runs, 0, slot.all_from);
     }
 }
 
@@ -394,25 +384,22 @@ impl Renderer {
         }
         let mut pass = target.begin_depth(encoder, stamps);
         let pipelines = self.pipelines();
-        pipelines.begin_depth(&mut pass, slot.bind_group());
-        pipelines.draw_depth(&mut pass, &self.scene, slot.order.runs());
+        pipelines.begin_depth(&mut pass, &slot.bind_group);
+        pipelines.draw_depth(&mut pass, &self.scene, &slot.order.runs);
         (DepthBefore::Kept, None)
     }
 
     /// Draws only the opaque polygons of a prepared view again, and counts how often samples are shaded. Overwrites the
     /// target's samples, but not its finished picture.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub(super) fn count_overdraw(&self, target: &Target, slot: &ViewSlot) -> Result<Overdraw, RenderError> {
-        let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let (depth, _) = self.lay_down_depth(&mut encoder, target, slot, None);
         let mut pass = target.begin(&mut encoder, wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), depth, None);
         let pipelines = self.pipelines();
-        pipelines.bind(&mut pass, slot.bind_group());
-        pipelines.draw_counts(&self.gpu, &mut pass, &self.scene, slot.order.runs(), slot.all_from());
+        pipelines.bind(&mut pass, &slot.bind_group);
+        pipelines.draw_counts(&self.gpu, &mut pass, &self.scene, &slot.order.runs, slot.all_from);
         drop(pass);
-        self.gpu.queue().submit([encoder.finish()]);
+        self.gpu.queue.submit([encoder.finish()]);
         overdraw::add_up(&self.gpu, target)
     }
 
@@ -424,23 +411,23 @@ impl Renderer {
 
     /// Number of additive polygons of a prepared view that are drawn at half resolution.
     pub(super) fn at_half_resolution(&self, slot: &ViewSlot) -> u64 {
-        slot.order.half_runs().iter().map(|run| run.range.len() as u64).sum()
+        slot.order.half_runs.iter().map(|run| run.range.len() as u64).sum()
     }
 
     /// Number of draw calls of a prepared view; see [`Renderer::listed`].
     pub(super) fn draw_calls(&self, first: &ViewSlot, slot: &ViewSlot) -> u64 {
-        let runs = runs_of(first, slot).chain(slot.order.half_runs());
+        let runs = runs_of(first, slot).chain(&slot.order.half_runs);
         let in_list = runs.map(|run| self.scene.draw_calls(run.range.len()));
         // Culled polygons are drawn twice, for depth and for colours.
         let culled =
-            first.order.handle_runs().iter().map(|run| 2 * self.scene.draw_calls(run.polygons as usize));
+            first.order.handle_runs.iter().map(|run| 2 * self.scene.draw_calls(run.polygons as usize));
         in_list.chain(culled).sum()
     }
 
     /// Cost of a prepared view's order, in calls and changes of state.
     pub(super) fn order_counts(&self, slot: &ViewSlot, scene: &Scene) -> OrderCounts {
         let order = &slot.order;
-        let runs = order.runs();
+        let runs = &order.runs;
         let opaque = runs.iter().filter(|run| run.blend == Blend::Opaque);
         let of_depth = match order.opaque() {
             OpaqueOrder::ZPrepass => opaque.clone().count() as u64,
@@ -459,14 +446,14 @@ impl Renderer {
 /// The runs of a view, except those at half resolution.
 fn runs_of<'a>(first: &'a ViewSlot, slot: &'a ViewSlot) -> impl Iterator<Item = &'a Run> {
     let common = if slot.is_second { first.order.common_runs() } else { &[] };
-    common.iter().chain(slot.order.runs())
+    common.iter().chain(&slot.order.runs)
 }
 
 /// The pipelines of polygons in their plain colours.
 fn plain_pipelines(gpu: &Gpu, view_layout: &wgpu::BindGroupLayout, scene: &GpuScene) -> Pipelines {
-    let module = descriptors::module(gpu.device(), "polygon", shaders::POLYGON);
+    let module = descriptors::module(&gpu.device, "polygon", shaders::POLYGON);
     let layout =
-        descriptors::pipeline_layout(gpu.device(), "polygon", &[Some(view_layout), Some(scene.layout())]);
+        descriptors::pipeline_layout(&gpu.device, "polygon", &[Some(view_layout), Some(scene.layout())]);
     let shader = Shader {
         module: &module,
         layout: &layout,

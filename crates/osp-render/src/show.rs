@@ -40,7 +40,7 @@ pub struct Shown(wgpu::BindGroup);
 impl ShowPass {
     /// A pass for windows of this format.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
-        let device = gpu.device();
+        let device = &gpu.device;
         let picture = descriptors::texture(wgpu::TextureSampleType::Float { filterable: false });
         let bindings = [(wgpu::ShaderStages::FRAGMENT, picture)];
         let layout = descriptors::bind_layout(device, "picture", &bindings);
@@ -70,10 +70,10 @@ impl ShowPass {
     /// Prepares a target's picture for drawing. A new target needs a new call.
     pub fn bind(&self, gpu: &Gpu, target: &Target) -> Shown {
         Shown(descriptors::bind_group(
-            gpu.device(),
+            &gpu.device,
             "picture",
             &self.layout,
-            &[wgpu::BindingResource::TextureView(target.picture_view())],
+            &[wgpu::BindingResource::TextureView(&target.picture_view)],
         ))
     }
 

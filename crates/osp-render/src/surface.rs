@@ -6,7 +6,7 @@ pub struct WindowSurface {
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
     /// Width and height, pixels; zero while the window is minimised.
-    size: (u32, u32),
+    pub size: (u32, u32),
     is_stale: bool,
 }
 
@@ -32,7 +32,7 @@ impl WindowSurface {
         width: u32,
         height: u32,
     ) -> Result<Self, RenderError> {
-        let capabilities = surface.get_capabilities(gpu.adapter());
+        let capabilities = surface.get_capabilities(&gpu.adapter);
         // The user interface blends encoded values, so a format that encodes as sRGB would make it paler.
         let format = capabilities
             .formats
@@ -42,7 +42,7 @@ impl WindowSurface {
                 matches!(format, wgpu::TextureFormat::Rgba8Unorm | wgpu::TextureFormat::Bgra8Unorm)
             })
             .or_else(|| capabilities.formats.first().copied());
-        let config = surface.get_default_config(gpu.adapter(), width.max(1), height.max(1));
+        let config = surface.get_default_config(&gpu.adapter, width.max(1), height.max(1));
         let (Some(format), Some(mut config)) = (format, config) else {
             return Err(RenderError::Surface(format!("{} cannot show anything on it", gpu.name())));
         };
@@ -56,11 +56,6 @@ impl WindowSurface {
     /// The format of the surface's pixels.
     pub fn format(&self) -> wgpu::TextureFormat {
         self.config.format
-    }
-
-    /// Width and height, pixels; zero while the window is minimised.
-    pub fn size(&self) -> (u32, u32) {
-        self.size
     }
 
     /// Sets the window's size, pixels.
@@ -85,14 +80,14 @@ impl WindowSurface {
     /// # Errors
     /// The device is lost or refused the surface.
     pub fn acquire(&mut self, gpu: &Gpu) -> Result<Acquired, RenderError> {
-        let limit = gpu.device().limits().max_texture_dimension_2d;
+        let limit = gpu.device.limits().max_texture_dimension_2d;
         let (width, height) = self.size;
         if width == 0 || height == 0 {
             return Ok(Acquired::Nothing);
         }
         if self.is_stale {
             (self.config.width, self.config.height) = (width.min(limit), height.min(limit));
-            self.surface.configure(gpu.device(), &self.config);
+            self.surface.configure(&gpu.device, &self.config);
             self.is_stale = false;
             gpu.check()?;
         }

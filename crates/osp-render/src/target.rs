@@ -14,11 +14,16 @@ use super::{
 pub struct Target {
     width: u32,
     height: u32,
-    samples: wgpu::TextureView,
-    depth: wgpu::TextureView,
-    resolved: wgpu::TextureView,
-    picture: wgpu::Texture,
-    picture_view: wgpu::TextureView,
+    /// The drawn colours of every sample.
+    pub(super) samples: wgpu::TextureView,
+    /// The depth of every sample.
+    pub(super) depth: wgpu::TextureView,
+    /// The drawn colours, one value a pixel.
+    pub(super) resolved: wgpu::TextureView,
+    /// The finished picture.
+    pub picture: wgpu::Texture,
+    /// The finished picture, for a shader that shows it.
+    pub picture_view: wgpu::TextureView,
     /// Resources for finishing the picture, created with the first finished picture.
     pub(super) octaves: OnceLock<Octaves>,
     /// Images of light at half resolution, created with the first such light.
@@ -31,12 +36,12 @@ impl Target {
     /// # Errors
     /// A side is zero or longer than the adapter allows.
     pub fn new(gpu: &Gpu, width: u32, height: u32) -> Result<Self, RenderError> {
-        let limit = gpu.device().limits().max_texture_dimension_2d;
+        let limit = gpu.device.limits().max_texture_dimension_2d;
         if width == 0 || height == 0 || width > limit || height > limit {
             return Err(RenderError::Size { width, height, limit });
         }
         let texture = |label, format, sample_count, usage| {
-            descriptors::new_texture(gpu.device(), label, format, sample_count, usage, (width, height))
+            descriptors::new_texture(&gpu.device, label, format, sample_count, usage, (width, height))
         };
         let sampled = descriptors::DRAWN_AND_READ;
         let of_samples = if gpu.reads_samples() { sampled } else { wgpu::TextureUsages::RENDER_ATTACHMENT };
@@ -68,15 +73,7 @@ impl Target {
         self.width as f32 / self.height as f32
     }
 
-    /// The finished picture.
-    pub fn picture(&self) -> &wgpu::Texture {
-        &self.picture
-    }
-
     /// A copy of the finished picture.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub fn image(&self, gpu: &Gpu) -> Result<Image, RenderError> {
         read_back(gpu, &self.picture)
     }
@@ -84,26 +81,6 @@ impl Target {
     /// Does the same as [`Target::image`], for a caller that cannot wait. The picture is available later.
     pub fn image_later(&self, gpu: &Gpu) -> ComingImage {
         begin_read_back(gpu, &self.picture)
-    }
-
-    /// The finished picture, for a shader that shows it.
-    pub fn picture_view(&self) -> &wgpu::TextureView {
-        &self.picture_view
-    }
-
-    /// The drawn colours, one value a pixel.
-    pub(super) fn resolved(&self) -> &wgpu::TextureView {
-        &self.resolved
-    }
-
-    /// The drawn colours of every sample.
-    pub(super) fn samples(&self) -> &wgpu::TextureView {
-        &self.samples
-    }
-
-    /// The depth of every sample.
-    pub(super) fn depth(&self) -> &wgpu::TextureView {
-        &self.depth
     }
 
     /// Begins a pass that clears the target's colours, or loads those that another pass has stored, and draws into it.

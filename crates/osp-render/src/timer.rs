@@ -94,7 +94,7 @@ pub(super) enum Ends {
 impl GpuTimer {
     /// A timer.
     pub fn new(gpu: &Gpu) -> Self {
-        let device = gpu.device();
+        let device = &gpu.device;
         let queries = device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| Queries {
             set: device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("pass times"),
@@ -110,7 +110,7 @@ impl GpuTimer {
             ring: ReadRing::new(gpu, u64::from(STAMPS) * 8),
             current: None,
         });
-        Self { queries, period_ns: gpu.queue().get_timestamp_period() }
+        Self { queries, period_ns: gpu.queue.get_timestamp_period() }
     }
 
     /// Whether the adapter has time stamps.

@@ -10,16 +10,16 @@ use osp::{math::rotate, polygon::VisibleBlocks, view::View};
 /// Resources of one view, such as a screen or an eye: its uniforms, and the numbers of its polygons.
 #[derive(Debug)]
 pub struct ViewSlot {
-    uniforms: wgpu::Buffer,
+    pub(super) uniforms: wgpu::Buffer,
     /// First the polygon numbers of listed runs, then one bit for each polygon for the other runs.
     ids: wgpu::Buffer,
     /// Capacity of the buffer for polygon numbers. The bits begin at this position.
-    all_from: u32,
+    pub(super) all_from: u32,
     /// Capacity of the buffer for bits, words of 32 bits.
     bit_words: u32,
-    bind_group: wgpu::BindGroup,
+    pub(super) bind_group: wgpu::BindGroup,
     /// The draw list in `bind_group`: `ids`, or that of the other eye.
-    list: wgpu::Buffer,
+    pub(super) list: wgpu::Buffer,
     /// Position of the first polygon of `order` in `list`.
     pub(super) first: u32,
     pub(super) order: DrawOrder,
@@ -59,7 +59,7 @@ impl Uniforms {
 impl ViewSlot {
     pub(super) fn new(gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> Self {
         let uniforms = descriptors::buffer(
-            gpu.device(),
+            &gpu.device,
             "view",
             size_of::<Uniforms>() as u64,
             wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
@@ -91,24 +91,7 @@ impl ViewSlot {
             (wgpu::ShaderStages::VERTEX_FRAGMENT, uniform),
             (wgpu::ShaderStages::VERTEX, descriptors::read(4)),
         ];
-        descriptors::bind_layout(gpu.device(), "view", &bindings)
-    }
-
-    pub(super) fn bind_group(&self) -> &wgpu::BindGroup {
-        &self.bind_group
-    }
-
-    pub(super) fn uniforms(&self) -> &wgpu::Buffer {
-        &self.uniforms
-    }
-
-    pub(super) fn list(&self) -> &wgpu::Buffer {
-        &self.list
-    }
-
-    /// For runs that are not listed, the position of polygon 0.
-    pub(super) fn all_from(&self) -> u32 {
-        self.all_from
+        descriptors::bind_layout(&gpu.device, "view", &bindings)
     }
 
     /// The method by which this view is culled on the GPU.
@@ -131,7 +114,7 @@ impl ViewSlot {
 
     /// Whether the current frame is culled on the GPU.
     pub fn culls(&self) -> bool {
-        self.hzb.is_some() && self.order.listing() == Listing::Clusters
+        self.hzb.is_some() && self.order.listing == Listing::Clusters
     }
 
     /// Begins the transfer of the frame's counts. Call it after the commands of
@@ -197,14 +180,14 @@ impl ViewSlot {
         let ids: &[u8] = bytemuck::cast_slice(self.order.ids());
         let (first_word, bits) = self.order.span_bits();
         if !ids.is_empty() {
-            gpu.queue().write_buffer(&self.list, u64::from(self.first) * 4, ids);
+            gpu.queue.write_buffer(&self.list, u64::from(self.first) * 4, ids);
         }
         let bits: &[u8] = bytemuck::cast_slice(bits);
         if !bits.is_empty() {
-            gpu.queue().write_buffer(&self.list, u64::from(all_from) * 4 + first_word as u64 * 8, bits);
+            gpu.queue.write_buffer(&self.list, u64::from(all_from) * 4 + first_word as u64 * 8, bits);
         }
         let uniforms = Uniforms { all_from: [all_from; 4], ..uniforms };
-        gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
+        gpu.queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
         (ids.len() + bits.len() + size_of::<Uniforms>()) as u64
     }
 
@@ -244,7 +227,7 @@ impl Place<'_> {
 
 fn create_ids(gpu: &Gpu, count: u64) -> wgpu::Buffer {
     descriptors::buffer(
-        gpu.device(),
+        &gpu.device,
         "draw list",
         count * 4,
         wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
@@ -258,7 +241,7 @@ fn bind(
     ids: &wgpu::Buffer,
 ) -> wgpu::BindGroup {
     descriptors::bind_group(
-        gpu.device(),
+        &gpu.device,
         "view",
         layout,
         &[uniforms.as_entire_binding(), ids.as_entire_binding()],

@@ -14,6 +14,8 @@ use std::{
 
 use tempfile::TempPath;
 
+use crate::platform::fs::{Identity, folder_of};
+
 /// Largest number of symbolic links that are followed one after the other, as on Linux.
 const MOST_LINKS: usize = 40;
 /// Prefix of the names of unfinished files.
@@ -85,17 +87,11 @@ impl Destination {
 fn is_link_to_file(path: &Path) -> bool {
     #[cfg(unix)]
     if let (Ok(target), Ok(open)) = (fs::read_link(path), fs::metadata(path)) {
-        use std::os::unix::fs::MetadataExt;
-        let identity = |data: &Metadata| (data.dev(), data.ino());
-        return open.is_file() && fs::metadata(target).is_ok_and(|named| identity(&named) == identity(&open));
+        return open.is_file()
+            && fs::metadata(target).is_ok_and(|named| Identity::of(&named) == Identity::of(&open));
     }
     let _ = path;
     false
-}
-
-/// The folder that a file lies in.
-fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// An unfinished output. [`AtomicFile::commit`] replaces the target by the output; without a commit the target does not
@@ -197,9 +193,6 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
 }
 
 /// Opens an output that other programs read while it grows. A file loses its old contents at once.
-///
-/// # Errors
-/// The output cannot be written.
 pub fn open_stream(path: &Path) -> io::Result<File> {
     match Destination::of(path)? {
         Destination::StandardOutput => own_copy(&io::stdout()),

@@ -330,8 +330,7 @@ fn is_own_model(start: &[u8]) -> bool {
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     #[cfg(unix)]
     if let (Ok(a), Ok(b)) = (fs::metadata(a), fs::metadata(b)) {
-        use std::os::unix::fs::MetadataExt;
-        return (a.dev(), a.ino()) == (b.dev(), b.ino());
+        return fs::Identity::of(&a) == fs::Identity::of(&b);
     }
     match (whole_path(a), whole_path(b)) {
         (Some(a), Some(b)) => a == b,
@@ -342,12 +341,7 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
 /// The canonical path. For a file that does not exist yet, the canonical path of its folder is extended by its name.
 fn whole_path(path: &Path) -> Option<PathBuf> {
     let Ok(Destination::File(target)) = Destination::of(path) else { return None };
-    let by_folder = || {
-        let folder =
-            target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        Some(folder.canonicalize().ok()?.join(target.file_name()?))
-    };
-    target.canonicalize().ok().or_else(by_folder)
+    fs::whole_path(&target)
 }
 
 /// Whether a file lies, or would lie, in a folder or below it.

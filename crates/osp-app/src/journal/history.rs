@@ -151,9 +151,6 @@ impl History {
     }
 
     /// Writes the whole text.
-    ///
-    /// # Errors
-    /// The output fails.
     pub(super) fn write_to(&self, out: &mut dyn Write) -> io::Result<()> {
         self.pieces(0).try_for_each(|piece| out.write_all(&piece?))
     }

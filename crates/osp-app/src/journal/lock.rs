@@ -12,7 +12,7 @@ use super::calendar::Moment;
 use crate::threads;
 use osp_session::platform::{
     self,
-    fs::{self, File, Metadata, TryLockError},
+    fs::{self, File, TryLockError, is_at, whole_path},
 };
 
 /// Largest lock file that is read, bytes; a longer file is not a lock file of osp.
@@ -246,12 +246,6 @@ fn is_forbidden(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem)
 }
 
-fn is_at(file: &File, path: &Path) -> bool {
-    let identity = |data: io::Result<Metadata>| data.map(|data| Identity::of(&data)).ok();
-    let held = identity(file.metadata());
-    held.is_some() && held == identity(fs::metadata(path))
-}
-
 fn write_lock_text(file: &mut File) -> io::Result<()> {
     let text = ron::to_string(&LockOwner::ours()).map_err(io::Error::other)?;
     file.set_len(0)?;
@@ -262,36 +256,7 @@ fn write_lock_text(file: &mut File) -> io::Result<()> {
 
 /// The canonical path, with every symbolic link resolved. The file need not exist.
 pub(crate) fn true_path(path: &Path) -> PathBuf {
-    fs::canonicalize(path).unwrap_or_else(|_| {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let folder = fs::canonicalize(folder.unwrap_or(Path::new(".")));
-        match (folder, path.file_name()) {
-            (Ok(folder), Some(name)) => folder.join(name),
-            _ => path.to_owned(),
-        }
-    })
-}
-
-/// Identity of a file, to detect whether another file has taken its name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Identity {
-    #[cfg(unix)]
-    device_and_inode: (u64, u64),
-    #[cfg(not(unix))]
-    created: Option<std::time::SystemTime>,
-}
-
-impl Identity {
-    #[cfg(unix)]
-    pub(super) fn of(data: &Metadata) -> Self {
-        use std::os::unix::fs::MetadataExt;
-        Self { device_and_inode: (data.dev(), data.ino()) }
-    }
-
-    #[cfg(not(unix))]
-    pub(super) fn of(data: &Metadata) -> Self {
-        Self { created: data.created().ok() }
-    }
+    whole_path(path).unwrap_or_else(|| path.to_owned())
 }
 
 /// Locks a file. A failed attempt is repeated, because a child process shares open files and their locks for a moment

@@ -13,13 +13,13 @@ use thiserror::Error;
 use super::{
     contents::{Contents, Stamp},
     history::History,
-    lock::{Identity, NotTaken, OpenElsewhere, SessionLock, true_path},
+    lock::{NotTaken, OpenElsewhere, SessionLock, true_path},
 };
 use crate::threads;
 use osp_session::{
     atomic_file::{Destination, write_atomically},
     platform::{
-        fs::{self, File, Metadata, TryLockError},
+        fs::{self, File, Identity, Metadata, TryLockError},
         time::Instant,
     },
     recording::{LastLine, RecordingError},
@@ -36,6 +36,7 @@ const LONGEST_UNSYNCED: Duration = Duration::from_secs(10);
 
 /// Reason for which events cannot be written to a session's file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum Trouble {
     /// No file exists at the session's path any more.
     #[error("it was removed, or its folder was")]
@@ -45,12 +46,7 @@ pub enum Trouble {
     Replaced,
     /// Another program has written to the file.
     #[error("another program has changed it: it has {found} bytes, not {expected}")]
-    Changed {
-        /// Expected length, bytes.
-        expected: u64,
-        /// Actual length, bytes.
-        found: u64,
-    },
+    Changed { expected: u64, found: u64 },
     /// Another program has overwritten a part of the file.
     #[error("another program has written over a part of it")]
     Overwritten,
@@ -92,7 +88,7 @@ impl From<NotTaken> for Trouble {
 pub(crate) struct SessionFile {
     path: PathBuf,
     /// `None` if the lock could not be taken yet, because the first event creates the folder.
-    lock: Option<SessionLock>,
+    pub(super) lock: Option<SessionLock>,
     /// `None` until the first event creates the file.
     open: Option<OpenFile>,
     /// Number of bytes of the history that the file has.
@@ -166,9 +162,6 @@ impl SessionFile {
     }
 
     /// Marks the file's contents as read into the history: new events are appended from here on.
-    ///
-    /// # Errors
-    /// The file cannot be read.
     pub(super) fn follow_from_here(&mut self, history: &History) -> Result<(), RecordingError> {
         let Some(open) = &mut self.open else { return Ok(()) };
         if open.bytes > 0 {
@@ -422,16 +415,6 @@ impl SessionFile {
         if let Some(lock) = self.lock.take() {
             lock.leave();
         }
-    }
-
-    /// Removes and returns the lock, for another file of the same name.
-    pub(super) fn take_lock(&mut self) -> Option<SessionLock> {
-        self.lock.take()
-    }
-
-    /// Sets the lock, for example to the former file's lock.
-    pub(super) fn put_lock(&mut self, lock: Option<SessionLock>) {
-        self.lock = lock;
     }
 
     /// Closes the file, and removes it if no other program has changed it.

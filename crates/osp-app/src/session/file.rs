@@ -140,7 +140,9 @@ impl Session {
                 let is_asked_for = how.access == Access::Copy && !how.lenient;
                 let earlier = if is_asked_for { None } else { autosaves.edits_of(path) };
                 let is_import = !is_asked_for && !session.header.source.starts_with(OURS);
-                Self::to_copy(session, path, why, autosaves)?.offering(earlier).importing(is_import)
+                let mut reader = Self::to_copy(session, path, why, autosaves)?;
+                (reader.session.earlier, reader.session.is_import) = (earlier, is_import);
+                reader
             }
             None => {
                 // A session that a crash left open stays marked if it cannot be opened.
@@ -154,9 +156,6 @@ impl Session {
     }
 
     /// Opens a session read-only, even if another window has it open or it is empty.
-    ///
-    /// # Errors
-    /// The session cannot be read, or its format is unknown.
     pub fn look_at(
         path: &Path,
         autosaves: &Autosaves,
@@ -213,8 +212,10 @@ impl Session {
         }
         let was_left_open = fs::is_there(&SessionLock::path_of(path));
         let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
-        let reader = Self::reader_to_continue(path, limits, take(path)?, autosaves, give_back)?;
-        let (session, opened) = reader.without_ends().read(&|_| true)?;
+        let mut reader = Self::reader_to_continue(path, limits, take(path)?, autosaves, give_back)?;
+        // Other authors of the shared session end unfinished strokes.
+        reader.ends_strokes = false;
+        let (session, opened) = reader.read(&|_| true)?;
         let has_events = session.event_count() > 0;
         Ok((session, opened, has_events.then_some(again)))
     }
@@ -276,9 +277,9 @@ impl Session {
         let journal = Journal::unnamed(autosaves, &stem, header)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let remark = format!("{name}: {why}, so you draw on a copy, which is saved by itself");
-        Ok(SessionReader::new(session, journal, SessionFile::release)
-            .copying(path)
-            .remarking(None, Some(remark)))
+        let mut reader = SessionReader::new(session, journal, SessionFile::release);
+        reader.session.original = Some(path.to_owned());
+        Ok(reader.remarking(None, Some(remark)))
     }
 }
 

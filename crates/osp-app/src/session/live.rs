@@ -56,7 +56,7 @@ pub struct Live {
     /// Limits the time that each frame spends on events from the inbox.
     turns: Turns,
     /// Whether unread events may remain after this frame's share of work.
-    has_unread_events: bool,
+    pub(super) has_unread_events: bool,
     session: String,
     is_watcher: bool,
     /// The user's events that the server has not returned yet, oldest first.
@@ -64,7 +64,8 @@ pub struct Live {
     /// A journal of all of the user's events. Its file keeps strokes that were drawn without a server, even after a
     /// crash.
     own: Journal,
-    overlay: Overlay,
+    /// The user's strokes that the server has not returned yet.
+    pub overlay: Overlay,
     /// The events that the session's file had before joining.
     known: Option<Known>,
     /// Strokes erased by events of the user that the server has not returned yet.
@@ -94,7 +95,7 @@ impl Live {
     pub fn join(address: &Address, options: &LinkOptions, autosaves: &Autosaves) -> Result<Self, LiveError> {
         let has_news = Arc::new(AtomicBool::new(false));
         let of_link = Arc::clone(&has_news);
-        let session = address.session().to_owned();
+        let session = address.session.to_owned();
         let name = format!("{session}-own");
         let header = Header {
             format: ONE_AUTHOR_FORMAT,
@@ -165,11 +166,6 @@ impl Live {
         self.is_watcher || ME.number(self.next).is_none()
     }
 
-    /// The user's strokes that the server has not returned yet.
-    pub fn overlay(&self) -> &Overlay {
-        &self.overlay
-    }
-
     /// Mutable access to [`Live::overlay`].
     pub(crate) fn overlay_mut(&mut self) -> &mut Overlay {
         &mut self.overlay
@@ -211,11 +207,6 @@ impl Live {
         }
         self.waiting.extend(events.iter().cloned());
         self.link.hand().send(events.to_vec());
-    }
-
-    /// Whether unread events may remain after this frame's share of work.
-    pub(super) fn has_unread_events(&self) -> bool {
-        self.has_unread_events
     }
 
     /// Moves the next piece of events to `out`, without events that the file has already. Appends messages for the user

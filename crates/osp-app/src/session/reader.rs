@@ -1,10 +1,10 @@
 //! Reads a session for drawing, either in one call on several threads or piece by piece.
 
-use std::{io, path::Path, sync::Arc};
+use std::{io, sync::Arc};
 
 use super::{Session, model::PIECE, opening::Opened};
 use crate::{
-    journal::{Autosave, Journal, Lines, SessionFile},
+    journal::{Journal, Lines, SessionFile},
     threads,
 };
 use osp_session::recording::{self, EventSource, RecordingError};
@@ -35,7 +35,7 @@ impl Started {
 /// Reads a recording into a [`Session`].
 #[derive(Debug)]
 pub(crate) struct SessionReader {
-    session: Session,
+    pub(super) session: Session,
     recorded: recording::Session,
     opened: Opened,
     /// A remark that is appended to the reader's remarks.
@@ -43,8 +43,9 @@ pub(crate) struct SessionReader {
     /// Releases the file if reading is aborted.
     give_back: fn(SessionFile),
     /// Whether to end strokes that a crash left open.
-    ends_strokes: bool,
-    events: u64,
+    pub(super) ends_strokes: bool,
+    /// Number of events read.
+    pub(crate) events: u64,
 }
 
 impl SessionReader {
@@ -66,35 +67,6 @@ impl SessionReader {
         self.opened.remarks.extend(before);
         self.remark = after;
         self
-    }
-
-    /// Sets the original of a new copy.
-    pub(super) fn copying(mut self, original: &Path) -> Self {
-        self.session.original = Some(original.to_owned());
-        self
-    }
-
-    /// Sets whether the session is a new copy of another program's session.
-    pub(super) fn importing(mut self, is_import: bool) -> Self {
-        self.session.is_import = is_import;
-        self
-    }
-
-    /// Lets the window offer to continue with earlier edits of the same session.
-    pub(super) fn offering(mut self, earlier: Option<Autosave>) -> Self {
-        self.session.earlier = earlier;
-        self
-    }
-
-    /// Leaves unfinished strokes open, because in a shared session other authors end them.
-    #[cfg(feature = "live")]
-    pub(super) fn without_ends(self) -> Self {
-        Self { ends_strokes: false, ..self }
-    }
-
-    /// Number of events read.
-    pub(crate) fn events(&self) -> u64 {
-        self.events
     }
 
     /// Reads a piece into the journal and the model. Returns whether more events may follow.

@@ -55,13 +55,15 @@ const LONGEST_FRAME_S: f32 = 1.0;
 pub struct Replay {
     recorded: Arc<Recorded>,
     /// Frames in which a stroke begins, ascending.
-    stroke_starts: Vec<u64>,
+    pub stroke_starts: Vec<u64>,
     snapshots: Vec<Snapshot>,
-    background: [f64; 3],
+    /// A background colour that contrasts with the finished model: linear red, green, blue.
+    pub background: [f64; 3],
     camera: CameraPath,
     /// Whether the camera moves, or sees a good part of the finished model.
-    is_camera_useful: bool,
-    remarks: Vec<String>,
+    pub is_camera_useful: bool,
+    /// Warnings of the reader, one line each.
+    pub remarks: Vec<String>,
     /// Poses of the current frame, and the number of frames played.
     moment: Moment,
     /// Memory for the changes during a jump.
@@ -73,16 +75,6 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Warnings of the reader, one line each.
-    pub fn remarks(&self) -> &[String] {
-        &self.remarks
-    }
-
-    /// A background colour that contrasts with the finished model: linear red, green, blue.
-    pub fn background(&self) -> [f64; 3] {
-        self.background
-    }
-
     /// Number of frames of the session.
     pub fn frame_count(&self) -> u64 {
         self.recorded.frame_ends.len() as u64
@@ -98,11 +90,6 @@ impl Replay {
         let last =
             self.position().checked_sub(1).and_then(|last| self.recorded.frame_ends.get(last as usize));
         last.map_or(0, |&end| end as u64)
-    }
-
-    /// The frames in which a stroke begins, ascending.
-    pub fn stroke_starts(&self) -> &[u64] {
-        &self.stroke_starts
     }
 
     /// Time after this number of frames, seconds since the first event.
@@ -147,12 +134,6 @@ impl Replay {
     pub(super) fn play(&mut self, model: &mut Model, run: bool) -> Option<Jump> {
         self.is_playing = run && self.frame_count() > 0;
         (self.is_playing && self.position() == self.frame_count()).then(|| self.seek(model, 0))
-    }
-
-    /// Whether the replay camera moves, or sees at least half of the finished model. A sketch of a whole room may have a
-    /// camera that shows one corner of it.
-    pub fn is_camera_useful(&self) -> bool {
-        self.is_camera_useful
     }
 
     /// The view of the replay camera at the current frame.

@@ -129,7 +129,7 @@ impl Studio {
 
     fn draw_pen(&mut self, view: &View, size_px: Vec2) {
         let aspect = size_px.x / size_px.y.max(1.0);
-        let Some(at) = self.input.gestures.pointer().filter(|_| self.can_draw()) else { return };
+        let Some(at) = self.input.gestures.pointer.filter(|_| self.can_draw()) else { return };
         let Some((_, aim)) = self.aim(at, size_px.y, aspect) else { return };
         let [r, g, b, _] = self.input.brush.color.map(|c| (c.clamp(0.0, 1.0) * 255.0) as u8);
         match self.input.tool {

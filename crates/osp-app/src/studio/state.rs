@@ -10,7 +10,7 @@ use crate::{
     pen::{Brush, Snap},
     room::{Room, RoomView},
     selection::Selection,
-    session::{Replay, Session},
+    session::Session,
     tool::ToolChoice,
     tracker::{Listening, Senders, Tracker, Watch},
 };
@@ -27,14 +27,14 @@ use osp_session::{platform::time::Instant, recording::Limits, scene::Scene};
 impl Studio {
     /// Sets the tracker to read.
     pub fn set_tracker(&mut self, tracker: Tracker) {
-        self.input.senders = (tracker.listening() == Listening::Authors).then(Senders::default);
+        self.input.senders = (tracker.listening == Listening::Authors).then(Senders::default);
         self.input.tracker = Some(tracker);
     }
 
     /// The user's strokes that the shared session does not have yet.
     #[cfg(feature = "live")]
     pub fn overlay(&self) -> Option<&Overlay> {
-        self.session.live().map(Live::overlay)
+        self.session.live().map(|live| &live.overlay)
     }
 
     /// Mutable access to [`Studio::overlay`].
@@ -177,7 +177,7 @@ impl Studio {
 
     /// Whether a replay is open whose camera shows the model.
     pub fn has_useful_camera(&self) -> bool {
-        self.session.replay().is_some_and(Replay::is_camera_useful)
+        self.session.replay().is_some_and(|replay| replay.is_camera_useful)
     }
 
     /// Messages to the user, oldest first.

@@ -17,7 +17,8 @@ pub struct EventEncoder {
     hands: Vec<Option<Drawing>>,
     /// The first point of each stroke. An erase message at this point erases the stroke.
     starts: HashMap<StrokeId, Vec3>,
-    left_out: u64,
+    /// Number of events without a message.
+    pub left_out: u64,
 }
 
 /// An unfinished stroke.
@@ -32,11 +33,6 @@ impl EventEncoder {
     /// An encoder before the first event of a session.
     pub fn new() -> Self {
         Self::default()
-    }
-
-    /// Number of events without a message.
-    pub fn left_out(&self) -> u64 {
-        self.left_out
     }
 
     /// Appends the messages of an event.

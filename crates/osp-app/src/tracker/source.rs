@@ -171,8 +171,10 @@ pub struct ReceivedMessage {
 pub struct Tracker {
     messages: Receiver<ReceivedMessage>,
     shared: Arc<Shared>,
-    local_address: Option<SocketAddr>,
-    listening: Listening,
+    /// The address of the socket, with the port that the system assigned; `None` for a stream.
+    pub local_address: Option<SocketAddr>,
+    /// The senders that are accepted.
+    pub listening: Listening,
     /// The reading thread; `None` for standard input, because its read cannot be interrupted.
     thread: Option<JoinHandle<()>>,
 }
@@ -215,16 +217,6 @@ impl Tracker {
         };
         let thread = Some(spawned?).filter(|_| *address != TrackerAddress::StandardInput);
         Ok(Self { messages, shared, local_address, listening: options.listening, thread })
-    }
-
-    /// The address of the socket, with the port that the system assigned; `None` for a stream.
-    pub fn local_address(&self) -> Option<SocketAddr> {
-        self.local_address
-    }
-
-    /// The senders that are accepted.
-    pub fn listening(&self) -> Listening {
-        self.listening
     }
 
     /// The next message, if one was received.

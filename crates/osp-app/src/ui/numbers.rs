@@ -220,9 +220,9 @@ fn switches(ui: &mut Ui, studio: &Studio, panel_commands: &mut PanelCommands) {
     if ui.add_enabled(most.is_some(), slider).changed() {
         panel_commands.commands.push(Command::Occluders(Some(wanted)));
     }
-    let mut stages = culling.stages();
+    let mut stages = culling.stages;
     ui.checkbox(&mut stages.frustum, "frustum culling");
-    if stages != culling.stages() {
+    if stages != culling.stages {
         panel_commands.commands.push(Command::Stages(stages));
     }
     let mut is_frozen = studio.is_frozen();

@@ -32,10 +32,10 @@ pub(super) fn show(ui: &mut Ui, steps: &OcclusionSteps, is_frozen: bool, panel_c
 fn draw_tree(ui: &mut Ui, tree: &ShadowStructure) {
     let (response, painter) = ui.allocate_painter(Vec2::new(TREE.0 as f32, TREE.1 as f32), Sense::hover());
     response.widget_info(|| {
-        let text = format!("tree of {} planes, {} levels", tree.planes(), tree.levels());
+        let text = format!("tree of {} planes, {} levels", tree.planes, tree.levels());
         egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, text)
     });
-    let nodes = tree.nodes();
+    let nodes = &tree.nodes;
     let layout =
         TreeLayout::new(nodes.iter().map(|node| (node.parent.map(|of| of.0), node.depth)), TREE, 4.0);
     let place = |node: usize| {
@@ -52,7 +52,7 @@ fn draw_tree(ui: &mut Ui, tree: &ShadowStructure) {
     for (i, node) in nodes.iter().enumerate() {
         let square = Rect::from_center_size(place(i), Vec2::splat(radius * 1.6));
         match &node.holds {
-            ShadowHolds::Plane { number, .. } if number + 1 == tree.planes() => {
+            ShadowHolds::Plane { number, .. } if number + 1 == tree.planes => {
                 painter.circle_filled(place(i), radius + 1.0, Color32::from_rgb(120, 235, 255));
             }
             ShadowHolds::Plane { .. } => {

@@ -45,7 +45,7 @@ pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, panel_com
             panel_commands.commands.push(Command::Speed(speed));
         }
         let mut follows = follows_camera;
-        if replay.is_camera_useful() && ui.checkbox(&mut follows, "recorded camera").changed() {
+        if replay.is_camera_useful && ui.checkbox(&mut follows, "recorded camera").changed() {
             panel_commands.follow_camera = Some(follows);
         }
     });
@@ -79,7 +79,7 @@ fn marks(ui: &Ui, slider: &Response, replay: &Replay) {
     let count = replay.frame_count().max(1) as f32;
     let stroke = Stroke::new(1.0, ui.visuals().weak_text_color());
     let at = |frame: u64| left + (right - left) * (frame as f32 / count);
-    let mut starts = replay.stroke_starts();
+    let mut starts = &replay.stroke_starts[..];
     while let Some(&frame) = starts.first() {
         let x = at(frame);
         ui.painter().vline(x, max.y - 3.0..=max.y, stroke);

@@ -101,7 +101,7 @@ fn state(ui: &mut Ui, studio: &Studio, tracker: &Tracker) {
     let not_read =
         [("malformed", counts.malformed), ("dropped", counts.dropped), ("refused", counts.refused)];
     let not_read = not_read.map(|(name, n)| format!("{name} {}", count(n))).join("   ");
-    let from = tracker.local_address().map_or(String::new(), |address| format!("   udp://{address}"));
+    let from = tracker.local_address.map_or(String::new(), |address| format!("   udp://{address}"));
     ui.label(RichText::new(format!("messages {}   {not_read}{from}", count(counts.messages))).small());
     ui.label(RichText::new("no smoothing, no prediction: poses are shown as they come").weak().small());
     if counts.has_given_up {
@@ -127,12 +127,12 @@ fn screens(
 ) {
     let room = studio.room();
     ui.horizontal(|ui| {
-        ComboBox::from_id_salt("stereo").selected_text(room.stereo().name()).show_ui(ui, |ui| {
+        ComboBox::from_id_salt("stereo").selected_text(room.stereo.name()).show_ui(ui, |ui| {
             // Windows for each eye can only be opened at the start.
             let choices =
                 Stereo::ALL.iter().filter(|&&way| way != Stereo::Windows || rig.stereo == Stereo::Windows);
             for &way in choices {
-                if ui.selectable_label(room.stereo() == way, way.name()).clicked() {
+                if ui.selectable_label(room.stereo == way, way.name()).clicked() {
                     panel_commands.commands.push(Command::Stereo(way));
                 }
             }
@@ -145,9 +145,9 @@ fn screens(
             panel_commands.commands.push(Command::EyeSeparation(apart_mm * 0.001));
         }
     });
-    let mut swaps = room.swaps_eyes();
+    let mut swaps = room.swaps_eyes;
     ui.checkbox(&mut swaps, "swap the eyes");
-    if swaps != room.swaps_eyes() {
+    if swaps != room.swaps_eyes {
         panel_commands.commands.push(Command::SwapEyes(swaps));
     }
     let mut pattern = room.shows_pattern();

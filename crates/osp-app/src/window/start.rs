@@ -57,6 +57,7 @@ fn without_place(error: &str) -> &str {
 
 /// Reason for which a window cannot be opened, or has closed.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum WindowError {
     /// The system has no display.
     #[error("no window can be opened: {}", without_place(.0))]
@@ -69,12 +70,7 @@ pub enum WindowError {
     Tracker(#[from] TrackerError),
     /// A rig names a monitor that does not exist.
     #[error("no monitor `{wanted}`: expected {}", expected_monitors(.there))]
-    NoMonitor {
-        /// The monitor's name in the rig.
-        wanted: String,
-        /// The existing monitors.
-        there: Vec<MonitorInfo>,
-    },
+    NoMonitor { wanted: String, there: Vec<MonitorInfo> },
     /// A rig names the same monitor in two ways.
     #[error("the rig has two names for monitor {0}: expected one for all its outputs")]
     SameMonitor(MonitorInfo),
@@ -86,12 +82,7 @@ pub enum WindowError {
     Unread(#[from] OpenError),
     /// The trace cannot be written.
     #[error("{}: {cause}", path.display())]
-    Trace {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        cause: io::Error,
-    },
+    Trace { path: PathBuf, cause: io::Error },
 }
 
 fn expected_monitors(monitors: &[MonitorInfo]) -> String {

@@ -89,7 +89,7 @@ pub(crate) struct ToPlay {
 
 impl Task for ToPlay {
     fn step(&mut self, progress: &Progress) -> Option<Done> {
-        let session = match progress.note(self.reader.events()) {
+        let session = match progress.note(self.reader.events) {
             true => self.reader.step(),
             false => Err(RecordingError::io(&self.path, io::ErrorKind::Interrupted.into())),
         };
@@ -145,7 +145,7 @@ impl ToDraw {
                 }
             }
             Stage::Reading(mut reader) => {
-                if !progress.note(reader.events()) {
+                if !progress.note(reader.events) {
                     reader.give_up();
                     return Err(cancelled());
                 }

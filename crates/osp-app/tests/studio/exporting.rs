@@ -175,7 +175,7 @@ fn a_replay_is_exported_as_far_as_it_has_played_and_never_over_itself() {
     let bytes = fs::read(&whole).expect("there");
     let player = Session::to_play(&whole, Pace::Samples(1), CameraChoice::Auto).expect("a session");
     let mut studio = Studio::new(player, Autosaves::new(None), IndexKind::Osp);
-    let starts = studio.session().replay().expect("a replay").stroke_starts().to_vec();
+    let starts = studio.session().replay().expect("a replay").stroke_starts.to_vec();
     studio.command(Command::Seek(starts[2]));
     studio.command(Command::Export(part.clone()));
     assert_eq!((drawn_in(&whole).0, drawn_in(&part).0), (4, 2));

@@ -108,7 +108,7 @@ fn malformed_lines_are_refused_with_what_was_expected() {
 fn a_socket_counts_what_it_cannot_read_and_lives_on() {
     let address = TrackerAddress::Udp("127.0.0.1:0".parse().expect("an address"));
     let tracker = Tracker::open(&address, &TrackerOptions::default(), || {}).expect("a tracker");
-    let to = tracker.local_address().expect("a port");
+    let to = tracker.local_address.expect("a port");
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
     let mut nested = osc_packet(&Message::Undo);
     // Bundles are nested far deeper than any real ones.

@@ -262,7 +262,7 @@ fn the_culling_camera_is_frozen_by_its_box() {
     harness.press(Key::C);
     assert!(!harness.state().studio.is_frozen());
     harness.click_on("frustum culling");
-    assert!(!harness.state().studio.culling().stages().frustum);
+    assert!(!harness.state().studio.culling().stages.frustum);
 }
 
 #[test]

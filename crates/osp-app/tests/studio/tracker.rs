@@ -33,7 +33,7 @@ pub(crate) fn listen(options: &TrackerOptions) -> Tracker {
 
 pub(crate) fn sender(to: &Tracker) -> UdpSocket {
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
-    socket.connect(to.local_address().expect("a port")).expect("an address");
+    socket.connect(to.local_address.expect("a port")).expect("an address");
     socket
 }
 

@@ -60,7 +60,7 @@ fn told(mut player: Session) -> (String, u64) {
         replay_of(&player).frame_count(),
         player.bounds(),
         player.background(),
-        replay_of(&player).stroke_starts(),
+        &replay_of(&player).stroke_starts,
         player.remarks()
     );
     let frames = replay_of(&player).frame_count();
@@ -88,8 +88,8 @@ fn a_replay_that_is_read_in_steps_is_the_one_that_is_read_at_once() {
         let (mut steps, mut events) = (0, 0);
         let in_steps = loop {
             let player = reader.step().expect("a session");
-            assert!(reader.events() - events <= Pace::MOST_EVENTS as u64 * 4, "a step reads a frame");
-            (steps, events) = (steps + 1, reader.events());
+            assert!(reader.events - events <= Pace::MOST_EVENTS as u64 * 4, "a step reads a frame");
+            (steps, events) = (steps + 1, reader.events);
             if let Some(player) = player {
                 break player;
             }

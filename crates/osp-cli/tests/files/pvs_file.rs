@@ -35,7 +35,7 @@ fn cells() -> ViewCells {
 /// Sets of different groups in each cell.
 fn sets(scene: &Scene) -> Pvs {
     let mut pvs = Pvs::new(scene, cells(), 9).expect("a few bytes");
-    for cell in 0..pvs.cells().len() {
+    for cell in 0..pvs.cells.len() {
         pvs.set_cell(cell, &[0x9E37_79B9_7F4A_7C15u64.wrapping_mul(cell as u64 + 1) & 0x1FFF]);
     }
     pvs

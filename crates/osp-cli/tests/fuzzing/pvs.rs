@@ -66,8 +66,8 @@ fn ask(pvs: &Pvs, model: &Scene, data: &[u8]) {
     let share = pvs.mean_share();
     assert!((0.0..=1.0).contains(&share), "a share of {share}");
     let mut u = Input::new(data);
-    let cells = *pvs.cells();
-    let ids: Vec<PolygonId> = (0..pvs.polygons().min(1000) as u32).map(PolygonId).collect();
+    let cells = pvs.cells;
+    let ids: Vec<PolygonId> = (0..pvs.polygons.min(1000) as u32).map(PolygonId).collect();
     let mut eyes =
         vec![cells.min, cells.corner(cells.len() - 1) + Vec3::splat(cells.side_m), Vec3::NAN, Vec3::MAX];
     eyes.extend((0..8).map(|_| cells.corner(below(&mut u, cells.len())) + cells.side_m * 0.5));

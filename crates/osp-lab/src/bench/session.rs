@@ -41,9 +41,6 @@ pub struct SessionInput {
 
 /// Plays a session through the indexes; the rows are the part `session`. `progress` is called after every frame. A
 /// frame inserts and culls; nothing is drawn.
-///
-/// # Errors
-/// The recording is damaged.
 pub fn run_session<I>(
     input: &SessionInput,
     events: I,

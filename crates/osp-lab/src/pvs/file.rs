@@ -45,40 +45,20 @@ const WINDOW_LOG: u32 = 23;
 
 /// The error of a file of potentially visible sets.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum PvsError {
     /// The file could not be opened, read or written.
     #[error("{}: {cause}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        cause: io::Error,
-    },
-    /// The file is damaged, or has another format.
+    Io { path: PathBuf, cause: io::Error },
+    /// The file is damaged, or has another format. Bytes count from 0.
     #[error("{}, byte {offset}: expected {expected}; found {found}", path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// Offset, from 0.
-        offset: u64,
-        /// The contents that the format requires at this offset.
-        expected: String,
-        /// The contents at this offset.
-        found: String,
-    },
+    Damaged { path: PathBuf, offset: u64, expected: String, found: String },
     /// The file belongs to another model, or to another state of the same model.
     #[error(
         "{}, byte {MODEL_AT}: made of another model: expected {expected}; found {found}; osp bake makes it again",
         path.display()
     )]
-    OtherModel {
-        /// The file.
-        path: PathBuf,
-        /// The model that was expected.
-        expected: String,
-        /// The model of the file.
-        found: String,
-    },
+    OtherModel { path: PathBuf, expected: String, found: String },
 }
 
 /// Offset of the model's description in the file.
@@ -146,18 +126,12 @@ fn model_text(polygons: u64, model: u64) -> String {
 
 impl Pvs {
     /// Writes the sets to a file, which is replaced if it exists.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), PvsError> {
         write_atomically(path, |out| self.write_to(out))
             .map_err(|cause| PvsError::Io { path: path.to_owned(), cause })
     }
 
     /// Writes the sets in the form of a file.
-    ///
-    /// # Errors
-    /// The output fails.
     pub fn write_to(&self, out: impl Write) -> io::Result<()> {
         let mut out = Summing { out, sum: Xxh3::new() };
         out.write_all(MAGIC)?;

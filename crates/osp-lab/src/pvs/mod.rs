@@ -108,12 +108,13 @@ pub fn fingerprint_of_model(geometry: &dyn Geometry) -> u64 {
 /// The sets of all cells.
 #[derive(Clone, PartialEq)]
 pub struct Pvs {
-    cells: ViewCells,
+    /// The cells.
+    pub cells: ViewCells,
     /// Number of polygons of the model, visible or not.
-    polygons: usize,
+    pub polygons: usize,
     model: u64,
     /// Number of sample points of each cell.
-    samples: u32,
+    pub samples: u32,
     /// One bit per group, in whole words for each cell.
     sets: Vec<u64>,
 }
@@ -158,21 +159,6 @@ impl Pvs {
         }
         sets.resize(bytes as usize / 8, 0);
         Ok(Self { cells, polygons, model: fingerprint_of_model(scene), samples, sets })
-    }
-
-    /// The cells.
-    pub fn cells(&self) -> &ViewCells {
-        &self.cells
-    }
-
-    /// Number of sample points of each cell.
-    pub fn samples(&self) -> u32 {
-        self.samples
-    }
-
-    /// Number of polygons of the model.
-    pub fn polygons(&self) -> usize {
-        self.polygons
     }
 
     /// Size of all sets, bytes.

@@ -1,12 +1,12 @@
 use std::{collections::BTreeSet, error::Error, path::Path};
 
-use plotters::{coord::Shift, prelude::*};
+use plotters::prelude::*;
 
 use super::{
     ReplayReport,
     numbers::thousands,
     palette::{LineStyle, SAMPLE_PIXELS},
-    picture::{ChartError, ChartFormat, Picture, encode},
+    picture::{Area, Backend, ChartError, ChartFormat, Picture, encode},
     printable::one_line,
     run::{Measured, RunReport},
 };
@@ -39,10 +39,7 @@ pub fn draw_frame_times(report: &ReplayReport, path: &Path) -> Result<(), ChartE
 struct FrameTimes<'a>(&'a ReplayReport);
 
 impl Picture for FrameTimes<'_> {
-    fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Result<(), Box<dyn Error>> {
         draw(self.0, area)
     }
 }
@@ -106,10 +103,7 @@ fn number_of(index: &str, runs: &[RunReport]) -> usize {
     before.map(|run| &run.index).collect::<BTreeSet<_>>().len()
 }
 
-fn draw<B: DrawingBackend>(report: &ReplayReport, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
-where
-    B::ErrorType: 'static,
-{
+fn draw<B: Backend>(report: &ReplayReport, area: &Area<B>) -> Result<(), Box<dyn Error>> {
     area.fill(&WHITE)?;
     let curves: Vec<Vec<Group>> = report.runs.iter().map(|run| groups(run, report.frames)).collect();
     let all = || curves.iter().flatten();

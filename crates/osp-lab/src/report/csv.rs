@@ -23,9 +23,6 @@ pub enum OcclusionColumns {
 
 impl<W: Write> CsvWriter<W> {
     /// Writes the line of column names. With a rig each screen and eye has columns.
-    ///
-    /// # Errors
-    /// The output cannot be written.
     pub fn new(mut out: W, occlusion: OcclusionColumns, rig: Option<&RigReport>) -> io::Result<Self> {
         write!(
             out,
@@ -52,9 +49,6 @@ impl<W: Write> CsvWriter<W> {
 
     /// Writes a frame. `measured` is 0 if the index had skipped frames before, because the times are then not those of
     /// a single frame.
-    ///
-    /// # Errors
-    /// The output cannot be written.
     pub fn write(&mut self, recording: &str, run: &RunReport, frame: &LaneFrame) -> io::Result<()> {
         let r = &frame.record;
         let index = &run.index;
@@ -100,7 +94,7 @@ impl<W: Write> CsvWriter<W> {
         }
         if let (1.., Some(views)) = (self.views, &run.views) {
             let number = |count: Option<u64>| count.map_or_else(String::new, |count| count.to_string());
-            write!(self.out, ",{},{}", r.views, number(views.one_view_ns()))?;
+            write!(self.out, ",{},{}", r.views, number(views.one_view_ns))?;
             for counts in views.last() {
                 let [in_view, drawn] =
                     [counts.map(|of| of.0), counts.map(|of| of.1)].map(|count| number(count.map(u64::from)));
@@ -111,9 +105,6 @@ impl<W: Write> CsvWriter<W> {
     }
 
     /// Flushes and returns the output.
-    ///
-    /// # Errors
-    /// The output cannot be written.
     pub fn finish(mut self) -> io::Result<W> {
         self.out.flush()?;
         Ok(self.out)

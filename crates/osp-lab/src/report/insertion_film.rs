@@ -4,13 +4,13 @@
 use std::{error::Error, io};
 
 use glam::{DVec2, Vec3};
-use plotters::{coord::Shift, prelude::*};
+use plotters::prelude::*;
 
 use super::{
     chart::register_font,
     colors::{BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION},
     numbers::thousands,
-    picture::{Picture, pixels},
+    picture::{Area, Backend, Picture, pixels},
     printable::one_line,
     shapes::{Drawn, fill, middle, point, stroke, write_at},
     structure::{Structure, plane_corners},
@@ -175,16 +175,7 @@ impl Step<'_> {
     }
 
     /// Draws a polygon with its number.
-    fn polygon<B: DrawingBackend>(
-        &self,
-        area: &DrawingArea<B, Shift>,
-        cube: &Cube,
-        nth: usize,
-        color: RGBColor,
-    ) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn polygon<B: Backend>(&self, area: &Area<B>, cube: &Cube, nth: usize, color: RGBColor) -> Drawn {
         let polygon = self.film.scene.polygon(self.film.polygons[nth]);
         let outline: Vec<DVec2> = polygon.vertices().iter().map(|&p| cube.pixel(p)).collect();
         fill(area, &outline, color.mix(0.75))?;
@@ -195,10 +186,7 @@ impl Step<'_> {
         }
     }
 
-    fn draw_osp<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_osp<B: Backend>(&self, area: &Area<B>) -> Drawn {
         let cube = Cube::new(&self.film.root, area.dim_in_pixel());
         area.draw(&Text::new(
             "OSP tree: its planes exist before the polygons",
@@ -230,14 +218,11 @@ impl Step<'_> {
         Ok(())
     }
 
-    fn draw_octree<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_octree<B: Backend>(&self, area: &Area<B>) -> Drawn {
         let cube = Cube::new(&self.film.root, area.dim_in_pixel());
         area.draw(&Text::new("octree: filled again for each polygon", (14, 10), ("sans-serif", 20)))?;
         cube.edges(area, &self.film.root, PALE.to_rgba(), 1)?;
-        for cell in self.cells.nodes() {
+        for cell in &self.cells.nodes {
             cube.edges(area, &cell.bounds, INK.mix(0.35), 1)?;
         }
         let work = self.work[self.nth];
@@ -265,13 +250,10 @@ impl Step<'_> {
     }
 
     /// Draws all nodes of the paper's tree, and the path of the polygon.
-    fn draw_tree<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_tree<B: Backend>(&self, area: &Area<B>) -> Drawn {
         let paper = &self.trees.paper;
         let tree = Structure::with_empty_nodes(paper);
-        let nodes = tree.nodes();
+        let nodes = &tree.nodes;
         let inside = nodes.iter().take_while(|node| node.fields.is_some()).count();
         let levels = nodes[..inside].iter().map(|node| (node.parent, node.depth));
         let layout = TreeLayout::new(levels, area.dim_in_pixel(), 26.0);
@@ -310,10 +292,7 @@ impl Step<'_> {
     }
 
     /// Draws a bar for each polygon so far: the number of planes tested.
-    fn draw_bars<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_bars<B: Backend>(&self, area: &Area<B>) -> Drawn {
         let (w, h) = area.dim_in_pixel();
         let most =
             self.work.iter().map(|work| work.osp_planes.max(work.octree_planes)).max().unwrap_or(1).max(1);
@@ -345,10 +324,7 @@ impl Step<'_> {
 }
 
 impl Picture for Step<'_> {
-    fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Drawn {
         area.fill(&WHITE)?;
         let (upper, lower) = area.split_vertically(UPPER);
         let (left, right) = upper.split_horizontally(SIZE.0 / 2);
@@ -396,16 +372,7 @@ impl Cube {
         self.middle + flat * self.scale
     }
 
-    fn edges<B: DrawingBackend>(
-        &self,
-        area: &DrawingArea<B, Shift>,
-        bounds: &Aabb,
-        color: RGBAColor,
-        width: u32,
-    ) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn edges<B: Backend>(&self, area: &Area<B>, bounds: &Aabb, color: RGBAColor, width: u32) -> Drawn {
         // The bits of a corner's number choose its side on x, y, z.
         let corners = bounds.corners().map(|p| self.pixel(p));
         for from in 0..8_usize {

@@ -49,9 +49,9 @@ impl RunReport {
             "culled_mean": self.culled_mean(),
             "fingerprint": format!("{:016x}", self.fingerprint()),
             "bytes": self.bytes,
-            "allocations_steady": self.allocations_steady(),
+            "allocations_steady": self.allocations_steady,
             "frames_measured": self.measured_frames(),
-            "frames_fingerprinted": self.frames().len(),
+            "frames_fingerprinted": self.frames.len(),
             "refused": self.refused,
         });
         if let Some(occlusion) = &self.occlusion {

@@ -2,19 +2,15 @@
 
 use std::error::Error;
 
-use plotters::{coord::Shift, prelude::*};
+use plotters::prelude::*;
+
+use super::picture::{Area, Backend};
 
 /// A line of a legend: its colour, if it has one, and its text.
 pub(super) type LegendLine = (Option<RGBAColor>, String);
 
 /// Writes a legend in the lower left corner.
-pub(super) fn legend<B: DrawingBackend>(
-    lines: &[LegendLine],
-    area: &DrawingArea<B, Shift>,
-) -> Result<(), Box<dyn Error>>
-where
-    B::ErrorType: 'static,
-{
+pub(super) fn legend<B: Backend>(lines: &[LegendLine], area: &Area<B>) -> Result<(), Box<dyn Error>> {
     const LINE: i32 = 17;
     let height = area.dim_in_pixel().1 as i32;
     let top = height - 8 - LINE * lines.len() as i32;

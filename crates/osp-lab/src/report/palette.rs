@@ -94,7 +94,7 @@ pub(crate) struct LineStyle {
     color: RGBColor,
     mark: Mark,
     /// Length of dash and gap, pixels; `None` for a solid line.
-    dash: Option<(u32, u32)>,
+    pub(crate) dash: Option<(u32, u32)>,
 }
 
 impl LineStyle {
@@ -133,11 +133,6 @@ impl LineStyle {
     /// The name of the colour's variable in a page's style sheet.
     pub(crate) fn css_name(self) -> &'static str {
         css_name(self.color).unwrap_or("--ink")
-    }
-
-    /// Length of dash and gap, pixels; `None` for a solid line.
-    pub(crate) fn dash(self) -> Option<(u32, u32)> {
-        self.dash
     }
 
     /// The mark as a character.

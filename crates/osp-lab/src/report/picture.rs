@@ -8,6 +8,7 @@ use thiserror::Error;
 
 /// The error of a chart.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum ChartError {
     /// The ending of the file name is neither `.png` nor `.svg`.
     #[error("{}: expected a file name ending in .png or .svg", .0.display())]
@@ -17,12 +18,7 @@ pub enum ChartError {
     Empty(PathBuf),
     /// The picture could not be drawn or written.
     #[error("{}: {message}", path.display())]
-    Draw {
-        /// The file.
-        path: PathBuf,
-        /// The cause.
-        message: String,
-    },
+    Draw { path: PathBuf, message: String },
 }
 
 /// The kinds of picture.
@@ -36,9 +32,6 @@ pub enum ChartFormat {
 
 impl ChartFormat {
     /// The kind of picture for the ending of a file name.
-    ///
-    /// # Errors
-    /// [`ChartError::Ending`].
     pub fn of(path: &Path) -> Result<Self, ChartError> {
         match path
             .extension()
@@ -53,11 +46,17 @@ impl ChartFormat {
     }
 }
 
+/// A part of a picture.
+pub(super) type Area<B> = DrawingArea<B, Shift>;
+
+/// What is drawn on, with errors that can be boxed.
+pub(super) trait Backend: DrawingBackend<ErrorType: 'static> {}
+
+impl<B: DrawingBackend<ErrorType: 'static>> Backend for B {}
+
 /// A picture that can be drawn in pixels and as vectors.
 pub(super) trait Picture {
-    fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static;
+    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Result<(), Box<dyn Error>>;
 }
 
 /// The bytes of a picture file.

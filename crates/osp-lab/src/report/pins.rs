@@ -40,23 +40,14 @@ pub struct Pin {
 
 /// The error of a file of pins.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum PinError {
     /// The file cannot be read or written.
     #[error("{}: {cause}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        cause: io::Error,
-    },
+    Io { path: PathBuf, cause: io::Error },
     /// The file is not a list of pins.
     #[error("{}, line {}: expected a list of pinned fingerprints; {}", path.display(), cause.span.start.line, cause.code)]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// The cause.
-        cause: Box<ron::error::SpannedError>,
-    },
+    Format { path: PathBuf, cause: Box<ron::error::SpannedError> },
 }
 
 impl Pin {
@@ -65,9 +56,9 @@ impl Pin {
         if !run.is_complete() {
             return None;
         }
-        let frames = run.frames().len() as u64;
+        let frames = run.frames.len() as u64;
         let mut parts = [SessionFingerprint::new(); PARTS as usize];
-        for &(frame, fingerprint) in run.frames() {
+        for &(frame, fingerprint) in &run.frames {
             parts[(frame * PARTS / frames) as usize].add(frame, fingerprint);
         }
         let hex = |n: u64| format!("{n:016x}");
@@ -120,9 +111,6 @@ pub fn pinned_name(recording: &Path, pins: &Path) -> String {
 
 impl Pins {
     /// Reads a file of pins.
-    ///
-    /// # Errors
-    /// The file cannot be read or is not a file of pins.
     pub fn read(path: &Path) -> Result<Self, PinError> {
         let text = small_file::read_text(path, MOST_BYTES)
             .map_err(|cause| PinError::Io { path: path.to_owned(), cause })?;
@@ -130,9 +118,6 @@ impl Pins {
     }
 
     /// Writes the file, completely or not at all.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), PinError> {
         let pretty = ron::ser::PrettyConfig::new().depth_limit(2);
         let io_error = |cause| PinError::Io { path: path.to_owned(), cause };

@@ -1,13 +1,13 @@
 use std::{error::Error, path::Path};
 
 use glam::Vec3;
-use plotters::{coord::Shift, prelude::*};
+use plotters::prelude::*;
 
 use super::{
     ChartFormat,
     chart::register_font,
     colors::VERMILION,
-    picture::{Picture, encode},
+    picture::{Area, Backend, Picture, encode},
     printable::one_line,
 };
 use osp::math::Aabb;
@@ -36,15 +36,12 @@ impl RigPlan<'_> {
         Ok(write_atomically(path, |out| out.write_all(&bytes))?)
     }
 
-    fn draw_side<B: DrawingBackend>(
+    fn draw_side<B: Backend>(
         &self,
         title: &str,
         project: fn(Vec3) -> (f32, f32),
-        area: &DrawingArea<B, Shift>,
-    ) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
+        area: &Area<B>,
+    ) -> Result<(), Box<dyn Error>> {
         let rig = self.0;
         let area = area.titled(title, ("sans-serif", 22))?;
         let corners = rig.screens.iter().flat_map(corners_of).chain([rig.head]);
@@ -90,10 +87,7 @@ impl RigPlan<'_> {
 }
 
 impl Picture for RigPlan<'_> {
-    fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Result<(), Box<dyn Error>> {
         area.fill(&WHITE)?;
         let name = one_line(&self.0.name);
         let halves = area.split_evenly((1, 2));

@@ -22,9 +22,11 @@ pub struct RunReport {
     /// Number of frames of the session.
     session_frames: u64,
     measured: Vec<Measured>,
-    allocations_steady: u64,
+    /// Number of allocations in insertion and culling over the second half of the session.
+    pub allocations_steady: u64,
     fingerprint: SessionFingerprint,
-    frames: Vec<(u64, u64)>,
+    /// Number and fingerprint of each replayed frame.
+    pub frames: Vec<(u64, u64)>,
     /// Memory of the index at the end, bytes.
     pub bytes: usize,
     /// Number of changes that the index refused.
@@ -253,11 +255,6 @@ impl RunReport {
         self.quantile(quantile, |m| Some(m.total_ns as f64 + drawn(m) as f64 * polygon_ns)) / 1000.0
     }
 
-    /// Number of allocations in insertion and culling over the second half of the session.
-    pub fn allocations_steady(&self) -> u64 {
-        self.allocations_steady
-    }
-
     /// Whether every frame of the session was replayed.
     pub fn is_complete(&self) -> bool {
         self.frames.len() as u64 == self.session_frames
@@ -266,11 +263,6 @@ impl RunReport {
     /// Fingerprint of all replayed frames.
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint.value()
-    }
-
-    /// Number and fingerprint of each replayed frame.
-    pub fn frames(&self) -> &[(u64, u64)] {
-        &self.frames
     }
 
     pub(super) fn curve(&self) -> &[Measured] {
@@ -336,7 +328,7 @@ impl ReplayReport {
 pub(crate) fn first_disagreement(runs: &[RunReport]) -> Option<(&str, &str, u64)> {
     let mut seen: BTreeMap<u64, (&str, u64)> = BTreeMap::new();
     for run in runs {
-        for &(frame, fingerprint) in run.frames() {
+        for &(frame, fingerprint) in &run.frames {
             let &mut (first, expected) = seen.entry(frame).or_insert((&run.index, fingerprint));
             if fingerprint != expected {
                 return Some((first, &run.index, frame));

@@ -11,7 +11,7 @@ impl ShadowStructure {
     pub fn to_dot(&self, name: &str) -> String {
         let mut dot = dot_head("shadows", name);
         // Writing to a string does not fail.
-        for (i, node) in self.nodes().iter().enumerate() {
+        for (i, node) in self.nodes.iter().enumerate() {
             let label = match &node.holds {
                 ShadowHolds::Plane { number, occluder, .. } => match occluder {
                     Some(of) => format!("plane {} of occluder {}", number + 1, occluder_name(*of)),
@@ -50,7 +50,7 @@ mod tests {
         let occluders = [ShadowVolume::of_polygon(&corners, &window).expect("an occluder")];
         let step =
             ShadowSteps::new(ShadowForm::Conservative, &window, &occluders).step(9, &window, &occluders);
-        let dot = step.structure().to_dot("a \"name\"");
+        let dot = step.structure.to_dot("a \"name\"");
         assert!(dot.contains(r#"label="a \"name\"";"#), "{dot}");
         assert_eq!(dot.matches(" of occluder A\"").count(), 4);
         assert_eq!(dot.matches("\"unoccluded\"").count(), 4);

@@ -30,7 +30,7 @@ impl<'a> ShadowLook<'a> {
 
     /// The occluders, best first, with the eye as the origin.
     pub fn occluders(&self) -> &[ShadowVolume] {
-        self.view.occluders()
+        &self.view.occluders
     }
 
     /// Fraction of the window that an occluder fills.

@@ -3,7 +3,7 @@
 use std::{error::Error, path::Path};
 
 use glam::{DVec2, DVec3, Vec3};
-use plotters::{coord::Shift, prelude::*};
+use plotters::prelude::*;
 
 use super::{
     ChartFormat,
@@ -11,7 +11,7 @@ use super::{
     colors::{BLUE, INK, ORANGE},
     legend::{LegendLine, legend},
     numbers::thousands,
-    picture::{Picture, encode, pixels},
+    picture::{Area, Backend, Picture, encode, pixels},
     printable::one_line,
     shadow_look::{ShadowLook, ShadowPanel},
     shapes::{Drawn, fill, middle, point, stroke, write_at},
@@ -87,18 +87,15 @@ impl ShadowPicture<'_> {
         pixels(self, self.size())
     }
 
-    fn draw_panel<B: DrawingBackend>(&self, panel: &ShadowPanel, area: &DrawingArea<B, Shift>) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_panel<B: Backend>(&self, panel: &ShadowPanel, area: &Area<B>) -> Drawn {
         let counts = self.look.counts(panel);
-        let (planes, all) = (panel.step.structure().planes(), panel.step.planes_in_all());
+        let (planes, all) = (panel.step.structure.planes, panel.step.planes_in_all);
         let title = format!(
             "{}: {} of {} planes, {} levels; hides {} of {} hidden polygons and {} visible ones",
-            panel.step.form().name(),
+            panel.step.form.name(),
             thousands(planes as u64),
             thousands(all as u64),
-            panel.step.structure().levels(),
+            panel.step.structure.levels(),
             thousands(counts.hidden_culled as u64),
             thousands(self.look.hidden() as u64),
             thousands(counts.visible_culled as u64),
@@ -117,7 +114,7 @@ impl ShadowPicture<'_> {
         let in_view = self.look.in_view.iter().zip(&panel.culled);
         let mut order: Vec<(PolygonId, RGBColor, bool)> =
             in_view.map(|(&(id, sight), &culled)| (id, color_of(sight, culled), culled)).collect();
-        let eye = self.look.view.window().eye_in_world().as_vec3();
+        let eye = self.look.view.window.eye_in_world().as_vec3();
         let away = |id: PolygonId| self.look.scene.bounds(id).center().distance_squared(eye);
         let rank = |color: RGBColor| [BLUE, WRONG].iter().position(|of| *of == color);
         order.sort_by(|a, b| rank(a.1).cmp(&rank(b.1)).then(away(b.0).total_cmp(&away(a.0))));
@@ -125,10 +122,7 @@ impl ShadowPicture<'_> {
     }
 
     /// Draws the eye's view through the window. A plane through the eye is a line in this view.
-    fn draw_window<B: DrawingBackend>(&self, panel: &ShadowPanel, area: &DrawingArea<B, Shift>) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_window<B: Backend>(&self, panel: &ShadowPanel, area: &Area<B>) -> Drawn {
         let (w, h) = area.dim_in_pixel();
         let window = WindowPixels::new(self.look, w, h);
         let order = self.in_order(panel);
@@ -138,7 +132,7 @@ impl ShadowPicture<'_> {
             fill(area, &outline, color.to_rgba())?;
             stroke(area, &outline, WHITE.mix(0.8), 1)?;
         }
-        let nodes = panel.step.structure().nodes();
+        let nodes = &panel.step.structure.nodes;
         for node in nodes {
             if matches!(&node.holds, ShadowHolds::Leaf { occluders } if !occluders.is_empty()) {
                 fill(area, &window.directions(&node.cell), SHADOW.mix(0.3))?;
@@ -156,13 +150,12 @@ impl ShadowPicture<'_> {
             ShadowHolds::Plane { number, cut: Some(cut), .. } => Some((*number, *cut)),
             _ => None,
         });
-        let latest = panel.step.structure().planes().checked_sub(1);
+        let latest = panel.step.structure.planes.checked_sub(1);
         for (number, cut) in planes.clone() {
-            let is_latest =
-                latest == Some(number) && panel.step.structure().planes() < panel.step.planes_in_all();
+            let is_latest = latest == Some(number) && panel.step.structure.planes < panel.step.planes_in_all;
             stroke(area, &window.directions(&cut), INK.to_rgba(), if is_latest { 4 } else { 1 })?;
         }
-        if panel.step.structure().planes() <= MOST_NUMBERS {
+        if panel.step.structure.planes <= MOST_NUMBERS {
             for (number, cut) in planes {
                 for at in window.directions(&[cut[0] + cut[1]]) {
                     let (least, most) = (DVec2::splat(11.0), DVec2::new(f64::from(w), f64::from(h)) - 11.0);
@@ -187,12 +180,9 @@ impl ShadowPicture<'_> {
     }
 
     /// Draws the shadows in parallel projection.
-    fn draw_plan<B: DrawingBackend>(&self, panel: &ShadowPanel, area: &DrawingArea<B, Shift>) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_plan<B: Backend>(&self, panel: &ShadowPanel, area: &Area<B>) -> Drawn {
         let look = self.look;
-        let eye = look.view.window().eye_in_world().as_vec3();
+        let eye = look.view.window.eye_in_world().as_vec3();
         let bounds =
             look.scene.visible_ids().fold(Aabb::new(eye, eye), |all, id| all.union(&look.scene.bounds(id)));
         let plan = Plan::new(self.side, &bounds, area.dim_in_pixel());
@@ -230,7 +220,7 @@ impl ShadowPicture<'_> {
             }
         }
         let at = plan.pixel(eye);
-        for corner in look.view.window().corners() {
+        for corner in look.view.window.corners() {
             stroke(area, &plan.clipped_line(at, far(*corner)), INK.mix(0.4), 1)?;
         }
         let at = point(&at);
@@ -262,11 +252,8 @@ impl ShadowPicture<'_> {
     }
 }
 
-fn draw_tree<B: DrawingBackend>(panel: &ShadowPanel, area: &DrawingArea<B, Shift>) -> Drawn
-where
-    B::ErrorType: 'static,
-{
-    let nodes = panel.step.structure().nodes();
+fn draw_tree<B: Backend>(panel: &ShadowPanel, area: &Area<B>) -> Drawn {
+    let nodes = &panel.step.structure.nodes;
     let layout = TreeLayout::new(
         nodes.iter().map(|node| (node.parent.map(|of| of.0), node.depth)),
         area.dim_in_pixel(),
@@ -277,7 +264,7 @@ where
             area.draw(&PathElement::new([layout.pixel(parent), layout.pixel(i)], NOT_FOUND.stroke_width(1)))?;
         }
     }
-    let has_numbers = panel.step.structure().planes() <= MOST_NUMBERS && layout.step_x() >= LEAST_STEP;
+    let has_numbers = panel.step.structure.planes <= MOST_NUMBERS && layout.step_x() >= LEAST_STEP;
     let radius = (layout.step_x() * 0.45).clamp(2.0, if has_numbers { 11.0 } else { 6.0 }) as i32;
     for (i, node) in nodes.iter().enumerate() {
         draw_node(area, node, layout.pixel(i), radius, has_numbers)?;
@@ -286,16 +273,13 @@ where
     Ok(())
 }
 
-fn draw_node<B: DrawingBackend>(
-    area: &DrawingArea<B, Shift>,
+fn draw_node<B: Backend>(
+    area: &Area<B>,
     node: &ShadowNode,
     (x, y): (i32, i32),
     radius: i32,
     has_numbers: bool,
-) -> Drawn
-where
-    B::ErrorType: 'static,
-{
+) -> Drawn {
     let place = DVec2::new(f64::from(x), f64::from(y));
     match &node.holds {
         ShadowHolds::Plane { number, occluder, .. } => {
@@ -325,10 +309,7 @@ where
 }
 
 impl Picture for ShadowPicture<'_> {
-    fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Drawn
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Drawn {
         area.fill(&WHITE)?;
         let (columns, below) = area.split_vertically(HEIGHTS[0] + HEIGHTS[1]);
         let areas = columns.split_evenly((1, self.panels.len().max(1)));
@@ -360,7 +341,7 @@ struct WindowPixels<'a> {
 impl<'a> WindowPixels<'a> {
     fn new(look: &'a ShadowLook<'a>, width: u32, height: u32) -> Self {
         let height = f64::from(height);
-        Self { look, raster: Raster::new(look.view.window(), f64::from(width), height), height }
+        Self { look, raster: Raster::new(&look.view.window, f64::from(width), height), height }
     }
 
     fn directions(&self, directions: &[DVec3]) -> Vec<DVec2> {
@@ -373,7 +354,7 @@ impl<'a> WindowPixels<'a> {
 
     /// The part of an outline in the window and beyond the near plane.
     fn clipped(&self, outline: &[DVec3]) -> Vec<DVec2> {
-        let window = self.look.view.window();
+        let window = &self.look.view.window;
         let corners = window.corners();
         let sides = (0..4).map(|i| (corners[i].cross(corners[(i + 1) % 4]), 0.0));
         let mut kept = outline.to_vec();
@@ -390,7 +371,7 @@ impl<'a> WindowPixels<'a> {
 
     fn polygon(&self, scene: &Scene, id: PolygonId) -> Vec<DVec2> {
         let outline: Vec<DVec3> =
-            scene.polygon(id).vertices().iter().map(|&p| self.look.view.window().from_eye(p)).collect();
+            scene.polygon(id).vertices().iter().map(|&p| self.look.view.window.from_eye(p)).collect();
         self.clipped(&outline)
     }
 }
@@ -476,10 +457,7 @@ fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
 }
 
 /// Writes a plane's number so that it is legible on a line.
-fn number_at<B: DrawingBackend>(area: &DrawingArea<B, Shift>, at: DVec2, number: usize) -> Drawn
-where
-    B::ErrorType: 'static,
-{
+fn number_at<B: Backend>(area: &Area<B>, at: DVec2, number: usize) -> Drawn {
     area.draw(&Circle::new(point(&at), 9, WHITE.filled()))?;
     area.draw(&Circle::new(point(&at), 9, INK.mix(0.6)))?;
     write_at(area, &(number + 1).to_string(), at, 13, &INK)

@@ -4,10 +4,11 @@ use std::error::Error;
 
 use glam::DVec2;
 use plotters::{
-    coord::Shift,
     prelude::*,
     style::text_anchor::{HPos, Pos, VPos},
 };
+
+use super::picture::{Area, Backend};
 
 pub(super) type Drawn = Result<(), Box<dyn Error>>;
 
@@ -22,14 +23,7 @@ pub(super) fn middle(outline: &[DVec2]) -> Option<DVec2> {
 }
 
 /// Fills a convex outline.
-pub(super) fn fill<B: DrawingBackend>(
-    area: &DrawingArea<B, Shift>,
-    outline: &[DVec2],
-    color: RGBAColor,
-) -> Drawn
-where
-    B::ErrorType: 'static,
-{
+pub(super) fn fill<B: Backend>(area: &Area<B>, outline: &[DVec2], color: RGBAColor) -> Drawn {
     if outline.len() >= 3 {
         area.draw(&Polygon::new(outline.iter().map(point).collect::<Vec<_>>(), color.filled()))?;
     }
@@ -37,15 +31,7 @@ where
 }
 
 /// Draws a closed line around an outline, or a line between two points.
-pub(super) fn stroke<B: DrawingBackend>(
-    area: &DrawingArea<B, Shift>,
-    outline: &[DVec2],
-    color: RGBAColor,
-    width: u32,
-) -> Drawn
-where
-    B::ErrorType: 'static,
-{
+pub(super) fn stroke<B: Backend>(area: &Area<B>, outline: &[DVec2], color: RGBAColor, width: u32) -> Drawn {
     let first = outline.first().filter(|_| outline.len() > 2);
     let path: Vec<(i32, i32)> = outline.iter().chain(first).map(point).collect();
     if path.len() > 1 {
@@ -55,16 +41,13 @@ where
 }
 
 /// Writes a text centred at `at`, pixels.
-pub(super) fn write_at<B: DrawingBackend>(
-    area: &DrawingArea<B, Shift>,
+pub(super) fn write_at<B: Backend>(
+    area: &Area<B>,
     text: &str,
     at: DVec2,
     size: u32,
     color: &RGBColor,
-) -> Drawn
-where
-    B::ErrorType: 'static,
-{
+) -> Drawn {
     let style = TextStyle::from(("sans-serif", size).into_font()).color(color);
     area.draw(&Text::new(text.to_owned(), point(&at), style.pos(Pos::new(HPos::Center, VPos::Center))))?;
     Ok(())

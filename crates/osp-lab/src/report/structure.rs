@@ -92,9 +92,10 @@ pub(super) fn coordinates(p: Vec3) -> String {
 /// The nodes of an index in depth-first order, each before its descendants.
 #[derive(Clone, Debug, Default)]
 pub struct Structure {
-    nodes: Vec<StructureNode>,
+    /// The nodes.
+    pub nodes: Vec<StructureNode>,
     /// The polygons, each with the index of the deepest node that contains it.
-    members: Vec<(PolygonId, usize)>,
+    pub members: Vec<(PolygonId, usize)>,
 }
 
 struct Collector(Structure);
@@ -216,16 +217,6 @@ impl Structure {
         names
     }
 
-    /// The nodes.
-    pub fn nodes(&self) -> &[StructureNode] {
-        &self.nodes
-    }
-
-    /// The polygons, each with the index of the deepest node that contains it.
-    pub fn members(&self) -> &[(PolygonId, usize)] {
-        &self.members
-    }
-
     /// Depth of the deepest node.
     pub fn depth(&self) -> u32 {
         self.nodes.iter().map(|node| node.depth).max().unwrap_or(0)
@@ -333,9 +324,9 @@ mod tests {
     fn children_lie_below_and_within_their_parents() {
         for &kind in IndexKind::ALL {
             let structure = Structure::of(&*filled(kind));
-            for (i, node) in structure.nodes().iter().enumerate() {
+            for (i, node) in structure.nodes.iter().enumerate() {
                 let Some(parent) = node.parent else { continue };
-                let above = structure.nodes()[parent];
+                let above = structure.nodes[parent];
                 assert!(parent < i && above.depth < node.depth, "{}: node {i}", kind.name());
                 assert!(above.bounds.contains(&node.bounds), "{}: node {i}", kind.name());
             }
@@ -345,18 +336,18 @@ mod tests {
     #[test]
     fn whole_levels_are_left_out_and_counted() {
         let structure = Structure::of(&*filled(IndexKind::BvhMedian));
-        let all = structure.nodes().len();
+        let all = structure.nodes.len();
         assert!(all > 50, "{all}");
         for most in [0, 1, 2, 3, 10, 30, all, all + 1] {
             let upper = structure.collapsed(most);
-            let kept = upper.nodes().len();
+            let kept = upper.nodes.len();
             assert!(kept <= most.max(1) && (most < all || kept == all), "{kept} of at most {most}");
-            let left_out: usize = upper.nodes().iter().map(|node| node.left_out).sum();
+            let left_out: usize = upper.nodes.iter().map(|node| node.left_out).sum();
             assert_eq!(kept + left_out, all);
-            let whole = structure.nodes().iter().filter(|node| node.depth <= upper.depth()).count();
+            let whole = structure.nodes.iter().filter(|node| node.depth <= upper.depth()).count();
             assert_eq!(kept, whole, "levels are kept whole");
         }
-        assert_eq!(Structure::default().collapsed(5).nodes().len(), 0);
+        assert_eq!(Structure::default().collapsed(5).nodes.len(), 0);
     }
 
     #[test]
@@ -374,10 +365,10 @@ mod tests {
     fn the_papers_tree_has_all_its_nodes_with_their_fields() {
         let index = filled(IndexKind::OspPaper);
         let (all, full) = (Structure::with_empty_nodes(&*index), Structure::of(&*index));
-        let inside = all.nodes().iter().filter(|node| node.fields.is_some());
+        let inside = all.nodes.iter().filter(|node| node.fields.is_some());
         assert_eq!(inside.clone().count(), (1 << 16) - 1);
-        assert_eq!(all.nodes().iter().filter(|node| node.polygons > 0).count(), full.nodes().len());
-        let mut members = all.members().iter().map(|(id, _)| id.0).collect::<Vec<_>>();
+        assert_eq!(all.nodes.iter().filter(|node| node.polygons > 0).count(), full.nodes.len());
+        let mut members = all.members.iter().map(|(id, _)| id.0).collect::<Vec<_>>();
         members.sort_unstable();
         assert!(members.into_iter().eq(0..4000));
         for node in inside {
@@ -390,14 +381,14 @@ mod tests {
             );
         }
         let upper = all.upper(3);
-        assert_eq!(upper.nodes().iter().filter(|node| node.fields.is_some()).count(), 7);
+        assert_eq!(upper.nodes.iter().filter(|node| node.fields.is_some()).count(), 7);
         assert_eq!(
             upper.splits(2000).iter().map(|split| split.depth).collect::<Vec<_>>(),
             [0, 1, 1, 2, 2, 2, 2]
         );
         let dot = upper.to_dot("tree", true);
         assert!(dot.contains("\\nx = ") && dot.contains("S\\n") && dot.contains("\\nown: "), "{dot}");
-        let root = upper.nodes()[0];
+        let root = upper.nodes[0];
         let [center, width] = root.fields.expect("a node of the tree").place();
         assert_eq!(center, format!("centre {}", coordinates(root.bounds.center())));
         assert_eq!(width, format!("width {:.2} m", root.bounds.extent().max_element()));
@@ -410,19 +401,15 @@ mod tests {
             let index = filled(kind);
             let structure = Structure::of(&*index);
             for structure in [structure.collapsed(9), structure] {
-                let mut ids: Vec<u32> = structure.members().iter().map(|(id, _)| id.0).collect();
+                let mut ids: Vec<u32> = structure.members.iter().map(|(id, _)| id.0).collect();
                 ids.sort_unstable();
-                let all = if structure.nodes().is_empty() { 0 } else { 4000 };
+                let all = if structure.nodes.is_empty() { 0 } else { 4000 };
                 assert!(ids.iter().copied().eq(0..all), "{}: {}", kind.name(), ids.len());
-                for &(id, node) in structure.members() {
+                for &(id, node) in &structure.members {
                     let i = id.0;
                     let at =
                         Vec3::new((i % 20) as f32, (i / 20 % 20) as f32, (i / 400) as f32) * 0.2 - Vec3::ONE;
-                    assert!(
-                        structure.nodes()[node].bounds.contains(&Aabb::cube(at, 0.02)),
-                        "{}",
-                        kind.name()
-                    );
+                    assert!(structure.nodes[node].bounds.contains(&Aabb::cube(at, 0.02)), "{}", kind.name());
                 }
             }
         }

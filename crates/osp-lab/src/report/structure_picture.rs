@@ -3,14 +3,14 @@
 use std::{error::Error, fmt::Write, path::Path};
 
 use glam::Vec3;
-use plotters::{coord::Shift, prelude::*};
+use plotters::prelude::*;
 
 use super::{
     ChartFormat,
     chart::register_font,
     legend::{LegendLine, legend},
     numbers::thousands,
-    picture::{Picture, encode},
+    picture::{Area, Backend, Picture, encode},
     printable::one_line,
     structure::{MOST_TREE_NODES, SplitOutline, Structure, StructureNode, coordinates},
 };
@@ -128,14 +128,7 @@ impl StructurePicture<'_> {
         Ok(write_atomically(path, |out| out.write_all(&bytes))?)
     }
 
-    fn draw_panel<B: DrawingBackend>(
-        &self,
-        panel: &StructurePanel,
-        area: &DrawingArea<B, Shift>,
-    ) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_panel<B: Backend>(&self, panel: &StructurePanel, area: &Area<B>) -> Result<(), Box<dyn Error>> {
         let structure = &panel.structure;
         let most = match self.view {
             StructureView::Space(_) => MOST_CELLS,
@@ -148,14 +141,14 @@ impl StructurePicture<'_> {
         let mut title = format!(
             "{}: {} nodes, {} levels",
             one_line(&panel.title),
-            thousands(structure.nodes().len() as u64),
-            if structure.nodes().is_empty() { 0 } else { structure.depth() + 1 }
+            thousands(structure.nodes.len() as u64),
+            if structure.nodes.is_empty() { 0 } else { structure.depth() + 1 }
         );
-        if shown.nodes().len() < structure.nodes().len() {
+        if shown.nodes.len() < structure.nodes.len() {
             let _ = write!(title, "; the upper {} are shown", shown.depth() + 1);
         }
         if let Some((ray, hit)) = &self.ray {
-            let entered = structure.nodes().iter().filter(|node| enters(ray, node)).count();
+            let entered = structure.nodes.iter().filter(|node| enters(ray, node)).count();
             let _ = write!(title, "; the ray enters {}", thousands(entered as u64));
             match hit {
                 Some(t) => write!(title, ", meets a polygon at {t:.2} m")?,
@@ -170,7 +163,7 @@ impl StructurePicture<'_> {
             }
             StructureView::Tree => {
                 self.draw_tree(&shown, &area)?;
-                if shown.nodes().iter().any(|node| node.fields.is_some()) {
+                if shown.nodes.iter().any(|node| node.fields.is_some()) {
                     legend(&field_lines(&shown), &area)?;
                 }
             }
@@ -178,17 +171,14 @@ impl StructurePicture<'_> {
         Ok(())
     }
 
-    fn draw_cells<B: DrawingBackend>(
+    fn draw_cells<B: Backend>(
         &self,
         shown: &Structure,
         splits: &[SplitOutline],
         side: Side,
-        area: &DrawingArea<B, Shift>,
-    ) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
-        let all = shown.nodes().iter().fold(Aabb::EMPTY, |all, node| all.union(&node.bounds));
+        area: &Area<B>,
+    ) -> Result<(), Box<dyn Error>> {
+        let all = shown.nodes.iter().fold(Aabb::EMPTY, |all, node| all.union(&node.bounds));
         if all.is_empty() {
             return Ok(());
         }
@@ -213,14 +203,14 @@ impl StructurePicture<'_> {
                 }
             }
             CellColors::Leaf => {
-                for &(id, node) in shown.members() {
+                for &(id, node) in &shown.members {
                     area.draw(&Polygon::new(outline_of(id), color_of_leaf(node).mix(0.8)))?;
                 }
             }
         }
         if splits.is_empty() {
             // The deepest cells are drawn first, so that the few upper ones stay visible.
-            let mut order: Vec<&StructureNode> = shown.nodes().iter().collect();
+            let mut order: Vec<&StructureNode> = shown.nodes.iter().collect();
             order.sort_by_key(|node| std::cmp::Reverse(node.depth));
             for node in order.into_iter().filter(|node| node.polygons > 0) {
                 let (a, b) = (pixel(node.bounds.min), pixel(node.bounds.max));
@@ -262,15 +252,8 @@ impl StructurePicture<'_> {
         Ok(())
     }
 
-    fn draw_tree<B: DrawingBackend>(
-        &self,
-        shown: &Structure,
-        area: &DrawingArea<B, Shift>,
-    ) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
-        let nodes = shown.nodes();
+    fn draw_tree<B: Backend>(&self, shown: &Structure, area: &Area<B>) -> Result<(), Box<dyn Error>> {
+        let nodes = &shown.nodes;
         let layout =
             TreeLayout::new(nodes.iter().map(|node| (node.parent, node.depth)), area.dim_in_pixel(), MARGIN);
         let pixel = |node| layout.pixel(node);
@@ -297,7 +280,7 @@ impl StructurePicture<'_> {
             // Only a tree whose nodes exist before its polygons has empty nodes.
             let style = if node.polygons == 0 { style.stroke_width(1) } else { style.filled() };
             area.draw(&Circle::new((x, y), radius, style))?;
-            if layout.places() <= MOST_LABELS {
+            if layout.places <= MOST_LABELS {
                 let (mut left, mut top) = (x + radius + 3, y - 6);
                 let mut lines = vec![thousands(node.polygons as u64)];
                 if node.left_out > 0 {
@@ -324,10 +307,7 @@ impl StructurePicture<'_> {
 }
 
 impl Picture for StructurePicture<'_> {
-    fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_on<B: Backend>(&self, area: &Area<B>) -> Result<(), Box<dyn Error>> {
         area.fill(&WHITE)?;
         let areas = area.split_evenly((1, self.panels.len().max(1)));
         for (panel, area) in self.panels.iter().zip(&areas) {
@@ -348,7 +328,7 @@ fn legend_lines(shown: &Structure, splits: &[SplitOutline], colors: CellColors) 
     let mut lines = Vec::new();
     if colors == CellColors::Leaf {
         let mut held = std::collections::BTreeMap::<usize, usize>::new();
-        shown.members().iter().for_each(|&(_, node)| *held.entry(node).or_default() += 1);
+        shown.members.iter().for_each(|&(_, node)| *held.entry(node).or_default() += 1);
         let mut counts: Vec<usize> = held.values().copied().collect();
         counts.sort_unstable();
         lines.push((
@@ -362,7 +342,7 @@ fn legend_lines(shown: &Structure, splits: &[SplitOutline], colors: CellColors) 
         return lines;
     }
     let (what, depths): (_, Vec<u32>) = match splits.is_empty() {
-        true => ("node", shown.nodes().iter().map(|node| node.depth).collect()),
+        true => ("node", shown.nodes.iter().map(|node| node.depth).collect()),
         false => ("plane", splits.iter().map(|split| split.depth).collect()),
     };
     let deepest = depths.iter().copied().max().unwrap_or(0);
@@ -379,8 +359,8 @@ fn legend_lines(shown: &Structure, splits: &[SplitOutline], colors: CellColors) 
 
 /// Legend of the picture of a tree with preallocated nodes.
 fn field_lines(shown: &Structure) -> Vec<LegendLine> {
-    let empty = shown.nodes().iter().filter(|node| node.polygons == 0).count();
-    let (shown, empty) = (thousands(shown.nodes().len() as u64), thousands(empty as u64));
+    let empty = shown.nodes.iter().filter(|node| node.polygons == 0).count();
+    let (shown, empty) = (thousands(shown.nodes.len() as u64), thousands(empty as u64));
     let lines = [
         format!("{empty} of the {shown} nodes shown are empty: hollow circles"),
         "x, y, z: the plane that halves a node; to the left what is behind it".to_owned(),

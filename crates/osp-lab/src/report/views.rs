@@ -101,7 +101,8 @@ pub struct ViewsReport {
     /// `None` if one of the times was not measured.
     pub(super) against_one: Vec<Option<(u64, u64)>>,
     last: Vec<Option<ViewCounts>>,
-    one_view_ns: Option<u64>,
+    /// The time of the last frame with only one of its views, nanoseconds, if it was measured.
+    pub one_view_ns: Option<u64>,
 }
 
 /// Mean counts of a replay in one view of a rig.
@@ -143,11 +144,6 @@ impl ViewsReport {
     /// view.
     pub fn last(&self) -> impl Iterator<Item = Option<(u32, u32)>> + '_ {
         self.last.iter().map(|view| view.map(|counts| (counts.in_view, counts.drawn)))
-    }
-
-    /// The time of the last frame with only one of its views, nanoseconds, if it was measured.
-    pub fn one_view_ns(&self) -> Option<u64> {
-        self.one_view_ns
     }
 }
 

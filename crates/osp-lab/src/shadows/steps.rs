@@ -51,7 +51,8 @@ impl ShadowForm {
 /// The tree of a view's occluders. Each step adds one plane.
 #[derive(Clone, Debug)]
 pub struct ShadowSteps {
-    form: ShadowForm,
+    /// The form.
+    pub form: ShadowForm,
     tree: ShadowTree,
 }
 
@@ -59,11 +60,6 @@ impl ShadowSteps {
     /// The tree of these occluders, which are sorted, the best first.
     pub fn new(form: ShadowForm, window: &ViewWindow, occluders: &[ShadowVolume]) -> Self {
         Self { form, tree: form.tree(window, occluders) }
-    }
-
-    /// The form.
-    pub fn form(&self) -> ShadowForm {
-        self.form
     }
 
     /// Number of planes of the whole tree, which is the number of the last step.
@@ -86,31 +82,19 @@ impl ShadowSteps {
 /// The first planes of a tree.
 #[derive(Clone, Debug)]
 pub struct ShadowStep {
-    form: ShadowForm,
-    planes_in_all: usize,
-    structure: ShadowStructure,
+    /// The form.
+    pub form: ShadowForm,
+    /// Number of planes of the whole tree.
+    pub planes_in_all: usize,
+    /// The planes of this step and the cells between them.
+    pub structure: ShadowStructure,
     first: ShadowTree,
 }
 
 impl ShadowStep {
-    /// The form.
-    pub fn form(&self) -> ShadowForm {
-        self.form
-    }
-
-    /// Number of planes of the whole tree.
-    pub fn planes_in_all(&self) -> usize {
-        self.planes_in_all
-    }
-
-    /// The planes of this step and the cells between them.
-    pub fn structure(&self) -> &ShadowStructure {
-        &self.structure
-    }
-
     /// The plane that this step adds, with the two cells beside it; `None` in the step without planes.
     pub fn latest(&self) -> Option<&Node> {
-        let latest = self.structure.planes().checked_sub(1)?;
+        let latest = self.structure.planes.checked_sub(1)?;
         Some(self.first.node(latest as u32))
     }
 
@@ -122,7 +106,7 @@ impl ShadowStep {
     /// The numbers of the occluders that have a plane or a shadow in this step, in increasing order.
     pub fn taken(&self) -> Vec<usize> {
         let mut taken: Vec<usize> = Vec::new();
-        for node in self.structure.nodes() {
+        for node in &self.structure.nodes {
             match &node.holds {
                 ShadowHolds::Plane { occluder, .. } => taken.extend(*occluder),
                 ShadowHolds::Leaf { occluders } => taken.extend(occluders),
@@ -155,20 +139,20 @@ mod tests {
     fn four_planes_of_a_square_leave_one_cell_in_its_shadow() {
         for form in [ShadowForm::Conservative, ShadowForm::Paper] {
             let step = step_of(form, 9);
-            let whole = step.structure();
-            assert_eq!((whole.planes(), whole.levels(), whole.nodes().len()), (4, 4, 9));
+            let whole = &step.structure;
+            assert_eq!((whole.planes, whole.levels(), whole.nodes.len()), (4, 4, 9));
             let is_dark = |node: &&ShadowNode| matches!(&node.holds, ShadowHolds::Leaf { occluders } if occluders == &[0]);
-            let dark: Vec<_> = whole.nodes().iter().filter(is_dark).collect();
+            let dark: Vec<_> = whole.nodes.iter().filter(is_dark).collect();
             assert_eq!(dark.len(), 1);
             assert_eq!((dark[0].cell.len(), dark[0].depth), (4, 4));
             let all_cut = |node: &ShadowNode| match node.holds {
                 ShadowHolds::Plane { occluder, cut, .. } => occluder == Some(0) && cut.is_some(),
                 ShadowHolds::Leaf { .. } => true,
             };
-            assert!(whole.nodes().iter().all(all_cut));
+            assert!(whole.nodes.iter().all(all_cut));
             let step = step_of(form, 3);
-            let part = step.structure();
-            assert_eq!((part.planes(), part.nodes().iter().filter(is_dark).count()), (3, 0));
+            let part = &step.structure;
+            assert_eq!((part.planes, part.nodes.iter().filter(is_dark).count()), (3, 0));
         }
     }
 }

@@ -49,8 +49,10 @@ pub enum ShadowHolds {
 /// The nodes of a tree in depth-first order, the child in front of a plane first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShadowStructure {
-    nodes: Vec<ShadowNode>,
-    planes: usize,
+    /// The nodes.
+    pub nodes: Vec<ShadowNode>,
+    /// Number of planes.
+    pub planes: usize,
 }
 
 impl ShadowStructure {
@@ -82,16 +84,6 @@ impl ShadowStructure {
             nodes.push(ShadowNode { parent, depth, cell, holds });
         }
         Self { nodes, planes: tree.node_count() }
-    }
-
-    /// The nodes.
-    pub fn nodes(&self) -> &[ShadowNode] {
-        &self.nodes
-    }
-
-    /// Number of planes.
-    pub fn planes(&self) -> usize {
-        self.planes
     }
 
     /// Number of levels of planes.

@@ -17,9 +17,12 @@ use osp_session::scene::Scene;
 /// A view of a model: its occluders, and the polygons in it.
 #[derive(Clone, Debug)]
 pub struct ShadowView {
-    window: ViewWindow,
-    occluders: Vec<ShadowVolume>,
-    in_view: Vec<PolygonId>,
+    /// The cone of directions that the eye sees.
+    pub window: ViewWindow,
+    /// The occluders, best first, with the eye as the origin.
+    pub occluders: Vec<ShadowVolume>,
+    /// The polygons whose boxes are not outside of the view.
+    pub in_view: Vec<PolygonId>,
 }
 
 impl ShadowView {
@@ -37,21 +40,6 @@ impl ShadowView {
             occluders: selector.chosen().to_vec(),
             in_view: scene.visible_ids().filter(is_in_view).collect(),
         })
-    }
-
-    /// The cone of directions that the eye sees.
-    pub fn window(&self) -> &ViewWindow {
-        &self.window
-    }
-
-    /// The occluders, best first, with the eye as the origin.
-    pub fn occluders(&self) -> &[ShadowVolume] {
-        &self.occluders
-    }
-
-    /// The polygons whose boxes are not outside of the view.
-    pub fn in_view(&self) -> &[PolygonId] {
-        &self.in_view
     }
 
     /// The true visibility of each polygon in view, in the order of [`Self::in_view`]. O(polygons in view + pixels).
@@ -77,12 +65,12 @@ impl ShadowView {
 
     /// One line on what a step of the occluders' tree does.
     pub fn line(&self, step: &ShadowStep) -> String {
-        let all = step.planes_in_all();
+        let all = step.planes_in_all;
         let Some(latest) = step.latest() else {
             return format!("Plane 0 of {all}: the window is one cell, and nothing is hidden");
         };
-        let nodes = step.structure().nodes();
-        let number = step.structure().planes();
+        let nodes = &step.structure.nodes;
+        let number = step.structure.planes;
         let found = nodes.iter().find_map(|node| match &node.holds {
             ShadowHolds::Plane { number: of, occluder, cut } if *of + 1 == number => {
                 Some((node.parent, *occluder, cut.is_some()))

@@ -18,38 +18,26 @@ const CREDENTIALS_BYTES: u64 = 4096;
 
 /// An error in an address or in its options.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum AddressError {
-    /// The text is not the address of a shared session.
+    /// The text is not the address of a shared session; `found` lacks the parts that may be a password.
     #[error("expected nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME; found `{found}` ({why})")]
-    NoAddress {
-        /// The address without parts that may be a password.
-        found: String,
-        /// The reason.
-        why: String,
-    },
+    NoAddress { found: String, why: String },
     /// The connection would leave this machine unencrypted, so that others could read and change the packets.
     #[error(
         "{host} is not this machine: expected tls://{host}/…, or --unencrypted if everybody on the way may read and change what is drawn"
     )]
-    Unencrypted {
-        /// The host.
-        host: String,
-    },
+    Unencrypted { host: String },
     /// The file of credentials cannot be read.
     #[error("{}", path.display())]
     File {
-        /// The file.
         path: PathBuf,
-        /// The reason.
         #[source]
         cause: std::io::Error,
     },
     /// The file does not contain credentials.
     #[error("{}: expected one line, a token or USER:PASSWORD", path.display())]
-    NoCredentials {
-        /// The file.
-        path: PathBuf,
-    },
+    NoCredentials { path: PathBuf },
 }
 
 /// Credentials for the server.
@@ -103,8 +91,10 @@ impl Credentials {
 pub struct Address {
     host: String,
     port: u16,
-    session: String,
-    is_encrypted: bool,
+    /// The name of the session.
+    pub session: String,
+    /// Whether the connection is encrypted (`tls://`).
+    pub is_encrypted: bool,
     is_this_machine: bool,
     /// The credentials that the address contains.
     pub credentials: Credentials,
@@ -113,16 +103,6 @@ pub struct Address {
 impl Address {
     /// Longest name of a session, bytes.
     pub const MAX_NAME_BYTES: usize = 64;
-
-    /// The name of the session.
-    pub fn session(&self) -> &str {
-        &self.session
-    }
-
-    /// Whether the connection is encrypted (`tls://`).
-    pub fn is_encrypted(&self) -> bool {
-        self.is_encrypted
-    }
 
     /// Checks that the connection is encrypted or stays on this machine.
     ///
@@ -233,7 +213,7 @@ mod tests {
     fn addresses_are_read() {
         let plain = address("nats://127.0.0.1/house");
         assert_eq!(plain.server(), "nats://127.0.0.1:4222");
-        assert_eq!((plain.session(), plain.stream().as_str()), ("house", "osp-house"));
+        assert_eq!((plain.session.as_str(), plain.stream().as_str()), ("house", "osp-house"));
         assert_eq!(plain.to_string(), "nats://127.0.0.1:4222/house");
         assert_eq!(address("nats://a%20word@localhost:9/x").credentials, Credentials::Token("a word".into()));
         let user = Credentials::User { name: "ann".into(), password: "p:w".into() };

@@ -196,7 +196,7 @@ impl Exchange<'_> {
                 is_for_good && now.saturating_sub(*failing_since.get_or_insert(now)) > RETRY_FOR;
             match answer {
                 Ok(info) => {
-                    let known = self.member.last_sequence();
+                    let known = self.member.last_sequence;
                     self.check(&info, known)?;
                     // The log is read from the last known message on, to check that this message is still the same.
                     let opened = server::messages(&server.logs, address, known.max(1));
@@ -284,7 +284,7 @@ impl Exchange<'_> {
                     match answer {
                         Ok(info) => {
                             self.check(&info, asked_at)?;
-                            let known = self.member.last_sequence();
+                            let known = self.member.last_sequence;
                             // No message was read since the last check, so the missing messages do not arrive.
                             if can_read && info.state.last_sequence > known && known == look_known {
                                 return Ok(());
@@ -313,7 +313,7 @@ impl Exchange<'_> {
                         return Ok(());
                     }
                     if looking.is_none() && now.saturating_sub(asked_since) > CHECK_EVERY && server.is_connected() {
-                        (looking, asked_since) = (Some(self.member.last_sequence()), now);
+                        (looking, asked_since) = (Some(self.member.last_sequence), now);
                         let (logs, address, sender) = (server.logs.clone(), self.address.clone(), sender.clone());
                         tokio::spawn(async move {
                             let answer = server::stream(&logs, &address, &Role::Watcher, true).await;
@@ -341,7 +341,7 @@ impl Exchange<'_> {
 
     /// Whether messages that the log had when it was opened are still unread.
     fn is_reading(&self) -> bool {
-        self.member.last_sequence() < self.read_up_to
+        self.member.last_sequence < self.read_up_to
     }
 
     /// Whether the log is being read for the first time. The member joins afterwards, because the log returns its
@@ -355,7 +355,7 @@ impl Exchange<'_> {
     /// server has another log.
     fn goes_on(&mut self, sequence: u64, stamp: u64, payload: &[u8]) -> Result<bool, LiveError> {
         let is_first = std::mem::take(&mut self.is_just_opened);
-        let known = self.member.last_sequence();
+        let known = self.member.last_sequence;
         let is_same = match self.last_read {
             _ if !is_first => return Ok(sequence <= known + 1),
             None => sequence == 1,
@@ -382,7 +382,7 @@ impl Exchange<'_> {
                 if !self.goes_on(info.stream_sequence, stamp, &message.payload)? {
                     return Ok(false);
                 }
-                if info.stream_sequence > self.member.last_sequence() {
+                if info.stream_sequence > self.member.last_sequence {
                     self.last_read = Some((info.stream_sequence, stamp, xxh3_64(&message.payload)));
                 }
                 let before = self.member.counts.own_messages;
@@ -452,7 +452,7 @@ impl Exchange<'_> {
     /// Longest wait for an answer before the server counts as silent. It is longer while the session is crowded, because
     /// this member then retries more rarely.
     fn silence(&self) -> Duration {
-        if self.member.is_crowded() { GIVE_UP } else { Duration::from_secs(1) }
+        if self.member.is_crowded { GIVE_UP } else { Duration::from_secs(1) }
     }
 
     fn update(&mut self, server: &Server, now: Duration) {
@@ -461,12 +461,12 @@ impl Exchange<'_> {
             !server.is_connected() || self.member.waits_for(now).is_some_and(|waits| waits > self.silence());
         self.state = if is_silent {
             Connection::Silent
-        } else if self.member.is_crowded() {
+        } else if self.member.is_crowded {
             Connection::Crowded
-        } else if self.member.is_full() {
+        } else if self.member.is_full {
             Connection::Full
         } else if self.is_reading() {
-            Connection::Reading { read: self.member.last_sequence(), of: self.read_up_to }
+            Connection::Reading { read: self.member.last_sequence, of: self.read_up_to }
         } else {
             Connection::Live
         };

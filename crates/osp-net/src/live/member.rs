@@ -47,16 +47,17 @@ pub(super) struct Member {
     pub(super) counts: Counts,
     pub(super) latency_us: Histogram<u64>,
     pub(super) news: Vec<News>,
-    last_sequence: u64,
+    /// Number of the last message that was processed; 0 before the first message.
+    pub(super) last_sequence: u64,
     /// The server's time stamp of the first message.
     first_stamp_nanos: Option<u64>,
     /// The session's time minus this member's time, seconds.
     later_secs: f64,
     is_leaving: bool,
     has_left: bool,
-    is_full: bool,
+    pub(super) is_full: bool,
     /// Whether the last attempt to join failed because too many members have joined.
-    is_crowded: bool,
+    pub(super) is_crowded: bool,
     /// Time at which the member began to wait for an answer, or received the last answer.
     progress: Duration,
     announced: Duration,
@@ -87,13 +88,8 @@ impl Member {
         }
     }
 
-    /// Number of the last message that was processed; 0 before the first message.
-    pub(super) fn last_sequence(&self) -> u64 {
-        self.last_sequence
-    }
-
     pub(super) fn author(&self) -> Option<Author> {
-        self.outbox.as_ref()?.author()
+        self.outbox.as_ref()?.author
     }
 
     /// Number of authors that are present.
@@ -103,16 +99,7 @@ impl Member {
 
     /// Number of this member's events that are not in the log.
     pub(super) fn pending(&self) -> usize {
-        self.outbox.as_ref().map_or(0, Outbox::pending)
-    }
-
-    pub(super) fn is_full(&self) -> bool {
-        self.is_full
-    }
-
-    /// Whether this member waits until it may join.
-    pub(super) fn is_crowded(&self) -> bool {
-        self.is_crowded
+        self.outbox.as_ref().map_or(0, |outbox| outbox.pending)
     }
 
     /// Whether this member draws.
@@ -122,8 +109,8 @@ impl Member {
 
     /// Sets the estimated age of the session, which is used until the first own message comes back.
     pub(super) fn set_age(&mut self, age_secs: f64, now: Duration) {
-        if let Some(outbox) = self.outbox.as_mut().filter(|outbox| outbox.author().is_none()) {
-            outbox.set_later_secs(age_secs - now.as_secs_f64());
+        if let Some(outbox) = self.outbox.as_mut().filter(|outbox| outbox.author.is_none()) {
+            outbox.later_secs = age_secs - now.as_secs_f64();
         }
     }
 
@@ -201,12 +188,12 @@ impl Member {
 
     /// A presence message for the other members, if it is due.
     pub(super) fn presence(&mut self, now: Duration) -> Option<String> {
-        let outbox = self.outbox.as_ref().filter(|outbox| outbox.author().is_some() && !self.has_left)?;
+        let outbox = self.outbox.as_ref().filter(|outbox| outbox.author.is_some() && !self.has_left)?;
         if now.saturating_sub(self.announced) < PRESENCE_EVERY {
             return None;
         }
         self.announced = now;
-        Some(packet::presence(outbox.sender()))
+        Some(packet::presence(outbox.sender))
     }
 
     /// Processes a presence message of another member.
@@ -226,8 +213,8 @@ impl Member {
     /// counts.
     pub(super) fn message_of_absence(&mut self, now: Duration) -> Option<Outgoing> {
         let outbox = self.outbox.as_ref().filter(|_| self.may_send())?;
-        outbox.author()?;
-        let author = self.presence.gone(now, Some(outbox.sender()))?;
+        outbox.author?;
+        let author = self.presence.gone(now, Some(outbox.sender))?;
         let number = self.log.next_of(Sender::HOST);
         let mut text = packet::head(Sender::HOST, number);
         let t = now.as_secs_f64() + self.later_secs;
@@ -244,7 +231,7 @@ impl Member {
         }
         self.last_sequence = sequence;
         let first = *self.first_stamp_nanos.get_or_insert(stamp_nanos);
-        let me_sender = self.outbox.as_ref().map(Outbox::sender);
+        let me_sender = self.outbox.as_ref().map(|outbox| outbox.sender);
         let mut events = Vec::new();
         match self.log.take(bytes, stamp_nanos, &mut events) {
             Judged::Garbage(expected) => {
@@ -324,14 +311,14 @@ impl Member {
     /// Processes a message of this member that has come back; returns the number of this member's events in it.
     fn answered(&mut self, author: Author, first_nanos: u64, stamp_nanos: u64, now: Duration) -> usize {
         let Some(outbox) = &mut self.outbox else { return 0 };
-        let had_joined = outbox.author().is_some();
+        let had_joined = outbox.author.is_some();
         let answered = outbox.taken(author);
         (self.progress, self.is_crowded) = (now, false);
         self.counts.own_messages += 1;
         if !had_joined {
             let session_secs = stamp_nanos.saturating_sub(first_nanos) as f64 / 1.0e9;
             self.later_secs = session_secs - now.as_secs_f64();
-            outbox.set_later_secs(self.later_secs);
+            outbox.later_secs = self.later_secs;
             self.news.push(News::Joined(author));
         } else if let Some(since) = answered.since {
             let took = now.saturating_sub(since).as_micros();
@@ -342,13 +329,13 @@ impl Member {
 
     /// Whether a message of the log is this member's oldest message that the server has not returned yet.
     fn is_own(&self, sender: Sender, bytes: &[u8]) -> bool {
-        self.outbox.as_ref().is_some_and(|outbox| outbox.sender() == sender && outbox.is_next(bytes))
+        self.outbox.as_ref().is_some_and(|outbox| outbox.sender == sender && outbox.is_next(bytes))
     }
 
     /// Joins again, because other members have declared this member gone, or because somebody uses its sender number.
     fn join_again(&mut self, now: Duration) {
         if let Some(outbox) = &mut self.outbox {
-            outbox.set_later_secs(self.later_secs);
+            outbox.later_secs = self.later_secs;
             outbox.join_again(new_sender());
             (self.progress, self.is_crowded) = (now, false);
         }

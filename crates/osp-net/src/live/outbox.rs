@@ -82,20 +82,20 @@ pub struct Who {
 #[derive(Debug)]
 pub(super) struct Outbox {
     who: Who,
-    sender: Sender,
-    author: Option<Author>,
+    pub(super) sender: Sender,
+    pub(super) author: Option<Author>,
     own: Own,
     next: u64,
     in_flight: VecDeque<InFlight>,
     waiting: VecDeque<WaitingEvent>,
     /// Number of events that the program sent and that are not in the log.
-    pending: usize,
+    pub(super) pending: usize,
     /// A part of the message ids. It increases before messages that did not count are sent again, because the server
     /// drops known ids.
     attempt: u32,
     needs_new_ids: bool,
     /// The session's time minus this member's clock, seconds.
-    later_secs: f64,
+    pub(super) later_secs: f64,
     rate: OwnRate,
     /// Largest size of a message, bytes.
     limit_bytes: usize,
@@ -126,18 +126,6 @@ impl Outbox {
         }
     }
 
-    pub(super) fn sender(&self) -> Sender {
-        self.sender
-    }
-
-    pub(super) fn author(&self) -> Option<Author> {
-        self.author
-    }
-
-    pub(super) fn pending(&self) -> usize {
-        self.pending
-    }
-
     /// Whether messages are in flight.
     pub(super) fn awaits_answers(&self) -> bool {
         !self.in_flight.is_empty()
@@ -150,10 +138,6 @@ impl Outbox {
 
     pub(super) fn set_limit_bytes(&mut self, bytes: usize) {
         self.limit_bytes = bytes.min(packet::MAX_BYTES);
-    }
-
-    pub(super) fn set_later_secs(&mut self, later_secs: f64) {
-        self.later_secs = later_secs;
     }
 
     /// Adds this member's events, at a time of this member's clock.

@@ -107,7 +107,7 @@ fn options_of(address: &Address, options: &LinkOptions, complaints: &Arc<Complai
     let complaints = Arc::clone(complaints);
     let mut connect = ConnectOptions::new()
         .name("osp")
-        .require_tls(address.is_encrypted())
+        .require_tls(address.is_encrypted)
         // The client connects only to the given server, not to other servers that this server announces.
         .ignore_discovered_servers()
         // The subscription has room for a batch of the log and for presence messages that the member has not read yet.

@@ -55,7 +55,7 @@ impl Client {
 
     /// Reads the log to its end.
     fn read(&mut self, server: &Server, now: Duration) {
-        let from = usize::try_from(self.member.last_sequence()).expect("a short test");
+        let from = usize::try_from(self.member.last_sequence).expect("a short test");
         for ((nanos, bytes), i) in server.log[from..].iter().zip(from as u64 + 1..) {
             self.member.take(i, *nanos, bytes, now);
         }
@@ -336,16 +336,16 @@ fn who_comes_into_a_crowd_draws_on_and_joins_once_there_is_room() {
         ann.draw(if frame == 0 { vec![begin(0)] } else { vec![point(0, frame)] }, now);
         ann.publish(&mut server, now, &mut || false);
         ann.read(&server, now);
-        assert!(!ann.member.is_full());
+        assert!(!ann.member.is_full);
         match ann.member.author() {
             Some(_) => _ = joined.get_or_insert(now),
-            None => assert!(ann.member.is_crowded(), "frame {frame}"),
+            None => assert!(ann.member.is_crowded, "frame {frame}"),
         }
     }
     // One sender can join every ten seconds.
     let joined = joined.expect("she has joined").as_secs_f64();
     assert!((10.0..12.0).contains(&joined), "{joined}");
-    assert!(!ann.member.is_crowded());
+    assert!(!ann.member.is_crowded);
     assert_eq!((ann.own, ann.refused, ann.member.pending()), (ann.drawn, 0, 0));
     assert_eq!(points_of(&ann.events)["Ann"], (1..1500).collect::<Vec<_>>());
 }

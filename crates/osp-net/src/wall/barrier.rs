@@ -94,7 +94,8 @@ pub(super) struct Barrier {
     most_patience: Duration,
     turns: VecDeque<Turn>,
     events: Vec<HubEvent>,
-    frames: u64,
+    /// Number of frames that were shown.
+    pub(super) frames: u64,
     last_swap: Option<Duration>,
     /// Times of the swaps of the last second.
     swaps: VecDeque<Duration>,
@@ -324,11 +325,6 @@ impl Barrier {
         }
     }
 
-    /// Number of frames that were shown.
-    pub(super) fn frames(&self) -> u64 {
-        self.frames
-    }
-
     /// Number of frames that were shown in the last second.
     pub(super) fn frames_a_second(&self, now: Duration) -> f64 {
         let recent = self.swaps.iter().filter(|at| now.saturating_sub(**at) <= Duration::from_secs(1));
@@ -549,6 +545,6 @@ mod tests {
         assert_eq!(period.count, 20);
         let fps = barrier.frames_a_second(ms(2006));
         assert!((9.0..=11.0).contains(&fps), "{fps}");
-        assert_eq!(barrier.frames(), 21);
+        assert_eq!(barrier.frames, 21);
     }
 }

@@ -24,18 +24,19 @@ const MOST_WAITING: u64 = 1 << 18;
 /// The model of the session up to a position; see the [module](self).
 #[derive(Debug)]
 pub(super) struct Follower {
-    link: Link,
+    pub(super) link: Link,
     /// Messages of the log. Hub and computers apply each message as a whole, because polygon numbers and the shape of
     /// an unfinished stroke depend on the division into messages.
     waiting: VecDeque<Vec<Event>>,
     /// Number of events in the waiting messages.
     events_waiting: u64,
-    applied: u64,
+    /// Number of applied events.
+    pub(super) applied: u64,
     /// A hash of all applied events.
     log: u64,
     line: String,
-    state: SessionState,
-    pipeline: Pipeline,
+    pub(super) state: SessionState,
+    pub(super) pipeline: Pipeline,
     changes: Vec<Change>,
 }
 
@@ -60,18 +61,6 @@ impl Follower {
         })
     }
 
-    pub(super) fn link(&self) -> &Link {
-        &self.link
-    }
-
-    pub(super) fn state(&self) -> &SessionState {
-        &self.state
-    }
-
-    pub(super) fn pipeline(&self) -> &Pipeline {
-        &self.pipeline
-    }
-
     /// Reads the events that were received.
     pub(super) fn take(&mut self) -> Result<(), WallError> {
         while self.events_waiting < MOST_WAITING
@@ -83,11 +72,6 @@ impl Follower {
             }
         }
         Ok(())
-    }
-
-    /// Number of applied events.
-    pub(super) fn applied(&self) -> u64 {
-        self.applied
     }
 
     /// Applies the next messages, up to `up_to` applied events in total. Stops after `at_once` events. Appends the changes

@@ -98,7 +98,7 @@ impl Hub {
         path.views_into(&camera(path.rig().head, Quat::IDENTITY), &mut views);
         Ok(Self {
             number: new_sender().0,
-            session: address.session().to_owned(),
+            session: address.session.to_owned(),
             rig_number: message::rig_hash(path.rig(), stereo),
             rate_hz,
             wire: Wire::open(address, certificates.clone(), &[NODE, STATUS, HUB], HUB, || {})?,
@@ -140,10 +140,10 @@ impl Hub {
         self.follower.advance(u64::MAX, EVENTS_A_FRAME, &mut self.changes);
         for change in &self.changes {
             if let Change::Insert(id) | Change::Update(id) = change {
-                self.bounds = self.bounds.union(&self.follower.state().scene.bounds(*id));
+                self.bounds = self.bounds.union(&self.follower.state.scene.bounds(*id));
             }
         }
-        let recorded = self.follower.state().moment.head;
+        let recorded = self.follower.state.moment.head;
         let (eye, turn) = head().or(recorded).unwrap_or((self.path.rig().head, Quat::IDENTITY));
         self.path.views_into(&camera(eye, turn), &mut self.views);
         for view in self.views.iter_mut().filter_map(|seen| seen.view.as_mut()) {
@@ -151,7 +151,7 @@ impl Hub {
         }
 
         let views = self.views.iter().map(|seen| seen.view.as_ref().map(Numbers::of)).collect();
-        let (hub, number, events) = (self.number, self.frame, self.follower.applied());
+        let (hub, number, events) = (self.number, self.frame, self.follower.applied);
         let began = self.now();
         let time_s = (began.as_secs_f64() % MOST_TIME_S) as f32;
         self.wire.publish(message::write(&FromHub::Frame(Frame { hub, number, events, time_s, views })));
@@ -264,7 +264,7 @@ impl Hub {
 
     /// The last error of the connection to the session, if any.
     pub fn trouble(&self) -> Option<String> {
-        let status = self.follower.link().status();
+        let status = self.follower.link.status();
         match (&status.connection, status.trouble) {
             (_, Some(trouble)) => Some(trouble),
             (Connection::Silent, None) => Some("the server does not answer".to_owned()),
@@ -285,14 +285,14 @@ impl Hub {
             trouble,
             rate_hz: self.rate_hz,
             frames_a_second: self.barrier.frames_a_second(self.now()),
-            frames: self.barrier.frames(),
-            events: self.follower.applied(),
-            polygons: self.follower.pipeline().polygon_count() as u64,
+            frames: self.barrier.frames,
+            events: self.follower.applied,
+            polygons: self.follower.pipeline.polygon_count() as u64,
             garbage: self.garbage,
             frame,
             period,
             skew,
-            nodes: self.barrier.nodes(self.follower.applied()),
+            nodes: self.barrier.nodes(self.follower.applied),
         }
     }
 }

@@ -2,42 +2,17 @@ use std::fmt;
 
 /// A change of a hub's computers.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum HubEvent {
     /// From now on the hub waits for the computer of this screen.
-    In {
-        /// The screen.
-        screen: String,
-        /// The machine.
-        host: String,
-    },
+    In { screen: String, host: String },
     /// The hub does not wait for a computer any more. The computer continues. The hub waits for this computer again
     /// once it answers in time.
-    Out {
-        /// The screen.
-        screen: String,
-        /// The machine.
-        host: String,
-        /// The reason.
-        why: &'static str,
-    },
+    Out { screen: String, host: String, why: &'static str },
     /// A computer's result differs from the hub's result.
-    Differs {
-        /// The screen.
-        screen: String,
-        /// The machine.
-        host: String,
-        /// The first differing frame.
-        frame: u64,
-        /// The part that differs.
-        what: &'static str,
-    },
+    Differs { screen: String, host: String, frame: u64, what: &'static str },
     /// A computer whose result differed agrees with the hub again.
-    Agrees {
-        /// The screen.
-        screen: String,
-        /// The machine.
-        host: String,
-    },
+    Agrees { screen: String, host: String },
 }
 
 impl fmt::Display for HubEvent {

@@ -42,6 +42,7 @@ use crate::live::LiveError;
 
 /// The reason why a wall stops.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum WallError {
     /// The connection to the shared session has failed.
     #[error(transparent)]
@@ -51,43 +52,20 @@ pub enum WallError {
     System(#[source] std::io::Error),
     /// The rig has no screen of this name.
     #[error("expected a screen of the rig `{rig}` ({there}); found `{wanted}`")]
-    NoScreen {
-        /// The rig.
-        rig: String,
-        /// The names of the rig's screens.
-        there: String,
-        /// The requested screen.
-        wanted: String,
-    },
+    NoScreen { rig: String, there: String, wanted: String },
     /// The hub refuses this computer.
     #[error("the hub does not let this computer in: {0}")]
     Refused(String),
     /// The server does not answer.
     #[error("{server}: {why}")]
-    NoServer {
-        /// Address of the server.
-        server: String,
-        /// The reason.
-        why: String,
-    },
+    NoServer { server: String, why: String },
     /// Another hub shows the session already.
     #[error("{session}: another hub shows this session: expected one (osp wall status prints it)")]
-    SecondHub {
-        /// The session.
-        session: String,
-    },
+    SecondHub { session: String },
     /// No hub answers.
     #[error("{session}: no hub answers (osp wall --hub)")]
-    NoHub {
-        /// The session.
-        session: String,
-    },
+    NoHub { session: String },
     /// The hub's answer is no report.
     #[error("{session}: expected the state of a wall; found something else: {why}")]
-    NoReport {
-        /// The session.
-        session: String,
-        /// Reason.
-        why: String,
-    },
+    NoReport { session: String, why: String },
 }

@@ -69,10 +69,11 @@ pub struct Node {
     wire: Wire,
     follower: Follower,
     /// Changes of the model since the last drawn frame.
-    changes: Vec<Change>,
+    pub changes: Vec<Change>,
     views: Vec<View>,
     eyes: Vec<Eye>,
-    time_s: f32,
+    /// Time of animated brushes, seconds.
+    pub time_s: f32,
     /// The hub that the computer follows, and the time of the hub's last message.
     hub: Option<(u64, Instant)>,
     /// Number of the hub's newest frame.
@@ -163,13 +164,13 @@ impl Node {
         }
         let Some(frame) = &self.wanted else { return Ok(Step::Nothing) };
         self.follower.take()?;
-        if frame.events < self.follower.applied() {
+        if frame.events < self.follower.applied {
             // A hub that was started later than this computer has not read as many events yet.
             self.wanted = None;
             return Ok(Step::Nothing);
         }
         self.follower.advance(frame.events, EVENTS_AT_ONCE, &mut self.changes);
-        if self.follower.applied() < frame.events {
+        if self.follower.applied < frame.events {
             return Ok(Step::Nothing);
         }
         let Some(frame) = self.wanted.take() else { return Ok(Step::Nothing) };
@@ -196,7 +197,7 @@ impl Node {
                 screen: self.screen.clone(),
                 host: self.host.clone(),
                 rig: self.rig,
-                events: self.follower.applied(),
+                events: self.follower.applied,
             }));
         }
     }
@@ -272,7 +273,7 @@ impl Node {
 
     /// Text about the hub and the session, if it has changed since the last call.
     pub fn news(&mut self) -> Option<String> {
-        let status = self.follower.link().status();
+        let status = self.follower.link.status();
         let text = match (status.trouble, self.has_hub()) {
             (Some(trouble), _) => trouble,
             (None, false) => "no hub sends frames (osp wall --hub)".to_owned(),
@@ -287,17 +288,12 @@ impl Node {
 
     /// The model of the frame to draw.
     pub fn scene(&self) -> &Scene {
-        &self.follower.state().scene
-    }
-
-    /// Changes of the model since the last drawn frame.
-    pub fn changes(&self) -> &[Change] {
-        &self.changes
+        &self.follower.state.scene
     }
 
     /// The computer's culling pipeline. Its lists of polygons are in the order of [`Node::views`].
     pub fn pipeline(&self) -> &Pipeline {
-        self.follower.pipeline()
+        &self.follower.pipeline
     }
 
     /// The views of the frame to draw, one for each eye. Eyes that see nothing are skipped.
@@ -310,11 +306,6 @@ impl Node {
         self.wanted.is_some()
     }
 
-    /// Time of animated brushes, seconds.
-    pub fn time_s(&self) -> f32 {
-        self.time_s
-    }
-
     /// Whether a hub has sent frames within the last second.
     fn has_hub(&self) -> bool {
         self.hub.is_some_and(|(_, heard)| heard.elapsed() < SILENCE)
@@ -322,7 +313,7 @@ impl Node {
 
     /// Counts so far.
     pub fn counts(&self) -> NodeCounts {
-        NodeCounts { frames: self.frames, events: self.follower.applied(), garbage: self.garbage }
+        NodeCounts { frames: self.frames, events: self.follower.applied, garbage: self.garbage }
     }
 }
 

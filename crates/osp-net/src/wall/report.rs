@@ -137,7 +137,7 @@ impl WallReport {
 /// # Errors
 /// The server does not answer, no hub answers within two seconds, or the answer is no report.
 pub fn ask(address: &Address, certificates: Option<PathBuf>) -> Result<WallReport, WallError> {
-    let session = address.session().to_owned();
+    let session = address.session.to_owned();
     let answer = wire::ask(address, certificates, Duration::from_secs(2))?;
     let Some(answer) = answer else { return Err(WallError::NoHub { session }) };
     message::read(&answer).map_err(|why| WallError::NoReport { session, why })

@@ -59,16 +59,12 @@ pub struct Piece {
 pub(super) struct BlockBuilder {
     pieces: Vec<Piece>,
     corners: Vec<u8>,
-    polygons: usize,
+    pub(super) polygons: usize,
     boxes: Vec<(u32, Aabb)>,
     bounds: Option<Aabb>,
 }
 
 impl BlockBuilder {
-    pub(super) fn polygons(&self) -> usize {
-        self.polygons
-    }
-
     /// Box of all polygons.
     pub(super) fn bounds(&self) -> Aabb {
         self.bounds.unwrap_or(Aabb::EMPTY)
@@ -163,8 +159,10 @@ pub struct Block {
     corners: Vec<[Vec3; 4]>,
     /// The boxes of the polygons, by position in the block.
     boxes: PolygonBoxes,
-    all: SetFingerprint,
-    bytes: usize,
+    /// The fingerprint of all polygons.
+    pub(super) all: SetFingerprint,
+    /// Memory of the block, bytes.
+    pub bytes: usize,
     _share: Option<MemoryShare>,
 }
 
@@ -256,11 +254,6 @@ impl Block {
         self
     }
 
-    /// Memory of the block, bytes.
-    pub fn bytes(&self) -> usize {
-        self.bytes
-    }
-
     /// The polygons: number, corners, colour.
     pub fn polygons(&self) -> impl Iterator<Item = (PolygonId, ConvexPolygon, [f32; 4])> + '_ {
         let ids = self.pieces.iter().flat_map(|piece| ids_of_piece(piece).map(move |id| (id, piece.color)));
@@ -280,12 +273,7 @@ impl Block {
         }
         seen.clear();
         self.boxes.cull(frustum, seen);
-        seen.len() < self.boxes.len()
-    }
-
-    /// The fingerprint of all polygons.
-    pub(super) fn all(&self) -> SetFingerprint {
-        self.all
+        seen.len() < self.boxes.len
     }
 
     /// The fingerprint of the polygons at the positions `seen`.

@@ -15,7 +15,7 @@ pub(super) struct PolygonBoxes {
     sixteens: Vec<Boxes<BLOCK>>,
     /// The boxes around the groups, also in groups of sixteen.
     around: Vec<Boxes<BLOCK>>,
-    len: usize,
+    pub(super) len: usize,
 }
 
 impl PolygonBoxes {
@@ -30,10 +30,6 @@ impl PolygonBoxes {
     pub(super) fn cull(&self, frustum: &Frustum, seen: &mut VisibleBlocks) {
         let planes = PlaneSet::new(frustum);
         self.backend.run(BoxCull { boxes: self, planes, seen });
-    }
-
-    pub(super) fn len(&self) -> usize {
-        self.len
     }
 
     /// Memory held, bytes.

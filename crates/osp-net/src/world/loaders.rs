@@ -81,7 +81,7 @@ pub(super) struct ByBytes;
 
 impl Weighter<u32, Arc<Block>> for ByBytes {
     fn weight(&self, _number: &u32, block: &Arc<Block>) -> u64 {
-        block.bytes() as u64
+        block.bytes as u64
     }
 }
 

@@ -5,6 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use osp_session::platform::fs::is_at;
+
 const LOCK_FILE: &str = "packing.osp-world";
 
 /// The lock of a folder; dropping it removes the file.
@@ -48,17 +50,4 @@ impl Drop for PackLock {
         let _ = fs::remove_file(&self.path);
         let _ = self.file.unlock();
     }
-}
-
-#[cfg(unix)]
-fn is_at(file: &File, path: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    let place = |data: &fs::Metadata| (data.dev(), data.ino());
-    matches!((file.metadata(), fs::metadata(path)), (Ok(a), Ok(b)) if place(&a) == place(&b))
-}
-
-/// On this system a file keeps its name as long as a process has it open.
-#[cfg(not(unix))]
-fn is_at(_file: &File, path: &Path) -> bool {
-    path.exists()
 }

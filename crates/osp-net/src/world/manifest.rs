@@ -72,22 +72,14 @@ pub struct BlockEntry {
 /// Contents of a world.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Manifest {
-    pub(super) sources: Vec<Source>,
+    /// The sessions, in the order in which they were packed.
+    pub sources: Vec<Source>,
     pub(super) objects: Vec<ObjectEntry>,
-    pub(super) blocks: Vec<BlockEntry>,
+    /// The blocks.
+    pub blocks: Vec<BlockEntry>,
 }
 
 impl Manifest {
-    /// The sessions, in the order in which they were packed.
-    pub fn sources(&self) -> &[Source] {
-        &self.sources
-    }
-
-    /// The blocks.
-    pub fn blocks(&self) -> &[BlockEntry] {
-        &self.blocks
-    }
-
     /// Number of stored objects (files) that hold the blocks.
     pub fn object_count(&self) -> usize {
         self.objects.len()

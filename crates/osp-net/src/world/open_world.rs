@@ -13,10 +13,12 @@ use xxhash_rust::xxh3::xxh3_64;
 /// An open world: its manifest, and the boxes of its blocks in an index. The polygons stay in the folder or at the address.
 pub struct World {
     place: Place,
-    manifest: Manifest,
+    /// The manifest.
+    pub manifest: Manifest,
     /// An index of the blocks, by their boxes.
     index: Osp,
-    bounds: Aabb,
+    /// Box around all polygons, world space, metres.
+    pub bounds: Aabb,
 }
 
 impl std::fmt::Debug for World {
@@ -48,16 +50,6 @@ impl World {
         Ok(Self { place, manifest, index, bounds })
     }
 
-    /// The manifest.
-    pub fn manifest(&self) -> &Manifest {
-        &self.manifest
-    }
-
-    /// Box around all polygons, world space, metres.
-    pub fn bounds(&self) -> Aabb {
-        self.bounds
-    }
-
     /// Memory that the manifest and the index of the blocks take, bytes.
     pub fn bytes(&self) -> usize {
         self.manifest.bytes() + self.index.bytes()
@@ -78,9 +70,6 @@ impl World {
     }
 
     /// Loads a block. Also returns the number of bytes that were read. Panics if the number does not exist.
-    ///
-    /// # Errors
-    /// The block cannot be read, or is damaged.
     pub fn load(&self, block: u32) -> Result<(Block, u64), WorldError> {
         let entry = self.entry(block);
         let object = self.manifest.objects[entry.object as usize].name();

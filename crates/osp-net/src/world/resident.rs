@@ -38,7 +38,7 @@ pub(super) struct Residents {
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,
     /// Size of the cache, bytes.
-    cache_bytes: u64,
+    pub(super) cache_bytes: u64,
 }
 
 impl std::fmt::Debug for Residents {
@@ -54,7 +54,7 @@ impl Residents {
 
     fn with(world: Arc<World>, config: ResidentConfig, load: Load) -> Result<Self, WorldError> {
         let threads = config.loaders.max(1);
-        let blocks = world.manifest().blocks();
+        let blocks = &world.manifest.blocks;
         let (mut largest, mut raw, mut all) = (0, 0, 0);
         for block in blocks {
             let most = Block::max_memory_of(block.polygons as usize);
@@ -98,10 +98,6 @@ impl Residents {
             this.threads.push(thread);
         }
         Ok(this)
-    }
-
-    pub(super) fn cache_bytes(&self) -> u64 {
-        self.cache_bytes
     }
 
     /// A block, if it is in memory.

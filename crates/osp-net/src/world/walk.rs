@@ -159,7 +159,7 @@ impl Walk {
     fn request(&mut self, view: &View, ahead: Option<&View>, awaited: usize) {
         let world = &self.world;
         let room_of = |block: u32| Block::max_memory_of(world.entry(block).polygons as usize);
-        let mut room = self.residents.cache_bytes();
+        let mut room = self.residents.cache_bytes;
         let in_view: u64 = self.in_view.ids().map(|id| room_of(id.0)).sum();
         let eye = view.eye_in_world;
         let distance = |block: &u32| world.entry(*block).bounds.distance_squared(eye);
@@ -216,7 +216,7 @@ impl Tally {
             self.set.add(block.fingerprint_of(seen));
             self.fingerprint_ns += nanoseconds_since(start);
         } else {
-            self.set.add(block.all());
+            self.set.add(block.all);
         }
     }
 }

@@ -107,7 +107,7 @@ impl WorldWriter {
             for &id in &all {
                 self.add_polygon(scene, id, offset)?;
             }
-            if self.block.polygons() >= FULL_ENOUGH {
+            if self.block.polygons >= FULL_ENOUGH {
                 self.end_block()?;
             }
             self.ids += ids;
@@ -129,12 +129,12 @@ impl WorldWriter {
         // The number is below `MOST_POLYGONS`, as checked above.
         let number = PolygonId((self.ids + u64::from(id.0)) as u32);
         self.block.add(number, [r, g, b, a], &polygon, &bounds);
-        if self.block.polygons() == BLOCK_POLYGONS { self.end_block() } else { Ok(()) }
+        if self.block.polygons == BLOCK_POLYGONS { self.end_block() } else { Ok(()) }
     }
 
     fn end_block(&mut self) -> Result<(), WorldError> {
         let at = self.object.len();
-        let (bounds, polygons) = (self.block.bounds(), self.block.polygons() as u32);
+        let (bounds, polygons) = (self.block.bounds(), self.block.polygons as u32);
         self.block.put(&mut self.object);
         let bytes = &self.object[at..];
         let (hash, bytes) = (xxh3_64(bytes), bytes.len() as u32);
@@ -161,7 +161,7 @@ impl WorldWriter {
     /// An object cannot be written, or another world has appeared at the place ([`WorldError::Exists`]). At an address,
     /// another pack may also have removed written blocks. The other world then stays.
     pub fn finish(mut self) -> Result<Packed, WorldError> {
-        if self.block.polygons() > 0 {
+        if self.block.polygons > 0 {
             self.end_block()?;
         }
         if self.object_blocks > 0 {

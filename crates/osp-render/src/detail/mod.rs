@@ -135,7 +135,7 @@ impl MergedQuads {
             }
             let at = self.reserve(quads.len());
             self.chunks.grow(gpu, self.masks.len());
-            let is_next = at == pending.0 + pending.1.len() && !at.is_multiple_of(self.chunks.len());
+            let is_next = at == pending.0 + pending.1.len() && !at.is_multiple_of(self.chunks.len);
             if !is_next {
                 bytes += self.write(gpu, &mut pending);
                 pending.0 = at;
@@ -165,7 +165,7 @@ impl MergedQuads {
         if let Some(first) = self.unused[blocks].pop() {
             return first as usize;
         }
-        let (end, len) = (self.masks.len(), self.chunks.len());
+        let (end, len) = (self.masks.len(), self.chunks.len);
         let left = len - end % len;
         let first = if left < blocks * ROOM { end + left } else { end };
         self.errors_m.resize(first + blocks * ROOM, 0.0);

@@ -28,7 +28,7 @@ pub(super) fn layout(gpu: &Gpu, label: &'static str, bounds: &[Bound]) -> wgpu::
         Bound::Depth => descriptors::samples(wgpu::TextureSampleType::Depth),
     });
     let bindings: Vec<_> = types.map(|ty| (wgpu::ShaderStages::COMPUTE, ty)).collect();
-    descriptors::bind_layout(gpu.device(), label, &bindings)
+    descriptors::bind_layout(&gpu.device, label, &bindings)
 }
 
 pub(super) fn compute(
@@ -37,7 +37,7 @@ pub(super) fn compute(
     layouts: &[Option<&wgpu::BindGroupLayout>],
     entry: &'static str,
 ) -> wgpu::ComputePipeline {
-    let module = descriptors::module(gpu.device(), entry, source);
-    let layout = descriptors::pipeline_layout(gpu.device(), entry, layouts);
-    descriptors::compute_pipeline(gpu.device(), &module, &layout, entry)
+    let module = descriptors::module(&gpu.device, entry, source);
+    let layout = descriptors::pipeline_layout(&gpu.device, entry, layouts);
+    descriptors::compute_pipeline(&gpu.device, &module, &layout, entry)
 }

@@ -4,7 +4,7 @@ use crate::{Gpu, descriptors};
 pub(super) const LANES: u32 = 256;
 
 pub(super) fn create(gpu: &Gpu, label: &'static str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    descriptors::buffer(gpu.device(), label, bytes, usage)
+    descriptors::buffer(&gpu.device, label, bytes, usage)
 }
 
 /// Replaces a buffer with less than `bytes` bytes by a larger buffer of zeros. Returns whether the buffer was

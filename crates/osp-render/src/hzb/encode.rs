@@ -91,15 +91,15 @@ impl HzbView {
         if self.size != frame.target.size() {
             self.size = frame.target.size();
             self.levels = Levels::of(self.size.0, self.size.1);
-            if grow(gpu, &mut self.buffers.pyramid, u64::from(self.levels.texels()) * 4) {
+            if grow(gpu, &mut self.buffers.pyramid, u64::from(self.levels.texels) * 4) {
                 self.groups = None;
             }
             let params = Params::new(self.size, &self.levels, self.config);
-            gpu.queue().write_buffer(&self.buffers.params, 0, bytemuck::bytes_of(&params));
+            gpu.queue.write_buffer(&self.buffers.params, 0, bytemuck::bytes_of(&params));
         }
         let fits = |groups: &Groups| {
             let is_same_list = groups.list == *frame.list && groups.handles == self.handles;
-            is_same_list && groups.depth == *frame.target.depth()
+            is_same_list && groups.depth == frame.target.depth
         };
         if !self.groups.as_ref().is_some_and(fits) {
             self.groups = Some(self.bind(frame));
@@ -110,10 +110,10 @@ impl HzbView {
         let (gpu, hzb, buffers) = (frame.gpu, frame.hzb, &self.buffers);
         let whole = wgpu::Buffer::as_entire_binding;
         let span = span_of(&buffers.spans);
-        let depth = wgpu::BindingResource::TextureView(frame.target.depth());
+        let depth = wgpu::BindingResource::TextureView(&frame.target.depth);
         Groups {
             recall: bind_group(
-                gpu.device(),
+                &gpu.device,
                 "recall",
                 &hzb.recall_layout,
                 &[
@@ -125,13 +125,13 @@ impl HzbView {
                 ],
             ),
             pyramid: bind_group(
-                gpu.device(),
+                &gpu.device,
                 "depth pyramid",
                 &hzb.pyramid_layout,
                 &[span.clone(), whole(&buffers.params), depth.clone(), whole(&buffers.pyramid)],
             ),
             test: bind_group(
-                gpu.device(),
+                &gpu.device,
                 "occlusion test",
                 &hzb.test_layout,
                 &[
@@ -147,13 +147,13 @@ impl HzbView {
                 ],
             ),
             transparent: bind_group(
-                gpu.device(),
+                &gpu.device,
                 "transparent polygons",
                 &hzb.transparent_layout,
                 &[whole(frame.list), whole(&buffers.args)],
             ),
             compact: bind_group(
-                gpu.device(),
+                &gpu.device,
                 "compaction",
                 &hzb.compact_layout,
                 &[
@@ -166,14 +166,14 @@ impl HzbView {
                 ],
             ),
             draw_recalled: bind_group(
-                gpu.device(),
+                &gpu.device,
                 "recalled polygons",
                 frame.view_layout,
                 &[whole(frame.uniforms), whole(&buffers.recalled)],
             ),
             handles: self.handles.clone(),
             list: frame.list.clone(),
-            depth: frame.target.depth().clone(),
+            depth: frame.target.depth.clone(),
         }
     }
 
@@ -192,7 +192,7 @@ impl HzbView {
         let Some(groups) = &self.groups else { return };
         let mut pass = frame.target.begin_depth(encoder, stamps.map(Stamps::of_render));
         frame.pipelines.begin_depth(&mut pass, &groups.draw_recalled);
-        for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
+        for (span, run) in self.pages.iter().zip(&frame.order.handle_runs) {
             if frame.scene.bind(&mut pass, run.page) {
                 let [depth, _] = span.draw_calls();
                 pass.multi_draw_indexed_indirect(&self.buffers.args, depth, span.draws);
@@ -301,18 +301,18 @@ impl HzbView {
         let mut pass = frame.target.begin(encoder, background, depth, begin.map(Stamps::of_render));
         frame.pipelines.begin(&mut pass, frame.draw);
         pass.set_pipeline(frame.pipelines.with_colors(Blend::Opaque));
-        for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
+        for (span, run) in self.pages.iter().zip(&frame.order.handle_runs) {
             if frame.scene.bind(&mut pass, run.page) {
                 let [_, colors] = span.draw_calls();
                 pass.multi_draw_indexed_indirect(&self.buffers.args, colors, span.draws);
             }
         }
         let first = frame.order.opaque_count();
-        let runs = frame.of_second.map_or(frame.order.runs(), |_| frame.order.common_runs());
+        let runs = frame.of_second.map_or(&frame.order.runs[..], |_| frame.order.common_runs());
         frame.pipelines.draw_runs(&mut pass, frame.scene, runs, first, first);
         if let Some(own) = frame.of_second {
             let first = first + frame.order.light().len() as u32;
-            frame.pipelines.draw_runs(&mut pass, frame.scene, own.runs(), first, first);
+            frame.pipelines.draw_runs(&mut pass, frame.scene, &own.runs, first, first);
         }
         more(&mut pass);
         drop(pass);
@@ -320,11 +320,8 @@ impl HzbView {
     }
 
     /// Reads back the pyramid of the last frame.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub(in super::super) fn read_pyramid(&self, gpu: &Gpu) -> Result<Vec<PyramidLevel>, RenderError> {
-        let bytes = read_buffer(gpu, &self.buffers.pyramid, u64::from(self.levels.texels()) * 4)?;
+        let bytes = read_buffer(gpu, &self.buffers.pyramid, u64::from(self.levels.texels) * 4)?;
         let texels: Vec<f32> = bytemuck::pod_collect_to_vec(&bytes);
         let level = |(first, width, height): (u32, u32, u32)| {
             let depths = texels[first as usize..][..(width * height) as usize].to_vec();
@@ -334,11 +331,8 @@ impl HzbView {
     }
 
     /// Reads back the opaque polygons of the last frame that were not proven hidden, in ascending order.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub(in super::super) fn read_kept(&self, gpu: &Gpu) -> Result<Vec<Handle>, RenderError> {
-        let handles = self.last.handles();
+        let handles = &self.last.handles;
         let bytes = read_buffer(gpu, &self.buffers.kept, handles.len() as u64 * 8)?;
         let masks: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&bytes);
         Ok(handles.iter().zip(masks).map(|(handle, mask)| Handle { mask, ..*handle }).collect())

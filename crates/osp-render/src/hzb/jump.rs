@@ -15,17 +15,12 @@ const FAR_PART: f32 = 0.5;
 pub(super) struct LastLook {
     eye_in_world: Vec3,
     /// The opaque polygons in view, as cluster masks in ascending order.
-    handles: Vec<Handle>,
+    pub(super) handles: Vec<Handle>,
     /// Whether the view had jumped in that frame.
     has_jumped: bool,
 }
 
 impl LastLook {
-    /// The opaque polygons in view in the recorded frame, as cluster masks in ascending order.
-    pub(super) fn handles(&self) -> &[Handle] {
-        &self.handles
-    }
-
     /// Records the next frame, and returns whether its view has jumped. A view jumps if most polygons in view were not
     /// in view in the last frame. It also jumps if the eye has moved so far that the old occluders may hide nothing. An
     /// eye that moves this far in each frame causes a jump in every second frame. Each frame between two jumps recalls

@@ -37,9 +37,6 @@ pub(in super::super) struct Hzb {
 impl Gpu {
     /// Measures whether samples have their standard positions, which occlusion culling requires. Without this call, the
     /// first call of `Renderer::set_occlusion` waits for the measurement. A page in a browser cannot wait.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported an error.
     pub async fn learn(&self) -> Result<(), RenderError> {
         let are_in_place = match missing(self) {
             // Occlusion culling is not available, so the value is never read.
@@ -110,7 +107,7 @@ impl Hzb {
                 continue;
             }
             let group =
-                bind_group(gpu.device(), "polygon chunk", &self.chunk_layout, &[buffer.as_entire_binding()]);
+                bind_group(&gpu.device, "polygon chunk", &self.chunk_layout, &[buffer.as_entire_binding()]);
             match self.chunks.get_mut(i) {
                 Some(chunk) => *chunk = (buffer.clone(), group),
                 None => self.chunks.push((buffer.clone(), group)),
@@ -124,8 +121,8 @@ impl Hzb {
 }
 
 fn missing(gpu: &Gpu) -> Option<&'static str> {
-    let flags = gpu.adapter().get_downlevel_capabilities().flags;
-    let limits = gpu.device().limits();
+    let flags = gpu.adapter.get_downlevel_capabilities().flags;
+    let limits = gpu.device.limits();
     if !flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) {
         return Some("compute shaders");
     }

@@ -8,8 +8,10 @@ pub(super) const MAX_LEVELS: usize = 16;
 pub(super) struct Levels {
     /// For each level: first texel, width, height, 0.
     levels: [[u32; 4]; MAX_LEVELS],
-    count: usize,
-    texels: u32,
+    /// Number of levels, including the picture.
+    pub(super) count: usize,
+    /// Number of texels of all levels in the buffer.
+    pub(super) texels: u32,
 }
 
 impl Levels {
@@ -38,16 +40,6 @@ impl Levels {
     pub(super) fn iter(&self) -> impl ExactSizeIterator<Item = (u32, u32, u32)> + '_ {
         self.levels[1..self.count].iter().map(|&[first, width, height, _]| (first, width, height))
     }
-
-    /// Number of levels, including the picture.
-    pub(super) fn count(&self) -> usize {
-        self.count
-    }
-
-    /// Number of texels of all levels in the buffer.
-    pub(super) fn texels(&self) -> u32 {
-        self.texels
-    }
 }
 
 /// A level of a depth pyramid, read back.
@@ -71,13 +63,13 @@ mod tests {
         assert_eq!(sizes(1, 1), [(1, 1)]);
         assert_eq!(sizes(5, 1), [(3, 1), (2, 1), (1, 1)]);
         assert_eq!(sizes(3, 17), [(2, 9), (1, 5), (1, 3), (1, 2), (1, 1)]);
-        assert_eq!(Levels::of(32_768, 1).count(), MAX_LEVELS);
+        assert_eq!(Levels::of(32_768, 1).count, MAX_LEVELS);
         let levels = Levels::of(641, 359);
         let mut texels = 0;
         for (first, width, height) in levels.iter() {
             assert_eq!(first, texels);
             texels += width * height;
         }
-        assert_eq!(levels.texels(), texels);
+        assert_eq!(levels.texels, texels);
     }
 }

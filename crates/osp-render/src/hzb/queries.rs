@@ -113,7 +113,7 @@ impl Queries {
         self.of_handle_words.clear();
         self.asked.clear();
         self.due.resize(scene.polygon_count().div_ceil(CLUSTER).max(self.due.len()), (0, 0));
-        for handle in order.handles() {
+        for handle in &order.handles {
             let group = handle.cluster;
             let is_asked = self.due[group as usize].0 <= self.frame && self.asked.len() < MOST;
             let query = if is_asked { self.asked.len() as u32 } else { NOTHING };
@@ -137,7 +137,7 @@ impl Queries {
             self.ring = ReadRing::new(gpu, self.results.size());
         }
         while self.sets.len() < self.sets_needed() as usize {
-            self.sets.push(gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
+            self.sets.push(gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("samples counted"),
                 ty: wgpu::QueryType::Occlusion,
                 count: SET,
@@ -149,7 +149,7 @@ impl Queries {
             [(&self.boxes, boxes), (&self.of_handle, bytemuck::cast_slice(&self.of_handle_words))]
         {
             if !bytes.is_empty() {
-                gpu.queue().write_buffer(buffer, 0, bytes);
+                gpu.queue.write_buffer(buffer, 0, bytes);
                 sent += bytes.len() as u64;
             }
         }
@@ -189,7 +189,7 @@ impl Queries {
         let (width, height) = frame.target.size();
         let size = [self.extent[0] / width as f32, self.extent[1] / height as f32];
         let pixel = Pixel { size, side: width.max(height) as f32, nothing: 0.0 };
-        frame.gpu.queue().write_buffer(&self.pixel, 0, bytemuck::bytes_of(&pixel));
+        frame.gpu.queue.write_buffer(&self.pixel, 0, bytemuck::bytes_of(&pixel));
         let whole = wgpu::Buffer::as_entire_binding;
         let (boxes, apply) = self.groups.get_or_insert_with(|| {
             let boxes = [whole(frame.uniforms), whole(&self.pixel), whole(&self.boxes)];
@@ -202,8 +202,8 @@ impl Queries {
                 whole(view.kept),
             ];
             (
-                bind_group(frame.gpu.device(), "boxes", &pipelines.boxes_layout, &boxes),
-                bind_group(frame.gpu.device(), "queries", &pipelines.apply_layout, &apply),
+                bind_group(&frame.gpu.device, "boxes", &pipelines.boxes_layout, &boxes),
+                bind_group(&frame.gpu.device, "queries", &pipelines.apply_layout, &apply),
             )
         });
         let count = self.asked.len() as u32;

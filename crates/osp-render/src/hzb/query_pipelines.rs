@@ -12,7 +12,7 @@ pub(super) struct QueryPipelines {
 
 impl QueryPipelines {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        let device = gpu.device();
+        let device = &gpu.device;
         let [uniform, read] = [descriptors::uniform(0), descriptors::read(0)];
         let bindings = [uniform, uniform, read].map(|ty| (wgpu::ShaderStages::VERTEX, ty));
         let boxes_layout = descriptors::bind_layout(device, "boxes", &bindings);

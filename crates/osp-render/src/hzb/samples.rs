@@ -28,18 +28,12 @@ const PLACES: [[f32; 2]; SAMPLES as usize] = [[0.375, 0.125], [0.875, 0.375], [0
 const NEAR_ENOUGH: f32 = 1.0e-4;
 
 /// Whether the samples of a pixel have the positions that the occlusion test assumes.
-///
-/// # Errors
-/// The device is lost or the driver reported an error.
 pub(super) fn are_in_place(gpu: &Gpu) -> Result<bool, RenderError> {
     let read = |axis| read_buffer(gpu, &measure(gpu, axis), BYTES).map(|bytes| distances(&bytes));
     Ok(are_places(&[read(0)?, read(1)?]))
 }
 
 /// Does the same as [`are_in_place`], for a caller that cannot wait.
-///
-/// # Errors
-/// The device is lost or the driver reported an error.
 pub(super) async fn are_in_place_later(gpu: &Gpu) -> Result<bool, RenderError> {
     let (x, y) = (measure(gpu, 0), measure(gpu, 1));
     let x = read_buffer_later(gpu, &x, BYTES).await?;
@@ -65,7 +59,7 @@ fn are_places(found: &[Vec<f32>; 2]) -> bool {
 
 /// Starts to measure the distance of each sample of each pixel from the left (axis 0) or from the top.
 fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
-    let device = gpu.device();
+    let device = &gpu.device;
     let usage = descriptors::DRAWN_AND_READ;
     let view = descriptors::image(device, "places of samples", DEPTH_FORMAT, SAMPLES, usage, (SIDE, SIDE));
     let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
@@ -73,7 +67,7 @@ fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
     let read_layout = layout(gpu, "places of samples", &[Bound::Depth, Bound::Write]);
     let read = compute(gpu, shaders::SAMPLE_PLACES, &[Some(&read_layout)], "read");
     let resources = [wgpu::BindingResource::TextureView(&view), depths.as_entire_binding()];
-    let group = bind_group(gpu.device(), "places of samples", &read_layout, &resources);
+    let group = bind_group(&gpu.device, "places of samples", &read_layout, &resources);
 
     let mut encoder = device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -96,13 +90,13 @@ fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
     pass.set_bind_group(0, &group, &[]);
     pass.dispatch_workgroups(1, 1, 1);
     drop(pass);
-    gpu.queue().submit([encoder.finish()]);
+    gpu.queue.submit([encoder.finish()]);
     depths
 }
 
 fn growing_depth(gpu: &Gpu) -> wgpu::RenderPipeline {
-    let module = descriptors::module(gpu.device(), "places of samples", shaders::SAMPLE_PLACES);
-    gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+    let module = descriptors::module(&gpu.device, "places of samples", shaders::SAMPLE_PLACES);
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("places of samples"),
         layout: None,
         vertex: descriptors::vertex(&module, "grow"),

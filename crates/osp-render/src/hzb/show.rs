@@ -23,7 +23,7 @@ struct Level {
 impl PyramidPass {
     /// A pass for windows of this format.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
-        let device = gpu.device();
+        let device = &gpu.device;
         let bindings =
             [descriptors::read(0), descriptors::uniform(0)].map(|ty| (wgpu::ShaderStages::FRAGMENT, ty));
         let layout = descriptors::bind_layout(device, "depth pyramid in a window", &bindings);
@@ -56,14 +56,14 @@ impl PyramidPass {
         let Some((first, width, height)) = view.level(level as usize) else { return false };
         let level = Level { first, width, height, encodes: u32::from(self.encodes) };
         let uniform = descriptors::buffer(
-            gpu.device(),
+            &gpu.device,
             "level of a depth pyramid",
             size_of::<Level>() as u64,
             wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         );
-        gpu.queue().write_buffer(&uniform, 0, bytemuck::bytes_of(&level));
+        gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&level));
         let group = descriptors::bind_group(
-            gpu.device(),
+            &gpu.device,
             "depth pyramid in a window",
             &self.layout,
             &[view.buffers.pyramid.as_entire_binding(), uniform.as_entire_binding()],

@@ -69,7 +69,7 @@ impl Params {
             levels: levels.words(),
             width,
             height,
-            level_count: levels.count() as u32,
+            level_count: levels.count as u32,
             group: config.group.polygons(),
             bound: match config.bound {
                 HzbBound::Corners => 0,

@@ -168,7 +168,7 @@ impl HzbView {
         let transparent = opaque..opaque + (light.len() + own.ids().len()) as u32;
         let polygon_count = scene.polygon_count();
         self.lay_out(order, [light, own.ids()], on_gpu.chunk_len() as u32, on_gpu.draw_len());
-        let handles = order.handles();
+        let handles = &order.handles[..];
         let sums = self.pages.last().map_or(0, |span| span.first_sum + span.len().div_ceil(LANES));
         let of_chunk = self.chunks.iter().map(|span| u64::from(span.len()) * CLUSTER as u64).max();
         let candidate_words = self.chunks.len() as u64 + of_chunk.unwrap_or(0);
@@ -211,7 +211,7 @@ impl HzbView {
         let mut sent = 0;
         let mut send = |buffer: &wgpu::Buffer, offset: u64, bytes: &[u8]| {
             if !bytes.is_empty() {
-                gpu.queue().write_buffer(buffer, offset, bytes);
+                gpu.queue.write_buffer(buffer, offset, bytes);
                 sent += bytes.len() as u64;
             }
         };
@@ -244,14 +244,14 @@ impl HzbView {
 
     /// Divides the frame's work into dispatches. `ids` are the additive and transparent polygons of the view.
     fn lay_out(&mut self, order: &DrawOrder, ids: [&[u32]; 2], chunk_len: u32, draw_len: u32) {
-        let handles = order.handles();
+        let handles = &order.handles;
         self.pages.clear();
         self.chunks.clear();
         self.transparent.clear();
         self.args_words.clear();
         self.args_words.resize(COUNTERS as usize, 0);
         let (mut base, mut first_sum) = (0, 0);
-        for run in order.handle_runs() {
+        for run in &order.handle_runs {
             let Range { start: first, end } = run.range;
             let args = self.args_words.len() as u32;
             let draws = run.polygons.div_ceil(draw_len);

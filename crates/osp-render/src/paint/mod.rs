@@ -23,7 +23,7 @@ use surroundings::Surroundings;
 /// Resources for drawing the paint of brushes, for all views.
 #[derive(Debug)]
 pub(super) struct Paint {
-    pipelines: Pipelines,
+    pub(super) pipelines: Pipelines,
     buffer: wgpu::Buffer,
     /// The current contents of `buffer`. The next [`Paint::send`] replaces them by `wanted`.
     sent: Surroundings,
@@ -39,7 +39,7 @@ impl Paint {
         chunk_len: usize,
         environment: Option<&Environment>,
     ) -> Self {
-        let device = gpu.device();
+        let device = &gpu.device;
         let wanted = Surroundings::of(environment);
         let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("surroundings"),
@@ -97,13 +97,9 @@ impl Paint {
         let layouts = [view, page, &bind_layout];
         let shadow = Shadow::new(gpu, &module, shadow_layout, layouts, chunk_len);
         let is_shown = environment.is_some();
-        let sky = Sky { pipeline, paint: group, shadow: shadow.group().clone(), is_shown };
+        let sky = Sky { pipeline, paint: group, shadow: shadow.group.clone(), is_shown };
         let pipelines = Pipelines::new(gpu, shader, Some(sky));
         Self { pipelines, buffer, sent: wanted, wanted, shadow }
-    }
-
-    pub(super) fn pipelines(&self) -> &Pipelines {
-        &self.pipelines
     }
 
     /// Changes light and sky. [`Paint::send`] sends them.
@@ -128,7 +124,7 @@ impl Paint {
         if let Some(paint) = self.pipelines.paint()
             && self.shadow.send(gpu, view, paint, scene, on_gpu, way)
         {
-            self.pipelines.set_shadow(self.shadow.group());
+            self.pipelines.set_shadow(&self.shadow.group);
         }
     }
 
@@ -137,7 +133,7 @@ impl Paint {
         self.wanted.set_time(time_s);
         if self.sent != self.wanted {
             self.sent = self.wanted;
-            gpu.queue().write_buffer(&self.buffer, 0, bytemuck::bytes_of(&self.sent));
+            gpu.queue.write_buffer(&self.buffer, 0, bytemuck::bytes_of(&self.sent));
         }
     }
 }

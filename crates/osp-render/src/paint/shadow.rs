@@ -34,7 +34,7 @@ pub(super) struct Shadow {
     map: wgpu::TextureView,
     is_whole: bool,
     /// Bind group of the pipelines that sample the map.
-    group: wgpu::BindGroup,
+    pub(super) group: wgpu::BindGroup,
     slot: ViewSlot,
     casters: VisibleBlocks,
     /// Direction of the light in the map. `None` if the light casts no shadows.
@@ -58,7 +58,7 @@ impl Shadow {
         let map = descriptors::texture(wgpu::TextureSampleType::Depth);
         let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
         let bindings = [uniform, map, sampler].map(|ty| (wgpu::ShaderStages::FRAGMENT, ty));
-        descriptors::bind_layout(gpu.device(), "shadow", &bindings)
+        descriptors::bind_layout(&gpu.device, "shadow", &bindings)
     }
 
     /// A map without any shadow. `layouts` are the layouts of a view, of a page of polygons and of the paint.
@@ -69,7 +69,7 @@ impl Shadow {
         layouts: [&wgpu::BindGroupLayout; 3],
         chunk_len: usize,
     ) -> Self {
-        let device = gpu.device();
+        let device = &gpu.device;
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("nearer"),
             mag_filter: wgpu::FilterMode::Linear,
@@ -105,10 +105,6 @@ impl Shadow {
         }
     }
 
-    pub(super) fn group(&self) -> &wgpu::BindGroup {
-        &self.group
-    }
-
     /// Records that the shadow casters have changed.
     pub(super) fn note_change(&mut self) {
         self.is_stale = true;
@@ -139,9 +135,9 @@ impl Shadow {
         }
         (self.way, self.is_stale, self.frames_waited) = (way, false, 0);
         self.casters.clear();
-        let bounds = way.and_then(|way| self.collect(scene, LightSpace::new(way), on_gpu.uploaded()));
+        let bounds = way.and_then(|way| self.collect(scene, LightSpace::new(way), on_gpu.uploaded));
         let Some((space, bounds)) = bounds else {
-            gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&Shade::zeroed()));
+            gpu.queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&Shade::zeroed()));
             return false;
         };
         let is_other = !self.is_whole;
@@ -164,7 +160,7 @@ impl Shadow {
             middle: middle.extend(1.0).to_array(),
             numbers: [NEAREST * texel, texel, 0.0, 0.0],
         };
-        gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&shade));
+        gpu.queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&shade));
 
         self.slot.order.clear();
         self.slot.order.add(scene, &self.casters, 0, middle, on_gpu.page_len(), |_| Classes::default());
@@ -193,7 +189,7 @@ impl Shadow {
     }
 
     fn draw(&self, gpu: &Gpu, paint: &wgpu::BindGroup, on_gpu: &GpuScene) {
-        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("shadow"),
             color_attachments: &[],
@@ -210,15 +206,15 @@ impl Shadow {
             multiview_mask: None,
         });
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, self.slot.bind_group(), &[]);
+        pass.set_bind_group(0, &self.slot.bind_group, &[]);
         pass.set_bind_group(2, paint, &[]);
-        for run in self.slot.order.runs() {
+        for run in &self.slot.order.runs {
             if on_gpu.bind(&mut pass, run.page) {
-                on_gpu.draw(&mut pass, run.places(0, self.slot.all_from()), 0);
+                on_gpu.draw(&mut pass, run.places(0, self.slot.all_from), 0);
             }
         }
         drop(pass);
-        gpu.queue().submit([encoder.finish()]);
+        gpu.queue.submit([encoder.finish()]);
     }
 }
 
@@ -248,7 +244,7 @@ impl LightSpace {
 
 fn create_map(gpu: &Gpu, side: u32) -> wgpu::TextureView {
     let usage = descriptors::DRAWN_AND_READ;
-    descriptors::image(gpu.device(), "shadow map", DEPTH_FORMAT, 1, usage, (side, side))
+    descriptors::image(&gpu.device, "shadow map", DEPTH_FORMAT, 1, usage, (side, side))
 }
 
 fn bind(
@@ -259,7 +255,7 @@ fn bind(
     sampler: &wgpu::Sampler,
 ) -> wgpu::BindGroup {
     descriptors::bind_group(
-        gpu.device(),
+        &gpu.device,
         "shadow",
         layout,
         &[
@@ -276,9 +272,9 @@ fn create_pipeline(
     layouts: [&wgpu::BindGroupLayout; 3],
     chunk_len: usize,
 ) -> wgpu::RenderPipeline {
-    let layout = descriptors::pipeline_layout(gpu.device(), "shadow", &layouts.map(Some));
+    let layout = descriptors::pipeline_layout(&gpu.device, "shadow", &layouts.map(Some));
     let constants = [("CHUNK_LEN", chunk_len as f64)];
-    gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("shadow"),
         layout: Some(&layout),
         vertex: wgpu::VertexState {

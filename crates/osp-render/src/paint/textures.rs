@@ -14,8 +14,8 @@ static TEXELS: LazyLock<Vec<u8>> = LazyLock::new(make);
 
 /// Uploads the textures to the GPU as the layers of an array texture.
 pub(super) fn upload(gpu: &Gpu) -> wgpu::TextureView {
-    let texture = gpu.device().create_texture_with_data(
-        gpu.queue(),
+    let texture = gpu.device.create_texture_with_data(
+        &gpu.queue,
         &wgpu::TextureDescriptor {
             label: Some("textures"),
             size: wgpu::Extent3d {

@@ -18,7 +18,7 @@ pub(crate) struct PartPass {
 
 impl PartPass {
     pub(crate) fn new(gpu: &Gpu, view_layout: &wgpu::BindGroupLayout, scene: &GpuScene) -> Self {
-        let device = gpu.device();
+        let device = &gpu.device;
         let module = descriptors::module(device, "painter", shaders::PAINTER);
         let layout =
             descriptors::pipeline_layout(device, "painter", &[Some(view_layout), Some(scene.layout())]);
@@ -58,18 +58,18 @@ impl PartPass {
         scene: &GpuScene,
         list: &PaintList,
     ) -> u64 {
-        if list.corners().is_empty() {
+        if list.corners.is_empty() {
             return 0;
         }
-        let buffer = gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        let buffer = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("parts"),
-            contents: bytemuck::cast_slice(list.corners()),
+            contents: bytemuck::cast_slice(&list.corners),
             usage: wgpu::BufferUsages::VERTEX,
         });
         pass.set_pipeline(&self.pipeline);
         pass.set_vertex_buffer(0, buffer.slice(..));
         let mut calls = 0;
-        for (page, range) in runs(list.corners(), scene.page_len()) {
+        for (page, range) in runs(&list.corners, scene.page_len()) {
             if scene.bind(pass, page) {
                 pass.draw(range, 0..1);
                 calls += 1;

@@ -45,8 +45,9 @@ pub struct PaintStats {
 /// The polygons in view, back to front.
 #[derive(Clone, Debug, Default)]
 pub struct PaintList {
-    corners: Vec<PartCorner>,
-    stats: PaintStats,
+    pub(super) corners: Vec<PartCorner>,
+    /// Counts of the work.
+    pub stats: PaintStats,
 }
 
 impl PaintList {
@@ -114,15 +115,6 @@ impl PaintList {
         for (_, facet) in order {
             self.add(facet.polygon, facet.corners(), eye_in_world);
         }
-    }
-
-    /// Counts of the work.
-    pub fn stats(&self) -> PaintStats {
-        self.stats
-    }
-
-    pub(super) fn corners(&self) -> &[PartCorner] {
-        &self.corners
     }
 
     /// Adds a convex part as triangles around its first corner.

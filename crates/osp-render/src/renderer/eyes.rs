@@ -208,11 +208,11 @@ impl Renderer {
             view_layout: &self.view_layout,
             target,
             background: self.background,
-            uniforms: slot.uniforms(),
-            list: slot.list(),
-            draw: slot.bind_group(),
+            uniforms: &slot.uniforms,
+            list: &slot.list,
+            draw: &slot.bind_group,
             order: &first.order,
-            list_of_order: first.list(),
+            list_of_order: &first.list,
             of_second: slot.is_second.then_some(&slot.order),
         });
         let mut views: Vec<_> = views.into_iter().zip(frames).collect();
@@ -236,29 +236,29 @@ impl Renderer {
         for (i, EyePicture { target, slot, .. }) in pictures.iter().enumerate() {
             let stamps = timer.stamps(0, Ends::Begin).filter(|_| i == 0).map(|stamps| stamps.of_render());
             let (depth, stamps) = self.lay_down_depth(encoder, target, slot, stamps);
-            let (runs, half) = (slot.order.runs(), slot.order.half_runs());
+            let (runs, half) = (&slot.order.runs, &slot.order.half_runs);
             let light = self.light.as_ref().filter(|_| !half.is_empty());
             let depth = if light.is_some() { DepthBefore::NothingAndKept } else { depth };
             let transparent = light.map_or(runs.len(), |_| slot.order.common_runs().len());
             let mut pass = target.begin(encoder, wgpu::LoadOp::Clear(self.background), depth, stamps);
             let draw = |pass: &mut wgpu::RenderPass<'_>, runs| {
-                pipelines.draw_runs(pass, &self.scene, runs, slot.first, slot.all_from());
+                pipelines.draw_runs(pass, &self.scene, runs, slot.first, slot.all_from);
             };
-            pipelines.begin(&mut pass, slot.bind_group());
+            pipelines.begin(&mut pass, &slot.bind_group);
             if slot.is_second {
                 let common = first.order.common_runs();
-                pipelines.draw_runs(&mut pass, &self.scene, common, first.first, first.all_from());
+                pipelines.draw_runs(&mut pass, &self.scene, common, first.first, first.all_from);
             }
             draw(&mut pass, &runs[..transparent]);
             if let Some(light) = light {
                 drop(pass);
                 light.encode(&self.gpu, encoder, target, |pass| {
-                    pipelines.bind(pass, slot.bind_group());
+                    pipelines.bind(pass, &slot.bind_group);
                     draw(pass, half);
                 });
                 pass = target.begin(encoder, wgpu::LoadOp::Load, DepthBefore::Kept, None);
                 light.compose(&self.gpu, &mut pass, target);
-                pipelines.bind(&mut pass, slot.bind_group());
+                pipelines.bind(&mut pass, &slot.bind_group);
                 draw(&mut pass, &runs[transparent..]);
             }
             more(i, &mut pass);

@@ -124,7 +124,7 @@ pub fn write_glb_watched(
     }
     counts.objects = objects.len() as u64;
     let parts = || objects.iter().flat_map(|object| object.parts.values());
-    let images = materials.textures().images();
+    let images = &materials.textures.images;
     let binary_bytes = parts().map(Part::bytes).chain(images.iter().map(|image| aligned(image.len()))).sum();
     let document = Document { name, objects: &objects, materials: &materials, options };
     let mut json = document.text(binary_bytes).into_bytes();

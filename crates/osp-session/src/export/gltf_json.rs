@@ -74,9 +74,9 @@ impl Document<'_> {
             scene["extras"] = json!({ "environment": background(environment) });
         }
         extensions.extend(materials.extensions());
-        let textures = materials.textures();
+        let textures = &materials.textures;
         let mut images = Vec::new();
-        for image in textures.images() {
+        for image in &textures.images {
             images.push(json!({ "bufferView": views.len(), "mimeType": "image/png" }));
             views.push(json!({ "buffer": 0, "byteOffset": place.stored, "byteLength": image.len() }));
             place.stored += aligned(image.len());

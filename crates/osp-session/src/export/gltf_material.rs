@@ -36,7 +36,7 @@ pub(super) struct Materials {
     in_file: Vec<usize>,
     /// The materials of the file.
     json: Vec<Value>,
-    textures: Textures,
+    pub(super) textures: Textures,
 }
 
 impl Materials {
@@ -83,10 +83,6 @@ impl Materials {
     /// Index in the file of a material with this number.
     pub(super) fn in_file(&self, number: usize) -> usize {
         self.in_file[number]
-    }
-
-    pub(super) fn textures(&self) -> &Textures {
-        &self.textures
     }
 
     pub(super) fn json(&self) -> Vec<Value> {

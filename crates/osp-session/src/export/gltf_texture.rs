@@ -12,7 +12,7 @@ const LINEAR_MIPMAP_LINEAR: u32 = 9987;
 /// The textures of a file. Brushes with the same picture share one PNG.
 #[derive(Default)]
 pub(super) struct Textures {
-    images: Vec<Vec<u8>>,
+    pub(super) images: Vec<Vec<u8>>,
     /// The image index of each texture, and whether the texture repeats along the stroke.
     all: Vec<(usize, bool)>,
 }
@@ -34,10 +34,6 @@ impl Textures {
             self.all.push(texture);
             self.all.len() - 1
         }))
-    }
-
-    pub(super) fn images(&self) -> &[Vec<u8>] {
-        &self.images
     }
 
     /// The samplers: first for textures that repeat along the stroke, then for textures that do not.

@@ -41,10 +41,11 @@ pub(super) struct KeptStroke {
 pub struct KeptStrokes {
     /// A scene without control points. It determines each stroke's layer, and whether the stroke is erased, undone,
     /// moved or grouped.
-    scene: Scene,
+    pub(super) scene: Scene,
     strokes: Vec<KeptStroke>,
     places: HashMap<StrokeId, usize>,
-    heads: u64,
+    /// Number of recorded head poses.
+    pub(super) heads: u64,
 }
 
 impl KeptStrokes {
@@ -78,16 +79,6 @@ impl KeptStrokes {
                 points: Vec::new(),
             });
         }
-    }
-
-    /// The session's edits, without control points.
-    pub(super) fn scene(&self) -> &Scene {
-        &self.scene
-    }
-
-    /// Number of recorded head poses.
-    pub(super) fn heads(&self) -> u64 {
-        self.heads
     }
 
     /// The strokes that are neither erased nor undone, in the order of their beginnings. Hidden strokes are included.

@@ -73,8 +73,8 @@ pub fn write_tilt(
         strokes.push((stroke.id, ready));
     }
     let used: BTreeSet<u32> =
-        strokes.iter().filter_map(|(id, _)| Some(kept.scene().stroke(*id)?.layer())).collect();
-    let layers = Layers::new(header, kept.scene(), &used);
+        strokes.iter().filter_map(|(id, _)| Some(kept.scene.stroke(*id)?.layer())).collect();
+    let layers = Layers::new(header, &kept.scene, &used);
     let mut brushes = Brushes::of(header);
     let taken = strokes.iter().filter_map(|(_, stroke)| Some(stroke.paint()?.sketch_group)).collect();
     let mut groups = SketchGroups { taken, given: BTreeMap::new(), last: 0 };
@@ -82,9 +82,9 @@ pub fn write_tilt(
     let head = [SKETCH_MAGIC, SKETCH_VERSION, 0, 0, strokes.len() as u32];
     sketch.extend(head.iter().flat_map(|word| word.to_le_bytes()));
     for (id, stroke) in &strokes {
-        let Some(state) = kept.scene().stroke(*id) else { continue };
+        let Some(state) = kept.scene.stroke(*id) else { continue };
         // Groups of the format are flat: strokes that move together are selected together.
-        let group = match kept.scene().groups_of(state).last() {
+        let group = match kept.scene.groups_of(state).last() {
             Some(outermost) => groups.number(*outermost),
             None => stroke.paint().map_or(0, |paint| paint.sketch_group),
         };
@@ -97,7 +97,7 @@ pub fn write_tilt(
             return Err(ExportError::TooLarge(bytes));
         }
     }
-    let (metadata, rewritten) = metadata(header, kept.scene(), brushes, &layers);
+    let (metadata, rewritten) = metadata(header, &kept.scene, brushes, &layers);
     counts.notes = notes(kept, [opaque, lost], &stand_ins);
     counts.notes.extend(rewritten);
     if out_of_time > 0 {
@@ -170,8 +170,8 @@ fn notes(kept: &KeptStrokes, [opaque, lost]: [u64; 2], stand_ins: &BTreeMap<&str
     let left_out = [
         (polygons, "polygon that no stroke drew", "polygons that no stroke drew"),
         (lost, "stroke at infinity or shrunk to a point", "strokes at infinity or shrunk to a point"),
-        (kept.heads(), "recorded pose of a head", "recorded poses of a head"),
-        (kept.scene().views().len() as u64, "saved view", "saved views"),
+        (kept.heads, "recorded pose of a head", "recorded poses of a head"),
+        (kept.scene.views().len() as u64, "saved view", "saved views"),
     ];
     for (count, one, several) in left_out {
         if count > 0 {

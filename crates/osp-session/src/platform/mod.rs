@@ -25,6 +25,48 @@ pub mod fs {
         found
     }
 
+    /// The folder that a file lies in.
+    pub fn folder_of(path: &Path) -> &Path {
+        path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+    }
+
+    /// The path with every symbolic link resolved. The file need not exist, but its folder must.
+    pub fn whole_path(path: &Path) -> Option<PathBuf> {
+        let by_folder = || Some(canonicalize(folder_of(path)).ok()?.join(path.file_name()?));
+        canonicalize(path).ok().or_else(by_folder)
+    }
+
+    /// Identity of a file, to detect whether another file has taken its name.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct Identity {
+        #[cfg(unix)]
+        device_and_inode: (u64, u64),
+        #[cfg(not(unix))]
+        created: Option<std::time::SystemTime>,
+    }
+
+    impl Identity {
+        /// The identity of the file with these data.
+        #[cfg(unix)]
+        pub fn of(data: &Metadata) -> Self {
+            use std::os::unix::fs::MetadataExt;
+            Self { device_and_inode: (data.dev(), data.ino()) }
+        }
+
+        /// The identity of the file with these data.
+        #[cfg(not(unix))]
+        pub fn of(data: &Metadata) -> Self {
+            Self { created: data.created().ok() }
+        }
+    }
+
+    /// Whether an open file still has this name.
+    pub fn is_at(file: &File, path: &Path) -> bool {
+        let identity = |data: std::io::Result<Metadata>| data.map(|data| Identity::of(&data)).ok();
+        let held = identity(file.metadata());
+        held.is_some() && held == identity(metadata(path))
+    }
+
     /// Whether a file lies in a folder or below it, after symbolic links are resolved.
     pub(crate) fn lies_within(path: &Path, folder: &Path) -> std::io::Result<bool> {
         // The parent of a file name without a folder is the current folder.

@@ -6,52 +6,23 @@ use super::{Excess, Place};
 
 /// An error of a recording. Every message has the file, the position in the file and the expected form.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum RecordingError {
     /// The file could not be opened, read or written.
     #[error("{}: {cause}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        cause: std::io::Error,
-    },
-    /// A text file is damaged.
+    Io { path: PathBuf, cause: std::io::Error },
+    /// A text file is damaged. Lines count from 1.
     #[error("{}, line {line}: expected {expected}; found {found}", path.display())]
-    Line {
-        /// The file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: u64,
-        /// The form that the format requires at this position.
-        expected: String,
-        /// The text at this position, shortened.
-        found: String,
-    },
-    /// A binary file is damaged.
+    Line { path: PathBuf, line: u64, expected: String, found: String },
+    /// A binary file, or an entry of an archive (as `FILE/ENTRY`), is damaged. Bytes count from 0.
     #[error("{}, byte {offset}: expected {expected}; found {found}", path.display())]
-    Byte {
-        /// The file, or the entry of an archive as `FILE/ENTRY`.
-        path: PathBuf,
-        /// The offset, from 0.
-        offset: u64,
-        /// The form that the format requires at this position.
-        expected: String,
-        /// The contents at this position.
-        found: String,
-    },
+    Byte { path: PathBuf, offset: u64, expected: String, found: String },
     /// The session is larger than its [`Limits`](super::Limits) allow.
     #[error("{0}")]
     Limit(Box<Excess>),
     /// The format of the file cannot be read.
     #[error("{}: expected {expected}; found {found}", path.display())]
-    Unknown {
-        /// The file.
-        path: PathBuf,
-        /// The formats that can be read.
-        expected: String,
-        /// The format of the file.
-        found: String,
-    },
+    Unknown { path: PathBuf, expected: String, found: String },
 }
 
 impl RecordingError {

@@ -77,9 +77,6 @@ impl<W: Write> RonWriter<W> {
     }
 
     /// Writes the line that an event was read from, see [`EventSource::line`](super::EventSource::line).
-    ///
-    /// # Errors
-    /// The output fails.
     pub fn write_line(&mut self, line: &str) -> Result<(), RecordingError> {
         self.push_line(Ok(()), |pending| {
             pending.push_str(line);
@@ -171,9 +168,6 @@ impl RonWriter<RecordingFile> {
 
     /// Writes the pending lines and closes the file. A compressed file gets its end mark. Without this call, the drop
     /// of the writer does the same, but ignores errors.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub fn finish(mut self) -> Result<(), RecordingError> {
         self.flush()?;
         self.out.finish().map_err(|e| RecordingError::io(&self.path, e))

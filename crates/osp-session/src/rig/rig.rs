@@ -29,36 +29,20 @@ const SQUARE: f32 = 1.0e-3;
 
 /// Error of a rig.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum RigError {
     /// The file cannot be read.
     #[error("{path}: {cause}")]
-    Io {
-        /// The file.
-        path: String,
-        /// Message of the system.
-        cause: std::io::Error,
-    },
+    Io { path: String, cause: std::io::Error },
     /// No shipped rig and no file has this name.
     #[error("no rig is called `{0}`, and there is no such file: expected {shipped} or a file that describes a rig", shipped = Rig::shipped().collect::<Vec<_>>().join(", "))]
     Unknown(String),
-    /// The text is not a rig.
+    /// The text is not a rig. Lines count from 1.
     #[error("{path}, line {line}: expected a rig; {found}")]
-    Text {
-        /// The file.
-        path: String,
-        /// The line, from 1.
-        line: usize,
-        /// The error at this line.
-        found: String,
-    },
+    Text { path: String, line: usize, found: String },
     /// A number or name is invalid.
     #[error("{place}: expected {expected}")]
-    Invalid {
-        /// The file, or the name of the rig.
-        place: String,
-        /// Expected form.
-        expected: String,
-    },
+    Invalid { place: String, expected: String },
 }
 
 /// A rectangle on which the world is shown, room space, metres.

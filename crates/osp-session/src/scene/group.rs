@@ -78,7 +78,8 @@ pub(super) struct Groups {
     moved: Vec<usize>,
     /// Scratch of [`Groups::take_moved`].
     walk: Vec<usize>,
-    steps: u64,
+    /// Number of groups visited so far: to check nesting depths, and to find the strokes that a change affects.
+    pub(super) steps: u64,
 }
 
 impl Groups {
@@ -191,11 +192,6 @@ impl Groups {
             let of = &mut self.groups[group];
             (of.own, of.subtree, of.is_own_stale, of.is_stale) = (own, subtree, false, false);
         }
-    }
-
-    /// Number of groups visited so far: to check nesting depths, and to find the strokes that a change affects.
-    pub(super) fn steps(&self) -> u64 {
-        self.steps
     }
 
     /// Whether a group (a new group if `known` is `None`) can get the parent `parent` without a cycle, and without

@@ -10,7 +10,7 @@ pub(super) struct History {
     done: VecDeque<Edit>,
     undone: Vec<Edit>,
     /// Total number of strokes that the edits list.
-    named: usize,
+    pub(super) named: usize,
     /// The step that the next edit becomes part of.
     open: Option<OpenStep>,
 }
@@ -58,11 +58,6 @@ impl History {
     /// Number of edits, done and undone.
     pub(super) fn len(&self) -> usize {
         self.done.len() + self.undone.len()
-    }
-
-    /// Number of strokes that the edits list.
-    pub(super) fn named(&self) -> usize {
-        self.named
     }
 
     /// Ends the current step, and makes the next `edits` edits one step. With 0, no step begins.

@@ -26,7 +26,8 @@ pub(super) struct Log {
     /// Indices of arrangements of more than [`MOST_INDEXED`] strokes. `index` does not contain their strokes.
     broad: BTreeSet<(State, u64)>,
     next: u64,
-    looked_at: u64,
+    /// Number of arrangements and strokes visited so far.
+    pub(super) looked_at: u64,
 }
 
 /// A property of a stroke or group that an arrangement sets.
@@ -165,11 +166,6 @@ impl Log {
         }
         self.looked_at += found.len() as u64;
         found
-    }
-
-    /// Number of arrangements and strokes visited so far.
-    pub(super) fn looked_at(&self) -> u64 {
-        self.looked_at
     }
 
     /// The index that the next added arrangement gets.

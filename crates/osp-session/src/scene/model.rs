@@ -170,9 +170,9 @@ impl Scene {
     /// [`Scene::apply_within`].
     pub fn work(&self) -> SceneWork {
         SceneWork {
-            group_steps: self.groups.steps() + self.parents.steps(),
+            group_steps: self.groups.steps + self.parents.steps,
             displaced: self.displaced,
-            looked_at: self.looked_at + self.log.looked_at(),
+            looked_at: self.looked_at + self.log.looked_at,
         }
     }
 

@@ -81,16 +81,12 @@ pub(super) struct GroupParents {
     is_due: bool,
     /// Number of the current walk.
     walk: u64,
-    steps: u64,
+    /// Number of groups and groupings visited so far.
+    pub(super) steps: u64,
     scratch: Scratch,
 }
 
 impl GroupParents {
-    /// Number of groups and groupings visited so far.
-    pub(super) fn steps(&self) -> u64 {
-        self.steps
-    }
-
     fn line(&self, group: usize) -> Option<&Line> {
         self.lines.get(group)?.as_deref()
     }

@@ -23,7 +23,7 @@ impl Scene {
         while self.totals.edits > History::DEPTH_OF_ALL || self.totals.named > History::NAMED_OF_ALL {
             self.looked_at += self.authors.len() as u64;
             let too_many = self.totals.edits > History::DEPTH_OF_ALL;
-            let size = |history: &History| if too_many { history.len() } else { history.named() };
+            let size = |history: &History| if too_many { history.len() } else { history.named };
             let sizes = self.authors.iter().map(|(&of, state)| (size(&state.history), std::cmp::Reverse(of)));
             let Some((_, std::cmp::Reverse(of))) = sizes.max() else { break };
             // The author's newest edit is kept.
@@ -38,10 +38,10 @@ impl Scene {
     /// Changes a history, and updates the totals.
     fn with_history<T>(&mut self, author: Author, change: impl FnOnce(&mut History) -> T) -> T {
         let history = &mut self.authors.entry(author).or_default().history;
-        let (edits, named) = (history.len(), history.named());
+        let (edits, named) = (history.len(), history.named);
         let result = change(history);
         self.totals.edits = self.totals.edits + history.len() - edits;
-        self.totals.named = self.totals.named + history.named() - named;
+        self.totals.named = self.totals.named + history.named - named;
         result
     }
 

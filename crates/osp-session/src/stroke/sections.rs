@@ -86,14 +86,14 @@ impl Section {
 
     /// The section at node `i`, at the end of a piece.
     pub(super) fn at(self, track: &Track, i: usize, envelope: f32) -> Rims {
-        let nodes = track.nodes();
+        let nodes = &track.nodes;
         let (node, before) = (&nodes[i], &nodes[i - 1]);
         let after = nodes.get(i + 1);
         let is_end = after.is_none_or(|after| !after.is_linked);
         let half = |node: &Node| 0.5 * node.width_m * node.right;
         let mut frame =
             Frame { middle: node.position, half: half(node), normal: node.normal, is_end, envelope };
-        if self == Self::Flat && !track.is_old() {
+        if self == Self::Flat && !track.is_old {
             let after = after.unwrap_or(node);
             frame.middle = 0.3 * before.position + 0.4 * node.position + 0.3 * after.position;
             if !is_end {
@@ -106,7 +106,7 @@ impl Section {
 
     /// The section at the node before node `i`, at the start of a segment.
     pub(super) fn at_start(self, track: &Track, i: usize) -> Rims {
-        let (node, before) = (&track.nodes()[i], &track.nodes()[i - 1]);
+        let (node, before) = (&track.nodes[i], &track.nodes[i - 1]);
         self.rims(&Frame {
             middle: before.position,
             half: 0.5 * before.size_m * node.right,

@@ -39,11 +39,13 @@ pub(super) struct Track {
     knots: Knots,
     /// Whether the brush is of the old kind. For such a brush, a node's frame does not depend on the next node, and the
     /// largest turn depends on the width.
-    is_old: bool,
+    pub(super) is_old: bool,
     /// Number of vertices at each end of a piece.
     vertices_at_end: u32,
-    nodes: Vec<Node>,
-    kept: usize,
+    /// The nodes that may still change, then a provisional end if there is one.
+    pub(super) nodes: Vec<Node>,
+    /// Number of kept nodes.
+    pub(super) kept: usize,
     is_begun: bool,
 }
 
@@ -65,20 +67,6 @@ impl Track {
             kept: 0,
             is_begun: false,
         }
-    }
-
-    pub(super) fn is_old(&self) -> bool {
-        self.is_old
-    }
-
-    /// The nodes that may still change, then a provisional end if there is one.
-    pub(super) fn nodes(&self) -> &[Node] {
-        &self.nodes
-    }
-
-    /// Number of kept nodes.
-    pub(super) fn kept(&self) -> usize {
-        self.kept
     }
 
     /// Processes a sample and returns the index of the first changed node.

@@ -128,11 +128,11 @@ impl WeldedBuilder {
 
     /// Ends the stroke.
     pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
-        let nodes = self.track.nodes();
-        let has_end = nodes.len() > self.track.kept() && nodes.last().is_some_and(|node| node.is_linked);
+        let nodes = &self.track.nodes;
+        let has_end = nodes.len() > self.track.kept && nodes.last().is_some_and(|node| node.is_linked);
         if let Some(last_break) = nodes.iter().rposition(|node| !node.is_linked)
             && has_end
-            && !self.track.is_old()
+            && !self.track.is_old
             && nodes[last_break].vertices > 0
             && nodes.len() - last_break < LEAST_KNOTS
         {
@@ -156,7 +156,7 @@ impl WeldedBuilder {
     /// Repaints the pieces whose surface may have changed since the last call. Pieces that can no longer change are
     /// dropped.
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
-        let mut settled = self.track.kept().saturating_sub(2);
+        let mut settled = self.track.kept.saturating_sub(2);
         if self.uv == Uv::Stretched {
             let start = self.start_of_last();
             // After the end of the stroke this is the last call.
@@ -204,8 +204,8 @@ impl WeldedBuilder {
 
     /// Computes the links of new nodes.
     fn measure(&mut self) {
-        for i in self.links.len()..self.track.nodes().len() {
-            let node = &self.track.nodes()[i];
+        for i in self.links.len()..self.track.nodes.len() {
+            let node = &self.track.nodes[i];
             let mut link = Link {
                 is_linked: node.is_linked,
                 segment: u32::MAX - 1,
@@ -217,7 +217,7 @@ impl WeldedBuilder {
                 pieces: [QuadPieces::default(); LANES],
             };
             if node.is_linked && i > 0 {
-                let (before, behind) = (&self.track.nodes()[i - 1], &self.links[i - 1]);
+                let (before, behind) = (&self.track.nodes[i - 1], &self.links[i - 1]);
                 let is_start = !behind.is_linked;
                 // The original application counts from the vertex before the segment's first vertex.
                 link.segment = if is_start { before.vertices.wrapping_sub(1) } else { behind.segment };
@@ -247,7 +247,7 @@ impl WeldedBuilder {
                 let of_segment = |link: &&Link| link.segment == self.links[i].segment;
                 segment = i..i + self.links[i..].iter().take_while(of_segment).count();
             }
-            let is_new = i + 1 == self.links.len() && i < self.track.kept();
+            let is_new = i + 1 == self.links.len() && i < self.track.kept;
             let total_m = self.links[segment.end - 1].along_m[1];
             self.make_piece(i, total_m, out, if is_new { drops } else { &mut uncounted });
         }

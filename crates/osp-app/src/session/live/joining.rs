@@ -71,7 +71,7 @@ impl Session {
     /// piece.
     pub(crate) fn follow_for(&mut self, least: Duration) {
         if let Some(live) = self.live_mut() {
-            live.turns.set_least(least);
+            live.turns.least = least;
             self.follow();
         }
     }

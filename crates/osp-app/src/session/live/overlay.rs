@@ -13,9 +13,11 @@ use osp_session::{
 /// of its events have returned. Only polygons that the session's scene lacks are shown.
 #[derive(Debug, Default)]
 pub struct Overlay {
-    scene: Scene,
+    /// The scene of the user's strokes.
+    pub scene: Scene,
     changes: Vec<Change>,
-    shown: VisibleBlocks,
+    /// The polygons of this scene that are shown.
+    pub shown: VisibleBlocks,
     strokes: BTreeMap<StrokeId, Stroke>,
     /// Whether the scene was replaced since its changes were last taken.
     is_other: bool,
@@ -84,16 +86,6 @@ impl Overlay {
         }
     }
 
-    /// The scene of the user's strokes.
-    pub fn scene(&self) -> &Scene {
-        &self.scene
-    }
-
-    /// The polygons of this scene that are shown.
-    pub fn shown(&self) -> &VisibleBlocks {
-        &self.shown
-    }
-
     /// Appends the changes since the last call. Returns `true` if the whole scene was replaced.
     pub(crate) fn take_changes(&mut self, out: &mut Vec<Change>) -> bool {
         out.append(&mut self.changes);
@@ -138,27 +130,27 @@ mod tests {
         let (first, second) = (stroke(1, 20), stroke(2, 10));
         first.iter().chain(&second).for_each(|event| overlay.add(event));
         overlay.show(|_| 0);
-        let all = overlay.shown().len();
+        let all = overlay.shown.len();
         assert!(all > 20, "{all}");
-        let of_first = overlay.scene().stroke(StrokeId(1)).expect("a stroke").polygon_ids().count();
+        let of_first = overlay.scene.stroke(StrokeId(1)).expect("a stroke").polygon_ids().count();
         overlay.show(|id| if id == StrokeId(1) { of_first - 3 } else { 0 });
-        assert_eq!(overlay.shown().len(), all - of_first + 3);
+        assert_eq!(overlay.shown.len(), all - of_first + 3);
         first.iter().for_each(|event| overlay.settle(event));
         overlay.show(|_| 0);
-        assert_eq!(overlay.shown().len(), all - of_first);
+        assert_eq!(overlay.shown.len(), all - of_first);
         assert!(!overlay.take_changes(&mut Vec::new()));
         // The hand is still drawing the stroke, so it has not ended.
         let mut open = Overlay::default();
         second[..11].iter().for_each(|event| open.add(event));
         second[..11].iter().for_each(|event| open.settle(event));
         open.show(|_| 0);
-        assert!(!open.shown().is_empty());
+        assert!(!open.shown.is_empty());
         second.iter().for_each(|event| overlay.settle(event));
         overlay.show(|_| 0);
-        assert!(overlay.shown().is_empty() && overlay.scene().polygon_count() == 0);
+        assert!(overlay.shown.is_empty() && overlay.scene.polygon_count() == 0);
         assert!(overlay.take_changes(&mut Vec::new()));
         // Edits of the session's strokes are not shown before they return.
         overlay.add(&Event::Undo { author: Author::SOLE, t: 0.0 });
-        assert_eq!(overlay.scene().counts().ignored_events, 0);
+        assert_eq!(overlay.scene.counts().ignored_events, 0);
     }
 }

@@ -25,9 +25,6 @@ const MAX_SNAPSHOT_WEIGHT: usize = 4_000_000;
 impl Session {
     /// Reads a whole session of any format for a replay, positioned before its first frame. A damaged session plays up
     /// to the damage, which the remarks describe.
-    ///
-    /// # Errors
-    /// The file cannot be read, or its format is unknown.
     pub fn to_play(path: &Path, pace: Pace, camera: CameraChoice) -> Result<Self, RecordingError> {
         Self::to_play_with(path, pace, camera, &OpenOptions::default())
     }
@@ -56,7 +53,8 @@ impl Session {
 pub struct ReplayReader {
     path: PathBuf,
     camera: CameraChoice,
-    events: u64,
+    /// Number of events read.
+    pub events: u64,
     stage: Stage,
 }
 
@@ -85,15 +83,7 @@ impl ReplayReader {
         Self { path: path.to_owned(), camera, events: 0, stage }
     }
 
-    /// Number of events read.
-    pub fn events(&self) -> u64 {
-        self.events
-    }
-
     /// Takes a step. The last step returns the session; later steps return `None`.
-    ///
-    /// # Errors
-    /// The file cannot be read, or its format is unknown.
     pub fn step(&mut self) -> Result<Option<Session>, RecordingError> {
         self.stage = match std::mem::replace(&mut self.stage, Stage::Over) {
             Stage::Closed(pace, options) => {

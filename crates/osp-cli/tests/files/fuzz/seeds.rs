@@ -96,7 +96,7 @@ pub fn sets() -> Vec<Vec<u8>> {
     let cells = ViewCells { min: Vec3::splat(-1.0), side_m: 0.5, count: UVec3::new(3, 2, 4) };
     let mut sets = Pvs::new(&scene, cells, 3).expect("a small model");
     let words = sets.bytes() / 8 / cells.len();
-    let groups = sets.polygons().div_ceil(GROUP);
+    let groups = sets.polygons.div_ceil(GROUP);
     assert!(words == 1 && groups < 64, "a small model: {groups} groups");
     for cell in 0..cells.len() {
         sets.set_cell(cell, &[0x5A5A_0F0F_3333_8001u64.rotate_left(cell as u32) & ((1 << groups) - 1)]);

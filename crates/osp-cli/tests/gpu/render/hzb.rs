@@ -310,7 +310,7 @@ fn several_views_of_one_renderer_do_not_disturb_each_other() {
     let mut hidden = 0;
     for view in eyes() {
         for _ in 0..2 {
-            let mut encoder = gpu.device().create_command_encoder(&Default::default());
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
             for (number, (slot, target, timer)) in panes.iter_mut().enumerate() {
                 // Two eyes beside each other.
                 let mut view = view.with_aspect(target.aspect());
@@ -318,7 +318,7 @@ fn several_views_of_one_renderer_do_not_disturb_each_other() {
                 renderer.prepare(slot, &scene, &view, &[Layer::plain(&set(&ids))]);
                 renderer.encode(&mut encoder, target, slot, timer, |_| {});
             }
-            gpu.queue().submit([encoder.finish()]);
+            gpu.queue.submit([encoder.finish()]);
             for (slot, _, timer) in &mut panes {
                 slot.submitted();
                 timer.submitted();

@@ -21,13 +21,13 @@ fn view() -> View {
 }
 
 fn draw(renderer: &mut Renderer, slot: &mut ViewSlot, target: &Target, scene: &Scene, view: &View) -> Image {
-    let gpu = Arc::clone(renderer.gpu());
+    let gpu = Arc::clone(&renderer.gpu);
     let mut timer = GpuTimer::new(&gpu);
-    let mut encoder = gpu.device().create_command_encoder(&Default::default());
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
     renderer.send(scene);
     renderer.prepare(slot, scene, &view.with_aspect(target.aspect()), &[Layer::plain(&set(&all_ids(scene)))]);
     renderer.encode(&mut encoder, target, slot, &mut timer, |_| {});
-    gpu.queue().submit([encoder.finish()]);
+    gpu.queue.submit([encoder.finish()]);
     slot.submitted();
     timer.submitted();
     gpu.wait().expect("a device");

@@ -28,7 +28,7 @@ fn a_session_is_sent_with_the_key_that_is_asked_for() {
     let recording = shipped_session("scribble");
     for osc in [false, true] {
         let tracker = listen(&key("open-sesame"));
-        let to = tracker.local_address().expect("a port").to_string();
+        let to = tracker.local_address.expect("a port").to_string();
         let send = |more: &[&str]| {
             let mut command =
                 OSP.command(["send", &recording, "--to", &to, "--pace", "samples:500", "--speed", "1000"]);
@@ -69,7 +69,7 @@ fn a_key_that_no_list_of_processes_shows() {
     let file = file.to_str().expect("plain text");
     std::fs::write(file, "open-sesame\n").expect("written");
     let tracker = listen(&TrackerOptions { listening: Listening::Everybody, ..key("open-sesame") });
-    let to = tracker.local_address().expect("a port").to_string();
+    let to = tracker.local_address.expect("a port").to_string();
     let run = |args: &[&str], variable: Option<&str>| {
         let mut command = OSP.command(args);
         command.env_remove("OSP_TRACKER_KEY").envs(variable.map(|word| ("OSP_TRACKER_KEY", word)));

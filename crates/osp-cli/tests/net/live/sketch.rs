@@ -60,7 +60,7 @@ impl Window {
     }
 
     pub(crate) fn on_their_way(&self) -> usize {
-        self.studio.overlay().expect("a shared session").shown().len()
+        self.studio.overlay().expect("a shared session").shown.len()
     }
 
     pub(crate) fn live(&self) -> &Live {

@@ -41,7 +41,7 @@ fn sealed(mut manifest: Vec<u8>) -> Vec<u8> {
 /// Opens a world and loads all of it.
 fn all_of(folder: &Path) -> Result<(), WorldError> {
     let world = World::open(place_to_read(folder))?;
-    for number in 0..world.manifest().blocks().len() as u32 {
+    for number in 0..world.manifest.blocks.len() as u32 {
         world.load(number)?;
     }
     Ok(())
@@ -120,7 +120,7 @@ fn damaged_short_and_missing_objects_are_named() {
     assert!(said.contains(name) && said.contains("byte ") && said.contains("checksum"), "{said}");
     // A walk that meets it says the same, whether it waits or not.
     let world = open(folder.path());
-    let view = CameraPath::new(CameraChoice::Orbit, None, &world.bounds()).view(&Moment::default());
+    let view = CameraPath::new(CameraChoice::Orbit, None, &world.bounds).view(&Moment::default());
     let mut waiting = walk(&world, 1 << 30, 2);
     assert_eq!(waiting.frame(&view, None, Missing::Wait).expect_err("damaged").to_string(), said);
     let mut counting = walk(&world, 1 << 30, 2);
@@ -149,7 +149,7 @@ fn forge(folder: &Path, object: &Path, change: Change<'_>) {
     let path = folder.join(MANIFEST);
     let mut manifest = fs::read(&path).expect("a manifest");
     let mut blocks = fs::read(object).expect("blocks");
-    let count = open(folder).manifest().blocks().len();
+    let count = open(folder).manifest.blocks.len();
     let mut begin = 0;
     for entry in (0..count).map(|number| manifest.len() - 8 - ENTRY_BYTES * (count - number)) {
         let bytes = u32_at(&manifest, entry) as usize;
@@ -274,7 +274,7 @@ proptest! {
             let (mut manifest, mut blocks) = (manifest.clone(), blocks.clone());
             fs::write(folder.path().join(MANIFEST), &manifest).expect("written");
             let world = World::open(place_to_read(folder.path())).expect("whole");
-            let count = world.manifest().blocks().len();
+            let count = world.manifest.blocks.len();
             if in_block {
                 // The beginning, where the counts and pieces are, or anywhere; the manifest says that it has to be so.
                 let entry = |number: usize| manifest.len() - 8 - ENTRY_BYTES * (count - number);

@@ -39,10 +39,10 @@ fn assert_exact(parts: &[(&Scene, &[Vec3])]) {
         let folder = temp();
         pack(folder.path(), *order, parts).expect("packed");
         let world = open(folder.path());
-        assert_eq!(world.bounds(), together.bounds());
-        let views = views(&world.bounds());
+        assert_eq!(world.bounds, together.bounds());
+        let views = views(&world.bounds);
         let expected = together.seen(&views);
-        let all = world.manifest().polygon_count();
+        let all = world.manifest.polygon_count();
         assert!(expected.iter().any(|(seen, _)| (1..all).contains(seen)), "some polygons are seen, not all");
         for loaders in [1, 3] {
             let least = least_memory(&world, loaders);
@@ -60,7 +60,7 @@ fn assert_exact(parts: &[(&Scene, &[Vec3])]) {
                 }
                 let counts = walk.counts();
                 assert!(counts.most_resident_bytes <= memory, "{counts:?} of {memory}");
-                let blocks = world.manifest().blocks().len() as u64;
+                let blocks = world.manifest.blocks.len() as u64;
                 assert!(memory < 1 << 30 || counts.blocks_read <= blocks, "what is there is not read again");
                 let is_too_small = memory == least && blocks > 12;
                 assert!(!is_too_small || counts.blocks_read > 2 * blocks, "blocks have to make room");
@@ -104,7 +104,7 @@ fn the_blocks_hold_the_polygons_and_colours() {
         pack(folder.path(), *order, &[(&room, HERE)]).expect("packed");
         let world = open(folder.path());
         let mut found = Vec::new();
-        for number in 0..world.manifest().blocks().len() as u32 {
+        for number in 0..world.manifest.blocks.len() as u32 {
             found.extend(world.load(number).expect("a block").0.polygons());
         }
         found.sort_by_key(|(id, ..)| *id);
@@ -123,7 +123,7 @@ fn a_frame_that_does_not_wait_counts_what_is_missing_until_it_is_there() {
     let folder = temp();
     pack(folder.path(), PackOrder::Space, &[(&room, HERE)]).expect("packed");
     let world = open(folder.path());
-    let view = CameraPath::new(CameraChoice::Inside, None, &world.bounds()).view(&Moment::default());
+    let view = CameraPath::new(CameraChoice::Inside, None, &world.bounds).view(&Moment::default());
     let (visible, fingerprint) = Together::new(&[(&room, HERE)]).seen(&[view])[0];
     let mut walk = walk(&world, 1 << 30, 1);
     let first = walk.frame(&view, None, Missing::Count).expect("whole blocks");
@@ -148,7 +148,7 @@ fn a_view_that_does_not_fit_keeps_the_nearest_blocks() {
     let folder = temp();
     pack(folder.path(), PackOrder::Space, &[(&room, HERE)]).expect("packed");
     let world = open(folder.path());
-    let view = CameraPath::new(CameraChoice::Orbit, None, &world.bounds()).view(&Moment::default());
+    let view = CameraPath::new(CameraChoice::Orbit, None, &world.bounds).view(&Moment::default());
     let memory = least_memory(&world, 1) + (2 << 20);
     let mut walk = walk(&world, memory, 1);
     let (mut read, mut same) = (0, 0);

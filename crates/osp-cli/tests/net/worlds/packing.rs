@@ -52,8 +52,8 @@ fn the_same_sessions_make_the_same_world() {
     let files_of_a = files(a.path());
     assert!(files_of_a.len() >= 2 && files_of_a == files(b.path()));
     let world = open(a.path());
-    assert_eq!(world.manifest().polygon_count(), 2 * room.counts().visible);
-    assert_eq!(world.manifest().sources()[0].copies, 2);
+    assert_eq!(world.manifest.polygon_count(), 2 * room.counts().visible);
+    assert_eq!(world.manifest.sources[0].copies, 2);
 }
 
 #[test]
@@ -70,8 +70,8 @@ fn without_its_end_a_pack_leaves_no_world_and_the_next_one_tidies_up() {
     assert_none(folder.path());
     pack(folder.path(), PackOrder::Space, &[(&scribble, HERE)]).expect("packed");
     let world = open(folder.path());
-    assert_eq!(world.manifest().polygon_count(), scribble.counts().visible);
-    assert_eq!(files(folder.path()).len(), 1 + world.manifest().object_count(), "what was left is gone");
+    assert_eq!(world.manifest.polygon_count(), scribble.counts().visible);
+    assert_eq!(files(folder.path()).len(), 1 + world.manifest.object_count(), "what was left is gone");
 }
 
 #[test]
@@ -96,7 +96,7 @@ fn a_pack_that_is_killed_leaves_no_world() {
     assert_none(&out);
     let scribble = session(SynthKind::Scribble, 500, 1);
     pack(&out, PackOrder::Space, &[(&scribble, HERE)]).expect("packed");
-    assert_eq!(open(&out).manifest().polygon_count(), scribble.counts().visible);
+    assert_eq!(open(&out).manifest.polygon_count(), scribble.counts().visible);
 }
 
 #[test]
@@ -117,11 +117,11 @@ fn a_world_is_replaced_only_when_asked_and_only_by_a_whole_one() {
         }
     };
     replace(false);
-    assert_eq!(open(folder.path()).manifest().polygon_count(), room.counts().visible);
+    assert_eq!(open(folder.path()).manifest.polygon_count(), room.counts().visible);
     replace(true);
     let world = open(folder.path());
-    assert_eq!(world.manifest().polygon_count(), scribble.counts().visible);
-    assert_eq!(files(folder.path()).len(), 1 + world.manifest().object_count());
+    assert_eq!(world.manifest.polygon_count(), scribble.counts().visible);
+    assert_eq!(files(folder.path()).len(), 1 + world.manifest.object_count());
 }
 
 #[test]
@@ -140,7 +140,7 @@ fn while_a_pack_runs_no_other_begins_in_its_place() {
     first.finish().expect("packed");
     assert_eq!(
         files(folder.path()).len(),
-        1 + open(folder.path()).manifest().object_count(),
+        1 + open(folder.path()).manifest.object_count(),
         "no mark is left"
     );
     // One that ended without a world keeps nobody away either.
@@ -148,7 +148,7 @@ fn while_a_pack_runs_no_other_begins_in_its_place() {
     let mut second = begin(Replacing::World).expect("begun");
     second.add("session", &scribble, HERE).expect("blocks");
     second.finish().expect("packed");
-    assert_eq!(open(folder.path()).manifest().polygon_count(), scribble.counts().visible);
+    assert_eq!(open(folder.path()).manifest.polygon_count(), scribble.counts().visible);
 }
 
 #[test]
@@ -169,8 +169,8 @@ fn a_pack_whose_blocks_were_removed_replaces_nothing() {
     let error = writer.finish().expect_err("blocks are gone").to_string();
     assert!(error.contains(blocks[0].as_str()) && error.contains("written, but gone"), "{error}");
     let world = open(folder.path());
-    assert_eq!(world.manifest().polygon_count(), scribble.counts().visible);
-    for number in 0..world.manifest().blocks().len() as u32 {
+    assert_eq!(world.manifest.polygon_count(), scribble.counts().visible);
+    for number in 0..world.manifest.blocks.len() as u32 {
         world.load(number).expect("a whole block");
     }
 }
@@ -180,6 +180,6 @@ fn nothing_makes_an_empty_world() {
     let folder = temp();
     pack(folder.path(), PackOrder::Space, &[(&Scene::new(), HERE)]).expect("packed");
     let world = open(folder.path());
-    assert_eq!((world.manifest().polygon_count(), world.manifest().blocks().len()), (0, 0));
-    assert!(world.bounds().is_empty());
+    assert_eq!((world.manifest.polygon_count(), world.manifest.blocks.len()), (0, 0));
+    assert!(world.bounds.is_empty());
 }

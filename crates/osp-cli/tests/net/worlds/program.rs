@@ -64,9 +64,9 @@ fn the_program_sees_what_memory_shows() {
     let together = Together::new(&parts);
     let world = open(&folder.path().join("w"));
     assert!(said.starts_with("w: ") && said.contains(" blocks, "), "{said}");
-    assert_eq!(world.bounds(), together.bounds());
+    assert_eq!(world.bounds, together.bounds());
     let mut expected = SessionFingerprint::new();
-    let views: Vec<_> = Flight::new(&world.bounds(), 3, None, None).take(60).collect();
+    let views: Vec<_> = Flight::new(&world.bounds, 3, None, None).take(60).collect();
     let frames = together.seen(&views);
     frames.iter().enumerate().for_each(|(i, (_, fingerprint))| expected.add(i as u64, *fingerprint));
     let flight = ["replay", "--world", "w", "--wait", "--seed", "3", "--frames", "60"];

@@ -128,7 +128,7 @@ fn styled(report: &BenchReport, mut lines: Vec<(String, Vec<(f64, f64)>)>) -> Ve
         Line {
             color: style.css_name(),
             mark: style.mark_character(),
-            dash: style.dash(),
+            dash: style.dash,
             on: at <= SHOWN || name == RIVAL,
             name: one_line(&name).into_owned(),
             x: points.iter().map(|point| rounded(point.0)).collect(),

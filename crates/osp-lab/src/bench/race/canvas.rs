@@ -20,7 +20,8 @@ pub(super) enum Side {
 #[derive(Clone, Debug)]
 pub(super) struct Canvas {
     size: (usize, usize),
-    rgb: Vec<u8>,
+    /// The bytes of the picture.
+    pub(super) rgb: Vec<u8>,
 }
 
 impl Canvas {
@@ -29,11 +30,6 @@ impl Canvas {
         register_font();
         let size = (width as usize, height as usize);
         Self { size, rgb: [color.0, color.1, color.2].repeat(size.0 * size.1) }
-    }
-
-    /// The bytes of the picture.
-    pub(super) fn rgb(&self) -> &[u8] {
-        &self.rgb
     }
 
     /// Fills a rectangle from its upper left to its lower right corner, pixels.

@@ -130,7 +130,7 @@ impl<'a> RaceFilm<'a> {
                 plot.follow(player.scene(), player.changes());
             }
             let model = plot.picture(player.scene());
-            take(self.frame(&still, frame, &model).map_err(undrawn)?.rgb())?;
+            take(&self.frame(&still, frame, &model).map_err(undrawn)?.rgb)?;
         }
         Ok(())
     }
@@ -147,7 +147,7 @@ impl<'a> RaceFilm<'a> {
         };
         for (number, racer) in self.race.racers.iter().enumerate() {
             let at = pane(number);
-            canvas.text(racer.name(), at(EDGE, 32), 27, INK, Side::Left)?;
+            canvas.text(racer.name, at(EDGE, 32), 27, INK, Side::Left)?;
             canvas.text("ms", at(RIGHT - 24, 94), 22, FAINT, Side::Left)?;
             canvas.text(of, at(RIGHT, 120), 17, FAINT, Side::Right)?;
             canvas.text("polygons", at(RIGHT, 214), 17, FAINT, Side::Right)?;
@@ -178,7 +178,7 @@ impl<'a> RaceFilm<'a> {
         let mut canvas = still.clone();
         for (number, racer) in self.race.racers.iter().enumerate() {
             let (at, slice) = (pane(number), self.slice(frame));
-            let played = &racer.times_ns()[..slice.end];
+            let played = &racer.times_ns[..slice.end];
             let missed = played.iter().filter(|&&ns| ns > Racer::MOST_NS).count() as u64;
             let (frames, color) = (thousands(played.len() as u64), if missed > 0 { LATE } else { FAINT });
             let said = format!("{} of {frames} frames missed 90 Hz", thousands(missed));
@@ -232,7 +232,7 @@ fn undrawn(error: Box<dyn Error>) -> FilmError {
 
 /// The longest frame time of a slice, nanoseconds.
 fn longest(racer: &Racer, slice: Range<usize>) -> u64 {
-    racer.times_ns()[slice].iter().copied().max().unwrap_or(0)
+    racer.times_ns[slice].iter().copied().max().unwrap_or(0)
 }
 
 #[cfg(test)]
@@ -281,7 +281,7 @@ mod tests {
         let still = film.still().expect("drawn");
         let strips = |frame: usize, color: RGBColor| {
             let canvas = film.frame(&still, frame, &[]).expect("drawn");
-            [(0, 0), (480, 0), (0, 360)].map(|pane| of_strip(canvas.rgb(), pane, color))
+            [(0, 0), (480, 0), (0, 360)].map(|pane| of_strip(&canvas.rgb, pane, color))
         };
         let (red, blue) = (|frame| strips(frame, LATE), |frame| strips(frame, IN_TIME));
         // A frame of the film is one or two frames of the session: number 23 is frames 30 and 31.

@@ -4,13 +4,19 @@ use osp_session::recording::Pace;
 /// A structure in a race, and its frame times.
 #[derive(Clone, Debug)]
 pub struct Racer {
-    name: &'static str,
-    times_ns: Vec<u64>,
-    missed: u64,
-    first_missed: Option<u64>,
-    longest_ns: u64,
-    in_view: u64,
-    bytes: usize,
+    /// The structure's name on the command line.
+    pub name: &'static str,
+    /// Time of insertion, commit and culling of each frame, nanoseconds.
+    pub times_ns: Vec<u64>,
+    /// Number of frames that took longer than [`Racer::MOST_NS`].
+    pub missed: u64,
+    /// Number of polygons in the model at the first frame that took longer than [`Racer::MOST_NS`].
+    pub first_missed: Option<u64>,
+    /// The longest frame, nanoseconds.
+    pub longest_ns: u64,
+    /// Polygons in view in the latest frame.
+    pub in_view: u64,
+    pub(super) bytes: usize,
 }
 
 impl Racer {
@@ -49,46 +55,6 @@ impl Racer {
         least
     }
 
-    /// Stores the number of polygons in view of the last frame.
-    pub(super) fn set_in_view(&mut self, in_view: u64) {
-        self.in_view = in_view;
-    }
-
-    /// Stores the memory of the structure after the last frame, bytes.
-    pub(super) fn set_bytes(&mut self, bytes: usize) {
-        self.bytes = bytes;
-    }
-
-    /// The structure's name on the command line.
-    pub fn name(&self) -> &'static str {
-        self.name
-    }
-
-    /// Time of insertion, commit and culling of each frame, nanoseconds.
-    pub fn times_ns(&self) -> &[u64] {
-        &self.times_ns
-    }
-
-    /// Number of frames that took longer than [`Racer::MOST_NS`].
-    pub fn missed(&self) -> u64 {
-        self.missed
-    }
-
-    /// Number of polygons in the model at the first frame that took longer than [`Racer::MOST_NS`].
-    pub fn first_missed(&self) -> Option<u64> {
-        self.first_missed
-    }
-
-    /// The longest frame, nanoseconds.
-    pub fn longest_ns(&self) -> u64 {
-        self.longest_ns
-    }
-
-    /// Polygons in view in the latest frame.
-    pub fn in_view(&self) -> u64 {
-        self.in_view
-    }
-
     /// A time as milliseconds, rounded so that most times have the same number of characters.
     pub fn figure_ms(ns: u64) -> String {
         match ns as f64 / 1.0e6 {
@@ -96,9 +62,5 @@ impl Racer {
             ms if ms < 100.0 => format!("{ms:.2}"),
             ms => short(ms),
         }
-    }
-
-    pub(super) fn bytes(&self) -> usize {
-        self.bytes
     }
 }

@@ -43,13 +43,13 @@ impl RaceReport {
 /// One sentence about all structures.
 fn verdict(race: &Race) -> String {
     let of = |racer: &Racer| {
-        let (name, longest) = (racer.name(), milliseconds(racer.longest_ns()));
-        match racer.first_missed() {
+        let (name, longest) = (racer.name, milliseconds(racer.longest_ns));
+        match racer.first_missed {
             None => format!("{name} held 90 Hz in every frame, the longest took {longest} ms"),
             Some(polygons) => format!(
                 "{name} missed 90 Hz in {} {}, first at {} polygons, and took {longest} ms in the longest",
-                thousands(racer.missed()),
-                if racer.missed() == 1 { "frame" } else { "frames" },
+                thousands(racer.missed),
+                if racer.missed == 1 { "frame" } else { "frames" },
                 thousands(polygons)
             ),
         }
@@ -100,12 +100,12 @@ fn rows(race: &Race) -> Rows {
         race.frames as f64,
     );
     for racer in &race.racers {
-        let us = racer.times_ns().iter().map(|&ns| ns as f64 / 1000.0).collect();
-        rows.of(PART, name, racer.name())
+        let us = racer.times_ns.iter().map(|&ns| ns as f64 / 1000.0).collect();
+        rows.of(PART, name, racer.name)
             .spread("frame", us)
-            .value("missed", "frames", racer.missed() as f64)
-            .maybe("first_missed_at", "polygons", racer.first_missed().map(|polygons| polygons as f64))
-            .value("memory", "bytes/polygon", racer.bytes() as f64 / race.present().max(1) as f64);
+            .value("missed", "frames", racer.missed as f64)
+            .maybe("first_missed_at", "polygons", racer.first_missed.map(|polygons| polygons as f64))
+            .value("memory", "bytes/polygon", racer.bytes as f64 / race.present().max(1) as f64);
     }
     rows
 }
@@ -167,14 +167,14 @@ mod tests {
         let least = disturbed
             .least(&race([&[9, 20_000, 7], &[500, 700, 800]]))
             .least(&race([&[10, 9, 6], &[1, 2, 3]]));
-        let times: Vec<&[u64]> = least.racers().iter().map(Racer::times_ns).collect();
+        let times: Vec<&[u64]> = least.racers.iter().map(|racer| &racer.times_ns[..]).collect();
         assert_eq!(times, [&[9_000, 8_000, 6_000][..], &[1_000, 2_000, 3_000]]);
-        assert!(least.racers().iter().all(|racer| racer.missed() == 0 && racer.first_missed().is_none()));
+        assert!(least.racers.iter().all(|racer| racer.missed == 0 && racer.first_missed.is_none()));
         let notes = &rows(&least).parts[0].notes;
         assert!(notes.iter().any(|note| note.contains("the shortest of 3 races")), "{notes:?}");
         // Frames that are slow in both races stay slow.
         let slow = || race([&[1, 1, 1], &[1, 12_000, 13_000]]);
-        let racer = &slow().least(&slow()).racers()[1].clone();
-        assert_eq!((racer.missed(), racer.first_missed(), racer.longest_ns()), (2, Some(2000), 13_000_000));
+        let racer = &slow().least(&slow()).racers[1].clone();
+        assert_eq!((racer.missed, racer.first_missed, racer.longest_ns), (2, Some(2000), 13_000_000));
     }
 }

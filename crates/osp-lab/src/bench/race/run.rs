@@ -32,32 +32,25 @@ pub struct RaceInput {
 
 /// Reason for which a race is aborted.
 #[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages describe them")]
 pub enum RaceError {
     /// The recording is damaged.
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// Two structures find different polygons in view.
     #[error("{recording}: {first} and {second} found different polygons in frame {frame}")]
-    Differ {
-        /// Name of the recording.
-        recording: String,
-        /// A structure.
-        first: &'static str,
-        /// The structure that found other polygons.
-        second: &'static str,
-        /// The first frame with a difference, from 0.
-        frame: u64,
-    },
+    Differ { recording: String, first: &'static str, second: &'static str, frame: u64 },
 }
 
 /// A race after a number of frames.
 #[derive(Clone, Debug)]
 pub struct Race {
-    pub(super) recording: String,
+    /// Name of the recording.
+    pub recording: String,
     pub(super) pace: Pace,
     pub(super) camera: &'static str,
     /// Number of frames of the whole session.
-    pub(super) frames: u64,
+    pub frames: u64,
     /// Number of polygons of the whole session.
     pub(super) polygons: u64,
     /// Number of polygons in the model after each played frame.
@@ -66,7 +59,8 @@ pub struct Race {
     pub(super) fingerprint: SessionFingerprint,
     /// Number of races of which this race has the shortest frame times.
     pub(super) runs: u32,
-    pub(super) racers: Vec<Racer>,
+    /// The structures in the order of the input.
+    pub racers: Vec<Racer>,
 }
 
 impl Race {
@@ -82,16 +76,6 @@ impl Race {
             runs: 1,
             racers: names.map(Racer::new).collect(),
         }
-    }
-
-    /// Name of the recording.
-    pub fn recording(&self) -> &str {
-        &self.recording
-    }
-
-    /// Number of frames of the whole session.
-    pub fn frames(&self) -> u64 {
-        self.frames
     }
 
     /// Number of polygons in the model after the last played frame.
@@ -113,18 +97,14 @@ impl Race {
         let racers = pairs.map(|(racer, other)| racer.least(other, &self.present)).collect();
         Self { racers, runs: self.runs + other.runs, ..self }
     }
-
-    /// The structures in the order of the input.
-    pub fn racers(&self) -> &[Racer] {
-        &self.racers
-    }
 }
 
 /// A race that is being played. A frame is insertion, commit and culling for the session's own view; nothing is drawn.
 /// One thread runs all structures. Each frame begins with another structure.
 #[derive(Debug)]
 pub struct RaceRun<I> {
-    race: Race,
+    /// The race up to the last frame that was played.
+    pub race: Race,
     replay: Replay<I>,
     plot: Option<ModelPlot>,
 }
@@ -170,7 +150,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
         let race = &mut self.race;
         let Some(outcomes) = self.replay.step()? else {
             for (racer, lane) in race.racers.iter_mut().zip(self.replay.lanes()) {
-                racer.set_bytes(lane.pipeline().bytes());
+                racer.bytes = lane.pipeline().bytes();
             }
             return Ok(false);
         };
@@ -178,11 +158,11 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
         for (racer, outcome) in race.racers.iter_mut().zip(outcomes) {
             let Some(frame) = outcome else { continue };
             racer.add(frame.record.total_ns(), frame.record.polygons);
-            racer.set_in_view(frame.record.visible);
+            racer.in_view = frame.record.visible;
             (number, polygons) = (frame.record.frame, frame.record.polygons);
-            let &mut (first, in_view) = first.get_or_insert((racer.name(), frame.in_view));
+            let &mut (first, in_view) = first.get_or_insert((racer.name, frame.in_view));
             if frame.in_view != in_view {
-                differs.get_or_insert((first, racer.name(), frame.record.frame));
+                differs.get_or_insert((first, racer.name, frame.record.frame));
             }
         }
         if let Some((_, in_view)) = first {
@@ -198,11 +178,6 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
             }
             None => Ok(true),
         }
-    }
-
-    /// The race up to the last frame that was played.
-    pub fn race(&self) -> &Race {
-        &self.race
     }
 }
 
@@ -266,7 +241,7 @@ mod tests {
         let input = input();
         let mut played = Vec::new();
         let race = race(&input, events(), |race| {
-            let frames = race.racers().iter().map(|racer| racer.times_ns().len()).collect::<Vec<_>>();
+            let frames = race.racers.iter().map(|racer| racer.times_ns.len()).collect::<Vec<_>>();
             played.push((frames, race.present()));
         });
         let race = race.expect("all see the same");
@@ -275,7 +250,7 @@ mod tests {
             assert_eq!(frames, &[at + 1, at + 1]);
             assert!(*present > 0 || at == 0, "frame {at}");
         }
-        assert!(race.racers().iter().all(|racer| racer.times_ns().iter().all(|&ns| ns > 0)));
+        assert!(race.racers.iter().all(|racer| racer.times_ns.iter().all(|&ns| ns > 0)));
     }
 
     #[test]
@@ -297,9 +272,9 @@ mod tests {
         let said = format!("s: brute-force and altered found different polygons in frame {frames}");
         assert_eq!(error.to_string(), said);
         assert!(frames > 1, "the frames before are those of a race");
-        let [all, fewer] = [0, 1].map(|at| run.race().racers()[at].in_view());
+        let [all, fewer] = [0, 1].map(|at| run.race.racers[at].in_view);
         assert_eq!(all, fewer + 1, "the figures are those of the frame");
-        assert_eq!(run.race().racers()[1].times_ns().len(), frames + 1);
+        assert_eq!(run.race.racers[1].times_ns.len(), frames + 1);
         let whole = to_the_end(RaceRun::of(&input, of(u32::MAX), events()), |_| ());
         assert!(whole.is_ok(), "there is none with this number");
     }

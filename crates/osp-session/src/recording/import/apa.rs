@@ -91,7 +91,7 @@ fn read_head(bytes: &mut ByteReader) -> Result<(Vec<String>, u32), RecordingErro
     if magic != MAGIC {
         return Err(bytes.expected_at(0, "the word `apainter`, its length first", magic.escape_ascii()));
     }
-    let at = bytes.offset();
+    let at = bytes.offset;
     let version = bytes.u16("the version")?;
     if version != VERSION {
         return Err(bytes.expected_at(

@@ -10,7 +10,8 @@ use crate::recording::{Place, RecordingError, unpacked};
 /// A reader of little-endian values from a stream. Errors state the position of the missing value.
 pub(super) struct ByteReader {
     path: PathBuf,
-    offset: u64,
+    /// Number of bytes read so far.
+    pub(super) offset: u64,
     reader: Box<dyn Read + Send>,
     checksum: Option<(Crc, u32)>,
 }
@@ -29,11 +30,6 @@ impl ByteReader {
 
     pub(super) fn path(&self) -> &Path {
         &self.path
-    }
-
-    /// Number of bytes read so far.
-    pub(super) fn offset(&self) -> u64 {
-        self.offset
     }
 
     /// Fills `buffer`. In the error, `what` names the value.

@@ -25,7 +25,7 @@ pub(super) struct LineReader {
     line: u64,
     text: Vec<u8>,
     on_damage: OnDamage,
-    notes: Notes,
+    pub(super) notes: Notes,
     done: bool,
 }
 
@@ -66,10 +66,6 @@ impl LineReader {
     /// Number of the current line.
     pub(super) fn place(&self) -> Place {
         Place::Line(self.line)
-    }
-
-    pub(super) fn notes(&self) -> &Notes {
-        &self.notes
     }
 
     /// The next line without its ending. Invalid UTF-8 is replaced. `None` at the end of the file and after an error.

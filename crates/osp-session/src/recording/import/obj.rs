@@ -37,9 +37,6 @@ const PALETTE: [[f32; 3]; 12] = [
 ];
 
 /// Opens a Wavefront OBJ file, packed with gzip or not.
-///
-/// # Errors
-/// The file cannot be read.
 pub(in crate::recording) fn open_obj(
     input: Input<'_>,
     options: &OpenOptions,
@@ -176,7 +173,7 @@ impl EventSource for Obj {
     }
 
     fn notes(&self) -> Notes {
-        self.lines.notes().clone()
+        self.lines.notes.clone()
     }
 
     fn place(&self) -> Place {

@@ -35,9 +35,6 @@ const COLOR: (f32, f32, f32, f32) = (0.25, 0.55, 0.85, 1.0);
 const LINE: &str = "`time x y z qw qx qy qz`";
 
 /// Opens a file of tracker poses, packed with gzip or not.
-///
-/// # Errors
-/// The file cannot be read.
 pub(in crate::recording) fn open_poses(
     input: Input<'_>,
     options: &OpenOptions,
@@ -177,7 +174,7 @@ impl EventSource for Poses {
     }
 
     fn notes(&self) -> Notes {
-        self.lines.notes().clone()
+        self.lines.notes.clone()
     }
 
     fn place(&self) -> Place {

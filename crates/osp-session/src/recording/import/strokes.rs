@@ -131,7 +131,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
     /// Reads the header of the next stroke; `None` if the stroke is skipped. The first point is read in advance,
     /// because it has the time of the stroke's beginning.
     fn begin(&mut self) -> Result<Option<Event>, RecordingError> {
-        let at = self.bytes.offset();
+        let at = self.bytes.offset;
         let stroke = StrokeId(self.next_stroke);
         let head = self.format.read_stroke(&mut self.bytes)?;
         let scale = head.paint.as_ref().map_or(1.0, |paint| paint.scale);
@@ -175,7 +175,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
 
     /// Reads the next point. The inner error is a fault in the point's numbers; the following point can still be read.
     fn point(&mut self, stroke: StrokeId) -> Result<Result<Event, RecordingError>, RecordingError> {
-        let at = self.bytes.offset();
+        let at = self.bytes.offset;
         let Sample { time_secs: t, p, q, pressure } = self.format.read_point(&mut self.bytes)?;
         let mut event = Event::Point { t, stroke, p, q, pressure };
         if let Err(expected) = event.check() {
@@ -238,7 +238,7 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
     }
 
     fn place(&self) -> Place {
-        Place::Byte(self.bytes.offset())
+        Place::Byte(self.bytes.offset)
     }
 }
 

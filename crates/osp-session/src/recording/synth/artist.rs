@@ -72,7 +72,7 @@ pub(super) struct Artist {
     next_stroke: u32,
     next_group: u32,
     polygons: u64,
-    wanted: u64,
+    pub(super) wanted: u64,
 }
 
 impl Artist {
@@ -111,12 +111,8 @@ impl Artist {
         self.polygons as f64 / self.wanted.max(1) as f64
     }
 
-    pub(super) fn wanted(&self) -> u64 {
-        self.wanted
-    }
-
     pub(super) fn eye(&self) -> DVec3 {
-        self.head.eye()
+        self.head.eye
     }
 
     /// Head position at arm's length from `at`, in the direction `outward`, for an artist who stands on the floor.
@@ -138,7 +134,7 @@ impl Artist {
         }
         let pause = self.rng.log_normal(0.55, 0.6) * RATE_HZ;
         for tick in 0..LONGEST_WALK_TICKS {
-            if f64::from(tick) >= pause && (self.head.eye() - stance.eye).length() < NEAR_M {
+            if f64::from(tick) >= pause && (self.head.eye - stance.eye).length() < NEAR_M {
                 break;
             }
             self.tick(stance);

@@ -13,7 +13,7 @@ const TURN: f64 = 0.06;
 
 #[derive(Debug)]
 pub(super) struct Head {
-    eye: DVec3,
+    pub(super) eye: DVec3,
     velocity: DVec3,
     look: DVec3,
     /// Phase of the walking bob, radians.
@@ -25,10 +25,6 @@ pub(super) struct Head {
 impl Head {
     pub(super) fn new(eye: DVec3, look: DVec3, speed_limit: f64) -> Self {
         Self { eye, velocity: DVec3::ZERO, look, stride: 0.0, speed_limit }
-    }
-
-    pub(super) fn eye(&self) -> DVec3 {
-        self.eye
     }
 
     /// Advances by one sample towards `target`, looking at `at`.

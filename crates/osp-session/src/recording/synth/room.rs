@@ -62,7 +62,7 @@ enum OrnamentKind {
 
 impl Rooms {
     pub(super) fn new(artist: &mut Artist) -> Self {
-        let count = (artist.wanted().div_ceil(POLYGONS_A_ROOM) as usize).clamp(4, MOST_ROOMS);
+        let count = (artist.wanted.div_ceil(POLYGONS_A_ROOM) as usize).clamp(4, MOST_ROOMS);
         let mut columns = 2;
         while columns * columns < count {
             columns += 1;

@@ -56,7 +56,7 @@ impl<'a> Row<'a> {
 /// The elements of an accessor.
 pub(super) struct Elements<'a> {
     count: usize,
-    width: usize,
+    pub(super) width: usize,
     kind: ComponentType,
     normalized: bool,
     /// The stored elements. If `None`, all elements are zero.
@@ -126,10 +126,6 @@ impl<'a> Elements<'a> {
 
     pub(super) fn len(&self) -> usize {
         self.count
-    }
-
-    pub(super) fn width(&self) -> usize {
-        self.width
     }
 
     fn bytes(&self, number: usize) -> &'a [u8] {

@@ -111,9 +111,9 @@ impl<'a> Mesh<'a> {
             let found = primitive.attributes.get(&Checked::Valid(semantic));
             found.map(|accessor| Elements::new(file, accessor.value())).transpose()
         };
-        let positions = attribute(Semantic::Positions)?.filter(|of| of.width() == 3);
+        let positions = attribute(Semantic::Positions)?.filter(|of| of.width == 3);
         let positions = positions.ok_or_else(|| Fault::new("positions as VEC3", "none"))?;
-        let colors = attribute(Semantic::Colors(0))?.filter(|of| of.width() >= 3);
+        let colors = attribute(Semantic::Colors(0))?.filter(|of| of.width >= 3);
         if let Some(colors) = &colors
             && colors.len() < positions.len()
         {
@@ -121,7 +121,7 @@ impl<'a> Mesh<'a> {
             return Err(Fault::new(format!("as many colours as positions, {}", positions.len()), found));
         }
         let indices = primitive.indices.map(|accessor| Elements::new(file, accessor.value())).transpose()?;
-        if indices.as_ref().is_some_and(|indices| indices.width() != 1) {
+        if indices.as_ref().is_some_and(|indices| indices.width != 1) {
             return Err(Fault::new("indices as SCALAR", "vectors"));
         }
         let material = primitive.material.and_then(|material| file.root.materials.get(material.value()));
