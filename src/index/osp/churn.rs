@@ -6,7 +6,7 @@ use super::{movers::Movers, tuning::RESTING_COMMITS};
 
 /// Edits are few up to this number a commit, and up to one for every [`POLYGONS_AN_EDIT`] polygons of the tree. An edit
 /// of the tree takes about as long as a test of this number of boxes. The first [`SMALL`] polygons do not count, because
-/// a tree of few is hardly faster than rows.
+/// a tree of few is hardly faster than rows. A hand that draws causes two or three edits a commit, which must be few.
 const FEW_EDITS: u32 = 6;
 const POLYGONS_AN_EDIT: u32 = 1024;
 const SMALL: u32 = 4096;

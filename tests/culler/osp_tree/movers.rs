@@ -265,6 +265,41 @@ fn where_much_changes_all_are_in_the_rows_until_little_does() {
     pair.check();
 }
 
+/// The same holds for pieces of a drawing that are replaced in each frame, or move for a few frames.
+#[test]
+fn pieces_that_are_replaced_or_move_briefly_are_in_the_rows_until_few_do() {
+    let (count, piece) = (6_000, 100);
+    for is_replaced in [true, false] {
+        let mut pair = Pair::filled(drawn(count, 11), tree(Backend::detect()), 13);
+        for frame in 0..900 {
+            let first = frame * 25 % (count - piece);
+            let ids: Vec<u32> = (first..first + piece).map(|id| id as u32).collect();
+            if is_replaced {
+                for &id in &ids {
+                    pair.both(|index, _| index.remove(PolygonId(id)));
+                    pair.both(|index, _| index.remove(PolygonId(id)));
+                }
+                for &id in &ids {
+                    pair.both(|index, boxes| index.insert(PolygonId(id), &boxes[id as usize]));
+                    pair.both(|index, boxes| index.insert(PolygonId(id), &boxes[id as usize]));
+                }
+                pair.commit();
+            } else {
+                pair.step(&ids, frame % 2 == 0);
+            }
+            if frame % 100 == 0 {
+                pair.check();
+            }
+        }
+        assert_eq!(pair.osp.moving(), count, "replaced: {is_replaced}");
+        for _ in 0..3_000 {
+            pair.commit();
+        }
+        assert_eq!(pair.osp.moving(), 0, "replaced: {is_replaced}");
+        pair.check();
+    }
+}
+
 /// While other polygons move in each frame, all stay in the rows, however long it takes. If the same polygons move from
 /// then on, the rest returns to the tree, even though many move.
 #[test]

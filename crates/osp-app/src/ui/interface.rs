@@ -69,6 +69,8 @@ pub struct Interface {
     shown: PathBuf,
     dialog: Option<PathDialog>,
     adapter: String,
+    /// Whether the bar of a replay and the progress of work were shown in the last frame.
+    lines: [bool; 2],
     /// The question in the last frame.
     asked: Option<Question>,
     /// Whether the user has drawn in this session; the first hint is then no longer shown.
@@ -77,9 +79,9 @@ pub struct Interface {
     brushes: BrushList,
     groups: GroupList,
     help: Help,
-    /// Keys of shortcuts that are still pressed: they do not fly, even if the modifier is released first.
     /// The original of the session, while it is a new copy without edits.
     fresh_copy_of: Option<PathBuf>,
+    /// Keys of shortcuts that are still pressed: they do not fly, even if the modifier is released first.
     shortcut_keys: Vec<Key>,
     layers: LayerList,
     selected: SelectionPanel,
@@ -172,6 +174,11 @@ impl Interface {
                 menu::mode(ui, studio, &mut panel_commands);
             });
         });
+        // A panel keeps the height of its last layout for one frame.
+        let lines = [studio.session().replay().is_some(), studio.work_shown().is_some()];
+        if std::mem::replace(&mut self.lines, lines) != lines {
+            ui.ctx().request_repaint();
+        }
         Panel::bottom("status").resizable(false).show(ui, |ui| {
             if let Some(replay) = studio.session().replay() {
                 replay_bar::show(ui, replay, studio.follows_replay_camera(), &mut panel_commands);
