@@ -1,8 +1,8 @@
 //! Boxes with axes of their own, spheres and frusta: never outside if a point is inside.
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{Affine3A, Mat4, Quat, Vec3};
 use osp::{
-    math::{Aabb, Containment, Frustum, Obb, Plane, Sphere},
+    math::{Aabb, Containment, Frustum, Obb, Plane, Sphere, Volume},
     view::{Projection, View},
 };
 use proptest::{collection::vec, prelude::*};
@@ -42,8 +42,33 @@ fn behind_m(frustum: &Frustum, p: Vec3) -> f32 {
     frustum.planes().iter().map(|plane| -plane.signed_distance(p)).fold(f32::MIN, f32::max)
 }
 
+fn check(frustum: &Frustum, volume: &impl Volume, points: &[Vec3]) -> Result<(), TestCaseError> {
+    match frustum.classify_volume(volume) {
+        Containment::Outside => prop_assert!(points.iter().all(|&p| !is_in(frustum, p))),
+        Containment::Inside => prop_assert!(points.iter().all(|&p| is_in(frustum, p))),
+        Containment::Intersects => {}
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_volume_with_a_point_inside_is_outside(points in cloud(), view in view()) {
+        let frustum = view.frustum();
+        let obb = Obb::from_points(&points).expect("finite points");
+        let bounds = Aabb::from_points(&points);
+        check(&frustum, &obb, &points)?;
+        check(&frustum, &obb, &obb.corners())?;
+        check(&frustum, &Sphere::from_points(&points), &points)?;
+        check(&frustum, &Sphere::around(&bounds), &bounds.corners())?;
+        check(&frustum, &bounds, &bounds.corners())?;
+        // The wider test decides no more than the exact one of indexes.
+        let exact = frustum.classify(&bounds);
+        let wider = frustum.classify_volume(&bounds);
+        prop_assert!(wider == exact || wider == Containment::Intersects, "{exact:?}, {wider:?}");
+    }
 
     #[test]
     fn boxes_hold_their_points_and_are_no_larger_than_aligned_ones(points in cloud()) {
@@ -101,6 +126,29 @@ proptest! {
             let clip = view.clip_from_world() * p.extend(1.0);
             let is_shown = clip.x.abs() <= clip.w && clip.y.abs() <= clip.w && 0.0 <= clip.z && clip.z <= clip.w;
             prop_assert!(is_shown == is_in(&from_matrix, p) || b.abs() < 1.0e-3, "{p}");
+        }
+    }
+
+    #[test]
+    fn in_the_space_of_a_group_nothing_gets_lost(
+        points in cloud(), view in view(), by in point(50.0), turn in turn(), scale in 0.05f32..20.0,
+    ) {
+        let group = Affine3A::from_scale_rotation_translation(Vec3::splat(scale), turn, by);
+        let local: Vec<Vec3> = points.iter().map(|&p| group.inverse().transform_point3(p)).collect();
+        let world: Vec<Vec3> = local.iter().map(|&p| group.transform_point3(p)).collect();
+        let frustum = view.frustum();
+        let there = frustum.in_space(&group);
+        let obb = Obb::from_points(&local).expect("finite points");
+        let (bounds, sphere) = (Aabb::from_points(&local), Sphere::from_points(&local));
+        for containment in [
+            there.classify_volume(&obb),
+            there.classify_volume(&bounds),
+            there.classify_volume(&sphere),
+        ] {
+            prop_assert!(containment != Containment::Outside || world.iter().all(|&p| !is_in(&frustum, p)));
+            // The other way it may be wrong by rounding, which draws more, not less.
+            let far = world.iter().map(|&p| behind_m(&frustum, p)).fold(f32::MIN, f32::max);
+            prop_assert!(containment != Containment::Inside || far < 1.0e-3, "{far} m outside");
         }
     }
 }
