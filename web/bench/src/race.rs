@@ -148,12 +148,12 @@ impl Race {
 
     /// Fingerprint of the polygons in view in the frames of this run, as `osp replay` prints it.
     pub fn fingerprint(&self) -> String {
-        format!("{:016x}", self.run.race().fingerprint())
+        format!("{:016x}", self.run.race.fingerprint())
     }
 
     /// Frames of the whole session.
     pub fn frames(&self) -> f64 {
-        self.run.race().frames() as f64
+        self.run.race.frames as f64
     }
 
     /// Plays a frame. Returns `false` once the last run has ended.
@@ -165,7 +165,7 @@ impl Race {
             if self.number > self.runs {
                 return Ok(false);
             }
-            let race = self.run.race().clone();
+            let race = self.run.race.clone();
             self.least = Some(match self.least.take() {
                 Some(least) => least.least(&race),
                 None => race,
@@ -183,9 +183,9 @@ impl Race {
     /// the model. Each structure has the time of the frame (`ns`, and `figure` in milliseconds) and the polygons in
     /// view. It also has the frames that missed 90 Hz, and the longest frame, milliseconds.
     pub fn latest(&self) -> String {
-        let race = self.run.race();
-        let frame = race.racers().first().map_or(0, |racer| racer.times_ns().len());
-        let racers: Vec<_> = race.racers().iter().map(figures).collect();
+        let race = &self.run.race;
+        let frame = race.racers.first().map_or(0, |racer| racer.times_ns.len());
+        let racers: Vec<_> = race.racers.iter().map(figures).collect();
         json!({ "run": self.number, "frame": frame, "polygons": race.present(), "racers": racers })
             .to_string()
     }
@@ -195,17 +195,17 @@ impl Race {
     pub fn least(&self) -> String {
         let of = |racer: &Racer| {
             let mut figures = figures(racer);
-            figures["times"] = json!(racer.times_ns());
+            figures["times"] = json!(racer.times_ns);
             figures
         };
-        let racers: Vec<_> = self.least.iter().flat_map(bench::Race::racers).map(of).collect();
+        let racers: Vec<_> = self.least.iter().flat_map(|race| &race.racers).map(of).collect();
         json!({ "racers": racers }).to_string()
     }
 
     /// The outcome in one sentence, as `osp race --runs` prints it.
     pub fn verdict(&self) -> String {
         let machine = Machine::here(option_env!("OSP_COMMIT"));
-        let race = self.least.as_ref().unwrap_or(self.run.race());
+        let race = self.least.as_ref().unwrap_or(&self.run.race);
         RaceReport::new(race, machine, "the page's race".to_owned()).verdict
     }
 }
@@ -215,13 +215,13 @@ fn pictured(input: &RaceInput, view: View, session: Session) -> RaceRun<Session>
 }
 
 fn figures(racer: &Racer) -> serde_json::Value {
-    let ns = racer.times_ns().last().copied().unwrap_or(0);
+    let ns = racer.times_ns.last().copied().unwrap_or(0);
     json!({
-        "name": racer.name(),
+        "name": racer.name,
         "ns": ns,
         "figure": Racer::figure_ms(ns),
-        "inView": racer.in_view(),
-        "missed": racer.missed(),
-        "longest": Racer::figure_ms(racer.longest_ns()),
+        "inView": racer.in_view,
+        "missed": racer.missed,
+        "longest": Racer::figure_ms(racer.longest_ns),
     })
 }

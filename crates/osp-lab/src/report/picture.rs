@@ -49,7 +49,7 @@ impl ChartFormat {
 /// A part of a picture.
 pub(super) type Area<B> = DrawingArea<B, Shift>;
 
-/// What is drawn on, with errors that can be boxed.
+/// A target of drawing whose errors can be boxed.
 pub(super) trait Backend: DrawingBackend<ErrorType: 'static> {}
 
 impl<B: DrawingBackend<ErrorType: 'static>> Backend for B {}
