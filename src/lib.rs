@@ -61,12 +61,12 @@
 //! In a [`Pipeline`](frame::Pipeline), the layer below:
 //!
 //! ```text
-//! the caller's polygons (Geometry) ─┬──────────────────────────────┐
-//!                                   v                              v
-//!  Change ──> index (insert) ──> frustum of a View ──> occlusion (a Pass) ──> draw list ──> renderer
-//!             osp, or a rival    what may be in view   large occluders,                     wgpu, or the
-//!                                                      previous frame's                     caller's own
-//!                └──────────────── frame: Pipeline ────────────────┘
+//! the caller's polygons (Geometry) ─────────┬──────────────────────────────┐
+//!                                           v                              v
+//!  Change ──> index (insert, commit) ──> frustum of a View ──> occlusion (a Pass) ──> draw list ──> renderer
+//!             osp, or a rival            what may be in view   large occluders,                     wgpu, or the
+//!                                                              previous frame's                     caller's own
+//!                └──────────────────── frame: Pipeline ────────────────────┘
 //! ```
 //!
 //! # Below the culler

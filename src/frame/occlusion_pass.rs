@@ -313,7 +313,7 @@ impl Pass for OcclusionPass {
         let is_by_last = !is_off && self.switch.is_some() && decided == Occlusion::PreviousFrame;
         self.since_last = self.since_last.saturating_add(1);
         self.by_last = false;
-        // For a method on trial, the candidates are updated only within the idle budget.
+        // Unless the kept method (`AutoSwitch::kept`) uses candidates, the idle budget limits their update.
         let spent_ns = match self.switch.as_ref().is_none_or(|switch| switch.kept() == Occlusion::Msvbsp) {
             true if !is_off && !is_by_last => {
                 self.stage.follow_in_steps(geometry, changes);

@@ -28,8 +28,8 @@ pub trait Pass: Any + Debug + Send + Sync {
     /// Receives the changes of a frame, and culls its views.
     fn frame(&mut self, frame: &PassInput<'_>) -> OcclusionRecord;
 
-    /// The polygons to draw in each view, after the last frame whose record had [`OcclusionRecord::used`] set. After any
-    /// other frame the pipeline draws all polygons in the frustum.
+    /// The polygons to draw in each view, of the last frame whose record had [`OcclusionRecord::used`] set. In any other
+    /// frame the pipeline draws all polygons in the frustum.
     fn drawn(&self) -> &[VisibleBlocks];
 
     /// Sets the largest number of occluders of a view; `None` sets the default of the method. A method that selects no

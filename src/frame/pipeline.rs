@@ -259,8 +259,8 @@ impl Pipeline {
         are_left
     }
 
-    /// Passes the changes to the index. A polygon whose box is not finite cannot be drawn. It is refused, counted, and
-    /// inserted once its box is finite again.
+    /// Passes the changes to the index. A polygon whose box is not finite cannot be drawn. The pipeline refuses
+    /// and counts it. An `Update` with a finite box inserts it.
     fn apply(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
         let (mut at, mut announced) = (0, 0);
         while let Some(&change) = changes.get(at) {

@@ -1,8 +1,8 @@
 //! Spatial indexes: an index stores polygons by their boxes, and finds the polygons that a view may see.
 //!
 //! Every index implements [`SpatialIndex`], finds exactly the same polygons as the reference [`BruteForce`], and counts
-//! its work ([`WorkCounts`]). A frame receives the result as [`VisibleBlocks`](crate::polygon::VisibleBlocks), other
-//! callers receive a list of ids. Depends on [`math`](crate::math) and [`polygon`](crate::polygon).
+//! its work ([`WorkCounts`]). A frame uses the result as [`VisibleBlocks`](crate::polygon::VisibleBlocks), other
+//! callers use a list of ids. Depends on [`math`](crate::math) and [`polygon`](crate::polygon).
 
 pub(crate) mod admission;
 mod brute_force;

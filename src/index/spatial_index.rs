@@ -59,7 +59,7 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// changes will touch, or read more than the boxes of the polygons. No query result changes.
     fn announce(&mut self, _geometry: &dyn Geometry, _changes: &[Change]) {}
 
-    /// Inserts a polygon. Queries see it after the next [`SpatialIndex::commit`].
+    /// Inserts a polygon. Queries return it after the next [`SpatialIndex::commit`].
     ///
     /// # Errors
     /// [`IndexError::IdBeyondLimit`], [`IndexError::InvalidBounds`], [`IndexError::Duplicate`].

@@ -104,7 +104,7 @@ pub struct CullCounts {
 /// Largest number of nested partly hidden boxes that are stored.
 const MOST_NESTED: usize = 8;
 
-/// Partly hidden boxes, each inside the previous one, with the cells of the culler that contain them. The next tested box
+/// A stack of nested, partly hidden boxes. Each entry has the culler's cell that contains the box. The next tested box
 /// mostly lies in one of them, and its test begins at that box's cell.
 struct BoxStack {
     boxes: [(Aabb, Cell); MOST_NESTED],
@@ -159,7 +159,7 @@ impl<'a> Tests<'a> {
         self.counts = counts;
     }
 
-    /// Adds the polygons of spaces that are not hidden to `drawn`, and removes the hidden ones. It tests the box of each
+    /// Adds the visible polygons of spaces to `drawn`, and removes the hidden ones. It tests the box of each
     /// space first, then the blocks of partly hidden spaces.
     pub(super) fn cull_spaces(
         &mut self,
@@ -291,7 +291,7 @@ impl Thinner for Tests<'_> {
     }
 }
 
-/// A visitor of an index that omits polygons which a culler finds hidden.
+/// An index visitor that omits the polygons hidden by the culler.
 pub struct OcclusionVisitor<'a, L> {
     tests: Tests<'a>,
     geometry: &'a dyn Geometry,

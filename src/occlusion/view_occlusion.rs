@@ -55,7 +55,8 @@ pub struct ViewCounts {
 }
 
 /// Culls one view after the other with the best occluders of a pool. It reuses its memory, and tries the occluders of the
-/// last view first. The result depends only on the current view, except if occluders are equally good.
+/// last view first. The result depends only on the current view, except for ties
+/// between occluders that are equally good.
 pub struct ViewOcclusion {
     selector: Selector,
     culler: Box<dyn OcclusionCuller>,

@@ -1,4 +1,4 @@
-//! Updates the boxes of polygons, such as moving objects, or the last pieces of a stroke that is being smoothed.
+//! Updates boxes of moving objects, and of the last pieces of a stroke that is being smoothed.
 //! Polygons that move together mostly lie in the same runs. All new boxes of a run are therefore applied at once, and
 //! the run moves to another leaf as a whole.
 

@@ -11,7 +11,7 @@ const FEW_EDITS: u32 = 6;
 const POLYGONS_AN_EDIT: u32 = 1024;
 const SMALL: u32 = 4096;
 
-/// All polygons go to the rows if the edits beyond those that are few reach this many times the latter. A set that moves
+/// All polygons go to the rows when the excess edits reach this multiple of the few edits. A set that moves
 /// in each frame is in the rows before, because its blocks are hot.
 const MANY: u32 = 96;
 /// In this sum, a commit counts with at most this many times the edits that are few. So a single commit with many edits
@@ -31,7 +31,7 @@ const EDITS_A_MOVER: usize = 4;
 /// Largest value of `Churn::wait`, in commits.
 const LONGEST_WAIT: u32 = 4096;
 
-/// The last wait ended not long ago if the polygons went to the rows at most this many times its length before.
+/// A wait is recent for this many times its length after the polygons went to the rows.
 const NOT_LONG_AGO: u32 = 16;
 
 /// Polygons return after this number of consecutive commits with few changes, even if the wait is longer.

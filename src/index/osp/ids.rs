@@ -151,7 +151,7 @@ impl IdMap {
         }
     }
 
-    /// The ids of a block that are in the index, as a mask.
+    /// The mask of the ids of a block that are in the tree.
     #[inline]
     pub(super) fn in_tree(&self, block: u32) -> u16 {
         self.shelf(block).map_or(0, |(shelf, at)| shelf.in_tree[at])

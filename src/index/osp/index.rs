@@ -27,7 +27,7 @@ use crate::{
 };
 
 /// The fast form of the OSP (octal space partition) tree, and the index that most programs should use: a loose octree
-/// for polygons that are inserted and removed at any time. The tree is never rebuilt. As long as there are few
+/// for polygons that are inserted and removed at any time. The tree never rebuilds itself. As long as there are few
 /// polygons, they are stored in a plain list instead. Queries test eight or sixteen boxes at once (AVX-512, AVX2, SSE2,
 /// NEON, simd128).
 #[derive(Clone, Debug)]
@@ -87,6 +87,7 @@ pub struct Osp {
     pub(super) changes: u32,
     /// Number of polygons removed or moved since the last commit.
     pub(super) removals: u32,
+    /// Number of polygons in the list or the tree, without those in the flat rows.
     pub(super) len: usize,
     /// Counts of upkeep for all changes so far; see [`SpatialIndex::upkeep`].
     pub(super) upkeep: Upkeep,
@@ -263,8 +264,8 @@ impl Osp {
         if self.open.is(block) { self.open.lanes() } else { 0 }
     }
 
-    /// Sets a new box of a polygon in the tree or the open block, or returns the error of an update. It is a separate
-    /// function, so that [`SpatialIndex::update`] saves fewer registers for moving polygons.
+    /// Sets a new box of a polygon in the tree or the open block, or returns the error of an update. From the list, only
+    /// invalid boxes get here. It is a separate function, so that [`SpatialIndex::update`] saves fewer registers for moving polygons.
     #[inline(never)]
     fn update_resting(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         let is_known = if self.is_linear { self.linear.holds(id.0) } else { self.holds(id) };

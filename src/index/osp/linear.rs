@@ -1,4 +1,5 @@
-//! The linear form: a plain list of few blocks. Every query reads the whole list. If the box around all blocks is
+//! The linear form: a plain list of few blocks. A query reads the mask of every block, and the boxes of blocks
+//! that it cannot exclude. If the box around all blocks is
 //! inside the frustum, the query tests no polygon. Boxes around the blocks, in groups of sixteen, exclude blocks
 //! outside the frustum. Insertions, moves and removals write only one box or mask.
 
@@ -49,7 +50,7 @@ struct Round {
     refreshed: usize,
     /// Whether this round also computes the box around everything.
     is_loose: bool,
-    /// In such a round, the box around the groups that are done, and around all boxes set since the round began.
+    /// If `is_loose`: the box around the finished groups and around all boxes set during this round.
     bounds: Wide,
 }
 

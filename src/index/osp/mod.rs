@@ -40,7 +40,8 @@
 //! * Insert: `index.rs` (entry), `open.rs` (the block being drawn), `ids.rs`, `insert.rs` (to a leaf), `grid.rs`;
 //!   `linear.rs`, `block_table.rs` and `form.rs` for few polygons; `announce.rs` prefetches.
 //! * Move: `adjust.rs`, `movers.rs`, `groups.rs`, `slots.rs`, `heat.rs`, `churn.rs`, `to_rows.rs`. Remove: `remove.rs`.
-//! * Commit: `settle.rs`, `divide.rs`, `order.rs`, `rest.rs`.
+//! * Commit, in this order: `to_rows.rs` (counts edits), `settle.rs`, then `linear.rs` for a list, or `remove.rs` (upkeep),
+//!   `divide.rs`, `order.rs`, `rest.rs` for a tree.
 //! * Query: `plan.rs` chooses the method, `query.rs` traverses the tree, `two_eyes.rs` traverses it once for two eyes,
 //!   `answer.rs` writes the result; `movers_query.rs`, `visit.rs`, `ray.rs`. Then `thin.rs` removes hidden polygons.
 //! * Creation: `warm.rs` loads the code of later frames.

@@ -1,5 +1,5 @@
-//! Flat rows outside the tree, for polygons that move in frame after frame. Setting a new box writes six numbers; a
-//! query tests all boxes, sixteen at a time. `settle.rs` moves polygons to the rows and back.
+//! Flat rows hold polygons outside the tree: those that move in frame after frame, those of a former plain list, or all
+//! while many change in each frame. Setting a new box writes six numbers; a query tests all boxes, sixteen at a time. `settle.rs` moves polygons to the rows and back.
 //!
 //! A block of sixteen ids with many moving polygons has a group of its own, with a lane for each id. Polygons with
 //! consecutive ids are therefore written and found together. Polygons of other blocks share groups in order of arrival.
@@ -36,7 +36,7 @@ const MOST_GAPS: usize = 1 << 16;
 #[derive(Clone, Debug)]
 pub(super) struct Movers {
     slots: Slots,
-    /// The groups of one block each. A block that has not moved since it was in the plain list keeps the box around it.
+    /// The groups of one block each. The box around a block is valid until a polygon of the block changes.
     own: Rows,
     /// For each group of one block, the lanes that were added or moved since the group was last examined.
     own_moved: Vec<u16>,

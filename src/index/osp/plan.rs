@@ -204,7 +204,7 @@ impl WithKernel for Weigh<'_> {
     fn run<K: Kernel>(self, kernel: K) -> (Plan, WorkCounts) {
         let mut work = WorkCounts::default();
         let top = &self.osp.nodes[self.top];
-        // The other plans read all blocks of the id map, so its entries must not outnumber the polygons.
+        // The other plans read every entry of the id map. They save time only if entries do not outnumber polygons.
         if self.osp.ids.entries() > self.osp.len {
             return (Plan::Inside, work);
         }
@@ -299,7 +299,12 @@ impl Weigh<'_> {
 
 /// Tests the polygons of the open block.
 #[inline(always)]
-fn open_block<K: Kernel, A: Answer>(osp: &Osp, kernel: K, planes: &PlaneSet, answer: &mut A) -> WorkCounts {
+fn test_open_block<K: Kernel, A: Answer>(
+    osp: &Osp,
+    kernel: K,
+    planes: &PlaneSet,
+    answer: &mut A,
+) -> WorkCounts {
     let mut work = WorkCounts::default();
     let lanes = u32::from(osp.open.lanes());
     if lanes != 0 {
@@ -323,7 +328,7 @@ impl<A: Answer> WithKernel for Open<'_, A> {
 
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) -> Self::Output {
-        let work = open_block(self.osp, kernel, self.planes, &mut self.answer);
+        let work = test_open_block(self.osp, kernel, self.planes, &mut self.answer);
         (work, self.answer.finish())
     }
 }
@@ -340,7 +345,7 @@ impl<A: Filling> WithKernel for All<'_, A> {
 
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) -> Self::Output {
-        let mut work = open_block(self.osp, kernel, self.planes, &mut self.answer);
+        let mut work = test_open_block(self.osp, kernel, self.planes, &mut self.answer);
         let before = self.answer.count();
         self.answer.all(kernel, &self.osp.ids);
         let filled = (self.answer.count() - before) as u64;
@@ -363,7 +368,7 @@ impl WithKernel for Listed<'_> {
 
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) -> WorkCounts {
-        let work = open_block(self.osp, kernel, self.planes, &mut self.answer);
+        let work = test_open_block(self.osp, kernel, self.planes, &mut self.answer);
         for (first, in_tree) in self.osp.ids.shelves() {
             let block = first as usize / BLOCK - self.first;
             self.answer.blocks(kernel, first, &self.masks[block..block + in_tree.len()]);

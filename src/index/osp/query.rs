@@ -243,7 +243,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     #[inline(always)]
     fn all(&mut self, top: u32) {
         if !A::IS_OUTSIDE {
-            self.open_block();
+            self.test_open_block();
         }
         let mut nodes = List::new();
         let top = Below { number: top, planes: PlaneSet::ALL };
@@ -319,7 +319,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     }
 
     #[inline(always)]
-    fn open_block(&mut self) {
+    fn test_open_block(&mut self) {
         let lanes = u32::from(self.osp.open.lanes());
         if lanes != 0 {
             count(&mut self.work, lanes.count_ones(), PlaneSet::ALL);

@@ -261,8 +261,8 @@ impl Rows {
         changed.count_ones() as usize
     }
 
-    /// Computes the boxes around the changed blocks of some groups. Pauses after a round in which nearly all blocks had
-    /// changed, or most were about as long as all of them together.
+    /// Computes the boxes around the changed blocks of some groups. Pauses after a round if nearly all blocks had
+    /// changed, or if most blocks are not narrow.
     pub(super) fn refresh_some(&mut self) {
         if self.round.pause > 0 {
             self.round.pause -= 1;

@@ -79,7 +79,7 @@ impl Osp {
             groups + self.movers.group_count() / GROUPS_SHARE,
             first_run.saturating_add(runs),
         );
-        // A group is returned as a whole, so the next commits return nothing if it has more runs than one commit returns.
+        // Whole groups return. If this commit has exceeded its limit, the next commits pause.
         self.next_return = self.clock.wrapping_add((self.new_runs - first_run) / runs.max(1));
     }
 

@@ -1,5 +1,5 @@
 //! Removes hidden polygons from the result of a query. `occlusion::remove_hidden` calls `Osp::thin_out`, which walks the
-//! tree with `Thin`. `Thinner` (`occlusion/cull.rs`) tests boxes of nodes and polygons against the culler. The walk
+//! tree with `Thin`. `Tests` in `occlusion/cull.rs` implements `Thinner`: it tests boxes against the culler. The walk
 //! descends only into nodes that lie in the frustum and are partly hidden. It removes wholly hidden nodes from the
 //! result, and keeps nodes that are not hidden without reading them.
 

@@ -12,8 +12,8 @@ use crate::{
 /// All polygons go to the rows at once if a single commit edits the runs of more than one in this number of polygons.
 const MOST: usize = 8;
 
-/// Further moving polygons go to the rows if a commit has edited more runs than one in this number of polygons, and more
-/// than [`BURST_LEAST`].
+/// A burst begins when a commit has edited more than [`BURST_LEAST`] runs, and more than one for this number of polygons.
+/// Further moving polygons then go to the rows.
 const BURST: usize = 64;
 const BURST_LEAST: usize = 64;
 

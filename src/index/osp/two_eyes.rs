@@ -6,7 +6,7 @@
 //! gets the same result as in a query of its own: the polygons whose boxes pass all its planes.
 //!
 //! Both eyes see nearly the same, so a polygon that both see is written once. The first set contains the polygons of the
-//! first eye. Until the walk ends, the second set contains the polygons that only one eye sees.
+//! first eye. During the walk, the second set contains the polygons that only one eye sees.
 //!
 //! The walls of a CAVE, the faces of a cube map and shadow cascades are culled one after the other, because they share
 //! few nodes. A common walk would save less than the bookkeeping for several views costs.
@@ -221,7 +221,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
     /// `query.rs`.
     #[inline(always)]
     fn all(&mut self) {
-        self.open_block();
+        self.test_open_block();
         let mut nodes: List<Below, STACK> = List::new();
         // SAFETY: the top node is in the tree.
         let top = unsafe { self.osp.known_node(self.osp.top) };
@@ -277,7 +277,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
     }
 
     #[inline(always)]
-    fn open_block(&mut self) {
+    fn test_open_block(&mut self) {
         let lanes = u32::from(self.osp.open.lanes());
         if lanes != 0 {
             count(&mut self.work, 2 * lanes.count_ones(), PlaneSet::ALL);
