@@ -1,5 +1,6 @@
 //! Flat rows hold polygons outside the tree: moving polygons, the polygons of a former plain list, or all while many
-//! change in each frame. Setting a new box writes six numbers; a query tests all boxes, sixteen at a time. `settle.rs` moves polygons to the rows and back.
+//! change in each frame. Setting a new box writes six numbers; a query tests all boxes, sixteen at a time. `settle.rs`
+//! moves polygons to the rows and back.
 //!
 //! A block of sixteen ids with many moving polygons has a group of its own, with a lane for each id. Polygons with
 //! consecutive ids are therefore written and found together. Polygons of other blocks share groups in order of arrival.
