@@ -111,8 +111,8 @@ impl Movers {
         movers
     }
 
-    /// If the rows are empty and had more blocks than a plain list, frees their committed memory, and reserves the same
-    /// capacity again.
+    /// Frees the committed memory of a long list whose polygons are all in the tree now, and reserves the same capacity
+    /// again.
     pub(super) fn give_boxes_back(&mut self) {
         self.own.give_boxes_back(LINEAR_BLOCKS);
     }

@@ -50,8 +50,9 @@ impl Osp {
     pub(super) fn settle(&mut self, new_runs: u32) {
         self.clock = self.clock.wrapping_add(1);
         if self.movers.len() == 0 {
-            self.is_settling = false;
-            self.movers.give_boxes_back();
+            if std::mem::take(&mut self.is_settling) {
+                self.movers.give_boxes_back();
+            }
             return;
         }
         self.movers.commit();

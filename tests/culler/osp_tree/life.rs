@@ -128,7 +128,7 @@ fn ten_thousand_rounds_of_erase_and_redraw_leave_no_trace() {
     let mut osp = Osp::new(&IndexConfig { root: root(), capacity: STROKES * STROKE });
     let mut strokes = std::collections::VecDeque::new();
     let mut next = 0u32;
-    let mut bytes = None;
+    let mut first_bytes = None;
     let frusta = some_views(&root());
     for round in 0..10_000 {
         if strokes.len() == STROKES {
@@ -156,8 +156,13 @@ fn ten_thousand_rounds_of_erase_and_redraw_leave_no_trace() {
             assert_eq!(osp.len(), rest.len());
             assert_cost(&osp, &fresh, &frusta, 1.3, &format!("round {round}"));
             assert!(depth(&osp) <= depth(&fresh) + 1, "round {round}: deeper than a fresh tree");
-            bytes = bytes.or(Some(osp.bytes()));
-            assert_eq!(Some(osp.bytes()), bytes, "round {round}: memory");
+            // The flat rows keep room for the most polygons that they had to hold.
+            let first = *first_bytes.get_or_insert(osp.bytes());
+            assert!(
+                osp.bytes() <= first + first / 100,
+                "round {round}: {} bytes, {first} at first",
+                osp.bytes()
+            );
         }
     }
 }
