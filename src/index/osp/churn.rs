@@ -11,8 +11,8 @@ const FEW_EDITS: u32 = 6;
 const POLYGONS_AN_EDIT: u32 = 1024;
 const SMALL: u32 = 4096;
 
-/// All polygons go to the rows when the excess edits reach this multiple of the few edits. A set that moves
-/// in each frame is in the rows before, because its blocks are hot.
+/// All polygons go to the rows when the excess edits reach this multiple of the few edits. A set that moves in
+/// each frame is in the rows before, because its blocks are hot.
 const MANY: u32 = 96;
 /// In this sum, a commit counts with at most this many times the edits that are few. So a single commit with many edits
 /// has little effect, but every tenth commit has.

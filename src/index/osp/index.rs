@@ -265,7 +265,8 @@ impl Osp {
     }
 
     /// Sets a new box of a polygon in the tree or the open block, or returns the error of an update. From the list, only
-    /// invalid boxes get here. It is a separate function, so that [`SpatialIndex::update`] saves fewer registers for moving polygons.
+    /// invalid boxes get here. It is a separate function, so that [`SpatialIndex::update`] saves fewer registers for
+    /// moving polygons.
     #[inline(never)]
     fn update_resting(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         let is_known = if self.is_linear { self.linear.holds(id.0) } else { self.holds(id) };
@@ -348,7 +349,8 @@ impl SpatialIndex for Osp {
         if !wide.is_valid() {
             return Err(IndexError::InvalidBounds(id));
         }
-        if self.churn.keeps_rows && self.len == 0 {
+        if self.churn.keeps_rows {
+            debug_assert_eq!(self.len, 0, "the rows hold all polygons");
             self.churn.inserted += 1;
             return if self.movers.insert_new(id, bounds) { Ok(()) } else { Err(IndexError::Duplicate(id)) };
         }
@@ -368,14 +370,6 @@ impl SpatialIndex for Osp {
                 Inserted::Present => return Err(IndexError::Duplicate(id)),
                 Inserted::Full => self.make_tree(),
             }
-        }
-        if self.churn.keeps_rows {
-            if self.len > 0 && self.holds(id) {
-                return Err(IndexError::Duplicate(id));
-            }
-            self.churn.inserted += 1;
-            self.movers.insert(id, bounds);
-            return Ok(());
         }
         self.insert_into_open_block(id, wide)
     }

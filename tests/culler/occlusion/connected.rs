@@ -1,8 +1,8 @@
 //! Pictures of connected surfaces: what is called hidden by them is blocked, and each margin is needed.
 
 use super::{
-    judge::{is_blocked, is_in_window, points_of_box},
-    random::{Polygon, Random, straight},
+    judge::{is_blocked, is_in_window, points_of_ball, points_of_box},
+    random::{FAMILIES, Polygon, Random, Scene, ball, straight, volume},
 };
 use glam::{DVec3, Vec3};
 use osp::{
@@ -67,6 +67,95 @@ impl Geometry for Polygons {
 
 pub(crate) fn hides(last: &PreviousFrameOccluders, bounds: &Aabb) -> bool {
     last.culler().test_box(bounds).verdict == Verdict::Hidden
+}
+
+/// A surface of triangles that share corners, bent and with holes, seen from anywhere.
+fn sheet(window: &ViewWindow, random: &mut Random, out: &mut Vec<Polygon>) {
+    let [a, b, c, d] = window.corners().map(|corner| corner / corner.dot(window.forward()));
+    let (columns, rows) = (1 + random.below(7), 1 + random.below(7));
+    let (away, depth) = (random.log_range(0.5, 20.0), random.range(0.0, 0.6));
+    let size = random.range(0.2, 1.3);
+    let mut corners = Vec::new();
+    for row in 0..=rows {
+        for column in 0..=columns {
+            let [x, y] = [(column, columns), (row, rows)].map(|(at, of)| {
+                0.5 + (at as f64 / of as f64 - 0.5) * size + random.range(-0.3, 0.3) / of as f64
+            });
+            let direction = a.lerp(b, x).lerp(d.lerp(c, x), y);
+            let p = window.eye_in_world() + direction * away * (1.0 + random.range(-depth, depth));
+            corners.push(p.as_vec3());
+        }
+    }
+    for row in 0..rows {
+        for column in 0..columns {
+            let at = |x: usize, y: usize| corners[(row + y) * (columns + 1) + column + x];
+            let halves = [[at(0, 0), at(1, 0), at(1, 1)], [at(0, 0), at(1, 1), at(0, 1)]];
+            for half in halves {
+                if !random.chance(0.06) {
+                    out.push(half.to_vec());
+                }
+            }
+        }
+    }
+}
+
+/// Every "hidden" of boxes, balls and polygons is recomputed from the occluders.
+fn stress(pixels: [u32; 2], seed: u64) -> u64 {
+    let mut hidden = 0;
+    for family in 0..=FAMILIES.len() {
+        for n in 0..SCENES {
+            let mut random = Random::new(seed ^ n << 8 ^ (family as u64) << 40);
+            let mut scene = Scene::random(family.min(FAMILIES.len() - 1), &mut random);
+            if family == FAMILIES.len() {
+                scene.polygons.clear();
+                for _ in 0..1 + random.below(3) {
+                    sheet(&scene.window, &mut random, &mut scene.polygons);
+                }
+            }
+            scene.polygons.retain(|polygon| (3..=4).contains(&polygon.len()));
+            if scene.polygons.is_empty() {
+                continue;
+            }
+            let last = Polygons::new(&scene.polygons).picture(&scene.window, pixels);
+            for _ in 0..60 {
+                let bounds = volume(&scene.window, &scene.polygons, &mut random);
+                let sphere = ball(&bounds);
+                let mut points = Vec::new();
+                if hides(&last, &bounds) {
+                    points.extend(points_of_box(&scene.window, &bounds));
+                }
+                if last.culler().test_sphere(&sphere).verdict == Verdict::Hidden {
+                    points.extend(points_of_ball(&scene.window, &sphere));
+                }
+                let mut mix = || {
+                    let part = Vec3::from_array([(); 3].map(|()| random.unit() as f32));
+                    bounds.min + (bounds.max - bounds.min) * part
+                };
+                let corners = [mix(), mix(), mix()];
+                if last.culler().hides_polygon(&convex(&corners)) {
+                    for i in 0..8_u8 {
+                        let share = |k: u8| f32::from((i + k) % 5) / 4.0;
+                        let along = corners[0].lerp(corners[1], share(0)).lerp(corners[2], share(2));
+                        points.push(scene.window.from_eye(along));
+                    }
+                    points.retain(|x| is_in_window(&scene.window, *x));
+                }
+                hidden += points.len() as u64;
+                let open = points.iter().find(|x| !is_blocked(&scene.window, &scene.polygons, **x));
+                assert!(open.is_none(), "{family} {n}: {open:?} of {bounds:?}, {corners:?}");
+            }
+        }
+    }
+    hidden
+}
+
+#[test]
+fn what_surfaces_hide_is_blocked_in_random_scenes() {
+    // Coarse pixels are the harder test.
+    for pixels in [[16, 8], [64, 40], [256, 144]] {
+        let hidden = stress(pixels, 0x5F + u64::from(pixels[0]));
+        assert!(hidden > SCENES * 100, "{pixels:?}: {hidden}");
+    }
 }
 
 /// A picture of 64 x 64 pixels and a wall that ends just before a border of pixels, by less than corners are rounded: the pixels

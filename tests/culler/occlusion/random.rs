@@ -42,7 +42,7 @@ pub(crate) fn shadows_of(window: &ViewWindow, polygons: &[Polygon]) -> Vec<Shado
     shadows
 }
 
-/// Every culler that never hides what is visible, with these shadows.
+/// The conservative cullers, built from these shadows.
 pub(crate) fn sound_cullers(window: &ViewWindow, shadows: &[ShadowVolume]) -> Vec<Box<dyn OcclusionCuller>> {
     let built = Method::conservative_cullers().into_iter().map(|kind| {
         let mut culler = kind.create(32);
@@ -72,7 +72,7 @@ pub(crate) fn scenes(seed: u64, of_each: u64) -> impl Iterator<Item = (String, R
 }
 
 impl Scene {
-    fn random(family: usize, random: &mut Random) -> Self {
+    pub(crate) fn random(family: usize, random: &mut Random) -> Self {
         let eye = random.in_cube() * random.log_range(0.01, 100.0);
         let forward = random.direction();
         let half = random.range(0.2, 1.4);
