@@ -56,8 +56,6 @@ mod trace;
 pub mod tracker;
 mod turns;
 pub mod ui;
-#[cfg(all(feature = "live", not(target_arch = "wasm32")))]
-mod wall_node;
 mod wall_surface;
 mod walls;
 mod window;
@@ -89,8 +87,6 @@ pub use stats::{FrameStage, FrameTimes, History};
 pub use studio::OtherInView;
 pub use studio::{FrameReport, OccluderLabel, Studio};
 pub use tool::{Span, ToolChoice};
-#[cfg(all(feature = "live", not(target_arch = "wasm32")))]
-pub use wall_node::{ShowError, show_node};
 #[cfg(not(target_arch = "wasm32"))]
 pub use window::monitors;
 pub use window::{MonitorInfo, WindowError, WindowOptions, run};

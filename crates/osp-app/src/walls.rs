@@ -61,22 +61,6 @@ pub(super) fn walls(room: &Room) -> Vec<Wall> {
     walls
 }
 
-/// The walls of a room with one screen: a plain window if the rig specifies no monitor for the screen.
-#[cfg(feature = "live")]
-pub(super) fn walls_of_one(room: &Room) -> Vec<Wall> {
-    let mut walls = walls(room);
-    if let (true, Some(screen)) = (walls.is_empty(), room.rig().and_then(|rig| rig.screens.first())) {
-        let output = Output { monitor: String::new(), viewport: Viewport::WHOLE, eyes: Eyes::Both };
-        walls.push(Wall {
-            monitor: None,
-            title: format!("osp wall: {}", screen.name),
-            aspect: screen.aspect(),
-            parts: vec![Part { screen: 0, output }],
-        });
-    }
-    walls
-}
-
 impl Wall {
     /// The part of the window that shows a view, and its colour channels; `None` if the window does not show the view.
     pub(super) fn place_of(&self, room: &Room, view: &RoomView) -> Option<(Viewport, Channels)> {

@@ -20,8 +20,6 @@ pub use start::{MonitorInfo, WindowError, WindowOptions};
 pub(super) use start::{Wake, open_event_loop};
 #[cfg(not(target_arch = "wasm32"))]
 pub use wall_windows::monitors;
-#[cfg(feature = "live")]
-pub(super) use wall_windows::open_node_windows;
 use wall_windows::open_walls;
 
 use super::{

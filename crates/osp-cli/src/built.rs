@@ -117,8 +117,6 @@ const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["sketch"], &["join", "watch", "name", "credentials", "tls-ca", "unencrypted"], Feature::Live),
     (&["send"], &[], Feature::Window),
     (&["join"], &[], Feature::Live),
-    (&["wall"], &[], Feature::Live),
-    (&["wall"], &["tracker"], Feature::Window),
 ];
 
 const OF_WORLDS: &[&str] =

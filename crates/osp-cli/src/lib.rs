@@ -146,12 +146,6 @@ mod verify_all;
 #[cfg_attr(not(feature = "render"), path = "verify_not_drawn.rs")]
 mod verify_drawn;
 mod verify_method;
-#[cfg(feature = "live")]
-mod wall;
-#[cfg_attr(not(feature = "live"), allow(dead_code, reason = "options of a command that this build lacks"))]
-mod wall_args;
-#[cfg(feature = "live")]
-mod wall_text;
 #[cfg(feature = "render")]
 mod webm_file;
 #[cfg_attr(not(feature = "worlds"), allow(dead_code, reason = "options of a command that this build lacks"))]
@@ -206,7 +200,6 @@ const EXAMPLES: &str = "Examples:
   osp pack recordings/*.ron --out sketches.world
   osp serve
   osp join nats://127.0.0.1/house
-  osp wall --hub nats://127.0.0.1/house --rig cave4
   osp replay --help       describes the indexes and the methods of --occlusion
 
 Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .poses.gz, .obj, .obj.gz, .glb or .gltf.
@@ -237,7 +230,6 @@ enum Command {
     Pack(pack_args::PackArgs),
     Serve(serve_args::ServeArgs),
     Join(Box<join_args::JoinArgs>),
-    Wall(Box<wall_args::WallArgs>),
     Rig(rig::RigCommand),
     Send(send_args::SendArgs),
     Completions(completions::CompletionsArgs),
@@ -284,7 +276,6 @@ impl Command {
             Self::Rig(args) => rig::run(args),
             Self::Serve(args) => of_feature!("serve", serve_http::run, args),
             Self::Join(args) => of_feature!("live", join::run, args),
-            Self::Wall(args) => of_feature!("live", wall::run, args),
             Self::Sketch(args) => of_feature!("window", sketch::run, args),
             Self::Send(args) => of_feature!("window", send::run, args),
         }

@@ -35,7 +35,7 @@ pub(super) struct RigPathArgs {
     pub(super) room: RoomMotion,
 }
 
-pub(super) fn room_parser() -> impl TypedValueParser<Value = RoomMotion> {
+fn room_parser() -> impl TypedValueParser<Value = RoomMotion> {
     named(RoomMotion::ALL, RoomMotion::name)
 }
 

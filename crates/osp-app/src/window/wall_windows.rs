@@ -15,8 +15,6 @@ use crate::{
     studio::Studio,
     walls::{Wall, walls},
 };
-#[cfg(feature = "live")]
-use crate::{room::Room, walls::walls_of_one};
 
 /// Height of a wall without a monitor, points.
 const PLAIN_HEIGHT: f64 = 480.0;
@@ -24,7 +22,7 @@ const PLAIN_HEIGHT: f64 = 480.0;
 const FRAME_PX: u32 = 48;
 
 /// Walls, each with its window.
-pub(crate) type WallWindows = Vec<(Wall, Arc<Window>)>;
+type WallWindows = Vec<(Wall, Arc<Window>)>;
 
 /// The monitors, in order of their numbers.
 fn numbered(event_loop: &ActiveEventLoop) -> Vec<(MonitorInfo, MonitorHandle)> {
@@ -95,15 +93,6 @@ fn windows_of(
         windows.push((wall, Arc::new(window)));
     }
     Ok((windows, covered))
-}
-
-/// Opens the windows of a computer of a wall, which has one screen.
-#[cfg(feature = "live")]
-pub(crate) fn open_node_windows(
-    event_loop: &ActiveEventLoop,
-    room: &Room,
-) -> Result<WallWindows, WindowError> {
-    Ok(windows_of(event_loop, &numbered(event_loop), walls_of_one(room))?.0)
 }
 
 /// Opens the windows of a rig, which have no panels. The control window moves to a monitor that no window of the rig

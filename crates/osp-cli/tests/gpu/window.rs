@@ -5,15 +5,9 @@
 mod desk;
 mod keeping;
 mod replaying;
-#[cfg(feature = "live")]
-#[path = "../net/live/server.rs"]
-#[expect(dead_code, reason = "the tests of shared sessions use more of it")]
-mod server;
 mod sketching;
 mod tasks;
 mod tracker_keys;
 mod tracking;
-#[cfg(feature = "live")]
-mod wall_node;
 mod walls;
 mod wayland;

@@ -30,5 +30,3 @@ mod slow_line;
 mod strangers;
 
 mod together;
-
-mod wall;

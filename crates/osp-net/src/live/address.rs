@@ -116,7 +116,7 @@ impl Address {
     }
 
     /// The address of the server in the form that the client library takes.
-    pub(crate) fn server(&self) -> String {
+    pub(super) fn server(&self) -> String {
         let scheme = if self.is_encrypted { "tls" } else { "nats" };
         format!("{scheme}://{}:{}", self.host, self.port)
     }
@@ -134,11 +134,6 @@ impl Address {
     /// The subject of presence messages. The server does not store them.
     pub(super) fn presence(&self) -> String {
         format!("osp-here.{}", self.session)
-    }
-
-    /// A subject of a wall that shows the session. The server does not store its messages.
-    pub(crate) fn wall(&self, what: &str) -> String {
-        format!("osp-wall.{}.{what}", self.session)
     }
 }
 

@@ -7,7 +7,7 @@ use tokio::{runtime, sync::oneshot};
 
 /// Work on a thread of its own. The thread ends with the work, or when this value is dropped.
 #[derive(Debug)]
-pub(crate) struct Background {
+pub(super) struct Background {
     /// Dropping this sender ends the work.
     close: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -18,7 +18,7 @@ impl Background {
     ///
     /// # Errors
     /// The system cannot create the thread or the event queue of the runtime.
-    pub(crate) fn start<W: Future<Output = ()>>(
+    pub(super) fn start<W: Future<Output = ()>>(
         name: &str,
         work: impl FnOnce() -> W + Send + 'static,
     ) -> io::Result<Self> {

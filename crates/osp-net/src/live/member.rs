@@ -349,7 +349,7 @@ fn round(t: f64) -> f64 {
 }
 
 /// A random sender number that no other member has.
-pub(crate) fn new_sender() -> Sender {
+pub(super) fn new_sender() -> Sender {
     use std::hash::{BuildHasher, RandomState};
     // The standard library gives each hasher a different seed, from random numbers of the system.
     let (a, b) = (RandomState::new().hash_one(std::process::id()), RandomState::new().hash_one(1u8));

@@ -47,10 +47,6 @@ pub use outbox::Who;
 pub use own::ME;
 pub use state::{Connection, LinkOptions, Role, Status};
 
-pub(crate) use background::Background;
-pub(crate) use member::new_sender;
-pub(crate) use server::{Complaints, connect};
-
 use osp_session::recording::{AUTHORS_FORMAT, Header};
 
 /// The header of the recording of a shared session, the same for all members that write a recording.

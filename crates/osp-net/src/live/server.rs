@@ -29,7 +29,7 @@ const MOST_REFUSALS: usize = 64;
 
 /// The last error of the server or the client, and the number of connections.
 #[derive(Debug, Default)]
-pub(crate) struct Complaints {
+pub(super) struct Complaints {
     status: Mutex<(Option<String>, u64)>,
     /// Refusals of the server since the beginning of this connection.
     forbidden: Mutex<Vec<String>>,
@@ -64,20 +64,20 @@ impl Complaints {
     }
 
     /// The server's reason if it has refused to publish or subscribe to a subject.
-    pub(crate) fn forbids(&self, subject: &str) -> Option<String> {
+    pub(super) fn forbids(&self, subject: &str) -> Option<String> {
         let forbidden = self.forbidden.lock().unwrap_or_else(PoisonError::into_inner);
         let quoted = format!("\"{subject}\"");
         forbidden.iter().find(|text| text.contains(&quoted)).cloned()
     }
 
     /// The last error, and the number of connections so far.
-    pub(crate) fn get(&self) -> (Option<String>, u64) {
+    pub(super) fn get(&self) -> (Option<String>, u64) {
         self.with(|status| status.clone())
     }
 }
 
 /// Connects to the server; retries until the server answers.
-pub(crate) async fn connect(
+pub(super) async fn connect(
     address: &Address,
     options: &LinkOptions,
     complaints: &Arc<Complaints>,

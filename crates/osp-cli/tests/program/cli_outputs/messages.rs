@@ -84,15 +84,8 @@ fn live_errors() -> Vec<NamedError> {
 
 #[cfg(feature = "live")]
 fn live_errors() -> Vec<NamedError> {
-    use osp_net::{
-        live::{AddressError, Credentials, LiveError},
-        wall::WallError,
-    };
+    use osp_net::live::{AddressError, Credentials, LiveError};
     vec![
-        ("WallError", Box::new(WallError::System(system()))),
-        ("WallError", Box::new(WallError::Live(LiveError::System(system())))),
-        #[cfg(feature = "window")]
-        ("ShowError", Box::new(osp_app::ShowError::Wall(WallError::System(system())))),
         ("AddressError", Box::new(AddressError::File { path: "some/file".into(), cause: system() })),
         ("AddressError", Box::new(Credentials::read("no such file".as_ref()).expect_err("no file"))),
         ("LiveError", Box::new(LiveError::System(system()))),
@@ -173,10 +166,9 @@ fn every_type_of_error_with_a_cause_is_looked_at() {
                 let name = name.expect("a name").trim_end_matches(|c: char| !c.is_alphanumeric());
                 found += 1;
                 let is_in = |folder: &str| path.components().any(|part| part.as_os_str() == folder);
-                let is_of_live = is_in("live") || is_in("wall") || is_in("wall_node.rs");
                 let is_built = (cfg!(feature = "window") || !is_in("osp-app"))
                     && (cfg!(feature = "bench") || !(is_in("bench") || is_in("chart.rs")))
-                    && (cfg!(feature = "live") || !is_of_live);
+                    && (cfg!(feature = "live") || !is_in("live"));
                 // Private ones are told to nobody but the program.
                 let is_public = piece.contains("\npub enum") || piece.contains("\npub struct");
                 assert!(
