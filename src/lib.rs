@@ -160,7 +160,7 @@
 //!
 //! The program `osp` consists of further crates. Each depends only on crates before it in this list: `osp-session`
 //! (recordings, brushes, scenes), `osp-rivals` (every other index and culler), `osp-render` (wgpu), `osp-lab` (oracle,
-//! benchmarks), `osp-net` (authors, worlds), `osp-app` (window), `osp-cli`.
+//! benchmarks), `osp-net` (authors), `osp-app` (window), `osp-cli`.
 //!
 //! # Vocabulary
 //!

@@ -15,22 +15,10 @@ pub(super) enum Feature {
     Render,
     Serve,
     Window,
-    Worlds,
-    /// Worlds at remote addresses.
-    WorldsCloud,
 }
 
 impl Feature {
-    const ALL: [Self; 8] = [
-        Self::Bench,
-        Self::Live,
-        Self::Peers,
-        Self::Render,
-        Self::Serve,
-        Self::Window,
-        Self::Worlds,
-        Self::WorldsCloud,
-    ];
+    const ALL: [Self; 6] = [Self::Bench, Self::Live, Self::Peers, Self::Render, Self::Serve, Self::Window];
 
     /// Returns the feature's name in Cargo.toml.
     const fn name(self) -> &'static str {
@@ -41,8 +29,6 @@ impl Feature {
             Self::Render => "render",
             Self::Serve => "serve",
             Self::Window => "window",
-            Self::Worlds => "worlds",
-            Self::WorldsCloud => "worlds-cloud",
         }
     }
 
@@ -55,8 +41,6 @@ impl Feature {
             Self::Render => cfg!(feature = "render"),
             Self::Serve => cfg!(feature = "serve"),
             Self::Window => cfg!(feature = "window"),
-            Self::Worlds => cfg!(feature = "worlds"),
-            Self::WorldsCloud => cfg!(feature = "worlds-cloud"),
         }
     }
 }
@@ -74,12 +58,8 @@ pub(super) struct Lacking<'a>(pub(super) &'a [Feature]);
 impl fmt::Display for Lacking<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let is_wanted = |feature: &Feature| self.0.contains(feature) || feature.is_built();
-        let (has_window, has_cloud) = (is_wanted(&Feature::Window), is_wanted(&Feature::WorldsCloud));
-        let is_within = |feature: &Feature| match feature {
-            Feature::Render => has_window,
-            Feature::Worlds => has_cloud,
-            _ => false,
-        };
+        let has_window = is_wanted(&Feature::Window);
+        let is_within = |feature: &Feature| *feature == Feature::Render && has_window;
         let all = Feature::ALL.iter().filter(|feature| is_wanted(feature) && !is_within(feature));
         let all: Vec<_> = all.map(|feature| feature.name()).collect();
         let names: Vec<_> = self.0.iter().map(|feature| format!("`{}`", feature.name())).collect();
@@ -104,8 +84,6 @@ const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["race"], &[], Feature::Bench),
     (&["replay"], &["chart"], Feature::Bench),
     (&["replay"], &["draw"], Feature::Render),
-    (&["replay"], OF_WORLDS, Feature::Worlds),
-    (&["pack"], &[], Feature::Worlds),
     (&["render"], &[], Feature::Render),
     (&["film"], &[], Feature::Render),
     (&["thumbs"], &[], Feature::Render),
@@ -119,9 +97,6 @@ const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["join"], &[], Feature::Live),
 ];
 
-const OF_WORLDS: &[&str] =
-    &["world", "memory", "wait", "path", "frames", "seed", "speed", "far", "prefetch", "rate", "loaders"];
-
 /// Returns the parts of a command that this build lacks: the entries of [`NEEDS`] for it and for the commands above it.
 fn lacking<'a>(
     names: &'a [&str],
@@ -130,12 +105,6 @@ fn lacking<'a>(
         let is_of = if options.is_empty() { names.starts_with(of) } else { *of == names };
         is_of && !feature.is_built()
     })
-}
-
-/// Whether an option has an address as its value. Paths have no `://`.
-fn is_address(matches: &ArgMatches, option: &str) -> bool {
-    let values = matches.try_get_raw(option).ok().flatten();
-    values.into_iter().flatten().any(|value| value.to_string_lossy().contains("://"))
 }
 
 /// Refuses a command line that needs a feature that this build lacks.
@@ -156,9 +125,7 @@ pub(super) fn check(matches: &ArgMatches) -> anyhow::Result<()> {
             what.get_or_insert_with(|| {
                 given.map_or_else(|| format!("osp {command}"), |name| format!("osp {command} --{name}"))
             });
-            let is_address =
-                *feature == Feature::Worlds && ["world", "out"].iter().any(|&of| is_address(below, of));
-            needed.push(if is_address { Feature::WorldsCloud } else { *feature });
+            needed.push(*feature);
         }
     }
     what.map_or(Ok(()), |what| refuse(what, &needed))

@@ -16,10 +16,6 @@ mod occlusion_test_args;
 mod outcome;
 mod output;
 mod outputs;
-#[cfg(feature = "worlds")]
-mod pack;
-#[cfg_attr(not(feature = "worlds"), allow(dead_code, reason = "options of a command that this build lacks"))]
-mod pack_args;
 mod parsers;
 mod pick;
 mod played;
@@ -107,8 +103,6 @@ mod replay_args;
 mod replay_outputs;
 mod replay_session;
 mod replay_text;
-#[cfg(feature = "worlds")]
-mod replay_world;
 mod rig;
 mod rig_args;
 #[cfg(feature = "window")]
@@ -148,10 +142,6 @@ mod verify_drawn;
 mod verify_method;
 #[cfg(feature = "render")]
 mod webm_file;
-#[cfg_attr(not(feature = "worlds"), allow(dead_code, reason = "options of a command that this build lacks"))]
-mod world_args;
-#[cfg(feature = "worlds")]
-mod world_report;
 
 pub use allocations::CountingAllocator;
 use outcome::Outcome;
@@ -197,7 +187,6 @@ const EXAMPLES: &str = "Examples:
   osp study sketches --out results.ndjson
   osp synth room --polygons 12000 room.ron
   osp bake recordings/room.ron room.pvs
-  osp pack recordings/*.ron --out sketches.world
   osp serve
   osp join nats://127.0.0.1/house
   osp replay --help       describes the indexes and the methods of --occlusion
@@ -227,7 +216,6 @@ enum Command {
     DrawInsertion(draw_insertion_args::DrawInsertionArgs),
     DrawOcclusion(draw_occlusion_args::DrawOcclusionArgs),
     Bake(bake::BakeArgs),
-    Pack(pack_args::PackArgs),
     Serve(serve_args::ServeArgs),
     Join(Box<join_args::JoinArgs>),
     Rig(rig::RigCommand),
@@ -263,7 +251,6 @@ impl Command {
             Self::DrawInsertion(args) => of_feature!("bench", draw_insertion::run, args),
             Self::DrawOcclusion(args) => of_feature!("bench", draw_occlusion::run, args),
             Self::Race(args) => of_feature!("bench", race::run, args),
-            Self::Pack(args) => of_feature!("worlds", pack::run, args),
             Self::Pick(args) => pick::run(args),
             Self::Query(args) => query::run(args),
             Self::Study(args) => study::run(args),

@@ -68,37 +68,6 @@ pub(super) fn sides(text: &str, range: &RangeInclusive<u32>) -> Result<(u32, u32
     })
 }
 
-/// Parses a number of bytes. A final `k`, `M` or `G` multiplies it by 2^10, 2^20 or 2^30.
-pub(super) fn bytes(text: &str) -> Result<u64, String> {
-    let trimmed = text.trim();
-    let (digits, shift) = match trimmed.chars().last() {
-        Some('k' | 'K') => (&trimmed[..trimmed.len() - 1], 10),
-        Some('M') => (&trimmed[..trimmed.len() - 1], 20),
-        Some('G') => (&trimmed[..trimmed.len() - 1], 30),
-        _ => (trimmed, 0),
-    };
-    let found =
-        digits.parse().ok().and_then(|count: u64| count.checked_mul(1 << shift)).filter(|&bytes| bytes > 0);
-    found.ok_or_else(|| format!("expected bytes above 0, such as 500M or 4G; found `{text}`"))
-}
-
-/// Parses a length in metres.
-pub(super) fn metres(text: &str) -> Result<f32, String> {
-    within(text, &(1.0e-4..=1.0e9), "metres")
-}
-
-/// Parses copies along x, y and z, `NxMxK`: at most a million in all.
-pub(super) fn grid(text: &str) -> Result<[u32; 3], String> {
-    let counts: Vec<Option<u32>> = text.split(['x', 'X']).map(|count| count.trim().parse().ok()).collect();
-    let found = match counts[..] {
-        [Some(n), Some(m), Some(k)] => Some([n, m, k]),
-        _ => None,
-    };
-    let cells = |counts: &[u32; 3]| counts.iter().map(|&count| u64::from(count)).fold(1, u64::saturating_mul);
-    let found = found.filter(|counts| (1..=1_000_000).contains(&cells(counts)));
-    found.ok_or_else(|| format!("expected NxMxK, 1 to 1000000 places in all; found `{text}`"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,15 +95,6 @@ mod tests {
             assert!(moment_s(text).is_err(), "{text}");
         }
         assert_eq!(sides("640X480", &(1..=16_384)), Ok((640, 480)));
-        for text in ["", "0", "-1", "1.5G", "G", "1T", "99999999999999999999", "18446744073709551615k", "1é"]
-        {
-            assert!(bytes(text).is_err(), "{text}");
-        }
-        assert_eq!([bytes("7"), bytes("3k"), bytes("2M"), bytes("4G")], [7, 3072, 2 << 20, 4 << 30].map(Ok));
-        for text in ["1x1", "0x1x1", "1x1x1x1", "1001x1000x1", "4294967295x4294967295x4294967295", "axbxc"] {
-            assert!(grid(text).is_err(), "{text}");
-        }
-        assert_eq!(grid("3x1x2"), Ok([3, 1, 2]));
         assert_eq!(multiple("200"), Err("expected a multiple from 0.01 to 100; found `200`".to_owned()));
     }
 }

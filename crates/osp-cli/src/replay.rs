@@ -29,10 +29,6 @@ use osp_session::replay::RoomMotion;
 
 pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     let outputs = ReplayOutputs::checked(args)?;
-    #[cfg(feature = "worlds")]
-    if let Some(world) = &args.world.world {
-        return super::replay_world::run(args, world, outputs.csv.as_ref());
-    }
     #[cfg(feature = "window")]
     if args.window {
         return in_window(args, &outputs);

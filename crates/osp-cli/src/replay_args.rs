@@ -13,7 +13,6 @@ use super::{
     parsers::{Size, camera_parser, index_parser, occlusion_parser},
     reading::ReadArgs,
     rig_args::RigPathArgs,
-    world_args::WorldArgs,
 };
 use osp_lab::Method;
 use osp_rivals::{CutNodes, IndexKind, IndexSettings};
@@ -119,7 +118,7 @@ Methods of --occlusion:
                 not conservative: these methods can cull visible polygons")]
 pub(super) struct ReplayArgs {
     /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
-    #[arg(required_unless_present = "world")]
+    #[arg(required = true)]
     pub(super) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) play: PlayArgs,
@@ -148,8 +147,6 @@ pub(super) struct ReplayArgs {
     pub(super) force: bool,
     #[command(flatten)]
     pub(super) rig: RigPathArgs,
-    #[command(flatten)]
-    pub(super) world: WorldArgs,
     /// Also draw the remaining polygons of each frame on the graphics adapter, and measure the time [default size:
     /// 1280x720].
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]

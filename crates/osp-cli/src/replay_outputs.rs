@@ -22,7 +22,6 @@ impl ReplayOutputs {
     pub(super) fn checked(args: &ReplayArgs) -> anyhow::Result<Self> {
         let mut outputs = Outputs::new(args.force).reads(&args.files).reads(&args.check);
         outputs = outputs.reads(&args.rig.screens.file());
-        outputs = outputs.reads(&args.world.path).reads(&args.world.folder());
         if let Some(path) = &args.pin
             && matches!(Destination::of(path), Ok(Destination::Special(_)))
         {

@@ -13,8 +13,6 @@ pub(super) static VERSION: LazyLock<String> = LazyLock::new(|| {
         ("gamepad", cfg!(feature = "gamepad")),
         ("peers", cfg!(feature = "peers")),
         ("serve", cfg!(feature = "serve")),
-        ("worlds", cfg!(feature = "worlds")),
-        ("worlds-cloud", cfg!(feature = "worlds-cloud")),
     ]
     .into_iter()
     .filter_map(|(name, is_built)| is_built.then_some(name))

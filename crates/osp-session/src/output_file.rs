@@ -183,9 +183,7 @@ impl OutputKind {
             }
             Csv => {
                 let line = first_line();
-                let is_ours = ["recording,index,frame,", "part,recording,index,", "world,frame,"]
-                    .into_iter()
-                    .any(starts);
+                let is_ours = ["recording,index,frame,", "part,recording,index,"].into_iter().any(starts);
                 let is_text = !line.is_empty()
                     && line.contains(&b',')
                     && !b"{[(<".contains(&line[0])

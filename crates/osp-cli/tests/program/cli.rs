@@ -473,13 +473,10 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
     let session = small_session(folder.path());
     let session = session.to_str().expect("utf-8");
     let (bench, live) = (cfg!(feature = "bench"), cfg!(feature = "live"));
-    let (render, window, worlds) =
-        (cfg!(feature = "render"), cfg!(feature = "window"), cfg!(feature = "worlds"));
+    let (render, window) = (cfg!(feature = "render"), cfg!(feature = "window"));
     for (args, what, feature, is_built) in [
         (&["replay", session, "--window"][..], "osp replay --window", "window", window),
         (&["replay", session, "--draw"], "osp replay --draw", "render", render),
-        (&["replay", "--world", "w"], "osp replay --world", "worlds", worlds),
-        (&["replay", "--world", "s3://b/w"], "osp replay --world", "worlds-cloud", worlds),
         (&["replay", session, "--occlusion", "hzb"], "--occlusion hzb", "render", render),
         (&["verify", session, "--occlusion", "hzb-16"], "--occlusion hzb-16", "render", render),
         (&["bench", session, "--index", "obvhs"], "'obvhs'", "peers", cfg!(feature = "peers")),
@@ -495,7 +492,6 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
         (&["render", session, "a.png"], "osp render", "render", render),
         (&["film", session, "a.gif"], "osp film", "render", render),
         (&["thumbs", session], "osp thumbs", "render", render),
-        (&["pack", session, "--out", "w"], "osp pack", "worlds", worlds),
         (&["join", "nats://127.0.0.1/a"], "osp join", "live", live),
     ] {
         if is_built {
@@ -511,12 +507,10 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
             said.split("cargo install --path crates/osp-cli --features ").nth(1).expect("a command");
         let named: Vec<&str> =
             command.split(['`', ' ', '\n']).next().unwrap_or_default().split(',').collect();
-        let built =
-            [("bench", bench), ("live", live), ("render", render), ("window", window), ("worlds", worlds)];
+        let built = [("bench", bench), ("live", live), ("render", render), ("window", window)];
         for (expected, is_built) in built.into_iter().chain([(feature, true)]) {
-            // A feature that brings another one stands for both.
-            let is_part = expected == "render" && (window || feature == "window")
-                || expected == "worlds" && feature == "worlds-cloud";
+            // The window brings the pictures.
+            let is_part = expected == "render" && (window || feature == "window");
             assert!(
                 !is_built || is_part || named.contains(&expected),
                 "{args:?}: expected {expected} in {said}"

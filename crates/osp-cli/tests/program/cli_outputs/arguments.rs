@@ -281,7 +281,6 @@ fn a_number_that_is_none_is_answered_by_what_was_expected() {
         (&["synth", "room", "a.ron", "--seed=-1"], "whole"),
         (&["synth", "room", "a.ron", "--seed", "99999999999999999999"], "smaller"),
         (&["verify", "a", "--views", "-"], "whole"),
-        (&["replay", "--world", "w", "--rate", "1e3"], "whole"),
     ] {
         let said = OSP.refused_in(folder.path(), args);
         assert!(said.contains(&format!("': expected a {expected}")), "{args:?}: {said}");
