@@ -2,34 +2,15 @@
 //
 //   web/build && npm ci --prefix web/test && node web/test/clock.mjs [PICTURES]
 //
-// Browsers make the clock of a page coarse: 5 µs where its server isolates it from other sites, as `osp serve` does, 100 µs
+// Browsers make the clock of a page coarse: 5 µs where its server isolates it from other sites, 100 µs
 // elsewhere (Chromium). The program measures the step, and the panel says it.
-import { createServer } from 'node:http';
-import { readFileSync } from 'node:fs';
-import { extname, join, normalize } from 'node:path';
-import { check, finish, pictures, root } from './common.mjs';
-import { isClean, launch, newProfile, newTab, openPage, serve, sleep, stateOf, wrongOf } from './visit.mjs';
-
-/// Serves the page without the headers that isolate it, as any server may.
-async function servePlain() {
-  const kinds = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.wasm': 'application/wasm' };
-  const server = createServer((request, response) => {
-    const path = normalize(new URL(request.url, 'http://localhost').pathname);
-    try {
-      const bytes = readFileSync(join(root, 'web/dist', path === '/' ? 'index.html' : path));
-      response.writeHead(200, { 'content-type': kinds[extname(path)] ?? (path === '/' ? 'text/html' : 'application/octet-stream') });
-      response.end(bytes);
-    } catch {
-      response.writeHead(404).end();
-    }
-  });
-  await new Promise((done) => server.listen(0, '127.0.0.1', done));
-  server.unref();
-  return `http://127.0.0.1:${server.address().port}/`;
-}
+import { join } from 'node:path';
+import { check, finish, pictures } from './common.mjs';
+import { serve } from './server.mjs';
+import { isClean, launch, newProfile, newTab, openPage, sleep, stateOf, wrongOf } from './visit.mjs';
 
 const isolated = await serve();
-const plain = await servePlain();
+const plain = await serve({ isolates: false });
 const browser = await launch(newProfile());
 try {
   for (const [address, isIsolated, stepNs] of [[isolated, true, 5_000], [plain, false, 100_000]]) {

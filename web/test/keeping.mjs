@@ -7,7 +7,8 @@
 // more than was drawn in the last LOST_MS, and what comes back is a beginning of what was drawn.
 import { setTimeout as sleep } from 'node:timers/promises';
 import { check, finish } from './common.mjs';
-import { beginStroke, isClean, launch, newProfile, openPage, serve, stateOf, stroke, until } from './visit.mjs';
+import { serve } from './server.mjs';
+import { beginStroke, isClean, launch, newProfile, openPage, stateOf, stroke, until } from './visit.mjs';
 
 const LOST_MS = 1000;
 /// Longer than it takes to keep what was drawn.

@@ -11,8 +11,9 @@ import { PNG } from 'pngjs';
 import { check, finish, pictures, root } from './common.mjs';
 import { canRender, fingerprints } from './native.mjs';
 import { compare } from './pictures.mjs';
+import { serve } from './server.mjs';
 import {
-  catchDownloads, corpus, dropFiles, isClean, isOpen, launch, newProfile, openPage, serve, sleep, stateOf, stroke, takeDownload,
+  catchDownloads, corpus, dropFiles, isClean, isOpen, launch, newProfile, openPage, sleep, stateOf, stroke, takeDownload,
   until, wrongOf,
 } from './visit.mjs';
 

@@ -6,7 +6,8 @@
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { check, finish, root } from './common.mjs';
-import { dropFiles, launch, newProfile, newTab, openPage, picture, serve, sleep, until, wrongOf } from './visit.mjs';
+import { serve } from './server.mjs';
+import { dropFiles, launch, newProfile, newTab, openPage, picture, sleep, until, wrongOf } from './visit.mjs';
 
 const textOf = (page, id) => page.$eval(`#${id}`, (element) => element.textContent);
 const numberOf = (text) => Number(text.replaceAll(',', ''));

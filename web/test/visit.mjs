@@ -1,11 +1,10 @@
 // A visit to the page: the server, a headless Chromium with WebGPU in software, and what a person does on the page.
-import { spawn } from 'node:child_process';
 import { mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import puppeteer from 'puppeteer-core';
-import { check, executablePath, pictures, root } from './common.mjs';
-import { program } from './native.mjs';
+import { check, executablePath, pictures } from './common.mjs';
+import { serve } from './server.mjs';
 
 const flags =
   '--no-sandbox --enable-unsafe-webgpu --use-webgpu-adapter=swiftshader --enable-features=Vulkan --use-vulkan=swiftshader ' +
@@ -13,17 +12,6 @@ const flags =
   '--no-first-run';
 
 export const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
-
-/// Serves the page by `osp serve` until this program ends; its address.
-export async function serve() {
-  const server = spawn(program, ['serve', join(root, 'web/dist'), '--port', '0'], { stdio: ['ignore', 'pipe', 'inherit'] });
-  process.on('exit', () => server.kill());
-  return new Promise((resolve, reject) => {
-    server.once('error', reject);
-    server.once('exit', (code) => reject(new Error(`the server ended with ${code}`)));
-    server.stdout.once('data', (text) => resolve(/http:\S+/.exec(text)[0]));
-  });
-}
 
 /// A folder for what a browser keeps; it is removed when this program ends.
 export function newProfile() {

@@ -13,12 +13,11 @@ pub(super) enum Feature {
     Live,
     Peers,
     Render,
-    Serve,
     Window,
 }
 
 impl Feature {
-    const ALL: [Self; 6] = [Self::Bench, Self::Live, Self::Peers, Self::Render, Self::Serve, Self::Window];
+    const ALL: [Self; 5] = [Self::Bench, Self::Live, Self::Peers, Self::Render, Self::Window];
 
     /// Returns the feature's name in Cargo.toml.
     const fn name(self) -> &'static str {
@@ -27,7 +26,6 @@ impl Feature {
             Self::Live => "live",
             Self::Peers => "peers",
             Self::Render => "render",
-            Self::Serve => "serve",
             Self::Window => "window",
         }
     }
@@ -39,7 +37,6 @@ impl Feature {
             Self::Live => cfg!(feature = "live"),
             Self::Peers => cfg!(feature = "peers"),
             Self::Render => cfg!(feature = "render"),
-            Self::Serve => cfg!(feature = "serve"),
             Self::Window => cfg!(feature = "window"),
         }
     }
@@ -90,7 +87,6 @@ const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["export"], &["compress"], Feature::Render),
     (&["convert"], &["compress"], Feature::Render),
     (&["rig", "monitors"], &[], Feature::Window),
-    (&["serve"], &[], Feature::Serve),
     (&["sketch"], &[], Feature::Window),
     (&["sketch"], &["join", "watch", "name", "credentials", "tls-ca", "unencrypted"], Feature::Live),
     (&["send"], &[], Feature::Window),

@@ -109,12 +109,6 @@ mod rig_args;
 mod send;
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod send_args;
-#[cfg(feature = "serve")]
-mod serve_answer;
-#[cfg_attr(not(feature = "serve"), allow(dead_code, reason = "options of a command that this build lacks"))]
-mod serve_args;
-#[cfg(feature = "serve")]
-mod serve_http;
 #[cfg(feature = "live")]
 mod shared;
 #[cfg_attr(not(feature = "live"), allow(dead_code, reason = "options of commands that this build lacks"))]
@@ -187,7 +181,6 @@ const EXAMPLES: &str = "Examples:
   osp study sketches --out results.ndjson
   osp synth room --polygons 12000 room.ron
   osp bake recordings/room.ron room.pvs
-  osp serve
   osp join nats://127.0.0.1/house
   osp replay --help       describes the indexes and the methods of --occlusion
 
@@ -216,7 +209,6 @@ enum Command {
     DrawInsertion(draw_insertion_args::DrawInsertionArgs),
     DrawOcclusion(draw_occlusion_args::DrawOcclusionArgs),
     Bake(bake::BakeArgs),
-    Serve(serve_args::ServeArgs),
     Join(Box<join_args::JoinArgs>),
     Rig(rig::RigCommand),
     Send(send_args::SendArgs),
@@ -261,7 +253,6 @@ impl Command {
             Self::Verify(args) => verify::run(args),
             Self::Completions(args) => completions::run(args, Cli::command()),
             Self::Rig(args) => rig::run(args),
-            Self::Serve(args) => of_feature!("serve", serve_http::run, args),
             Self::Join(args) => of_feature!("live", join::run, args),
             Self::Sketch(args) => of_feature!("window", sketch::run, args),
             Self::Send(args) => of_feature!("window", send::run, args),

@@ -12,7 +12,6 @@ pub(super) static VERSION: LazyLock<String> = LazyLock::new(|| {
         ("live", cfg!(feature = "live")),
         ("gamepad", cfg!(feature = "gamepad")),
         ("peers", cfg!(feature = "peers")),
-        ("serve", cfg!(feature = "serve")),
     ]
     .into_iter()
     .filter_map(|(name, is_built)| is_built.then_some(name))

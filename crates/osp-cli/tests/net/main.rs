@@ -1,9 +1,6 @@
-//! What goes over a network: shared sessions, `osp serve`.
-#![cfg(any(feature = "live", feature = "serve"))]
+//! What goes over a network: shared sessions.
+#![cfg(feature = "live")]
 
-#[cfg(feature = "live")]
 mod live;
-#[cfg(feature = "serve")]
-mod serve;
 
 const OSP: osp_testkit::Program = osp_testkit::Program(env!("CARGO_BIN_EXE_osp"));

@@ -25,12 +25,11 @@ fn the_culler_needs_three_crates() {
 }
 
 #[test]
-fn the_program_as_it_is_built_by_default_has_no_server() {
+fn the_program_as_it_is_built_by_default_has_no_window_and_no_network() {
     let (crates, tree) = crates(&["--package", "osp-cli"]);
     let has = |name: &str| crates.iter().any(|found| found == name);
     assert!(has("clap"), "{tree}");
-    // The server, and what comes with it.
-    for name in ["hyper", "tokio", "tower-http"] {
+    for name in ["tokio", "wgpu", "winit"] {
         assert!(!has(name), "{name}: {tree}");
     }
 }

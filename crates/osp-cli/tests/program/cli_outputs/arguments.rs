@@ -276,7 +276,6 @@ fn a_number_that_is_none_is_answered_by_what_was_expected() {
         (&["bench", "a", "--sizes", "100,many"], "whole"),
         (&["replay", "a", "--max-polygons", ""], "whole"),
         (&["replay", "a", "--occlusion", "none", "--verify-frames", "NaN"], "whole"),
-        (&["serve", "--port", "http"], "whole"),
         (&["synth", "room", "a.ron", "--polygons", "12k"], "whole"),
         (&["synth", "room", "a.ron", "--seed=-1"], "whole"),
         (&["synth", "room", "a.ron", "--seed", "99999999999999999999"], "smaller"),
