@@ -49,15 +49,6 @@ export function render(file, { frames, camera, width, height, momentS }) {
   });
 }
 
-/// A film of a session in this format, of 0.8 s with ten pictures a second; the turn goes once around the model.
-export function film(file, ending, size) {
-  return inFolder(async (folder) => {
-    const out = join(folder, `film.${ending}`);
-    await run(['film', file, out, '--size', size, '--seconds', '0.8', '--fps', '10']);
-    return readFileSync(out);
-  });
-}
-
 /// The fingerprint of each frame of a session, at 16 samples a frame.
 export function fingerprints(file) {
   return inFolder(async (folder) => {

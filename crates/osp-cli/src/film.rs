@@ -1,4 +1,4 @@
-//! `osp film`: writes a session as a video (MP4, WebM) or an animated GIF.
+//! `osp film`: writes a session as a video (MP4) or an animated GIF.
 
 #[cfg(feature = "window")]
 use std::path::Path;

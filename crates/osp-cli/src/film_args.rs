@@ -13,13 +13,11 @@ use super::{numbers, parsers::Size, render_args::ShownArgs};
 /// Film a session: a turn around the finished model, the growing model, or the artist's own view.
 ///
 /// The command draws the same pictures as `osp render`, with all brushes, on the graphics adapter (a software adapter
-/// suffices). The name decides the format: an MP4 (H.264), which players and
-/// sites accept, a WebM (AV1), or an animated GIF.
+/// suffices). The name decides the format: an MP4 (H.264), which players and sites accept, or an animated GIF.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp film sketch.tilt film.mp4
   osp film sketch.tilt film.mp4 --size 1920x1080 --fps 60
-  osp film sketch.tilt film.webm
   osp film recordings/portrait.ron grow.gif --path grow --seconds 6
   osp film painting.apa seen.gif --path recorded --size 480x270 --fps 15
 
@@ -31,13 +29,13 @@ Paths:
 
 With `grow` and `recorded` the session's frames (--pace) are spread evenly over --seconds. The last picture stays \
 for a second more. Animated brushes begin at --time and move with the film.
-A GIF has 256 colours a frame. A video has even sides: an odd --size grows by one pixel. The encoder of .webm takes \
-several times as long as that of .mp4. For other kinds of video, let `osp render --every` write numbered pictures: \
-it prints a command of ffmpeg for them. The window makes the default film: *File*, *Save film…*.")]
+A GIF has 256 colours a frame. A video has even sides: an odd --size grows by one pixel. For other kinds of \
+video, let `osp render --every` write numbered pictures: it prints a command of ffmpeg for them. The window makes \
+the default film: *File*, *Save film…*.")]
 pub(super) struct FilmArgs {
     /// The session, of any format that replay reads.
     pub(super) file: PathBuf,
-    /// The film to write: .mp4, .webm or .gif.
+    /// The film to write: .mp4 or .gif.
     #[arg(value_name = "OUT")]
     pub(super) out: PathBuf,
     /// Path of the eye.

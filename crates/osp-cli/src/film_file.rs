@@ -4,7 +4,7 @@ use std::{io, num::NonZeroU32, path::Path};
 
 use anyhow::{bail, ensure};
 
-use super::{gif_file::GifFile, mp4_file::Mp4File, outputs::ending, parsers::Size, webm_file::WebmFile};
+use super::{gif_file::GifFile, mp4_file::Mp4File, outputs::ending, parsers::Size};
 use osp_render::Image;
 use osp_session::{
     atomic_file::{AtomicFile, Destination},
@@ -17,7 +17,7 @@ const END_S: u16 = 1;
 const MOST_A_SECOND_IN_GIF: u16 = 50;
 /// Limits of the long and the short side of a picture in a video, pixels. The encoder of H.264 sets them.
 const MOST_SIDES: (u32, u32) = (3840, 2160);
-/// Shortest side of a picture in a video, pixels: a block of H.264 and of AV1.
+/// Shortest side of a picture in a video, pixels: a block of H.264.
 const LEAST_SIDE: u32 = 16;
 
 /// A format of films.
@@ -25,7 +25,6 @@ const LEAST_SIDE: u32 = 16;
 pub(super) enum FilmFormat {
     Gif,
     Mp4,
-    Webm,
 }
 
 impl FilmFormat {
@@ -33,14 +32,11 @@ impl FilmFormat {
     pub(super) fn of(path: &Path) -> anyhow::Result<Self> {
         let is_file = matches!(Destination::of(path), Ok(Destination::File(_)));
         match ending(path).as_str() {
-            video @ ("mp4" | "webm") if !is_file => {
-                bail!("{}: a film in .{video} is written to a file only", path.display())
-            }
+            "mp4" if !is_file => bail!("{}: a film in .mp4 is written to a file only", path.display()),
             "mp4" => Ok(Self::Mp4),
-            "webm" => Ok(Self::Webm),
             "gif" => Ok(Self::Gif),
             _ if !is_file => Ok(Self::Gif),
-            _ => bail!("{}: expected a name that ends in .mp4, .webm or .gif", path.display()),
+            _ => bail!("{}: expected a name that ends in .mp4 or .gif", path.display()),
         }
     }
 
@@ -48,7 +44,6 @@ impl FilmFormat {
         match self {
             Self::Gif => OutputKind::Gif,
             Self::Mp4 => OutputKind::Mp4,
-            Self::Webm => OutputKind::Webm,
         }
     }
 
@@ -73,11 +68,11 @@ impl FilmFormat {
     pub(super) fn pictures_a_second(self, asked: Option<u16>) -> anyhow::Result<u16> {
         let rate = asked.unwrap_or(match self {
             Self::Gif => 20,
-            Self::Mp4 | Self::Webm => 30,
+            Self::Mp4 => 30,
         });
         ensure!(
             self != Self::Gif || rate <= MOST_A_SECOND_IN_GIF,
-            "--fps {rate}: a GIF shows at most {MOST_A_SECOND_IN_GIF} pictures a second; .mp4 and .webm allow more"
+            "--fps {rate}: a GIF shows at most {MOST_A_SECOND_IN_GIF} pictures a second; .mp4 allows more"
         );
         Ok(rate)
     }
@@ -114,7 +109,6 @@ impl Times {
 pub(super) enum FilmFile {
     Gif(Box<GifFile>, Times),
     Mp4(Box<Mp4File>, Times),
-    Webm(Box<WebmFile>, Times),
 }
 
 impl FilmFile {
@@ -132,7 +126,6 @@ impl FilmFile {
                 let pictures = times.frames + u64::from(END_S * times.fps);
                 Self::Mp4(Box::new(Mp4File::begin(file, size, rate, pictures)?), times)
             }
-            FilmFormat::Webm => Self::Webm(Box::new(WebmFile::begin(file, size, rate)?), times),
         })
     }
 
@@ -145,7 +138,6 @@ impl FilmFile {
                 film.add(&rgb, times.delay(frame))
             }
             Self::Mp4(film, times) => film.add(image.rgba(), times.pictures(frame)),
-            Self::Webm(film, times) => film.add(image.rgba(), times.pictures(frame)),
         }
     }
 
@@ -154,7 +146,6 @@ impl FilmFile {
         match self {
             Self::Gif(film, _) => film.finish(),
             Self::Mp4(film, _) => film.finish(),
-            Self::Webm(film, _) => film.finish(),
         }
     }
 }

@@ -134,8 +134,6 @@ mod verify_all;
 #[cfg_attr(not(feature = "render"), path = "verify_not_drawn.rs")]
 mod verify_drawn;
 mod verify_method;
-#[cfg(feature = "render")]
-mod webm_file;
 
 pub use allocations::CountingAllocator;
 use outcome::Outcome;

@@ -28,8 +28,6 @@ pub enum OutputKind {
     Gif,
     /// A film that a video player plays.
     Mp4,
-    /// A film that browsers play.
-    Webm,
     /// A picture in vector form.
     Svg,
     /// A graph for Graphviz.
@@ -54,22 +52,21 @@ pub enum OutputKind {
 pub const STUDY_START: &[u8] = b"{\"osp_study\":";
 /// Beginning of the JSON in a model that osp wrote. It follows the headers of the file and of its first chunk.
 const OWN_MODEL_START: &[u8] = b"{\"asset\":{\"generator\":\"osp ";
-/// Name of the video track in an MP4 that osp wrote, and of the program in a WebM. Videos of other programs must not be replaced.
+/// Name of the video track in an MP4 that osp wrote. Videos of other programs must not be replaced.
 pub const FILM_MARK: &str = "osp film";
 /// Size of the headers of the file and of its first chunk, bytes.
 const MODEL_HEADS: usize = 20;
 
-use OutputKind::{Csv, Dot, Gif, Glb, Html, Mp4, Pins, Png, Pvs, Recording, Study, Svg, Tilt, Trace, Webm};
+use OutputKind::{Csv, Dot, Gif, Glb, Html, Mp4, Pins, Png, Pvs, Recording, Study, Svg, Tilt, Trace};
 
 impl OutputKind {
     /// The kinds that a file's contents reveal. The contents of a `.tilt` count as [`Recording`], because both are
     /// sessions.
-    const ALL: [Self; 14] =
-        [Png, Gif, Mp4, Webm, Glb, Pvs, Html, Svg, Dot, Pins, Trace, Study, Csv, Recording];
+    const ALL: [Self; 13] = [Png, Gif, Mp4, Glb, Pvs, Html, Svg, Dot, Pins, Trace, Study, Csv, Recording];
 
     /// The kind of a film with this name; `None` if the name is that of another kind.
     pub fn of_film(path: &Path) -> Option<Self> {
-        [Mp4, Webm, Gif].into_iter().find(|kind| kind.is_named(path))
+        [Mp4, Gif].into_iter().find(|kind| kind.is_named(path))
     }
 
     /// The kind's name in messages.
@@ -80,7 +77,6 @@ impl OutputKind {
             Png => "a picture (PNG)",
             Gif => "a film (GIF)",
             Mp4 => "a film of osp (MP4)",
-            Webm => "a film of osp (WebM)",
             Svg => "a picture (SVG)",
             Dot => "a graph (DOT)",
             Trace => "a trace",
@@ -100,7 +96,6 @@ impl OutputKind {
             Png => &[".png"],
             Gif => &[".gif"],
             Mp4 => &[".mp4"],
-            Webm => &[".webm"],
             Svg => &[".svg"],
             Dot => &[".dot"],
             Trace => &[".jsonl"],
@@ -116,7 +111,7 @@ impl OutputKind {
     /// Whether the name must have one of the endings. Files of other kinds are text, and may have any ending that does
     /// not belong to another kind.
     fn needs_ending(self) -> bool {
-        matches!(self, Png | Gif | Mp4 | Webm | Svg | Dot | Pvs | Glb | Study | Recording | Tilt)
+        matches!(self, Png | Gif | Mp4 | Svg | Dot | Pvs | Glb | Study | Recording | Tilt)
     }
 
     /// Whether the kind is a session. A session is a person's work, so an output never replaces it without `--force`.
@@ -159,7 +154,6 @@ impl OutputKind {
             Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
             Gif => start.starts_with(b"GIF8"),
             Mp4 => start.get(4..8) == Some(b"ftyp") && holds(start, FILM_MARK),
-            Webm => start.starts_with(b"\x1A\x45\xDF\xA3") && holds(start, FILM_MARK),
             Glb => start.starts_with(b"glTF"),
             // A killed program may have left only a part of the first line.
             Study => text.starts_with(STUDY_START) || (!text.is_empty() && STUDY_START.starts_with(text)),

@@ -17,8 +17,7 @@ use osp_session::{
 };
 
 impl Studio {
-    /// Exports the model: as a sketch if the name ends in `.tilt`, as a film if it ends in `.mp4`, `.webm` or `.gif`,
-    /// else as binary glTF.
+    /// Exports the model: as a sketch if the name ends in `.tilt`, as a film if it ends in `.mp4` or `.gif`, else as binary glTF.
     pub(crate) fn export(&mut self, path: &Path) {
         if self.is_busy() {
             return;

@@ -46,7 +46,7 @@ impl PathPurpose {
             Self::SaveAs => "session.ron",
             Self::Export => "model.glb",
             Self::ExportTilt => "sketch.tilt",
-            Self::Film => "film.mp4 .webm .gif",
+            Self::Film => "film.mp4 .gif",
             Self::Picture => "picture.png",
         }
     }
@@ -267,7 +267,7 @@ impl PathDialog {
                 PathPurpose::SaveAs => dialog.add_filter("recording", &["ron"]).save_file(),
                 PathPurpose::Export => dialog.add_filter("binary glTF", &["glb"]).save_file(),
                 PathPurpose::ExportTilt => dialog.add_filter("Tilt Brush", &["tilt"]).save_file(),
-                PathPurpose::Film => dialog.add_filter("film", &["mp4", "webm", "gif"]).save_file(),
+                PathPurpose::Film => dialog.add_filter("film", &["mp4", "gif"]).save_file(),
                 PathPurpose::Picture => dialog.add_filter("picture", &["png"]).save_file(),
             };
             // The receiver is gone if the window was closed meanwhile.

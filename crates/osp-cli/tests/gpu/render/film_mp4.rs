@@ -1,4 +1,4 @@
-//! `osp film` in MP4, read by a decoder. A browser reads WebM: `web/test/film.mjs`.
+//! `osp film` in MP4, read by a decoder.
 
 use std::{fs, path::Path};
 
@@ -83,26 +83,24 @@ fn odd_sides_of_an_mp4_grow_by_a_pixel() {
 #[test]
 fn a_film_replaces_a_film_of_osp_only() {
     let Some(_) = gpu() else { return };
-    for (ending, kind) in [("mp4", "MP4"), ("webm", "WebM")] {
-        let folder = temp();
-        let out = folder.path().join(format!("film.{ending}"));
-        let name = out.to_str().expect("utf-8");
-        let read = || fs::read(&out).expect("a film");
-        film("recordings/scribble.ron", &out, "grow", "32x32");
-        let first = read();
-        film("recordings/scribble.ron", &out, "grow", "48x32");
-        assert_ne!(read(), first, "{ending}");
-        // A video of another program differs in this name.
-        let mut bytes = read();
-        let mark = bytes.windows(8).position(|part| part == b"osp film").expect("its name");
-        bytes[mark..][..8].copy_from_slice(b"my video");
-        fs::write(&out, &bytes).expect("written");
-        let said = OSP.refused(["film", "recordings/scribble.ron", name, "--size", "32x32"]);
-        let why = format!("holds a file of another kind, not a film of osp ({kind}); --force replaces it");
-        assert!(said.contains(&why), "{said}");
-        assert_eq!(read(), bytes);
-        OSP.done(["film", "recordings/scribble.ron", name, "--size", "64x32", "--seconds", "0.1", "--force"]);
-        assert_ne!(read(), bytes, "{ending}");
-        assert_eq!(names(folder.path()), [format!("film.{ending}")]);
-    }
+    let folder = temp();
+    let out = folder.path().join("film.mp4");
+    let name = out.to_str().expect("utf-8");
+    let read = || fs::read(&out).expect("a film");
+    film("recordings/scribble.ron", &out, "grow", "32x32");
+    let first = read();
+    film("recordings/scribble.ron", &out, "grow", "48x32");
+    assert_ne!(read(), first);
+    // A video of another program differs in this name.
+    let mut bytes = read();
+    let mark = bytes.windows(8).position(|part| part == b"osp film").expect("its name");
+    bytes[mark..][..8].copy_from_slice(b"my video");
+    fs::write(&out, &bytes).expect("written");
+    let said = OSP.refused(["film", "recordings/scribble.ron", name, "--size", "32x32"]);
+    let why = "holds a file of another kind, not a film of osp (MP4); --force replaces it";
+    assert!(said.contains(why), "{said}");
+    assert_eq!(read(), bytes);
+    OSP.done(["film", "recordings/scribble.ron", name, "--size", "64x32", "--seconds", "0.1", "--force"]);
+    assert_ne!(read(), bytes);
+    assert_eq!(names(folder.path()), ["film.mp4"]);
 }
