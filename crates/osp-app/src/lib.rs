@@ -23,8 +23,6 @@ mod drawing_aids;
 mod film_maker;
 mod fingers;
 mod frames;
-#[cfg(feature = "gamepad")]
-mod gamepad;
 mod gestures;
 mod groups;
 mod handles;

@@ -111,8 +111,6 @@ struct WindowParts {
     previews: Option<mpsc::Receiver<Result<Vec<u8>, String>>>,
     /// A picture that will be saved, and its file.
     picture: Option<(PathBuf, ComingImage)>,
-    #[cfg(feature = "gamepad")]
-    gamepad: Option<super::gamepad::Gamepad>,
 }
 
 impl WindowParts {
@@ -379,8 +377,6 @@ impl App {
             tend_at: Instant::now(),
             previews: None,
             picture: None,
-            #[cfg(feature = "gamepad")]
-            gamepad: super::gamepad::Gamepad::open(),
         });
         Ok(())
     }
@@ -419,10 +415,6 @@ impl App {
         let panel_ns = live.clock.since(start).ns;
 
         let model = model_area(area, panels.pixels_per_point);
-        #[cfg(feature = "gamepad")]
-        if let Some(gamepad) = &mut live.gamepad {
-            gamepad.steer(studio, Vec2::new(model.width, model.height), frame_secs);
-        }
         let report = studio.frame(Vec2::new(model.width, model.height), frame_secs);
         let painted = match live.painter.paint(studio, model, panels) {
             Ok(painted) => painted,
@@ -489,11 +481,6 @@ impl App {
             let by_itself = live.painter.is_animated().then_some(ANIMATION_STEP);
             let delay = delay.into_iter().chain(studio.next_frame_in()).chain(by_itself).min();
             live.repaint_at = delay.and_then(|delay| Instant::now().checked_add(delay));
-        }
-        #[cfg(feature = "gamepad")]
-        if live.gamepad.is_some() {
-            let soon = Instant::now() + std::time::Duration::from_millis(16);
-            live.repaint_at = Some(live.repaint_at.map_or(soon, |at| at.min(soon)));
         }
         if studio.is_closing() {
             event_loop.exit();

@@ -50,8 +50,6 @@ TOOL: ribbon, wall, tube, or the name of a brush, such as Light. HAND: 0 to 255.
 transport.
 The window accepts one sender, until this sender has been silent for 5 s. It counts and drops the packets of other \
 senders.
-The window also reads packets of ART's DTrack (ASCII): body 0 is the head, Flysticks are the hands, and a hand draws \
-while the first button is pressed (--tracker udp://0.0.0.0:5000).
 As OSC: /osp/head, /osp/hand and so on; the key as /osp/key, the first message of a bundle.
 `osp send SESSION --to 127.0.0.1:9327` sends a recorded session as a tracker does.")]
 pub(super) struct SketchArgs {

@@ -32,7 +32,6 @@ impl TrackerArgs {
         let options = TrackerOptions {
             listening: if self.tracker_any { Listening::Everybody } else { Listening::First },
             key,
-            z_up: self.tracker_z_up,
         };
         if let Some(warning) = self.tracker.as_ref().and_then(|from| from.warning(&options)) {
             warn(&format!("warning: {warning}"));

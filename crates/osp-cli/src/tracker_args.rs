@@ -30,7 +30,4 @@ pub(super) struct TrackerArgs {
     /// the variable OSP_TRACKER_KEY, if it is set.
     #[arg(long, value_name = "FILE", requires = "tracker", conflicts_with = "tracker_key")]
     pub(super) tracker_key_file: Option<PathBuf>,
-    /// The sending DTrack system was calibrated with z up instead of y up.
-    #[arg(long, requires = "tracker")]
-    pub(super) tracker_z_up: bool,
 }

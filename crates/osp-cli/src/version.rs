@@ -10,7 +10,6 @@ pub(super) static VERSION: LazyLock<String> = LazyLock::new(|| {
         ("render", cfg!(feature = "render")),
         ("window", cfg!(feature = "window")),
         ("live", cfg!(feature = "live")),
-        ("gamepad", cfg!(feature = "gamepad")),
         ("peers", cfg!(feature = "peers")),
     ]
     .into_iter()

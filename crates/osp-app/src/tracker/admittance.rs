@@ -29,8 +29,6 @@ pub struct TrackerOptions {
     pub listening: Listening,
     /// Key with which a datagram must begin, if any.
     pub key: Option<TrackerKey>,
-    /// Whether DTrack's room was calibrated with z up.
-    pub z_up: bool,
 }
 
 /// A word that sender and listener share. It is sent unencrypted: it excludes senders that lack it, but not

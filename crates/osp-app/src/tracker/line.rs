@@ -13,12 +13,12 @@ pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
     parse_line_noting(line, &mut |_| {})
 }
 
-/// The frame number of a packet: `frame N`, or DTrack's `fr N`, in the first line, or in the second line after a key.
+/// The frame number of a packet: `frame N` in the first line, or in the second line after a key.
 pub(super) fn frame_number(packet: &str) -> Option<u32> {
     packet.lines().take(2).find_map(|line| {
         let mut words = line.split_ascii_whitespace();
         match (words.next()?, words.next()?.parse()) {
-            ("frame" | "fr", Ok(number)) => Some(number),
+            ("frame", Ok(number)) => Some(number),
             _ => None,
         }
     })

@@ -24,9 +24,6 @@
 //! `/osp/redo`, alone or in bundles. Numbers in these messages are floats; only the hand is an integer. The tool and
 //! the normal are strings. A key is `/osp/key` with a string, the first message of a bundle.
 //!
-//! Packets of ART's DTrack (ASCII) are accepted on the same socket ([`parse_dtrack`]). Body 0 is the head, and
-//! Flysticks are the hands. A hand draws while its first button is pressed.
-//!
 //! A socket accepts one sender: the first with a valid message, until it is inactive for five seconds. Datagrams of
 //! other senders, and datagrams without a required key, are counted and not read. Optionally, each sender is a separate
 //! author ([`Senders`]), at most sixteen simultaneously.
@@ -35,7 +32,6 @@
 //! dropped. [`Hands`] converts messages to the events of a session; [`EventEncoder`] does the opposite.
 
 mod admittance;
-mod dtrack;
 mod event_encoder;
 mod hands;
 mod line;
@@ -46,7 +42,6 @@ mod source;
 mod watch;
 
 pub use admittance::{Listening, TrackerKey, TrackerOptions};
-pub use dtrack::parse_dtrack;
 pub use event_encoder::EventEncoder;
 pub use hands::{Hands, HandsState};
 pub use line::{parse_line, write_line};

@@ -17,7 +17,6 @@ use thiserror::Error;
 use super::{
     Listening, Message, TrackerOptions,
     admittance::{Admission, Admittance, is_osc},
-    dtrack::{is_dtrack, parse_dtrack},
     line::{frame_number, parse_line_noting},
     osc::parse_osc_noting,
 };
@@ -202,8 +201,8 @@ impl Tracker {
                 let socket = UdpSocket::bind(address).map_err(failed(name.clone()))?;
                 socket.set_read_timeout(Some(POLL_INTERVAL)).map_err(failed(name.clone()))?;
                 local_address = socket.local_addr().ok();
-                let (admittance, z_up) = (Admittance::new(options.clone()), options.z_up);
-                builder.spawn(move || output.listen(&socket, admittance, z_up)).map_err(failed(name))
+                let admittance = Admittance::new(options.clone());
+                builder.spawn(move || output.listen(&socket, admittance)).map_err(failed(name))
             }
             TrackerAddress::StandardInput => {
                 builder.spawn(move || _ = output.read_lines(io::stdin())).map_err(failed("-".to_owned()))
@@ -331,7 +330,7 @@ impl Output {
         }
     }
 
-    fn listen(&self, socket: &UdpSocket, mut admittance: Admittance, z_up: bool) {
+    fn listen(&self, socket: &UdpSocket, mut admittance: Admittance) {
         // The buffer is larger than any datagram.
         let mut packet = vec![0; 1 << 16];
         let mut messages = Vec::new();
@@ -351,7 +350,7 @@ impl Output {
                     continue;
                 }
             }
-            self.read_packet(packet, z_up, &mut messages);
+            self.read_packet(packet, &mut messages);
             if !messages.is_empty() {
                 admittance.note_understood(from, now);
             }
@@ -361,7 +360,7 @@ impl Output {
         }
     }
 
-    fn read_packet(&self, packet: &[u8], z_up: bool, messages: &mut Vec<Message>) {
+    fn read_packet(&self, packet: &[u8], messages: &mut Vec<Message>) {
         if is_osc(packet) {
             self.note_malformed(parse_osc_noting(packet, messages, &mut |name| {
                 self.shared.note_unknown(name)
@@ -371,9 +370,6 @@ impl Output {
         let Ok(text) = str::from_utf8(packet) else { return self.note_malformed(1) };
         if let Some(number) = frame_number(text) {
             self.note_frame(number);
-        }
-        if is_dtrack(packet) {
-            return self.note_malformed(parse_dtrack(text, z_up, messages));
         }
         for line in text.lines() {
             match parse_line_noting(line, &mut |name| self.shared.note_unknown(name)) {

@@ -95,7 +95,7 @@ fn state(ui: &mut Ui, studio: &Studio, tracker: &Tracker) {
         ui.weak("lost");
         let lost = counts.lost.map_or("unknown (frames have no numbers)".to_owned(), count);
         ui.label(lost)
-            .on_hover_text("numbered frames of a sender (`frame N`, DTrack's `fr N`) that were lost");
+            .on_hover_text("numbered frames of a sender (`frame N`) that were lost");
         ui.end_row();
     });
     let not_read =

@@ -6,7 +6,6 @@ mod brushes;
 mod cancelling;
 mod drawing;
 mod drawing_aids;
-mod dtrack;
 mod edits;
 mod exporting;
 mod filming;

@@ -1,7 +1,7 @@
 //! What a tracker, or anybody on the network, sends: lines and OSC packets. What is understood is sound, survives being
 //! written and read again, and becomes sound events.
 
-use osp_app::tracker::{Hands, Message, osc_packet, parse_dtrack, parse_line, parse_osc, write_line};
+use osp_app::tracker::{Hands, Message, osc_packet, parse_line, parse_osc, write_line};
 use osp_session::{recording::StrokeId, scene::Scene};
 
 pub fn run(data: &[u8]) {
@@ -9,10 +9,6 @@ pub fn run(data: &[u8]) {
     let malformed = parse_osc(data, &mut messages);
     assert!(malformed + messages.len() as u64 <= data.len() as u64 + 1, "more messages than bytes");
     let text = String::from_utf8_lossy(data);
-    for z_up in [false, true] {
-        let malformed = parse_dtrack(&text, z_up, &mut messages);
-        assert!(malformed <= text.lines().count() as u64);
-    }
     for line in text.lines() {
         match parse_line(line) {
             Ok(message) => messages.extend(message),
