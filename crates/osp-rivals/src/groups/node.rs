@@ -347,21 +347,6 @@ impl GroupIndex {
         self.node(node).map(|node| node.bounds)
     }
 
-    /// A node and all nodes below, parents before children.
-    ///
-    /// # Errors
-    /// The node does not exist.
-    pub fn walk(&self, node: NodeId) -> Result<Vec<NodeId>, GroupError> {
-        self.node(node)?;
-        let mut order = vec![node];
-        let mut at = 0;
-        while let Some(&node) = order.get(at) {
-            at += 1;
-            order.extend(self.nodes[node.0 as usize].children.iter().map(|&child| NodeId(child)));
-        }
-        Ok(order)
-    }
-
     /// Number of polygons; a polygon that several nodes show counts once.
     pub fn polygon_count(&self) -> usize {
         self.meshes.iter().map(|of| of.mesh.index().len()).sum()
