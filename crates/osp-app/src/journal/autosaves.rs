@@ -6,12 +6,12 @@ use std::{
 };
 
 use super::{
-    calendar::Moment,
+    calendar::{for_file_name, for_people},
     lock::{NotTaken, SessionLock, process_id, true_path},
     session_file::SessionFile,
 };
 use osp_session::{
-    platform::{fs, user_folder},
+    platform::{self, fs, user_folder},
     recording::{Header, OpenOptions, RonReader},
     small_file::open_regular,
 };
@@ -65,7 +65,7 @@ impl Autosave {
 
     /// Time of the last change, as text.
     pub fn time(&self) -> String {
-        Moment::of(self.changed).for_people()
+        for_people(self.changed)
     }
 }
 
@@ -96,7 +96,7 @@ impl Autosaves {
     pub(super) fn new_file(&self, stem: &str) -> SessionFile {
         // Without a folder no lock can be taken; the first event then reports the reason.
         let _ = fs::create_dir_all(&self.folder);
-        let stamp = Moment::now().for_file_name();
+        let stamp = for_file_name(platform::time::now());
         let stem = shortened(stem);
         for number in 1..1000 {
             let name = if number == 1 {

@@ -8,7 +8,7 @@ use std::{
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::calendar::Moment;
+use super::calendar::for_people;
 use crate::threads;
 use osp_session::platform::{
     self,
@@ -33,7 +33,7 @@ struct LockOwner {
 
 impl LockOwner {
     fn ours() -> Self {
-        Self { process: process_id(), host: host(), since: Moment::now().for_people() }
+        Self { process: process_id(), host: host(), since: for_people(platform::time::now()) }
     }
 
     fn parse(text: &str) -> Option<Self> {
