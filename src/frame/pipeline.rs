@@ -190,9 +190,13 @@ impl Pipeline {
         work
     }
 
-    /// Applies the changes of a frame that is not drawn. Nothing is measured or culled.
+    /// Applies the changes of a frame that is not drawn. Nothing is measured or culled. The index does its upkeep as in
+    /// any frame, so that a query finds it in the same state.
     pub fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.apply(geometry, changes, &mut FrameRecord::default());
+        if !self.index.may_skip_commits() {
+            self.index.commit();
+        }
         if let Some(pass) = &mut self.pass {
             pass.skip(geometry, changes);
         }

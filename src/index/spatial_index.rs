@@ -88,6 +88,13 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// part of the upkeep. Called once in each frame; cheap if nothing has changed.
     fn commit(&mut self);
 
+    /// Whether a commit only does the work that the next query requires, such as a rebuild. Before a commit with a query,
+    /// a caller may then leave out commits without one. An index whose commits do upkeep returns `false`.
+    #[doc(hidden)]
+    fn may_skip_commits(&self) -> bool {
+        false
+    }
+
     /// Appends the polygons that the frustum may see to `draw_list`, in any order. An index may need room for 272 more
     /// entries than it appends.
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut Vec<PolygonId>) -> WorkCounts;

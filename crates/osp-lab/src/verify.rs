@@ -280,7 +280,7 @@ impl Verifier {
         self.pvs.as_ref()
     }
 
-    /// Applies the changes of a frame.
+    /// Applies the changes of a frame. The index does its upkeep as in a frame that culls.
     pub fn follow(&mut self, scene: &Scene, changes: &[Change]) {
         for &change in changes {
             // The index refuses only boxes that are not finite. Their polygons cannot be drawn, so culling cannot be
@@ -292,6 +292,9 @@ impl Verifier {
                 // The verified scenes report each polygon instead of whole groups.
                 Change::Repaint(_) | Change::Place(_) => Ok(()),
             };
+        }
+        if !self.index.may_skip_commits() {
+            self.index.commit();
         }
         self.pool.follow(scene, changes);
         for trial in &mut self.trials {

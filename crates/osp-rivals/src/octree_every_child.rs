@@ -214,6 +214,10 @@ impl SpatialIndex for OctreeEveryChild {
         self.tree.update(id, bounds)
     }
 
+    fn may_skip_commits(&self) -> bool {
+        true
+    }
+
     fn commit(&mut self) {
         self.tree.commit();
     }

@@ -166,6 +166,10 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
         Ok(())
     }
 
+    fn may_skip_commits(&self) -> bool {
+        true
+    }
+
     fn commit(&mut self) {
         if self.due == Due::Refit {
             self.tree.refit();

@@ -124,6 +124,10 @@ impl SpatialIndex for Bsp {
         Ok(())
     }
 
+    fn may_skip_commits(&self) -> bool {
+        true
+    }
+
     fn commit(&mut self) {
         self.1.0.clear();
         self.0.commit();

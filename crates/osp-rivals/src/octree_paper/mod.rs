@@ -149,6 +149,10 @@ impl SpatialIndex for OctreePaper {
         Ok(())
     }
 
+    fn may_skip_commits(&self) -> bool {
+        true
+    }
+
     fn commit(&mut self) {
         if self.is_due {
             self.rebuild();

@@ -71,6 +71,10 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
         Ok(())
     }
 
+    fn may_skip_commits(&self) -> bool {
+        true
+    }
+
     fn commit(&mut self) {
         if std::mem::take(&mut self.is_due) {
             self.tree.commit(&self.inserted);

@@ -1,8 +1,6 @@
 //! Figs. 19 and 21 to 23: polygons are added one after the other, and every frame inserts, culls and draws.
 
-use std::ops::Range;
-
-use osp_session::platform::time::Instant;
+use std::{any::Any, ops::Range};
 
 use super::{
     drawing::{Adapter, Drawer, Drawn},
@@ -14,8 +12,9 @@ use crate::{
     rows::{Curves, Rows, quantile},
 };
 use osp::{
+    frame::{FrameRecord, Pipeline},
     index::{IndexConfig, SpatialIndex},
-    polygon::{Change, VisibleBlocks},
+    polygon::Change,
     view::View,
 };
 use osp_rivals::{CutNodes, IndexKind, InsertionCounts, OctreePaper, OctreePaperConfig, OspGrid, OspPaper};
@@ -33,8 +32,6 @@ const RUNS_OF_A_BAND: u64 = 6;
 /// The sizes of Figs. 21 to 23, polygons.
 const BANDS: [(&str, Range<u64>); 3] =
     [("up to 1,000 polygons", 0..1000), ("1,000 to 10,000", 1000..10_000), ("over 10,000", 10_000..u64::MAX)];
-/// Number of changes that are announced to a structure together, as in a frame of the pipeline.
-const ANNOUNCED: usize = 16;
 
 /// The whole session.
 pub(super) const WHOLE: &str = "paper-growing/whole session";
@@ -43,136 +40,86 @@ const STILL: &str = "nothing inserted";
 pub(super) const PART: &str = "paper-growing";
 
 /// A frame of the growing model.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct GrowingFrame {
-    frame: u64,
+    record: FrameRecord,
     /// Whether the frame belongs to the runs that are evenly spaced over the session.
     is_of_session: bool,
-    /// Number of polygons in the model.
-    polygons: u64,
-    /// Number of polygons that were inserted, removed or moved.
-    changed: u64,
-    insert_ns: u64,
-    cull_ns: u64,
     /// 0 if the frame was not drawn.
     draw_ns: u64,
     /// Number of plane tests of polygons.
     planes: u64,
-    drawn: u64,
     in_view: u64,
 }
 
 impl GrowingFrame {
     fn total_us(&self) -> f64 {
-        (self.insert_ns + self.cull_ns + self.draw_ns) as f64 / 1000.0
+        (self.record.total_ns() + self.draw_ns) as f64 / 1000.0
+    }
+
+    /// Number of polygons that were inserted, removed or moved.
+    fn changed(&self) -> u64 {
+        self.record.inserted + self.record.removed + self.record.updated
     }
 }
 
-/// A tree whose tests during insertion are counted, or any other tree.
-enum Tree {
-    Osp(OspPaper),
-    Octree(OctreePaper),
-    Other(Box<dyn SpatialIndex>),
-}
-
-impl Tree {
-    fn index(&self) -> &dyn SpatialIndex {
-        match self {
-            Self::Osp(tree) => tree,
-            Self::Octree(tree) => tree,
-            Self::Other(tree) => &**tree,
-        }
-    }
-
-    fn index_mut(&mut self) -> &mut dyn SpatialIndex {
-        match self {
-            Self::Osp(tree) => tree,
-            Self::Octree(tree) => tree,
-            Self::Other(tree) => &mut **tree,
-        }
-    }
-
-    fn insertions(&self) -> Option<InsertionCounts> {
-        match self {
-            Self::Osp(tree) => Some(tree.insertions()),
-            Self::Octree(tree) => Some(tree.insertions()),
-            Self::Other(_) => None,
-        }
-    }
-
-    fn file(&mut self, scene: &Scene, changes: &[Change]) {
-        let index = self.index_mut();
-        for changes in changes.chunks(ANNOUNCED) {
-            index.announce(scene, changes);
-            for &change in changes {
-                // A polygon with an invalid box cannot be drawn and is left out.
-                let _ = match change {
-                    Change::Insert(id) => index.insert(id, &scene.bounds(id)),
-                    Change::Remove(id) => index.remove(id),
-                    Change::Update(id) => index.update(id, &scene.bounds(id)),
-                    Change::Repaint(_) | Change::Place(_) => Ok(()),
-                };
-            }
-        }
-    }
+/// The tests of planes during insertion, if the tree counts them.
+fn insertions(index: &dyn SpatialIndex) -> Option<InsertionCounts> {
+    let index: &dyn Any = index;
+    let of_octree = || index.downcast_ref().map(OctreePaper::insertions);
+    index.downcast_ref().map(OspPaper::insertions).or_else(of_octree)
 }
 
 struct Lane {
-    tree: Tree,
+    pipeline: Pipeline,
     drawer: Option<Drawer>,
-    list: VisibleBlocks,
     frames: Vec<GrowingFrame>,
 }
 
 impl Lane {
+    fn name(&self) -> &'static str {
+        self.pipeline.index().name()
+    }
+
+    fn planes(&self) -> u64 {
+        insertions(self.pipeline.index()).map_or(0, |counts| counts.planes)
+    }
+
     fn frame(&mut self, scene: &Scene, changes: &[Change], view: &View) -> Result<GrowingFrame, PaperError> {
-        let planes = self.tree.insertions().map_or(0, |counts| counts.planes);
-        let start = Instant::now();
-        self.tree.file(scene, changes);
-        self.tree.index_mut().commit();
-        let insert_ns = start.elapsed().as_nanos() as u64;
-        self.list.clear();
-        let start = Instant::now();
-        self.tree.index().frustum_cull_blocks(&view.frustum(), &mut self.list);
-        let cull_ns = start.elapsed().as_nanos() as u64;
+        let planes = self.planes();
+        let record = self.pipeline.frame(scene, changes, view);
+        let list = self.pipeline.in_view();
         let draw = match &mut self.drawer {
-            Some(drawer) => drawer.draw(scene, view, &self.list)?,
+            Some(drawer) => drawer.draw(scene, view, list)?,
             None => Drawn::default(),
         };
         Ok(GrowingFrame {
-            frame: 0,
-            is_of_session: false,
-            polygons: self.tree.index().len() as u64,
-            changed: changes.iter().filter(|change| !matches!(change, Change::Repaint(_))).count() as u64,
-            insert_ns,
-            cull_ns,
+            record,
             draw_ns: draw.total_ns(),
-            planes: self.tree.insertions().map_or(0, |counts| counts.planes) - planes,
-            drawn: self.list.len() as u64,
-            in_view: 0,
+            planes: self.planes() - planes,
+            ..GrowingFrame::default()
         })
     }
 }
 
 /// Creates a structure for the growing model: the paper's two trees as printed, other structures in their best form.
-fn tree(kind: Contender, input: &PaperInput<'_>, config: &PaperConfig) -> Tree {
-    let capacity = usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX);
-    let index = IndexConfig { root: input.root, capacity };
+fn tree(kind: Contender, input: &PaperInput<'_>, config: &PaperConfig) -> Box<dyn SpatialIndex> {
+    let index = IndexConfig { root: input.root, capacity: input.capacity() };
     match kind {
         Contender::Own(IndexKind::OspPaper) => {
             let cube = input.cube(config.cube());
             let grid = OspGrid::new(cube.center(), cube.extent().max_element(), config.depth());
-            Tree::Osp(OspPaper::new(grid, capacity).with_cut_nodes(CutNodes::Drawn))
+            Box::new(OspPaper::new(grid, index.capacity).with_cut_nodes(CutNodes::Drawn))
         }
         Contender::Own(IndexKind::OctreePaper) => {
             let octree = OctreePaper::new(OctreePaperConfig::default(), &index);
-            Tree::Octree(octree.with_cut_nodes(CutNodes::Drawn))
+            Box::new(octree.with_cut_nodes(CutNodes::Drawn))
         }
-        kind => Tree::Other(kind.create(&index)),
+        kind => kind.create(&index),
     }
 }
 
-/// Plays the session. Returns the poses of the measured frames.
+/// Measures the growing model. Returns the poses of the measured frames.
 pub(super) fn grow<I>(
     rows: &mut Rows,
     input: &PaperInput<'_>,
@@ -180,6 +127,21 @@ pub(super) fn grow<I>(
     events: I,
     adapter: Option<&Adapter>,
 ) -> Result<Vec<Moment>, PaperError>
+where
+    I: Iterator<Item = Result<Event, RecordingError>>,
+{
+    let (lanes, reference, moments) = play(input, config, events, adapter)?;
+    add(rows, input, &lanes, reference);
+    Ok(moments)
+}
+
+/// Plays the session. Returns the lanes, the number of the reference among them, and the poses of the measured frames.
+fn play<I>(
+    input: &PaperInput<'_>,
+    config: &PaperConfig,
+    events: I,
+    adapter: Option<&Adapter>,
+) -> Result<(Vec<Lane>, usize, Vec<Moment>), PaperError>
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
@@ -196,8 +158,8 @@ where
     let mut lanes = Vec::new();
     for &kind in &kinds {
         let drawer = adapter.map(|adapter| adapter.drawer(Method::NONE)).transpose()?;
-        let tree = tree(kind, input, config);
-        lanes.push(Lane { tree, drawer, list: VisibleBlocks::new(), frames: Vec::new() });
+        let pipeline = Pipeline::new(tree(kind, input, config), input.capacity());
+        lanes.push(Lane { pipeline, drawer, frames: Vec::new() });
     }
     let mut chosen = Chosen::new(input.summary, config.frames);
     let mut moments = Vec::new();
@@ -207,9 +169,9 @@ where
         for drawer in lanes.iter_mut().filter_map(|lane| lane.drawer.as_mut()) {
             drawer.follow(changes);
         }
-        let polygons = lanes[exact].tree.index().len() as u64;
+        let polygons = lanes[exact].pipeline.polygon_count() as u64;
         let Some(Choice { counts, is_of_session }) = chosen.next(moment.frame, polygons) else {
-            lanes.iter_mut().for_each(|lane| lane.tree.file(scene, changes));
+            lanes.iter_mut().for_each(|lane| lane.pipeline.skip(scene, changes));
             continue;
         };
         let view = input.camera.0.view(&moment);
@@ -219,10 +181,10 @@ where
             let i = (i + moment.frame as usize) % count;
             let frame = lanes[i].frame(scene, changes, &view)?;
             if counts {
-                lanes[i].frames.push(GrowingFrame { frame: moment.frame, is_of_session, ..frame });
+                lanes[i].frames.push(GrowingFrame { is_of_session, ..frame });
             }
             if i == exact {
-                in_view = frame.drawn;
+                in_view = frame.record.visible;
             }
         }
         for frame in lanes.iter_mut().filter(|_| counts).filter_map(|lane| lane.frames.last_mut()) {
@@ -230,8 +192,7 @@ where
         }
         moments.extend(is_of_session.then_some(moment));
     }
-    add(rows, input, &lanes, reference);
-    Ok(moments)
+    Ok((lanes, reference, moments))
 }
 
 /// Selects the frames to measure, in runs of consecutive frames. Some runs are evenly spaced over the session, the others
@@ -302,10 +263,10 @@ type IsIn = Box<dyn Fn(&GrowingFrame) -> bool>;
 fn add(rows: &mut Rows, input: &PaperInput<'_>, lanes: &[Lane], reference: usize) {
     rows.part(PART, "The paper: the model grows (Figs. 19, 21 to 23)");
     let of_band = |(name, band): (&'static str, Range<u64>)| -> (&'static str, IsIn) {
-        (name, Box::new(move |frame| band.contains(&frame.polygons)))
+        (name, Box::new(move |frame| band.contains(&frame.record.polygons)))
     };
     let whole: IsIn = Box::new(|frame| frame.is_of_session);
-    let still: IsIn = Box::new(|frame| frame.is_of_session && frame.changed == 0);
+    let still: IsIn = Box::new(|frame| frame.is_of_session && frame.changed() == 0);
     let parts = [("whole session", whole)].into_iter().chain(BANDS.map(of_band)).chain([(STILL, still)]);
     // All structures have the same frames.
     let Some(reference) = lanes.get(reference) else { return };
@@ -321,32 +282,32 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, lanes: &[Lane], reference: usize
             let us =
                 |ns: fn(&GrowingFrame) -> u64| frames.iter().map(|frame| ns(frame) as f64 / 1000.0).collect();
             let sum = |count: fn(&GrowingFrame) -> u64| frames.iter().map(count).sum::<u64>();
-            let (changed, task) = (sum(|frame| frame.changed), format!("{PART}/{part}"));
-            let mut figures = rows.of(task, input.recording, lane.tree.index().name());
-            figures.against(&times).median("insert", "us", us(|frame| frame.insert_ns));
-            figures.median("cull", "us", us(|frame| frame.cull_ns));
+            let (changed, task) = (sum(GrowingFrame::changed), format!("{PART}/{part}"));
+            let mut figures = rows.of(task, input.recording, lane.name());
+            figures.against(&times).median("insert", "us", us(|frame| frame.record.insert.ns));
+            figures.median("cull", "us", us(|frame| frame.record.cull.ns));
             if lane.drawer.is_some() {
                 let mut rates: Vec<f64> =
                     frames.iter().map(|frame| 1.0e6 / frame.total_us().max(1.0e-3)).collect();
                 rates.sort_unstable_by(f64::total_cmp);
-                figures.median("insert_and_cull", "us", us(|frame| frame.insert_ns + frame.cull_ns));
+                figures.median("insert_and_cull", "us", us(|frame| frame.record.total_ns()));
                 figures.median("draw", "us", us(|frame| frame.draw_ns));
                 figures.value("frames", "1/s", quantile(&rates, 0.5));
             }
-            let counts_planes = lane.tree.insertions().is_some() && changed > 0;
+            let counts_planes = insertions(lane.pipeline.index()).is_some() && changed > 0;
             figures
                 .maybe(
                     "planes",
                     "1/polygon",
                     counts_planes.then(|| sum(|frame| frame.planes) as f64 / changed as f64),
                 )
-                .value("drawn", "polygons", mean(sum(|frame| frame.drawn), frames.len()))
+                .value("drawn", "polygons", mean(sum(|frame| frame.record.visible), frames.len()))
                 .value("in_view", "polygons", mean(sum(|frame| frame.in_view), frames.len()));
         }
     }
     let line = |lane: &Lane| {
-        let points = lane.frames.iter().map(|frame| (frame.frame as f64, frame.total_us()));
-        (lane.tree.index().name().to_owned(), grouped(points.collect()))
+        let points = lane.frames.iter().map(|frame| (frame.record.frame as f64, frame.total_us()));
+        (lane.name().to_owned(), grouped(points.collect()))
     };
     rows.curves.push(Curves {
         part: PART,
@@ -360,7 +321,59 @@ fn add(rows: &mut Rows, input: &PaperInput<'_>, lanes: &[Lane], reference: usize
 #[cfg(test)]
 mod tests {
     use super::*;
-    use osp_session::{recording::Pace, replay::summarize};
+    use osp::occlusion::{NodeTest, Score};
+    use osp_session::{
+        recording::{Header, Pace, SynthKind, synthesize},
+        replay::{self, Budget, CameraChoice, CameraPath, Replay, root_cube, summarize},
+    };
+
+    #[test]
+    fn frames_between_the_measured_ones_leave_the_index_as_in_a_replay() {
+        let (events, pace) = (|| synthesize(SynthKind::Scribble, 20_000, 1), Pace::Samples(4));
+        let (summary, scene, read) = summarize(events(), pace);
+        read.expect("a whole session");
+        let camera = CameraPath::new(CameraChoice::Orbit, None, &summary.bounds);
+        let root = root_cube(&Header::new("", ""), &summary.bounds);
+        let input = PaperInput {
+            recording: "s",
+            summary: &summary,
+            pace,
+            camera: (camera, "orbit"),
+            root,
+            scene: &scene,
+        };
+        let config = PaperConfig {
+            kinds: Vec::new(),
+            reference: IndexKind::Osp,
+            depths: vec![6],
+            cubes: vec![1.0],
+            frames: 60,
+            verified: 0,
+            occluders: 1,
+            node_test: NodeTest::Box,
+            score: Score::Paper,
+        };
+        let (lanes, ..) = play(&input, &config, events(), None).expect("a whole session");
+        // One lane measures every frame, the other a frame of each part of the session.
+        let index = || IndexKind::Osp.create(&IndexConfig { root, capacity: input.capacity() });
+        let replayed = [u64::MAX, 0].map(|ns| {
+            let pipeline = Pipeline::new(index(), input.capacity());
+            replay::Lane::new(pipeline, Budget { ns, frames: summary.frames })
+        });
+        let mut replay = Replay::new(Player::new(events(), pace), camera, replayed.into());
+        let (mut all, mut few) = (Vec::new(), Vec::new());
+        while let Some([of_all, of_few]) = replay.step().expect("a whole session") {
+            all.extend(of_all.map(|frame| frame.record.work));
+            few.extend(of_few.map(|frame| (frame.record.frame, frame.record.work)));
+        }
+        assert_eq!(all.len() as u64, summary.frames);
+        assert!(few.len() < 100, "{} frames", few.len());
+        let grown = &lanes[0].frames;
+        assert!(grown.len() > 100 && grown.len() * 2 < all.len(), "{} frames", grown.len());
+        for (frame, work) in grown.iter().map(|frame| (frame.record.frame, frame.record.work)).chain(few) {
+            assert_eq!(work, all[frame as usize], "frame {frame}");
+        }
+    }
 
     fn chosen(frames: u64, most: u64, polygons: u64) -> Chosen {
         let (mut summary, ..) = summarize(std::iter::empty(), Pace::Samples(1));

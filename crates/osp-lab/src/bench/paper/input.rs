@@ -94,6 +94,11 @@ pub struct PaperInput<'a> {
 }
 
 impl PaperInput<'_> {
+    /// The number of polygons of the session.
+    pub(super) fn capacity(&self) -> usize {
+        usize::try_from(self.summary.counts.polygons).unwrap_or(usize::MAX)
+    }
+
     /// The session's cube, scaled.
     pub(super) fn cube(&self, factor: f32) -> Aabb {
         Aabb::cube(self.root.center(), self.root.extent().max_element() * factor)
