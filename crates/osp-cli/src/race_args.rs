@@ -17,9 +17,9 @@ use osp_session::{recording::Pace, replay::CameraChoice};
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp race recordings/portrait.ron
-  osp race --synth 200000 --runs 3
+  osp race --synth 200000
   osp race sketch.tilt --index osp,bvh-sah,dynamic-bvh --csv race.csv
-  osp race --synth 400000 --pace samples:64 --runs 3 --film race.gif
+  osp race --synth 400000 --pace samples:64 --film race.gif
 
 On a terminal osp shows for each structure the time of the latest frame, a strip chart of the previous frames, the \
 longest frame, and the number of frames over 11.1 ms. The full height of the chart is 11.1 ms, a frame at 90 Hz; \
@@ -46,7 +46,7 @@ pub(super) struct RaceArgs {
     pub(super) camera: CameraChoice,
     /// Number of races. The shortest time of each frame counts. This excludes most of the time that other programs take
     /// from the core.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100))]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub(super) runs: u32,
     /// Write every figure to a CSV file, one per line.
     #[arg(long, value_name = "FILE")]

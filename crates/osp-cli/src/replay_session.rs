@@ -194,6 +194,7 @@ pub(super) fn replay(play: &PlayArgs, file: &Path, context: ReplayContext<'_>) -
             None => play.camera.name().to_owned(),
         },
         rig: rig_report,
+        load: replay.load(),
         runs,
     };
     Ok(Replayed { report, format, skipped })

@@ -52,6 +52,7 @@ pub(super) fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
     for (name, false_culls) in report.runs.iter().filter_map(verified) {
         lines.push(format!("{name} culled {} visible polygons.", thousands(false_culls)));
     }
+    lines.extend(report.load.note());
     if report.first_disagreement().is_none() {
         lines.push("All indexes found the same polygons in every measured frame.".to_owned());
     }

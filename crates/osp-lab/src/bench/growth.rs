@@ -1,4 +1,4 @@
-use osp_session::platform::time::Instant;
+use osp_session::platform::time::{Instant, Load};
 use std::ops::Range;
 
 use super::{Contender, curves::synthetic_name};
@@ -60,8 +60,8 @@ pub(super) fn skipped(index: &str, polygons: u32, expected_secs: f64) -> String 
 
 /// Measures indexes at increasing numbers of polygons of a synthetic session: loose strokes in a 4 m cube.
 ///
-/// The rows are the part `growth`. At each size the reference is filled once. Every other index is then measured with
-/// it in turns, frame by frame. `progress` is called with the name of the next measurement.
+/// The rows are the part `growth`. At each size an index and the reference grow like a drawing, then they are measured in
+/// turns, frame by frame. `progress` is called with the name of the next measurement.
 ///
 /// # Errors
 /// Never, because synthetic sessions have no damage.
@@ -91,7 +91,6 @@ pub fn grow(config: &GrowthConfig, mut progress: impl FnMut(&str)) -> Result<Row
             rows.of(task, &name, "").value("polygons", "polygons", count as f64);
         }
         let most = drawing.boxes.len().min(count + spare as usize);
-        let mut reference = Subject::filled(Contender::Own(config.reference), &drawing, count, most);
         for (kind, before) in config.kinds.iter().zip(&mut took_before) {
             if let Some((ns, polygons)) = *before {
                 let expected_secs = ns * 1.0e-9 * f64::from(size) / f64::from(polygons);
@@ -101,10 +100,12 @@ pub fn grow(config: &GrowthConfig, mut progress: impl FnMut(&str)) -> Result<Row
                 }
             }
             progress(&format!("{} at {size} polygons", kind.name()));
-            let mut subject = Subject::filled(*kind, &drawing, count, most);
+            let [mut subject, mut reference] = [*kind, Contender::Own(config.reference)]
+                .map(|kind| Subject::filled(kind, &drawing, count, most, config.batch as usize));
+            let begun = Load::begin();
             let frame_us = measure(&mut rows, &name, &mut subject, &mut reference, config);
+            rows.load.add(begun);
             *before = Some((subject.fill_ns + FEWEST_FRAMES as f64 * 1000.0 * frame_us, size));
-            reference.take_out();
         }
     }
     Ok(rows)
@@ -172,15 +173,19 @@ impl Frame {
 }
 
 impl<'a> Subject<'a> {
-    fn filled(kind: Contender, drawing: &'a Drawing, inserted: usize, most: usize) -> Self {
+    /// An index that has grown by `batch` polygons a frame.
+    fn filled(kind: Contender, drawing: &'a Drawing, inserted: usize, most: usize, batch: usize) -> Self {
         let mut index = kind.create(&IndexConfig { capacity: most, ..IndexConfig::default() });
         let draw_list = Vec::with_capacity(most + ROOM_BEHIND);
         let wants_shapes = Bsp::of(&mut *index).is_some();
         let mut subject =
             Self { index, drawing, wants_shapes, draw_list, inserted, most, more: 0, fill_ns: 0.0, bytes: 0 };
         let start = Instant::now();
-        subject.insert(0..inserted);
-        subject.index.commit();
+        let batch = if subject.index.may_skip_commits() { inserted } else { batch };
+        for first in (0..inserted).step_by(batch.max(1)) {
+            subject.insert(first..inserted.min(first + batch));
+            subject.index.commit();
+        }
         subject.fill_ns = start.elapsed().as_nanos() as f64;
         subject.bytes = subject.index.bytes();
         subject
@@ -234,16 +239,6 @@ impl<'a> Subject<'a> {
         }
         let cull_ns = start.elapsed().as_nanos() as f64 / f64::from(runs);
         Frame { insert_ns: 0.0, cull_ns, nodes: work.nodes, boxes: work.boxes }
-    }
-
-    /// Removes the polygons that were inserted since the fill.
-    fn take_out(&mut self) {
-        for id in self.inserted..self.inserted + self.more {
-            let gone = self.index.remove(PolygonId(id as u32));
-            debug_assert_eq!(gone, Ok(()));
-        }
-        self.more = 0;
-        self.index.commit();
     }
 }
 

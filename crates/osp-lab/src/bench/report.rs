@@ -43,6 +43,7 @@ impl BenchReport {
         let faults = &self.rows.faults;
         lines.extend(faults.iter().take(most).cloned());
         lines.extend((faults.len() > most).then(|| format!("{} MORE FAULTS.", faults.len() - most)));
+        lines.extend(self.rows.load.note());
         if !self.machine.optimized && !lines.is_empty() {
             let not_optimized = "The program is NOT optimised: build it with --release for meaningful times.";
             lines.push(not_optimized.to_owned());

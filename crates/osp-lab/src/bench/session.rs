@@ -58,6 +58,7 @@ where
     if input.rig.is_some() {
         lanes.extend(input.kinds.iter().map(lane).map(|lane| lane.of_one_view(1)));
     }
+    let mut rows = Rows::default();
     // The fingerprints of the polygons that the indexes found, frame by frame.
     let mut seen: Vec<RunReport> =
         input.kinds.iter().map(|kind| RunReport::new(kind.name(), summary.frames)).collect();
@@ -83,11 +84,11 @@ where
         }
         progress();
     }
+    rows.load = replay.load();
     let of_one_view = records.split_off(input.kinds.len());
     let reference = input.kinds.iter().position(|&kind| kind == Contender::Own(input.reference));
     let reference = reference.map_or(&[][..], |i| &records[i]);
     let name = input.recording.as_str();
-    let mut rows = Rows::default();
     rows.part(PART, "Sessions: insertion and culling of a frame, nothing is drawn");
     let camera = rig_report.as_ref().map_or(input.camera.1.to_owned(), |rig| rig.camera(input.camera.1));
     rows.note(PART, format!("{name}: {}, camera {camera}.", input.pace));

@@ -152,6 +152,7 @@ mod tests {
             pace: String::new(),
             camera: String::new(),
             rig: None,
+            load: Default::default(),
             runs,
         }
     }

@@ -5,6 +5,7 @@ use osp::{
     frame::{FrameRecord, OcclusionRecord, Stage},
     occlusion::{NodeTest, Score},
 };
+use osp_session::platform::time::Load;
 use osp_session::replay::{LaneFrame, PARTS_OF_SESSION, SessionFingerprint, part_of_frame};
 
 /// Fraction of the session during which allocations count as warm-up.
@@ -308,6 +309,8 @@ pub struct ReplayReport {
     pub camera: String,
     /// The rig, if frames were culled for its screens.
     pub rig: Option<RigReport>,
+    /// How undisturbed the runs were.
+    pub load: Load,
     /// One run for each index.
     pub runs: Vec<RunReport>,
 }

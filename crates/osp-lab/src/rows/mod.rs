@@ -8,6 +8,7 @@ mod verdict;
 
 use std::fmt::Write;
 
+use osp_session::platform::time::Load;
 use serde::Serialize;
 
 pub use estimate::Estimate;
@@ -78,6 +79,9 @@ pub struct Rows {
     /// Charts whose data are not in the rows.
     #[serde(skip)]
     pub curves: Vec<Curves>,
+    /// How undisturbed the measurements were.
+    #[serde(skip)]
+    pub load: Load,
 }
 
 impl Rows {
@@ -120,6 +124,7 @@ impl Rows {
         self.rows.append(&mut other.rows);
         self.faults.append(&mut other.faults);
         self.curves.append(&mut other.curves);
+        self.load += other.load;
     }
 
     /// The value of a figure.

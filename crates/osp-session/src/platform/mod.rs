@@ -1,6 +1,7 @@
 //! Differences between a desktop and a web page: the clock, the files, threads. Everything else in the crate is the
 //! same on both.
 
+mod load;
 #[cfg(any(target_arch = "wasm32", test))]
 pub mod memory;
 
@@ -109,6 +110,7 @@ pub use user_folder::user_folder;
 
 /// The clock.
 pub mod time {
+    pub use super::load::Load;
     #[cfg(not(target_arch = "wasm32"))]
     pub use std::time::Instant;
     #[cfg(target_arch = "wasm32")]

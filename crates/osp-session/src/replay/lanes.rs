@@ -1,5 +1,6 @@
 use super::{CameraPath, Player, RigPath, RigView};
 use crate::{
+    platform::time::Load,
     recording::{Event, RecordingError},
     replay::fingerprint_of_views,
     scene::Scene,
@@ -127,6 +128,7 @@ pub struct Replay<I> {
     views: Vec<View>,
     rig_views: Vec<RigView>,
     outcomes: Vec<Option<LaneFrame>>,
+    load: Load,
 }
 
 impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
@@ -134,7 +136,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
     pub fn new(player: Player<I>, camera: CameraPath, lanes: Vec<Lane>) -> Self {
         let outcomes = vec![None; lanes.len()];
         let (views, rig_views) = (Vec::new(), Vec::new());
-        Self { player, camera, rig: None, lanes, views, rig_views, outcomes }
+        Self { player, camera, rig: None, lanes, views, rig_views, outcomes, load: Load::default() }
     }
 
     /// Puts the screens of a rig around the camera's eye. Each frame then has a view for each screen and eye.
@@ -162,7 +164,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
             }
             None => self.views.push(view),
         }
-        let count = self.lanes.len();
+        let (count, begun) = (self.lanes.len(), Load::begin());
         for turn in 0..count {
             // Each frame begins with a different lane, because the first lane finds the CPU caches in another state
             // than the others.
@@ -171,6 +173,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
             let applying = self.player.applying();
             self.outcomes[at] = self.lanes[at].step(moment.frame, scene, changes, applying, &self.views);
         }
+        self.load.add(begun);
         Ok(Some(&self.outcomes))
     }
 
@@ -198,6 +201,11 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
     /// The lanes.
     pub fn lanes(&self) -> &[Lane] {
         &self.lanes
+    }
+
+    /// How undisturbed the lanes were.
+    pub fn load(&self) -> Load {
+        self.load
     }
 
     /// Number of frames played so far.

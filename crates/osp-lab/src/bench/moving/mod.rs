@@ -10,7 +10,7 @@ mod exact;
 mod subject;
 mod world;
 
-use osp_session::platform::time::Instant;
+use osp_session::platform::time::{Instant, Load};
 
 use self::{
     subject::{EachGroup, EachPolygon, GROUP_INDEX, Step, Subject, Took},
@@ -97,8 +97,10 @@ pub fn move_things(config: &MovingConfig, mut progress: impl FnMut(&str)) -> Res
                 progress(&format!("{} at {size} polygons, {name}", kind.name()));
                 let start = Instant::now();
                 let mut subject = EachPolygon::new(kind, &world);
+                let begun = Load::begin();
                 let fill_secs = start.elapsed().as_secs_f64();
                 let frame_us = measured.measure(kind.name(), &mut subject);
+                measured.rows.load.add(begun);
                 least_secs[at] += fill_secs + (FEWEST + 1) as f64 * frame_us * 1.0e-6;
             }
             if motion.has_groups() {

@@ -256,6 +256,7 @@ mod tests {
             present: (1..=300).collect(),
             fingerprint: osp_session::replay::SessionFingerprint::new(),
             runs: 1,
+            load: Default::default(),
             racers: racers.iter().map(racer).collect(),
         }
     }

@@ -85,6 +85,7 @@ fn rows(race: &Race) -> Rows {
         ),
     };
     rows.note(PART, others);
+    race.load.note().into_iter().for_each(|note| rows.note(PART, note));
     rows.note(
         PART,
         format!(
@@ -132,6 +133,7 @@ mod tests {
             present: (1000..).step_by(1000).take(frames_us[0].len()).collect(),
             fingerprint: SessionFingerprint::new(),
             runs: 1,
+            load: Default::default(),
             racers: [("osp", frames_us[0]), ("octree-rebuild", frames_us[1])].map(racer).into(),
         }
     }

@@ -9,6 +9,7 @@ use osp::{
     view::View,
 };
 use osp_session::{
+    platform::time::Load,
     recording::{Event, Pace, RecordingError},
     replay::{Budget, CameraPath, Lane, Player, Replay, SessionFingerprint, Summary},
 };
@@ -59,6 +60,8 @@ pub struct Race {
     pub(super) fingerprint: SessionFingerprint,
     /// Number of races of which this race has the shortest frame times.
     pub(super) runs: u32,
+    /// How undisturbed the races were.
+    pub(super) load: Load,
     /// The structures in the order of the input.
     pub racers: Vec<Racer>,
 }
@@ -74,6 +77,7 @@ impl Race {
             present: Vec::new(),
             fingerprint: SessionFingerprint::new(),
             runs: 1,
+            load: Load::default(),
             racers: names.map(Racer::new).collect(),
         }
     }
@@ -92,7 +96,8 @@ impl Race {
     /// Returns for each frame the smaller of the times in this race and in another race with the same input. Both do
     /// the same work. So the longer time includes work of other programs on the same core.
     #[must_use]
-    pub fn least(self, other: &Self) -> Self {
+    pub fn least(mut self, other: &Self) -> Self {
+        self.load += other.load;
         let pairs = self.racers.iter().zip(&other.racers);
         let racers = pairs.map(|(racer, other)| racer.least(other, &self.present)).collect();
         Self { racers, runs: self.runs + other.runs, ..self }
@@ -149,6 +154,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> RaceRun<I> {
     pub fn step(&mut self) -> Result<bool, RaceError> {
         let race = &mut self.race;
         let Some(outcomes) = self.replay.step()? else {
+            race.load = self.replay.load();
             for (racer, lane) in race.racers.iter_mut().zip(self.replay.lanes()) {
                 racer.bytes = lane.pipeline().bytes();
             }

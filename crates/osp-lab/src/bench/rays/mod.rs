@@ -9,7 +9,7 @@ mod model;
 mod moves;
 mod outline;
 
-use osp_session::platform::time::Instant;
+use osp_session::platform::time::{Instant, Load};
 
 use glam::Vec3;
 
@@ -111,7 +111,9 @@ pub fn cast_rays(config: &RaysConfig, model: &RaysModel, mut progress: impl FnMu
             rows.faults.push(format!("NOT THE SAME ANSWERS AS {reference} in {}: {name}.", model.recording));
         }
         let pair = Pair { index: index.as_ref(), reference: reference.as_ref(), model, config };
+        let begun = Load::begin();
         pair.measure(&mut rows, kind, &queries);
+        rows.load.add(begun);
     }
     progress("moving polygons");
     moves::refit_against_rebuild(&mut rows, model, &queries);
