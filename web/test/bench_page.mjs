@@ -46,7 +46,7 @@ async function open(browser, { width = 1280, height = 800, dark = false, scripts
 /// Charts are drawn when they come near the window: scrolls to one and waits for it.
 async function live(page, at = 0) {
   await page.evaluate((at) => document.querySelectorAll('figure')[at].scrollIntoView({ block: 'center' }), at);
-  await page.waitForFunction((at) => document.querySelectorAll('figure')[at].classList.contains('live'), { timeout: 10_000 }, at);
+  await page.waitForFunction((at) => document.querySelectorAll('figure')[at].classList.contains('live'), { timeout: 0 }, at);
   await frame(page);
 }
 const frame = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));

@@ -22,7 +22,7 @@ let browser = await launch(profile, size);
 
 /// Whether the drawing is there with as many events and polygons as it had.
 async function isWhole(page, before, what) {
-  const after = await until(page, 'the drawing', ({ length }) => length > 0, 10_000).catch(() => stateOf(page));
+  const after = await until(page, 'the drawing', ({ length }) => length > 0);
   check(after.length === before.length && after.polygons === before.polygons,
     `${what}: ${after.length} of ${before.length} events, ${after.polygons} of ${before.polygons} polygons are back`);
   await isClean(page, what);
@@ -77,7 +77,7 @@ async function killedAt(when, y, isMidStroke) {
   const at = await kill(page);
   const least = Math.max(before, ...seen.filter(([time]) => time <= at - LOST_MS).map(([, length]) => length));
   const back = await openPage(browser, address);
-  const { length } = await until(back, 'the drawing', (state) => state.length > 0, 10_000).catch(() => stateOf(back));
+  const { length } = await until(back, 'the drawing', (state) => state.length > 0);
   check(least > before && length >= least && length <= most + 1,
     `killed ${when}: ${length} events are back; there were ${before} before the stroke, ${least} ${LOST_MS} ms before the end, ${most} at the end`);
   await isClean(back, `killed ${when}`);
@@ -99,7 +99,7 @@ try {
     await stroke(page, y);
     before = await until(page, 'a stroke', (state) => state.length > length + 10);
     await page.reload();
-    const after = await until(page, 'the drawing', (state) => state.length > 0, 10_000).catch(() => stateOf(page));
+    const after = await until(page, 'the drawing', (state) => state.length > 0);
     check(after.length >= before.length, `loaded anew at once after a stroke: ${after.length} events, ${before.length} were drawn`);
   }
   await isClean(page, 'loaded anew at once');
@@ -108,7 +108,7 @@ try {
   before = await settled(page);
   await page.reload();
   // The stroke has its end, now that the page has let the pen go.
-  const { polygons } = await until(page, 'the drawing', ({ length }) => length >= before.length, 10_000).catch(() => stateOf(page));
+  const { polygons } = await until(page, 'the drawing', ({ length }) => length >= before.length);
   check(polygons >= before.polygons, `loaded anew in mid-stroke: ${polygons} polygons are back of ${before.polygons}`);
   await isClean(page, 'loaded anew in mid-stroke');
   await page.mouse.up();

@@ -136,21 +136,21 @@ try {
   await until(page, 'the dropped file', (state) => state.path.startsWith('/input') && state.path.endsWith('scribble.ron') && state.position > 0);
   // Of several sketches one is opened, and the page names the others.
   await dropFiles(page, ['scribble', 'nested'].map((name) => join(root, `recordings/${name}.ron`)));
-  await page.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 10_000 });
+  await page.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 0 });
   const several = await wrongOf(page);
   check(several.includes('Only scribble.ron') && several.endsWith(': nested.ron'), `two sketches: ${several}`);
   await page.click('#wrong');
   const junk = join(profile, 'junk.tilt');
   writeFileSync(junk, 'this is no sketch');
   await dropFiles(page, [junk]);
-  await page.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 10_000 });
+  await page.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 0 });
   const refused = await wrongOf(page);
   check(refused.startsWith('junk.tilt') && refused.includes('expected'), `a file that is none: ${refused}`);
   await page.click('#wrong');
   for (const { files, isCompared } of corpus()) {
     await dropFiles(page, files);
     const name = files[0].split('/').pop();
-    await until(page, name, (state) => state.isReplay && state.path.endsWith(name) && state.length > 0, 60_000);
+    await until(page, name, (state) => state.isReplay && state.path.endsWith(name) && state.length > 0);
     const { length } = await stateOf(page);
     await page.evaluate((frame) => globalThis.osp.seek(frame), length);
     await until(page, 'the last frame', ({ position }) => position === length);
@@ -184,7 +184,7 @@ try {
   await browser.close();
   browser = await launch(profile);
   const back = await openPage(browser, address);
-  const found = await until(back, 'the drawing', (state) => state.polygons === undone.polygons, 10_000);
+  const found = await until(back, 'the drawing', (state) => state.polygons === undone.polygons);
   check(found.length === undone.length, `brought back: ${found.polygons} polygons of ${found.length} events`);
   await isClean(back, 'a second visit');
 
@@ -193,11 +193,11 @@ try {
   await back.goto(address);
   await isOpen(back);
   await back.select('#examples', 'portrait');
-  await until(back, 'portrait', (state) => state.isReplay && state.position > 200, 60_000);
+  await until(back, 'portrait', (state) => state.isReplay && state.position > 200);
   check((await coloursOf(back, 'phone')) > 5, 'a screen of 390 by 844');
   await isClean(back, 'a phone');
   await back.goto(`${address}?file=recordings/none.ron`);
-  await back.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 30_000 });
+  await back.waitForFunction(() => !document.getElementById('wrong').hidden, { timeout: 0 });
   check((await wrongOf(back)).includes('404'), `a link to nothing: ${await wrongOf(back)}`);
 } catch (error) {
   check(false, error.stack);

@@ -56,17 +56,16 @@ export async function openPage(browser, address) {
   return page;
 }
 
-export const isOpen = (page) => until(page, 'the window to open', (state) => state.frames > 0, 60_000);
+export const isOpen = (page) => until(page, 'the window to open', (state) => state.frames > 0);
 export const stateOf = (page) => page.evaluate(() => (globalThis.osp ? JSON.parse(globalThis.osp.state()) : { frames: 0 }));
 export const wrongOf = (page) =>
   page.evaluate(() => (document.getElementById('wrong').hidden ? '' : document.getElementById('wrong').textContent));
 
-export async function until(page, what, holds, ms = 30_000) {
-  const end = Date.now() + ms;
+export async function until(page, what, holds) {
   for (;;) {
     const state = await stateOf(page);
     if (holds(state)) return state;
-    if (Date.now() > end) throw new Error(`waited for ${what}: ${JSON.stringify(state)} ${await wrongOf(page)} ${page.complaints}`);
+    if (page.isClosed()) throw new Error(`waited for ${what}: ${JSON.stringify(state)} ${page.complaints}`);
     await sleep(50);
   }
 }
@@ -128,7 +127,7 @@ export async function catchDownloads(page) {
 
 /// Waits for a download; its bytes.
 export async function takeDownload(page, name) {
-  const found = await page.waitForFunction((name) => globalThis.saved[name], { timeout: 120_000 }, name);
+  const found = await page.waitForFunction((name) => globalThis.saved[name], { timeout: 0 }, name);
   const bytes = Buffer.from(await found.jsonValue(), 'base64');
   await page.evaluate((name) => delete globalThis.saved[name], name);
   return bytes;

@@ -50,9 +50,9 @@ def test_occlusion_in_a_replay(recordings):
 
 
 def test_a_budget_leaves_frames_out(recordings):
-    table = osp.replay(recordings / "room.ron", ["osp", "octree-rebuild"], budget_secs=1e-4)
+    table = osp.replay(recordings / "room.ron", ["osp", "octree-rebuild"], budget_secs=1e-12)
     osp_frames, rebuilt_frames = table.summary["frames"]
-    assert 40 <= rebuilt_frames <= osp_frames and rebuilt_frames < 765
+    assert 40 <= osp_frames < 765 and 40 <= rebuilt_frames < 765
     assert table.summary["fingerprint"][1] == "" and not table["timed"].all() and table.agree
 
 

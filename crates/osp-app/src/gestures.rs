@@ -91,6 +91,8 @@ pub(super) struct Gestures {
     pub(super) finger_came: bool,
     /// Whether a finger causes the gesture, not a mouse or a pen.
     pub(super) is_touch: bool,
+    /// Time of the frame, seconds.
+    pub(super) frame_secs: f64,
     /// A finger that may become the first of several fingers.
     pub(super) resting: Option<Resting>,
     /// Whether several fingers are on the window.

@@ -9,6 +9,7 @@ pub mod events;
 mod program;
 mod random;
 mod repository;
+mod waiting;
 
 pub use altered::Altered;
 pub use counting::{Counting, allocations, held_bytes, peak_of};
@@ -16,6 +17,7 @@ pub use editor::{Editor, STROKES};
 pub use program::{Program, json, make_pipe, names, shipped_session, stderr, stdout, temp};
 pub use random::Random;
 pub use repository::{ROOT, at, packages};
+pub use waiting::{wait_for, wait_until};
 
 /// Whether a missing graphics adapter, display or tool makes a test fail instead of skipping it. True if `CI` is set
 /// and `OSP_GPU_TESTS=1`.

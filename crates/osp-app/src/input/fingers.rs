@@ -50,12 +50,17 @@ impl Studio {
         self.input.gestures.finger_came = has_come;
     }
 
+    /// Tells the time of the window system's frame, by which a finger rests, seconds.
+    pub fn set_frame_time(&mut self, secs: f64) {
+        self.input.gestures.frame_secs = secs;
+    }
+
     /// If a finger causes the press of the pointer at `at`, delays the press until it is clear that no second finger
     /// follows. Returns whether a finger caused the press.
     pub fn touch(&mut self, at: Option<Vec2>) -> bool {
         let is_finger = std::mem::take(&mut self.input.gestures.finger_came);
         if is_finger && let Some(at) = at {
-            self.input.gestures.resting = Some(Resting { at, since_secs: self.now_secs() });
+            self.input.gestures.resting = Some(Resting { at, since_secs: self.input.gestures.frame_secs });
         }
         is_finger
     }
@@ -74,7 +79,7 @@ impl Studio {
         let Some(resting) = self.input.gestures.resting else { return };
         let aspect = size_px.x / size_px.y.max(1.0);
         let by = at.map_or(Vec2::ZERO, |at| (at - resting.at) * Vec2::new(0.5 * aspect, 0.5));
-        let has_rested = self.now_secs() - resting.since_secs > ALONE_SECS;
+        let has_rested = self.input.gestures.frame_secs - resting.since_secs > ALONE_SECS;
         if is_lifted || has_rested || by.length() > ALONE_BY {
             self.input.gestures.resting = None;
             self.input(Input::Move(resting.at), held, size_px);

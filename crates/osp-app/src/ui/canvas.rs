@@ -26,6 +26,7 @@ pub(super) fn take_pointer(ui: &Ui, response: &Response, pixels_per_point: f32, 
         spread: touch.zoom_delta,
     }));
     let has_fingers = studio.has_fingers();
+    studio.set_frame_time(ui.input(|input| input.time));
     for event in events {
         match event {
             Event::PointerMoved(at) if !has_fingers => {

@@ -1,7 +1,5 @@
 //! Fingers on a touch screen, in the form of the window system's events: the first finger is also the pointer.
 
-use std::{thread::sleep, time::Duration};
-
 use egui::{Event, Modifiers, PointerButton, Pos2, TouchDeviceId, TouchId, TouchPhase, Vec2};
 use egui_kittest::Harness;
 use osp::glam::Vec3;
@@ -12,6 +10,8 @@ use crate::panel::{Window, sketch};
 
 /// The point around which the camera of an empty sketch turns.
 const TARGET: Vec3 = Vec3::new(0.0, 1.2, 0.0);
+/// Number of frames after which a finger rests: each takes a quarter of a second of the harness's clock.
+const RESTING: usize = 2;
 const MIDDLE: Pos2 = Pos2::new(640.0, 430.0);
 
 fn touch(harness: &Harness<'_, Window>, finger: u64, phase: TouchPhase, pos: Pos2) {
@@ -89,8 +89,7 @@ fn a_finger_that_rests_uses_the_tool_and_a_tap_is_a_click() {
     harness.step();
     assert!(!is_dragging(&harness), "it may be the first of several");
     assert!(harness.state().studio.next_frame_in().is_some(), "it is looked at again");
-    sleep(Duration::from_millis(400));
-    harness.step();
+    harness.run_steps(RESTING);
     assert!(is_dragging(&harness));
     touch(&harness, 0, TouchPhase::Move, MIDDLE + Vec2::new(4.0, 0.0));
     touch(&harness, 0, TouchPhase::End, MIDDLE + Vec2::new(4.0, 0.0));
@@ -142,7 +141,7 @@ fn a_stroke_that_was_meant_stays_when_a_second_finger_comes_down() {
     let mut harness = sketch();
     touch(&harness, 0, TouchPhase::Start, MIDDLE);
     harness.step();
-    sleep(Duration::from_millis(400));
+    harness.run_steps(RESTING);
     touch(&harness, 0, TouchPhase::Move, MIDDLE + Vec2::new(60.0, 0.0));
     harness.step();
     touch(&harness, 1, TouchPhase::Start, MIDDLE + Vec2::new(160.0, 0.0));
@@ -194,8 +193,7 @@ fn a_finger_that_the_system_takes_away_ends_its_stroke() {
     harness.step();
     touch(&harness, 0, TouchPhase::Cancel, MIDDLE);
     harness.step();
-    sleep(Duration::from_millis(400));
-    harness.step();
+    harness.run_steps(RESTING);
     assert_eq!(strokes(&harness), 1);
 }
 

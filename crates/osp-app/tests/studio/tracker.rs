@@ -1,10 +1,6 @@
 //! Any program may act as a tracker. The cost of its messages is bounded, and strangers are ignored.
 
-use std::{
-    net::UdpSocket,
-    path::Path,
-    time::{Duration, Instant},
-};
+use std::{net::UdpSocket, path::Path};
 
 use crate::drawing::Table;
 use osp::glam::Vec3;
@@ -17,14 +13,7 @@ use osp_session::{
     rig::Rig,
 };
 use osp_testkit::events::polygon;
-
-pub(crate) fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
-    let start = Instant::now();
-    while !is_so() {
-        assert!(start.elapsed() < Duration::from_secs(60), "{what} did not come");
-        std::thread::sleep(Duration::from_millis(2));
-    }
-}
+pub(crate) use osp_testkit::wait_until;
 
 pub(crate) fn listen(options: &TrackerOptions) -> Tracker {
     let address = TrackerAddress::Udp("127.0.0.1:0".parse().expect("an address"));

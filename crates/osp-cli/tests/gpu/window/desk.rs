@@ -15,11 +15,9 @@ use std::{
 };
 
 use crate::OSP;
-use osp_testkit::{stderr, stdout};
+use osp_testkit::{stderr, stdout, wait_until};
 use serde_json::Value;
 
-/// How long anything may take: the machine may be busy, and pictures are drawn by its processor.
-const PATIENCE: Duration = Duration::from_secs(60);
 /// One window at a time: each keeps the processor busy.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
@@ -202,11 +200,7 @@ impl Desk {
 
     /// A window that opens while the window manager is starting may never be shown.
     fn await_window_manager(&self) {
-        let start = Instant::now();
-        while !self.command("wmctrl").arg("-m").output().expect("wmctrl").status.success() {
-            assert!(start.elapsed() < PATIENCE, "openbox does not start");
-            thread::sleep(Duration::from_millis(20));
-        }
+        wait_until("openbox", || self.command("wmctrl").arg("-m").output().expect("wmctrl").status.success());
     }
 
     /// A folder that goes with the desk.
@@ -421,19 +415,14 @@ impl OspWindow<'_> {
 
     /// Waits until the frames are as expected.
     pub(crate) fn until(&mut self, what: &str, mut is_so: impl FnMut(&[Value]) -> bool) {
-        let start = Instant::now();
-        while !is_so(self.frames()) {
-            if let Some(process) = &mut self.process
-                && let Some(status) = process.0.try_wait().expect("a process")
-            {
+        wait_until(what, || {
+            let ended = self.process.as_mut().and_then(|process| process.0.try_wait().expect("a process"));
+            let is_so = is_so(self.frames());
+            if let Some(status) = ended.filter(|_| !is_so) {
                 panic!("osp ended ({status}) before {what}: {}", self.stderr());
             }
-            if start.elapsed() > PATIENCE {
-                let last = self.frames.last().map(ToString::to_string).unwrap_or_default();
-                panic!("waited in vain for {what}; last frame {last}; {}", self.stderr());
-            }
-            thread::sleep(Duration::from_millis(20));
-        }
+            is_so
+        });
     }
 
     /// Waits until the last frame is as expected.
@@ -474,15 +463,10 @@ impl OspWindow<'_> {
         assert!(shot.expect("import of ImageMagick").success());
     }
 
-    /// Waits until nothing comes any more.
+    /// Waits until all input so far is seen: it is handled in order, and a panel may need some frames.
     pub(crate) fn settle(&mut self) {
-        let mut seen = (0, Instant::now());
-        self.until("rest", move |frames| {
-            if frames.len() != seen.0 {
-                seen = (frames.len(), Instant::now());
-            }
-            seen.1.elapsed() > Duration::from_millis(700)
-        });
+        self.become_active();
+        (0..4).for_each(|_| self.draw_again());
     }
 
     /// Closes the window as a person does, and waits for the end.
@@ -500,14 +484,7 @@ impl OspWindow<'_> {
     /// Waits for its end.
     pub(crate) fn wait(mut self) -> ExitStatus {
         let mut process = self.process.take().expect("a process");
-        let start = Instant::now();
-        loop {
-            if let Some(status) = process.0.try_wait().expect("a process") {
-                return status;
-            }
-            assert!(start.elapsed() < PATIENCE, "the window did not close");
-            thread::sleep(Duration::from_millis(20));
-        }
+        process.0.wait().expect("a process")
     }
 
     /// Ends it as a power cut does.

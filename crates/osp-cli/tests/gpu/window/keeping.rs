@@ -4,14 +4,12 @@ use std::{
     fs,
     path::{Path, PathBuf},
     process::Command,
-    thread,
-    time::Duration,
 };
 
 use osp_session::recording::{self, OpenOptions};
 
 use super::desk::{Desk, OspWindow};
-use osp_testkit::shipped_session;
+use osp_testkit::{shipped_session, wait_until};
 
 /// Through the middle of the model's part of a window of 1280 by 800.
 fn line(height: i32) -> Vec<(i32, i32)> {
@@ -115,7 +113,7 @@ fn a_file_that_is_lost_while_a_tracker_draws_is_missed_at_once() {
         let path = file.to_str().expect("a path");
         let mut window = desk.open(&["sketch", path, "--tracker", &from, "--window", "1280x800"]);
         let send = ["send", &recording, "--to", &address, "--pace", "samples:8", "--speed", "4"];
-        thread::scope(|scope| {
+        std::thread::scope(|scope| {
             let sender = scope.spawn(|| desk.osp(&send));
             window.until_last("something drawn", |frame| frame["events"].as_u64() > Some(300));
             match accident {
@@ -217,13 +215,8 @@ fn a_trace_on_a_full_disk_is_given_up_and_nothing_else() {
         let line = format!("hand {} 1.2 -0.5 0 0 0 1 0.8\n", 0.02 * f64::from(i));
         let mut log = fs::OpenOptions::new().append(true).open(&poses).expect("the file");
         std::io::Write::write_all(&mut log, line.as_bytes()).expect("written");
-        thread::sleep(Duration::from_millis(30));
     }
-    let patience = std::time::Instant::now();
-    while !file.exists() || events_in(&file) < 21 {
-        assert!(patience.elapsed() < Duration::from_secs(60), "nothing is drawn: {}", window.stderr());
-        thread::sleep(Duration::from_millis(50));
-    }
+    wait_until("what is drawn", || file.exists() && events_in(&file) >= 21);
     let stderr = window.stderr_file();
     assert!(window.close().success());
     let said = fs::read_to_string(stderr).expect("text");

@@ -103,7 +103,7 @@ fn a_session_from_the_first_stroke_to_the_last_click() {
     // Save as, by the dialog.
     let copy = desk.folder().join("copy.ron");
     window.key("ctrl+shift+s");
-    std::thread::sleep(std::time::Duration::from_millis(400));
+    window.settle();
     window.write(copy.to_str().expect("a path"));
     window.key("Return");
     window

@@ -1,18 +1,8 @@
 //! The word that a tracker has to know: on the command line, in a file, in a variable.
 
-use std::time::{Duration, Instant};
-
 use crate::OSP;
 use osp_app::tracker::{Listening, Tracker, TrackerAddress, TrackerKey, TrackerOptions};
-use osp_testkit::{shipped_session, stderr};
-
-fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
-    let start = Instant::now();
-    while !is_so() {
-        assert!(start.elapsed() < Duration::from_secs(60), "{what} did not come");
-        std::thread::sleep(Duration::from_millis(2));
-    }
-}
+use osp_testkit::{shipped_session, stderr, wait_until};
 
 fn listen(options: &TrackerOptions) -> Tracker {
     let address = TrackerAddress::Udp("127.0.0.1:0".parse().expect("an address"));

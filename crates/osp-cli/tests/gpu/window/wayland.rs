@@ -4,12 +4,10 @@ use std::{
     fs,
     path::PathBuf,
     process::{Command, Stdio},
-    thread,
-    time::{Duration, Instant},
 };
 
 use super::desk::{Desk, Ours, all_there};
-use osp_testkit::stdout;
+use osp_testkit::{stdout, wait_for};
 
 /// No borders, a fixed size.
 const SWAY: &str = "output X11-1 resolution 1200x800\ndefault_border none\n";
@@ -64,8 +62,7 @@ impl Compositor {
             .spawn()
             .expect("sway");
         let process = Ours(process);
-        let begun = Instant::now();
-        loop {
+        let (socket, window) = wait_for("sway", || {
             let names = fs::read_dir(&runtime).expect("a folder").filter_map(|entry| {
                 let name = entry.ok()?.file_name().into_string().ok()?;
                 (name.starts_with("wayland-") && !name.ends_with(".lock")).then_some(name)
@@ -75,13 +72,9 @@ impl Compositor {
             let line = listed.lines().find(|line| line.contains("wlroots"));
             // xdotool, which drives it, counts in tens.
             let window = line.and_then(|line| u64::from_str_radix(line.get(2..10)?, 16).ok());
-            if let (Some(socket), Some(window)) = (names.last(), window) {
-                return Some(Self { _process: process, runtime, socket, window: window.to_string() });
-            }
-            let said = || fs::read_to_string(desk.folder().join("sway.log")).unwrap_or_default();
-            assert!(begun.elapsed() < Duration::from_secs(60), "sway does not start: {}", said());
-            thread::sleep(Duration::from_millis(50));
-        }
+            Some((names.last()?, window?))
+        });
+        Some(Self { _process: process, runtime, socket, window: window.to_string() })
     }
 }
 

@@ -1,19 +1,14 @@
 //! A window applies a burst of another member's events in slices of a frame, complete and in order.
 
-use std::{
-    fs,
-    path::Path,
-    thread,
-    time::{Duration, Instant},
-};
+use std::{fs, path::Path, time::Duration};
 
 use osp::glam::{Quat, Vec3};
 use osp_app::{Command, Studio};
 use osp_net::live::{Link, LinkOptions, ME, Role, Who};
 use osp_session::recording::{Author, Event, NormalRule, StrokeId, Tool};
+use osp_testkit::wait_until;
 
 use super::{
-    members::LONGEST,
     server::Server,
     sketch::{Window, have_all, saved, until},
 };
@@ -44,14 +39,6 @@ fn flood() -> Vec<Event> {
     events
 }
 
-fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
-    let started = Instant::now();
-    while !is_so() {
-        assert!(started.elapsed() < LONGEST, "waited in vain for {what}");
-        thread::sleep(Duration::from_millis(5));
-    }
-}
-
 /// Sends the flood as a member without a window. Waits until these windows have received it but not applied it.
 fn send(server: &Server, windows: &[&Window]) -> u64 {
     let known = windows[0].live().status().counts.events;
@@ -59,12 +46,12 @@ fn send(server: &Server, windows: &[&Window]) -> u64 {
     let options = LinkOptions { role: Role::Author(who), certificates: None };
     let bob = Link::open(&server.session("house").parse().expect("an address"), &options, || {});
     let bob = bob.expect("a thread");
-    wait_for("an author", || bob.news().is_ok() && bob.status().author.is_some());
+    wait_until("an author", || bob.news().is_ok() && bob.status().author.is_some());
     let events = flood();
     // And that he has come.
     let count = events.len() as u64 + 1;
     bob.hand().send(events);
-    wait_for("the flood", || windows.iter().all(|one| one.live().status().counts.events >= known + count));
+    wait_until("the flood", || windows.iter().all(|one| one.live().status().counts.events >= known + count));
     count
 }
 

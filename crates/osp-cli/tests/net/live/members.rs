@@ -5,17 +5,12 @@ use std::{
     fs,
     path::{Path, PathBuf},
     process::{Child, Command, Output, Stdio},
-    thread,
-    time::{Duration, Instant},
 };
 
 use crate::OSP;
 use osp_session::recording::{Author, Event, OpenOptions};
-use osp_testkit::stderr;
+use osp_testkit::wait_until;
 use serde_json::Value;
-
-/// No member takes longer, however busy the machine is.
-pub(crate) const LONGEST: Duration = Duration::from_secs(150);
 
 pub(crate) fn recording(name: &str) -> String {
     format!("{}/recordings/{name}", osp_testkit::ROOT)
@@ -25,6 +20,8 @@ pub(crate) fn recording(name: &str) -> String {
 pub(crate) struct Member {
     child: Option<Child>,
     pub(crate) file: PathBuf,
+    /// What it prints to standard error.
+    said: PathBuf,
 }
 
 /// How a member has ended.
@@ -51,24 +48,32 @@ impl Member {
             .arg("--json")
             .args(args)
             .current_dir(folder);
-        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        Self { child: Some(command.spawn().expect("the program starts")), file }
+        let said = file.with_extension("said");
+        let errors = fs::File::create(&said).expect("a file");
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(errors);
+        Self { child: Some(command.spawn().expect("the program starts")), file, said }
     }
 
     /// Waits until its recording holds something.
     pub(crate) fn wait_for(&mut self, what: impl Fn(&str) -> bool) {
-        let started = Instant::now();
-        while started.elapsed() < LONGEST {
-            if what(&fs::read_to_string(&self.file).unwrap_or_default()) {
-                return;
-            }
-            let child = self.child.as_mut().expect("it runs");
-            if child.try_wait().expect("its state").is_some() {
-                panic!("it has ended: {}", self.take().said);
-            }
-            thread::sleep(Duration::from_millis(10));
-        }
-        panic!("{} does not get there", self.file.display());
+        self.wait_for_text(&self.file.clone(), what);
+    }
+
+    /// Waits until it has noticed that the server is away.
+    pub(crate) fn wait_for_silence(&mut self) {
+        self.wait_for_text(&self.said.clone(), |said| {
+            let last = |of: &str| said.rfind(of).map_or(0, |at| at + 1);
+            last("does not answer") > last("connected to ")
+        });
+    }
+
+    fn wait_for_text(&mut self, path: &Path, what: impl Fn(&str) -> bool) {
+        wait_until("a member", || {
+            let has_ended = self.child.as_mut().expect("it runs").try_wait().expect("its state").is_some();
+            let is_so = what(&fs::read_to_string(path).unwrap_or_default());
+            assert!(is_so || !has_ended, "it has ended: {}", self.take().said);
+            is_so
+        });
     }
 
     /// Waits until so many lines are in its recording.
@@ -93,7 +98,7 @@ impl Member {
 
     fn take(&mut self) -> Ended {
         let output: Output = self.child.take().expect("it runs").wait_with_output().expect("its output");
-        let said = stderr(&output);
+        let said = fs::read_to_string(&self.said).expect("what it said");
         let summary = serde_json::from_slice(&output.stdout).unwrap_or(Value::Null);
         let bytes = fs::read(&self.file).unwrap_or_default();
         Ended { code: output.status.code(), said, summary, bytes }
@@ -101,16 +106,6 @@ impl Member {
 
     /// Waits until it has ended by itself.
     pub(crate) fn end(mut self) -> Ended {
-        let started = Instant::now();
-        let child = self.child.as_mut().expect("it runs");
-        while child.try_wait().expect("its state").is_none() {
-            if started.elapsed() > LONGEST {
-                child.kill().expect("killed");
-                let said = self.take().said;
-                panic!("{} does not end: {said}", self.file.display());
-            }
-            thread::sleep(Duration::from_millis(10));
-        }
         self.take()
     }
 

@@ -1,19 +1,14 @@
 //! The names beside the rings where others draw.
 
-use std::{
-    thread,
-    time::{Duration, Instant},
-};
-
 use osp::glam;
 use osp_app::{
     Button, Held, Input, Studio,
     egui::{Context, Event, FullOutput, Key, Modifiers, Pos2, RawInput, Rect, Shape, Vec2},
     ui::Interface,
 };
+use osp_testkit::wait_until;
 
 use super::{
-    members::LONGEST,
     server::Server,
     sketch::{SIZE_PX, Window},
 };
@@ -95,13 +90,11 @@ fn ahead_m(studio: &Studio) -> f32 {
 
 /// Frames of both windows until this is so.
 fn until(ann: &mut Harness, bob: &mut Window, what: &str, is_so: impl Fn(&Harness) -> bool) {
-    let started = Instant::now();
-    while !is_so(ann) {
-        assert!(started.elapsed() < LONGEST, "{what}");
+    wait_until(what, || {
         bob.frame();
         ann.step();
-        thread::sleep(Duration::from_millis(5));
-    }
+        is_so(ann)
+    });
 }
 
 #[test]

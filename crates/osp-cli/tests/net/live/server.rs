@@ -7,13 +7,12 @@ use std::{
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
-use tempfile::TempDir;
+use osp_testkit::wait_for;
 
-/// How long a server may take to start.
-const START: Duration = Duration::from_secs(30);
+use tempfile::TempDir;
 
 /// The program; none, said in a line: the test is left out.
 pub(crate) fn program() -> Option<PathBuf> {
@@ -90,21 +89,16 @@ impl Server {
     }
 
     fn is_up(&mut self) -> bool {
-        let started = Instant::now();
-        while started.elapsed() < START {
+        wait_for("the server", || {
             if self.child.try_wait().expect("its state").is_some() {
-                return false;
+                return Some(false);
             }
-            if let Ok(mut stream) = TcpStream::connect((Ipv4Addr::LOCALHOST, self.port)) {
-                stream.set_read_timeout(Some(Duration::from_secs(5))).expect("a time");
-                let mut word = [0; 5];
-                if stream.read_exact(&mut word).is_ok() && &word == b"INFO " {
-                    return true;
-                }
-            }
-            thread::sleep(Duration::from_millis(20));
-        }
-        false
+            let mut stream = TcpStream::connect((Ipv4Addr::LOCALHOST, self.port)).ok()?;
+            // Another program may have the port, and be silent.
+            stream.set_read_timeout(Some(Duration::from_secs(5))).expect("a time");
+            let mut word = [0; 5];
+            (stream.read_exact(&mut word).is_ok() && &word == b"INFO ").then_some(true)
+        })
     }
 
     /// Ends it at once, without a word.
@@ -164,7 +158,6 @@ pub(crate) struct Wire {
 impl Wire {
     fn open(port: u16) -> Self {
         let stream = TcpStream::connect((Ipv4Addr::LOCALHOST, port)).expect("the server listens");
-        stream.set_read_timeout(Some(Duration::from_secs(20))).expect("a time");
         let mut wire = Self { stream: BufReader::new(stream) };
         assert!(wire.line().starts_with("INFO "));
         wire.say(b"CONNECT {\"verbose\":false,\"headers\":true}\r\n");

@@ -3,8 +3,6 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    thread,
-    time::{Duration, Instant},
 };
 
 use osp::glam::Vec2;
@@ -13,7 +11,9 @@ use osp_net::live::{Address, LinkOptions, Role, Who};
 use osp_rivals::IndexKind;
 use osp_session::recording::{self, Event, OpenOptions, Tool};
 
-use super::{members::LONGEST, server::Server};
+use osp_testkit::wait_until;
+
+use super::server::Server;
 
 pub(crate) const SIZE_PX: Vec2 = Vec2::new(800.0, 600.0);
 
@@ -88,12 +88,10 @@ pub(crate) fn saved(folder: &Path, part: &str) -> Vec<PathBuf> {
 
 /// Frames of all windows until this is so.
 pub(crate) fn until(windows: &mut [&mut Window], what: &str, is_so: impl Fn(&[&mut Window]) -> bool) {
-    let started = Instant::now();
-    while !is_so(windows) {
-        assert!(started.elapsed() < LONGEST, "{what}: {:?}", windows[0].live().shown());
+    wait_until(what, || {
         windows.iter_mut().for_each(|window| window.frame());
-        thread::sleep(Duration::from_millis(5));
-    }
+        is_so(windows)
+    });
 }
 
 pub(crate) fn have_all(windows: &[&mut Window]) -> bool {

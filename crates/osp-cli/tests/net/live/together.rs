@@ -32,7 +32,6 @@ fn four_authors_and_a_late_one_have_the_same_session_with_everything_in_it() {
             member.summary["latency"]["messages"].as_u64().expect("a number") + 1,
             member.count("own_messages")
         );
-        assert!(member.summary["latency"]["p50_us"].as_u64().expect("a number") < 5_000_000);
         assert_eq!(member.summary["authors"].as_array().expect("a list").len(), 5);
     }
     // Who comes later than all gets the same from the server's file, and a recording that was cut off is continued.

@@ -4,7 +4,7 @@ use std::fs;
 
 use super::{names, session_text, write_session};
 use crate::OSP;
-use osp_testkit::{stderr, temp};
+use osp_testkit::{stderr, temp, wait_until};
 
 #[test]
 fn a_table_appears_when_all_sessions_are_played_or_not_at_all() {
@@ -50,8 +50,6 @@ fn a_signal_leaves_nothing_unfinished() {
     use std::{
         os::unix::process::ExitStatusExt,
         process::{Command, Stdio},
-        thread,
-        time::{Duration, Instant},
     };
     let folder = temp();
     let folder = folder.path();
@@ -65,16 +63,11 @@ fn a_signal_leaves_nothing_unfinished() {
         let args = ["synth", "scribble", "--polygons", "4000000000", "old.ron", "--force"];
         let mut child =
             OSP.command_in(folder, args).stderr(Stdio::null()).spawn().expect("the program starts");
-        let start = Instant::now();
-        // Until it writes.
         let is_writing = || {
             let unfinished = names(folder).into_iter().find(|name| name.starts_with(".unfinished-"));
             unfinished.is_some_and(|name| fs::metadata(folder.join(name)).is_ok_and(|data| data.len() > 0))
         };
-        while !is_writing() {
-            assert!(start.elapsed() < Duration::from_secs(120), "it begins to write");
-            thread::sleep(Duration::from_millis(5));
-        }
+        wait_until("it to write", is_writing);
         let sent = Command::new("kill").args([&format!("-{name}"), &child.id().to_string()]).status();
         if !sent.is_ok_and(|status| status.success()) {
             eprintln!("skipped: no kill(1)");
@@ -101,7 +94,7 @@ fn is_ignored(signal: u32) -> bool {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_signal_that_is_ignored_stays_ignored() {
-    use std::{process::Command, thread, time::Duration};
+    use std::process::Command;
     let folder = temp();
     let script = format!(
         "trap '' INT HUP; exec {} synth scribble --polygons 400000 out.ron",
@@ -109,10 +102,9 @@ fn a_signal_that_is_ignored_stays_ignored() {
     );
     let mut child =
         Command::new("sh").args(["-c", &script]).current_dir(folder.path()).spawn().expect("a shell");
-    while names(folder.path()).is_empty() {
-        assert!(child.try_wait().expect("ours").is_none(), "it is still there");
-        thread::sleep(Duration::from_millis(5));
-    }
+    wait_until("it to write", || {
+        child.try_wait().expect("ours").is_some() || !names(folder.path()).is_empty()
+    });
     for signal in ["-INT", "-HUP"] {
         Command::new("kill").args([signal, &child.id().to_string()]).status().expect("kill(1)");
     }

@@ -25,7 +25,7 @@ fn the_shipped_sessions_are_measured_as_replay_does() {
     let folder = temp();
     let shipped = Path::new(osp_testkit::ROOT).join("recordings");
     let name = shipped.to_str().expect("utf-8");
-    let options = ["--budget", "600", "--pace", "samples:32"];
+    let options = ["--budget", "1e9", "--pace", "samples:32"];
     let said = OSP.done_in(folder.path(), ["study", name, "--out", "r.ndjson"].iter().chain(&options));
     assert!(said.contains(" measured now, 0 before; r.ndjson"), "{said}");
     let lines = lines(&folder.path().join("r.ndjson"));
@@ -179,7 +179,7 @@ fn real_sessions_are_measured_as_replay_does() {
         small.extend(files.into_iter().take(2));
     }
     assert!(small.len() >= 8, "{small:?}");
-    let options = ["--index", "osp,brute-force", "--pace", "samples:64", "--budget", "100000"];
+    let options = ["--index", "osp,brute-force", "--pace", "samples:64", "--budget", "1e9"];
     let mut args: Vec<_> = ["study", "--out", "r.ndjson"].map(Into::into).to_vec();
     args.extend(small.iter().map(|path| path.as_os_str().to_owned()));
     args.extend(options.iter().map(Into::into));

@@ -1,0 +1,24 @@
+use std::{thread, time::Duration};
+
+/// Number of tries after which a test says what it waits for.
+const MANY: u32 = 2_000;
+
+/// Waits until something is found. There is no limit, because every limit depends on the speed of the machine: what runs
+/// the tests ends those that hang.
+pub fn wait_for<T>(what: &str, mut find: impl FnMut() -> Option<T>) -> T {
+    for tries in 0u32.. {
+        if let Some(found) = find() {
+            return found;
+        }
+        if tries == MANY {
+            eprintln!("still waiting for {what}");
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    panic!("waited in vain for {what}");
+}
+
+/// Waits until this is so. See [`wait_for`].
+pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+    wait_for(what, || is_so().then_some(()));
+}
