@@ -5,6 +5,7 @@ const MANY: u32 = 2_000;
 
 /// Waits until something is found. There is no limit, because every limit depends on the speed of the machine: what runs
 /// the tests ends those that hang.
+#[expect(clippy::print_stderr, reason = "a test that hangs says why")]
 pub fn wait_for<T>(what: &str, mut find: impl FnMut() -> Option<T>) -> T {
     for tries in 0u32.. {
         if let Some(found) = find() {
