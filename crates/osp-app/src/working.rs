@@ -22,7 +22,8 @@ use super::{
     turns::Turns,
 };
 use osp_session::{
-    output_file::{OutputError, OutputKind, check_output},
+    output_file::{OutputError, check_output},
+    platform::fs::has_ending,
     platform::time::Instant,
     recording::{OpenOptions, Pace},
     replay::CameraChoice,
@@ -317,25 +318,16 @@ pub struct WorkShown {
 
 /// Whether an export to this path is a sketch, not a model.
 pub(crate) fn is_sketch(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("tilt"))
+    has_ending(path, ".tilt")
 }
 
-/// Checks that a model, a sketch or a film may be written to this path. The user has confirmed that the path may be
-/// replaced. A model replaces only another model, which another program may have written. A sketch replaces any file with
-/// its name; a film replaces a film of osp.
+/// Whether an export to this path is a film.
+pub(crate) fn is_film(path: &Path) -> bool {
+    [".mp4", ".gif"].iter().any(|ending| has_ending(path, ending))
+}
+
+/// Checks that a model, a sketch or a film may be written to this path. The user has confirmed that a file there may be
+/// replaced.
 pub(crate) fn check_export(path: &Path) -> Result<(), OutputError> {
-    let sketch = is_sketch(path).then_some(OutputKind::Tilt);
-    if let Some(kind) = sketch.or_else(|| OutputKind::of_film(path)) {
-        return match check_output(path, kind, false) {
-            Err(OutputError::Exists { .. }) => Ok(()),
-            other => other,
-        };
-    }
-    match check_output(path, OutputKind::Glb, false) {
-        Err(OutputError::ForeignModel { .. }) => Ok(()),
-        Err(OutputError::Ending { path, .. }) => {
-            Err(OutputError::Ending { path, expected: ".glb or .tilt".to_owned() })
-        }
-        other => other,
-    }
+    check_output(path, if is_film(path) { &[] } else { &[".glb", ".tilt"] }, true)
 }

@@ -16,7 +16,7 @@ use indicatif::HumanBytes;
 use super::{
     outcome::Outcome,
     output::{one_line, print_result},
-    outputs::Outputs,
+    outputs::ForceArgs,
     progress,
     reading::ReadArgs,
     session::OpenSession,
@@ -27,7 +27,7 @@ use osp_lab::{
     report::thousands,
 };
 use osp_rivals::IndexKind;
-use osp_session::{output_file::OutputKind, recording::Event, scene::Scene};
+use osp_session::{recording::Event, scene::Scene};
 
 /// Compute potentially visible sets (PVS) of a finished model, for `osp verify --pvs`.
 ///
@@ -57,15 +57,14 @@ pub(super) struct BakeArgs {
     /// Threads [default: one for each processor].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Let OUT replace a file that `osp bake` did not write, but never the session.
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    force: ForceArgs,
     #[command(flatten)]
     reading: ReadArgs,
 }
 
 pub(super) fn run(args: &BakeArgs) -> anyhow::Result<Outcome> {
-    let output = Outputs::new(args.force).reads([&args.file]).add("OUT", &args.out, OutputKind::Pvs)?;
+    let output = args.force.outputs().reads([&args.file]).add("OUT", &args.out, &[".pvs"])?;
     let start = Instant::now();
     let (scene, heads) = model(args)?;
     let ids: Vec<PolygonId> = scene.visible_ids().collect();

@@ -3,6 +3,7 @@
 use std::{
     collections::{HashMap, HashSet},
     fs,
+    io::Read,
     num::NonZero,
     path::{Path, PathBuf},
     sync::{
@@ -22,19 +23,26 @@ use super::{
     verify_all::{Part, sessions},
 };
 use osp_session::{
-    output_file::{OutputKind, is_made, is_same_file, lies_in},
-    recording::import::files_beside,
+    output_file::{is_same_file, lies_in},
+    platform::fs::has_ending,
+    recording::{import::files_beside, looks_like_session},
+    small_file::open_regular,
 };
 
 /// File endings of sessions, which the ending of a target replaces. Longer endings come first.
 const ENDINGS: [&str; 11] =
     [".ron.zst", ".poses.gz", ".obj.gz", ".ron", ".tilt", ".apa", ".json", ".poses", ".obj", ".glb", ".gltf"];
 
+/// Number of bytes at the beginning of a file that tell what it is.
+const START_BYTES: u64 = 4096;
+
 /// A session and the file to make from it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Job {
     pub(super) source: PathBuf,
     pub(super) target: PathBuf,
+    /// Whether the target may be replaced: somebody has asked for it, or osp has made the target from an older session.
+    pub(super) replaces: bool,
 }
 
 /// The work on the sessions that a command line names.
@@ -50,7 +58,7 @@ pub(super) struct Batch {
 impl Batch {
     /// Plans the work on the named sessions, and on the sessions in the named folders.
     ///
-    /// Targets get `ending` and have the given kind. A target lies beside its session. With `out`, the path of a target
+    /// Targets get `ending`. A target lies beside its session. With `out`, the path of a target
     /// below `out` is the path of its session below the named folder. With `force`, finished targets are made again.
     ///
     /// # Errors
@@ -59,7 +67,7 @@ impl Batch {
     pub(super) fn plan(
         paths: &[PathBuf],
         out: Option<&Path>,
-        (ending, kind): (&str, OutputKind),
+        ending: &str,
         force: bool,
     ) -> anyhow::Result<Self> {
         if let Some(out) = out.filter(|out| fs::metadata(out).is_ok_and(|data| !data.is_dir())) {
@@ -85,7 +93,7 @@ impl Batch {
         let models: HashSet<PathBuf> =
             found.iter().flat_map(|session| [named(session, ".glb"), with(session, ".glb")]).collect();
         found.retain(|session| {
-            let is_model = models.contains(session) && is_made(session, OutputKind::Glb);
+            let is_model = models.contains(session) && is_made(session);
             !is_model || named_ones.contains(session.as_path())
         });
         let places: Vec<PathBuf> = found.iter().map(|session| place_of(&folders, session, out)).collect();
@@ -101,8 +109,11 @@ impl Batch {
             };
             warn(&format!("warning: {}: {left_out}", out.display()));
         }
-        let mut jobs: Vec<Job> =
-            found.into_iter().zip(targets).map(|(source, target)| Job { source, target }).collect();
+        let mut jobs: Vec<Job> = found
+            .into_iter()
+            .zip(targets)
+            .map(|(source, target)| Job { source, target, replaces: force })
+            .collect();
         let mut sources = HashMap::<&Path, &Path>::new();
         for job in &jobs {
             if let Some(other) = sources.insert(&job.target, &job.source) {
@@ -119,7 +130,8 @@ impl Batch {
             bail!("{}: this target is a link to an input", job.target.display());
         }
         let all = jobs.len();
-        jobs.retain(|job| force || !is_finished(job, kind));
+        jobs.retain(|job| force || !is_finished(job));
+        jobs.iter_mut().for_each(|job| job.replaces |= is_made(&job.target));
         Ok(Self { finished: all - jobs.len(), jobs, same })
     }
 
@@ -237,10 +249,6 @@ fn made<W: FnMut(&Job) -> anyhow::Result<Vec<String>>>(
     Ok(remarks)
 }
 
-fn has_ending(path: &Path, ending: &str) -> bool {
-    path.file_name().is_some_and(|name| name.to_string_lossy().to_ascii_lowercase().ends_with(ending))
-}
-
 /// Returns the path of a session's target before its ending is replaced: in the session's folder, or below `out`.
 fn place_of(folders: &[&Path], session: &Path, out: Option<&Path>) -> PathBuf {
     let Some(out) = out else { return session.to_owned() };
@@ -285,11 +293,31 @@ fn with(path: &Path, ending: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Whether osp has made the target, and the target is at least as new as all files of its session. An existing target
-/// is complete, because osp writes targets completely or not at all.
-fn is_finished(job: &Job, kind: OutputKind) -> bool {
-    let is_new = changed(&job.target).zip(newest(&job.source)).is_some_and(|(target, read)| target >= read);
-    is_new && is_made(&job.target, kind)
+/// Whether the target is a session or made by osp, and at least as new as all files of its session. An existing target is
+/// complete, because osp writes targets completely or not at all.
+fn is_finished(job: &Job) -> bool {
+    let target = &job.target;
+    let is_new = changed(target).zip(newest(&job.source)).is_some_and(|(target, read)| target >= read);
+    let is_session = || !has_ending(target, ".glb") && looks_like_session(target, &start_of(target));
+    is_new && (is_made(target) || is_session())
+}
+
+/// Whether osp has made this picture or model. Its beginning names osp.
+fn is_made(path: &Path) -> bool {
+    let start = start_of(path);
+    let mark: &[u8] = match start.get(..4) {
+        Some(b"glTF") => b"{\"asset\":{\"generator\":\"osp ",
+        Some(b"\x89PNG") => b"tEXtSoftware\0osp",
+        _ => return false,
+    };
+    start.windows(mark.len()).any(|part| part == mark)
+}
+
+/// Returns the first bytes of a file. None if it cannot be read.
+fn start_of(path: &Path) -> Vec<u8> {
+    let mut start = Vec::new();
+    let _ = open_regular(path).and_then(|file| file.take(START_BYTES).read_to_end(&mut start));
+    start
 }
 
 fn changed(path: &Path) -> Option<SystemTime> {

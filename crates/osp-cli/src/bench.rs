@@ -10,7 +10,6 @@ use super::{
     bench_paper,
     outcome::Outcome,
     output::{file_name, one_line, print_result},
-    outputs::Outputs,
     progress,
     session::OpenSession,
 };
@@ -27,7 +26,6 @@ use osp_lab::{
     rows::Rows,
 };
 use osp_session::{
-    output_file::OutputKind,
     recording::{Event, Header, RecordingError, SynthKind, synthesize},
     replay::{CameraChoice, CameraPath, RigPath, Summary, root_cube, summarize},
     scene::Scene,
@@ -52,9 +50,9 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         rig.is_none() || (!args.files.is_empty() && !args.paper.is_alone()),
         "--rig applies only to sessions: name a session"
     );
-    let mut outputs = Outputs::new(args.force).reads(&args.files).reads(&args.rig.screens.file());
-    let csv = outputs.add_any("--csv", args.csv.as_ref(), OutputKind::Csv)?;
-    let html = outputs.add_any("--html", args.html.as_ref(), OutputKind::Html)?;
+    let mut outputs = args.force.outputs().reads(&args.files).reads(&args.rig.screens.file());
+    let csv = outputs.add_any("--csv", args.csv.as_ref(), &[])?;
+    let html = outputs.add_any("--html", args.html.as_ref(), &[])?;
     let mut kinds = if args.index.is_empty() { Contender::all() } else { args.index.clone() };
     if !kinds.contains(&Contender::Own(args.reference)) {
         kinds.insert(0, Contender::Own(args.reference));

@@ -10,6 +10,7 @@ use clap::{
 use super::{
     bench_paper_args::PaperArgs,
     built::{Feature, Lacking},
+    outputs::ForceArgs,
     parsers::{camera_parser, index_parser},
     reading::ReadArgs,
     rig_args::RigPathArgs,
@@ -112,9 +113,8 @@ pub(super) struct BenchArgs {
     /// Write one HTML page with tables and charts. The terminal then shows only the summary, unless --all is given.
     #[arg(long, value_name = "FILE")]
     pub(super) html: Option<PathBuf>,
-    /// Let an output replace a file of another type, even a session, but never an input.
-    #[arg(long)]
-    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) force: ForceArgs,
     #[command(flatten)]
     pub(super) paper: PaperArgs,
     #[command(flatten)]

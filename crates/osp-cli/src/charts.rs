@@ -8,7 +8,6 @@ use super::{
     replay_args::ReplayArgs,
 };
 use osp_lab::report::{ChartError, ChartFormat, ReplayReport, draw_frame_times};
-use osp_session::output_file::OutputKind;
 
 /// The chart files, one for each session. None without `--chart`.
 pub(super) struct Charts(Vec<Output>);
@@ -16,14 +15,11 @@ pub(super) struct Charts(Vec<Output>);
 impl Charts {
     pub(super) fn checked(args: &ReplayArgs, outputs: &mut Outputs) -> anyhow::Result<Self> {
         let Some(path) = &args.chart else { return Ok(Self(Vec::new())) };
-        let kind = match ChartFormat::of(path)? {
-            ChartFormat::Png => OutputKind::Png,
-            ChartFormat::Svg => OutputKind::Svg,
-        };
+        ChartFormat::of(path)?;
         let mut charts = Vec::new();
         for number in 1..=args.files.len() {
             let path = if args.files.len() == 1 { path.clone() } else { numbered(path, number) };
-            charts.push(outputs.add("--chart", &path, kind)?);
+            charts.push(outputs.add("--chart", &path, &[])?);
         }
         Ok(Self(charts))
     }

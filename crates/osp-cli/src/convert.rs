@@ -10,7 +10,7 @@ use super::{
     export::{Model, StaticArgs, write_model},
     import,
     outcome::Outcome,
-    outputs::{Output, Outputs},
+    outputs::{ForceArgs, Output, Outputs},
     played::FrameArgs,
     reading::ReadArgs,
     session::{OpenSession, Reader},
@@ -18,7 +18,6 @@ use super::{
 use osp_lab::report::thousands;
 use osp_session::{
     export::{KeptStrokes, Objects, write_tilt},
-    output_file::OutputKind,
     recording::import::tilt_thumbnail,
 };
 
@@ -51,9 +50,8 @@ pub(super) struct ConvertArgs {
     out: Option<PathBuf>,
     #[command(flatten)]
     whole: StaticArgs,
-    /// Replace files, even newer ones, but never an input.
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    force: ForceArgs,
     #[command(flatten)]
     reading: ReadArgs,
 }
@@ -77,21 +75,12 @@ impl Format {
             Self::Tilt => ".tilt",
         }
     }
-
-    fn kind(self) -> OutputKind {
-        match self {
-            Self::Glb => OutputKind::Glb,
-            Self::Ron | Self::RonZst => OutputKind::Recording,
-            Self::Tilt => OutputKind::Tilt,
-        }
-    }
 }
 
 pub(super) fn run(args: &ConvertArgs) -> anyhow::Result<Outcome> {
     let Some(format) = args.to else { return one(args) };
     check(args, format)?;
-    let kind = (format.ending(), format.kind());
-    let batch = Batch::plan(&args.paths, args.out.as_deref(), kind, args.force)?;
+    let batch = Batch::plan(&args.paths, args.out.as_deref(), format.ending(), args.force.force)?;
     batch.run(every_core(), ["converted", format.ending()], || {
         Ok(|job: &Job| Ok(converted(args, job, format)?.remarks))
     })
@@ -108,7 +97,12 @@ fn one(args: &ConvertArgs) -> anyhow::Result<Outcome> {
         bail!("{}: expected a name that ends in .glb, .ron, .ron.zst or .tilt", target.display());
     };
     check(args, format)?;
-    converted(args, &Job { source: source.clone(), target: target.clone() }, format)?.print(target)
+    converted(
+        args,
+        &Job { source: source.clone(), target: target.clone(), replaces: args.force.force },
+        format,
+    )?
+    .print(target)
 }
 
 /// Rejects options that the format lacks.
@@ -123,8 +117,8 @@ fn check(args: &ConvertArgs, format: Format) -> anyhow::Result<()> {
 
 /// Converts one session.
 fn converted(args: &ConvertArgs, job: &Job, format: Format) -> anyhow::Result<Model> {
-    let mut outputs = Outputs::new(args.force).reads([&job.source]);
-    let output = outputs.add("OUT", &job.target, format.kind())?;
+    let mut outputs = Outputs::new(job.replaces).reads([&job.source]);
+    let output = outputs.add("OUT", &job.target, &[])?;
     match format {
         Format::Glb => {
             let session = FrameArgs::end_of(job.source.clone(), args.reading);

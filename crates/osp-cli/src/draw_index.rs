@@ -6,7 +6,7 @@ use super::{
     draw_index_args::{Colors, DrawIndexArgs, Shown, SideArg},
     outcome::Outcome,
     output::{file_name, one_line, print_result, warn},
-    outputs::{Outputs, ending},
+    outputs::ending,
     played::Played,
     query::ray_of,
 };
@@ -18,7 +18,7 @@ use osp_lab::report::{
     CellColors, Side, SplitOutline, Structure, StructurePanel, StructurePicture, StructureView, thousands,
 };
 use osp_rivals::{Bsp, BspConfig, IndexKind};
-use osp_session::{output_file::OutputKind, scene::Scene};
+use osp_session::scene::Scene;
 
 /// Largest number of planes that are drawn.
 const MOST_PLANES: usize = 2000;
@@ -65,12 +65,7 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
         "{}: .dot is for a tree: add --as tree",
         args.out.display()
     );
-    let kind = match ending.as_str() {
-        "dot" => OutputKind::Dot,
-        "svg" => OutputKind::Svg,
-        _ => OutputKind::Png,
-    };
-    let output = Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, kind)?;
+    let output = args.force.outputs().reads([&args.session.file]).add("OUT", &args.out, &[])?;
     ensure!(
         !args.planes || (args.shown == Shown::Space && args.index.iter().all(|&index| has_planes(index))),
         "--planes: expected with --index bsp or osp-paper and a picture of cells"

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::{
-    index_settings_args::IndexSettingsArgs, parsers::index_parser, played::FrameArgs, query::Numbers,
+    index_settings_args::IndexSettingsArgs, outputs::ForceArgs, parsers::index_parser, played::FrameArgs,
+    query::Numbers,
 };
 use osp_rivals::IndexKind;
 
@@ -59,9 +60,8 @@ pub(super) struct DrawIndexArgs {
     /// planes above it.
     #[arg(long)]
     pub(super) planes: bool,
-    /// Let the picture replace a file of another type, but never the session.
-    #[arg(long)]
-    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) force: ForceArgs,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

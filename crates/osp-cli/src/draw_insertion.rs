@@ -10,15 +10,14 @@ use super::{
     gif_file::GifFile,
     outcome::Outcome,
     output::{file_name, one_line, print_result},
-    outputs::Outputs,
     played::Played,
 };
 use osp_lab::report::{InsertionFilm, thousands};
-use osp_session::{output_file::OutputKind, replay::root_cube};
+use osp_session::replay::root_cube;
 
 pub(super) fn run(args: &DrawInsertionArgs) -> anyhow::Result<Outcome> {
     let file: &PathBuf = &args.session.file;
-    let output = Outputs::new(args.force).reads([file]).add("OUT.gif", &args.out, OutputKind::Gif)?;
+    let output = args.force.outputs().reads([file]).add("OUT.gif", &args.out, &[".gif"])?;
     let Played { header, summary, scene, .. } = Played::model(&args.session, |_, _| {})?;
     let film = InsertionFilm {
         title: format!("{}: its first polygons", file_name(file)),

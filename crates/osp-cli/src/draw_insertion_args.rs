@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::played::FrameArgs;
+use super::{outputs::ForceArgs, played::FrameArgs};
 
 /// Film how polygons fall through the paper's tree, beside the paper's octree, which is filled again for each polygon.
 ///
@@ -27,7 +27,6 @@ pub(super) struct DrawInsertionArgs {
     /// Levels of planes of the paper's tree.
     #[arg(long, default_value_t = 5, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=7))]
     pub(super) levels: u32,
-    /// Let the film replace a file that is no GIF, but never the session.
-    #[arg(long)]
-    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) force: ForceArgs,
 }

@@ -8,7 +8,7 @@ use super::{
     gif_file::GifFile,
     outcome::Outcome,
     output::{file_name, one_line, print_result, warn},
-    outputs::{Output, Outputs, ending},
+    outputs::{Output, ending},
     played::Played,
     progress,
 };
@@ -18,10 +18,7 @@ use osp_lab::{
     report::{ShadowLook, ShadowPicture, Side, thousands},
     shadows::{ShadowForm, ShadowSteps, occluder_name},
 };
-use osp_session::{
-    output_file::OutputKind,
-    replay::{CameraChoice, CameraPath, Moment},
-};
+use osp_session::replay::{CameraChoice, CameraPath, Moment};
 
 /// Duration of a film without its last picture, hundredths of a second.
 const GROWING: u16 = 1500;
@@ -34,30 +31,24 @@ const TRUTH: OracleConfig = OracleConfig { width: 1280, height: 720 };
 
 pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
     let ending = ending(&args.out);
-    let kind = match ending.as_str() {
-        "svg" => OutputKind::Svg,
-        "png" => OutputKind::Png,
-        "gif" => OutputKind::Gif,
-        "dot" => OutputKind::Dot,
-        _ => {
-            return Err(anyhow!(
-                "{}: expected a name that ends in .svg, .png, .gif or .dot",
-                args.out.display()
-            ));
-        }
-    };
+    let ending = ending.as_str();
+    ensure!(
+        ["svg", "png", "gif", "dot"].contains(&ending),
+        "{}: expected a name that ends in .svg, .png, .gif or .dot",
+        args.out.display()
+    );
     let forms: &[ShadowForm] = match args.form {
         Form::Conservative => &[ShadowForm::Conservative],
         Form::Paper => &[ShadowForm::Paper],
         Form::Both => &[ShadowForm::Conservative, ShadowForm::Paper],
     };
     ensure!(
-        kind != OutputKind::Dot || forms.len() == 1,
+        ending != "dot" || forms.len() == 1,
         "{}: a .dot holds one tree: expected --form conservative or paper",
         args.out.display()
     );
-    ensure!(args.every.is_none() || kind == OutputKind::Gif, "--every: expected a name that ends in .gif");
-    let output = Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, kind)?;
+    ensure!(args.every.is_none() || ending == "gif", "--every: expected a name that ends in .gif");
+    let output = args.force.outputs().reads([&args.session.file]).add("OUT", &args.out, &[])?;
     let Played { header, summary, scene, moment, .. } = Played::model(&args.session, |_, _| {})?;
     let view = match args.view {
         // The default moment has no head pose, so the fixed camera determines the view.
@@ -78,9 +69,9 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
     };
     let whole = picture(usize::MAX);
     let failed = |error: Box<dyn std::error::Error>| anyhow!("{}: {error}", output.path().display());
-    match kind {
-        OutputKind::Gif => film(&output, most_planes(&trees), args.every.unwrap_or(1) as usize, &picture)?,
-        OutputKind::Dot => {
+    match ending {
+        "gif" => film(&output, most_planes(&trees), args.every.unwrap_or(1) as usize, &picture)?,
+        "dot" => {
             let panel = &whole.panels[0];
             let name = format!("{title}, {}", panel.step.form.name());
             output.write(panel.step.structure.to_dot(&name).as_bytes())?;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::{
-    draw_index_args::SideArg, numbers, occlusion_test_args::score_parser, parsers::camera_parser,
-    played::FrameArgs,
+    draw_index_args::SideArg, numbers, occlusion_test_args::score_parser, outputs::ForceArgs,
+    parsers::camera_parser, played::FrameArgs,
 };
 use osp::occlusion::Score;
 use osp_session::{recording::Camera, replay::CameraChoice};
@@ -55,9 +55,8 @@ pub(super) struct DrawOcclusionArgs {
     /// Planes that each picture of a .gif adds [default: 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) every: Option<u32>,
-    /// Let the picture replace a file of another type, but never the session.
-    #[arg(long)]
-    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) force: ForceArgs,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

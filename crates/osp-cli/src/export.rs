@@ -11,16 +11,18 @@ use clap::{Args, ValueEnum};
 use super::{
     outcome::Outcome,
     output::{one_line, print_result, warn},
-    outputs::{Output, Outputs},
+    outputs::{ForceArgs, Output},
     played::{FrameArgs, Played},
 };
 use osp_lab::report::thousands;
 use osp_session::{
     export::{ExportOptions, Objects, PolygonTimes, write_glb},
-    output_file::OutputKind,
     recording::Event,
     scene::Scene,
 };
+
+/// Endings of a model's name.
+pub(super) const MODEL: &[&str] = &[".glb"];
 
 /// Write the model of a session as binary glTF, for Blender, engines and viewers.
 ///
@@ -58,9 +60,8 @@ pub(super) struct ExportArgs {
     objects: ObjectsArg,
     #[command(flatten)]
     whole: StaticArgs,
-    /// Let the model replace a file that is no .glb of osp, but never the session.
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    force: ForceArgs,
 }
 
 /// Options of a static model.
@@ -97,8 +98,7 @@ enum ObjectsArg {
 }
 
 pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
-    let output =
-        Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, OutputKind::Glb)?;
+    let output = args.force.outputs().reads([&args.session.file]).add("OUT", &args.out, MODEL)?;
     let objects = args.whole.objects().unwrap_or(match args.objects {
         ObjectsArg::Layers => Objects::Layers,
         ObjectsArg::Strokes => Objects::Strokes,

@@ -13,7 +13,6 @@ use super::{
     film_file::{FilmFile, FilmFormat, Times},
     outcome::Outcome,
     output::{one_line, print_result, warn},
-    outputs::Outputs,
     parsers::Size,
     progress,
     read_session::ReadSession,
@@ -63,9 +62,9 @@ fn frame_count(args: &FilmArgs) -> anyhow::Result<u64> {
 /// Writes the film, and returns a line about it. Calls `goes_on` with the number of finished pictures; no film is
 /// written once it returns `false`.
 fn write(args: &FilmArgs, goes_on: &dyn Fn(u64) -> bool) -> anyhow::Result<String> {
-    let mut outputs = Outputs::new(args.shown.force).reads([&args.file]);
+    let mut outputs = args.shown.force.outputs().reads([&args.file]);
     let format = FilmFormat::of(&args.out)?;
-    let output = outputs.add("OUT", &args.out, format.kind())?;
+    let output = outputs.add("OUT", &args.out, &[])?;
     let (width, height) = format.size(args.size)?;
     let fps = format.pictures_a_second(args.fps)?;
     let gpu = Arc::new(Gpu::headless()?);

@@ -6,10 +6,7 @@ use anyhow::{bail, ensure};
 
 use super::{gif_file::GifFile, mp4_file::Mp4File, outputs::ending, parsers::Size};
 use osp_render::Image;
-use osp_session::{
-    atomic_file::{AtomicFile, Destination},
-    output_file::OutputKind,
-};
+use osp_session::atomic_file::{AtomicFile, Destination};
 
 /// Additional time for which a film shows its last frame, seconds.
 const END_S: u16 = 1;
@@ -37,13 +34,6 @@ impl FilmFormat {
             "gif" => Ok(Self::Gif),
             _ if !is_file => Ok(Self::Gif),
             _ => bail!("{}: expected a name that ends in .mp4 or .gif", path.display()),
-        }
-    }
-
-    pub(super) fn kind(self) -> OutputKind {
-        match self {
-            Self::Gif => OutputKind::Gif,
-            Self::Mp4 => OutputKind::Mp4,
         }
     }
 

@@ -9,15 +9,15 @@ use super::{
     new_recording::NewRecording,
     outcome::Outcome,
     output::{one_line, print_result, warn},
-    outputs::{Output, Outputs},
+    outputs::{ForceArgs, Output},
     reading::ReadArgs,
     session::OpenSession,
 };
 use osp_lab::report::thousands;
-use osp_session::{
-    output_file::OutputKind,
-    recording::{Event, RecordingError},
-};
+use osp_session::recording::{Event, RecordingError};
+
+/// Endings of a recording's name.
+pub(super) const RECORDING: &[&str] = &[".ron", ".ron.zst"];
 
 /// Convert a session to osp's own format: text with one event a line, plain or compressed.
 ///
@@ -34,9 +34,8 @@ pub(super) struct ImportArgs {
     input: PathBuf,
     /// The recording to write: .ron, or .ron.zst to compress it.
     output: PathBuf,
-    /// Replace the output if it exists.
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    force: ForceArgs,
     #[command(flatten)]
     reading: ReadArgs,
 }
@@ -86,8 +85,8 @@ impl Counts {
 }
 
 pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
-    let mut outputs = Outputs::new(args.force).reads([&args.input]);
-    let output = outputs.add("OUTPUT", &args.output, OutputKind::Recording)?;
+    let mut outputs = args.force.outputs().reads([&args.input]);
+    let output = outputs.add("OUTPUT", &args.output, RECORDING)?;
 
     let mut session = OpenSession::open(&args.input, &args.reading)?.counted();
     let (counts, bytes) = convert(&mut session, output, args.reading.lenient)?;

@@ -45,7 +45,7 @@ impl JoinArgs {
                 path.display()
             );
         }
-        SharedRecording::open(&path, &header(session), self.force)
+        SharedRecording::open(&path, &header(session), self.force.force)
     }
 }
 

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::{
     numbers,
+    outputs::ForceArgs,
     reading::ReadArgs,
     shared_args::{self, ServerArgs},
 };
@@ -71,9 +72,8 @@ pub(super) struct JoinArgs {
     pub(super) until_empty: bool,
     #[command(flatten)]
     pub(super) server: ServerArgs,
-    /// Replace FILE, whatever it is.
-    #[arg(long)]
-    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) force: ForceArgs,
     /// Print the summary as one JSON object.
     #[arg(long)]
     pub(super) json: bool,

@@ -24,7 +24,7 @@ use shiguredo_mp4::{
     mux::{Mp4FileMuxer, Mp4FileMuxerOptions, Sample, TrackMetadata, estimate_maximum_moov_box_size},
 };
 
-use osp_session::{atomic_file::AtomicFile, output_file::FILM_MARK};
+use osp_session::atomic_file::AtomicFile;
 
 /// Quantizer of all pictures, 0 to 51. A quantizer larger by six halves the file, but thin strokes begin to
 /// smear.
@@ -78,7 +78,7 @@ impl Mp4File {
         let muxer = Mp4FileMuxer::with_options(Mp4FileMuxerOptions {
             reserved_moov_box_size: estimate_maximum_moov_box_size(&[pictures]),
             video_track: TrackMetadata {
-                name: Utf8String::new(FILM_MARK).unwrap_or_default(),
+                name: Utf8String::new("osp film").unwrap_or_default(),
                 ..TrackMetadata::default()
             },
             ..Mp4FileMuxerOptions::default()

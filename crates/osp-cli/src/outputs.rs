@@ -6,15 +6,31 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, bail};
+use clap::Args;
 
 use super::output;
 #[cfg(feature = "bench")]
 use osp_session::atomic_file::write_atomically;
 use osp_session::{
     atomic_file::{AtomicFile, Destination},
-    output_file::{OutputError, OutputKind, check_output, is_same_file, is_there, lies_in},
+    output_file::{OutputError, check_output, is_same_file, lies_in},
     recording::import::files_beside,
 };
+
+/// The option of every command that writes files.
+#[derive(Args, Clone, Copy, Debug)]
+pub(super) struct ForceArgs {
+    /// Overwrite any output, never an input.
+    #[arg(long)]
+    pub(super) force: bool,
+}
+
+impl ForceArgs {
+    /// Creates the list of a command's files.
+    pub(super) fn outputs(self) -> Outputs {
+        Outputs::new(self.force)
+    }
+}
 
 /// The files that a command reads and writes.
 pub(super) struct Outputs {
@@ -25,7 +41,7 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// Creates the list. With `force`, an output may replace a file of another kind, but never an input.
+    /// Creates the list. With `force`, an output may replace a file, but never an input.
     pub(super) fn new(force: bool) -> Self {
         Self { force, inputs: Vec::new(), outputs: Vec::new() }
     }
@@ -33,19 +49,22 @@ impl Outputs {
     /// Adds files or folders that the command reads.
     #[must_use]
     pub(super) fn reads<'a>(mut self, paths: impl IntoIterator<Item = &'a PathBuf>) -> Self {
-        for path in paths {
-            self.inputs.push(path.clone());
-            self.inputs.extend(files_beside(path));
-        }
+        self.inputs.extend(paths.into_iter().cloned());
         self
     }
 
     fn is_no_input(&self, option: &str, path: &Path) -> anyhow::Result<()> {
+        // Standard output may lead to a file that is an input.
+        let is_standard_output = path == Path::new("-") && cfg!(unix);
+        let place = if is_standard_output { Path::new("/dev/stdout") } else { path };
         for input in &self.inputs {
-            if is_same_file(path, input) {
-                bail!("{}: is the input, too; {option} must name another file", path.display());
+            // Another file of the same session can be the output only if it exists.
+            let is_beside =
+                || place.exists() && files_beside(input).iter().any(|beside| is_same_file(place, beside));
+            if is_same_file(place, input) || is_beside() {
+                bail!("{}: is an input, too; {option} must name another file", path.display());
             }
-            if input.is_dir() && lies_in(path, input) {
+            if input.is_dir() && lies_in(place, input) {
                 let folder = input.display();
                 bail!("{}: lies in the input {folder}; {option} must name a file elsewhere", path.display());
             }
@@ -53,11 +72,15 @@ impl Outputs {
         Ok(())
     }
 
-    /// Checks an output before the work begins. `option` is the option that named it.
-    pub(super) fn add(&mut self, option: &str, path: &Path, kind: OutputKind) -> anyhow::Result<Output> {
-        // Standard output may lead to a file that is an input.
-        let is_standard_output = path == Path::new("-") && cfg!(unix);
-        self.is_no_input(option, if is_standard_output { Path::new("/dev/stdout") } else { path })?;
+    /// Checks an output before the work begins. `option` is the option that named it. Its name must have one of the
+    /// endings, if there are any.
+    pub(super) fn add(
+        &mut self,
+        option: &str,
+        path: &Path,
+        endings: &'static [&'static str],
+    ) -> anyhow::Result<Output> {
+        self.is_no_input(option, path)?;
         let destination = Destination::of(path).with_context(|| path.display().to_string())?;
         let is_written_twice = |other: &Path| match (&destination, Destination::of(other)) {
             (Destination::File(_), Ok(Destination::File(_))) => is_same_file(path, other),
@@ -71,7 +94,7 @@ impl Outputs {
         if let Some((other, _)) = self.outputs.iter().find(|(_, other)| is_written_twice(other)) {
             bail!("{}: {other} and {option} cannot both write it", path.display());
         }
-        let output = Output { path: path.to_owned(), kind, force: self.force };
+        let output = Output { path: path.to_owned(), endings, force: self.force };
         output.check()?;
         if destination == Destination::StandardOutput {
             output::keep_standard_output_for_a_file();
@@ -87,14 +110,14 @@ impl Outputs {
     /// Checks the paths of pictures in an existing folder.
     #[cfg(feature = "render")]
     pub(super) fn add_pictures(
-        &mut self,
+        &self,
         option: &str,
         paths: impl Iterator<Item = PathBuf>,
     ) -> anyhow::Result<()> {
         // The names of the pictures differ. Creating the first one finds out whether the folder is writable.
         for (i, path) in paths.enumerate() {
             self.is_no_input(option, &path)?;
-            let output = Output { path, kind: OutputKind::Png, force: self.force };
+            let output = Output { path, endings: &[], force: self.force };
             output.check()?;
             if i == 0 {
                 output.create()?;
@@ -103,14 +126,27 @@ impl Outputs {
         Ok(())
     }
 
+    /// Checks a file that the command reads and to which it adds.
+    pub(super) fn adds_to(
+        &mut self,
+        option: &str,
+        path: &Path,
+        endings: &'static [&'static str],
+    ) -> anyhow::Result<Output> {
+        let force = std::mem::replace(&mut self.force, true);
+        let output = self.add(option, path, endings);
+        self.force = force;
+        output
+    }
+
     /// Checks an output, if the option for it was given.
     pub(super) fn add_any(
         &mut self,
         option: &str,
         path: Option<&PathBuf>,
-        kind: OutputKind,
+        endings: &'static [&'static str],
     ) -> anyhow::Result<Option<Output>> {
-        path.map(|path| self.add(option, path, kind)).transpose()
+        path.map(|path| self.add(option, path, endings)).transpose()
     }
 }
 
@@ -118,7 +154,7 @@ impl Outputs {
 #[derive(Clone, Debug)]
 pub(super) struct Output {
     path: PathBuf,
-    kind: OutputKind,
+    endings: &'static [&'static str],
     force: bool,
 }
 
@@ -133,19 +169,12 @@ impl Output {
         &self.path
     }
 
-    /// Whether a file of this kind exists already.
-    pub(super) fn replaces_its_kind(&self) -> bool {
-        is_there(&self.path, self.kind)
-    }
-
     /// Returns an error if the output would replace a file that must not be lost. Such a file may have appeared since
     /// the check before the work.
     pub(super) fn check(&self) -> anyhow::Result<()> {
-        check_output(&self.path, self.kind, self.force).map_err(|error: OutputError| {
-            match error.yields_to_force() && !self.force {
-                true => anyhow!("{error}; --force replaces it"),
-                false => error.into(),
-            }
+        check_output(&self.path, self.endings, self.force).map_err(|error| match error {
+            OutputError::Exists { .. } => anyhow!("{error}; --force replaces it"),
+            error => error.into(),
         })
     }
 
@@ -157,9 +186,8 @@ impl Output {
     /// Gives the file its name. Returns its size in bytes if it is a file.
     pub(super) fn commit(&self, file: AtomicFile) -> anyhow::Result<Option<u64>> {
         self.check()?;
-        // Does not replace a session that appears after the check, either.
-        let is_new_only = !self.force && self.kind.is_session();
-        let outcome = if is_new_only { file.commit_new() } else { file.commit() };
+        // Does not replace a file that appears after the check, either.
+        let outcome = if self.force { file.commit() } else { file.commit_new() };
         outcome.map_err(|error| self.failed(&error))
     }
 

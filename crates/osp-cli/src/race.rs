@@ -4,7 +4,7 @@ use super::{
     bench::command,
     outcome::Outcome,
     output::{file_name, print_result, warn},
-    outputs::{Output, Outputs},
+    outputs::Output,
     race_args::RaceArgs,
     race_film,
     race_view::RaceView,
@@ -17,16 +17,15 @@ use osp_lab::{
     bench::{RaceError, RaceFilm, RaceInput, RaceReport, race},
 };
 use osp_session::{
-    output_file::OutputKind,
     recording::{Event, RecordingError, SynthKind, synthesize},
     replay::{CameraPath, main_bounds, root_cube, whole_view},
 };
 
 pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
     args.check()?;
-    let mut outputs = Outputs::new(args.force).reads(&args.file);
-    let csv = outputs.add_any("--csv", args.csv.as_ref(), OutputKind::Csv)?;
-    let film = outputs.add_any("--film", args.film.as_ref(), OutputKind::Gif)?;
+    let mut outputs = args.force.outputs().reads(&args.file);
+    let csv = outputs.add_any("--csv", args.csv.as_ref(), &[])?;
+    let film = outputs.add_any("--film", args.film.as_ref(), &[".gif"])?;
     let report = match (&args.file, args.synth) {
         (Some(file), _) => {
             // A thread that reads ahead would take a core from the structures, or share theirs.

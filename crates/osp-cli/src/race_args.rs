@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::ensure;
 use clap::Args;
 
-use super::{bench_args::contender_parser, parsers::camera_parser, reading::ReadArgs};
+use super::{bench_args::contender_parser, outputs::ForceArgs, parsers::camera_parser, reading::ReadArgs};
 use osp_lab::Contender;
 use osp_session::{recording::Pace, replay::CameraChoice};
 
@@ -58,9 +58,8 @@ pub(super) struct RaceArgs {
     /// Print one JSON object instead of the summary and the table.
     #[arg(long)]
     pub(super) json: bool,
-    /// Let an output replace a file of another type, even a session, but never the input.
-    #[arg(long)]
-    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) force: ForceArgs,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
 }

@@ -11,7 +11,6 @@ use anyhow::{Context, bail};
 use super::{
     outcome::Outcome,
     output::{one_line, print_result, warn},
-    outputs::Outputs,
     progress,
     read_session::ReadSession,
     render_args::{RenderArgs, RenderCamera},
@@ -32,7 +31,6 @@ use osp_render::{
     Colors, DrawTimes, Gpu, Image, Layer, Offscreen, RendererConfig, background_for, ffmpeg_command,
 };
 use osp_session::{
-    output_file::OutputKind,
     replay::{CameraChoice, CameraPath, Moment, Player, Summary, main_bounds, root_cube, whole_view},
     scene::Scene,
 };
@@ -46,10 +44,10 @@ impl RenderArgs {
 pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let rig = args.rig.path()?;
     let pictures = Pictures::new(args.size, rig.as_ref());
-    let mut outputs = Outputs::new(args.shown.force).reads([&args.file]).reads(&args.rig.screens.file());
+    let mut outputs = args.shown.force.outputs().reads([&args.file]).reads(&args.rig.screens.file());
     if let Some(out) = &args.out {
         for picture in pictures.all() {
-            outputs.add("OUT.png", &picture.path(out), OutputKind::Png)?;
+            outputs.add("OUT.png", &picture.path(out), &[".png"])?;
         }
     }
     if let Some(folder) = args.to.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {

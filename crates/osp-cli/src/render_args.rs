@@ -11,6 +11,7 @@ use super::{
     frame_choice::FrameChoice,
     index_settings_args::IndexSettingsArgs,
     numbers,
+    outputs::ForceArgs,
     parsers::{DETAILS, Size, index_parser, occlusion_parser},
     reading::ReadArgs,
     rig_args::RigPathArgs,
@@ -143,9 +144,8 @@ pub(super) struct ShownArgs {
     pub(super) time: f32,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
-    /// Let the output replace a file of another type, but never the session.
-    #[arg(long)]
-    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) force: ForceArgs,
 }
 
 /// Position of the eye in a picture.

@@ -43,7 +43,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     let rig = args.rig.path()?;
     let pins = args.check.as_deref().map(Pins::read).transpose()?;
     let mut new_pins = match &outputs.pin {
-        Some(output) if output.replaces_its_kind() => Pins::read(output.path())?,
+        Some(output) if output.path().exists() => Pins::read(output.path())?,
         _ => Pins::default(),
     };
     let mut csv = match &outputs.csv {

@@ -10,6 +10,7 @@ use super::{
     index_settings_args::{CutNodesArgs, IndexSettingsArgs},
     numbers,
     occlusion_test_args::TestArgs,
+    outputs::ForceArgs,
     parsers::{Size, camera_parser, index_parser, occlusion_parser},
     reading::ReadArgs,
     rig_args::RigPathArgs,
@@ -142,9 +143,8 @@ pub(super) struct ReplayArgs {
     /// Number of frames in which to compare the culled polygons with the polygons that really are hidden.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion", value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
     pub(super) verify_frames: u64,
-    /// Let an output replace a file of another type, even a session, but never an input.
-    #[arg(long)]
-    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) force: ForceArgs,
     #[command(flatten)]
     pub(super) rig: RigPathArgs,
     /// Also draw the remaining polygons of each frame on the graphics adapter, and measure the time [default size:

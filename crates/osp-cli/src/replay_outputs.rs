@@ -2,12 +2,8 @@
 
 use anyhow::bail;
 
-use super::{
-    charts::Charts,
-    outputs::{Output, Outputs},
-    replay_args::ReplayArgs,
-};
-use osp_session::{atomic_file::Destination, output_file::OutputKind};
+use super::{charts::Charts, outputs::Output, replay_args::ReplayArgs};
+use osp_session::atomic_file::Destination;
 
 /// The outputs of a replay.
 pub(super) struct ReplayOutputs {
@@ -20,7 +16,7 @@ pub(super) struct ReplayOutputs {
 
 impl ReplayOutputs {
     pub(super) fn checked(args: &ReplayArgs) -> anyhow::Result<Self> {
-        let mut outputs = Outputs::new(args.force).reads(&args.files).reads(&args.check);
+        let mut outputs = args.force.outputs().reads(&args.files).reads(&args.check);
         outputs = outputs.reads(&args.rig.screens.file());
         if let Some(path) = &args.pin
             && matches!(Destination::of(path), Ok(Destination::Special(_)))
@@ -32,10 +28,10 @@ impl ReplayOutputs {
         }
         let charts = Charts::checked(args, &mut outputs)?;
         Ok(Self {
-            csv: outputs.add_any("--csv", args.csv.as_ref(), OutputKind::Csv)?,
+            csv: outputs.add_any("--csv", args.csv.as_ref(), &[])?,
             charts,
-            pin: outputs.add_any("--pin", args.pin.as_ref(), OutputKind::Pins)?,
-            trace: outputs.add_any("--trace", args.trace.as_ref(), OutputKind::Trace)?,
+            pin: args.pin.as_ref().map(|pin| outputs.adds_to("--pin", pin, &[])).transpose()?,
+            trace: outputs.add_any("--trace", args.trace.as_ref(), &[])?,
         })
     }
 }

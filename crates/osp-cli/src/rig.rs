@@ -11,16 +11,13 @@ use super::built::{self, Feature};
 use super::{
     outcome::Outcome,
     output::{one_line, print_result, warn},
-    outputs::Outputs,
+    outputs::ForceArgs,
     rig_args::rig_file,
 };
 #[cfg(feature = "bench")]
 use osp_lab::report::RigPlan;
 use osp_lab::report::columns_table;
-use osp_session::{
-    output_file::OutputKind,
-    rig::{Eye, Eyes, Output, Rig, Screen, Viewport},
-};
+use osp_session::rig::{Eye, Eyes, Output, Rig, Screen, Viewport};
 
 /// Check or show a rig: the screens around a tracked head that --rig names.
 #[derive(Args, Debug)]
@@ -88,9 +85,8 @@ enum What {
         /// The plan of the room to write, .svg or .png: from above and from the front.
         #[arg(value_name = "PLAN")]
         plan: Option<PathBuf>,
-        /// Replace a file of another kind.
-        #[arg(long)]
-        force: bool,
+        #[command(flatten)]
+        force: ForceArgs,
     },
 }
 
@@ -158,20 +154,14 @@ const NEAR_M: f32 = 0.01;
 /// Far plane, like [`NEAR_M`].
 const FAR_M: f32 = 100.0;
 
-fn show(name: &str, plan: Option<&PathBuf>, force: bool) -> anyhow::Result<Outcome> {
+fn show(name: &str, plan: Option<&PathBuf>, force: ForceArgs) -> anyhow::Result<Outcome> {
     #[cfg(not(feature = "bench"))]
     if plan.is_some() {
         return built::refuse("osp rig show RIG PLAN", &[Feature::Bench]);
     }
     let rig = Rig::open(name)?;
-    let mut outputs = Outputs::new(force).reads(&rig_file(name));
-    let kind = match plan {
-        Some(path) if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) => {
-            OutputKind::Png
-        }
-        _ => OutputKind::Svg,
-    };
-    let output = plan.map(|path| outputs.add("PLAN", path, kind)).transpose()?;
+    let mut outputs = force.outputs().reads(&rig_file(name));
+    let output = outputs.add_any("PLAN", plan, &[".svg", ".png"])?;
     print_result(&format!(
         "{}: {}, eyes {} mm apart, head at {}",
         one_line(&rig.name),

@@ -9,7 +9,6 @@ use super::{
     film,
     outcome::Outcome,
     output::warn,
-    outputs::Outputs,
     sketch_args::{SketchArgs, WindowArgs},
 };
 use osp_app::{
@@ -20,7 +19,6 @@ use osp_app::{
 #[cfg(feature = "live")]
 use osp_app::{Live, Unjoined};
 use osp_rivals::IndexSettings;
-use osp_session::output_file::OutputKind;
 
 /// If reading a session takes longer than this, the window opens while the reading continues, and shows errors itself.
 pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
@@ -103,8 +101,8 @@ impl WindowArgs {
             TrackerAddress::File(path) => Some(path),
             _ => None,
         });
-        let mut outputs = Outputs::new(self.force).reads(session).reads(&rig).reads(tracker);
-        outputs.add_any("--trace", self.trace.as_ref(), OutputKind::Trace)?;
+        let mut outputs = self.force.outputs().reads(session).reads(&rig).reads(tracker);
+        outputs.add_any("--trace", self.trace.as_ref(), &[])?;
         Ok(())
     }
 

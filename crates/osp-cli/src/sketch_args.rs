@@ -8,6 +8,7 @@ use super::{
     index_settings_args::{CutNodesArgs, IndexSettingsArgs},
     numbers,
     occlusion_test_args::TestArgs,
+    outputs::ForceArgs,
     parsers::{DETAILS, index_parser, occlusion_parser},
     reading::LimitArgs,
     rig_args::RigArgs,
@@ -128,9 +129,8 @@ pub(super) struct WindowArgs {
     /// Write one line of JSON for each frame to this file.
     #[arg(long, value_name = "FILE")]
     pub(super) trace: Option<PathBuf>,
-    /// Let --trace replace a file that is no trace, but never the session.
-    #[arg(long)]
-    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) force: ForceArgs,
 }
 
 fn size(text: &str) -> Result<(u32, u32), String> {

@@ -13,6 +13,7 @@ use indicatif::ProgressBar;
 use super::{
     outcome::Outcome,
     output::{print_result, warn},
+    outputs::ForceArgs,
     progress,
     replay_args::PlayArgs,
     replay_session::{ReplayContext, Replayed, replay},
@@ -46,9 +47,8 @@ pub(super) struct StudyArgs {
     /// The file to add lines to, .ndjson [default: print the lines].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Empty FILE first, even if it has other contents. osp never empties a session that it measures.
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    force: ForceArgs,
     #[command(flatten)]
     play: PlayArgs,
 }
@@ -73,7 +73,7 @@ pub(super) fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
     let sessions = sessions(&args.files, Part::WHOLE)?;
     let (options, place) = (args.play.in_one_line(), Place::here()?);
     let out = args.out.as_deref().filter(|out| *out != Path::new("-"));
-    let file = out.map(|out| StudyFile::open(out, &sessions, args.force)).transpose()?;
+    let file = out.map(|out| StudyFile::open(out, &sessions, args.force.force)).transpose()?;
     let mut study = Study { play: &args.play, options, place, file, printed: HashMap::new(), measured: 0 };
 
     let (mut unread, mut disagreeing) = (0, 0);

@@ -7,12 +7,15 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use serde::{Deserialize, Serialize};
 
 use super::{outputs::Outputs, study_contents::Contents, version::COMMIT};
 use osp_lab::{Machine, report::ReplayReport};
-use osp_session::{atomic_file::Destination, output_file::OutputKind, platform::host_name};
+use osp_session::{atomic_file::Destination, platform::host_name, small_file::open_regular};
+
+/// First bytes of a study's results.
+pub(super) const START: &[u8] = b"{\"osp_study\":";
 
 /// Version of the fields.
 const VERSION: u32 = 1;
@@ -164,7 +167,17 @@ impl StudyFile {
         if !matches!(Destination::of(path).with_context(named)?, Destination::File(_)) {
             bail!("{}: expected a regular file to add lines to; found a pipe or a device", named());
         }
-        Outputs::new(force).reads(inputs).add("--out", path, OutputKind::Study)?;
+        Outputs::new(force).reads(inputs).adds_to("--out", path, &[".ndjson"])?;
+        if !force && path.exists() {
+            let mut start = Vec::new();
+            open_regular(path)?.take(START.len() as u64).read_to_end(&mut start).with_context(named)?;
+            // A killed process may have left only a part of the first line.
+            ensure!(
+                START.starts_with(&start),
+                "{}: holds no lines of `osp study`; --force empties it",
+                named()
+            );
+        }
         let file = File::options().create(true).read(true).append(true).open(path).with_context(named)?;
         if force {
             file.set_len(0).with_context(named)?;

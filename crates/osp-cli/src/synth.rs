@@ -7,18 +7,16 @@ use clap::Args;
 use indicatif::HumanBytes;
 
 use super::{
+    import::RECORDING,
     new_recording::NewRecording,
     outcome::Outcome,
     output::{one_line, print_result},
-    outputs::Outputs,
+    outputs::ForceArgs,
     parsers::named,
     progress,
 };
 use osp_lab::report::thousands;
-use osp_session::{
-    output_file::OutputKind,
-    recording::{Event, SynthKind, synthesize, synthesize_class},
-};
+use osp_session::recording::{Event, SynthKind, synthesize, synthesize_class};
 
 /// Write a synthetic session, in which an invented person draws. A seed determines everything.
 ///
@@ -54,9 +52,8 @@ pub(super) struct SynthArgs {
     /// Number of artists in a session of kind `class`. The polygons are divided among the artists [default: 3].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(SynthKind::MOST_AUTHORS)))]
     authors: Option<u32>,
-    /// Replace the file if it exists.
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    force: ForceArgs,
 }
 
 pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {
@@ -65,7 +62,7 @@ pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {
         (kind, None) => synthesize(kind, args.polygons, args.seed),
         (kind, Some(_)) => bail!("--authors: only `class` has several artists; found `{kind}`"),
     };
-    let output = Outputs::new(args.force).add("OUT", &args.out, OutputKind::Recording)?;
+    let output = args.force.outputs().add("OUT", &args.out, RECORDING)?;
     let mut recording = NewRecording::create(output, &session.header)?;
     let progress = progress::events(&args.out.to_string_lossy());
     let (mut strokes, mut points, mut events) = (0, 0, 0);

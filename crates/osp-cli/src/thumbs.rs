@@ -14,12 +14,12 @@ use super::{
 };
 use osp::polygon::{Change, VisibleBlocks};
 use osp_render::{Gpu, Layer, Offscreen, RendererConfig, background_for};
-use osp_session::{output_file::OutputKind, recording::Pace, replay::still_view};
+use osp_session::{recording::Pace, replay::still_view};
 
 pub(super) fn run(args: &ThumbsArgs) -> anyhow::Result<Outcome> {
     // Without --out, `NAME.png` in the folder of a session may be the artist's own picture.
     let ending = if args.out.is_some() { ".png" } else { ".thumb.png" };
-    let batch = Batch::plan(&args.files, args.out.as_deref(), (ending, OutputKind::Png), args.force)?;
+    let batch = Batch::plan(&args.files, args.out.as_deref(), ending, args.force.force)?;
     batch.run(1, ["drawn", ending], || {
         let gpu = Arc::new(Gpu::headless()?);
         warn(&format!("drawn by {}", gpu.name()));
@@ -29,8 +29,8 @@ pub(super) fn run(args: &ThumbsArgs) -> anyhow::Result<Outcome> {
 
 /// Draws one session. Returns the reader's remarks.
 fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<String>> {
-    let mut outputs = Outputs::new(args.force).reads([&job.source]);
-    let output = outputs.add("--out", &job.target, OutputKind::Png)?;
+    let mut outputs = Outputs::new(job.replaces).reads([&job.source]);
+    let output = outputs.add("--out", &job.target, &[])?;
     let mut session = OpenSession::open(&job.source, &args.reading)?.counted();
     let (read_session, read) = ReadSession::of(session.header.clone(), session.by_ref(), Pace::Samples(16));
     read?;

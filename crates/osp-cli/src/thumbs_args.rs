@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{parsers::Size, reading::ReadArgs};
+use super::{outputs::ForceArgs, parsers::Size, reading::ReadArgs};
 
 /// Draw a picture of each session in folders: a PNG with the artist's view, drawn like `osp render`.
 ///
@@ -29,9 +29,8 @@ pub(super) struct ThumbsArgs {
     /// Width and height in pixels.
     #[arg(long, default_value = "320x240")]
     pub(super) size: Size,
-    /// Also draw pictures that are newer than their sessions, and replace files of another kind, but never a session.
-    #[arg(long)]
-    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) force: ForceArgs,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
 }

@@ -9,13 +9,14 @@ use std::{
 use anyhow::Context;
 use walkdir::WalkDir;
 
+use super::study_lines;
 use osp::occlusion::Soundness;
 use osp_lab::{
     report::thousands,
     rows::Rows,
     verify::{Trial, Verifier},
 };
-use osp_session::{atomic_file::is_unfinished, output_file::STUDY_START, recording::looks_like_session};
+use osp_session::{atomic_file::is_unfinished, recording::looks_like_session};
 
 /// Number of bytes at the beginning of a file that decide whether the file is a session.
 const START_BYTES: u64 = 4096;
@@ -105,7 +106,7 @@ fn begins_like_session(path: &Path) -> bool {
     let mut start = Vec::new();
     let read = std::fs::File::open(path).and_then(|file| file.take(START_BYTES).read_to_end(&mut start));
     // A file of `osp study` is also JSON, but no session.
-    read.is_err() || (looks_like_session(path, &start) && !start.starts_with(STUDY_START))
+    read.is_err() || (looks_like_session(path, &start) && !start.starts_with(study_lines::START))
 }
 
 const PART: &str = "verify-all";

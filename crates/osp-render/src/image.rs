@@ -95,6 +95,8 @@ impl Image {
             encoder.set_color(png::ColorType::Rgba);
             encoder.set_depth(png::BitDepth::Eight);
             encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+            // By this `osp thumbs` knows its own pictures.
+            encoder.add_text_chunk("Software".to_owned(), "osp".to_owned())?;
             let mut writer = encoder.write_header()?;
             writer.write_image_data(&self.rgba)?;
             Ok(writer.finish()?)

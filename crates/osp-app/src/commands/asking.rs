@@ -9,10 +9,7 @@ use crate::{
     studio::Studio,
     working::ReplayStart,
 };
-use osp_session::{
-    output_file::{OutputKind, check_output},
-    platform::fs,
-};
+use osp_session::{output_file::check_output, platform::fs};
 
 impl Studio {
     /// The question that the window shows.
@@ -126,21 +123,26 @@ impl Studio {
         }
     }
 
-    /// Saves the next frame as a picture. If the path already has a picture, shows a question first.
+    /// Saves the next frame as a picture. If the path already has a file, shows a question first.
     pub(crate) fn ask_for_picture(&mut self, path: PathBuf) {
-        match check_output(&path, OutputKind::Png, false) {
-            Err(error) => self.report_file(Err(error.to_string())),
-            Ok(()) if fs::is_file(&path) => self.ask(Question::PictureOver(path)),
-            Ok(()) => self.work.picture = Some(path),
+        if fs::is_file(&path) && self.may_save_picture(&path).is_ok() {
+            self.ask(Question::PictureOver(path));
+        } else {
+            self.picture_over(path);
         }
     }
 
-    /// Saves the next frame as a picture. Replaces an existing picture, but no other kind of file.
+    /// Saves the next frame as a picture. Replaces a file at the path, but not the shown session.
     pub(crate) fn picture_over(&mut self, path: PathBuf) {
-        match check_output(&path, OutputKind::Png, false) {
+        match self.may_save_picture(&path) {
             Ok(()) => self.work.picture = Some(path),
-            Err(error) => self.report_file(Err(error.to_string())),
+            Err(why_not) => self.report_file(Err(why_not)),
         }
+    }
+
+    fn may_save_picture(&self, path: &Path) -> Result<(), String> {
+        self.is_not_shown(path)?;
+        check_output(path, &[".png"], true).map_err(|error| error.to_string())
     }
 
     pub(crate) fn ask_to_discard(&mut self) {

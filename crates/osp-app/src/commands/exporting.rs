@@ -7,12 +7,12 @@ use std::{
 
 use crate::{
     studio::Studio,
-    working::{Done, Exported, Kind, Progress, Whole, WorkMode, check_export, is_sketch},
+    working::{Done, Exported, Kind, Progress, Whole, WorkMode, check_export, is_film, is_sketch},
 };
 use osp_session::{
     atomic_file::AtomicFile,
     export::{ExportError, ExportOptions, write_glb_watched, write_tilt},
-    output_file::{OutputKind, is_same_file},
+    output_file::is_same_file,
     recording::import::tilt_thumbnail,
 };
 
@@ -28,7 +28,7 @@ impl Studio {
         }
         if is_sketch(path) {
             self.export_tilt(path)
-        } else if OutputKind::of_film(path).is_some() {
+        } else if is_film(path) {
             self.export_film(path)
         } else {
             self.export_gltf(path)
@@ -42,10 +42,16 @@ impl Studio {
     /// Checks that an export may write this file. An export must not replace the shown session, because an export
     /// contains less than the session.
     pub(super) fn may_export(&self, path: &Path) -> Result<(), String> {
-        if is_same_file(path, self.session.path()) {
-            return Err(format!("{}: expected another file; the window shows this session", path.display()));
-        }
+        self.is_not_shown(path)?;
         check_export(path).map_err(|error| error.to_string())
+    }
+
+    /// Checks that a path does not lead to the shown session.
+    pub(super) fn is_not_shown(&self, path: &Path) -> Result<(), String> {
+        match is_same_file(path, self.session.path()) {
+            true => Err(format!("{}: expected another file; the window shows this session", path.display())),
+            false => Ok(()),
+        }
     }
 
     fn export_gltf(&mut self, path: &Path) {

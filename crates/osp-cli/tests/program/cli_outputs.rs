@@ -20,7 +20,6 @@ mod naming;
 mod occlusion_options;
 mod pvs;
 mod query;
-mod replacing;
 mod rigs;
 #[cfg(unix)]
 mod table;

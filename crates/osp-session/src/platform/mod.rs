@@ -79,6 +79,11 @@ pub mod fs {
         return Ok(without_dots(path).starts_with(without_dots(folder)));
     }
 
+    /// Whether the file's name ends in `ending`, in upper or lower case.
+    pub fn has_ending(path: &Path, ending: &str) -> bool {
+        path.file_name().is_some_and(|name| name.to_string_lossy().to_ascii_lowercase().ends_with(ending))
+    }
+
     /// Does the same as [`Path::is_file`].
     pub fn is_file(path: &Path) -> bool {
         metadata(path).is_ok_and(|data| data.is_file())

@@ -38,7 +38,7 @@ fn thumbs_are_the_pictures_that_osp_render_draws() {
     assert_eq!(stdout(&output), "3 sessions: 2 drawn now, 0 before, 1 failed\n");
     assert!(stderr(&output).contains("bad.ron, line 2: expected "), "{}", stderr(&output));
     for (session, thumb) in [("in/whole.ron", "out/whole.png"), ("in/below/own.ron", "out/below/own.png")] {
-        OSP.done_in(folder.path(), ["render", session, "one.png", "--size", "96x64"]);
+        OSP.done_in(folder.path(), ["render", session, "one.png", "--size", "96x64", "--force"]);
         let picture = |name: &str| {
             let file = std::io::BufReader::new(fs::File::open(at(name)).expect("a picture"));
             let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
@@ -56,6 +56,11 @@ fn thumbs_are_the_pictures_that_osp_render_draws() {
     let output = thumbs();
     assert!(output.status.success(), "{}", stderr(&output));
     assert_eq!(stdout(&output), "2 sessions: 1 drawn now, 1 before, 0 failed\n");
+    // A picture of another program stays, and so does a newer one of osp.
+    fs::write(at("out/whole.png"), b"\x89PNG\r\n\x1a\nby hand").expect("written");
+    let output = thumbs();
+    assert!(stderr(&output).contains("whole.png: exists already; --force"), "{}", stderr(&output));
+    assert_eq!(fs::read(at("out/whole.png")).expect("a picture"), b"\x89PNG\r\n\x1a\nby hand");
     // Beside a session its own name stays free for a picture of its artist's.
     OSP.done_in(folder.path(), ["thumbs", "in/whole.ron", "--size", "32x32"]);
     assert!(at("in/whole.thumb.png").is_file() && !at("in/whole.png").exists());

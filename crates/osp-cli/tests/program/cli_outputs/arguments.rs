@@ -194,15 +194,12 @@ fn files_larger_than_they_can_be_are_not_read_to_their_end() {
 fn names_that_do_not_fit_are_refused_before_the_session_is_read() {
     let folder = temp();
     // Would be the error if it were read.
-    fs::write(folder.path().join("a.ron"), "no session").expect("written");
+    for name in ["a.ron", "old"] {
+        fs::write(folder.path().join(name), "no session").expect("written");
+    }
     let mut cases = vec![
         (&["replay", "a.ron", "--chart", "c.pdf"][..], ".png or .svg"),
         (&["replay", "a.ron", "--chart", "c"], ".png or .svg"),
-        (&["replay", "a.ron", "--csv", "c.png"], ".csv"),
-        (&["replay", "a.ron", "--pin", "c.svg"], ".pins"),
-        (&["bench", "a.ron", "--html", "c.csv"], ".html"),
-        (&["bench", "a.ron", "--csv", "c.tilt"], ".csv"),
-        (&["race", "a.ron", "--csv", "c.png"], ".csv"),
         (&["race", "a.ron", "--film", "c.mp4"], ".gif"),
         (&["draw-index", "a.ron", "c.jpg"], ".svg, .png or .dot"),
         (&["draw-insertion", "a.ron", "c.png"], ".gif"),
@@ -220,15 +217,15 @@ fn names_that_do_not_fit_are_refused_before_the_session_is_read() {
     }
     if cfg!(feature = "window") {
         cases.extend([
-            (&["replay", "a.ron", "--window", "--trace", "t.ron"][..], ".jsonl"),
-            (&["sketch", "a.ron", "--trace", "t.csv"], ".jsonl"),
-            (&["sketch", "new.ron", "--trace", "new.ron"], "the input"),
+            (&["replay", "a.ron", "--window", "--trace", "a.ron"][..], "an input"),
+            (&["sketch", "a.ron", "--trace", "old"], "old: exists already; --force"),
+            (&["sketch", "new.ron", "--trace", "new.ron"], "an input"),
         ]);
     }
     for (args, expected) in cases.into_iter().filter(|(args, _)| has(args)) {
         assert_refused(&OSP.run_in(folder.path(), args), &[expected]);
     }
-    assert_eq!(super::names(folder.path()), ["a.ron"]);
+    assert_eq!(super::names(folder.path()), ["a.ron", "old"]);
 }
 
 #[cfg(all(target_os = "linux", feature = "bench"))]

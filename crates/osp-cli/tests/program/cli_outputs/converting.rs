@@ -98,6 +98,14 @@ fn models_lie_beside_their_sessions_and_no_two_share_a_name() {
     assert_eq!(names(folder.path()), ["a.ron", "a.ron.glb", "a.tilt", "a.tilt.glb", "b.glb", "b.ron"]);
     let output = OSP.run_in(folder.path(), ["convert", ".", "--to", "glb"]);
     assert_eq!(stdout(&output), "3 sessions: 0 converted now, 3 before, 0 failed, 3 are .glb already\n");
+    // A model that osp made of an older session is made again unasked.
+    set_changed(&at("b.ron"), SystemTime::now() + Duration::from_secs(100));
+    let output = OSP.run_in(folder.path(), ["convert", ".", "--to", "glb"]);
+    assert!(
+        stdout(&output).starts_with("3 sessions: 1 converted now, 2 before, 0 failed"),
+        "{}",
+        stderr(&output)
+    );
     fs::create_dir(at("other")).expect("a folder");
     write_session(&at("other"), "b.ron");
     let refused = OSP.run_in(folder.path(), ["convert", "b.ron", "other/b.ron", "--to", "glb", "--out", "x"]);
@@ -167,7 +175,7 @@ fn only_what_osp_makes_counts_as_finished_and_no_session_is_replaced_through_a_l
     // A model of another program, and a folder, are newer than the session.
     fs::write(at("a.glb"), b"glTF\x02\0\0\0\x30\0\0\0\x1c\0\0\0JSON{\"asset\":{\"version\":\"2.0\"}}")
         .expect("written");
-    assert!(stderr(&convert(&[])).contains("a.glb: holds a model of another program; --force replaces it"));
+    assert!(stderr(&convert(&[])).contains("a.glb: exists already; --force replaces it"));
     fs::remove_file(at("a.glb")).expect("removed");
     fs::create_dir(at("a.glb")).expect("a folder");
     let refused = convert(&["--force"]);
@@ -259,7 +267,7 @@ fn a_sketch_has_the_strokes_and_replaces_nothing_unasked() {
     let again = OSP.run_in(folder.path(), ["convert", "a.ron", "a.tilt"]);
     assert_refused(&again, &["a.tilt: exists already; --force replaces it"]);
     let onto_itself = OSP.run_in(folder.path(), ["convert", "a.tilt", "a.tilt", "--force"]);
-    assert_refused(&onto_itself, &["a.tilt: is the input, too"]);
+    assert_refused(&onto_itself, &["a.tilt: is an input, too"]);
     assert_eq!(fs::read(at("a.tilt")).expect("a sketch"), sketch);
     let forced = OSP.run_in(folder.path(), ["convert", "a.ron", "a.tilt", "--force"]);
     assert!(forced.status.success(), "{}", stderr(&forced));

@@ -39,7 +39,7 @@ fn room() -> tempfile::TempDir {
 
 /// A replay's run of one index, and the nodes, boxes and planes that it tested in all frames.
 fn replayed(folder: &Path, args: &[&str]) -> (Value, [u64; 3]) {
-    let how = ["replay", "room.ron", "--pace", "samples:64", "--json", "--csv", "f.csv"];
+    let how = ["replay", "room.ron", "--pace", "samples:64", "--json", "--csv", "f.csv", "--force"];
     let report = OSP.json_in(folder, [&how[..], args].concat());
     let csv = fs::read_to_string(folder.join("f.csv")).expect("the CSV");
     let mut lines = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());

@@ -264,7 +264,7 @@ fn what_is_no_rig_is_answered_with_those_there_are() {
         .filter(|args| has(&args[..]))
     {
         let output = OSP.run_in(folder.path(), outputs.iter().chain(&["--rig", "mine.rig", "--force"]));
-        assert_refused(&output, &["mine.rig", "the input"]);
+        assert_refused(&output, &["mine.rig", "an input"]);
     }
     if cfg!(feature = "bench") {
         assert_refused(&OSP.run_in(folder.path(), ["bench", "--rig", "cave4"]), &["name a session"]);

@@ -128,7 +128,7 @@ fn the_file_of_another_program_is_replaced_only_when_asked() {
     // A session that is read is replaced by nothing.
     fs::copy(folder.path().join("in/s0.ron"), folder.path().join("s.ndjson")).expect("copied");
     let args = ["study", "s.ndjson", "--out", "s.ndjson", "--force"];
-    is_refused(folder.path(), &args, "s.ndjson", "is the input, too");
+    is_refused(folder.path(), &args, "s.ndjson", "is an input, too");
 }
 
 #[cfg(unix)]
