@@ -29,9 +29,9 @@ use osp_lab::{
 use osp_rivals::IndexKind;
 use osp_session::{recording::Event, scene::Scene};
 
-/// Compute potentially visible sets (PVS) of a finished model, for `osp verify --pvs`.
+/// Compute potentially visible sets (PVS) of a finished model.
 ///
-/// The command divides a space into cubic cells: the box of the head path or, if there is none, the model's box enlarged
+/// `osp verify --pvs` uses them. The command divides a space into cubic cells: the box of the head path or, if there is none, the model's box enlarged
 /// by half. From some points of each cell it draws six pictures, and finds the polygons visible in them. The sets are
 /// sampled, not exact: they miss polygons that are visible only from places between the points. `osp verify FILE
 /// --whole --pvs OUT` counts the missed polygons.

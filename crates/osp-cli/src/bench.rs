@@ -11,7 +11,7 @@ use super::{
     outcome::Outcome,
     output::{file_name, one_line, print_result},
     progress,
-    session::OpenSession,
+    read_session::{Keep, ReadSession},
 };
 use osp::{
     index::IndexConfig,
@@ -26,8 +26,8 @@ use osp_lab::{
     rows::Rows,
 };
 use osp_session::{
-    recording::{Event, Header, RecordingError, SynthKind, synthesize},
-    replay::{CameraChoice, CameraPath, RigPath, Summary, root_cube, summarize},
+    recording::{Header, SynthKind, synthesize},
+    replay::{CameraChoice, CameraPath, root_cube},
     scene::Scene,
 };
 
@@ -45,12 +45,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         !args.files.is_empty() || !args.no_growth || args.paper.is_given(),
         "nothing to measure: name a session, or leave --no-growth out"
     );
-    let rig = args.rig.path()?;
-    ensure!(
-        rig.is_none() || (!args.files.is_empty() && !args.paper.is_alone()),
-        "--rig applies only to sessions: name a session"
-    );
-    let mut outputs = args.force.outputs().reads(&args.files).reads(&args.rig.screens.file());
+    let mut outputs = args.force.outputs().reads(&args.files);
     let csv = outputs.add_any("--csv", args.csv.as_ref(), &[])?;
     let html = outputs.add_any("--html", args.html.as_ref(), &[])?;
     let mut kinds = if args.index.is_empty() { Contender::all() } else { args.index.clone() };
@@ -64,24 +59,22 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     for (file, name) in args.files.iter().zip(names(&args.files)) {
         let opened = read(args, file, name, &progress)?;
         if !args.paper.is_alone() {
-            rows.append(measure_session(args, rig.clone(), &kinds, &opened, &progress)?);
+            rows.append(measure_session(args, &kinds, &opened, &progress)?);
             if !args.no_rays {
-                let model = RaysModel::of_scene(&opened.name, &opened.scene, opened.root());
+                let model = RaysModel::of_scene(&opened.name, opened.scene(), opened.root());
                 rays.append(cast_rays(args, &kinds, &model, &progress));
             }
         }
         if args.paper.is_given() {
-            let events = OpenSession::open(file, &args.reading)?;
-            paper.append(measure_paper(args, &opened, events, adapter.as_ref(), &progress)?);
+            paper.append(measure_paper(args, &opened, adapter.as_ref(), &progress)?);
         }
     }
     if args.files.is_empty() && args.paper.is_given() {
-        let events = || synthesize(SynthKind::Room, bench_paper::SYNTHETIC, 1);
-        let (summary, scene, read) = summarize(events(), args.pace);
+        let (events, header) = (synthesize(SynthKind::Room, bench_paper::SYNTHETIC, 1), Header::new("", ""));
+        let (session, read) = ReadSession::of(header, events, args.pace, Keep::Events, |_, _| {});
         read?;
-        let (file, header) = (PathBuf::from("synth-room"), Header::new("", ""));
-        let opened = Opened { file: &file, name: "synth-room".to_owned(), header, summary, scene };
-        paper.append(measure_paper(args, &opened, events(), adapter.as_ref(), &progress)?);
+        let opened = Opened { name: "synth-room".to_owned(), session };
+        paper.append(measure_paper(args, &opened, adapter.as_ref(), &progress)?);
     }
     if !args.no_growth && !args.paper.is_alone() {
         rows.append(grow(args, &kinds, &progress)?);
@@ -143,78 +136,68 @@ fn names(files: &[PathBuf]) -> Vec<String> {
     names
 }
 
-/// A session that has been read once.
-struct Opened<'a> {
-    file: &'a Path,
+/// A session that has been read, and its name in the report.
+struct Opened {
     name: String,
-    header: Header,
-    summary: Summary,
-    scene: Scene,
+    session: ReadSession,
 }
 
-impl Opened<'_> {
+impl Opened {
+    fn scene(&self) -> &Scene {
+        &self.session.end.scene
+    }
+
     fn root(&self) -> Aabb {
-        root_cube(&self.header, &self.summary.bounds)
+        root_cube(&self.session.header, &self.session.summary.bounds)
     }
 
     fn path(&self, choice: CameraChoice) -> (CameraPath, &'static str) {
-        (CameraPath::new(choice, self.header.camera, &self.summary.bounds), choice.name())
+        let ReadSession { header, summary, .. } = &self.session;
+        (CameraPath::new(choice, header.camera, &summary.bounds), choice.name())
     }
 }
 
-fn read<'a>(
-    args: &BenchArgs,
-    file: &'a Path,
-    name: String,
-    progress: &ProgressBar,
-) -> anyhow::Result<Opened<'a>> {
+fn read(args: &BenchArgs, file: &Path, name: String, progress: &ProgressBar) -> anyhow::Result<Opened> {
     progress.set_message(format!("{}: reading", one_line(&file.to_string_lossy())));
-    let mut session = OpenSession::open(file, &args.reading)?;
-    let (summary, scene, read) = summarize(&mut session, args.pace);
-    read?;
-    args.reading.check_frames(file, &summary, args.pace)?;
-    session.warn();
-    Ok(Opened { file, name, header: session.header.clone(), summary, scene })
+    let session = ReadSession::at(file, &args.reading, args.pace, Keep::Events)?;
+    args.reading.check_frames(file, &session.summary, args.pace)?;
+    Ok(Opened { name, session })
 }
 
 fn measure_paper(
     args: &BenchArgs,
-    opened: &Opened<'_>,
-    events: impl Iterator<Item = Result<Event, RecordingError>>,
+    opened: &Opened,
     adapter: Option<&Adapter>,
     progress: &ProgressBar,
 ) -> anyhow::Result<Rows> {
     let recording = opened.name.clone();
     let input = PaperInput {
         recording: &recording,
-        summary: &opened.summary,
+        summary: &opened.session.summary,
         pace: args.pace,
         camera: opened.path(args.camera),
         root: opened.root(),
-        scene: &opened.scene,
+        scene: opened.scene(),
     };
     let show = |what: &str| progress.set_message(format!("{}, the paper: {what}", one_line(&recording)));
     let config = args.paper.config(args.quick, &args.index, args.reference);
-    Ok(bench::run_paper(&input, &config, events, adapter, show)?)
+    Ok(bench::run_paper(&input, &config, opened.session.events(), adapter, show)?)
 }
 
 fn measure_session(
     args: &BenchArgs,
-    rig: Option<RigPath>,
     kinds: &[Contender],
-    opened: &Opened<'_>,
+    opened: &Opened,
     progress: &ProgressBar,
 ) -> anyhow::Result<Rows> {
     let recording = opened.name.clone();
     let shown = one_line(&recording);
-    let (root, scene) = (opened.root(), &opened.scene);
-    let session = OpenSession::open(opened.file, &args.reading)?;
+    let (root, scene) = (opened.root(), opened.scene());
     let input = SessionInput {
         recording: recording.clone(),
-        summary: opened.summary,
+        summary: opened.session.summary,
         pace: args.pace,
         camera: opened.path(args.camera),
-        rig,
         root,
         kinds: kinds.to_vec(),
         reference: args.reference,
@@ -223,7 +206,7 @@ fn measure_session(
     let config = IndexConfig { root, capacity: scene.polygon_count() };
     let cameras = [opened.path(CameraChoice::Inside), opened.path(CameraChoice::Orbit)];
     let mut frame = 0;
-    let mut rows = bench::run_session(&input, session, || {
+    let mut rows = bench::run_session(&input, opened.session.events(), || {
         frame += 1;
         progress.set_message(format!("{shown}: frame {frame} of {}", input.summary.frames));
     })?;

@@ -13,13 +13,12 @@ use super::{
     outputs::ForceArgs,
     parsers::{camera_parser, index_parser},
     reading::ReadArgs,
-    rig_args::RigPathArgs,
 };
 use osp_lab::Contender;
 use osp_rivals::IndexKind;
 use osp_session::{recording::Pace, replay::CameraChoice};
 
-/// Compare all structures on your sessions and on a synthetic model that grows to millions of polygons.
+/// Compare all structures on sessions and on a growing model.
 ///
 /// All indexes take turns in one process: each frame goes through every index before the next frame begins. The report
 /// gives the 95 % confidence interval of each median, and counts of work beside each time.
@@ -30,15 +29,13 @@ use osp_session::{recording::Pace, replay::CameraChoice};
   osp bench --sizes 1000,100000,10000000 --index osp,octree-rebuild,lbvh
   osp bench recordings/room.ron --no-growth --json
   osp bench --sizes 10000,1000000 --no-rays --index osp,bvh-sah,dynamic-bvh
-  osp bench recordings/room.ron --rig dual-wall --no-growth --no-rays
   osp bench recordings/room.ron --paper --draw --html paper.html
   osp bench sketch.tilt --paper --depth 15 --cube 0.5,1,2 --score paper \\
       --node-test sphere
 
 Parts of the report:
   sessions  each file through every index, with one sample of the hand per
-            frame. With --rig each frame is culled for all screens and eyes. Its
-            time is compared with that of one view, times the number of views
+            frame
   growth    a synthetic session at each of the sizes: frames that insert a few
             polygons, and frames that insert none
   flight    the finished sessions: frustum culling, also with occlusion culling
@@ -117,8 +114,6 @@ pub(super) struct BenchArgs {
     pub(super) force: ForceArgs,
     #[command(flatten)]
     pub(super) paper: PaperArgs,
-    #[command(flatten)]
-    pub(super) rig: RigPathArgs,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
 }

@@ -3,7 +3,7 @@ use clap_complete::{Shell, generate};
 
 use super::{outcome::Outcome, output::print_result};
 
-/// Print a script with which a shell completes the commands, options and names of this program.
+/// Print a completion script for a shell.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp completions bash > ~/.local/share/bash-completion/completions/osp

@@ -10,9 +10,9 @@ use super::{
 };
 use osp_rivals::IndexKind;
 
-/// Draw an index in its state after a frame: its cells over the polygons, or its tree.
+/// Draw an index as cells or as a tree.
 ///
-/// The picture of a large tree omits the deepest levels and states that. A legend names the levels.
+/// The index is in its state after a frame. The picture of a large tree omits the deepest levels and states that. A legend names the levels.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp draw-index recordings/room.ron room.svg

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{outputs::ForceArgs, played::FrameArgs};
 
-/// Film how polygons fall through the paper's tree, beside the paper's octree, which is filled again for each polygon.
+/// Film how polygons fall through the paper's tree, beside its octree.
 ///
 /// On the left the planes of the tree halve a cube in turn. A polygon falls until a plane cuts it, or into a leaf. On
 /// the right, all polygons are inserted again into the octree, which divides each node with more than one polygon.

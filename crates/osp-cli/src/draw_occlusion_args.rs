@@ -11,7 +11,7 @@ use super::{
 use osp::occlusion::Score;
 use osp_session::{recording::Camera, replay::CameraChoice};
 
-/// Draw the occlusion culling of a frame: the occluders with their shadows, and the MSVBSP tree plane by plane.
+/// Draw the occluders of a frame, their shadows and the MSVBSP tree.
 ///
 /// The picture shows the eye's view; each plane of the tree appears as a line. Below are the shadows in parallel
 /// projection and the tree. The tree tests the bounding box of each polygon in view. The command finds the visible
@@ -62,7 +62,6 @@ pub(super) struct DrawOcclusionArgs {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Form {
     /// The conservative form.
-    #[value(alias = "sound")]
     Conservative,
     /// The paper's form.
     Paper,

@@ -15,8 +15,7 @@ use super::{
     output::{one_line, print_result, warn},
     parsers::Size,
     progress,
-    read_session::ReadSession,
-    session::OpenSession,
+    read_session::{Keep, ReadSession},
 };
 use osp::{
     math::{Aabb, rotate},
@@ -25,7 +24,7 @@ use osp::{
 };
 use osp_lab::report::thousands;
 use osp_render::{Gpu, Layer, Offscreen, RendererConfig, background_for};
-use osp_session::replay::{CameraChoice, CameraPath, Moment, Player, main_bounds, whole_view};
+use osp_session::replay::{CameraChoice, CameraPath, Moment, main_bounds, whole_view};
 
 /// Number of directions sampled to choose the turntable's radius.
 const TURNTABLE_VIEWS: usize = 72;
@@ -68,8 +67,10 @@ fn write(args: &FilmArgs, goes_on: &dyn Fn(u64) -> bool) -> anyhow::Result<Strin
     let (width, height) = format.size(args.size)?;
     let fps = format.pictures_a_second(args.fps)?;
     let gpu = Arc::new(Gpu::headless()?);
-    let ReadSession { header, summary, model, direction_to_artist } =
-        ReadSession::at(&args.file, &args.shown.reading, args.shown.pace)?;
+    let keep = if args.path == "turntable" { Keep::Model } else { Keep::Events };
+    let session = ReadSession::at(&args.file, &args.shown.reading, args.shown.pace, keep)?;
+    let (header, summary) = (session.header.clone(), session.summary);
+    let (model, direction_to_artist) = (&session.end.scene, session.direction_to_artist);
     let file = || args.file.display().to_string();
     let Some(last) = summary.frames.checked_sub(1) else {
         bail!("{}: nothing was drawn in this session", file());
@@ -77,9 +78,8 @@ fn write(args: &FilmArgs, goes_on: &dyn Fn(u64) -> bool) -> anyhow::Result<Strin
     if args.path == "recorded" && summary.heads == 0 {
         bail!("{}: --path recorded: no head was recorded; `grow` and `turntable` need none", file());
     }
-    let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
-    let bounds = main_bounds(&model, &summary.bounds);
-    drop(model);
+    let config = RendererConfig { background: background_for(model), ..RendererConfig::default() };
+    let bounds = main_bounds(model, &summary.bounds);
     let mut drawer = Offscreen::on(gpu, width, height, &config)?;
     drawer.set_environment(header.environment.as_deref());
     warn(&format!("drawn by {}", drawer.gpu().name()));
@@ -103,7 +103,7 @@ fn write(args: &FilmArgs, goes_on: &dyn Fn(u64) -> bool) -> anyhow::Result<Strin
 
     let name = || output.path().display().to_string();
     let mut film = FilmFile::begin(format, output.create()?, (width, height), times).with_context(name)?;
-    let mut player = Player::new(OpenSession::open(&args.file, &args.shown.reading)?, args.shown.pace);
+    let mut player = session.into_player();
     for frame in 0..times.frames {
         let shown = match args.path.as_str() {
             "turntable" => last,

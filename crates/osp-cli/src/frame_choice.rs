@@ -28,6 +28,19 @@ impl FromStr for FrameChoice {
 }
 
 impl FrameChoice {
+    /// Whether a command that plays up to this frame plays frame `number`.
+    pub(super) fn includes(self, number: u64) -> bool {
+        match self {
+            Self::Last => true,
+            Self::Number(last) => number <= last,
+        }
+    }
+
+    /// Whether this is frame `number`, given by its number.
+    pub(super) fn is(self, number: u64) -> bool {
+        matches!(self, Self::Number(frame) if frame == number)
+    }
+
     /// Returns the number of the frame in a session.
     pub(super) fn number(self, file: &Path, summary: &Summary, pace: Pace) -> anyhow::Result<u64> {
         let Some(end) = summary.frames.checked_sub(1) else {

@@ -19,9 +19,9 @@ use osp_session::recording::{Event, RecordingError};
 /// Endings of a recording's name.
 pub(super) const RECORDING: &[&str] = &[".ron", ".ron.zst"];
 
-/// Convert a session to osp's own format: text with one event a line, plain or compressed.
+/// Convert a session to osp's own format.
 ///
-/// The output is in metres and right-handed, with y up. The events keep the order of the input. The output file appears
+/// The format is text with one event a line, plain or compressed. The output is in metres and right-handed, with y up. The events keep the order of the input. The output file appears
 /// only when it is complete.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:

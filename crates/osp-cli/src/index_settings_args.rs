@@ -9,7 +9,7 @@ use super::{numbers, parsers::named};
 use osp_rivals::{CutNodes, IndexKind, IndexSetting, IndexSettings};
 
 /// Settings of the structures.
-#[derive(Args, Clone, Copy, Debug)]
+#[derive(Args, Clone, Copy, Debug, Default)]
 pub(super) struct IndexSettingsArgs {
     /// For osp-paper and octree-paper: number of levels below the root, 0 to 21 [default of osp-paper: 15; of
     /// octree-paper: 10]. A node of osp-paper has two children, so each level doubles the memory (12 MB at 15 levels).
@@ -34,7 +34,7 @@ pub(super) struct IndexSettingsArgs {
 }
 
 /// The option for nodes that the frustum cuts, for commands that show the drawn polygons.
-#[derive(Args, Clone, Copy, Debug)]
+#[derive(Args, Clone, Copy, Debug, Default)]
 pub(super) struct CutNodesArgs {
     /// For osp-paper and octree-paper: polygons of nodes that the frustum cuts are `tested` one by one, or all `drawn`
     /// as in the paper [default: tested]. `drawn` also draws polygons that are not in view.
@@ -59,7 +59,7 @@ impl IndexSettingsArgs {
     /// Returns the settings. An option that concerns none of `indexes` is an error.
     pub(super) fn settings(&self, indexes: &[IndexKind]) -> anyhow::Result<IndexSettings> {
         for (setting, value) in self.all() {
-            if value.is_some() {
+            if value {
                 check_concerns(setting, indexes)?;
             }
         }
@@ -74,20 +74,14 @@ impl IndexSettingsArgs {
         })
     }
 
-    /// Returns the given options in the form of the command line, each after a space.
-    pub(super) fn in_one_line(&self) -> String {
-        let given = self.all().into_iter();
-        given.filter_map(|(setting, value)| Some(format!(" --{} {}", setting.name(), value?))).collect()
-    }
-
-    fn all(&self) -> [(IndexSetting, Option<String>); 5] {
-        let text = |value: Option<u32>| value.map(|value| value.to_string());
+    /// Returns each setting, and whether its option is given.
+    fn all(&self) -> [(IndexSetting, bool); 5] {
         [
-            (IndexSetting::MaxDepth, text(self.depth)),
-            (IndexSetting::Cube, self.cube.map(|cube| cube.to_string())),
-            (IndexSetting::Buckets, text(self.buckets.map(u32::from))),
-            (IndexSetting::LeafCapacity, text(self.leaf.map(u32::from))),
-            (IndexSetting::MortonBits, text(self.morton_bits)),
+            (IndexSetting::MaxDepth, self.depth.is_some()),
+            (IndexSetting::Cube, self.cube.is_some()),
+            (IndexSetting::Buckets, self.buckets.is_some()),
+            (IndexSetting::LeafCapacity, self.leaf.is_some()),
+            (IndexSetting::MortonBits, self.morton_bits.is_some()),
         ]
     }
 }

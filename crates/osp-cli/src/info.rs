@@ -12,7 +12,7 @@ use super::{
     outcome::Outcome,
     output::{one_line, print_result},
     polygon_tally::PolygonTally,
-    read_session::ReadSession,
+    read_session::{Keep, ReadSession},
     reading::ReadArgs,
     session::OpenSession,
 };
@@ -24,9 +24,9 @@ use osp_session::{
     scene::GroupNode,
 };
 
-/// Print the contents of a session: strokes, points, polygons, erased strokes, duration and bounds.
+/// Print the contents of a session.
 ///
-/// The command also prints the number of rejected samples and polygons, with reasons. Then it prints authors, groups,
+/// The command prints strokes, points, polygons, erased strokes, duration and bounds. It also prints the number of rejected samples and polygons, with reasons. Then it prints authors, groups,
 /// brushes, light, layers, and the parts of the file that osp does not show.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
@@ -154,8 +154,9 @@ pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
             authors.note(event);
         }
     });
-    let (read_session, outcome) = ReadSession::of(header, events, Pace::Samples(1));
-    let ReadSession { header, summary, model: mut scene, direction_to_artist } = read_session;
+    let (read_session, outcome) = ReadSession::of(header, events, Pace::Samples(1), Keep::Model, |_, _| {});
+    let ReadSession { header, summary, end, direction_to_artist, .. } = read_session;
+    let mut scene = end.scene;
     let cost = args.cost.then(|| {
         let view = still_view(&scene, &summary.bounds, header.camera, direction_to_artist, 1.0);
         Cost::of(&scene, &view, args.budget_triangles)

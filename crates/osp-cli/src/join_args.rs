@@ -12,9 +12,9 @@ use super::{
 };
 use osp_session::recording::Pace;
 
-/// Take part in a shared session without a window: write its recording, watch it, or play a session into it.
+/// Take part in a shared session without a window.
 ///
-/// Several authors draw in one session over a NATS server with JetStream (`nats-server -js`), which stores the session.
+/// The command writes the session's recording, watches it, or plays another session into it. Several authors draw in one session over a NATS server with JetStream (`nats-server -js`), which stores the session.
 /// Every member writes the whole session as a recording, beginning with the first event. The recordings of all members
 /// are the same, byte for byte. If the connection is lost, a member continues, and catches up when it is connected
 /// again.

@@ -36,8 +36,6 @@ mod bench_args;
 mod bench_paper;
 #[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod bench_paper_args;
-#[cfg_attr(not(feature = "bench"), path = "charts_not_built.rs")]
-mod charts;
 mod completions;
 mod convert;
 mod cost;
@@ -100,9 +98,7 @@ mod render_painter;
 mod render_pictures;
 mod replay;
 mod replay_args;
-mod replay_outputs;
 mod replay_session;
-mod replay_text;
 mod rig;
 mod rig_args;
 #[cfg(feature = "window")]

@@ -6,7 +6,7 @@ use super::parsers::named;
 use osp::occlusion::{NodeTest, Score};
 
 /// Options of the commands that cull by occlusion.
-#[derive(Args, Clone, Copy, Debug)]
+#[derive(Args, Clone, Copy, Debug, Default)]
 pub(super) struct TestArgs {
     /// Volume by which occlusion culling tests a node of the index: its `box`, the `sphere` around it (as in the paper),
     /// the `outline` of the box, or whether all eight `corners` lie in one shadow [default: box].

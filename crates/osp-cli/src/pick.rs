@@ -17,7 +17,7 @@ use super::{
 use osp::{math::rotate, polygon::PolygonId};
 use osp_session::replay::{CameraChoice, CameraPath};
 
-/// Find the polygon and stroke under a point of a frame's picture, by casting a ray through the index.
+/// Find the polygon under a point of a frame's picture.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp pick recordings/room.ron

@@ -2,18 +2,22 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::Args;
 
 use super::{
-    frame_choice::FrameChoice, index_settings_args::IndexSettingsArgs, parsers::index_parser, progress,
-    read_session::ReadSession, reading::ReadArgs, session::OpenSession,
+    frame_choice::FrameChoice,
+    parsers::index_parser,
+    progress,
+    read_session::{Keep, ReadSession},
+    reading::ReadArgs,
+    session::OpenSession,
 };
 use osp::{frame::Pipeline, index::IndexConfig};
 use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{
     recording::{Event, Header, Pace},
-    replay::{Moment, Player, Summary, root_cube},
+    replay::{Moment, SessionState, Summary, root_cube},
     scene::Scene,
 };
 
@@ -48,8 +52,6 @@ pub(super) struct IndexedFrameArgs {
     /// The index (`osp replay --help` describes them).
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     pub(super) index: IndexKind,
-    #[command(flatten)]
-    settings: IndexSettingsArgs,
 }
 
 /// The model after a frame, and its indexes.
@@ -66,8 +68,7 @@ pub(super) struct Played {
 impl Played {
     /// Plays up to the frame. Returns the model, and the pipeline with its index.
     pub(super) fn in_index(args: &IndexedFrameArgs) -> anyhow::Result<(Self, Pipeline)> {
-        let settings = args.settings.settings(&[args.index])?;
-        let mut played = Self::in_indexes(&args.session, &[args.index], &settings)?;
+        let mut played = Self::in_indexes(&args.session, &[args.index], &IndexSettings::default())?;
         let pipeline = played.pipelines.pop().context("--index: expected an index")?;
         Ok((played, pipeline))
     }
@@ -93,29 +94,46 @@ impl Played {
         mut each: impl FnMut(&[Event], &Scene),
     ) -> anyhow::Result<Self> {
         let FrameArgs { file, frame, pace, reading } = args;
-        let pace = *pace;
-        let ReadSession { header, summary, .. } = ReadSession::at(file, reading, pace)?;
-        let last = frame.number(file, &summary, pace)?;
+        let mut session = OpenSession::open(file, reading)?.counted();
+        let keep = if indexes.is_empty() { Keep::Model } else { Keep::Events };
+        // Without indexes, the model of an earlier frame is kept as it passes.
+        let mut earlier = None;
+        let note = |events: &[Event], state: &SessionState| {
+            let number = state.moment.frame - 1;
+            if indexes.is_empty() && frame.includes(number) {
+                each(events, &state.scene);
+                earlier = frame.is(number).then(|| state.clone());
+            }
+        };
+        let (read_session, read) = ReadSession::of(session.header.clone(), &mut session, *pace, keep, note);
+        session.warn();
+        read?;
+        let (header, summary) = (read_session.header.clone(), read_session.summary);
+        let last = frame.number(file, &summary, *pace)?;
         let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
         let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
         let of = |index: &IndexKind| Pipeline::new(index.create_with(&config, settings), capacity);
         let mut pipelines: Vec<Pipeline> = indexes.iter().map(of).collect();
-        let mut player = Player::new(OpenSession::open(file, reading)?, pace);
-        let progress = progress::bar(last + 1, "frames", &file.to_string_lossy());
-        for _ in 0..=last {
-            progress.inc(1);
-            if !player.step()? {
-                bail!("{}: it became shorter while it was read", file.display());
+        let state = match (indexes.is_empty(), earlier) {
+            (true, Some(earlier)) => earlier,
+            (true, None) => read_session.end,
+            (false, _) => {
+                let mut player = read_session.into_player();
+                let progress = progress::bar(last + 1, "frames", &file.to_string_lossy());
+                while player.frames() <= last && player.step()? {
+                    progress.inc(1);
+                    for pipeline in &mut pipelines {
+                        pipeline.skip(player.scene(), player.changes());
+                    }
+                    each(player.events(), player.scene());
+                }
+                progress.finish_and_clear();
+                player.into_state()
             }
-            for pipeline in &mut pipelines {
-                pipeline.skip(player.scene(), player.changes());
-            }
-            each(player.events(), player.scene());
-        }
-        progress.finish_and_clear();
+        };
         pipelines.iter_mut().for_each(Pipeline::commit);
-        let moment = player.moment();
-        Ok(Self { header, summary, scene: player.into_scene(), pipelines, moment })
+        let moment = Moment { frame: last, ..state.moment };
+        Ok(Self { header, summary, scene: state.scene, pipelines, moment })
     }
 }
 

@@ -25,7 +25,7 @@ use osp_lab::{
 };
 use osp_session::scene::Scene;
 
-/// Find the polygons and strokes in a box, in a sphere, nearest to a point, or along a ray, through the index.
+/// Find polygons in a box or a sphere, near a point, or along a ray.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp query recordings/room.ron --box -1,0,-1 1,2,1

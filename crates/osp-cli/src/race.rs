@@ -8,8 +8,7 @@ use super::{
     race_args::RaceArgs,
     race_film,
     race_view::RaceView,
-    read_session::ReadSession,
-    session::{OpenSession, Reader},
+    read_session::{Keep, ReadSession},
     version,
 };
 use osp_lab::{
@@ -17,7 +16,7 @@ use osp_lab::{
     bench::{RaceError, RaceFilm, RaceInput, RaceReport, race},
 };
 use osp_session::{
-    recording::{Event, RecordingError, SynthKind, synthesize},
+    recording::{SynthKind, synthesize},
     replay::{CameraPath, main_bounds, root_cube, whole_view},
 };
 
@@ -28,21 +27,16 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
     let film = outputs.add_any("--film", args.film.as_ref(), &[".gif"])?;
     let report = match (&args.file, args.synth) {
         (Some(file), _) => {
-            // A thread that reads ahead would take a core from the structures, or share theirs.
-            let open = || OpenSession::read_by(Reader::Here, file, &args.reading);
-            let mut session = open()?;
-            let (read_session, read) = ReadSession::of(session.header.clone(), &mut session, args.pace);
-            session.warn();
-            read?;
-            args.reading.check_frames(file, &read_session.summary, args.pace)?;
-            race_on(args, &file_name(file), read_session, open, film)
+            let session = ReadSession::at(file, &args.reading, args.pace, Keep::Events)?;
+            args.reading.check_frames(file, &session.summary, args.pace)?;
+            race_on(args, &file_name(file), &session, film)
         }
         (None, polygons) => {
-            let open = || synthesize(SynthKind::Scribble, polygons.unwrap_or_default(), 1);
-            let session = open();
-            let (read_session, read) = ReadSession::of(session.header.clone(), session, args.pace);
+            let session = synthesize(SynthKind::Scribble, polygons.unwrap_or_default(), 1);
+            let header = session.header.clone();
+            let (session, read) = ReadSession::of(header, session, args.pace, Keep::Events, |_, _| {});
             read?;
-            race_on(args, &read_session.header.source.clone(), read_session, || Ok(open()), film)
+            race_on(args, &session.header.source, &session, film)
         }
     };
     let report = match report {
@@ -59,33 +53,30 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn race_on<I>(
+fn race_on(
     args: &RaceArgs,
     name: &str,
-    ReadSession { header, summary, model, direction_to_artist }: ReadSession,
-    open: impl Fn() -> anyhow::Result<I>,
+    session: &ReadSession,
     film: Option<Output>,
-) -> anyhow::Result<RaceReport>
-where
-    I: Iterator<Item = Result<Event, RecordingError>>,
-{
+) -> anyhow::Result<RaceReport> {
+    let ReadSession { header, summary, end, direction_to_artist, .. } = session;
+    let summary = *summary;
     // The view of the film.
-    let whole =
-        whole_view(&main_bounds(&model, &summary.bounds), direction_to_artist, RaceFilm::MODEL_ASPECT);
-    drop(model);
+    let bounds = main_bounds(&end.scene, &summary.bounds);
+    let whole = whole_view(&bounds, *direction_to_artist, RaceFilm::MODEL_ASPECT);
     let camera = CameraPath::new(args.camera, header.camera, &summary.bounds);
     let input = RaceInput {
         recording: name.to_owned(),
         summary,
         pace: args.pace,
         camera: (camera, args.camera.name()),
-        root: root_cube(&header, &summary.bounds),
+        root: root_cube(header, &summary.bounds),
         kinds: args.index.clone(),
     };
     let mut view = RaceView::new(args.runs);
     let mut run = || {
         view.begin();
-        race(&input, open()?, |race| view.show(race)).map_err(|error| match error {
+        race(&input, session.events(), |race| view.show(race)).map_err(|error| match error {
             // Unwraps the error, because the hint about a damaged session needs its type.
             RaceError::Recording(error) => error.into(),
             error => anyhow::Error::from(error),
@@ -97,7 +88,7 @@ where
     }
     view.finish();
     if let Some(output) = film {
-        race_film::write(&output, &race, whole, open()?)?;
+        race_film::write(&output, &race, whole, session.events())?;
     }
     Ok(RaceReport::new(&race, Machine::here(version::COMMIT), command()))
 }

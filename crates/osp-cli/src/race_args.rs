@@ -9,7 +9,7 @@ use super::{bench_args::contender_parser, outputs::ForceArgs, parsers::camera_pa
 use osp_lab::Contender;
 use osp_session::{recording::Pace, replay::CameraChoice};
 
-/// Race structures on one session, frame by frame, and find those that keep up with 90 frames a second.
+/// Race structures on one session, frame by frame.
 ///
 /// Each structure gets the same polygons and the same view in every frame. One thread runs all of them in turns; the
 /// structure that begins changes from frame to frame. A frame consists of insertion, commit and culling; nothing is

@@ -1,4 +1,4 @@
-//! A session that is read to its end before it is played.
+//! A session that has been read to its end. No command reads a session twice.
 
 use std::path::Path;
 
@@ -7,40 +7,76 @@ use glam::Vec3;
 use super::{reading::ReadArgs, session::OpenSession};
 use osp_session::{
     recording::{Event, Header, Pace, RecordingError},
-    replay::{ArtistSide, Summary, summarize},
-    scene::Scene,
+    replay::{ArtistSide, Player, SessionState, Summary, summarize_each},
 };
+
+/// What remains in memory of the events.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Keep {
+    /// Only the finished model.
+    Model,
+    /// Also the events, to play the session frame by frame.
+    Events,
+}
 
 /// Contents of a session.
 pub(super) struct ReadSession {
     pub(super) header: Header,
     pub(super) summary: Summary,
-    /// The finished model.
-    pub(super) model: Scene,
+    /// The finished model, and the last poses.
+    pub(super) end: SessionState,
     /// Direction from the model to the session's own camera; without a camera, to the artist's first head poses.
     pub(super) direction_to_artist: Option<Vec3>,
+    pub(super) pace: Pace,
+    /// The events, if they were kept.
+    events: Option<Vec<Event>>,
 }
+
+/// A kept event as a reader returns it.
+type Read = Result<Event, RecordingError>;
 
 impl ReadSession {
     /// Reads a file and prints the warnings.
-    pub(super) fn at(file: &Path, reading: &ReadArgs, pace: Pace) -> anyhow::Result<Self> {
+    pub(super) fn at(file: &Path, reading: &ReadArgs, pace: Pace, keep: Keep) -> anyhow::Result<Self> {
         let mut session = OpenSession::open(file, reading)?.counted();
-        let (read_session, read) = Self::of(session.header.clone(), &mut session, pace);
+        let (read_session, read) = Self::of(session.header.clone(), &mut session, pace, keep, |_, _| {});
         session.warn();
         read?;
         Ok(read_session)
     }
 
-    /// Reads the events of an open session.
+    /// Reads the events of an open session. `each` gets the events of every frame, and the state after them.
     pub(super) fn of(
         header: Header,
-        events: impl Iterator<Item = Result<Event, RecordingError>>,
+        events: impl Iterator<Item = Read>,
         pace: Pace,
+        keep: Keep,
+        each: impl FnMut(&[Event], &SessionState),
     ) -> (Self, Result<(), RecordingError>) {
         let mut artist = ArtistSide::default();
-        let events = events.inspect(|event| event.iter().for_each(|event| artist.note(event)));
-        let (summary, model, read) = summarize(events, pace);
+        let mut kept = (keep == Keep::Events).then(Vec::new);
+        let events = events.inspect(|event| {
+            let Ok(event) = event else { return };
+            artist.note(event);
+            if let Some(kept) = &mut kept {
+                kept.push(event.clone());
+            }
+        });
+        let (summary, end, read) = summarize_each(events, pace, each);
         let direction_to_artist = artist.direction_to_artist(header.camera);
-        (Self { header, summary, model, direction_to_artist }, read)
+        (Self { header, summary, end, direction_to_artist, pace, events: kept }, read)
+    }
+
+    /// Returns the kept events.
+    pub(super) fn events(&self) -> impl Iterator<Item = Read> {
+        self.events.iter().flatten().cloned().map(Ok)
+    }
+
+    /// Plays the session frame by frame. If its events were not kept, one frame has the finished model.
+    pub(super) fn into_player(self) -> Player<impl Iterator<Item = Read>> {
+        let Self { events, end, pace, .. } = self;
+        let is_at_once = events.is_none();
+        let player = Player::new(events.unwrap_or_default().into_iter().map(Ok), pace);
+        if is_at_once { player.at_once(end) } else { player }
     }
 }

@@ -14,7 +14,7 @@ use osp_session::{
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct ReadArgs {
     /// Skip and count damaged parts, instead of stopping at the first damage. If a session exceeds a limit
-    /// (--max-polygons, --max-unpacking), use the part before the limit.
+    /// (--max-polygons), use the part before the limit.
     #[arg(long)]
     pub(super) lenient: bool,
     #[command(flatten)]
@@ -25,7 +25,8 @@ pub(super) struct ReadArgs {
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct LimitArgs {
     /// Largest number of polygons of a session. A ribbon sample counts as 1, a tube sample as 8, a face with n corners
-    /// as n - 2. N also limits a session to N/4 strokes and 4N events.
+    /// as n - 2. N also limits a session to N/4 strokes and 4N events, and the unpacking of a compressed session (.ron.zst,
+    /// .tilt, .gz): 32 bytes from each byte, and more in proportion if N is above the default.
     #[arg(
         long,
         value_name = "N",
@@ -34,20 +35,12 @@ pub(super) struct LimitArgs {
         hide_short_help = true
     )]
     max_polygons: u64,
-    /// A compressed session (.ron.zst, .tilt, .gz) may have N times its compressed size after decompression, plus one MiB.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = Limits::DEFAULT.unpacking,
-        value_parser = clap::value_parser!(u64).range(1..),
-        hide_short_help = true
-    )]
-    max_unpacking: u64,
 }
 
 impl LimitArgs {
     pub(super) fn limits(&self) -> Limits {
-        Limits { polygons: self.max_polygons, unpacking: self.max_unpacking }
+        let times = (self.max_polygons / Limits::DEFAULT.polygons).max(1);
+        Limits { polygons: self.max_polygons, unpacking: Limits::DEFAULT.unpacking * times }
     }
 }
 

@@ -9,15 +9,15 @@ use std::{
 use anyhow::{Context, bail};
 
 use super::{
+    frame_choice::FrameChoice,
     outcome::Outcome,
     output::{one_line, print_result, warn},
     progress,
-    read_session::ReadSession,
+    read_session::{Keep, ReadSession},
     render_args::{RenderArgs, RenderCamera},
     render_order::{OrderTrials, named_orders},
     render_painter::{PainterPictures, named_painter},
     render_pictures::{Picture, Pictures},
-    session::OpenSession,
 };
 use osp::{
     frame::{PassConfig, Pipeline},
@@ -31,7 +31,7 @@ use osp_render::{
     Colors, DrawTimes, Gpu, Image, Layer, Offscreen, RendererConfig, background_for, ffmpeg_command,
 };
 use osp_session::{
-    replay::{CameraChoice, CameraPath, Moment, Player, Summary, main_bounds, root_cube, whole_view},
+    replay::{CameraChoice, CameraPath, Moment, Summary, main_bounds, root_cube, whole_view},
     scene::Scene,
 };
 
@@ -74,19 +74,24 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     if is_coarse && (painter.is_some() || !args.order.is_empty()) {
         bail!("--detail auto changes pixels: --painter and --order compare pictures of all polygons");
     }
-    let settings = args.settings.settings(&[args.index])?;
     let gpu = Arc::new(Gpu::headless()?);
-    let ReadSession { header, summary, model, direction_to_artist } =
-        ReadSession::at(&args.file, &args.shown.reading, args.shown.pace)?;
+    // Occlusion culling and a rig's room need the frames before the picture.
+    let is_still = args.every.is_none() && matches!(args.frame, FrameChoice::Last);
+    let keep = match is_still && !args.occlusion.is_on_cpu() && rig.is_none() {
+        true => Keep::Model,
+        false => Keep::Events,
+    };
+    let session = ReadSession::at(&args.file, &args.shown.reading, args.shown.pace, keep)?;
+    let (header, summary) = (session.header.clone(), session.summary);
+    let (model, direction_to_artist) = (&session.end.scene, session.direction_to_artist);
     let environment = &header.environment;
-    let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
+    let config = RendererConfig { background: background_for(model), ..RendererConfig::default() };
     let own = header.camera.filter(|_| args.camera == RenderCamera::Own);
     let fixed = args.view.or(own);
     let bounds = match args.camera {
-        RenderCamera::Own | RenderCamera::Whole if fixed.is_none() => main_bounds(&model, &summary.bounds),
+        RenderCamera::Own | RenderCamera::Whole if fixed.is_none() => main_bounds(model, &summary.bounds),
         _ => summary.bounds,
     };
-    drop(model);
     let mut drawer = pictures.drawer(Arc::clone(&gpu), &config)?;
     drawer.set_occlusion(args.occlusion.while_drawing())?;
     drawer.set_detail(is_coarse);
@@ -153,13 +158,13 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     };
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
-    let pipeline = Pipeline::new(args.index.create_with(&config, &settings), capacity);
+    let pipeline = Pipeline::new(args.index.create(&config), capacity);
     let has_occlusion = args.occlusion.is_on_cpu();
     // `auto` chooses by counts of work, because pictures must not depend on the clock.
     let pass = PassConfig::for_strokes(Occlusion::Auto).by_work_counts();
     let mut pipeline = args.occlusion.add_to(pipeline, pass);
     let mut outcome = Outcome::Done;
-    let mut player = Player::new(OpenSession::open(&args.file, &args.shown.reading)?, args.shown.pace);
+    let mut player = session.into_player();
     let progress = progress::bar(wanted.last + 1, "frames", &args.file.to_string_lossy());
     while player.frames() <= wanted.last && player.step()? {
         progress.inc(1);

@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use clap::{
     Args,
-    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+    builder::{PossibleValuesParser, TypedValueParser},
 };
 
 use super::{
     frame_choice::FrameChoice,
-    index_settings_args::IndexSettingsArgs,
     numbers,
     outputs::ForceArgs,
     parsers::{DETAILS, Size, index_parser, occlusion_parser},
@@ -81,8 +80,6 @@ pub(super) struct RenderArgs {
     /// The index that finds the polygons in view.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     pub(super) index: IndexKind,
-    #[command(flatten)]
-    pub(super) settings: IndexSettingsArgs,
     /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,
@@ -160,18 +157,17 @@ pub(super) enum RenderCamera {
 }
 
 fn camera_parser() -> impl TypedValueParser<Value = RenderCamera> {
-    // `auto`, the name in a replay, is accepted for `recorded`.
-    let names = ["own", "whole", "recorded", "orbit", "follow", "inside"].map(PossibleValue::new);
-    let names = names.into_iter().chain([PossibleValue::new("auto").hide(true)]);
-    PossibleValuesParser::new(names).try_map(|name| match name.as_str() {
-        "own" => Ok(RenderCamera::Own),
-        "whole" => Ok(RenderCamera::Whole),
-        "recorded" => Ok(RenderCamera::Path(CameraChoice::Auto)),
-        name => {
-            let found = CameraChoice::ALL.iter().find(|choice| choice.name() == name);
-            found
-                .map(|choice| RenderCamera::Path(*choice))
-                .ok_or_else(|| format!("no camera is called {name}"))
+    PossibleValuesParser::new(["own", "whole", "recorded", "orbit", "follow", "inside"]).try_map(|name| {
+        match name.as_str() {
+            "own" => Ok(RenderCamera::Own),
+            "whole" => Ok(RenderCamera::Whole),
+            "recorded" => Ok(RenderCamera::Path(CameraChoice::Auto)),
+            name => {
+                let found = CameraChoice::ALL.iter().find(|choice| choice.name() == name);
+                found
+                    .map(|choice| RenderCamera::Path(*choice))
+                    .ok_or_else(|| format!("no camera is called {name}"))
+            }
         }
     })
 }

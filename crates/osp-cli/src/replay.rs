@@ -1,6 +1,6 @@
 //! `osp replay`: plays sessions through several indexes, and writes the tables and checks.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 #[cfg(feature = "window")]
 use anyhow::bail;
@@ -9,17 +9,20 @@ use anyhow::{Context, ensure};
 pub(super) use super::replay_args::ReplayArgs;
 use super::{
     outcome::Outcome,
-    output::{print_result, warn},
-    replay_outputs::ReplayOutputs,
+    output::{columns, one_line, print_result, warn},
+    outputs::Output,
     replay_session::replay_file,
-    replay_text::text,
 };
 #[cfg(feature = "window")]
 use osp::occlusion::Occlusion;
 use osp::occlusion::Soundness;
+#[cfg(feature = "bench")]
+use osp_lab::report::{ChartError, ChartFormat, draw_frame_times};
 use osp_lab::{
     Method,
-    report::{CsvWriter, OcclusionColumns, Pin, Pins, RigReport, pinned_name},
+    report::{
+        CsvWriter, OcclusionColumns, Pin, Pins, ReplayReport, RigReport, RunReport, pinned_name, thousands,
+    },
 };
 use osp_rivals::CutNodes;
 #[cfg(feature = "window")]
@@ -28,15 +31,16 @@ use osp_rivals::IndexKind;
 use osp_session::replay::RoomMotion;
 
 pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
-    let outputs = ReplayOutputs::checked(args)?;
+    let outputs = Files::checked(args)?;
     #[cfg(feature = "window")]
     if args.window {
         return in_window(args, &outputs);
     }
     // Reports errors in the arguments before the work begins.
     args.play.check(args.draw.is_some())?;
+    args.tuning.check(&args.play)?;
     ensure!(
-        args.play.cut_nodes.cut_nodes != Some(CutNodes::Drawn)
+        args.tuning.cut_nodes.cut_nodes != Some(CutNodes::Drawn)
             || (args.check.is_none() && args.pin.is_none()),
         "--cut-nodes drawn: expected no --check and no --pin, because fingerprints contain only polygons in view"
     );
@@ -58,14 +62,17 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         None => None,
     };
     let mut outcome = Outcome::Done;
-    for (number, file) in args.files.iter().enumerate() {
+    #[cfg(feature = "bench")]
+    let mut charts = outputs.charts.iter();
+    for file in &args.files {
         let report = replay_file(args, file, rig.clone(), csv.as_mut())?;
         if args.json {
             print_result(&report.to_json())?;
         } else {
             print_result(&text(args, &report))?;
         }
-        outputs.charts.draw(number, &report)?;
+        #[cfg(feature = "bench")]
+        charts.next().map_or(Ok(()), |chart| draw_chart(chart, &report))?;
         if let Some((first, second, frame)) = report.first_disagreement() {
             warn(&format!(
                 "{}: {first} and {second} found different polygons in frame {frame}",
@@ -116,12 +123,60 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
+/// The files that a replay writes.
+struct Files {
+    csv: Option<Output>,
+    /// A chart for each session, if there are charts.
+    #[cfg_attr(not(feature = "bench"), expect(dead_code, reason = "such a build refuses --chart"))]
+    charts: Vec<Output>,
+    pin: Option<Output>,
+    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only a window writes it"))]
+    trace: Option<Output>,
+}
+
+impl Files {
+    fn checked(args: &ReplayArgs) -> anyhow::Result<Self> {
+        let mut outputs = args.force.outputs().reads(&args.files).reads(&args.check);
+        outputs = outputs.reads(&args.rig.screens.file());
+        #[cfg(feature = "bench")]
+        args.chart.as_deref().map(ChartFormat::of).transpose()?;
+        let several = args.files.len() > 1;
+        let charts = args.chart.iter().flat_map(|chart| {
+            (1..=args.files.len()).map(move |n| if several { numbered(chart, n) } else { chart.clone() })
+        });
+        Ok(Self {
+            charts: charts.map(|chart| outputs.add("--chart", &chart, &[])).collect::<Result<_, _>>()?,
+            csv: outputs.add_any("--csv", args.csv.as_ref(), &[])?,
+            pin: args.pin.as_ref().map(|pin| outputs.adds_to("--pin", pin, &[])).transpose()?,
+            trace: outputs.add_any("--trace", args.trace.as_ref(), &[])?,
+        })
+    }
+}
+
+/// Appends a number to the name: `frames.png` becomes `frames-2.png`.
+fn numbered(path: &Path, number: usize) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = path.extension().map(|ending| format!(".{}", ending.to_string_lossy())).unwrap_or_default();
+    path.with_file_name(format!("{stem}-{number}{ending}"))
+}
+
+/// Draws a chart of a session's frame times.
+#[cfg(feature = "bench")]
+fn draw_chart(chart: &Output, report: &ReplayReport) -> anyhow::Result<()> {
+    chart.check()?;
+    match draw_frame_times(report, chart.path()) {
+        Err(nothing @ ChartError::Empty(_)) => warn(&format!("warning: {nothing}")),
+        outcome => outcome?,
+    }
+    Ok(())
+}
+
 /// The message if a session has no fingerprint to compare or to pin.
 const INCOMPLETE: &str = "no index replayed every frame, so the session has no fingerprint: raise --budget";
 
 /// Plays the first session in a window with the first index.
 #[cfg(feature = "window")]
-fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outcome> {
+fn in_window(args: &ReplayArgs, outputs: &Files) -> anyhow::Result<Outcome> {
     use super::sketch::BEFORE_THE_WINDOW;
     use osp_app::{
         Autosaves, Command, OpenError, Reading, Session, Settings, Studio, Waited, WindowOptions, run,
@@ -130,7 +185,7 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
         bail!("--room stands does not work with --window: in a window the room follows the replay's camera");
     }
     let index = args.play.index.first().copied().unwrap_or(IndexKind::Osp);
-    let settings = args.play.settings(&[index])?;
+    let settings = args.tuning.settings(&[index])?;
     let room = args.rig.screens.room()?;
     let [file] = &args.files[..] else { anyhow::bail!("a window plays one session") };
     let options = args.play.reading.options();
@@ -153,7 +208,7 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
     studio.set_film_maker(super::film::maker());
     studio.set_limits(options.limits);
     studio.set_index_settings(settings);
-    studio.set_tests(args.play.tests.node_test(), args.play.tests.score());
+    studio.set_tests(args.tuning.tests.node_test(), args.tuning.tests.score());
     let occlusion = args.play.occlusion.first().copied();
     studio.command(Command::Occlusion(occlusion.unwrap_or(Occlusion::Auto.into())));
     let trace = outputs.trace.as_ref().map(|output| output.path().to_owned());
@@ -173,4 +228,57 @@ fn compare(pins: &Pins, found: Option<&Pin>) -> Option<String> {
         Some(pin) => pin.difference(found),
         None => Some(format!("no fingerprint is pinned for pace {} and camera {}", found.pace, found.camera)),
     }
+}
+
+/// Returns the table of a session, with remarks on it.
+fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
+    let mut lines = vec![format!(
+        "{}: {} strokes, {} points, {} polygons; {} frames ({}, camera {})",
+        one_line(&report.recording),
+        thousands(report.strokes),
+        thousands(report.points),
+        thousands(report.polygons),
+        thousands(report.frames),
+        args.play.pace,
+        one_line(&report.camera),
+    )];
+    if report.frames == 0 {
+        lines.push("Nothing was drawn in this session: there is nothing to measure.".to_owned());
+        return lines.join("\n");
+    }
+    let rows = report.rows();
+    lines.push(rows.bare_tables(columns()));
+    lines.extend(report.fastest().into_iter().flat_map(|fastest| rows.verdict(&fastest.name())));
+    lines.extend(report.rig.iter().flat_map(|rig| rig.blind(report.frames)));
+    if args.tuning.tests.given().is_some() {
+        lines.push(format!(
+            "Occlusion culling: nodes tested by {}, occluders scored by {}.",
+            args.tuning.tests.node_test().name(),
+            args.tuning.tests.score().name()
+        ));
+    }
+    for run in report.runs.iter().filter(|run| !run.is_complete()) {
+        lines.push(format!(
+            "{} was slow: measured on {} of {} frames, in evenly spaced ranges (--budget {}).",
+            run.name(),
+            thousands(run.measured_frames()),
+            thousands(report.frames),
+            args.play.budget
+        ));
+    }
+    for run in report.runs.iter().filter(|run| run.refused > 0) {
+        lines.push(format!(
+            "{} refused {} changes: they moved polygons out of range, where polygons cannot be drawn.",
+            run.index, run.refused
+        ));
+    }
+    let verified = |run: &RunReport| Some((run.name(), run.occlusion.as_ref()?.false_culls?));
+    for (name, false_culls) in report.runs.iter().filter_map(verified) {
+        lines.push(format!("{name} culled {} visible polygons.", thousands(false_culls)));
+    }
+    lines.extend(report.load.note());
+    if report.first_disagreement().is_none() {
+        lines.push("All indexes found the same polygons in every measured frame.".to_owned());
+    }
+    lines.join("\n")
 }

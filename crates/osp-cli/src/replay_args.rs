@@ -17,12 +17,12 @@ use super::{
 };
 use osp_lab::Method;
 use osp_rivals::{CutNodes, IndexKind, IndexSettings};
-use osp_session::{
-    recording::{Limits, Pace},
-    replay::CameraChoice,
-};
+use osp_session::{recording::Pace, replay::CameraChoice};
 
-/// Play sessions through several indexes, frame by frame, and print the cost of the frames.
+/// Default of --polygon-ns.
+const POLYGON_NS: f64 = 10.0;
+
+/// Play sessions through several indexes and print the cost of the frames.
 ///
 /// Each frame takes the next samples of the session and turns them into polygons. Each index then inserts these
 /// polygons and culls by the camera's frustum. Within a frame the indexes run one after the other, on the same polygons
@@ -123,6 +123,8 @@ pub(super) struct ReplayArgs {
     pub(super) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) play: PlayArgs,
+    #[command(flatten)]
+    pub(super) tuning: TuningArgs,
     /// Write a CSV file with one line for each index and frame.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
@@ -168,10 +170,6 @@ pub(super) struct PlayArgs {
     /// The indexes to run, separated by commas [default: brute-force,osp-paper,osp,octree-rebuild].
     #[arg(long, value_delimiter = ',', value_parser = index_parser())]
     pub(super) index: Vec<IndexKind>,
-    #[command(flatten)]
-    pub(super) settings: IndexSettingsArgs,
-    #[command(flatten)]
-    pub(super) cut_nodes: CutNodesArgs,
     /// Part of the session that each frame plays. `recorded`: up to the time of the frame, by the recorded time stamps.
     /// `samples:N`: the next N hand samples.
     #[arg(long, default_value = "samples:16")]
@@ -188,6 +186,17 @@ pub(super) struct PlayArgs {
     /// which are the same on every machine. `hzb` and `queries` need --draw.
     #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
     pub(super) occlusion: Vec<Method>,
+    #[command(flatten)]
+    pub(super) reading: ReadArgs,
+}
+
+/// Settings of the structures and of occlusion culling.
+#[derive(Args, Clone, Debug)]
+pub(super) struct TuningArgs {
+    #[command(flatten)]
+    pub(super) settings: IndexSettingsArgs,
+    #[command(flatten)]
+    pub(super) cut_nodes: CutNodesArgs,
     /// Largest number of occluders in a frame [default: 64; 16 for `auto`].
     #[arg(long, value_name = "N", value_parser = numbers::occluders)]
     pub(super) occluders: Option<usize>,
@@ -195,15 +204,27 @@ pub(super) struct PlayArgs {
     pub(super) tests: TestArgs,
     /// Assumed time to draw one polygon, nanoseconds. Occlusion culling tests only nodes that take longer to draw than
     /// to test, and `auto` compares methods by this time.
-    #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = numbers::nanoseconds)]
+    #[arg(long, value_name = "NS", default_value_t = POLYGON_NS, value_parser = numbers::nanoseconds)]
     pub(super) polygon_ns: f64,
     /// Index for the polygons of a moving group. `polygons` updates each polygon in every frame in which the group
     /// moves. `whole` stores the polygons in a second index, in the group's own space. Both find the same polygons. A
     /// window always uses `whole`.
     #[arg(long, value_enum, default_value_t = GroupIndexing::Polygons)]
     pub(super) groups: GroupIndexing,
-    #[command(flatten)]
-    pub(super) reading: ReadArgs,
+}
+
+impl Default for TuningArgs {
+    /// The values without options.
+    fn default() -> Self {
+        Self {
+            settings: IndexSettingsArgs::default(),
+            cut_nodes: CutNodesArgs::default(),
+            occluders: None,
+            tests: TestArgs::default(),
+            polygon_ns: POLYGON_NS,
+            groups: GroupIndexing::Polygons,
+        }
+    }
 }
 
 /// Index for the polygons of groups that move.
@@ -234,50 +255,28 @@ impl PlayArgs {
         self.indexes().iter().flat_map(|index| methods.iter().map(|method| (*index, *method))).collect()
     }
 
-    /// Returns the settings of these indexes. An option that concerns none of them is an error.
-    pub(super) fn settings(&self, indexes: &[IndexKind]) -> anyhow::Result<IndexSettings> {
-        let settings = self.cut_nodes.add_to(self.settings.settings(indexes)?, indexes)?;
-        if settings.cut_nodes == CutNodes::Drawn && indexes.iter().any(|other| *other != indexes[0]) {
-            bail!(
-                "--cut-nodes drawn: expected one index, because it also draws polygons that are not in view"
-            );
-        }
-        Ok(settings)
-    }
-
     /// Returns the values of all options in one line, including the defaults. Equal lines mean the same work.
     pub(super) fn in_one_line(&self) -> String {
         let indexes = self.indexes();
         let join = |names: Vec<&str>| names.join(",");
         let mut indexes: Vec<&str> = indexes.iter().map(|index| index.name()).collect();
         indexes.dedup();
-        let Limits { polygons, unpacking } = self.reading.options().limits;
         let mut line = format!(
-            "--index {} --pace {} --camera {} --budget {} --groups {} --max-polygons {polygons} --max-unpacking {unpacking}",
+            "--index {} --pace {} --camera {} --budget {} --max-polygons {}",
             join(indexes),
             self.pace,
             self.camera.name(),
             self.budget,
-            if self.groups == GroupIndexing::Whole { "whole" } else { "polygons" },
+            self.reading.options().limits.polygons
         );
-        line += &self.settings.in_one_line();
-        if let Some(cut_nodes) = self.cut_nodes.cut_nodes {
-            line += &format!(" --cut-nodes {}", cut_nodes.name());
-        }
         if self.reading.lenient {
             line += " --lenient";
         }
         if !self.occlusion.is_empty() {
             line += &format!(
-                " --occlusion {} --node-test {} --score {} --polygon-ns {}",
-                join(self.occlusion.iter().map(|method| method.name()).collect()),
-                self.tests.node_test().name(),
-                self.tests.score().name(),
-                self.polygon_ns
+                " --occlusion {}",
+                join(self.occlusion.iter().map(|method| method.name()).collect())
             );
-            if let Some(occluders) = self.occluders {
-                line += &format!(" --occluders {occluders}");
-            }
         }
         line
     }
@@ -292,10 +291,27 @@ impl PlayArgs {
                 false => bail!("--occlusion {name} {drawn}, which {}", Lacking(&[Feature::Render])),
             }
         }
-        if let Some(option) = self.tests.given().filter(|_| self.occlusion.is_empty()) {
+        Ok(())
+    }
+}
+
+impl TuningArgs {
+    /// Returns the settings of these indexes. An option that concerns none of them is an error.
+    pub(super) fn settings(&self, indexes: &[IndexKind]) -> anyhow::Result<IndexSettings> {
+        let settings = self.cut_nodes.add_to(self.settings.settings(indexes)?, indexes)?;
+        if settings.cut_nodes == CutNodes::Drawn && indexes.iter().any(|other| *other != indexes[0]) {
+            bail!(
+                "--cut-nodes drawn: expected one index, because it also draws polygons that are not in view"
+            );
+        }
+        Ok(settings)
+    }
+
+    /// Reports errors in the options before the work begins.
+    pub(super) fn check(&self, play: &PlayArgs) -> anyhow::Result<()> {
+        if let Some(option) = self.tests.given().filter(|_| play.occlusion.is_empty()) {
             bail!("{option} is about occlusion culling: it needs --occlusion");
         }
-        self.settings(&self.indexes())?;
-        Ok(())
+        self.settings(&play.indexes()).map(drop)
     }
 }

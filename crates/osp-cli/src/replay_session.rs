@@ -9,7 +9,8 @@ use super::{
     allocations,
     output::{file_name, warn},
     progress,
-    replay_args::{GroupIndexing, PlayArgs, ReplayArgs},
+    read_session::{Keep, ReadSession},
+    replay_args::{GroupIndexing, PlayArgs, ReplayArgs, TuningArgs},
     session::{OpenSession, Reader},
 };
 use osp::{
@@ -27,7 +28,7 @@ use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{
     atomic_file::AtomicFile,
     recording::{Event, Header, Pace, RecordingError},
-    replay::{Budget, CameraPath, Lane, Player, Replay, RigPath, Summary, root_cube, summarize},
+    replay::{Budget, CameraPath, Lane, Replay, RigPath, Summary, root_cube},
 };
 
 /// Settings of a replay that depend on the command.
@@ -77,18 +78,26 @@ pub(super) fn replay_file(
         #[cfg(feature = "render")]
         draw: args.draw,
     };
-    Ok(replay(&args.play, file, context)?.report)
+    Ok(replay(&args.play, &args.tuning, file, context)?.report)
 }
 
 /// Plays a session.
-pub(super) fn replay(play: &PlayArgs, file: &Path, context: ReplayContext<'_>) -> anyhow::Result<Replayed> {
+pub(super) fn replay(
+    play: &PlayArgs,
+    tuning: &TuningArgs,
+    file: &Path,
+    context: ReplayContext<'_>,
+) -> anyhow::Result<Replayed> {
     let ReplayContext { rig, mut csv, .. } = context;
     let mut session = OpenSession::read_by(context.reader, file, &play.reading)?;
     if context.reader == Reader::Thread {
         session = session.counted();
     }
-    // Reads the session twice: first to measure its length and size, then to play it.
-    let (summary, _, read) = summarize(&mut session, play.pace);
+    let (header, format) = (session.header.clone(), session.format);
+    // The indexes need to know the length and the size of the session before its first frame.
+    let (read_session, read) =
+        ReadSession::of(header.clone(), &mut session, play.pace, Keep::Events, |_, _| {});
+    let summary = read_session.summary;
     session.notes().warnings.iter().for_each(|warning| (context.remark)(warning));
     let skipped = session.notes().skipped;
     if skipped > 0 {
@@ -104,25 +113,23 @@ pub(super) fn replay(play: &PlayArgs, file: &Path, context: ReplayContext<'_>) -
     }
 
     let kinds = play.runs();
-    let settings = play.settings(&play.indexes())?;
-    let session = OpenSession::read_by(context.reader, file, &play.reading)?;
-    let format = session.format;
-    let camera = CameraPath::new(play.camera, session.header.camera, &summary.bounds);
+    let settings = tuning.settings(&play.indexes())?;
+    let camera = CameraPath::new(play.camera, header.camera, &summary.bounds);
     let mut rig_report = rig.as_ref().map(RigReport::new);
-    let mut lanes = lanes(play, context.basis, &kinds, &settings, &session.header, &summary);
+    let mut lanes = lanes((play, tuning), context.basis, &kinds, &settings, &header, &summary);
     if rig.is_some() {
         // More lanes measure the cost of a single view, for comparison. With occlusion culling, a lane stays at the
         // same view for several frames, because the cullers use data of the previous frames.
         let turn = if kinds.iter().any(|(_, method)| method.is_some()) { 16 } else { 1 };
-        let more = self::lanes(play, context.basis, &kinds, &settings, &session.header, &summary);
+        let more = self::lanes((play, tuning), context.basis, &kinds, &settings, &header, &summary);
         lanes.extend(more.into_iter().map(|lane| lane.of_one_view(turn)));
     }
     let mut runs: Vec<RunReport> = Vec::new();
     for &(index, method) in &kinds {
         let mut run = RunReport::new(index.name(), summary.frames);
         run.occlusion = method.map(|method| OcclusionReport {
-            tests: (play.tests.node_test(), play.tests.score()),
-            ..OcclusionReport::new(method.name(), play.polygon_ns)
+            tests: (tuning.tests.node_test(), tuning.tests.score()),
+            ..OcclusionReport::new(method.name(), tuning.polygon_ns)
         });
         run.views = rig.as_ref().map(|_| ViewsReport::default());
         runs.push(run);
@@ -138,8 +145,8 @@ pub(super) fn replay(play: &PlayArgs, file: &Path, context: ReplayContext<'_>) -
         .transpose()?;
     let mut verified = 0;
     let progress = (context.progress)(summary.frames, &name);
-    let mut player = Player::new(session, play.pace);
-    if play.groups == GroupIndexing::Whole {
+    let mut player = read_session.into_player();
+    if tuning.groups == GroupIndexing::Whole {
         player = player.keeping_groups_whole();
     }
     let mut replay = Replay::new(player, camera, lanes);
@@ -232,7 +239,7 @@ where
 }
 
 fn lanes(
-    play: &PlayArgs,
+    (play, tuning): (&PlayArgs, &TuningArgs),
     basis: AutoBasis,
     kinds: &[(IndexKind, Option<Method>)],
     settings: &IndexSettings,
@@ -247,8 +254,8 @@ fn lanes(
         let pipeline = Pipeline::new(index.create_with(&config, settings), capacity).with_clock(clock);
         let pipeline = match method {
             Some(method) => {
-                let (occluders, polygon_ns) = (play.occluders, play.polygon_ns);
-                let (node_test, score) = (play.tests.node_test(), play.tests.score());
+                let (occluders, polygon_ns) = (tuning.occluders, tuning.polygon_ns);
+                let (node_test, score) = (tuning.tests.node_test(), tuning.tests.score());
                 let pass = PassConfig {
                     occluders,
                     polygon_ns,

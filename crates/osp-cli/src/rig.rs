@@ -19,7 +19,7 @@ use osp_lab::report::RigPlan;
 use osp_lab::report::columns_table;
 use osp_session::rig::{Eye, Eyes, Output, Rig, Screen, Viewport};
 
-/// Check or show a rig: the screens around a tracked head that --rig names.
+/// Check or show a rig, the screens around a tracked head.
 #[derive(Args, Debug)]
 #[command(after_help = FORMAT)]
 pub(super) struct RigCommand {

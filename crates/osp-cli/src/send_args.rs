@@ -7,7 +7,7 @@ use clap::Args;
 use super::{numbers, reading::ReadArgs, tracker_args::TrackerKey};
 use osp_session::recording::Pace;
 
-/// Send the samples of a session to a window, like a tracker (`osp sketch --tracker udp://…`).
+/// Send a session to a window, like a tracker (`osp sketch --tracker udp://…`).
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp send recordings/portrait.ron --to 127.0.0.1:9327

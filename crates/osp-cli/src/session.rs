@@ -120,6 +120,10 @@ pub(super) fn rescue(error: &anyhow::Error) -> Option<String> {
         RecordingError::Limit(excess) => Some(&excess.path),
         RecordingError::Io { .. } | RecordingError::Unknown { .. } => None,
     })?;
+    // A pipe is read by now.
+    if recording::is_pipe(damaged) {
+        return None;
+    }
     // The damage may be in an entry of an archive or of a folder.
     let session = damaged.ancestors().take(3).find(|path| {
         let opened = recording::open(path, &OpenOptions::LENIENT);

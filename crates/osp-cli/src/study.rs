@@ -15,7 +15,7 @@ use super::{
     output::{print_result, warn},
     outputs::ForceArgs,
     progress,
-    replay_args::PlayArgs,
+    replay_args::{PlayArgs, TuningArgs},
     replay_session::{ReplayContext, Replayed, replay},
     session::Reader,
     study_contents::Contents,
@@ -25,7 +25,7 @@ use super::{
 use osp::frame::AutoBasis;
 use osp_session::recording::RecordingError;
 
-/// Measure sessions one after the other, and write a line of JSON for each.
+/// Measure sessions and write a line of JSON for each.
 ///
 /// A line holds the output of `osp replay --json`, the file and a hash of its contents, the options, the machine and the
 /// build of osp. If osp cannot read a session, the line holds the error.
@@ -162,7 +162,7 @@ impl Study<'_> {
             #[cfg(feature = "render")]
             draw: None,
         };
-        let replayed = replay(self.play, path, context);
+        let replayed = replay(self.play, &TuningArgs::default(), path, context);
         // If the file changed during the measurement, the hash is not that of the measured contents.
         let is_the_same = Contents::of(path).is_ok_and(|now| now == contents);
         ensure!(is_the_same, "{}: the session changed during the measurement", path.display());

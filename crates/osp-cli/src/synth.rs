@@ -18,7 +18,7 @@ use super::{
 use osp_lab::report::thousands;
 use osp_session::recording::{Event, SynthKind, synthesize, synthesize_class};
 
-/// Write a synthetic session, in which an invented person draws. A seed determines everything.
+/// Generate a session from a seed.
 ///
 /// The same kind, number of polygons and seed give the same file, byte for byte, on every machine.
 #[derive(Args, Debug)]

@@ -7,7 +7,7 @@ use super::{
     outcome::Outcome,
     output::warn,
     outputs::Outputs,
-    read_session::ReadSession,
+    read_session::{Keep, ReadSession},
     render_args::MOMENT_S,
     session::OpenSession,
     thumbs_args::ThumbsArgs,
@@ -32,9 +32,11 @@ fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<Stri
     let mut outputs = Outputs::new(job.replaces).reads([&job.source]);
     let output = outputs.add("--out", &job.target, &[])?;
     let mut session = OpenSession::open(&job.source, &args.reading)?.counted();
-    let (read_session, read) = ReadSession::of(session.header.clone(), session.by_ref(), Pace::Samples(16));
+    let (header, pace) = (session.header.clone(), Pace::Samples(16));
+    let (read_session, read) = ReadSession::of(header, session.by_ref(), pace, Keep::Model, |_, _| {});
     read?;
-    let ReadSession { header, summary, model: scene, direction_to_artist } = read_session;
+    let ReadSession { header, summary, end, direction_to_artist, .. } = read_session;
+    let scene = end.scene;
     let config = RendererConfig { background: background_for(&scene), ..RendererConfig::default() };
     let mut drawer = Offscreen::on(Arc::clone(gpu), args.size.width, args.size.height, &config)?;
     drawer.set_environment(header.environment.as_deref());

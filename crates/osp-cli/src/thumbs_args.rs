@@ -6,9 +6,9 @@ use clap::Args;
 
 use super::{outputs::ForceArgs, parsers::Size, reading::ReadArgs};
 
-/// Draw a picture of each session in folders: a PNG with the artist's view, drawn like `osp render`.
+/// Draw a picture of each session in folders.
 ///
-/// The command skips a picture that is newer than its session, so the same command continues after an interruption. If
+/// A picture is a PNG with the artist's view, drawn like `osp render`. The command skips a picture that is newer than its session, so the same command continues after an interruption. If
 /// there were errors, they are listed at the end, and the exit code is 2. One graphics adapter draws all pictures; a
 /// software adapter suffices.
 #[derive(Args, Debug)]

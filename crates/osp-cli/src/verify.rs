@@ -7,14 +7,13 @@ use clap::Args;
 use serde::Serialize;
 
 use super::{
-    allocations,
-    index_settings_args::IndexSettingsArgs,
-    numbers,
+    allocations, numbers,
     occlusion_test_args::score_parser,
     outcome::Outcome,
     output::{file_name, print_result, warn},
     parsers::{Size, camera_parser, index_parser},
     progress,
+    read_session::{Keep, ReadSession},
     reading::ReadArgs,
     session::OpenSession,
     verify_all::{Overview, Part, name_in, sessions},
@@ -41,11 +40,11 @@ use osp_lab::{
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Event, Header, Pace, RecordingError},
-    replay::{CameraChoice, CameraPath, Moment, Player, root_cube, summarize},
+    replay::{CameraChoice, CameraPath, SessionState, root_cube},
     scene::Scene,
 };
 
-/// Compare the polygons that occlusion culling culls with the polygons that really are hidden.
+/// Check that occlusion culling removes only hidden polygons.
 ///
 /// At evenly spaced frames of each session, the command draws a picture of polygon numbers at high resolution. A
 /// polygon is visible if some pixel shows its number, or if a ray from the eye reaches it. Then each method culls the
@@ -139,8 +138,6 @@ pub(super) struct VerifyArgs {
     /// The index whose nodes are tested.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     index: IndexKind,
-    #[command(flatten)]
-    settings: IndexSettingsArgs,
     /// Position of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`. `orbit`
     /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
@@ -158,7 +155,7 @@ pub(super) struct VerifyArgs {
     /// Volume by which a node is tested: its `box`, the `sphere` around it (as in the paper), the `outline` of the box,
     /// or its eight `corners` in one shadow. `corners-apart` lets each corner be in a different shadow (left part of
     /// the paper's figure 14; not conservative).
-    #[arg(long, alias = "test", default_value = "box", value_parser = ["box", "sphere", "outline", "corners", CORNERS_APART])]
+    #[arg(long, default_value = "box", value_parser = ["box", "sphere", "outline", "corners", CORNERS_APART])]
     node_test: String,
     /// Score of an occluder: the `solid-angle` of its part in the picture, or equation (1) of the `paper`.
     #[arg(long, default_value = "solid-angle", value_parser = score_parser())]
@@ -267,7 +264,6 @@ impl Iterator for Source {
 
 pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
     let mut outcome = Outcome::Done;
-    args.settings.settings(&[args.index])?;
     let files = match args.all {
         true => sessions(&args.files, args.part.unwrap_or(Part::WHOLE))?,
         false => args.files.clone(),
@@ -367,24 +363,48 @@ fn verify_view(
 /// Plays a session and verifies its views. Returns the verifier, the drawn trials, and the number of polygons.
 fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<DrawnTrials>, u64)> {
     let mut source = Source::open(file, &args.reading)?;
-    let (summary, _, read) = summarize(&mut source, args.pace);
-    if let Source::File(session) = &source {
-        session.warn();
-    }
-    read?;
-    // A table of zeros would look like a result. With `--all`, folders may contain empty sessions.
-    ensure!(args.all || summary.counts.polygons > 0, "{} has no polygons", file.display());
-    let source = Source::open(file, &args.reading)?;
     let is_built_in = matches!(source, Source::Scene(_));
     // The last events of a built-in scene are the head poses of its views.
     let has_own_views = is_built_in && args.camera == CameraChoice::Auto;
     let whole = args.whole || is_built_in;
     let header = source.header().cloned().unwrap_or_else(|| Header::new("", ""));
+    // The poses of the views of a finished model.
+    let mut moments = Vec::new();
+    let note = |events: &[Event], state: &SessionState| {
+        if has_own_views {
+            let heads = events.iter().filter(|event| matches!(event, Event::Head { .. }));
+            moments.extend(heads.map(|head| {
+                let mut moment = state.moment;
+                moment.note(head);
+                moment
+            }));
+        } else if whole {
+            moments.push(state.moment);
+        }
+    };
+    let keep = if whole { Keep::Model } else { Keep::Events };
+    let (session, read) = ReadSession::of(header.clone(), &mut source, args.pace, keep, note);
+    if let Source::File(session) = &source {
+        session.warn();
+    }
+    read?;
+    let summary = session.summary;
+    // A table of zeros would look like a result. With `--all`, folders may contain empty sessions.
+    ensure!(args.all || summary.counts.polygons > 0, "{} has no polygons", file.display());
+    // The views are evenly spaced and include the last frame.
+    let mut verified = 0;
+    let mut is_view = |frame: u64| {
+        let is_due = frame * args.views / summary.frames.max(1) > verified;
+        verified += u64::from(is_due);
+        is_due
+    };
+    if !has_own_views {
+        moments.retain(|moment| is_view(moment.frame));
+    }
     let camera = CameraPath::new(args.camera, header.camera, &summary.bounds);
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
-    let settings = args.settings.settings(&[args.index])?;
     let root = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
-    let index = args.index.create_with(&root, &settings);
+    let index = args.index.create(&root);
     let at_rest = AtRest { settle: args.settle, frames: args.frames };
     let mut verifier =
         Verifier::new(index, config(args), StageClock::counting(allocations::count)).with_rest(at_rest);
@@ -397,33 +417,18 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     }
 
     let mut drawn = DrawnTrials::new(&args.occlusion, args.size, at_rest)?;
-    let mut player = Player::new(source, args.pace);
-    let (mut moments, mut verified) = (Vec::new(), 0);
+    let mut player = session.into_player();
     let progress = progress::bar(args.views, "views", &file.to_string_lossy());
     while player.step()? {
         let (scene, changes) = (player.scene(), player.changes());
-        if has_own_views {
-            let heads = player.events().iter().filter(|event| matches!(event, Event::Head { .. }));
-            moments.extend(heads.map(|head| {
-                let mut moment = player.moment();
-                moment.note(head);
-                moment
-            }));
-        }
         verifier.follow(scene, changes);
         if let Some(drawn) = &mut drawn {
             drawn.follow(changes);
         }
-        let moment = Moment { frame: player.frames(), ..player.moment() };
-        // The views are evenly spaced and include the last frame.
-        if moment.frame * args.views / summary.frames.max(1) > verified {
-            verified += 1;
-            if whole && !has_own_views {
-                moments.push(moment);
-            } else if !whole {
-                verify_view(&mut verifier, &mut drawn, scene, &camera.view(&moment))?;
-                progress.inc(1);
-            }
+        let moment = player.state().moment;
+        if !whole && is_view(moment.frame) {
+            verify_view(&mut verifier, &mut drawn, scene, &camera.view(&moment))?;
+            progress.inc(1);
         }
     }
     if let Some(path) = &args.pvs {

@@ -16,7 +16,10 @@ use osp_lab::{
     rows::Rows,
     verify::{Trial, Verifier},
 };
-use osp_session::{atomic_file::is_unfinished, recording::looks_like_session};
+use osp_session::{
+    atomic_file::is_unfinished,
+    recording::{is_pipe, looks_like_session},
+};
 
 /// Number of bytes at the beginning of a file that decide whether the file is a session.
 const START_BYTES: u64 = 4096;
@@ -56,6 +59,10 @@ pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<Path
     let mut found = Vec::new();
     for path in paths {
         // A missing path is an error: probably a typing error.
+        if is_pipe(path) {
+            found.push(path.clone());
+            continue;
+        }
         std::fs::metadata(path).with_context(|| path.display().to_string())?;
         if !path.is_dir() || looks_like_session(path, &[]) {
             found.push(path.clone());

@@ -381,10 +381,60 @@ fn an_empty_session_among_others_stops_nothing() {
     assert_eq!(folder.path().join("c-2.svg").exists(), cfg!(feature = "bench"));
 }
 
+/// A second reading would wait for ever.
+#[cfg(unix)]
 #[test]
-fn a_pipe_as_input_is_refused_in_words() {
-    let said = OSP.refused(["info", "/dev/null"]);
-    assert!(said.contains("a pipe or a device"), "{said}");
+fn a_pipe_is_read_once_wherever_a_file_is_read() {
+    let folder = temp();
+    small_session(folder.path());
+    let has = crate::cli_outputs::built::has::<&str>;
+    if !osp_testkit::make_pipe(&folder.path().join("pipe")) {
+        eprintln!("skipped: no mkfifo");
+        return;
+    }
+    for (command, of) in [
+        ("info @ --json", "polygons"),
+        ("replay @ --index osp --json", "fingerprint"),
+        ("replay @ --index osp --occlusion msvbsp --json", "fingerprint"),
+        ("export @ @.glb", "polygons, "),
+        ("export @ @.glb --frame 3 --force", "polygons, "),
+        ("convert @ @.tilt", " strokes, "),
+        ("import @ @.zst.ron", " strokes, "),
+        ("bake @ @.pvs --cells 1 --samples 1 --pixels 16", " polygons; "),
+        ("verify @ --views 2 --pixels 64x64 --repeats 1", "visible"),
+        ("verify @ --views 2 --pixels 64x64 --repeats 1 --whole --json", "visible"),
+        ("query @ --sphere 0,0,0 9", " polygons"),
+        ("pick @", "polygon"),
+        ("race @", "osp"),
+        ("bench @ --quick --no-growth --no-rays --index osp --json", "session"),
+        ("draw-index @ @.svg", " nodes"),
+        ("draw-insertion @ @.gif --polygons 1 --levels 1", " planes"),
+        ("draw-occlusion @ @.svg --force", " planes"),
+    ]
+    .into_iter()
+    .filter(|(command, _)| has(&command.split(' ').collect::<Vec<_>>()))
+    {
+        for pipe in ["pipe", "-"] {
+            let args = command.split(' ').map(|word| word.replace('@', pipe)).collect::<Vec<_>>();
+            let args = args
+                .iter()
+                .map(|word| word.strip_prefix("-.").map_or(word.clone(), |end| format!("o.{end}")));
+            let mut osp = OSP.command_in(folder.path(), args);
+            let mut cat = Command::new("sh");
+            cat.current_dir(folder.path())
+                .args(["-c", if pipe == "-" { "cat small.ron" } else { "cat small.ron > pipe" }]);
+            let mut cat = cat.stdout(std::process::Stdio::piped()).spawn().expect("a shell");
+            osp.stdin(cat.stdout.take().expect("a pipe"));
+            let output = osp.output().expect("the program starts");
+            assert!(output.status.success(), "{command} of {pipe}: {}", stderr(&output));
+            assert!(stdout(&output).contains(of), "{command} of {pipe}: {}", stdout(&output));
+            assert!(cat.wait().expect("it ends").success());
+        }
+    }
+    for device in ["/dev/null", "/dev/zero"] {
+        let said = OSP.refused(["info", device]);
+        assert!(said.contains("one of the formats"), "{said}");
+    }
 }
 
 #[cfg(feature = "bench")]

@@ -1,6 +1,6 @@
 use super::{Contender, curves::grouped};
 use crate::{
-    report::{AgainstOneView, RigReport, RunReport, first_disagreement},
+    report::{RunReport, first_disagreement},
     rows::{Curves, Figures, Rows},
 };
 use osp::{
@@ -11,7 +11,7 @@ use osp::{
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Event, Pace, RecordingError},
-    replay::{Budget, CameraPath, Lane, PARTS_OF_SESSION, Player, Replay, RigPath, Summary, part_of_frame},
+    replay::{Budget, CameraPath, Lane, PARTS_OF_SESSION, Player, Replay, Summary, part_of_frame},
 };
 
 const PART: &str = "session";
@@ -27,8 +27,6 @@ pub struct SessionInput {
     pub pace: Pace,
     /// The camera's path, and its name.
     pub camera: (CameraPath, &'static str),
-    /// The rig around the camera's eye, if frames are culled for the rig's screens.
-    pub rig: Option<RigPath>,
     /// The modelling volume.
     pub root: Aabb,
     /// The indexes.
@@ -54,52 +52,29 @@ where
     let config = IndexConfig { root: input.root, capacity };
     let budget = Budget { ns: (input.budget_secs * 1.0e9) as u64, frames: summary.frames };
     let lane = |kind: &Contender| Lane::new(Pipeline::new(kind.create(&config), capacity), budget);
-    let mut lanes: Vec<Lane> = input.kinds.iter().map(lane).collect();
-    if input.rig.is_some() {
-        lanes.extend(input.kinds.iter().map(lane).map(|lane| lane.of_one_view(1)));
-    }
+    let lanes: Vec<Lane> = input.kinds.iter().map(lane).collect();
     let mut rows = Rows::default();
     // The fingerprints of the polygons that the indexes found, frame by frame.
     let mut seen: Vec<RunReport> =
         input.kinds.iter().map(|kind| RunReport::new(kind.name(), summary.frames)).collect();
-    let mut rig_report = input.rig.as_ref().map(RigReport::new);
     let mut records = vec![Vec::new(); lanes.len()];
     let mut replay = Replay::new(Player::new(events, input.pace), input.camera.0, lanes);
-    if let Some(rig) = &input.rig {
-        replay = replay.on_rig(rig.clone());
-    }
     while let Some(outcomes) = replay.step()? {
-        for (i, (records, frame)) in records.iter_mut().zip(outcomes).enumerate() {
+        for ((records, run), frame) in records.iter_mut().zip(&mut seen).zip(outcomes) {
             let Some(frame) = frame else { continue };
-            // The lanes with a single view follow the other lanes.
-            if let Some(run) = seen.get_mut(i) {
-                run.add(frame);
-            }
+            run.add(frame);
             if !frame.catches_up {
                 records.push(frame.record);
             }
         }
-        if let Some(rig) = &mut rig_report {
-            rig.add(replay.rig_views());
-        }
         progress();
     }
     rows.load = replay.load();
-    let of_one_view = records.split_off(input.kinds.len());
     let reference = input.kinds.iter().position(|&kind| kind == Contender::Own(input.reference));
     let reference = reference.map_or(&[][..], |i| &records[i]);
     let name = input.recording.as_str();
     rows.part(PART, "Sessions: insertion and culling of a frame, nothing is drawn");
-    let camera = rig_report.as_ref().map_or(input.camera.1.to_owned(), |rig| rig.camera(input.camera.1));
-    rows.note(PART, format!("{name}: {}, camera {camera}.", input.pace));
-    if let Some(rig) = &rig_report {
-        rows.note(
-            PART,
-            "Each frame has all views; views times one: the same frames with one view, in turns, times the number of views; \
-             both without their slowest hundredth.",
-        );
-        rig.blind(summary.frames).into_iter().for_each(|line| rows.note(PART, line));
-    }
+    rows.note(PART, format!("{name}: {}, camera {}.", input.pace, input.camera.1));
     if let Some((a, b, frame)) = first_disagreement(&seen) {
         rows.faults.push(format!(
             "NOT ALL INDEXES FOUND THE SAME POLYGONS in {name}: {a} and {b} differ in frame {frame}."
@@ -111,14 +86,11 @@ where
         .value("frames", "frames", summary.frames as f64)
         .value("strokes", "strokes", counts.strokes as f64)
         .value("points", "points", counts.points as f64);
-    for (i, ((kind, lane), records)) in input.kinds.iter().zip(replay.lanes()).zip(&records).enumerate() {
+    for ((kind, lane), records) in input.kinds.iter().zip(replay.lanes()).zip(&records) {
         let mut figures = rows.of(PART, name, kind.name());
         add(&mut figures, records, reference, summary.frames);
         let bytes = lane.pipeline().bytes() as f64;
         figures.value("memory", "bytes/polygon", bytes / counts.polygons.max(1) as f64);
-        if let Some(one) = of_one_view.get(i) {
-            add_views(&mut figures, records, one);
-        }
     }
     let line = |value: fn(&FrameRecord) -> Option<(f64, f64)>| {
         let of = |(kind, records): (&Contender, &Vec<FrameRecord>)| {
@@ -199,20 +171,6 @@ fn add(figures: &mut Figures<'_>, records: &[FrameRecord], reference: &[FrameRec
         .value("nodes", "1/frame", mean(|record| record.work.nodes))
         .value("boxes", "1/frame", mean(|record| record.work.boxes))
         .value("planes", "1/frame", mean(|record| record.work.planes));
-}
-
-/// Adds the times of a rig's frames with all views, compared with the same frames with one view.
-fn add_views(figures: &mut Figures<'_>, all: &[FrameRecord], one: &[FrameRecord]) {
-    let with_views = || same_frames(all, one).filter(|(all, _)| all.views > 0);
-    let times = |(all, one): (&FrameRecord, &FrameRecord)| (all.total_ns(), one.total_ns() * all.views);
-    if let Some(against) = AgainstOneView::of(with_views().map(times).collect()) {
-        let views = with_views().map(|(all, _)| all.views).sum::<u64>() as f64 / with_views().count() as f64;
-        figures
-            .value("views", "1/frame", views)
-            .value("all_views", "us", against.all_views_us)
-            .value("views_times_one", "us", against.views_times_one_us)
-            .value("all_against_views_times_one", "", against.ratio);
-    }
 }
 
 #[cfg(test)]

@@ -407,7 +407,7 @@ mod tests {
         let events = places.map(|(x, y, z)| Ok(square(x, y, z)));
         let mut player = Player::new(events.into_iter(), "samples:1".parse().expect("a pace"));
         while player.step().expect("events") {}
-        player.into_scene()
+        player.into_state().scene
     }
 
     #[test]

@@ -44,6 +44,12 @@ impl Limits {
         self.polygons.saturating_mul(4)
     }
 
+    /// Largest number of bytes that are read from a pipe: 128 times [`Limits::polygons`]. A sample of a recording has up to
+    /// 128 bytes.
+    pub fn piped_bytes(&self) -> u64 {
+        self.polygons.saturating_mul(128).max(Self::FREE_BYTES)
+    }
+
     /// Largest decompressed size of a file of `packed` compressed bytes, bytes.
     pub fn unpacked_bytes(&self, packed: u64) -> u64 {
         packed.saturating_mul(self.unpacking).saturating_add(Self::FREE_BYTES)

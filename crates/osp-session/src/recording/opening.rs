@@ -1,10 +1,13 @@
 use std::{
-    io::{BufReader, Read},
+    io::{self, BufReader, Read},
     path::Path,
     sync::Arc,
 };
 
-use super::{MemoryFiles, OpenOptions, RecordingError, RonReader, Session, input::Input};
+use super::{
+    MemoryFiles, OpenOptions, Place, RecordingError, RonReader, Session, error::beyond, input::Input,
+};
+use crate::platform::fs::{File, has_ending};
 
 /// Formats that [`open`] reads, for its error message.
 fn formats() -> String {
@@ -18,12 +21,40 @@ const SNIFF_BYTES: u64 = 4096;
 const ZSTD_MAGIC: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
 
 /// Opens a session of any supported format. The contents of the file determine the format, or else the file's name. A
-/// folder is opened if it is an unpacked `.tilt`.
+/// folder is opened if it is an unpacked `.tilt`. A pipe, or standard input (`-`), is read to its end first.
 ///
 /// # Errors
 /// The file cannot be read, its format is unknown, or its beginning is damaged.
 pub fn open(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
-    open_input(Input::on_disk(path), options)
+    match is_pipe(path) {
+        true => open_bytes(path, read_pipe(path, options)?, options),
+        false => open_input(Input::on_disk(path), options),
+    }
+}
+
+/// Whether [`open`] reads the path only once: standard input (`-`), a pipe or a device.
+pub fn is_pipe(path: &Path) -> bool {
+    path == Path::new("-") || Input::on_disk(path).is_special()
+}
+
+/// Reads a pipe to its end. Its beginning must be that of a session, so that a device without an end is refused.
+fn read_pipe(path: &Path, options: &OpenOptions) -> Result<Vec<u8>, RecordingError> {
+    let io = |cause| RecordingError::io(path, cause);
+    let mut pipe: Box<dyn Read> = match path == Path::new("-") {
+        true => Box::new(io::stdin()),
+        false => Box::new(File::open(path).map_err(io)?),
+    };
+    let mut bytes = Vec::new();
+    pipe.by_ref().take(SNIFF_BYTES).read_to_end(&mut bytes).map_err(io)?;
+    if !looks_like_session(path, &bytes) {
+        return Err(unknown(path, describe(&bytes)));
+    }
+    let most = options.limits.piped_bytes();
+    pipe.take(most.saturating_add(1) - bytes.len() as u64).read_to_end(&mut bytes).map_err(io)?;
+    match bytes.len() as u64 > most {
+        true => Err(beyond(path, Place::File, most, "bytes from a pipe")),
+        false => Ok(bytes),
+    }
 }
 
 /// Does the same as [`open`] for a file on the disk or in memory.
@@ -39,15 +70,16 @@ fn open_input(input: Input<'_>, options: &OpenOptions) -> Result<Session, Record
     if let Some(opener) = super::import::by_name(path, &start) {
         return opener(input, options);
     }
-    Err(RecordingError::Unknown {
-        path: path.to_owned(),
-        expected: format!("one of the formats {}", formats()),
-        found: if input.is_folder() {
-            "a folder that is no unpacked sketch (open one of its files)".to_owned()
-        } else {
-            describe(&start)
-        },
-    })
+    let found = match input.is_folder() {
+        true => "a folder that is no unpacked sketch (open one of its files)".to_owned(),
+        false => describe(&start),
+    };
+    Err(unknown(path, found))
+}
+
+fn unknown(path: &Path, found: String) -> RecordingError {
+    let expected = format!("one of the formats {}", formats());
+    RecordingError::Unknown { path: path.to_owned(), expected, found }
 }
 
 impl MemoryFiles {
@@ -116,24 +148,11 @@ fn describe(start: &[u8]) -> String {
 fn sniff(input: Input<'_>) -> Result<Vec<u8>, RecordingError> {
     let path = input.path;
     let mut start = Vec::new();
-    if input.is_folder() || input.is_special() {
-        // A pipe is refused, because the reader would lack the bytes that were read to find the format. A replay also
-        // reads a session twice.
-        return Err(RecordingError::Unknown {
-            path: path.to_owned(),
-            expected: "a regular file, or the folder of a .tilt".to_owned(),
-            found: if input.is_folder() { "another folder" } else { "a pipe or a device" }.to_owned(),
-        });
-    }
     input
         .open()
         .and_then(|file| file.take(SNIFF_BYTES).read_to_end(&mut start))
         .map_err(|e| RecordingError::io(path, e))?;
     Ok(start)
-}
-
-fn has_ending(path: &Path, ending: &str) -> bool {
-    path.file_name().is_some_and(|name| name.to_string_lossy().to_ascii_lowercase().ends_with(ending))
 }
 
 fn is_ron(path: &Path, start: &[u8]) -> bool {

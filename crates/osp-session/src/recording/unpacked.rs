@@ -49,7 +49,7 @@ pub(super) fn beyond(error: &io::Error, path: &Path, place: Place) -> Option<Rec
         place,
         most,
         what: format!("bytes unpacked from {packed}"),
-        option: "--max-unpacking N",
+        option: "--max-polygons N",
         read: None,
     })))
 }

@@ -19,4 +19,4 @@ pub use lanes::{Budget, Lane, LaneFrame, PARTS_OF_SESSION, Replay, part_of_frame
 pub use player::{Player, SessionState};
 pub use rig_path::{NEAREST_EYE_M, RigPath, RigView, RoomMotion, far_m};
 pub use root_cube::root_cube;
-pub use summary::{Summary, summarize};
+pub use summary::{Summary, summarize, summarize_each};

@@ -51,6 +51,8 @@ pub struct Player<I> {
     changes: Vec<Change>,
     clock: StageClock,
     applying: Stage,
+    /// The state that the only step gives, in place of events.
+    finished: Option<SessionState>,
 }
 
 impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
@@ -63,7 +65,15 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
             changes: Vec::new(),
             clock: StageClock::default(),
             applying: Stage::default(),
+            finished: None,
         }
+    }
+
+    /// Plays a finished model in place of the events: the only step inserts all its visible polygons. The poses and the
+    /// number of the frame are those of `state`.
+    #[must_use]
+    pub fn at_once(self, state: SessionState) -> Self {
+        Self { finished: Some(state), ..self }
     }
 
     /// Makes groups [move as a whole](Scene::keeping_groups_whole). Call it before the first frame.
@@ -77,9 +87,14 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
     /// # Errors
     /// The recording is damaged. The events before the damage have been played as a last frame.
     pub fn step(&mut self) -> Result<bool, RecordingError> {
-        let read = self.pacer.next_frame(&mut self.events);
         self.changes.clear();
         self.applying = Stage::default();
+        if let Some(state) = self.finished.take() {
+            self.state = state;
+            self.changes.extend(self.state.scene.visible_ids().map(Change::Insert));
+            return Ok(true);
+        }
+        let read = self.pacer.next_frame(&mut self.events);
         if self.events.is_empty() && !matches!(read, Ok(true)) {
             return read;
         }
@@ -95,9 +110,14 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
         &self.state.scene
     }
 
-    /// Returns the model after the last frame and drops the player.
-    pub fn into_scene(self) -> Scene {
-        self.state.scene
+    /// The model after the last frame, the poses, and the number of frames played.
+    pub fn state(&self) -> &SessionState {
+        &self.state
+    }
+
+    /// Returns the state after the last frame and drops the player.
+    pub fn into_state(self) -> SessionState {
+        self.state
     }
 
     /// The events of the last frame.

@@ -1,4 +1,4 @@
-use super::Player;
+use super::{Player, SessionState};
 use crate::{
     recording::{Event, Pace, RecordingError},
     scene::{Scene, SceneCounts},
@@ -33,6 +33,23 @@ pub struct Summary {
 /// # Errors
 /// The recording is damaged. The summary and the scene then cover the part before the damage.
 pub fn summarize<I>(events: I, pace: Pace) -> (Summary, Scene, Result<(), RecordingError>)
+where
+    I: Iterator<Item = Result<Event, RecordingError>>,
+{
+    let (summary, state, outcome) = summarize_each(events, pace, |_, _| {});
+    (summary, state.scene, outcome)
+}
+
+/// Does the same as [`summarize`]. Calls `each` after each frame with the frame's events and the state, and also returns
+/// the last poses.
+///
+/// # Errors
+/// The errors of [`summarize`].
+pub fn summarize_each<I>(
+    events: I,
+    pace: Pace,
+    mut each: impl FnMut(&[Event], &SessionState),
+) -> (Summary, SessionState, Result<(), RecordingError>)
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
@@ -72,6 +89,9 @@ where
                 summary.bounds = summary.bounds.union(&player.scene().bounds(id));
             }
         }
+        if !player.events().is_empty() {
+            each(player.events(), player.state());
+        }
         match outcome {
             Ok(true) => {}
             Ok(false) => break Ok(()),
@@ -79,7 +99,7 @@ where
         }
     };
     summary.frames = player.frames();
-    let scene = player.into_scene();
-    summary.counts = scene.counts();
-    (summary, scene, outcome)
+    let state = player.into_state();
+    summary.counts = state.scene.counts();
+    (summary, state, outcome)
 }

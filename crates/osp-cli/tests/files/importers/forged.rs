@@ -116,7 +116,7 @@ fn metadata_without_end_is_refused() {
     let entries: [(&str, &[u8]); 2] = [("data.sketch", &sketch), ("metadata.json", &long)];
     // Packed it is too much for the size of the file; unpacked for any.
     let packed = write(folder.path(), "packed.tilt", &tilt(&entries, CompressionMethod::Deflated));
-    assert!(refused(&packed).contains("--max-unpacking"), "{}", refused(&packed));
+    assert!(refused(&packed).contains("--max-polygons"), "{}", refused(&packed));
     let path = write(folder.path(), "a.tilt", &tilt(&entries, CompressionMethod::Stored));
     assert!(refused(&path).contains("at most 16 MiB"), "{}", refused(&path));
     assert_eq!(read(&path, true).events.len(), 17, "the strokes do not need it");

@@ -107,14 +107,14 @@ fn what_an_entry_or_a_stream_unpacks_to_is_limited() {
         &path,
         limits,
         wider,
-        &["bytes unpacked from", "bomb.tilt/data.sketch, byte ", "--max-unpacking", "1 strokes"],
+        &["bytes unpacked from", "bomb.tilt/data.sketch, byte ", "--max-polygons", "1 strokes"],
     );
     let faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned() + &"f 1 2 3\n".repeat(300_000);
     let path = write(folder, "bomb.obj.gz", &gzip(faces.as_bytes()));
-    refused(&path, limits, wider, &["bytes unpacked from", "line ", "--max-unpacking", " faces"]);
+    refused(&path, limits, wider, &["bytes unpacked from", "line ", "--max-polygons", " faces"]);
     let path =
         write(folder, "bomb.poses.gz", &gzip("10.00 0.1 0.2 0.3 1 0 0 0\n".repeat(100_000).as_bytes()));
-    refused(&path, limits, wider, &["bytes unpacked from", "line ", "--max-unpacking", "1 strokes"]);
+    refused(&path, limits, wider, &["bytes unpacked from", "line ", "--max-polygons", "1 strokes"]);
     // Metadata are read whole.
     let spaces = vec![b' '; 8 << 20];
     let small = sketch(5, &[]).0;

@@ -139,9 +139,10 @@ fn what_has_no_end_is_refused_wherever_a_file_is_read() {
             vec!["replay", "a.ron", "--check", file],
             vec!["replay", "a.ron", "--pin", file],
             vec!["verify", "a.ron", "--whole", "--views", "1", "--pixels", "16x16", "--pvs", file],
-            vec!["info", file],
-            vec!["replay", file],
         ];
+        if file != "pipe" {
+            cases.extend([vec!["info", file], vec!["replay", file]]);
+        }
         if cfg!(feature = "window") {
             cases.push(vec!["sketch", "--autosave", "autosaves", "--rig", file]);
             cases.push(vec!["sketch", "--autosave", "autosaves", "--tracker", file]);

@@ -203,7 +203,8 @@ fn replay_has_more_columns_with_occlusion_and_the_old_ones_without() {
     let path = folder.path().join("frames.csv");
     let path = path.to_str().expect("utf-8");
     let header = |more: &[&str]| {
-        let args = [&["--index", "osp", "--pace", "samples:200", "--csv", path, "--force"][..], more].concat();
+        let args =
+            [&["--index", "osp", "--pace", "samples:200", "--csv", path, "--force"][..], more].concat();
         let output = replay(&args);
         assert!(output.status.success(), "{}", stderr(&output));
         let lines = std::fs::read_to_string(path).expect("the CSV");

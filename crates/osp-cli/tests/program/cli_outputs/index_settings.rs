@@ -7,8 +7,6 @@ use osp_rivals::{IndexKind, IndexSetting};
 use osp_testkit::temp;
 use serde_json::Value;
 
-use super::command::figure;
-
 const OPTIONS: [(&str, IndexSetting); 6] = [
     ("--depth", IndexSetting::MaxDepth),
     ("--cube", IndexSetting::Cube),
@@ -94,33 +92,6 @@ fn all_polygons_of_cut_nodes_are_drawn_on_request() {
     refused(&["--index", "osp-paper,osp"], "expected one index");
     refused(&["--index", "osp-paper", "--pin", "a.pins"], "expected no --check and no --pin");
     assert!(!folder.path().join("a.pins").exists());
-}
-
-#[test]
-fn other_commands_build_the_index_by_the_settings_too() {
-    let folder = room();
-    let query = |args: &[&str]| {
-        let how = ["query", "room.ron", "--box", "-1,0,-1", "1,2,1", "--json", "--index"];
-        OSP.json_in(folder.path(), [&how[..], args].concat())
-    };
-    let pick = |args: &[&str]| {
-        OSP.json_in(folder.path(), [&["pick", "room.ron", "--json", "--index"], args].concat())
-    };
-    for setting in SETTINGS {
-        let (usual, other) = (query(&setting[..1]), query(&setting));
-        assert_eq!(usual["found"], other["found"], "{setting:?}");
-        assert_ne!(usual["work"], other["work"], "{setting:?}");
-        assert_eq!(pick(&setting[..1])["picked"], pick(&setting)["picked"], "{setting:?}");
-    }
-    let small = ["verify", "scene:rooms", "--views", "2", "--pixels", "320x180", "--repeats", "1", "--json"];
-    let tested = |args: &[&str]| {
-        let how = ["--occlusion", "msvbsp", "--index", "bvh-sah"];
-        let report = OSP.json_in(folder.path(), [&small[..], &how, args].concat());
-        let of = |name| figure(&report, "msvbsp, 64 occluders", name);
-        assert_eq!((of("wrong"), of("misreported")), (0.0, 0.0), "{args:?}");
-        of("nodes_tested")
-    };
-    assert!(tested(&["--leaf", "4"]) > tested(&[]));
 }
 
 #[cfg(feature = "bench")]

@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use serde_json::Value;
 
-use super::{assert_refused, built::has, names, write_session};
+use super::{assert_refused, names, write_session};
 use crate::OSP;
 use osp_testkit::{shipped_session, stderr, stdout, temp};
 
@@ -209,38 +209,13 @@ fn a_pin_on_a_rig_is_another_one() {
     }
 }
 
-#[cfg(feature = "bench")]
-#[test]
-fn a_bench_on_a_rig_sets_all_views_beside_one() {
-    let folder = temp();
-    write_session(folder.path(), "a.ron");
-    let args = ["bench", "a.ron", "--quick", "--no-growth", "--no-rays", "--index", "osp,bvh-sah"];
-    let report = json(folder.path(), &[&args[..], &["--rig", "cave4", "--stereo", "windows"]].concat());
-    assert_eq!(report["faults"], serde_json::json!([]), "the indexes agree");
-    let figure = |report: &Value, index: &str, figure: &str| {
-        let is_it =
-            |row: &&Value| row["part"] == "session" && row["index"] == index && row["figure"] == figure;
-        report["rows"].as_array().expect("rows").iter().find(is_it).and_then(|row| row["value"].as_f64())
-    };
-    for index in ["osp", "bvh-sah"] {
-        let of = |name: &str| figure(&report, index, name).expect("it is measured");
-        // Four screens, two eyes.
-        assert_eq!(of("views"), 8.0, "{index}");
-        let ratio = of("all_views") / of("views_times_one");
-        assert!((of("all_against_views_times_one") - ratio).abs() < 1.0e-6, "{index}");
-    }
-    let said = stdout(&OSP.run_in(folder.path(), args.iter().chain(&["--rig", "cave4", "--all"])));
-    assert!(said.contains("views times one") && said.contains("auto on cave4"), "{said}");
-    assert_eq!(figure(&json(folder.path(), &args), "osp", "views"), None);
-}
-
 #[test]
 fn what_is_no_rig_is_answered_with_those_there_are() {
     let folder = temp();
     write_session(folder.path(), "a.ron");
     fs::write(folder.path().join("bad.rig"), "(name: \"bad\",\n screens: 7)").expect("written");
     write_rig(folder.path(), "mine", &[LEFT]);
-    let mut commands = vec![vec!["replay", "a.ron"], vec!["bench", "a.ron", "--no-growth"]];
+    let mut commands = vec![vec!["replay", "a.ron"]];
     if cfg!(feature = "render") {
         commands.push(vec!["render", "a.ron", "o.png"]);
     }
@@ -248,7 +223,7 @@ fn what_is_no_rig_is_answered_with_those_there_are() {
         commands.push(vec!["replay", "a.ron", "--window"]);
         commands.push(vec!["sketch"]);
     }
-    for args in commands.into_iter().filter(|args| has(args)) {
+    for args in commands {
         let said = |more: &[&str]| {
             let mut command = OSP.command_in(folder.path(), args.iter().chain(more));
             command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").output().expect("the program starts")
@@ -259,16 +234,8 @@ fn what_is_no_rig_is_answered_with_those_there_are() {
             assert_refused(&said(&["--stereo", "mono"]), &["--stereo needs a --rig"]);
         }
     }
-    for outputs in [&["replay", "a.ron", "--csv", "mine.rig"], &["bench", "a.ron", "--csv", "mine.rig"]]
-        .into_iter()
-        .filter(|args| has(&args[..]))
-    {
-        let output = OSP.run_in(folder.path(), outputs.iter().chain(&["--rig", "mine.rig", "--force"]));
-        assert_refused(&output, &["mine.rig", "an input"]);
-    }
-    if cfg!(feature = "bench") {
-        assert_refused(&OSP.run_in(folder.path(), ["bench", "--rig", "cave4"]), &["name a session"]);
-    }
+    let onto_itself = ["replay", "a.ron", "--csv", "mine.rig", "--rig", "mine.rig", "--force"];
+    assert_refused(&OSP.run_in(folder.path(), onto_itself), &["mine.rig", "an input"]);
     assert_eq!(names(folder.path()), ["a.ron", "bad.rig", "mine.rig"]);
 }
 

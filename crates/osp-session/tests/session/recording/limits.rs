@@ -111,7 +111,7 @@ mod packed {
             let said = strict.error.expect("a limit").to_string();
             assert!(said.contains("bomb.ron.zst, line "), "{said}");
             let expected =
-                format!("expected at most {most} bytes unpacked from {} (--max-unpacking N", bytes.len());
+                format!("expected at most {most} bytes unpacked from {} (--max-polygons N", bytes.len());
             assert!(said.contains(&expected) && said.contains("read before: 1 strokes"), "{said}");
             // All events came before the limit, except for those in a buffer.
             let allowed = if line == POINT { most as usize / line.len() } else { 0 };
@@ -124,7 +124,7 @@ mod packed {
             let lenient = read(&path, true, Limits::DEFAULT);
             assert!(lenient.error.is_none());
             assert_eq!((lenient.events, lenient.notes.skipped), (strict.events, 1));
-            assert!(lenient.notes.warnings[0].contains("--max-unpacking"), "{:?}", lenient.notes);
+            assert!(lenient.notes.warnings[0].contains("--max-polygons"), "{:?}", lenient.notes);
             let raised = read(&path, false, Limits { unpacking: 10_000, ..Limits::DEFAULT });
             assert!(raised.error.is_none());
             assert_eq!(raised.events.len(), if line == POINT { 200_001 } else { 1 });
