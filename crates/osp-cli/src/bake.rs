@@ -64,7 +64,7 @@ pub(super) struct BakeArgs {
 }
 
 pub(super) fn run(args: &BakeArgs) -> anyhow::Result<Outcome> {
-    let output = args.force.outputs().reads([&args.file]).add("OUT", &args.out, &[".pvs"])?;
+    let output = args.force.outputs().reads([&args.file]).add(&args.out, &[".pvs"])?;
     let start = Instant::now();
     let (scene, heads) = model(args)?;
     let ids: Vec<PolygonId> = scene.visible_ids().collect();

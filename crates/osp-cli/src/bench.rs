@@ -27,7 +27,7 @@ use osp_lab::{
 };
 use osp_session::{
     recording::{Header, SynthKind, synthesize},
-    replay::{CameraChoice, CameraPath, root_cube},
+    replay::{CameraChoice, CameraPath},
     scene::Scene,
 };
 
@@ -46,8 +46,8 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         "nothing to measure: name a session, or leave --no-growth out"
     );
     let mut outputs = args.force.outputs().reads(&args.files);
-    let csv = outputs.add_any("--csv", args.csv.as_ref(), &[])?;
-    let html = outputs.add_any("--html", args.html.as_ref(), &[])?;
+    let csv = outputs.add_any(args.csv.as_ref(), &[])?;
+    let html = outputs.add_any(args.html.as_ref(), &[])?;
     let mut kinds = if args.index.is_empty() { Contender::all() } else { args.index.clone() };
     if !kinds.contains(&Contender::Own(args.reference)) {
         kinds.insert(0, Contender::Own(args.reference));
@@ -148,7 +148,7 @@ impl Opened {
     }
 
     fn root(&self) -> Aabb {
-        root_cube(&self.session.header, &self.session.summary.bounds)
+        self.session.index.root
     }
 
     fn path(&self, choice: CameraChoice) -> (CameraPath, &'static str) {

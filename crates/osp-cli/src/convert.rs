@@ -118,7 +118,7 @@ fn check(args: &ConvertArgs, format: Format) -> anyhow::Result<()> {
 /// Converts one session.
 fn converted(args: &ConvertArgs, job: &Job, format: Format) -> anyhow::Result<Model> {
     let mut outputs = Outputs::new(job.replaces).reads([&job.source]);
-    let output = outputs.add("OUT", &job.target, &[])?;
+    let output = outputs.add(&job.target, &[])?;
     match format {
         Format::Glb => {
             let session = FrameArgs::end_of(job.source.clone(), args.reading);

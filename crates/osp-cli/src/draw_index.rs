@@ -65,7 +65,7 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
         "{}: .dot is for a tree: add --as tree",
         args.out.display()
     );
-    let output = args.force.outputs().reads([&args.session.file]).add("OUT", &args.out, &[])?;
+    let output = args.force.outputs().reads([&args.session.file]).add(&args.out, &[])?;
     ensure!(
         !args.planes || (args.shown == Shown::Space && args.index.iter().all(|&index| has_planes(index))),
         "--planes: expected with --index bsp or osp-paper and a picture of cells"

@@ -17,7 +17,7 @@ use osp_session::replay::root_cube;
 
 pub(super) fn run(args: &DrawInsertionArgs) -> anyhow::Result<Outcome> {
     let file: &PathBuf = &args.session.file;
-    let output = args.force.outputs().reads([file]).add("OUT.gif", &args.out, &[".gif"])?;
+    let output = args.force.outputs().reads([file]).add(&args.out, &[".gif"])?;
     let Played { header, summary, scene, .. } = Played::model(&args.session, |_, _| {})?;
     let film = InsertionFilm {
         title: format!("{}: its first polygons", file_name(file)),

@@ -48,7 +48,7 @@ pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
         args.out.display()
     );
     ensure!(args.every.is_none() || ending == "gif", "--every: expected a name that ends in .gif");
-    let output = args.force.outputs().reads([&args.session.file]).add("OUT", &args.out, &[])?;
+    let output = args.force.outputs().reads([&args.session.file]).add(&args.out, &[])?;
     let Played { header, summary, scene, moment, .. } = Played::model(&args.session, |_, _| {})?;
     let view = match args.view {
         // The default moment has no head pose, so the fixed camera determines the view.

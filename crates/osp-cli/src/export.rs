@@ -98,7 +98,7 @@ enum ObjectsArg {
 }
 
 pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
-    let output = args.force.outputs().reads([&args.session.file]).add("OUT", &args.out, MODEL)?;
+    let output = args.force.outputs().reads([&args.session.file]).add(&args.out, MODEL)?;
     let objects = args.whole.objects().unwrap_or(match args.objects {
         ObjectsArg::Layers => Objects::Layers,
         ObjectsArg::Strokes => Objects::Strokes,

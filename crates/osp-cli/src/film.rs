@@ -63,7 +63,7 @@ fn frame_count(args: &FilmArgs) -> anyhow::Result<u64> {
 fn write(args: &FilmArgs, goes_on: &dyn Fn(u64) -> bool) -> anyhow::Result<String> {
     let mut outputs = args.shown.force.outputs().reads([&args.file]);
     let format = FilmFormat::of(&args.out)?;
-    let output = outputs.add("OUT", &args.out, &[])?;
+    let output = outputs.add(&args.out, &[])?;
     let (width, height) = format.size(args.size)?;
     let fps = format.pictures_a_second(args.fps)?;
     let gpu = Arc::new(Gpu::headless()?);

@@ -86,7 +86,7 @@ impl Counts {
 
 pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
     let mut outputs = args.force.outputs().reads([&args.input]);
-    let output = outputs.add("OUTPUT", &args.output, RECORDING)?;
+    let output = outputs.add(&args.output, RECORDING)?;
 
     let mut session = OpenSession::open(&args.input, &args.reading)?.counted();
     let (counts, bytes) = convert(&mut session, output, args.reading.lenient)?;

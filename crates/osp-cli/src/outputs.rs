@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::anyhow;
 use clap::Args;
 
 use super::output;
@@ -13,8 +13,7 @@ use super::output;
 use osp_session::atomic_file::write_atomically;
 use osp_session::{
     atomic_file::{AtomicFile, Destination},
-    output_file::{OutputError, check_output, is_same_file, lies_in},
-    recording::import::files_beside,
+    output_file::{OutputError, check_new_output, check_output},
 };
 
 /// The option of every command that writes files.
@@ -36,8 +35,7 @@ impl ForceArgs {
 pub(super) struct Outputs {
     force: bool,
     inputs: Vec<PathBuf>,
-    /// Each output with the option that named it.
-    outputs: Vec<(String, PathBuf)>,
+    outputs: Vec<PathBuf>,
 }
 
 impl Outputs {
@@ -53,100 +51,39 @@ impl Outputs {
         self
     }
 
-    fn is_no_input(&self, option: &str, path: &Path) -> anyhow::Result<()> {
-        // Standard output may lead to a file that is an input.
-        let is_standard_output = path == Path::new("-") && cfg!(unix);
-        let place = if is_standard_output { Path::new("/dev/stdout") } else { path };
-        for input in &self.inputs {
-            // Another file of the same session can be the output only if it exists.
-            let is_beside =
-                || place.exists() && files_beside(input).iter().any(|beside| is_same_file(place, beside));
-            if is_same_file(place, input) || is_beside() {
-                bail!("{}: is an input, too; {option} must name another file", path.display());
-            }
-            if input.is_dir() && lies_in(place, input) {
-                let folder = input.display();
-                bail!("{}: lies in the input {folder}; {option} must name a file elsewhere", path.display());
-            }
-        }
-        Ok(())
-    }
-
-    /// Checks an output before the work begins. `option` is the option that named it. Its name must have one of the
-    /// endings, if there are any.
-    pub(super) fn add(
-        &mut self,
-        option: &str,
-        path: &Path,
-        endings: &'static [&'static str],
-    ) -> anyhow::Result<Output> {
-        self.is_no_input(option, path)?;
-        let destination = Destination::of(path).with_context(|| path.display().to_string())?;
-        let is_written_twice = |other: &Path| match (&destination, Destination::of(other)) {
-            (Destination::File(_), Ok(Destination::File(_))) => is_same_file(path, other),
-            // Two outputs to the same device do not replace each other, but their bytes would be mixed.
-            (Destination::StandardOutput, Ok(other)) => other == Destination::StandardOutput,
-            (Destination::Special(here), Ok(Destination::Special(there))) => {
-                *here == there && here != Path::new("/dev/null")
-            }
-            _ => false,
-        };
-        if let Some((other, _)) = self.outputs.iter().find(|(_, other)| is_written_twice(other)) {
-            bail!("{}: {other} and {option} cannot both write it", path.display());
-        }
+    /// Checks an output before the work begins. Its name must have one of the endings, if there are any.
+    pub(super) fn add(&mut self, path: &Path, endings: &'static [&'static str]) -> anyhow::Result<Output> {
         let output = Output { path: path.to_owned(), endings, force: self.force };
-        output.check()?;
-        if destination == Destination::StandardOutput {
-            output::keep_standard_output_for_a_file();
-        }
-        if matches!(destination, Destination::File(_)) {
-            // Creates a temporary file, to find out whether the folder is writable.
-            output.create()?;
-        }
-        self.outputs.push((option.to_owned(), path.to_owned()));
+        self.outputs.push(output.checked(&self.inputs, &self.outputs)?);
         Ok(output)
     }
 
-    /// Checks the paths of pictures in an existing folder.
+    /// Checks the paths of pictures in an existing folder. Their names differ.
     #[cfg(feature = "render")]
-    pub(super) fn add_pictures(
-        &self,
-        option: &str,
-        paths: impl Iterator<Item = PathBuf>,
-    ) -> anyhow::Result<()> {
-        // The names of the pictures differ. Creating the first one finds out whether the folder is writable.
-        for (i, path) in paths.enumerate() {
-            self.is_no_input(option, &path)?;
-            let output = Output { path, endings: &[], force: self.force };
-            output.check()?;
-            if i == 0 {
-                output.create()?;
-            }
-        }
-        Ok(())
+    pub(super) fn add_pictures(&self, mut paths: impl Iterator<Item = PathBuf>) -> anyhow::Result<()> {
+        paths.try_for_each(|path| {
+            Output { path, endings: &[], force: self.force }.checked(&self.inputs, &[]).map(drop)
+        })
     }
 
     /// Checks a file that the command reads and to which it adds.
     pub(super) fn adds_to(
         &mut self,
-        option: &str,
         path: &Path,
         endings: &'static [&'static str],
     ) -> anyhow::Result<Output> {
-        let force = std::mem::replace(&mut self.force, true);
-        let output = self.add(option, path, endings);
-        self.force = force;
-        output
+        let output = Output { path: path.to_owned(), endings, force: true };
+        self.outputs.push(output.checked(&self.inputs, &self.outputs)?);
+        Ok(output)
     }
 
     /// Checks an output, if the option for it was given.
     pub(super) fn add_any(
         &mut self,
-        option: &str,
         path: Option<&PathBuf>,
         endings: &'static [&'static str],
     ) -> anyhow::Result<Option<Output>> {
-        path.map(|path| self.add(option, path, endings)).transpose()
+        path.map(|path| self.add(path, endings)).transpose()
     }
 }
 
@@ -156,6 +93,14 @@ pub(super) struct Output {
     path: PathBuf,
     endings: &'static [&'static str],
     force: bool,
+}
+
+/// Names the option that replaces a file.
+fn in_words(error: OutputError) -> anyhow::Error {
+    match error {
+        OutputError::Exists { .. } => anyhow!("{error}; --force replaces it"),
+        error => error.into(),
+    }
 }
 
 /// Returns the ending of a file's name in lower case, without the dot.
@@ -169,13 +114,19 @@ impl Output {
         &self.path
     }
 
+    /// Checks the output before the work begins. Returns its path.
+    fn checked(&self, inputs: &[PathBuf], outputs: &[PathBuf]) -> anyhow::Result<PathBuf> {
+        let destination = check_new_output(&self.path, self.endings, self.force, inputs, outputs);
+        if destination.map_err(in_words)? == Destination::StandardOutput {
+            output::keep_standard_output_for_a_file();
+        }
+        Ok(self.path.clone())
+    }
+
     /// Returns an error if the output would replace a file that must not be lost. Such a file may have appeared since
     /// the check before the work.
     pub(super) fn check(&self) -> anyhow::Result<()> {
-        check_output(&self.path, self.endings, self.force).map_err(|error| match error {
-            OutputError::Exists { .. } => anyhow!("{error}; --force replaces it"),
-            error => error.into(),
-        })
+        check_output(&self.path, self.endings, self.force).map_err(in_words)
     }
 
     /// Starts a file that is written in parts and appears with [`Output::commit`].

@@ -13,11 +13,11 @@ use super::{
     reading::ReadArgs,
     session::OpenSession,
 };
-use osp::{frame::Pipeline, index::IndexConfig};
+use osp::frame::Pipeline;
 use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{
     recording::{Event, Header, Pace},
-    replay::{Moment, SessionState, Summary, root_cube},
+    replay::{Moment, SessionState, Summary},
     scene::Scene,
 };
 
@@ -110,9 +110,8 @@ impl Played {
         read?;
         let (header, summary) = (read_session.header.clone(), read_session.summary);
         let last = frame.number(file, &summary, *pace)?;
-        let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
-        let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
-        let of = |index: &IndexKind| Pipeline::new(index.create_with(&config, settings), capacity);
+        let config = read_session.index;
+        let of = |index: &IndexKind| Pipeline::new(index.create_with(&config, settings), config.capacity);
         let mut pipelines: Vec<Pipeline> = indexes.iter().map(of).collect();
         let state = match (indexes.is_empty(), earlier) {
             (true, Some(earlier)) => earlier,

@@ -17,14 +17,14 @@ use osp_lab::{
 };
 use osp_session::{
     recording::{SynthKind, synthesize},
-    replay::{CameraPath, main_bounds, root_cube, whole_view},
+    replay::{CameraPath, main_bounds, whole_view},
 };
 
 pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
     args.check()?;
     let mut outputs = args.force.outputs().reads(&args.file);
-    let csv = outputs.add_any("--csv", args.csv.as_ref(), &[])?;
-    let film = outputs.add_any("--film", args.film.as_ref(), &[".gif"])?;
+    let csv = outputs.add_any(args.csv.as_ref(), &[])?;
+    let film = outputs.add_any(args.film.as_ref(), &[".gif"])?;
     let report = match (&args.file, args.synth) {
         (Some(file), _) => {
             let session = ReadSession::at(file, &args.reading, args.pace, Keep::Events)?;
@@ -70,7 +70,7 @@ fn race_on(
         summary,
         pace: args.pace,
         camera: (camera, args.camera.name()),
-        root: root_cube(header, &summary.bounds),
+        root: session.index.root,
         kinds: args.index.clone(),
     };
     let mut view = RaceView::new(args.runs);

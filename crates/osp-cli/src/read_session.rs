@@ -5,9 +5,10 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::{reading::ReadArgs, session::OpenSession};
+use osp::index::IndexConfig;
 use osp_session::{
     recording::{Event, Header, Pace, RecordingError},
-    replay::{ArtistSide, Player, SessionState, Summary, summarize_each},
+    replay::{ArtistSide, Player, SessionState, Summary, root_cube, summarize_each},
 };
 
 /// What remains in memory of the events.
@@ -28,6 +29,8 @@ pub(super) struct ReadSession {
     /// Direction from the model to the session's own camera; without a camera, to the artist's first head poses.
     pub(super) direction_to_artist: Option<Vec3>,
     pub(super) pace: Pace,
+    /// Size and place of an index for all polygons that the session ever shows.
+    pub(super) index: IndexConfig,
     /// The events, if they were kept.
     events: Option<Vec<Event>>,
 }
@@ -64,7 +67,9 @@ impl ReadSession {
         });
         let (summary, end, read) = summarize_each(events, pace, each);
         let direction_to_artist = artist.direction_to_artist(header.camera);
-        (Self { header, summary, end, direction_to_artist, pace, events: kept }, read)
+        let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
+        let index = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
+        (Self { header, summary, end, direction_to_artist, pace, index, events: kept }, read)
     }
 
     /// Returns the kept events.

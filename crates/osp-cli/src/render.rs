@@ -21,7 +21,6 @@ use super::{
 };
 use osp::{
     frame::{PassConfig, Pipeline},
-    index::IndexConfig,
     occlusion::Occlusion,
     polygon::VisibleBlocks,
     view::View,
@@ -31,7 +30,7 @@ use osp_render::{
     Colors, DrawTimes, Gpu, Image, Layer, Offscreen, RendererConfig, background_for, ffmpeg_command,
 };
 use osp_session::{
-    replay::{CameraChoice, CameraPath, Moment, Summary, main_bounds, root_cube, whole_view},
+    replay::{CameraChoice, CameraPath, Moment, Summary, main_bounds, whole_view},
     scene::Scene,
 };
 
@@ -47,7 +46,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let mut outputs = args.shown.force.outputs().reads([&args.file]).reads(&args.rig.screens.file());
     if let Some(out) = &args.out {
         for picture in pictures.all() {
-            outputs.add("OUT.png", &picture.path(out), &[".png"])?;
+            outputs.add(&picture.path(out), &[".png"])?;
         }
     }
     if let Some(folder) = args.to.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
@@ -135,7 +134,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             let path = wanted.path(args, number);
             pictures.all().iter().map(move |picture| picture.path(&path))
         });
-        outputs.add_pictures("--to", paths)?;
+        outputs.add_pictures(paths)?;
     }
     warn(&format!("drawn by {}", drawer.gpu().name()));
 
@@ -156,9 +155,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             Box::new(move |moment| path.view(moment).with_aspect(aspect))
         }
     };
-    let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
-    let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
-    let pipeline = Pipeline::new(args.index.create(&config), capacity);
+    let pipeline = Pipeline::new(args.index.create(&session.index), session.index.capacity);
     let has_occlusion = args.occlusion.is_on_cpu();
     // `auto` chooses by counts of work, because pictures must not depend on the clock.
     let pass = PassConfig::for_strokes(Occlusion::Auto).by_work_counts();

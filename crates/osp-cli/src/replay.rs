@@ -145,10 +145,10 @@ impl Files {
             (1..=args.files.len()).map(move |n| if several { numbered(chart, n) } else { chart.clone() })
         });
         Ok(Self {
-            charts: charts.map(|chart| outputs.add("--chart", &chart, &[])).collect::<Result<_, _>>()?,
-            csv: outputs.add_any("--csv", args.csv.as_ref(), &[])?,
-            pin: args.pin.as_ref().map(|pin| outputs.adds_to("--pin", pin, &[])).transpose()?,
-            trace: outputs.add_any("--trace", args.trace.as_ref(), &[])?,
+            charts: charts.map(|chart| outputs.add(&chart, &[])).collect::<Result<_, _>>()?,
+            csv: outputs.add_any(args.csv.as_ref(), &[])?,
+            pin: args.pin.as_ref().map(|pin| outputs.adds_to(pin, &[])).transpose()?,
+            trace: outputs.add_any(args.trace.as_ref(), &[])?,
         })
     }
 }

@@ -27,8 +27,8 @@ use osp_lab::{
 use osp_rivals::{IndexKind, IndexSettings};
 use osp_session::{
     atomic_file::AtomicFile,
-    recording::{Event, Header, Pace, RecordingError},
-    replay::{Budget, CameraPath, Lane, Replay, RigPath, Summary, root_cube},
+    recording::{Event, Pace, RecordingError},
+    replay::{Budget, CameraPath, Lane, Replay, RigPath},
 };
 
 /// Settings of a replay that depend on the command.
@@ -97,7 +97,7 @@ pub(super) fn replay(
     // The indexes need to know the length and the size of the session before its first frame.
     let (read_session, read) =
         ReadSession::of(header.clone(), &mut session, play.pace, Keep::Events, |_, _| {});
-    let summary = read_session.summary;
+    let (summary, config) = (read_session.summary, read_session.index);
     session.notes().warnings.iter().for_each(|warning| (context.remark)(warning));
     let skipped = session.notes().skipped;
     if skipped > 0 {
@@ -116,12 +116,12 @@ pub(super) fn replay(
     let settings = tuning.settings(&play.indexes())?;
     let camera = CameraPath::new(play.camera, header.camera, &summary.bounds);
     let mut rig_report = rig.as_ref().map(RigReport::new);
-    let mut lanes = lanes((play, tuning), context.basis, &kinds, &settings, &header, &summary);
+    let mut lanes = lanes((play, tuning), context.basis, &kinds, &settings, &config, summary.frames);
     if rig.is_some() {
         // More lanes measure the cost of a single view, for comparison. With occlusion culling, a lane stays at the
         // same view for several frames, because the cullers use data of the previous frames.
         let turn = if kinds.iter().any(|(_, method)| method.is_some()) { 16 } else { 1 };
-        let more = self::lanes((play, tuning), context.basis, &kinds, &settings, &header, &summary);
+        let more = self::lanes((play, tuning), context.basis, &kinds, &settings, &config, summary.frames);
         lanes.extend(more.into_iter().map(|lane| lane.of_one_view(turn)));
     }
     let mut runs: Vec<RunReport> = Vec::new();
@@ -172,14 +172,14 @@ pub(super) fn replay(
                 csv.write(&name, run, frame).with_context(|| path.display().to_string())?;
             }
         }
+        #[cfg(feature = "render")]
+        if let Some(drawing) = &mut drawing {
+            drawing.frame(&replay, &frames, &mut runs)?;
+        }
         // These frames are evenly spaced and include the last one.
         if replay.frames() * context.verify_frames / summary.frames.max(1) > verified {
             verified += 1;
             verify_frame(&replay, &replayed, &mut runs);
-        }
-        #[cfg(feature = "render")]
-        if let Some(drawing) = &mut drawing {
-            drawing.frame(&replay, &frames, &mut runs)?;
         }
         progress.inc(1);
     }
@@ -243,15 +243,13 @@ fn lanes(
     basis: AutoBasis,
     kinds: &[(IndexKind, Option<Method>)],
     settings: &IndexSettings,
-    header: &Header,
-    summary: &Summary,
+    config: &IndexConfig,
+    frames: u64,
 ) -> Vec<Lane> {
-    let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
-    let config = IndexConfig { root: root_cube(header, &summary.bounds), capacity };
-    let budget = Budget { ns: (play.budget * 1.0e9) as u64, frames: summary.frames };
+    let budget = Budget { ns: (play.budget * 1.0e9) as u64, frames };
     let clock = StageClock::counting(allocations::count);
     let lane = |&(index, method): &(IndexKind, Option<Method>)| {
-        let pipeline = Pipeline::new(index.create_with(&config, settings), capacity).with_clock(clock);
+        let pipeline = Pipeline::new(index.create_with(config, settings), config.capacity).with_clock(clock);
         let pipeline = match method {
             Some(method) => {
                 let (occluders, polygon_ns) = (tuning.occluders, tuning.polygon_ns);

@@ -161,7 +161,7 @@ fn show(name: &str, plan: Option<&PathBuf>, force: ForceArgs) -> anyhow::Result<
     }
     let rig = Rig::open(name)?;
     let mut outputs = force.outputs().reads(&rig_file(name));
-    let output = outputs.add_any("PLAN", plan, &[".svg", ".png"])?;
+    let output = outputs.add_any(plan, &[".svg", ".png"])?;
     print_result(&format!(
         "{}: {}, eyes {} mm apart, head at {}",
         one_line(&rig.name),

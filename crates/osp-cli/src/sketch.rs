@@ -102,7 +102,7 @@ impl WindowArgs {
             _ => None,
         });
         let mut outputs = self.force.outputs().reads(session).reads(&rig).reads(tracker);
-        outputs.add_any("--trace", self.trace.as_ref(), &[])?;
+        outputs.add_any(self.trace.as_ref(), &[])?;
         Ok(())
     }
 

@@ -167,7 +167,7 @@ impl StudyFile {
         if !matches!(Destination::of(path).with_context(named)?, Destination::File(_)) {
             bail!("{}: expected a regular file to add lines to; found a pipe or a device", named());
         }
-        Outputs::new(force).reads(inputs).adds_to("--out", path, &[".ndjson"])?;
+        Outputs::new(force).reads(inputs).adds_to(path, &[".ndjson"])?;
         if !force && path.exists() {
             let mut start = Vec::new();
             open_regular(path)?.take(START.len() as u64).read_to_end(&mut start).with_context(named)?;

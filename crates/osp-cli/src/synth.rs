@@ -62,7 +62,7 @@ pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {
         (kind, None) => synthesize(kind, args.polygons, args.seed),
         (kind, Some(_)) => bail!("--authors: only `class` has several artists; found `{kind}`"),
     };
-    let output = args.force.outputs().add("OUT", &args.out, RECORDING)?;
+    let output = args.force.outputs().add(&args.out, RECORDING)?;
     let mut recording = NewRecording::create(output, &session.header)?;
     let progress = progress::events(&args.out.to_string_lossy());
     let (mut strokes, mut points, mut events) = (0, 0, 0);

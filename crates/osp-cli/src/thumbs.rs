@@ -30,7 +30,7 @@ pub(super) fn run(args: &ThumbsArgs) -> anyhow::Result<Outcome> {
 /// Draws one session. Returns the reader's remarks.
 fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<String>> {
     let mut outputs = Outputs::new(job.replaces).reads([&job.source]);
-    let output = outputs.add("--out", &job.target, &[])?;
+    let output = outputs.add(&job.target, &[])?;
     let mut session = OpenSession::open(&job.source, &args.reading)?.counted();
     let (header, pace) = (session.header.clone(), Pace::Samples(16));
     let (read_session, read) = ReadSession::of(header, session.by_ref(), pace, Keep::Model, |_, _| {});

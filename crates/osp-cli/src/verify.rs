@@ -22,7 +22,6 @@ use super::{
 };
 use osp::{
     frame::StageClock,
-    index::IndexConfig,
     occlusion::{
         CullConfig, Grouping, NodeTest, Occlusion, PolygonTest, PoolConfig, PreviousFrameOccluders, Score,
         SelectConfig,
@@ -40,7 +39,7 @@ use osp_lab::{
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Event, Header, Pace, RecordingError},
-    replay::{CameraChoice, CameraPath, SessionState, root_cube},
+    replay::{CameraChoice, CameraPath, SessionState},
     scene::Scene,
 };
 
@@ -402,9 +401,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
         moments.retain(|moment| is_view(moment.frame));
     }
     let camera = CameraPath::new(args.camera, header.camera, &summary.bounds);
-    let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
-    let root = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
-    let index = args.index.create(&root);
+    let index = args.index.create(&session.index);
     let at_rest = AtRest { settle: args.settle, frames: args.frames };
     let mut verifier =
         Verifier::new(index, config(args), StageClock::counting(allocations::count)).with_rest(at_rest);
@@ -413,7 +410,8 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
         verifier = verifier.without_truth();
     }
     if args.methods().iter().any(|method| method.occlusion == Occlusion::PreviousFrame.into()) {
-        verifier.add_last(PreviousFrameOccluders::new(PreviousFrameOccluders::PICTURE, capacity));
+        verifier
+            .add_last(PreviousFrameOccluders::new(PreviousFrameOccluders::PICTURE, session.index.capacity));
     }
 
     let mut drawn = DrawnTrials::new(&args.occlusion, args.size, at_rest)?;

@@ -8,8 +8,9 @@ use std::{
 use thiserror::Error;
 
 use crate::{
-    atomic_file::Destination,
+    atomic_file::{AtomicFile, Destination},
     platform::fs::{self, has_ending},
+    recording::import::files_beside,
 };
 
 /// The reason why an output cannot be written.
@@ -19,12 +20,69 @@ pub enum OutputError {
     /// The file name has the ending of another format.
     #[error("{}: expected a name that ends in {}", path.display(), endings.join(" or "))]
     Ending { path: PathBuf, endings: &'static [&'static str] },
+    /// The file is read, too.
+    #[error("{}: is an input, too; an output must be another file", path.display())]
+    Input { path: PathBuf },
+    /// The file lies in a folder that is read.
+    #[error("{}: lies in the input {}; an output must lie elsewhere", path.display(), folder.display())]
+    InInput { path: PathBuf, folder: PathBuf },
+    /// Another output writes the file.
+    #[error("{}: two outputs cannot both write it", path.display())]
+    Twice { path: PathBuf },
     /// A file exists, and nobody asked to replace it.
     #[error("{}: exists already", path.display())]
     Exists { path: PathBuf },
     /// The path cannot be used.
     #[error("{}: {cause}", path.display())]
     Io { path: PathBuf, cause: io::Error },
+}
+
+/// Checks a further output before the work begins: it is no input and no other output, it may be written, and its folder is
+/// writable. Returns its destination.
+///
+/// # Errors
+/// See [`OutputError`].
+pub fn check_new_output(
+    path: &Path,
+    endings: &'static [&'static str],
+    force: bool,
+    inputs: &[PathBuf],
+    outputs: &[PathBuf],
+) -> Result<Destination, OutputError> {
+    let owned = || path.to_owned();
+    // Standard output may lead to a file that is an input.
+    let place = if path == Path::new("-") && cfg!(unix) { Path::new("/dev/stdout") } else { path };
+    for input in inputs {
+        // Another file of the same session can be the output only if it exists.
+        let is_beside =
+            || fs::is_there(place) && files_beside(input).iter().any(|file| is_same_file(place, file));
+        if is_same_file(place, input) || is_beside() {
+            return Err(OutputError::Input { path: owned() });
+        }
+        if fs::is_folder(input) && lies_in(place, input) {
+            return Err(OutputError::InInput { path: owned(), folder: input.clone() });
+        }
+    }
+    let io = |cause| OutputError::Io { path: owned(), cause };
+    let destination = Destination::of(path).map_err(io)?;
+    let is_written_twice = |other: &PathBuf| match (&destination, Destination::of(other)) {
+        (Destination::File(_), Ok(Destination::File(_))) => is_same_file(path, other),
+        // Two outputs to the same device do not replace each other, but their bytes would be mixed.
+        (Destination::StandardOutput, Ok(other)) => other == Destination::StandardOutput,
+        (Destination::Special(here), Ok(Destination::Special(there))) => {
+            *here == there && here != Path::new("/dev/null")
+        }
+        _ => false,
+    };
+    if outputs.iter().any(is_written_twice) {
+        return Err(OutputError::Twice { path: owned() });
+    }
+    check_output(path, endings, force)?;
+    if matches!(destination, Destination::File(_)) {
+        // A temporary file shows whether the folder is writable.
+        AtomicFile::create(path).map_err(io)?;
+    }
+    Ok(destination)
 }
 
 /// Checks that an output may be written at `path`. With `force` it may replace a file. The name must have one of the
