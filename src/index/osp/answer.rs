@@ -44,9 +44,6 @@ pub(super) trait Answer {
         }
     }
 
-    /// Adds polygons by their ids.
-    fn span<K: Kernel>(&mut self, kernel: K, ids: &[PolygonId]);
-
     /// Adds the runs `lanes` of a page.
     #[inline(always)]
     fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
@@ -156,11 +153,6 @@ impl Answer for Ids<'_> {
     }
 
     #[inline(always)]
-    fn span<K: Kernel>(&mut self, _kernel: K, ids: &[PolygonId]) {
-        self.0.push_slice(ids);
-    }
-
-    #[inline(always)]
     fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
         self.0.push_lanes(kernel, runs_of(page), lanes);
     }
@@ -242,13 +234,6 @@ impl Answer for Blocks<'_> {
     }
 
     #[inline(always)]
-    fn span<K: Kernel>(&mut self, kernel: K, ids: &[PolygonId]) {
-        for id in ids {
-            self.run(kernel, id.0, 1);
-        }
-    }
-
-    #[inline(always)]
     fn count(&self) -> usize {
         self.0.found()
     }
@@ -302,13 +287,6 @@ impl Answer for Outside<'_> {
     }
 
     #[inline(always)]
-    fn span<K: Kernel>(&mut self, kernel: K, ids: &[PolygonId]) {
-        for id in ids {
-            self.run(kernel, id.0, 1);
-        }
-    }
-
-    #[inline(always)]
     fn count(&self) -> usize {
         self.count
     }
@@ -357,11 +335,6 @@ impl<A: Answer> Answer for Listing<'_, A> {
     #[inline(always)]
     fn singles<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
         self.singles.push_packed(kernel, &page.first, lanes);
-    }
-
-    #[inline(always)]
-    fn span<K: Kernel>(&mut self, _kernel: K, ids: &[PolygonId]) {
-        self.singles.push_slice(ids);
     }
 
     #[inline(always)]

@@ -171,7 +171,6 @@ impl Osp {
         }
         self.detach_page(page);
         self.release_page(page);
-        self.void_spans(self.buckets[head].parent, OWN);
         let first = &mut self.buckets[head];
         first.runs -= count as u32;
         first.polygons -= runs.iter().map(|(run, _)| run.mask.count_ones()).sum::<u32>();

@@ -12,7 +12,6 @@ use super::{
     open::{Gathered, OpenBlock},
     pages::Pages,
     pool::{NONE, Pool},
-    spans::Spans,
     tuning::{self, LINEAR_BLOCKS, MOST_TAKEN, RESTING_COMMITS, SCATTERED_FACTOR},
 };
 use crate::{
@@ -69,8 +68,6 @@ pub struct Osp {
     pub(super) to_divide: VecDeque<u32>,
     /// Number of runs inserted into the tree since the last commit, or of polygons inserted into the list.
     pub(super) new_runs: u32,
-    /// The ids of scattered polygons in the order of the tree.
-    pub(super) spans: Spans,
     /// Polygons that move in frame after frame. They are neither in the tree nor in the list, and `len` does not count
     /// them.
     pub(super) movers: Movers,
@@ -143,7 +140,6 @@ impl Osp {
             to_pack: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
             to_divide: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
             new_runs: 0,
-            spans: Spans::with_room_for(config.room().min(MOST_SCATTERED)),
             movers: Movers::with_room_for(config.room()),
             is_settling: false,
             churn: Churn::NONE,
@@ -181,7 +177,6 @@ impl Osp {
     /// Creates the node of the root cube.
     pub(super) fn init_root(&mut self) {
         self.is_flat = true;
-        self.spans.give_up();
         let top = self.nodes.take();
         let node = &mut self.nodes[top];
         (node.shift, node.key, node.parent) = (ROOT_SHIFT, Grid::root_key(), NONE);
@@ -436,7 +431,6 @@ impl SpatialIndex for Osp {
         }
         self.divide_some(new_runs);
         self.pack_some(new_runs);
-        self.write_spans();
         // The runs that this commit has moved do not count.
         (self.new_runs, self.removals) = (0, 0);
         if self.changes >= CHANGES_BETWEEN {
@@ -515,7 +509,6 @@ impl SpatialIndex for Osp {
             + self.ids.bytes()
             + self.linear.bytes()
             + self.movers.bytes()
-            + self.spans.bytes()
             + (self.to_pack.capacity() + self.to_divide.capacity()) * size_of::<u32>()
     }
 
@@ -559,7 +552,6 @@ impl Osp {
         self.buckets.clear();
         self.pages.clear();
         self.ids.clear();
-        self.spans.clear();
         self.open.close();
         self.to_pack.clear();
         self.to_divide.clear();

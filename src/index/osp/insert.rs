@@ -211,7 +211,6 @@ impl Osp {
     /// Sets the link of a node's slot, in the node and in the preallocated levels. `key` lies in the slot's cell.
     pub(super) fn set_child(&mut self, node: u32, slot: u32, link: Link, key: &Key) {
         self.nodes[node].children[slot as usize] = link;
-        self.void_spans(node, slot);
         if let Some(entry) = Grid::flat_entry(self.flat_levels, key, self.nodes[node].shift - 1) {
             self.flat[entry] = link.to_bits();
         }
@@ -239,7 +238,6 @@ impl Osp {
         let is_single = run.is_exact() && (bucket.counts[at] == 1 || bucket.single >> at & 1 == 1);
         bucket.single = bucket.single & !(1 << at) | u16::from(is_single) << at;
         bucket.runs += 1;
-        let (parent, slot) = (bucket.parent, bucket.slot);
         bucket.movable = bucket.movable.saturating_add(u32::from(level < bucket.shift));
         bucket.polygons += run.mask.count_ones();
         if !bucket.last_bounds.contains(bounds) {
@@ -247,7 +245,6 @@ impl Osp {
             bucket.bounds = bucket.bounds.union(bounds);
             bucket.boxes.set_wide(at, bucket.last_bounds);
         }
-        self.void_spans(parent, slot);
         let lane = self.pages.push_run(page_number, run, &bounds.to_box());
         let place = page_number * 16 + lane as u32;
         self.note_place(run, place);

@@ -243,9 +243,6 @@ pub(super) struct Node {
     pub(super) key: Key,
     /// For each child, the number of nodes at and below it, an estimate of its contents.
     pub(super) nodes_below: [u32; 8],
-    /// For each child, the range of its ids in [`super::spans::Spans`].
-    pub(super) spans: [Span; 8],
-    pub(super) edition: u32,
 }
 
 impl Pooled for Node {
@@ -258,8 +255,6 @@ impl Pooled for Node {
         shift: 0,
         key: [0; 3],
         nodes_below: [0; 8],
-        spans: [Span::VOID; 8],
-        edition: 0,
     };
 
     fn next_free(&self) -> u32 {
@@ -294,22 +289,6 @@ impl Node {
     #[inline]
     pub(super) fn used(&self) -> u32 {
         self.children.iter().rev().fold(0, |used, &link| used << 1 | u32::from(link != Link::NONE))
-    }
-}
-
-/// The range of the polygons of a subtree or a leaf in [`super::spans::Spans::ids`]; it may be empty.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Span {
-    pub(super) start: u32,
-    pub(super) len: u32,
-}
-
-impl Span {
-    pub(super) const VOID: Self = Self { start: u32::MAX, len: 0 };
-
-    #[inline(always)]
-    pub(super) const fn is_void(self) -> bool {
-        self.start == u32::MAX
     }
 }
 

@@ -25,8 +25,6 @@
 //! * A full leaf is divided over several commits (`divide.rs`).
 //! * Leaves of polygons that are inserted in no order are sorted along a space-filling curve, a few in each commit
 //!   (`order.rs`).
-//! * While such polygons do not move, a second list contains their ids in the order of the tree. A query then copies
-//!   all ids of a subtree in view at once (`rest.rs`).
 //! * Few polygons need no tree: their boxes are a plain list in blocks of sixteen ids (`linear.rs`). The list becomes a
 //!   tree when it is full, and the tree a list again when most polygons are erased (`form.rs`).
 //! * Polygons that move in frame after frame are kept in flat rows outside the tree (`movers.rs`). They return to the
@@ -41,11 +39,11 @@
 //!   `linear.rs`, `block_table.rs` and `form.rs` for few polygons; `announce.rs` prefetches.
 //! * Move: `adjust.rs`, `movers.rs`, `groups.rs`, `slots.rs`, `heat.rs`, `churn.rs`, `to_rows.rs`. Remove: `remove.rs`.
 //! * Commit, in this order: `to_rows.rs` (counts edits), `settle.rs`, then `linear.rs` for a list, or `remove.rs` (upkeep),
-//!   `divide.rs`, `order.rs`, `rest.rs` for a tree.
+//!   `divide.rs`, `order.rs` for a tree.
 //! * Query: `plan.rs` chooses the method, `query.rs` traverses the tree, `two_eyes.rs` traverses it once for two eyes,
 //!   `answer.rs` writes the result; `movers_query.rs`, `visit.rs`, `ray.rs`. Then `thin.rs` removes hidden polygons.
 //! * Creation: `warm.rs` loads the code of later frames.
-//! * Storage: `layout.rs`, `pool.rs`, `pages.rs`, `rows.rs`, `spans.rs`, `pair_sets.rs`. `tuning.rs` has the constants,
+//! * Storage: `layout.rs`, `pool.rs`, `pages.rs`, `rows.rs`, `pair_sets.rs`. `tuning.rs` has the constants,
 //!   `validate.rs` checks all invariants.
 //!
 //! # Layout
@@ -84,11 +82,9 @@ mod pool;
 mod query;
 mod ray;
 mod remove;
-mod rest;
 mod rows;
 mod settle;
 mod slots;
-mod spans;
 mod thin;
 mod to_rows;
 mod tuning;

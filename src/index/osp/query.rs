@@ -293,16 +293,10 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         let sides = self.planes.sides8(self.kernel, mask, &node.boxes);
         count(&mut self.work, 8, mask);
         let mut wanted = A::wanted(mask, sides.behind, sides.cut) & 0xFF;
-        let has_spans = self.osp.spans.hold_of(node);
         while wanted != 0 {
             let child = wanted.trailing_zeros() as usize;
             wanted &= wanted - 1;
             let planes = A::planes_of(&sides, mask, child);
-            if planes == 0 && has_spans && !node.spans[child].is_void() {
-                self.work.nodes += 1;
-                self.answer.span(self.kernel, self.osp.spans.ids(node.spans[child]));
-                continue;
-            }
             match node.children[child].target() {
                 Target::Nothing => {}
                 Target::Leaf(number) => self.enqueue_bucket(Below { number, planes }),

@@ -38,8 +38,6 @@ impl Osp {
         let bucket = &mut self.buckets[head];
         bucket.polygons -= 1;
         bucket.runs -= gone;
-        let (parent, slot) = (bucket.parent, bucket.slot);
-        self.void_spans(parent, slot);
         self.churn.removals += 1;
         if gone == 1 {
             self.drop_run(page_number, lane);
@@ -55,8 +53,6 @@ impl Osp {
         let leaf = &mut self.buckets[head];
         leaf.polygons -= run.mask.count_ones();
         leaf.runs -= 1;
-        let (parent, slot) = (leaf.parent, leaf.slot);
-        self.void_spans(parent, slot);
         self.drop_run(place / 16, place as usize % 16);
         self.queue_page(place / 16);
     }
@@ -395,7 +391,6 @@ impl Osp {
                 self.flat[entry] = Link::NONE.to_bits();
             }
             self.nodes.give(self.top);
-            self.spans.give_up();
             self.nodes[node].parent = NONE;
             self.top = node;
         }

@@ -6,10 +6,7 @@ use super::{
     layout::{Bucket, Link, OWN, Target},
     pool::NONE,
 };
-use crate::{
-    math::Aabb,
-    polygon::{PolygonId, ids_of},
-};
+use crate::math::Aabb;
 
 /// Counts of a slot and its subtree.
 #[derive(Clone, Copy, Default)]
@@ -169,54 +166,11 @@ impl Osp {
             }
             found = Found { runs: found.runs + below.runs, polygons: found.polygons + below.polygons };
         }
-        self.check_spans(number)?;
         if node.own != NONE {
             let own = self.check_chain(node.own, number, OWN, None, buckets, pages)?;
             found = Found { runs: found.runs + own.runs, polygons: found.polygons + own.polygons };
         }
         Ok(found)
-    }
-
-    /// Checks that each valid span has the ids below its slot, and that the spans below it are valid, too.
-    fn check_spans(&self, number: u32) -> Result<(), String> {
-        let node = &self.nodes[number];
-        let of_parent = (node.parent != NONE)
-            .then(|| &self.nodes[node.parent])
-            .filter(|parent| self.spans.hold_of(parent));
-        let is_in_one = of_parent.is_some_and(|parent| !parent.spans[node.slot as usize].is_void());
-        for (slot, &span) in node.spans.iter().enumerate() {
-            let link = node.children[slot];
-            if !self.spans.hold_of(node) || span.is_void() {
-                ensure!(!is_in_one, "node {number}, slot {slot} has no span, and those above do");
-                continue;
-            }
-            let mut found = Vec::new();
-            self.ids_below(link, &mut found);
-            let mut listed = self.spans.ids(span).to_vec();
-            found.sort_unstable();
-            listed.sort_unstable();
-            ensure!(found == listed, "node {number}, slot {slot}: its span has other ids");
-        }
-        Ok(())
-    }
-
-    fn ids_below(&self, link: Link, out: &mut Vec<PolygonId>) {
-        let mut at = match link.target() {
-            Target::Nothing => NONE,
-            Target::Leaf(head) => head,
-            Target::Node(below) => {
-                self.nodes[below].children.iter().for_each(|&link| self.ids_below(link, out));
-                self.nodes[below].own
-            }
-        };
-        while at != NONE {
-            let bucket = &self.buckets[at];
-            for &page in &bucket.pages[..bucket.page_count as usize] {
-                let runs = (0..usize::from(self.pages[page].runs)).map(|lane| self.pages.run(page, lane).0);
-                out.extend(runs.flat_map(|run| ids_of(run.first as usize / 16, run.lanes())));
-            }
-            at = bucket.next;
-        }
     }
 
     fn check_chain(
