@@ -12,8 +12,7 @@ pub struct IndexConfig {
     /// Number of polygons to reserve memory for, at most [`IndexConfig::MOST_RESERVED`]. With at most this number of
     /// polygons no frame of `Osp` allocates. The ids must be below four million, and lie in at most `capacity / 8`
     /// blocks of sixteen. Up to a million polygons may be inserted, removed and moved in any order. In a larger model,
-    /// most polygons must be neighbours in space, as in strokes. For scattered polygons `Osp` frees the memory reserved
-    /// for strokes.
+    /// most polygons must be neighbours in space, as in strokes.
     pub capacity: usize,
 }
 

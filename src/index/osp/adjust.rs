@@ -160,7 +160,7 @@ impl Osp {
             return true;
         }
         self.upkeep.inserted += u64::from(count);
-        self.changes += 1;
+        (self.changes, self.new_runs) = (self.changes + 1, self.new_runs + 1);
         let is_loose = self.pages[place / 16].loose >> (place % 16) & 1 == 1;
         self.take_run_out(place, run, head);
         self.insert_run(run, bounds, target, is_loose);

@@ -32,9 +32,6 @@ const SURE_BLOCKS: usize = 256;
 /// If fewer than one in this number of blocks has runs of several polygons, the polygons count as scattered.
 const SCATTERED: usize = 4;
 
-/// Largest number of chunks that a commit releases.
-const CHUNKS_BACK: usize = 2;
-
 /// Flag of a [`Place`] that holds the number of a [`Detail`].
 const DETAILED: u32 = 1 << 31;
 
@@ -361,14 +358,6 @@ impl IdMap {
         let shelves = polygons.div_ceil(IDS_A_SHELF);
         if self.directory.capacity() - self.directory.len() < shelves {
             self.directory.reserve(self.directory.len().max(1024));
-        }
-    }
-
-    /// If polygons are scattered, frees part of the memory reserved for exact boxes. Runs of one polygon need no exact
-    /// boxes, but more pages. Keeps room for `polygons` further polygons.
-    pub(super) fn give_room_back(&mut self, polygons: usize) {
-        if self.are_scattered() {
-            self.stores.give_room_back(2 * self.stores.live() as usize + polygons / 16, CHUNKS_BACK);
         }
     }
 

@@ -8,11 +8,11 @@ use super::{
     ids::IdMap,
     layout::{Bucket, Node, OWN, TakenRun},
     linear::{Inserted, Linear},
-    movers::Movers,
+    movers::{Movers, room_for},
     open::{Gathered, OpenBlock},
     pages::Pages,
     pool::{NONE, Pool},
-    tuning::{self, LINEAR_BLOCKS, MOST_TAKEN, RESTING_COMMITS, SCATTERED_FACTOR},
+    tuning::{self, LINEAR_BLOCKS, MOST_TAKEN, RESTING_COMMITS},
 };
 use crate::{
     index::{
@@ -66,7 +66,7 @@ pub struct Osp {
     pub(super) to_pack: VecDeque<u32>,
     /// Queue of the lists of straddlers to move to the children of their node.
     pub(super) to_divide: VecDeque<u32>,
-    /// Number of runs inserted into the tree since the last commit, or of polygons inserted into the list.
+    /// Number of runs inserted into the tree or moved in it since the last commit, or of polygons inserted into the list.
     pub(super) new_runs: u32,
     /// Polygons that move in frame after frame. They are neither in the tree nor in the list, and `len` does not count
     /// them.
@@ -115,10 +115,7 @@ impl Osp {
         let most_runs = config.room().min(MOST_SCATTERED);
         let mut osp = Self {
             backend,
-            linear: Linear::with_room_for(
-                LINEAR_BLOCKS,
-                (polygons / 16).min(LINEAR_BLOCKS * SCATTERED_FACTOR),
-            ),
+            linear: Linear::with_room_for(LINEAR_BLOCKS, room_for(config.room())),
             is_linear: true,
             linear_blocks: LINEAR_BLOCKS,
             list_blocks: LINEAR_BLOCKS,
@@ -563,7 +560,6 @@ impl Osp {
     /// Reserves memory for the next frame.
     fn make_room(&mut self) {
         self.ids.make_room(AHEAD);
-        self.ids.give_room_back(AHEAD);
         self.pages.make_room(AHEAD / 16);
         self.buckets.make_room(NODES_AHEAD);
         self.nodes.make_room(NODES_AHEAD);

@@ -141,6 +141,16 @@ impl Osp {
         bounds
     }
 
+    /// A box around all polygons. It may be larger than needed.
+    pub(crate) fn around(&self) -> Aabb {
+        let rows = self.movers.groups();
+        let rows = rows.fold(self.linear.around(), |around, group| {
+            around.union(&group.boxes.around(group.lanes.into()))
+        });
+        let open = self.open.rows().around(self.open.lanes().into());
+        rows.union(&open).union(&self.node_box(self.top))
+    }
+
     /// The box around a chain of buckets.
     pub(super) fn chain_box(&self, head: u32) -> Aabb {
         let mut bounds = Wide::EMPTY;

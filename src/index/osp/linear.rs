@@ -129,9 +129,8 @@ impl Linear {
         &self.rows
     }
 
-    /// The rows; they must be empty, because a change of blocks would invalidate the boxes around them.
+    /// The rows, for a swap of empty ones.
     pub(super) fn rows_mut(&mut self) -> &mut Rows {
-        debug_assert!(self.rows.len() == 0);
         &mut self.rows
     }
 
@@ -154,6 +153,11 @@ impl Linear {
             blocks += 1;
         }
         2 * apart > polygons && 2 * polygons >= blocks * BLOCK
+    }
+
+    /// A box around all polygons.
+    pub(super) fn around(&self) -> Aabb {
+        self.bounds.to_box()
     }
 
     /// Number of blocks.

@@ -33,6 +33,17 @@ const MANY_OF_BLOCK: usize = 8;
 /// Largest number of additional groups to reserve memory for, because blocks may have gaps.
 const MOST_GAPS: usize = 1 << 16;
 
+/// Number of groups that hold `polygons` polygons with consecutive ids.
+fn groups_for(polygons: usize) -> usize {
+    (polygons / BLOCK + 1).max(LINEAR_BLOCKS)
+}
+
+/// Number of groups to reserve memory for if the blocks of `polygons` polygons have gaps. The plain list reserves as many,
+/// because list and rows swap their memory.
+pub(super) fn room_for(polygons: usize) -> usize {
+    groups_for(polygons) + groups_for(polygons).min(MOST_GAPS)
+}
+
 /// The moving polygons, by id, with their boxes.
 #[derive(Clone, Debug)]
 pub(super) struct Movers {
@@ -79,13 +90,12 @@ impl Movers {
     /// Empty rows with room for `polygons` polygons with consecutive ids.
     pub(super) fn with_room_for(polygons: usize) -> Self {
         let polygons = if cfg!(target_family = "wasm") { 0 } else { polygons };
-        let groups = (polygons / BLOCK + 1).max(LINEAR_BLOCKS);
-        let gaps = groups.min(MOST_GAPS);
+        let groups = groups_for(polygons);
         let mut movers = Self {
             // Polygons that replace others have new ids, so twice as many ids are needed.
             slots: Slots::with_room_for(2 * polygons),
-            own: Rows::with_room_for(0, groups + gaps),
-            own_moved: Vec::with_capacity(groups + gaps),
+            own: Rows::with_room_for(0, room_for(polygons)),
+            own_moved: Vec::with_capacity(room_for(polygons)),
             shared: Groups::with_room_for(groups),
             ids: Vec::with_capacity(groups),
             guess: Slot::shared(0, 0),
@@ -109,12 +119,6 @@ impl Movers {
             movers.clear();
         }
         movers
-    }
-
-    /// Frees the committed memory of a long list whose polygons are all in the tree now, and reserves the same capacity
-    /// again.
-    pub(super) fn give_boxes_back(&mut self) {
-        self.own.give_boxes_back(LINEAR_BLOCKS);
     }
 
     pub(super) fn clear(&mut self) {

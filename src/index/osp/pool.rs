@@ -74,14 +74,6 @@ impl<T: Pooled> Pool<T> {
         }
     }
 
-    /// Frees chunks that were never used, at most `most_chunks`. Keeps room for at least `more` further entries.
-    pub(super) fn give_room_back(&mut self, more: usize, most_chunks: usize) {
-        let needed = (self.live as usize + more).div_ceil(Self::CHUNK);
-        let used = (self.len as usize).div_ceil(Self::CHUNK);
-        let least = self.chunks.len().saturating_sub(most_chunks);
-        self.chunks.truncate(needed.max(used).max(least));
-    }
-
     fn reserve_chunks(&mut self, chunks: usize) {
         self.chunks.reserve(chunks.saturating_sub(self.chunks.len()));
         while self.chunks.len() < chunks {
@@ -147,7 +139,7 @@ impl<T: Pooled> Pool<T> {
 
     /// Number of chunks whose memory was written to.
     fn held_chunks(&self) -> usize {
-        self.touched.max((self.len as usize).div_ceil(Self::CHUNK)).min(self.chunks.len())
+        self.touched.max((self.len as usize).div_ceil(Self::CHUNK))
     }
 
     pub(super) fn clear(&mut self) {

@@ -115,7 +115,7 @@ impl<T: Copy, const N: usize> WorkQueue<T, N> {
         self.pushed - self.popped
     }
 
-    /// Appends an entry to a queue that is not full.
+    /// Appends an entry to a queue that is not full. The limits below ensure this at compile time.
     #[inline(always)]
     pub(super) fn push(&mut self, entry: T) {
         debug_assert!(self.len() < N, "the queue is full");
@@ -208,11 +208,14 @@ pub(super) const SEVERAL: usize = 6;
 /// A list with at least this number of runs is tested. A page adds at most sixteen runs.
 pub(super) const LIST: usize = 16;
 
-/// Largest number of buckets that stay queued while the walk can still find more. A step adds at most nine buckets, so
-/// that all fit into a queue of 32.
+/// Largest number of buckets that stay queued while the walk can still find more. A step adds at most nine buckets.
 pub(super) const BUCKETS_WAIT: usize = 8;
 /// The same limit for pages. A step adds at most sixteen pages.
 pub(super) const PAGES_WAIT: usize = 12;
+
+/// Capacity of each queue of buckets or pages, and of each list of runs.
+pub(super) const QUEUE: usize = 32;
+const _: () = assert!(BUCKETS_WAIT + 9 <= QUEUE && PAGES_WAIT + 16 <= QUEUE && LIST - 1 + 16 <= QUEUE);
 
 /// Number of buckets wholly in view that wait in their queue while the cache lines of their pages are loaded.
 const WHOLE_WAIT: usize = 1;
@@ -228,11 +231,11 @@ struct Walk<'a, K, A> {
     work: WorkCounts,
     /// Number of polygons reported after a test of their own box.
     tested: u64,
-    buckets: WorkQueue<Below, 32>,
-    whole: WorkQueue<u32, 4>,
-    pages: WorkQueue<BelowPage, 32>,
+    buckets: WorkQueue<Below, QUEUE>,
+    whole: WorkQueue<u32, { WHOLE_WAIT + 1 }>,
+    pages: WorkQueue<BelowPage, QUEUE>,
     /// Runs that a single plane cuts, by plane. The last list has the runs that several planes cut.
-    cut: [List<CutRun<'a>, 32>; 7],
+    cut: [List<CutRun<'a>, QUEUE>; 7],
     /// Mask of the lists of `cut` that are ready to be tested.
     full: u32,
 }

@@ -97,25 +97,6 @@ impl Rows {
         (self.round, self.are_narrow) = (Round::NONE, false);
     }
 
-    /// If the rows are empty and once had more than `most` blocks, frees the committed memory of their boxes, and
-    /// reserves the same capacity again.
-    pub(super) fn give_boxes_back(&mut self, most: usize) {
-        if self.numbers.is_empty() && self.most > most {
-            self.boxes = Vec::with_capacity(self.boxes.capacity());
-            self.most = 0;
-        }
-    }
-
-    /// Appends the blocks of other rows to empty rows.
-    pub(super) fn append_blocks_of(&mut self, other: &Self) {
-        self.numbers.extend_from_slice(&other.numbers);
-        self.lanes.extend_from_slice(&other.lanes);
-        self.boxes.extend_from_slice(&other.boxes);
-        self.around.extend_from_slice(&other.around);
-        self.changed.extend_from_slice(&other.changed);
-        self.most = self.most.max(self.len());
-    }
-
     /// Memory held, bytes. Room that was never written to does not count, because the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
         let groups = self.most.div_ceil(BLOCK);

@@ -51,7 +51,7 @@ impl Osp {
         self.clock = self.clock.wrapping_add(1);
         if self.movers.len() == 0 {
             if std::mem::take(&mut self.is_settling) {
-                self.movers.give_boxes_back();
+                self.movers.swap_memory(self.linear.rows_mut());
             }
             return;
         }
@@ -75,30 +75,35 @@ impl Osp {
             (true, 0) => (GROUPS_WAITING, RUNS_ALONE),
             (true, _) => (GROUPS_WAITING + new_runs as usize, new_runs.saturating_add(RUNS_WITH_MORE)),
         };
-        let first_run = self.new_runs;
-        self.return_resting(
-            groups + self.movers.group_count() / GROUPS_SHARE,
-            first_run.saturating_add(runs),
-        );
+        let returned = self.return_resting(groups + self.movers.group_count() / GROUPS_SHARE, runs);
         // Whole groups return. If this commit has exceeded its limit, the next commits pause.
-        self.next_return = self.clock.wrapping_add((self.new_runs - first_run) / runs.max(1));
+        self.next_return = self.clock.wrapping_add(returned / runs.max(1));
     }
 
-    /// Returns the unmoved polygons of the next groups to the tree, until `new_runs` is at least `last_run`.
-    fn return_resting(&mut self, groups: usize, last_run: u32) {
+    /// Returns the unmoved polygons of the next groups to the tree, until at least `runs` runs have returned. Returns their
+    /// number.
+    fn return_resting(&mut self, groups: usize, runs: u32) -> u32 {
+        let mut returned = 0;
         for _ in 0..groups {
-            if self.new_runs >= last_run {
-                return;
+            if returned >= runs {
+                break;
             }
             if self.movers.is_round_over() {
                 // Polygons that still move stay in the rows.
                 self.is_settling &= self.movers.len() == 0;
-                return;
+                break;
             }
             let mut resting = [(PolygonId(0), Aabb::EMPTY); BLOCK];
             let count = self.movers.take_resting(&mut resting);
+            let (was_linear, before) = (self.is_linear, self.new_runs);
             self.return_to_tree(&resting[..count]);
+            if was_linear != self.is_linear {
+                // The list was full and became a tree. This is enough work, and `new_runs` has another unit now.
+                return runs;
+            }
+            returned += self.new_runs - before;
         }
+        returned
     }
 
     /// Inserts polygons that were in the flat rows into the tree or the list.

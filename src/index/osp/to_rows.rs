@@ -65,7 +65,6 @@ impl Osp {
         self.churn.keep_rows(self.clock, self.upkeep.adjusted);
         self.is_settling = false;
         self.upkeep.inserted += self.len as u64;
-        self.movers.take_room_of(self.linear.rows_mut());
         for lane in bits_of(u64::from(self.open.lanes())) {
             let id = PolygonId(self.open.block() * BLOCK as u32 + lane as u32);
             self.movers.insert(id, &self.open.bounds(lane));

@@ -20,7 +20,7 @@ use super::{
     pair_sets::{BOTH, Sets},
     plan::{Plan, holds_all},
     pool::NONE,
-    query::{BUCKETS_WAIT, LIST, List, PAGES_WAIT, SEVERAL, STACK, WorkQueue, count, store_of},
+    query::{BUCKETS_WAIT, LIST, List, PAGES_WAIT, QUEUE, SEVERAL, STACK, WorkQueue, count, store_of},
 };
 use crate::{
     index::{
@@ -33,8 +33,9 @@ use crate::{
 
 /// Least scalar product of the normals of two similar planes.
 const ALIKE: f32 = 0.9;
-/// Largest number of whole pages in the queue when a bucket adds its pages, at most sixteen. The queue has 32 entries.
+/// Largest number of whole pages in the queue when a bucket adds its pages, at most sixteen.
 const WHOLE_WAIT: usize = 14;
+const _: () = assert!(WHOLE_WAIT + 16 <= QUEUE);
 /// The distances between opposite planes are similar if neither is larger than the other by more than this factor.
 const AS_WIDE: f32 = 1.25;
 
@@ -207,11 +208,11 @@ struct Walk<'a, K> {
     work: WorkCounts,
     /// Number of polygons reported after a test of their own box.
     tested: u64,
-    buckets: WorkQueue<Below, 32>,
-    whole: WorkQueue<Whole, 32>,
-    pages: WorkQueue<Below, 32>,
+    buckets: WorkQueue<Below, QUEUE>,
+    whole: WorkQueue<Whole, QUEUE>,
+    pages: WorkQueue<Below, QUEUE>,
     /// Runs that a single plane cuts, by plane. The last list has the runs that several planes cut.
-    cut: [List<CutRun<'a>, 32>; 7],
+    cut: [List<CutRun<'a>, QUEUE>; 7],
     /// Mask of the lists of `cut` that are ready to be tested.
     full: u32,
 }

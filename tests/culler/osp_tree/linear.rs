@@ -247,3 +247,54 @@ fn a_full_list_becomes_a_tree_step_by_step() {
     assert!((20..=120).contains(&commits), "{commits} commits");
     assert_eq!(osp.moving(), 0);
 }
+
+/// Whole blocks go while the list measures the box around everything, a group of blocks a commit.
+#[test]
+fn the_box_around_a_list_holds_blocks_that_change_their_place() {
+    let mut rng = Rng(60);
+    let (mut both, mut there) = (Both::of(Osp::new(&config())), Vec::new());
+    for frame in 0..6_000 {
+        // Few lie far out, so that the box around everything depends on single blocks.
+        let far = if rng.below(30) == 0 { 40.0 } else { 1.0 };
+        let bounds = Aabb::cube(rng.point(&root()) * far, 0.02);
+        // First so few blocks that no block is tested, then several groups of blocks.
+        let most = if frame < 2_000 { 25 } else { 90 };
+        match rng.below(4) {
+            0 if there.len() > most / 2 => both.remove(there.swap_remove(rng.below(there.len()))),
+            1 | 2 if !there.is_empty() => both.update(there[rng.below(there.len())], &bounds),
+            _ if there.len() < most => {
+                let id = 16 * frame;
+                there.push(id);
+                both.insert(id, &bounds);
+            }
+            _ => {}
+        }
+        both.osp.commit();
+        both.osp.validate().expect("valid");
+        if frame % 8 == 0 {
+            assert_same(&both.osp, &both.reference, &views(&root(), 1, Place::Outside, frame.into()));
+        }
+    }
+    assert!(is_linear(&both.osp));
+}
+
+/// The world outgrows the cells of a tree that has nodes already, again and again.
+#[test]
+fn a_tree_grows_above_its_nodes() {
+    let boxes = drawn(6_000, 61);
+    let mut both = Both::new();
+    both.fill(&boxes, 16);
+    for (i, far) in [9.0, 90.0, -4.0e3, 7.0e7].into_iter().enumerate() {
+        for k in 0..400 {
+            let id = 16 * (1_000 + 400 * i as u32 + k);
+            let aside = Vec3::new((k % 20) as f32, (k / 20) as f32, 0.0);
+            both.insert(id, &Aabb::cube(Vec3::splat(far) + aside * far.abs() * 0.1, far.abs() * 0.001));
+            both.osp.commit();
+        }
+        both.osp.validate().expect("valid");
+        assert_same(&both.osp, &both.reference, &views(&root(), 2, Place::Outside, i as u64));
+    }
+    (0..6_000).for_each(|id| both.remove(id));
+    (0..600).for_each(|_| both.osp.commit());
+    both.osp.validate().expect("valid");
+}

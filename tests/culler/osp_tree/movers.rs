@@ -318,3 +318,36 @@ fn only_polygons_that_rest_return_to_the_tree() {
     assert_eq!(pair.osp.moving(), moving);
     pair.check();
 }
+
+/// A few polygons that moved come to rest while the list is full and many polygons of the list are replaced in each frame.
+#[test]
+fn polygons_return_to_a_full_list_whose_polygons_are_replaced() {
+    let mut osp = Osp::new(&IndexConfig::default());
+    let place = |i: u32, x: f32| {
+        Aabb::cube(Vec3::new((i % 400) as f32 * 0.05 - 10.0 + x, (i / 400) as f32 * 0.3, 0.0), 0.05)
+    };
+    let all = 5008..5008 + 224 * 16;
+    (0..5000).for_each(|i| osp.insert(PolygonId(i), &place(i, 0.0)).expect("a new id"));
+    for frame in 0..800 {
+        if frame >= 400 {
+            (0..64).for_each(|i| {
+                osp.update(PolygonId(i), &place(i, (frame - 400) as f32 * 0.3)).expect("it is there")
+            });
+        }
+        if frame == 412 {
+            (64..5000).for_each(|i| osp.remove(PolygonId(i)).expect("it is there"));
+        }
+        osp.commit();
+    }
+    assert_eq!((osp.moving(), osp.len()), (64, 64));
+    all.clone().for_each(|i| osp.insert(PolygonId(i), &place(i, 0.0)).expect("a new id"));
+    for frame in 0..1_000 {
+        for id in all.clone().take(if frame < 200 { 1_600 } else { 0 }).map(PolygonId) {
+            osp.remove(id).expect("it is there");
+            osp.insert(id, &place(id.0, 0.0)).expect("it is gone");
+        }
+        osp.commit();
+    }
+    osp.validate().expect("valid");
+    assert_eq!((osp.moving(), osp.len()), (0, 64 + all.len()));
+}

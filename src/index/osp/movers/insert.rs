@@ -97,12 +97,10 @@ impl Movers {
         self.most = self.most.max(self.ids.len());
     }
 
-    /// Takes the memory of empty rows if they have room for more blocks.
-    pub(in crate::index::osp) fn take_room_of(&mut self, rows: &mut Rows) {
-        if rows.len() == 0 && rows.boxes.capacity() > self.own.boxes.capacity() {
-            rows.append_blocks_of(&self.own);
+    /// Undoes the swap of [`Movers::take_rows`] if both are empty, so that the list finds its written memory again.
+    pub(in crate::index::osp) fn swap_memory(&mut self, rows: &mut Rows) {
+        if self.own.len() == 0 && rows.len() == 0 {
             std::mem::swap(&mut self.own, rows);
-            rows.clear();
         }
     }
 
