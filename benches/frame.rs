@@ -48,7 +48,7 @@ impl Variant {
         let root = Aabb::cube(bounds.center(), bounds.extent().max_element());
         let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
         let pipeline = Pipeline::new(index, capacity);
-        let mut pipeline = pipeline.with_occlusion(PassConfig::for_strokes(choice));
+        let mut pipeline = pipeline.with_occlusion(PassConfig::for_strokes(choice).by_measured_times());
         pipeline.load(scene);
         Self {
             name,

@@ -123,7 +123,8 @@ impl Measured {
         let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
         let pipeline = Pipeline::new(index, capacity);
         // For a method on the adapter, the pipeline culls only by the frustum.
-        let mut pipeline = method.add_to(pipeline, PassConfig::for_strokes(Occlusion::Auto));
+        let mut pipeline =
+            method.add_to(pipeline, PassConfig::for_strokes(Occlusion::Auto).by_measured_times());
         pipeline.load(scene);
         let histogram = || Histogram::new(3);
         let ns = [

@@ -177,8 +177,9 @@
 //! * **Conservative.** A query may return hidden polygons, but never omits a visible one. Undecided polygons count as visible.
 //! * **Each id once.** A query reports every polygon at most once.
 //! * **Nothing is lost.** Polygons that lie outside the root cube, are very large or coincide are kept and found.
-//! * **Deterministic.** With the same changes and views, every frame has the same ids on every machine. Every box test is
-//!   the same `f32` expression (see [`math`]), so all indexes agree bit for bit.
+//! * **Deterministic.** With the same changes and views, every frame has the same ids on every machine, except after
+//!   [`PassConfig::by_measured_times`](frame::PassConfig::by_measured_times). Every box test is the same `f32` expression
+//!   (see [`math`]), so all indexes agree bit for bit.
 //! * **No allocation.** A frame allocates nothing once its lists have reached full size and the polygons fit the
 //!   [capacity](index::IndexConfig::capacity) of the index.
 //! * **No panic.** The index refuses invalid boxes and ids. [`IndexConfig`](index::IndexConfig) limits capacity and

@@ -16,11 +16,11 @@ const FEW_CHANGES: usize = 1024;
 /// The measure by which [`Occlusion::Auto`] selects the cheapest method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AutoBasis {
-    /// Measured times, which adapt to the machine.
-    #[default]
-    Time,
     /// Work counts, which are the same on every machine.
+    #[default]
     Work,
+    /// Measured times, which adapt to the machine.
+    Time,
 }
 
 /// Settings of occlusion culling in a [`super::Pipeline`].
@@ -73,11 +73,11 @@ impl PassConfig {
         Self { polygon_ns: AutoConfig::default().polygon_ns, ..Self::new(choice) }
     }
 
-    /// The same settings, but [`Occlusion::Auto`] compares work counts instead of measured times. Every machine then
-    /// selects the same methods and draws the same polygons.
+    /// The same settings, but [`Occlusion::Auto`] compares measured times instead of work counts. It then adapts to the
+    /// machine, so the drawn polygons may differ from run to run.
     #[must_use]
-    pub fn by_work_counts(self) -> Self {
-        Self { basis: AutoBasis::Work, ..self }
+    pub fn by_measured_times(self) -> Self {
+        Self { basis: AutoBasis::Time, ..self }
     }
 
     /// Configuration of the traversal that tests nodes and polygons.

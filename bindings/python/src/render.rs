@@ -142,7 +142,7 @@ fn draw(settings: &Settings) -> PyResult<Image> {
     let index = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(IndexKind::Osp.create(&index), capacity);
     // Pictures must not depend on the clock.
-    let pass = PassConfig::for_strokes(Occlusion::Auto).by_work_counts();
+    let pass = PassConfig::for_strokes(Occlusion::Auto);
     let mut pipeline = occlusion.add_to(pipeline, pass);
     let learns = occlusion.is_on_cpu();
 

@@ -203,9 +203,7 @@ fn play(settings: &Settings, mut runs: Vec<Run>) -> PyResult<Played> {
         let pipeline = Pipeline::new(run.index.create(&config), capacity);
         let pipeline = match run.occlusion {
             // The drawn polygons must not depend on the clock.
-            Some(method) => {
-                method.add_to(pipeline, PassConfig::for_strokes(Occlusion::Auto).by_work_counts())
-            }
+            Some(method) => method.add_to(pipeline, PassConfig::for_strokes(Occlusion::Auto)),
             None => pipeline,
         };
         Lane::new(pipeline, budget)

@@ -158,7 +158,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let pipeline = Pipeline::new(args.index.create(&session.index), session.index.capacity);
     let has_occlusion = args.occlusion.is_on_cpu();
     // `auto` chooses by counts of work, because pictures must not depend on the clock.
-    let pass = PassConfig::for_strokes(Occlusion::Auto).by_work_counts();
+    let pass = PassConfig::for_strokes(Occlusion::Auto);
     let mut pipeline = args.occlusion.add_to(pipeline, pass);
     let mut outcome = Outcome::Done;
     let mut player = session.into_player();

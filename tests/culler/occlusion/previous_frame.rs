@@ -98,7 +98,7 @@ fn auto_takes_what_was_visible_last_where_it_pays_and_leaves_it_out_in_the_open(
             scene.apply(&square(place, 0.01), &mut changes);
         }
         let index = IndexKind::Osp.create(&IndexConfig::default());
-        let config = PassConfig { polygon_ns: 800.0, ..PassConfig::new(Occlusion::Auto) }.by_work_counts();
+        let config = PassConfig { polygon_ns: 800.0, ..PassConfig::new(Occlusion::Auto) };
         let mut pipeline = Pipeline::new(index, 8192).with_occlusion(config);
         let mut by_last = Vec::new();
         for frame in 0..600 {

@@ -41,7 +41,7 @@ impl CullingPlan {
             occluders: None,
             node_test: NodeTest::Box,
             score: Score::default(),
-            auto_basis: AutoBasis::default(),
+            auto_basis: AutoBasis::Time,
         }
     }
 

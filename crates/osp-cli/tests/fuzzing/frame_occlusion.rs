@@ -3,7 +3,7 @@
 
 use super::input::{self, Input, below, chance, signed, unit};
 use osp::{
-    frame::{AutoBasis, PassConfig, Pipeline},
+    frame::{PassConfig, Pipeline},
     glam::{DVec3, Vec2, Vec3},
     index::IndexConfig,
     occlusion::Occlusion,
@@ -40,7 +40,7 @@ pub fn judge(data: &[u8], choices: Vec<Method>) -> usize {
         .map(|choice| {
             let index = index.create(&IndexConfig { capacity: 16, ..IndexConfig::default() });
             // A polygon costs so much that every test is worth it.
-            let pass = PassConfig { polygon_ns: 1.0e6, basis: AutoBasis::Work, ..PassConfig::default() };
+            let pass = PassConfig { polygon_ns: 1.0e6, ..PassConfig::default() };
             let pipeline = Pipeline::new(index, 16);
             (choice, choice.add_to(pipeline, pass))
         })
