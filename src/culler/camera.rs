@@ -2,7 +2,7 @@ use glam::{DMat4, DVec3, DVec4};
 use thiserror::Error;
 
 use crate::{
-    math::{Frustum, Ray},
+    math::{Aabb, Frustum, Ray},
     view::{
         View, ViewWindow,
         matrix::{Depth, is_sheared},
@@ -61,6 +61,8 @@ pub enum CameraError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     frustum: Frustum,
+    /// The exact planes of a parallel projection, with unit normals inwards.
+    parallel: Option<[DVec4; 6]>,
     /// The window for occlusion culling; `None` for a parallel projection.
     window: Option<ViewWindow>,
     world_from_clip: DMat4,
@@ -110,6 +112,7 @@ impl Camera {
         }
         Ok(Self {
             frustum: Frustum::from_double_matrix(&clip_from_world, near.min(far)),
+            parallel: parallel_planes(&clip_from_world, near.min(far)),
             window: window_of(&clip_from_world, depth),
             world_from_clip,
             near,
@@ -143,9 +146,15 @@ impl Camera {
         Ray::new(start.as_vec3(), along.normalize_or_zero().as_vec3())
     }
 
-    /// The six planes, world space.
+    /// The six planes, world space. They lie outwards by the rounding errors of all boxes in view.
     pub fn frustum(&self) -> &Frustum {
         &self.frustum
+    }
+
+    /// The six planes for boxes within `bounds`. For a parallel projection with distant ends they lie closer than those of
+    /// [`Camera::frustum`], because the errors grow with the distance of the boxes from the origin.
+    pub(super) fn frustum_within(&self, bounds: impl FnOnce() -> Aabb) -> Frustum {
+        self.parallel.as_ref().map_or(self.frustum, |planes| Frustum::within(planes, &bounds()))
     }
 
     /// The window for the selection of occluders; `None` without occlusion culling.
@@ -172,6 +181,7 @@ impl From<&View> for Camera {
     fn from(view: &View) -> Self {
         Self {
             frustum: view.frustum(),
+            parallel: None,
             window: view.window(),
             world_from_clip: view.clip_from_world().as_dmat4().inverse(),
             near: 1.0,
@@ -180,6 +190,13 @@ impl From<&View> for Camera {
             layers: ALL_LAYERS,
         }
     }
+}
+
+/// The planes of a parallel projection, with unit normals inwards; `None` for a perspective.
+fn parallel_planes(clip_from_world: &DMat4, lowest: f64) -> Option<[DVec4; 6]> {
+    let [x, y, z, w] = [0, 1, 2, 3].map(|row| clip_from_world.row(row));
+    let planes = [w + x, w - x, w + y, w - y, z - w * lowest, w - z];
+    (w.truncate() == DVec3::ZERO).then(|| planes.map(|plane| plane / plane.truncate().length()))
 }
 
 /// The window for occlusion culling; `None` for a parallel projection, an oblique near plane or a sheared screen.

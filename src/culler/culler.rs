@@ -190,7 +190,7 @@ impl<K: Key> Culler<K> {
         let Self { indexed, keys, layers, hiding, views, .. } = self;
         views.begin(cameras.len());
         self.frusta.clear();
-        self.frusta.extend(cameras.iter().map(Camera::frustum));
+        self.frusta.extend(cameras.iter().map(|camera| camera.frustum_within(|| indexed.index().around())));
         indexed.index().frustum_cull_views(&self.frusta, &mut views.in_view);
         for (i, camera) in cameras.iter().enumerate() {
             let mask = camera.layers();
@@ -215,7 +215,7 @@ impl<K: Key> Culler<K> {
         self.commit();
         let corner = |corner: P| corner.into().into();
         let boxes: Vec<_> = boxes.iter().map(|&[min, max]| Aabb::new(corner(min), corner(max))).collect();
-        let is_out = |bounds: &Aabb| bounds.is_valid() && !camera.frustum().may_see(bounds);
+        let is_out = |bounds: &Aabb| bounds.is_valid() && !camera.frustum_within(|| *bounds).may_see(bounds);
         let mut hidden: Vec<_> = boxes.iter().map(is_out).collect();
         if let (Some(hiding), Some(window)) = (&mut self.hiding, camera.hiding_window()) {
             hiding.mark_hidden((&self.layers, camera.layers()), window, &boxes, &mut hidden);
@@ -223,8 +223,8 @@ impl<K: Key> Culler<K> {
         hidden
     }
 
-    /// The results of the last [`Culler::cull`], to read them while queries run. After a [`Culler::commit`] of changes,
-    /// the frame is empty.
+    /// The results of the last [`Culler::cull`] without objects removed since, to read them while queries run. After a
+    /// [`Culler::commit`] of changes, the frame is empty.
     pub fn frame(&self) -> Frame<'_, K> {
         let views = self.views.iter().enumerate().map(|(camera, (in_view, drawn, is_occluded))| {
             let hiding = self.hiding.as_ref().filter(|_| is_occluded);
@@ -326,6 +326,9 @@ impl<K: Key> Culler<K> {
 
     fn remove_box(&mut self, slot: Slot) {
         self.pending.remove(slot);
+        if let Some(number) = self.keys.number(slot) {
+            self.views.remove(number);
+        }
         if let Some(hiding) = &mut self.hiding {
             hiding.remove(slot);
         }

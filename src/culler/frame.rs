@@ -7,7 +7,7 @@ use super::{
 use crate::{
     math::{Aabb, Sphere},
     occlusion::{OcclusionCuller, Verdict},
-    polygon::{PolygonId, VisibleBlocks},
+    polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
 /// Number of cameras whose results a frame holds without allocation.
@@ -182,6 +182,15 @@ impl Views {
         self.drawn.resize_with(self.in_view.len(), VisibleBlocks::new);
         self.is_occluded.clear();
         self.is_occluded.resize(cameras, false);
+    }
+
+    /// Removes an object from all results.
+    pub(super) fn remove(&mut self, number: PolygonId) {
+        let (block, lane) = (number.index() / BLOCK, number.index() % BLOCK);
+        let cameras = self.is_occluded.len();
+        for set in self.in_view.iter_mut().take(cameras).chain(self.drawn.iter_mut().take(cameras)) {
+            set.remove_block(block, 1 << lane);
+        }
     }
 
     /// Removes the objects that a camera does not see from its results.

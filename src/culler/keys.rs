@@ -70,7 +70,7 @@ pub trait Places<K>: Default {
     /// Frees the number of the object in a slot. Called when the object leaves the index.
     fn free(&mut self, slot: Slot);
 
-    /// The key of the object with this number; `None` if its slot was freed.
+    /// The key of the object with this number; `None` for a free number.
     fn key(&self, number: PolygonId) -> Option<K>;
 
     /// The slot of the object with this number.
@@ -160,7 +160,7 @@ pub struct Map<K> {
     free_slots: Vec<Slot>,
     /// Slots that were freed since the index was last updated.
     taken: Vec<Slot>,
-    /// For each number, the key and its slot; `None` if the slot was freed.
+    /// For each number, the key and its slot; `None` for a free number.
     keys: Vec<Option<(K, Slot)>>,
     free_numbers: Vec<PolygonId>,
 }
@@ -204,11 +204,7 @@ impl<K: Copy + Eq + Hash> Places<K> for Map<K> {
 
     fn take(&mut self, key: K) -> Option<Slot> {
         let slot = self.slots.remove(&key)?;
-        let (key, number) = &mut self.objects[slot.index()];
-        *key = None;
-        if let Some(of_number) = self.keys.get_mut(number.index()) {
-            *of_number = None;
-        }
+        self.objects[slot.index()].0 = None;
         self.taken.push(slot);
         Some(slot)
     }

@@ -80,7 +80,7 @@ impl Space {
         let (mask, bit) = (&mut self.masks[slot as usize], 1 << (id.0 % BLOCK as u32));
         self.polygons += usize::from(*mask & bit == 0);
         *mask |= bit;
-        self.largest_half_m = self.largest_half_m.max(bounds.extent() * 0.5);
+        self.largest_half_m = self.largest_half_m.max(bounds.max * 0.5 - bounds.min * 0.5);
         Ok(())
     }
 
@@ -112,12 +112,18 @@ impl Space {
             // Extents along the normal: of the largest box in the space, and of its box in the world.
             let reach_m = exact.abs().dot(half);
             let world_reach_m = in_world.abs().dot(abs_matrix(&matrix) * half);
+            let size_m = exact.abs().dot(far)
+                + d.abs()
+                + in_world.abs().dot(self.place.reach_m())
+                + f64::from(plane.d).abs();
             let rounding_m = rounding_m * in_world.abs().element_sum()
-                + KERNEL_ROUNDING
-                    * (exact.abs().dot(far)
-                        + d.abs()
-                        + in_world.abs().dot(self.place.reach_m())
-                        + f64::from(plane.d).abs());
+                + KERNEL_ROUNDING * size_m
+                + f64::from(f32::MIN_POSITIVE);
+            let widest_m = size_m + world_reach_m + reach_m + rounding_m;
+            if widest_m > 0.25 * f64::from(f32::MAX) || widest_m.is_nan() {
+                // The sums of a box test might overflow, so the plane decides nothing.
+                return [0.0, -1.0].map(|d| Plane { normal: Vec3::ZERO, d });
+            }
             let shifted = |by_m: f64| Plane { normal, d: (d + by_m) as f32 };
             [shifted((world_reach_m - reach_m).max(0.0) + rounding_m), shifted(-2.0 * reach_m - rounding_m)]
         });

@@ -13,10 +13,14 @@
 //! in `p` and the right side convex. So this holds in all of a frustum if it holds at the frustum's eight corners. The
 //! corners determine `d`. Far corners need a larger `d` than near ones. Therefore the normal is first turned outwards by as
 //! much as the bound grows with depth.
+//!
+//! **Overflow.** Let `M` be the largest `f32`. No product exceeds `M`, because `n` is a unit vector. If `n.x*x + n.y*y`
+//! is below `-M`, then `|n.x| + |n.y| > 1`, so `|n.z|` is at most the root of a half. If `p` lies inside in spite of that,
+//! `d` is at least `M (1 - |n.z|)`. So no sum overflows at a `p` inside if `d` is at most [`MOST_DISTANCE`].
 
-use glam::{DVec3, DVec4};
+use glam::{DVec3, DVec4, Vec3};
 
-use super::Plane;
+use super::{Aabb, Plane};
 
 /// Half a unit in the last place of 1, `u`.
 const UNIT: f64 = f32::EPSILON as f64 * 0.5;
@@ -31,12 +35,18 @@ const ROUNDED: f64 = 3.001 * UNIT;
 /// the eye; with a larger one, far from the eye.
 const TURNED: f64 = 5.0 * UNIT;
 
+/// Largest distance of a plane from the origin. The sums of a test of a farther plane may overflow.
+const MOST_DISTANCE: f32 = 0.25 * f32::MAX;
+
 /// A plane with all points on its inner side.
-pub(super) const EVERYTHING: Plane = Plane { normal: glam::Vec3::ZERO, d: 0.0 };
+pub(crate) const EVERYTHING: Plane = Plane { normal: Vec3::ZERO, d: 0.0 };
 
 /// The exact frustum, which all planes must contain: the hull of eight corners.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corners {
+    /// A point near the eye, world space, metres. The corners and the depth are relative to it, so that they are exact far
+    /// from the world's origin, too.
+    pub(crate) origin: DVec3,
     /// Homogeneous coordinates: the point `xyz / w`, or the direction `xyz` if `w` is 0. `far[i]` is the far end of the
     /// edge that begins at `near[i]`.
     pub(crate) near: [DVec4; 4],
@@ -46,18 +56,17 @@ pub(crate) struct Corners {
 }
 
 impl Corners {
-    /// The plane `side.xyz . p + side.w = 0`, moved outwards so far that every box that touches the corners' hull passes
-    /// a box test. The corners must lie on its inner side, except for rounding. Returns [`EVERYTHING`] if the
-    /// normal is zero or a number is not finite.
-    pub(crate) fn plane(&self, side: DVec4) -> Plane {
-        let Some(unit) = side.truncate().try_normalize() else { return EVERYTHING };
+    /// A plane with the normal `side`, so far outwards that every box that touches the corners' hull passes a box test.
+    /// Returns [`EVERYTHING`] if the normal is zero, the plane cuts the hull at infinity, or its numbers are too large.
+    pub(crate) fn plane(&self, side: DVec3) -> Plane {
+        let Some(unit) = side.try_normalize() else { return EVERYTHING };
         let growth = (0..4).map(|i| (unit * self.ray(i)).abs().element_sum()).fold(0.0, f64::max);
         let turned = unit + self.depth.truncate() * (growth * TURNED);
         let normal = turned.normalize_or_zero().as_vec3();
         let exact = normal.as_dvec3();
         let mut least = f64::NEG_INFINITY;
         for corner in self.near.iter().chain(&self.far) {
-            let terms = exact * corner.truncate();
+            let terms = exact * (corner.truncate() + self.origin * corner.w);
             let missing = terms.abs().element_sum() * ROUNDED - terms.element_sum();
             if corner.w > 0.0 && !missing.is_nan() {
                 least = least.max(missing / corner.w);
@@ -65,8 +74,7 @@ impl Corners {
                 return EVERYTHING; // The plane cuts the hull far out, or a number is NaN.
             }
         }
-        let d = round_up(least + f64::from(f32::MIN_POSITIVE));
-        if normal.is_finite() && d.is_finite() { Plane { normal, d } } else { EVERYTHING }
+        plane_at(normal, least)
     }
 
     /// Movement of a point from a near to a far corner while the depth grows by one; zero if the depth does not grow.
@@ -78,6 +86,25 @@ impl Corners {
     }
 }
 
+/// The plane `side.xyz . p + side.w = 0` with a unit normal, moved outwards so far that every box within `bounds` that
+/// touches its inner side passes a box test.
+pub(super) fn plane_within(side: DVec4, bounds: &Aabb) -> Plane {
+    let (unit, normal) = (side.truncate(), side.truncate().as_vec3());
+    let exact = normal.as_dvec3();
+    let far = bounds.min.abs().max(bounds.max.abs()).as_dvec3();
+    let turned = (unit - exact).abs().dot(far);
+    plane_at(normal, side.w + exact.abs().dot(far) * ROUNDED + turned + side.w.abs() * SIDE_ERROR)
+}
+
+/// Largest error of the distance of a plane in `f64`, relative to this distance.
+const SIDE_ERROR: f64 = 16.0 * f64::EPSILON;
+
+/// The plane at a distance of at least `least` from the origin; [`EVERYTHING`] if it is too far away.
+fn plane_at(normal: Vec3, least: f64) -> Plane {
+    let d = round_up(least + f64::from(f32::MIN_POSITIVE));
+    if normal.is_finite() && d.abs() <= MOST_DISTANCE { Plane { normal, d } } else { EVERYTHING }
+}
+
 /// The least `f32` that is not less than `v`.
 pub(super) fn round_up(v: f64) -> f32 {
     let nearest = v as f32;
@@ -86,10 +113,17 @@ pub(super) fn round_up(v: f64) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use glam::{DMat4, DQuat, Vec3};
+    use glam::{DMat4, DQuat};
 
     use super::*;
-    use crate::math::{Aabb, Frustum};
+    use crate::math::Frustum;
+
+    /// A plane of a hull that is one point.
+    fn plane_through(p: Vec3, normal: DVec3) -> Plane {
+        let corner = p.as_dvec3().extend(1.0);
+        let corners = Corners { origin: DVec3::ZERO, near: [corner; 4], far: [corner; 4], depth: DVec4::W };
+        corners.plane(normal)
+    }
 
     /// A step of Knuth's linear congruential generator, as a number from -1 to 1.
     fn next(state: &mut u64) -> f64 {
@@ -115,9 +149,7 @@ mod tests {
                 let sum = 1.0 + next(&mut state).abs() * 4.0 * UNIT;
                 p = Vec3::new(x, ((sum - n.x * f64::from(x) - n.z * f64::from(z)) / n.y) as f32, z);
             }
-            let corner = p.as_dvec3().extend(1.0);
-            let corners = Corners { near: [corner; 4], far: [corner; 4], depth: DVec4::W };
-            let plane = corners.plane(normal.extend(-normal.dot(p.as_dvec3())));
+            let plane = plane_through(p, normal);
             let bounds = Aabb::new(p, p);
             assert!(Frustum::new([plane; 6]).may_see(&bounds), "{p} {plane:?}");
             // The part of the margin that was used.
@@ -142,9 +174,7 @@ mod tests {
             // The first product, the sum with the second and the third product are each rounded down by nearly `u`.
             let terms = [1.0 + 0.97 * UNIT, 0.97 * UNIT, -1.0 - 1.03 * UNIT];
             let p = Vec3::from_array([0, 1, 2].map(|axis| (terms[axis] / n[axis]) as f32));
-            let corner = p.as_dvec3().extend(1.0);
-            let corners = Corners { near: [corner; 4], far: [corner; 4], depth: DVec4::W };
-            let plane = corners.plane(normal.extend(-normal.dot(p.as_dvec3())));
+            let plane = plane_through(p, normal);
             assert!(Frustum::new([plane; 6]).may_see(&Aabb::new(p, p)), "{p} {plane:?}");
             let sizes = (plane.normal.as_dvec3() * p.as_dvec3()).abs().element_sum();
             nearest = nearest.min(f64::from(plane.signed_distance(p)) / (sizes * ROUNDED));

@@ -2,16 +2,18 @@ use glam::{Affine3A, DMat4, DVec3, DVec4, Mat4, Vec3, Vec3A};
 
 use super::{
     Aabb, Containment, Corners, Frustum, Obb, Plane, Sphere,
-    outward::{EVERYTHING, round_up},
+    outward::{EVERYTHING, plane_within, round_up},
 };
 
 /// Largest rounding error of a volume's distance from a plane, relative to the input numbers.
-const ROUNDING: f32 = 16.0 * f32::EPSILON;
+const ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
 
-/// The far plane counts as infinitely far if it is more than 1 / `LEAST_RATIO` times as far as the near plane. With a
-/// larger `LEAST_RATIO`, some far planes would cull nothing. With a smaller `LEAST_RATIO`, matrices in `f32` without a
-/// far plane would get a far plane.
-const LEAST_RATIO: f64 = 1.0e-7;
+/// Largest error of a depth in clip space, for a matrix in `f64`. The far plane is moved outwards by as much. It is at
+/// infinity if it is about `1 / DEPTH_ERROR` times as far away as the near plane.
+const DEPTH_ERROR: f64 = 1024.0 * f64::EPSILON;
+
+/// The same for a matrix whose numbers were rounded to `f32`, at depths that are a difference of two rows.
+const SINGLE_DEPTH_ERROR: f64 = 2.0 * f32::EPSILON as f64;
 
 /// A convex bounding volume with a centre.
 pub trait Volume {
@@ -51,7 +53,8 @@ impl Volume for Sphere {
     }
 
     fn reach_along(&self, direction: Vec3) -> f32 {
-        self.radius_m * direction.length()
+        // The square of a short direction is 0 in `f32`.
+        self.radius_m * direction.as_dvec3().length() as f32
     }
 
     fn size_m(&self) -> f32 {
@@ -83,13 +86,15 @@ impl Frustum {
     ///
     /// For the boxes of indexes use [`Frustum::classify`], whose results are the same everywhere, bit for bit.
     pub fn classify_volume(&self, volume: &impl Volume) -> Containment {
-        let center = volume.center();
-        let far = center.abs().max_element() + volume.size_m();
+        let center = volume.center().as_dvec3();
+        let far = center.abs().max_element() + f64::from(volume.size_m());
         let mut is_inside = true;
         for plane in self.planes() {
-            let distance = plane.signed_distance(center);
-            let reach = volume.reach_along(plane.normal);
-            let rounding = ROUNDING * (plane.normal.abs().element_sum() * far + plane.d.abs());
+            // In `f64` no sum overflows.
+            let normal = plane.normal.as_dvec3();
+            let distance = normal.dot(center) + f64::from(plane.d);
+            let reach = f64::from(volume.reach_along(plane.normal));
+            let rounding = ROUNDING * (normal.abs().element_sum() * far + f64::from(plane.d).abs());
             // If the distance is NaN, neither comparison holds.
             if distance < -(reach + rounding) {
                 return Containment::Outside;
@@ -117,30 +122,40 @@ impl Frustum {
     /// `f64`, and the planes are then moved outwards for `f32`. `lowest` is the least depth after the division by w; the
     /// largest is 1.
     pub fn from_double_matrix(clip_from_space: &DMat4, lowest: f64) -> Self {
-        let row = |i| clip_from_space.row(i);
-        let (x, y, z, w) = (row(0), row(1), row(2), row(3));
-        // The row of a plane at infinity has only rounding errors.
-        let rounding = f64::from(ROUNDING) * (z.truncate().length() + w.truncate().length());
-        let is_plane = |side: DVec4| side.truncate().length() > rounding;
-        let space_from_clip = clip_from_space.inverse();
+        let middle_at = |inverse: &DMat4, depth: f64| *inverse * DVec4::new(0.0, 0.0, depth, 1.0);
+        let inverse = clip_from_space.inverse();
+        let (first, last) = (middle_at(&inverse, lowest), middle_at(&inverse, 1.0));
+        let nearest = if first.w > last.w { first } else { last };
+        let origin = Some(nearest.truncate() / nearest.w).filter(|at| at.is_finite()).unwrap_or_default();
+        // Relative to a point near the eye, nothing cancels in the inverse.
+        let clip_from_local = *clip_from_space * DMat4::from_translation(origin);
+        let local_from_clip = clip_from_local.inverse();
         let corners_at = |clip_z: f64| {
             [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-                .map(|(clip_x, clip_y)| space_from_clip * DVec4::new(clip_x, clip_y, clip_z, 1.0))
+                .map(|(clip_x, clip_y)| local_from_clip * DVec4::new(clip_x, clip_y, clip_z, 1.0))
         };
+        let is_single = clip_from_space.as_mat4().as_dmat4() == *clip_from_space;
+        let error_at = |depth: f64| if is_single && depth != 0.0 { SINGLE_DEPTH_ERROR } else { DEPTH_ERROR };
         let (mut near, mut far) = (corners_at(lowest), corners_at(1.0));
         for (near, far) in near.iter_mut().zip(&mut far) {
-            // If a plane is so far away, rounding may move or tilt it arbitrarily, so it counts as infinitely far.
-            if far.w < near.w * LEAST_RATIO {
-                *far = (far.truncate() * near.w - near.truncate() * far.w).extend(0.0);
-            } else if near.w < far.w * LEAST_RATIO {
-                *near = (near.truncate() * far.w - far.truncate() * near.w).extend(0.0);
+            if far.w < near.w {
+                *far = moved_away(*near, *far, error_at(1.0));
+            } else if near.w < far.w {
+                *near = moved_away(*far, *near, error_at(lowest));
             }
         }
-        let corners = Corners { near, far, depth: w };
+        let row = |i| clip_from_local.row(i);
+        let (x, y, z, w) = (row(0), row(1), row(2), row(3));
+        let corners = Corners { origin, near, far, depth: w };
         Self::new(
-            [w + x, w - x, w + y, w - y, z - w * lowest, w - z]
-                .map(|side| if is_plane(side) { corners.plane(side) } else { EVERYTHING }),
+            [w + x, w - x, w + y, w - y, z - w * lowest, w - z].map(|side| corners.plane(side.truncate())),
         )
+    }
+
+    /// The frustum of six planes `xyz . p + w = 0` with unit normals, for boxes within `bounds`. Its planes lie
+    /// outwards by the rounding error of these boxes only.
+    pub(crate) fn within(sides: &[DVec4; 6], bounds: &Aabb) -> Self {
+        Self::new(sides.map(|side| plane_within(side, bounds)))
     }
 
     /// The frustum with its planes moved outwards by the largest rounding error of a box within `bounds`.
@@ -148,11 +163,12 @@ impl Frustum {
     /// another space ([`Frustum::in_space`]).
     #[must_use]
     pub fn widened_for(&self, bounds: &Aabb) -> Self {
-        let far = bounds.min.abs().max(bounds.max.abs()).max_element();
+        let far = f64::from(bounds.min.abs().max(bounds.max.abs()).max_element());
         Self::new(self.planes().map(|Plane { normal, d }| {
-            let rounding = ROUNDING * (normal.abs().element_sum() * far + d.abs());
-            let d = round_up(f64::from(d) + f64::from(rounding));
-            if d.is_finite() { Plane { normal, d } } else { EVERYTHING }
+            let size = normal.as_dvec3().abs().element_sum() * far + f64::from(d).abs();
+            let d = round_up(f64::from(d) + ROUNDING * size + f64::from(f32::MIN_POSITIVE));
+            // Twice as large numbers might overflow in a box test.
+            if size <= 0.5 * f64::from(f32::MAX) { Plane { normal, d } } else { EVERYTHING }
         }))
     }
 
@@ -174,5 +190,18 @@ impl Frustum {
             let d = round_up(of_plane.dot(origin) + f64::from(plane.d));
             if normal.is_finite() && d.is_finite() { Plane { normal, d } } else { EVERYTHING }
         }))
+    }
+}
+
+/// The far end of an edge, moved away from the near end by an error of its depth in clip space; the edge's direction if
+/// the end may be at infinity.
+fn moved_away(near: DVec4, far: DVec4, error: f64) -> DVec4 {
+    let w = far.w - near.w * error;
+    if far.w >= 0.5 * near.w {
+        far
+    } else if w > 0.0 {
+        far.truncate().extend(w)
+    } else {
+        (far.truncate() * near.w - near.truncate() * far.w).extend(0.0)
     }
 }

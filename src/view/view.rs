@@ -103,28 +103,29 @@ impl View {
         // If the quaternion's length is not exactly 1, these planes still match the view's rays.
         let world_from_view = DMat3::from_cols(turn(DVec3::X), turn(DVec3::Y), turn(DVec3::Z));
         let normal_turn = world_from_view.inverse().transpose();
-        let eye = self.eye_in_world.as_dvec3();
-        let plane = |x, y, z, d| {
-            let normal = normal_turn * DVec3::new(x, y, z);
-            normal.extend(d - normal.dot(eye))
-        };
+        let normal = |x, y, z| normal_turn * DVec3::new(x, y, z);
         let rays = [(left, bottom), (right, bottom), (right, top), (left, top)]
             .map(|(x, y)| world_from_view * DVec3::new(x, y, -1.0));
-        let corners_at = |distance_m: f64| {
-            rays.map(|ray| {
-                if distance_m.is_infinite() { ray.extend(0.0) } else { (eye + ray * distance_m).extend(1.0) }
-            })
+        let corners_at =
+            |distance_m: f64| {
+                rays.map(|ray| {
+                    if distance_m.is_infinite() { ray.extend(0.0) } else { (ray * distance_m).extend(1.0) }
+                })
+            };
+        let corners = Corners {
+            origin: self.eye_in_world.as_dvec3(),
+            near: corners_at(near_m),
+            far: corners_at(far_m),
+            depth: normal(0.0, 0.0, -1.0).extend(0.0),
         };
-        let depth = plane(0.0, 0.0, -1.0, 0.0);
-        let corners = Corners { near: corners_at(near_m), far: corners_at(far_m), depth };
         Frustum::new(
             [
-                plane(1.0, 0.0, left, 0.0),
-                plane(-1.0, 0.0, -right, 0.0),
-                plane(0.0, 1.0, bottom, 0.0),
-                plane(0.0, -1.0, -top, 0.0),
-                plane(0.0, 0.0, -1.0, -near_m),
-                plane(0.0, 0.0, 1.0, far_m),
+                normal(1.0, 0.0, left),
+                normal(-1.0, 0.0, -right),
+                normal(0.0, 1.0, bottom),
+                normal(0.0, -1.0, -top),
+                normal(0.0, 0.0, -1.0),
+                normal(0.0, 0.0, 1.0),
             ]
             .map(|side| corners.plane(side)),
         )

@@ -1,9 +1,9 @@
 //! The culler as an engine takes it: own numbers, own geometry, no feature needed.
 
-mod append;
 mod cameras;
 mod culler;
 mod hiding;
+mod model;
 mod oracle;
 
 use osp::{

@@ -2,7 +2,9 @@
 
 use osp::{
     Camera, CameraError, Culler, Dense, Depth,
-    glam::{DMat4, DQuat, DVec3, DVec4, EulerRot},
+    glam::{DMat4, DQuat, DVec3, DVec4, EulerRot, Quat, Vec3},
+    math::Aabb,
+    view::{Projection, View},
 };
 
 use osp_testkit::boxes::Rng;
@@ -157,6 +159,98 @@ fn a_camera_sees_what_its_matrix_shows_and_little_else() {
             assert!(inside.iter().all(|&i| frame[0].contains(i)), "{name}");
             let wide = outside.iter().filter(|&&i| frame[0].contains(i)).count();
             assert_eq!(wide, 0, "{name}: of {}", outside.len());
+        }
+    }
+}
+
+/// A view so long, or an eye so far away, that `f32` hardly tells its planes: in `f64` they are all there.
+#[test]
+fn no_plane_of_a_long_view_is_lost() {
+    let mut rng = Rng(17);
+    let ends = [(0.1, 3.0e4), (0.1, 7.0e4), (0.1, 1.0e7), (1.0e-3, 1.0e5), (1.0e-3, f64::INFINITY)];
+    for (i, (near, far)) in (0..40).flat_map(|i| ends.map(|ends| (i, ends))) {
+        let depth = [Depth::ZeroToOne, Depth::OneToZero, Depth::MinusOneToOne][i % 3];
+        let mut any = || f64::from(rng.range(-1.0, 1.0));
+        let eye = DVec3::new(any(), any(), any()) * if far.is_finite() { 1.0e3 } else { 1.0e7 };
+        let turn = DQuat::from_euler(EulerRot::YXZ, any() * 3.0, any(), any());
+        let view_from_world = DMat4::from_rotation_translation(turn, eye).inverse();
+        let matrix = perspective([-1.0, 1.0, -1.0, 1.0], near, far, depth) * view_from_world;
+        let camera = Camera::from_matrix(matrix.to_cols_array(), depth).expect("a camera");
+        let sees = |x: f64, y: f64, distance: f64| {
+            let [min, max] = around(eye + turn * (DVec3::new(x, y, -1.0) * distance));
+            camera.frustum().may_see(&Aabb::new(min.into(), max.into()))
+        };
+        let middle = if far.is_finite() { far * 0.9 } else { 1.0e7 };
+        for (x, y) in [(0.0, 0.0), (0.99, 0.0), (-0.99, 0.0), (0.0, 0.99), (0.0, -0.99)] {
+            assert!(sees(x, y, middle), "{near} to {far}, {depth:?}");
+            let is_beside = (x, y) != (0.0, 0.0);
+            assert!(!is_beside || !sees(x * 1.02, y * 1.02, middle), "{near} to {far}, {depth:?}: {x} {y}");
+        }
+        assert!(far.is_infinite() || !sees(0.0, 0.0, far * 1.02), "{near} to {far}, {depth:?}");
+    }
+}
+
+/// The ends of a parallel camera, such as a sun, may be as far away as anything.
+#[test]
+fn a_parallel_camera_draws_the_same_however_far_away_its_ends_are() {
+    let mut rng = Rng(19);
+    let mut culler = Culler::<Dense>::new();
+    let world = Aabb::cube(Vec3::ZERO, 60.0);
+    let boxes: Vec<Aabb> = (0..20_000).map(|_| Aabb::cube(rng.point(&world), 0.6 * rng.unit())).collect();
+    for (number, bounds) in (0..).zip(&boxes) {
+        culler.set(Dense(number), [bounds.min, bounds.max]);
+    }
+    let eye = DMat4::from_rotation_translation(DQuat::from_rotation_y(0.3), DVec3::new(13.0, 3.0, 40.0));
+    for (near, far) in [(0.1, 100.0), (0.1, 1.0e6), (0.1, 1.0e9), (-1.0e6, 1.0e6), (-1.0e5, 1.0e9)] {
+        let exact = parallel([10.0, 7.0], near, far, Depth::ZeroToOne) * eye.inverse();
+        for matrix in [exact, exact.as_mat4().as_dmat4()] {
+            let camera = Camera::from_matrix(matrix.to_cols_array(), Depth::ZeroToOne).expect("a camera");
+            let is_outside = |bounds: &Aabb| {
+                let corners = bounds.corners().map(|corner| matrix * corner.as_dvec3().extend(1.0));
+                let beyond = |side: fn(DVec4) -> f64| corners.iter().all(|&c| side(c) > c.w);
+                let beside = beyond(|c| c.x) || beyond(|c| -c.x) || beyond(|c| c.y) || beyond(|c| -c.y);
+                beside || beyond(|c| c.z) || beyond(|c| c.w - c.z)
+            };
+            let expected: Vec<u32> =
+                (0..).zip(&boxes).filter(|(_, bounds)| !is_outside(bounds)).map(|(i, _)| i).collect();
+            let seen: Vec<u32> = culler.cull(&[camera])[0].iter().map(|Dense(number)| number).collect();
+            assert_eq!(seen, expected, "{near} to {far}");
+            let hidden =
+                culler.are_hidden(&camera, &boxes.iter().map(|b| [b.min, b.max]).collect::<Vec<_>>());
+            assert!(boxes.iter().zip(hidden).all(|(bounds, is_hidden)| is_hidden == is_outside(bounds)));
+        }
+    }
+}
+
+/// Beyond 2.4e38 m the sums of a box test may overflow.
+#[test]
+fn an_eye_as_far_away_as_numbers_go_sees_what_is_before_it() {
+    let mut rng = Rng(23);
+    for size in [1.0e30_f32, 8.0e37, 1.0e38, 2.5e38, 3.3e38] {
+        for _ in 0..60 {
+            let mut any = || rng.range(-1.0, 1.0);
+            let (eye, turn) =
+                (Vec3::new(any(), any(), any()) * size, Quat::from_xyzw(any(), any(), any(), 1.0));
+            let projection = Projection {
+                left: -1.0,
+                right: 1.0,
+                bottom: -1.0,
+                top: 1.0,
+                near_m: size * 1.0e-5,
+                far_m: f32::MAX,
+            };
+            let view = View { eye_in_world: eye, world_from_view: turn.normalize(), projection };
+            let mut culler = Culler::<Dense>::new();
+            for number in 0..60 {
+                let distance = f64::from(size * rng.range(0.01, 1.0));
+                let [x, y] = [(); 2].map(|()| f64::from(rng.range(-0.9, 0.9)));
+                let by = view.world_from_view.as_dquat() * (DVec3::new(x, y, -1.0) * distance);
+                let point = (eye.as_dvec3() + by).as_vec3();
+                culler.set(Dense(number), [point, point]);
+            }
+            // What lies beyond the largest number is refused.
+            let count = culler.len();
+            assert_eq!(culler.cull(&[Camera::from(&view)])[0].len(), count, "{view:?}");
         }
     }
 }
