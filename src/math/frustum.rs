@@ -71,8 +71,7 @@ impl Frustum {
         self.classify_masked(bounds, PlaneMask::ALL).0
     }
 
-    /// Does the test of [`Frustum::classify`] against the planes of `mask` only. Returns the outcome, the mask for boxes
-    /// inside this box, and the number of tested planes.
+    /// [`Frustum::classify`] against `mask`; also the planes left for boxes inside, and the number of tested planes.
     #[doc(hidden)]
     pub fn classify_masked(&self, bounds: &Aabb, mask: PlaneMask) -> (Containment, PlaneMask, u32) {
         let mut left = mask.0;

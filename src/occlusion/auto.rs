@@ -146,7 +146,7 @@ struct Try {
     method: Method,
     /// Time of the frames of this try so far, nanoseconds.
     spent_ns: f64,
-    /// Whether the first of the try's two frames is not measured yet.
+    /// True until the try's first frame is measured.
     is_first: bool,
 }
 

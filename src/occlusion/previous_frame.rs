@@ -85,7 +85,7 @@ struct Seen {
     drawn: VisibleBlocks,
     /// Drawn polygons that hid nothing when they were filled last.
     useless: VisibleBlocks,
-    /// Filled polygons.
+    /// Polygons that served as occluders in the last frame.
     filled: VisibleBlocks,
 }
 
@@ -169,7 +169,7 @@ impl PreviousFrameOccluders {
         }
     }
 
-    /// The soundness of the picture.
+    /// Whether the picture can hide a visible polygon.
     pub fn soundness(&self) -> Soundness {
         self.buffer.soundness()
     }
@@ -205,7 +205,7 @@ impl PreviousFrameOccluders {
         }
     }
 
-    /// Drops the hidden polygons of view number `view`, so that all polygons in view count as visible.
+    /// Forgets what was hidden in view number `view`; the next frame treats all in view as visible.
     pub fn forget(&mut self, view: usize) {
         self.view(view).clear();
     }

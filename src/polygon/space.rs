@@ -14,7 +14,7 @@ pub struct SpacePlace {
     pub world_from_space: DAffine3,
     /// Largest rounding error of the drawn position of a corner at the origin of the space, metres.
     pub rounding_m: f64,
-    /// Growth of this error for each metre between the corner and the origin of the space.
+    /// Further error per metre from the space's origin.
     pub rounding_per_m: f64,
 }
 

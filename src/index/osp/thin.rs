@@ -69,8 +69,7 @@ impl Thin<'_> {
         self.thinner.node(bounds, polygons)
     }
 
-    /// Number of neighbouring blocks that are tested together, so that they have at least the number of polygons that a
-    /// test requires.
+    /// How many neighbouring blocks share a test, so that it covers `least` polygons.
     fn together(&self) -> usize {
         self.least.div_ceil(RUN).next_power_of_two()
     }

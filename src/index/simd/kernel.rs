@@ -65,8 +65,7 @@ pub trait Kernel: Copy {
         cells
     }
 
-    /// Returns two masks of lanes: the boxes that lie beyond a plane by at least their slack, and the boxes as far in
-    /// front of it. The plane has a unit normal and the signed distance `distance` from the eye.
+    /// Two masks of lanes: boxes wholly behind the plane by their slack, and boxes wholly in front by it. The plane has a unit normal and the signed distance `distance` from the eye.
     #[inline(always)]
     fn beyond_and_in_front(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
         let [x, y, z] = normal;

@@ -102,7 +102,7 @@ impl CoverageBuffer {
         BuildCounts { occluders, nodes, ..BuildCounts::default() }
     }
 
-    /// Replaces the last picture by polygons of the surfaces.
+    /// Draws a new picture of these polygons.
     pub(in crate::occlusion) fn build_of(
         &mut self,
         window: &ViewWindow,

@@ -283,7 +283,7 @@ impl Facet {
 pub(super) struct Depths {
     /// The facet's plane, moved away from the eye by the rounding error.
     plane: [f64; 3],
-    /// Difference between the plane's least value in a tile and its value at the tile's first corner.
+    /// Least value in a tile minus the value at its first corner (<= 0).
     low: f64,
     across: [f32; 2],
     end: f64,

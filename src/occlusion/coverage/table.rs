@@ -38,7 +38,7 @@ impl Table {
         self.place(hash, is_it).map(|at| self.places[at])
     }
 
-    /// Table position of the number that has this hash and that `is_it` accepts.
+    /// Place of the entry with this hash for which `is_it` holds.
     #[inline]
     fn place(&self, hash: u64, is_it: impl Fn(u32) -> bool) -> Option<usize> {
         if self.places.is_empty() {
