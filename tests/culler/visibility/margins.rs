@@ -72,6 +72,16 @@ fn a_volume_that_touches_a_plane_is_neither_outside_nor_inside() {
     assert!(decided > 30_000, "{decided}");
 }
 
+/// In `f32` the sum of the products overflows, and so does the margin.
+#[test]
+fn a_plane_cuts_a_volume_as_large_as_numbers_go() {
+    let frustum = Frustum::new([Plane { normal: Vec3::splat(0.577), d: 0.0 }; 6]);
+    for center in [Vec3::new(3.0e38, 3.0e38, -3.3e38), Vec3::new(-3.0e38, -3.0e38, 3.3e38)] {
+        let sphere = Sphere { center, radius_m: 2.0e38 };
+        assert_eq!(frustum.classify_volume(&sphere), Containment::Intersects);
+    }
+}
+
 /// The box of its own axes that is fitted to points holds them, corner by corner, wherever they are.
 #[test]
 fn fitted_boxes_hold_their_points_to_the_last_bit() {
