@@ -331,6 +331,36 @@ fn polygons_that_lie_beside_their_place_in_a_space_are_seen_where_they_are() {
     assert!(seen > 10_000 && hidden > 10_000, "{seen} {hidden}");
 }
 
+/// The sums of a box test overflow there, in the space and not in the world.
+#[test]
+fn polygons_of_a_space_as_far_away_as_numbers_go_are_seen() {
+    let mut random = Random(Pcg64::new(9, 7));
+    let mut seen = 0;
+    for _ in 0..200 {
+        let to = random.vector(1.0).signum() * 3.1e38;
+        let boxes = (0..60).map(|_| {
+            let center = random.vector(1.0) * 2.0e37;
+            [center - to, center].map(|center| Aabb::cube(center, 2.0e35))
+        });
+        let boxes = boxes.collect();
+        let scene = Displaced { place: SpacePlace::from(Affine3A::from_translation(to)), boxes };
+        let view = View {
+            eye_in_world: random.vector(1.0) * 1.0e37,
+            world_from_view: random.turn().normalize(),
+            projection: Projection::symmetric(80.0, 1.3, 1.0e34, 1.0e38),
+        };
+        let changes: Vec<Change> = (0..60).map(|id| Change::Insert(PolygonId(id))).collect();
+        let mut pipeline = pipeline();
+        pipeline.frame(&scene, &changes, &view);
+        let frustum = view.frustum();
+        let expected: Vec<PolygonId> =
+            (0..60).map(PolygonId).filter(|&id| frustum.may_see(&scene.bounds(id))).collect();
+        assert_eq!(pipeline.in_view().to_vec(), expected);
+        seen += expected.len();
+    }
+    assert!(seen > 1_000, "{seen}");
+}
+
 #[test]
 fn the_last_number_costs_no_more_in_a_space_than_the_first() {
     let flat = Flat { place: Affine3A::IDENTITY.into() };
