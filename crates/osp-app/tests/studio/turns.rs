@@ -18,10 +18,7 @@ use osp_session::{
 
 use osp_testkit::wait_for;
 
-use crate::{
-    drawing::{Table, across},
-    tracker::wait_until,
-};
+use crate::drawing::{Table, across};
 
 /// The clock advances meanwhile, so a turn is one step.
 const ONE_STEP: Duration = Duration::from_nanos(1);
@@ -235,10 +232,9 @@ fn a_replay_takes_the_place_of_a_sketch_or_leaves_it_there() {
     // The last one can be read.
     replay(&mut table.studio, &path);
     assert!(table.studio.is_reading(), "it takes more than a turn");
-    wait_until("the replay", || {
+    while table.studio.is_working() {
         table.studio.tend();
-        !table.studio.is_working()
-    });
+    }
     let player = replay_of(table.studio.session());
     assert!(player.is_playing() && table.studio.session().path() == path && player.position() == 0);
 }

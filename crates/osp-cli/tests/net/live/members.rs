@@ -63,7 +63,7 @@ impl Member {
     pub(crate) fn wait_for_silence(&mut self) {
         self.wait_for_text(&self.said.clone(), |said| {
             let last = |of: &str| said.rfind(of).map_or(0, |at| at + 1);
-            last("does not answer") > last("connected to ")
+            last("does not answer").max(last("connecting to ")) > last("connected to ")
         });
     }
 
