@@ -30,7 +30,7 @@ const LAYERS: [(&str, &[Layer]); 3] = [
             ("recording", &["platform", "brush", "atomic_file", "small_file"]),
             ("stroke", &["brush", "recording"]),
             ("scene", &["brush", "recording", "stroke"]),
-            ("replay", &["recording", "rig", "stroke", "scene"]),
+            ("replay", &["platform", "recording", "rig", "stroke", "scene"]),
             ("export", &["atomic_file", "brush", "recording", "scene", "stroke"]),
         ],
     ),

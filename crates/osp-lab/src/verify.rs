@@ -313,7 +313,10 @@ impl Verifier {
     pub fn verify_view(&mut self, scene: &Scene, view: &View) {
         // A degenerate projection shows no polygon.
         let Some(window) = view.window() else { return };
-        self.index.commit();
+        // Other indexes have committed at the end of the frame.
+        if self.index.may_skip_commits() {
+            self.index.commit();
+        }
         let frustum = view.frustum();
         fastest(&self.clock, self.config.repeats, &mut self.views.frustum_ns, &mut || {
             self.in_view.clear();
