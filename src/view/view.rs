@@ -51,7 +51,9 @@ pub struct View {
 impl View {
     /// A view from `eye` towards `target`, with +y up. A view straight down has -z up, a view straight up has +z up.
     pub fn look_at(eye: Vec3, target: Vec3, projection: Projection) -> Self {
-        let back = (eye - target).normalize_or(Vec3::Z);
+        // Farther than 1.8e19 m the square of a length is infinite.
+        const SMALL: f32 = 1.0e-30;
+        let back = (eye - target).normalize_or((eye * SMALL - target * SMALL).normalize_or(Vec3::Z));
         let right = Vec3::Y.cross(back);
         let right = if right.length_squared() < 1.0e-12 { Vec3::X } else { right.normalize() };
         let up = back.cross(right);

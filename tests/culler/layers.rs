@@ -34,7 +34,7 @@ const LAYERS: [(&str, &[Layer]); 3] = [
             ("export", &["atomic_file", "brush", "recording", "scene", "stroke"]),
         ],
     ),
-    ("crates/osp-net/src", &[("live", &[]), ("wall", &["live"]), ("world", &[])]),
+    ("crates/osp-net/src", &[("live", &[])]),
 ];
 
 fn first_word(text: &str) -> String {

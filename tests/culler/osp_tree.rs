@@ -10,7 +10,6 @@ mod linear;
 mod loose;
 mod many_views;
 mod movers;
-mod rest;
 mod whole;
 
 use glam::Vec3;

@@ -448,3 +448,12 @@ fn nothing_is_lost_in_the_space_of_a_group_far_away() {
         assert!(kept * 1000 <= beside, "{place_m} m: {kept} of {beside} kept");
     }
 }
+
+#[test]
+fn a_view_from_as_far_as_numbers_go_looks_at_its_target() {
+    let projection = Projection { left: -1.0, right: 1.0, bottom: -1.0, top: 1.0, near_m: 0.1, far_m: 100.0 };
+    for eye in [3.0e38, 2.0e19, 1.0e19, 1.0, 1.0e-18_f32] {
+        let view = View::look_at(Vec3::X * eye, Vec3::ZERO, projection);
+        assert!(view.forward_in_world().distance(Vec3::NEG_X) < 1.0e-6, "{eye}");
+    }
+}
