@@ -95,7 +95,7 @@ impl Played {
     ) -> anyhow::Result<Self> {
         let FrameArgs { file, frame, pace, reading } = args;
         let mut session = OpenSession::open(file, reading)?.counted();
-        let keep = if indexes.is_empty() { Keep::Model } else { Keep::Events };
+        let keep = if indexes.is_empty() { Keep::Frames } else { Keep::Events };
         // Without indexes, the model of an earlier frame is kept as it passes.
         let mut earlier = None;
         let note = |events: &[Event], state: &SessionState| {

@@ -14,8 +14,10 @@ use osp_session::{
 /// What remains in memory of the events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Keep {
-    /// Only the finished model.
+    /// Only the finished model. Frames that cost more than reading their events are merged.
     Model,
+    /// Only the finished model, after each frame.
+    Frames,
     /// Also the events, to play the session frame by frame.
     Events,
 }
@@ -65,7 +67,9 @@ impl ReadSession {
                 kept.push(event.clone());
             }
         });
-        let (summary, end, read) = summarize_each(events, pace, each);
+        let player = Player::new(events, pace);
+        let player = if keep == Keep::Model { player.merging_frames() } else { player };
+        let (summary, end, read) = summarize_each(player, each);
         let direction_to_artist = artist.direction_to_artist(header.camera);
         let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
         let index = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };

@@ -381,7 +381,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
             moments.push(state.moment);
         }
     };
-    let keep = if whole { Keep::Model } else { Keep::Events };
+    let keep = if whole { Keep::Frames } else { Keep::Events };
     let (session, read) = ReadSession::of(header.clone(), &mut source, args.pace, keep, note);
     if let Source::File(session) = &source {
         session.warn();

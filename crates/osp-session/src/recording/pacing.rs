@@ -80,7 +80,12 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Pacer<I> {
     /// The recording is damaged. `frame` has the events before the damage, and the next call ends the replay.
     pub fn next_frame(&mut self, frame: &mut Vec<Event>) -> Result<bool, RecordingError> {
         frame.clear();
-        let mut samples = 0;
+        self.extend_frame(frame)
+    }
+
+    /// Does the same as [`Pacer::next_frame`], but appends the events to `frame`.
+    pub(crate) fn extend_frame(&mut self, frame: &mut Vec<Event>) -> Result<bool, RecordingError> {
+        let (mut samples, first) = (0, frame.len());
         if let Some(end) = &mut self.frame_end_secs {
             // The clock must advance even if a frame is shorter than the rounding error of large time stamps.
             *end = (*end + 1.0 / Pace::FRAMES_A_SECOND).max(end.next_up());
@@ -97,7 +102,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Pacer<I> {
                 }
                 Some(Ok(event)) => event,
             };
-            if self.is_due(&event, samples, frame.len()) {
+            if self.is_due(&event, samples, frame.len() - first) {
                 samples += u32::from(event.is_sample());
                 self.last_secs = event.time_secs();
                 frame.push(event);
@@ -106,7 +111,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Pacer<I> {
                 return Ok(true);
             }
         }
-        Ok(!frame.is_empty())
+        Ok(frame.len() > first)
     }
 
     fn is_due(&mut self, event: &Event, samples: u32, events: usize) -> bool {

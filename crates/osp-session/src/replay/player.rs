@@ -32,6 +32,10 @@ impl SessionState {
     }
 }
 
+/// Largest mean work to apply an event, in units of [`SceneWork::total`](crate::scene::SceneWork::total), for which
+/// [`Player::merging_frames`] merges no frames. This work takes about as long as reading an event.
+const WORK_AN_EVENT: u64 = 16;
+
 /// A player of a session: for each frame it reads the events, applies them to the model and lists the changes.
 ///
 /// ```
@@ -48,6 +52,8 @@ pub struct Player<I> {
     pacer: Pacer<I>,
     state: SessionState,
     events: Vec<Event>,
+    /// Number of events played, if frames are merged.
+    merged: Option<u64>,
     changes: Vec<Change>,
     clock: StageClock,
     applying: Stage,
@@ -62,6 +68,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
             pacer: Pacer::new(events, pace),
             state: SessionState::default(),
             events: Vec::new(),
+            merged: None,
             changes: Vec::new(),
             clock: StageClock::default(),
             applying: Stage::default(),
@@ -74,6 +81,13 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
     #[must_use]
     pub fn at_once(self, state: SessionState) -> Self {
         Self { finished: Some(state), ..self }
+    }
+
+    /// Merges frames, up to about [`Pace::MOST_EVENTS`] events, while their events cost more work than it takes to read
+    /// them. For readers that need the finished model.
+    #[must_use]
+    pub fn merging_frames(self) -> Self {
+        Self { merged: Some(0), ..self }
     }
 
     /// Makes groups [move as a whole](Scene::keeping_groups_whole). Call it before the first frame.
@@ -94,7 +108,16 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
             self.changes.extend(self.state.scene.visible_ids().map(Change::Insert));
             return Ok(true);
         }
-        let read = self.pacer.next_frame(&mut self.events);
+        let mut read = self.pacer.next_frame(&mut self.events);
+        if let Some(played) = &mut self.merged {
+            let is_behind = self.state.scene.work().total() > *played * WORK_AN_EVENT;
+            while is_behind && matches!(read, Ok(true)) && self.events.len() < Pace::MOST_EVENTS {
+                let first = self.events.len();
+                read = self.pacer.extend_frame(&mut self.events);
+                self.state.moment.frame += u64::from(self.events.len() > first);
+            }
+            *played += self.events.len() as u64;
+        }
         if self.events.is_empty() && !matches!(read, Ok(true)) {
             return read;
         }

@@ -24,7 +24,7 @@ pub struct Summary {
     pub time_span_secs: Option<(f64, f64)>,
     /// Number of time stamps smaller than the previous one.
     pub backward_steps: u64,
-    /// Box of all polygons that were ever visible, world space.
+    /// Box of all polygons that were visible after a frame, world space.
     pub bounds: Aabb,
 }
 
@@ -36,18 +36,17 @@ pub fn summarize<I>(events: I, pace: Pace) -> (Summary, Scene, Result<(), Record
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
-    let (summary, state, outcome) = summarize_each(events, pace, |_, _| {});
+    let (summary, state, outcome) = summarize_each(Player::new(events, pace), |_, _| {});
     (summary, state.scene, outcome)
 }
 
-/// Does the same as [`summarize`]. Calls `each` after each frame with the frame's events and the state, and also returns
-/// the last poses.
+/// Does the same as [`summarize`] with a player before its first frame. Calls `each` after each frame with the frame's
+/// events and the state, and also returns the last poses.
 ///
 /// # Errors
 /// The errors of [`summarize`].
 pub fn summarize_each<I>(
-    events: I,
-    pace: Pace,
+    mut player: Player<I>,
     mut each: impl FnMut(&[Event], &SessionState),
 ) -> (Summary, SessionState, Result<(), RecordingError>)
 where
@@ -64,7 +63,6 @@ where
         backward_steps: 0,
         bounds: Aabb::EMPTY,
     };
-    let mut player = Player::new(events, pace);
     let mut last_secs = f64::NEG_INFINITY;
     let outcome = loop {
         let outcome = player.step();

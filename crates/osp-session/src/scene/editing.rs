@@ -281,7 +281,7 @@ impl Scene {
         let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
         let from = std::mem::replace(&mut stroke.group, to);
         if from != to {
-            self.groups.change_member(at, from, to);
+            self.groups.change_member(at, stroke.layer, from, to);
             self.displace(at);
         }
     }

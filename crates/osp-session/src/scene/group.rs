@@ -20,6 +20,8 @@ pub(super) struct Group {
     to: Transform,
     /// The strokes that are direct members of the group, as indices of the scene's list of strokes.
     strokes: BTreeSet<u32>,
+    /// The layers of these strokes, and the number of strokes on each.
+    layers: BTreeMap<u32, u32>,
     children: BTreeSet<usize>,
     /// Number of children by the height of their subtree.
     heights: BTreeMap<usize, u32>,
@@ -63,6 +65,13 @@ impl Extent {
 }
 
 impl Group {
+    fn leave_layer(&mut self, layer: u32) {
+        match self.layers.get_mut(&layer) {
+            Some(count) if *count > 1 => *count -= 1,
+            _ => _ = self.layers.remove(&layer),
+        }
+    }
+
     /// Height of the group's subtree, in groups; 1 without children.
     fn height(&self) -> usize {
         1 + self.heights.last_key_value().map_or(0, |(&height, _)| height)
@@ -78,7 +87,8 @@ pub(super) struct Groups {
     moved: Vec<usize>,
     /// Scratch of [`Groups::take_moved`].
     walk: Vec<usize>,
-    /// Number of groups visited so far: to check nesting depths, and to find the strokes that a change affects.
+    /// Number of groups visited so far, to check nesting depths and to find the strokes that a change affects, and of
+    /// members of moved groups.
     pub(super) steps: u64,
 }
 
@@ -234,6 +244,7 @@ impl Groups {
                 parent: None,
                 to: IDENTITY,
                 strokes: BTreeSet::new(),
+                layers: BTreeMap::new(),
                 children: BTreeSet::new(),
                 heights: BTreeMap::new(),
                 has_moved: false,
@@ -297,21 +308,37 @@ impl Groups {
         }
     }
 
-    /// Moves a stroke from one group to another.
-    pub(super) fn change_member(&mut self, stroke: u32, from: Option<usize>, to: Option<usize>) {
+    /// The layers of a group's direct members.
+    pub(super) fn layers(&self, group: usize) -> impl Iterator<Item = u32> + '_ {
+        self.groups[group].layers.keys().copied()
+    }
+
+    /// Moves a stroke on this layer from one group to another.
+    pub(super) fn change_member(&mut self, stroke: u32, layer: u32, from: Option<usize>, to: Option<usize>) {
         self.note_changed(from);
         self.note_changed(to);
         if let Some(from) = from {
             self.groups[from].strokes.remove(&stroke);
+            self.groups[from].leave_layer(layer);
         }
         if let Some(to) = to {
             self.groups[to].strokes.insert(stroke);
+            *self.groups[to].layers.entry(layer).or_default() += 1;
+        }
+    }
+
+    /// Moves a member of a group from one layer to another.
+    pub(super) fn change_layer(&mut self, group: Option<usize>, from: u32, to: u32) {
+        if let Some(group) = group.filter(|_| from != to) {
+            self.groups[group].leave_layer(from);
+            *self.groups[group].layers.entry(to).or_default() += 1;
         }
     }
 
     fn note_moved(&mut self, group: usize) {
         if !std::mem::replace(&mut self.groups[group].has_moved, true) {
             self.moved.push(group);
+            self.steps += self.groups[group].strokes.len() as u64;
         }
     }
 

@@ -1,6 +1,6 @@
 use std::collections::VecDeque;
 
-use super::edit::Edit;
+use super::{edit::Edit, log::State};
 
 /// The edits that an author can undo or redo.
 ///
@@ -13,6 +13,9 @@ pub(super) struct History {
     pub(super) named: usize,
     /// The step that the next edit becomes part of.
     open: Option<OpenStep>,
+    /// Number of edits at the end of `undone` that the scene has not undone yet. If negative, the number of edits at
+    /// the end of `done` that it has not redone yet.
+    behind: isize,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -125,24 +128,33 @@ impl History {
         self.open = (step.left > 0).then_some(step);
     }
 
-    /// Removes the last edit. The caller undoes it, and passes it to [`History::push_undone`]. If there was an edit, the
-    /// open step ends.
-    pub(super) fn undo(&mut self) -> Option<Edit> {
-        self.done.pop_back().inspect(|_| self.open = None)
-    }
-
-    pub(super) fn push_undone(&mut self, edit: Edit) {
+    /// Undoes the last edit. If there was an edit, the open step ends. The scene follows with [`History::catch_up`].
+    /// Returns the change of the number of strokes that the scene must then visit.
+    pub(super) fn undo(&mut self) -> Option<i64> {
+        let edit = self.done.pop_back()?;
+        let named = 1 + edit.named() as i64;
         self.undone.push(edit);
+        (self.open, self.behind) = (None, self.behind + 1);
+        Some(if self.behind > 0 { named } else { -named })
     }
 
-    /// Removes the last undone edit. The caller redoes it, and passes it to [`History::push_done`]. If there was an
-    /// edit, the open step ends.
-    pub(super) fn redo(&mut self) -> Option<Edit> {
-        self.undone.pop().inspect(|_| self.open = None)
-    }
-
-    pub(super) fn push_done(&mut self, edit: Edit) {
+    /// Redoes the last undone edit, like [`History::undo`].
+    pub(super) fn redo(&mut self) -> Option<i64> {
+        let edit = self.undone.pop()?;
+        let named = 1 + edit.named() as i64;
         self.done.push_back(edit);
+        (self.open, self.behind) = (None, self.behind - 1);
+        Some(if self.behind < 0 { named } else { -named })
+    }
+
+    /// Calls `turn` for each edit that the scene must still undo or redo, in order.
+    pub(super) fn catch_up(&mut self, mut turn: impl FnMut(&Edit, State)) {
+        let count = self.behind.unsigned_abs();
+        if std::mem::take(&mut self.behind) > 0 {
+            self.undone[self.undone.len() - count..].iter().for_each(|edit| turn(edit, State::Undone));
+        } else {
+            self.done.range(self.done.len() - count..).for_each(|edit| turn(edit, State::Active));
+        }
     }
 }
 
@@ -157,7 +169,7 @@ mod tests {
         history.record(moved(1), &mut lost);
         history.record(moved(History::NAMED + 1), &mut lost);
         assert_eq!((lost.done.len(), lost.undone.len()), (1, 0));
-        assert!(history.undo().is_some_and(|edit| edit.named() > History::NAMED) && !history.can_undo());
+        assert!(history.undo() > Some(History::NAMED as i64) && !history.can_undo());
         let (mut history, mut lost) = (History::default(), Lost::default());
         history.record(moved(1), &mut lost);
         history.record(moved(History::NAMED - 1), &mut lost);

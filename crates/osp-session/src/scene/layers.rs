@@ -39,8 +39,7 @@ impl Scene {
         }
         let mut walk = vec![group];
         while let Some(group) = walk.pop() {
-            let mut members = self.groups.strokes(group).filter_map(|at| self.strokes.get(at as usize));
-            if !members.all(|stroke| stroke.is_gone || self.may_touch(author, stroke.layer)) {
+            if !self.groups.layers(group).all(|layer| self.may_touch(author, layer)) {
                 return false;
             }
             walk.extend(self.groups.below(Some(group)));
@@ -82,26 +81,29 @@ impl Scene {
         state.locked = locked.or(state.locked);
         let was_hidden = state.hidden;
         state.hidden = hidden.or(was_hidden);
-        // A stroke's visibility may differ from its layer's, so all strokes are visited. Nothing is visited if the
-        // layer's state does not change.
-        if let Some(hidden) = hidden
-            && was_hidden != Some(hidden)
-        {
-            self.looked_at += self.strokes.len() as u64;
-            for at in 0..self.strokes.len() as u32 {
-                if self.strokes.get(at as usize).is_some_and(|stroke| stroke.layer == layer) {
-                    self.set_hidden(at, hidden);
-                }
+        if state.hidden != was_hidden {
+            // The layers of a frame are hidden in one pass over all strokes.
+            if self.to_hide.is_empty() {
+                self.looked_at += self.strokes.len() as u64;
             }
+            self.to_hide.insert(layer);
         }
         Some(())
     }
 
-    fn set_hidden(&mut self, at: u32, hidden: bool) {
-        let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
-        let was = stroke.is_visible();
-        stroke.is_hidden = hidden;
-        self.follow_visibility(at, was);
+    /// Hides and shows the strokes of the layers that were hidden or shown in this frame.
+    pub(super) fn hide_layers(&mut self) {
+        let to_hide = std::mem::take(&mut self.to_hide);
+        if to_hide.is_empty() {
+            return;
+        }
+        for at in 0..self.strokes.len() as u32 {
+            if let Some(layer) = self.strokes.get(at as usize).map(|stroke| stroke.layer)
+                && to_hide.contains(&layer)
+            {
+                self.set_layer(at, layer);
+            }
+        }
     }
 
     pub(super) fn assign(&mut self, author: Author, layer: u32, strokes: &[StrokeId]) -> Option<()> {
@@ -119,9 +121,11 @@ impl Scene {
 
     pub(super) fn set_layer(&mut self, at: u32, layer: u32) {
         let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
-        stroke.layer = layer;
+        let before = std::mem::replace(&mut stroke.layer, layer);
+        self.groups.change_layer(stroke.group, before, layer);
         let state = self.layers.get(&layer);
-        let hidden = state.and_then(|state| state.hidden).unwrap_or(stroke.was_hidden);
-        self.set_hidden(at, hidden);
+        let was = stroke.is_visible();
+        stroke.is_hidden = state.and_then(|state| state.hidden).unwrap_or(stroke.was_hidden);
+        self.follow_visibility(at, was);
     }
 }

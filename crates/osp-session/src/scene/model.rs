@@ -1,5 +1,5 @@
 use std::{
-    collections::{BTreeMap, HashMap},
+    collections::{BTreeMap, BTreeSet, HashMap},
     ops::Range,
 };
 
@@ -12,7 +12,7 @@ use super::{
     history::{History, Lost},
     history_totals::HistoryTotals,
     layer_state::LayerState,
-    log::Log,
+    log::{Log, State},
     parents::GroupParents,
     stroke::Stroke,
     used::UsedNumbers,
@@ -60,7 +60,7 @@ pub struct SceneCounts {
 /// Work counts of all events so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneWork {
-    /// Number of groups visited, and of groupings whose effect was determined again.
+    /// Number of groups visited, of members of moved groups, and of groupings whose effect was determined again.
     pub group_steps: u64,
     /// Number of polygons that were transformed again.
     pub displaced: u64,
@@ -116,6 +116,9 @@ pub struct Scene {
     /// The parents that the groupings of `log` set.
     pub(super) parents: GroupParents,
     pub(super) authors: BTreeMap<Author, AuthorState>,
+    /// Authors with edits that the scene must still undo or redo, and an estimate of the work for them.
+    pub(super) behind: BTreeSet<Author>,
+    pub(super) behind_named: u64,
     /// Sizes of all histories together.
     pub(super) totals: HistoryTotals,
     /// Scratch memory: edits that a history has dropped.
@@ -131,6 +134,8 @@ pub struct Scene {
     pub(super) to_place: Vec<u32>,
     /// Scratch of [`Scene::place_displaced`].
     pub(super) moved_groups: Vec<usize>,
+    /// Layers that were hidden or shown in this frame.
+    pub(super) to_hide: BTreeSet<u32>,
     /// Strokes that became visible or invisible in this frame.
     pub(super) to_report: Vec<Unreported>,
     /// Scratch memory: the transforms of a stroke's groups.
@@ -287,7 +292,7 @@ impl Scene {
 
     /// Applies the events of a frame and appends their changes. The cost grows with the number of events and of
     /// polygons that they change. A polygon that several events move is transformed once. A polygon that several events
-    /// erase and restore is reported once. A polygon that several samples of a stroke change is usually reported once.
+    /// erase and restore is reported once. An edit that is undone and redone in turns is visited once. A polygon that several samples of a stroke change is usually reported once.
     pub fn apply_all<'e>(&mut self, events: impl IntoIterator<Item = &'e Event>, changes: &mut Vec<Change>) {
         self.begin_batch(changes);
         for event in events {
@@ -296,16 +301,17 @@ impl Scene {
         self.end_batch(changes);
     }
 
-    /// Applies events as one frame, like [`Scene::apply_all`], until they have cost `most` units of
-    /// [`SceneWork::total`]. Returns the number of applied events, at least one. The caller applies the others in later
-    /// frames. The final model does not depend on this division. At the end of the frame, the polygons of moved groups
-    /// are transformed again, which costs additional work.
+    /// Applies events as one frame, like [`Scene::apply_all`], until they have cost `most` units. The cost is the sum of
+    /// [`SceneWork::total`] and of the number of new polygons. Returns the number of applied events, at least one. The
+    /// caller applies the others in later frames. The final model does not depend on this division. At the end of the
+    /// frame, the polygons of moved groups are transformed again, which costs additional work.
     pub fn apply_within(&mut self, events: &[Event], most: u64, changes: &mut Vec<Change>) -> usize {
-        let before = self.work().total();
+        let cost = |scene: &Self| scene.work().total() + scene.counts.polygons + scene.behind_named;
+        let before = cost(self);
         self.begin_batch(changes);
         let mut taken = 0;
         while let Some(event) = events.get(taken)
-            && (taken == 0 || self.work().total() - before < most)
+            && (taken == 0 || cost(self) - before < most)
         {
             self.take(event, changes);
             taken += 1;
@@ -320,6 +326,8 @@ impl Scene {
     }
 
     fn end_batch(&mut self, changes: &mut Vec<Change>) {
+        self.catch_up_all();
+        self.hide_layers();
         self.parents.settle(&mut self.groups);
         self.paint(changes);
         self.note_visibility(changes);
@@ -348,6 +356,20 @@ impl Scene {
             return None;
         }
         match event {
+            // These events depend on the groups of all authors.
+            Event::Move { .. } | Event::Group { .. } => self.catch_up_all(),
+            Event::Begin { .. }
+            | Event::Polygon { .. }
+            | Event::Erase { .. }
+            | Event::Place { .. }
+            | Event::Assign { .. } => match self.closed_layers.is_empty() {
+                true => self.catch_up(author),
+                // Whether the author may edit a stroke depends on its layer.
+                false => self.catch_up_all(),
+            },
+            _ => {}
+        }
+        match event {
             Event::Join { .. } | Event::Head { .. } => Some(()),
             Event::Leave { t, .. } => self.leave(*t, author, changes),
             Event::Begin { stroke, tool, width, color, normal, thinnest, paint, .. } => {
@@ -368,8 +390,8 @@ impl Scene {
             }
             Event::End { stroke, .. } => self.end(*stroke, changes),
             Event::Erase { stroke, .. } => self.erase(author, *stroke),
-            Event::Undo { .. } => self.undo(author),
-            Event::Redo { .. } => self.redo(author),
+            Event::Undo { .. } => self.turn(author, State::Undone),
+            Event::Redo { .. } => self.turn(author, State::Active),
             Event::Move { strokes, by, .. } => self.move_strokes(author, strokes, *by),
             Event::Group { group, strokes, parent, name, .. } => {
                 self.group(author, *group, strokes, *parent, name.as_deref())

@@ -26,6 +26,7 @@ impl Scene {
             let size = |history: &History| if too_many { history.len() } else { history.named };
             let sizes = self.authors.iter().map(|(&of, state)| (size(&state.history), std::cmp::Reverse(of)));
             let Some((_, std::cmp::Reverse(of))) = sizes.max() else { break };
+            self.catch_up(of);
             // The author's newest edit is kept.
             if !self.with_history(of, |history| history.forget_one(usize::from(of == author), &mut lost)) {
                 break;
@@ -82,6 +83,7 @@ impl Scene {
 
     /// Makes all edits of an author permanent.
     pub(super) fn forget_all(&mut self, author: Author) {
+        self.catch_up(author);
         let mut lost = self.with_history(author, History::forget_all);
         self.forget(author, &mut lost);
     }
@@ -101,46 +103,60 @@ impl Scene {
         }
         let group = stroke.group.take();
         if group.is_some() {
-            self.groups.change_member(at, group, None);
+            self.groups.change_member(at, stroke.layer, group, None);
             self.displace(at);
         }
     }
 
-    pub(super) fn undo(&mut self, author: Author) -> Option<()> {
-        let edit = self.authors.get_mut(&author)?.history.undo()?;
-        self.play_backward(author, &edit);
-        self.author_mut(author).history.push_undone(edit);
+    /// Undoes or redoes an edit. The scene follows at the end of the frame, or before the next event that depends on
+    /// the edit. A frame therefore undoes and redoes each edit at most once.
+    pub(super) fn turn(&mut self, author: Author, to: State) -> Option<()> {
+        let history = &mut self.authors.get_mut(&author)?.history;
+        let named = if to == State::Undone { history.undo() } else { history.redo() }?;
+        self.behind_named = self.behind_named.saturating_add_signed(named);
+        self.behind.insert(author);
         Some(())
     }
 
-    fn play_backward(&mut self, author: Author, edit: &Edit) {
-        match edit {
-            Edit::Draw { stroke } => self.set_undone(*stroke, true),
-            Edit::Erase { stroke } => self.set_erased(author, *stroke, false),
-            Edit::Arrange { at, .. } => self.set_state(*at, State::Undone),
-            Edit::Several(edits) => edits.iter().rev().for_each(|edit| self.play_backward(author, edit)),
+    /// Undoes and redoes the edits of an author that the scene has not followed yet.
+    pub(super) fn catch_up(&mut self, author: Author) {
+        if !self.behind.remove(&author) {
+            return;
+        }
+        let mut history = std::mem::take(&mut self.author_mut(author).history);
+        history.catch_up(|edit, state| {
+            self.behind_named = self.behind_named.saturating_sub(1 + edit.named() as u64);
+            self.play(author, edit, state);
+        });
+        self.author_mut(author).history = history;
+    }
+
+    /// Does the same for all authors.
+    pub(super) fn catch_up_all(&mut self) {
+        while let Some(&author) = self.behind.first() {
+            self.catch_up(author);
         }
     }
 
-    pub(super) fn redo(&mut self, author: Author) -> Option<()> {
-        let edit = self.authors.get_mut(&author)?.history.redo()?;
-        self.play_forward(author, &edit);
-        self.author_mut(author).history.push_done(edit);
-        Some(())
-    }
-
-    fn play_forward(&mut self, author: Author, edit: &Edit) {
-        match edit {
-            Edit::Draw { stroke } => self.set_undone(*stroke, false),
-            Edit::Erase { stroke } => self.set_erased(author, *stroke, true),
-            Edit::Arrange { at, .. } => self.set_state(*at, State::Active),
-            Edit::Several(edits) => edits.iter().for_each(|edit| self.play_forward(author, edit)),
+    fn play(&mut self, author: Author, edit: &Edit, state: State) {
+        self.looked_at += 1;
+        match (edit, state) {
+            (Edit::Draw { stroke }, _) => self.set_undone(*stroke, state == State::Undone),
+            (Edit::Erase { stroke }, _) => self.set_erased(author, *stroke, state == State::Active),
+            (Edit::Arrange { at, .. }, _) => self.set_state(*at, state),
+            (Edit::Several(edits), State::Undone) => {
+                edits.iter().rev().for_each(|edit| self.play(author, edit, state));
+            }
+            (Edit::Several(edits), State::Active) => {
+                edits.iter().for_each(|edit| self.play(author, edit, state));
+            }
         }
     }
 
     /// Undoes or redoes an arrangement.
     fn set_state(&mut self, at: u64, state: State) {
         let mut what = self.log.take(at);
+        self.looked_at += u64::from(what.named());
         match &mut what {
             Arrangement::Nothing => {}
             Arrangement::Move(moved) => {

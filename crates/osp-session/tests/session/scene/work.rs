@@ -1,13 +1,14 @@
 //! The cost of events, in counts, and lists of events that are split at a cost limit.
 
 use osp_session::{
-    recording::{Event, NormalRule, StrokeId},
-    replay::fingerprint_of_frame,
+    recording::{Author, Event, GroupId, NormalRule, Pace, StrokeId, Tool, Transform},
+    replay::{fingerprint_of_frame, summarize, summarize_model},
     scene::Scene,
 };
 use osp_testkit::events::SOLE;
 
-use super::{play, straight};
+use super::{begin, play, point, straight};
+use glam::{Quat, Vec3};
 use osp_testkit::Editor;
 
 fn erase(stroke: u32) -> Event {
@@ -24,11 +25,12 @@ fn a_list_is_cut_where_it_has_cost_enough_and_comes_to_the_same() {
         whole.apply_all(&events, &mut Vec::new());
         let (mut left, mut calls) = (&events[..], 0);
         while !left.is_empty() {
-            let before = cut.work().total();
+            let cost = |scene: &Scene| scene.work().total() + scene.counts().polygons;
+            let before = cost(&cut);
             let taken = cut.apply_within(left, 20, &mut Vec::new());
             assert!((1..=20).contains(&taken), "an event costs one at least, and one is always taken");
             // Without its last event the call would be below the limit.
-            assert!(taken == left.len() || cut.work().total() - before >= 20);
+            assert!(taken == left.len() || cost(&cut) - before >= 20);
             left = &left[taken..];
             calls += 1;
         }
@@ -56,4 +58,78 @@ fn one_event_is_taken_whatever_it_costs_and_polygons_count() {
     assert_eq!((changes.len(), scene.counts().visible), (300, 0));
     // Even a budget of zero applies an event without cost; otherwise a caller would wait forever.
     assert_eq!(scene.apply_within(&[SOLE.redo()], 0, &mut changes), 1);
+}
+
+const STROKES: u32 = 100;
+
+/// Strokes and an unfinished one, an edit of all finished ones, and two short events that change all of them in turns.
+fn broad_edits() -> Vec<(&'static str, Vec<Event>, [Event; 2])> {
+    let (author, t) = (Author::SOLE, 0.0);
+    let all = || (0..STROKES).map(StrokeId).collect::<Vec<_>>();
+    let turns = || [SOLE.undo(), SOLE.redo()];
+    let hidden = |hidden| Event::Layer {
+        author,
+        t,
+        layer: 0,
+        name: None,
+        hidden: Some(hidden),
+        locked: None,
+        mine: None,
+    };
+    let placed = |x| SOLE.placed(GroupId(0), Transform { p: Vec3::X * x, q: Quat::IDENTITY, s: 1.0 });
+    let grouped = || SOLE.grouped(GroupId(0), all(), None);
+    let step = Event::Step { author, t, edits: STROKES };
+    let erased = [step].into_iter().chain(all().into_iter().map(|stroke| SOLE.erase(stroke)));
+    let cases = vec![
+        ("grouped", vec![grouped()], turns()),
+        ("moved", vec![SOLE.moved(all(), Vec3::X)], turns()),
+        ("assigned", vec![hidden(false), Event::Assign { author, t, layer: 3, strokes: all() }], turns()),
+        ("erased", erased.collect(), turns()),
+        ("placed", vec![grouped()], [placed(1.0), placed(2.0)]),
+        ("placing undone", vec![grouped(), placed(1.0)], turns()),
+        ("hidden", Vec::new(), [hidden(true), hidden(false)]),
+    ];
+    let strokes = || {
+        let drawn = (0..STROKES).flat_map(|stroke| straight(stroke, 2, NormalRule::LocalX));
+        drawn.chain([begin(STROKES, Tool::Ribbon, NormalRule::LocalX)])
+    };
+    cases.into_iter().map(|(name, edit, turns)| (name, strokes().chain(edit).collect(), turns)).collect()
+}
+
+#[test]
+fn a_frame_costs_its_events_and_its_strokes_but_not_their_product() {
+    const TURNS: usize = 501;
+    for (name, start, turns) in broad_edits() {
+        let mut scene = Scene::new();
+        play(&mut scene, &start);
+        let mut one_by_one = scene.clone();
+        let events: Vec<Event> = turns.iter().cycle().take(TURNS).cloned().collect();
+        let before = scene.work().total();
+        scene.apply_all(&events, &mut Vec::new());
+        let work = scene.work().total() - before;
+        assert!(work <= 3 * TURNS as u64 + 8 * u64::from(STROKES), "{name}: {work}");
+        play(&mut one_by_one, &events);
+        assert_eq!(scene.counts(), one_by_one.counts(), "{name}");
+        assert!(scene.visible_ids().eq(one_by_one.visible_ids()), "{name}");
+        scene.visible_ids().for_each(|id| assert_eq!(scene.polygon(id), one_by_one.polygon(id), "{name}"));
+    }
+}
+
+/// Samples between the edits make each edit a frame of its own.
+#[test]
+fn reading_a_model_costs_its_events_but_not_their_product_with_its_strokes() {
+    const TURNS: u32 = 4000;
+    for (name, mut events, turns) in broad_edits() {
+        for (number, turn) in turns.into_iter().cycle().take(TURNS as usize).enumerate() {
+            events.extend([turn, point(STROKES, Vec3::X * number as f32, Quat::IDENTITY)]);
+        }
+        let read = |events: &[Event]| events.to_vec().into_iter().map(Ok);
+        let (_, scene, outcome) = summarize_model(read(&events), Pace::Samples(1));
+        assert!(outcome.is_ok());
+        let work = scene.work().total();
+        assert!(work <= 20 * events.len() as u64, "{name}: {work} for {} events", events.len());
+        let (_, each, _) = summarize(read(&events), Pace::Samples(1));
+        assert!(each.work().total() > 2 * work, "{name} is broad");
+        assert!(scene.visible_ids().eq(each.visible_ids()), "{name}");
+    }
 }
