@@ -241,7 +241,7 @@ impl Studio {
     /// The session's part of [`Studio::tend`].
     fn look_after_session(&mut self) -> bool {
         #[cfg(feature = "live")]
-        self.session.follow_for(self.work.mode.turn());
+        self.session.follow();
         self.session.tend(Instant::now());
         let news = self.session.take_news();
         let is_news = !news.is_empty();

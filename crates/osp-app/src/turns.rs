@@ -8,10 +8,10 @@ use osp_session::platform::time::Instant;
 const MOST_TURNS: u32 = 8;
 
 /// Chooses the durations of turns.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Turns {
     /// The shortest duration of a turn.
-    pub(crate) least: Duration,
+    least: Duration,
     /// The end of the last turn.
     ended: Option<Instant>,
 }

@@ -51,17 +51,6 @@ pub(super) enum WorkMode {
     Turns(Duration),
 }
 
-impl WorkMode {
-    /// Duration of a turn of work between frames.
-    #[cfg(feature = "live")]
-    pub(super) fn turn(self) -> Duration {
-        match self {
-            Self::Turns(turn) => turn,
-            Self::AtOnce | Self::Thread => TURN,
-        }
-    }
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Reads a session, whose number of events is unknown.

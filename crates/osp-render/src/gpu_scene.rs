@@ -1,4 +1,4 @@
-use std::ops::Range;
+use std::{collections::BTreeSet, ops::Range};
 
 use wgpu::util::DeviceExt as _;
 
@@ -11,7 +11,7 @@ use super::{
     run::CLUSTER,
 };
 use osp::{
-    polygon::{Change, PolygonId, bits},
+    polygon::{Change, PolygonId, SpaceId, bits},
     view::View,
 };
 use osp_session::scene::Scene;
@@ -44,8 +44,8 @@ pub(super) struct GpuScene {
     /// A bit for each uploaded polygon that has moved since its upload.
     moved: Vec<u64>,
     any_moved: bool,
-    /// Changes that moved whole groups since the last [`GpuScene::flush`].
-    placed: Vec<Change>,
+    /// Groups that have moved as a whole since the last [`GpuScene::flush`].
+    placed: BTreeSet<SpaceId>,
     /// A bit for each transparent polygon.
     transparent: Vec<u64>,
     /// A bit for each additive polygon.
@@ -70,7 +70,7 @@ impl GpuScene {
             uploaded: 0,
             moved: Vec::new(),
             any_moved: false,
-            placed: Vec::new(),
+            placed: BTreeSet::new(),
             transparent: Vec::new(),
             additive: Vec::new(),
             has_brushes: false,
@@ -156,7 +156,7 @@ impl GpuScene {
         for change in changes {
             match *change {
                 Change::Update(id) | Change::Repaint(id) => self.note_moved(id),
-                Change::Place(_) => self.placed.push(*change),
+                Change::Place(space) => _ = self.placed.insert(space),
                 Change::Insert(_) | Change::Remove(_) => {}
             }
         }
@@ -217,14 +217,12 @@ impl GpuScene {
             self.free_unreachable = scene.let_go_count();
             self.free_chunks(gpu, scene);
         }
-        let mut placed = std::mem::take(&mut self.placed);
+        let placed: Vec<Change> = std::mem::take(&mut self.placed).into_iter().map(Change::Place).collect();
         scene.for_each_change(&placed, |change| {
             if let Change::Update(id) = change {
                 self.note_moved(id);
             }
         });
-        placed.clear();
-        self.placed = placed;
         if self.any_moved {
             bytes += self.send_moved(gpu, scene);
         }

@@ -17,10 +17,7 @@ use std::{
 
 use glam::Vec3;
 
-use crate::{
-    journal::{Autosaves, Journal},
-    turns::Turns,
-};
+use crate::journal::{Autosaves, Journal};
 use inbox::Inbox;
 pub use joining::Unjoined;
 use known::Known;
@@ -53,8 +50,6 @@ pub struct Live {
     was_taken: bool,
     /// Events that were received but are not in the model yet.
     inbox: Inbox,
-    /// Limits the time that each frame spends on events from the inbox.
-    turns: Turns,
     /// Whether unread events may remain after this frame's share of work.
     pub(super) has_unread_events: bool,
     session: String,
@@ -106,7 +101,6 @@ impl Live {
             has_news,
             was_taken: false,
             inbox: Inbox::default(),
-            turns: Turns::default(),
             has_unread_events: false,
             own: Journal::unnamed(autosaves, &name, header).expect("a header without numbers is sound"),
             session,
@@ -209,26 +203,18 @@ impl Live {
         self.link.hand().send(events.to_vec());
     }
 
-    /// Moves the next piece of events to `out`, without events that the file has already. Appends messages for the user
-    /// to `said`. Returns whether there was a piece.
-    fn take_piece(&mut self, out: &mut Vec<Event>, said: &mut Vec<String>) -> bool {
-        if self.inbox.is_empty() {
-            self.fetch(said);
-        }
-        if self.ended.is_some() || self.inbox.is_empty() {
-            return false;
-        }
+    /// Removes the first events of the inbox, which are in the model now. Appends messages for the user to `said`.
+    fn take(&mut self, count: usize, said: &mut Vec<String>) -> Vec<Event> {
         let Status { author, has_caught_up, .. } = self.link.status();
-        self.was_taken = true;
-        out.clear();
-        let own = self.inbox.take_piece(out);
+        self.was_taken |= count > 0;
+        let mut events = Vec::with_capacity(count);
+        let own = self.inbox.take(count, &mut events);
         self.settle(own);
-        out.iter().for_each(|event| self.note(event));
+        events.iter().for_each(|event| self.note(event));
         if has_caught_up {
-            said.extend(out.iter().filter_map(|event| coming_or_going(event, author)));
+            said.extend(events.iter().filter_map(|event| coming_or_going(event, author)));
         }
-        self.pass_over_known(out, said);
-        true
+        events
     }
 
     /// Removes events that the file has already. If the file has different events, removes all events and leaves the
@@ -247,21 +233,15 @@ impl Live {
     /// Returns the next events when the window leaves the session. The caller adds them to the file but not to the
     /// model.
     fn take_rest(&mut self, said: &mut Vec<String>) -> Option<Vec<Event>> {
-        if self.inbox.is_empty() {
-            self.fetch(said);
-        }
-        let mut rest = self.inbox.take_all();
-        if rest.is_empty() {
-            return None;
-        }
-        self.pass_over_known(&mut rest, said);
-        Some(rest)
+        self.fetch(said);
+        Some(self.inbox.take_all()).filter(|rest| !rest.is_empty())
     }
 
-    /// Handles messages of the server up to the next events, and adds these events to the inbox.
+    /// Handles messages of the server until the inbox has the events of a frame, without events that the file has
+    /// already.
     fn fetch(&mut self, said: &mut Vec<String>) {
         let has_caught_up = self.link.status().has_caught_up;
-        while self.inbox.is_empty() && self.ended.is_none() {
+        while !self.inbox.has_enough() && self.ended.is_none() {
             match self.link.news() {
                 Ok(None) => {
                     // The server has no more events, but the file has.
@@ -271,10 +251,12 @@ impl Live {
                     }
                     break;
                 }
-                Ok(Some(News::Events { events, own })) if events.is_empty() => self.settle(own),
-                Ok(Some(News::Events { events, own })) => self.inbox.add(events, own),
+                Ok(Some(News::Events { mut events, own })) => {
+                    self.pass_over_known(&mut events, said);
+                    self.inbox.add(events, own);
+                }
                 Ok(Some(News::Refused { why, own })) => {
-                    self.settle(own);
+                    self.inbox.add(Vec::new(), own);
                     (self.refused, self.was_taken) = (self.refused + own, true);
                     said.push(format!("{own} of your changes are not in the session: {why}"));
                 }

@@ -58,6 +58,18 @@ impl Model {
 
     /// Applies events to the model.
     pub(super) fn apply(&mut self, events: &[Event]) {
+        self.apply_within(events, u64::MAX);
+    }
+
+    /// Applies events to the model as one frame, until they have cost `most` units of work. Returns the number of
+    /// applied events.
+    pub(super) fn apply_within(&mut self, events: &[Event], most: u64) -> usize {
+        if events.is_empty() {
+            return 0;
+        }
+        let first = self.changes.len();
+        let taken = self.scene.apply_within(events, most, &mut self.changes);
+        let events = &events[..taken];
         for event in events {
             self.last_secs = self.last_secs.max(event.time_secs());
             if let Event::Begin { stroke, author, .. } | Event::Polygon { stroke: Some(stroke), author, .. } =
@@ -69,12 +81,11 @@ impl Model {
         }
         self.events += events.len() as u64;
         events.iter().for_each(|event| self.tally.add(event));
-        let first = self.changes.len();
-        self.scene.apply_all(events, &mut self.changes);
         self.times.note(events, &self.scene);
         for &change in &self.changes[first..] {
             self.bounds = self.bounds.union(&self.scene.bounds_of_change(change));
         }
+        taken
     }
 
     /// Applies events of a file and drops the changes, because the window inserts the whole model at once.

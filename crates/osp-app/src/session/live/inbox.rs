@@ -1,74 +1,69 @@
-//! Events of a shared session that were received but are not in the model yet. The model takes them piece by piece, so
-//! that a burst of events does not stall a frame.
+//! Events of a shared session that were received but are not in the model yet. A frame applies a bounded number of them.
 
 use std::collections::VecDeque;
 
-use super::super::model::PIECE;
 use osp_session::recording::Event;
 
-/// Events in order of arrival. New events are added only to an empty inbox.
+/// Largest number of events that a frame applies, with the lengths of their lists.
+pub(super) const EVENTS_A_FRAME: usize = 8192;
+
+/// Events in order of arrival.
 #[derive(Debug, Default)]
 pub(super) struct Inbox {
     events: VecDeque<Event>,
-    /// Number of the user's events in `events`.
-    own: usize,
+    /// For each message of the server, the number of its events in `events`, and the number of the user's events that
+    /// it answers.
+    messages: VecDeque<[usize; 2]>,
 }
 
 impl Inbox {
+    /// Whether the inbox has the events of a frame.
+    pub(super) fn has_enough(&self) -> bool {
+        self.events.len() >= EVENTS_A_FRAME
+    }
+
     /// Whether the inbox has no events.
     pub(super) fn is_empty(&self) -> bool {
         self.events.is_empty()
     }
 
-    /// Adds received events. `own` is the number of the user's events among them.
+    /// Adds a received message. `own` is the number of the user's events that it answers.
     pub(super) fn add(&mut self, events: Vec<Event>, own: usize) {
+        self.messages.push_back([events.len(), own]);
         self.events.extend(events);
-        self.own += own;
     }
 
-    /// Moves the next piece to `out`. For the last piece, returns the number of the user's events; for all other
-    /// pieces, 0.
-    pub(super) fn take_piece(&mut self, out: &mut Vec<Event>) -> usize {
-        let mut room = PIECE;
-        while let Some(event) = self.events.front() {
-            let weight = weight(event);
-            if weight > room && !out.is_empty() {
+    /// The events of the next frame.
+    pub(super) fn next(&mut self) -> &[Event] {
+        let mut room = EVENTS_A_FRAME;
+        let fits = |event: &&Event| {
+            let had_room = room > 0;
+            room = room.saturating_sub(1 + event.list_len());
+            had_room
+        };
+        let count = self.events.iter().take_while(fits).count();
+        &self.events.make_contiguous()[..count]
+    }
+
+    /// Moves the first events to `out`. Returns the number of the user's events that the completed messages answer.
+    pub(super) fn take(&mut self, mut count: usize, out: &mut Vec<Event>) -> usize {
+        out.extend(self.events.drain(..count));
+        let mut answered = 0;
+        while let Some([left, own]) = self.messages.front_mut() {
+            if *left > count {
+                *left -= count;
                 break;
             }
-            room = room.saturating_sub(weight);
-            out.extend(self.events.pop_front());
+            (count, answered) = (count - *left, answered + *own);
+            self.messages.pop_front();
         }
-        if self.events.is_empty() { std::mem::take(&mut self.own) } else { 0 }
+        answered
     }
 
     /// Removes and returns all events.
     pub(super) fn take_all(&mut self) -> Vec<Event> {
-        self.own = 0;
+        self.messages.clear();
         std::mem::take(&mut self.events).into()
-    }
-}
-
-/// The size of an event; the sizes in a piece add up to at most [`PIECE`]. A drawing event counts by its length. An
-/// edit counts as a whole piece, because a short event may change the whole model.
-fn weight(event: &Event) -> usize {
-    match event {
-        Event::Erase { .. }
-        | Event::Undo { .. }
-        | Event::Redo { .. }
-        | Event::Move { .. }
-        | Event::Group { .. }
-        | Event::Place { .. }
-        | Event::Layer { .. }
-        | Event::Assign { .. }
-        | Event::Leave { .. } => PIECE,
-        Event::Join { .. }
-        | Event::Head { .. }
-        | Event::Begin { .. }
-        | Event::Point { .. }
-        | Event::End { .. }
-        | Event::Step { .. }
-        | Event::View { .. }
-        | Event::Polygon { .. } => 1 + event.list_len(),
     }
 }
 
@@ -78,32 +73,31 @@ mod tests {
     use osp_session::recording::{Author, StrokeId};
 
     #[test]
-    fn pieces_are_bounded_edits_are_alone_and_the_order_stays() {
+    fn frames_are_bounded_and_the_order_stays() {
         let end = |n: u32| Event::End { t: 0.0, stroke: StrokeId(n) };
-        let undo = || Event::Undo { author: Author(1), t: 0.0 };
-        let vertices = vec![glam::Vec3::ZERO; 2 * PIECE];
+        let vertices = vec![glam::Vec3::ZERO; 2 * EVENTS_A_FRAME];
         let color = (1.0, 1.0, 1.0, 1.0);
         let large = Event::Polygon { author: Author(1), t: 0.0, stroke: None, vertices, color };
-        let mut all: Vec<Event> = (0..2 * PIECE as u32 + 3).map(end).collect();
-        all.extend([undo(), undo(), end(1), large.clone(), end(2)]);
+        let mut all: Vec<Event> = (0..2 * EVENTS_A_FRAME as u32 + 3).map(end).collect();
+        all.extend([large, end(2)]);
         let mut inbox = Inbox::default();
         inbox.add(all.clone(), 2);
+        inbox.add(Vec::new(), 3);
         inbox.add(vec![end(3)], 5);
         all.push(end(3));
         let (mut taken, mut sizes, mut own) = (Vec::new(), Vec::new(), Vec::new());
         while !inbox.is_empty() {
-            let mut piece = Vec::new();
-            own.push(inbox.take_piece(&mut piece));
-            sizes.push(piece.len());
-            taken.extend(piece);
+            let count = inbox.next().len();
+            own.push(inbox.take(count, &mut taken));
+            sizes.push(count);
         }
         assert!(taken == all);
-        assert_eq!(sizes, [PIECE, PIECE, 3, 1, 1, 1, 1, 2]);
-        assert_eq!(own, [0, 0, 0, 0, 0, 0, 0, 7]);
-        let mut none = Vec::new();
-        assert_eq!((inbox.take_piece(&mut none), none.len()), (0, 0));
+        assert_eq!(sizes, [EVENTS_A_FRAME, EVENTS_A_FRAME, 4, 2]);
+        assert_eq!(own, [0, 0, 0, 10]);
+        inbox.add(Vec::new(), 1);
+        assert_eq!((inbox.next().len(), inbox.take(0, &mut taken)), (0, 1));
         inbox.add(all.clone(), 1);
         assert!(inbox.take_all() == all && inbox.is_empty());
-        assert_eq!(inbox.take_piece(&mut none), 0);
+        assert_eq!(inbox.take(0, &mut taken), 0);
     }
 }

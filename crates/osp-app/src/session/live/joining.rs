@@ -17,10 +17,9 @@ use osp_session::{
     recording::{Event, Limits, RecordingError},
 };
 
-/// Largest number of events that a frame applies. A long session arrives over several frames.
-const EVENTS_A_FRAME: usize = 8192;
-/// Number of changed polygons after which a frame applies no more events.
-const CHANGES_A_FRAME: usize = 1 << 16;
+/// Work of a frame for events of other authors, in units of [`Scene::apply_within`](osp_session::scene::Scene). A long
+/// session arrives over several frames.
+const WORK_A_FRAME: u64 = 1 << 15;
 /// Longest time for which a closing window waits for the server to return all of the user's events.
 const CLOSING_TIME: Duration = Duration::from_secs(3);
 
@@ -67,32 +66,17 @@ impl Session {
         Ok(Self { source: Source::Live(Box::new(live)), ..Self::around(journal) })
     }
 
-    /// Applies received events for a limited time: at least `least`, longer if frames are slow. Applies at least one
-    /// piece.
-    pub(crate) fn follow_for(&mut self, least: Duration) {
-        if let Some(live) = self.live_mut() {
-            live.turns.least = least;
-            self.follow();
-        }
-    }
-
-    fn follow(&mut self) {
+    /// Applies received events, as many as a frame has work for, as one frame.
+    pub(crate) fn follow(&mut self) {
         let Self { source: Source::Live(live), model, journal, news, .. } = self else { return };
-        let since = Instant::now();
-        let turn = live.turns.next(since);
-        let (mut events, mut taken, changes) = (Vec::new(), 0, model.changes.len());
-        live.has_unread_events = false;
-        while !live.has_unread_events && live.take_piece(&mut events, news) {
-            taken += events.len();
-            write_ordered(journal, &events, news);
-            model.apply(&events);
-            news.extend(live.note_left_out(&events, &model.scene));
-            live.has_unread_events = taken >= EVENTS_A_FRAME
-                || model.changes.len() - changes >= CHANGES_A_FRAME
-                || since.elapsed() >= turn;
-        }
+        live.fetch(news);
+        live.has_unread_events = live.inbox.has_enough();
+        let taken = model.apply_within(live.inbox.next(), WORK_A_FRAME);
+        let events = live.take(taken, news);
+        live.has_unread_events |= !live.inbox.is_empty();
+        write_ordered(journal, &events, news);
+        news.extend(live.note_left_out(&events, &model.scene));
         live.show_own(&model.scene);
-        live.turns.end();
     }
 
     /// Leaves the shared session, after a short wait for the server to return all of the user's events. Returns
