@@ -1,6 +1,6 @@
 //! `osp info`: prints the contents of a session.
 
-use std::path::PathBuf;
+use std::{collections::BTreeSet, path::PathBuf};
 
 use clap::Args;
 use serde::Serialize;
@@ -19,7 +19,7 @@ use super::{
 use osp::math::Aabb;
 use osp_lab::report::thousands;
 use osp_session::{
-    recording::{Environment, Header, Layer, Pace},
+    recording::{Environment, Event, Header, Layer, Pace},
     replay::{Summary, still_view},
     scene::GroupNode,
 };
@@ -90,6 +90,9 @@ struct JsonInfo<'a> {
     left_out: &'a [String],
     #[serde(skip_serializing_if = "Vec::is_empty")]
     groups: Vec<JsonGroup>,
+    /// Number of animation frames of Open Brush that have strokes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    animation_frames: Option<usize>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     authors: &'a [AuthorRow],
     skipped: u64,
@@ -141,17 +144,22 @@ struct Contents {
     brushes: Vec<BrushRow>,
     groups: Vec<GroupNode>,
     authors: Vec<AuthorRow>,
+    /// Number of animation frames with strokes, if there are several.
+    frames: Option<usize>,
     cost: Option<Cost>,
 }
 
 pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     let mut session = OpenSession::open(&args.file, &args.reading)?.counted();
-    let (mut plain, mut authors) = (Plain::default(), AuthorRows::default());
+    let (mut plain, mut authors, mut frames) = (Plain::default(), AuthorRows::default(), BTreeSet::new());
     let header = session.header.clone();
     let events = session.by_ref().inspect(|event| {
         if let Ok(event) = event {
             plain.note(event);
             authors.note(event);
+            if let Event::Begin { paint: Some(paint), .. } = event {
+                frames.extend(paint.sketch_extensions.as_ref().and_then(|extensions| extensions.frame()));
+            }
         }
     });
     let (read_session, outcome) = ReadSession::of(header, events, Pace::Samples(1), Keep::Model, |_, _| {});
@@ -164,7 +172,8 @@ pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     let (brushes, tally) = (plain.rows(&scene), PolygonTally::of(&scene));
     let (groups, authors) = (scene.group_tree(), authors.finish());
     session.warn();
-    let contents = Contents { summary, tally, brushes, groups, authors, cost };
+    let frames = Some(frames.len()).filter(|count| *count > 1);
+    let contents = Contents { summary, tally, brushes, groups, authors, frames, cost };
     if args.json {
         print_result(&json(args, &session, &contents)?)?;
     } else {
@@ -180,7 +189,7 @@ fn duration_secs(summary: &Summary) -> f64 {
 }
 
 fn json(args: &InfoArgs, session: &OpenSession, contents: &Contents) -> anyhow::Result<String> {
-    let Contents { summary: s, tally, brushes, groups, authors, cost } = contents;
+    let Contents { summary: s, tally, brushes, groups, authors, frames, cost } = contents;
     let (counts, header) = (s.counts, &session.header);
     let info = JsonInfo {
         recording: args.file.display().to_string(),
@@ -214,6 +223,7 @@ fn json(args: &InfoArgs, session: &OpenSession, contents: &Contents) -> anyhow::
         layers: &header.layers,
         left_out: &header.left_out,
         groups: groups.iter().map(JsonGroup::of).collect(),
+        animation_frames: *frames,
         authors,
         skipped: session.notes().skipped,
         warnings: &session.notes().warnings,
@@ -223,7 +233,7 @@ fn json(args: &InfoArgs, session: &OpenSession, contents: &Contents) -> anyhow::
 }
 
 fn text(args: &InfoArgs, session: &OpenSession, contents: &Contents) -> String {
-    let Contents { summary: s, tally, brushes, groups, authors, cost } = contents;
+    let Contents { summary: s, tally, brushes, groups, authors, frames, cost } = contents;
     let counts = s.counts;
     let mut lines = vec![one_line(&args.file.to_string_lossy()).into_owned()];
     let mut line = |name: &str, value: String| lines.push(format!("  {name:<11} {value}"));
@@ -278,6 +288,12 @@ fn text(args: &InfoArgs, session: &OpenSession, contents: &Contents) -> String {
     );
     if session.notes().skipped > 0 {
         line("skipped", format!("damaged parts: {}", thousands(session.notes().skipped)));
+    }
+    if let Some(count) = frames {
+        line(
+            "animation",
+            format!("{} frames with strokes; osp shows all of them at once", thousands(*count as u64)),
+        );
     }
     appearance(&session.header).into_iter().for_each(|(name, value)| line(name, value));
     lines.extend(author_rows::lines(authors));

@@ -141,7 +141,7 @@ fn paint(u: &mut Input<'_>) -> Paint {
     let seed: u32 = u.arbitrary().unwrap_or(0);
     let (layer, hidden) = (below(u, 4) as u32, chance(u, 6));
     let (sketch_group, sketch_flags) = (seed % 3, seed % 5);
-    Paint { brush, seed, scale, layer, hidden, sketch_group, sketch_flags }
+    Paint { scale, layer, hidden, sketch_group, sketch_flags, ..Paint::new(brush, seed) }
 }
 
 /// Any event that a session may hold.

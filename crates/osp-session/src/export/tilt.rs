@@ -25,6 +25,8 @@ const HEAD_BYTES: u16 = 16;
 /// Version of the header, and version of `data.sketch`, as Tilt Brush writes them.
 const HEAD_VERSION: u16 = 1;
 const SKETCH_VERSION: u32 = 5;
+/// Version of a `data.sketch` with long stroke extensions.
+const LONG_SKETCH_VERSION: u32 = 6;
 /// Upper bound of the total size of the zip's headers, its directory and the metadata, bytes.
 const ZIP_ROOM_BYTES: u64 = 1 << 25;
 
@@ -58,7 +60,7 @@ pub fn write_tilt(
 ) -> Result<TiltCounts, ExportError> {
     let mut counts = TiltCounts::default();
     let mut stand_ins = BTreeMap::<&str, u64>::new();
-    let (mut lost, mut opaque, mut out_of_time) = (0, 0, 0);
+    let (mut lost, mut opaque, mut out_of_time, mut unextended) = (0, 0, 0, 0);
     let mut strokes = Vec::new();
     for (stroke, motion) in kept.iter() {
         let Some(ready) = TiltStroke::new(stroke, motion) else {
@@ -70,6 +72,7 @@ pub fn write_tilt(
             opaque += u64::from(stroke.color.3 < 1.0);
         }
         out_of_time += ready.points_out_of_time();
+        unextended += u64::from(ready.loses_extensions());
         strokes.push((stroke.id, ready));
     }
     let used: BTreeSet<u32> =
@@ -79,7 +82,9 @@ pub fn write_tilt(
     let taken = strokes.iter().filter_map(|(_, stroke)| Some(stroke.paint()?.sketch_group)).collect();
     let mut groups = SketchGroups { taken, given: BTreeMap::new(), last: 0 };
     let mut sketch: Vec<u8> = Vec::new();
-    let head = [SKETCH_MAGIC, SKETCH_VERSION, 0, 0, strokes.len() as u32];
+    let has_long = strokes.iter().any(|(_, stroke)| stroke.has_long_extension());
+    let version = if has_long { LONG_SKETCH_VERSION } else { SKETCH_VERSION };
+    let head = [SKETCH_MAGIC, version, 0, 0, strokes.len() as u32];
     sketch.extend(head.iter().flat_map(|word| word.to_le_bytes()));
     for (id, stroke) in &strokes {
         let Some(state) = kept.scene.stroke(*id) else { continue };
@@ -98,7 +103,7 @@ pub fn write_tilt(
         }
     }
     let (metadata, rewritten) = metadata(header, &kept.scene, brushes, &layers);
-    counts.notes = notes(kept, [opaque, lost], &stand_ins);
+    counts.notes = notes(kept, [opaque, lost, unextended], &stand_ins);
     counts.notes.extend(rewritten);
     if out_of_time > 0 {
         counts.notes.push(format!(
@@ -146,7 +151,11 @@ impl SketchGroups {
 }
 
 /// Returns one line for each kind of data that the file lacks or stores in another form.
-fn notes(kept: &KeptStrokes, [opaque, lost]: [u64; 2], stand_ins: &BTreeMap<&str, u64>) -> Vec<String> {
+fn notes(
+    kept: &KeptStrokes,
+    [opaque, lost, unextended]: [u64; 3],
+    stand_ins: &BTreeMap<&str, u64>,
+) -> Vec<String> {
     let many = |count: u64, one: &str, many: &str| match count {
         1 => format!("1 {one}"),
         _ => format!("{count} {many}"),
@@ -165,6 +174,10 @@ fn notes(kept: &KeptStrokes, [opaque, lost]: [u64; 2], stand_ins: &BTreeMap<&str
         notes.push(format!(
             "{strokes} without a brush will be opaque: the brushes above have no transparency"
         ));
+    }
+    if unextended > 0 {
+        let of = many(unextended, "stroke with other control points", "strokes with other control points");
+        notes.push(format!("the control points' extensions are not written for {of} than the sketch had"));
     }
     let polygons = kept.finished_polygons();
     let left_out = [

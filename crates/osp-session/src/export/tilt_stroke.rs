@@ -6,7 +6,7 @@ use super::kept_strokes::{KeptPoint, KeptStroke};
 use crate::{
     brush::{self, Brush},
     recording::{
-        Motion, NormalRule, Paint, Tool,
+        Motion, NormalRule, Paint, SketchExtensions, Tool,
         import::{
             axes,
             tilt_layout::{METERS_PER_UNIT, point_mask, stroke_mask},
@@ -89,22 +89,55 @@ impl<'s> TiltStroke<'s> {
         self.stroke.points.iter().filter(is_out).count() as u64
     }
 
+    /// Extensions of the stroke that osp does not know, and the bytes of each control point. The bytes are `None` if
+    /// the stroke no longer has the control points that it was read with.
+    fn others(&self) -> (Option<&'s SketchExtensions>, Option<std::slice::Chunks<'s, u8>>) {
+        let others = self.paint().and_then(|paint| paint.sketch_extensions.as_deref());
+        let of_points = others.filter(|others| {
+            others.point_mask > 0 && others.points.len() == self.point_count() * others.point_len()
+        });
+        (others, of_points.map(|others| others.points.chunks(others.point_len())))
+    }
+
+    /// Whether extensions of the control points are not written.
+    pub(super) fn loses_extensions(&self) -> bool {
+        let (others, of_points) = self.others();
+        others.is_some_and(|others| others.point_mask > 0) && of_points.is_none()
+    }
+
+    /// Whether the stroke has an extension that needs version 6 of `data.sketch`.
+    pub(super) fn has_long_extension(&self) -> bool {
+        self.others().0.is_some_and(|others| others.stroke_mask >> stroke_mask::FIRST_LONG > 0)
+    }
+
     /// Appends the stroke in the format of `data.sketch`.
     pub(super) fn write(&self, place: &Place, out: &mut Vec<u8>) {
         let paint = self.paint();
         let seed = paint.map_or(0, |paint| paint.seed);
         let flags = paint.map_or(0, |paint| paint.sketch_flags);
+        // The bits of all known extensions precede those of all others.
+        let (others, mut of_points) = self.others();
         let (r, g, b, a) = self.stroke.color;
-        let mut words = vec![place.brush];
-        words.extend([r, g, b, a, self.size_units].map(f32::to_bits));
+        let mut word = |word: u32| out.extend(word.to_le_bytes());
+        word(place.brush);
+        [r, g, b, a, self.size_units].into_iter().for_each(|x| word(x.to_bits()));
         let bit = |bit: u32| 1 << bit;
         let group = if place.group == 0 { 0 } else { bit(stroke_mask::GROUP) };
         let mask = bit(stroke_mask::FLAGS) | bit(stroke_mask::SCALE) | group;
-        words.push(mask | bit(stroke_mask::SEED) | bit(stroke_mask::LAYER));
-        words.push(bit(point_mask::PRESSURE) | bit(point_mask::TIME_STAMP));
-        words.extend([flags, self.scale.to_bits()]);
-        words.extend((place.group != 0).then_some(place.group));
-        words.extend([seed, place.layer, self.stroke.points.len() as u32]);
+        let mask = mask | bit(stroke_mask::SEED) | bit(stroke_mask::LAYER);
+        word(mask | others.map_or(0, |others| others.stroke_mask));
+        word(
+            point_mask::KNOWN | others.filter(|_| of_points.is_some()).map_or(0, |others| others.point_mask),
+        );
+        word(flags);
+        word(self.scale.to_bits());
+        if place.group != 0 {
+            word(place.group);
+        }
+        word(seed);
+        word(place.layer);
+        out.extend(others.iter().flat_map(|others| &others.stroke));
+        out.extend((self.stroke.points.len() as u32).to_le_bytes());
         let points = match self.plain {
             Some(brush) => self.plain_points(brush),
             None => self.stroke.points.clone(),
@@ -113,11 +146,12 @@ impl<'s> TiltStroke<'s> {
             let KeptPoint { t, p, q, pressure } = self.moved(point);
             let p = axes::position_from_unity(p).to_array().map(|x| unscaled(x, 1.0));
             let q = axes::rotation_from_unity(q).to_array();
-            words.extend(p.into_iter().chain(q).chain([pressure]).map(f32::to_bits));
+            let numbers = p.into_iter().chain(q).chain([pressure]).map(f32::to_bits);
             // The cast clamps the time to the range of `u32`.
-            words.push(milliseconds(t) as u32);
+            let words = numbers.chain([milliseconds(t) as u32]);
+            out.extend(words.flat_map(u32::to_le_bytes));
+            out.extend(of_points.as_mut().and_then(Iterator::next).into_iter().flatten());
         }
-        out.extend(words.iter().flat_map(|word| word.to_le_bytes()));
     }
 
     /// Transforms a point to world space. The points of a stroke that was not moved stay the same, bit for

@@ -1,7 +1,7 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::{Author, GroupId, StrokeId};
+use super::{Author, GroupId, SketchExtensions, StrokeId};
 use osp::math::COORDINATE_LIMIT_M;
 
 /// The newest recording format that this crate reads: the format with several [`Author`]s. A recording is written in
@@ -54,6 +54,9 @@ pub struct Paint {
     /// Flags in a Tilt Brush or Open Brush sketch. Bit 1: undo treats the stroke and the one before as one step.
     #[serde(default, skip_serializing_if = "is_zero_number")]
     pub sketch_flags: u32,
+    /// Other extensions of the stroke in a Tilt Brush or Open Brush sketch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sketch_extensions: Option<Box<SketchExtensions>>,
 }
 
 impl Paint {
@@ -70,6 +73,7 @@ impl Paint {
             hidden: false,
             sketch_group: 0,
             sketch_flags: 0,
+            sketch_extensions: None,
         }
     }
 

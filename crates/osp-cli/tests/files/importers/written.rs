@@ -6,8 +6,8 @@ use glam::{Quat, Vec3};
 use osp_session::{
     export::{KeptStrokes, TiltCounts, write_tilt},
     recording::{
-        Author, Event, GroupId, Header, Layer, NormalRule, OpenOptions, Paint, StrokeId, SynthKind, Tool,
-        Transform, open, synthesize,
+        Author, Event, Flush, GroupId, Header, Layer, NormalRule, OpenOptions, Paint, RonWriter, StrokeId,
+        SynthKind, Tool, Transform, open, synthesize,
     },
 };
 use zip::CompressionMethod;
@@ -44,15 +44,28 @@ fn there_and_back(folder: &Path, path: &Path) -> [(Header, Vec<Event>); 2] {
     [(header, events), (header_again, events_again)]
 }
 
-/// A stroke of mask 0x1f, as Open Brush writes it.
+/// A stroke with all extensions that Open Brush writes, and with others.
 fn grouped(brush: u32, flags: u32, group: u32, seed: u32) -> Bytes {
-    let head = Bytes::default().u32s(&[brush]).f32s(&[0.1, 0.7, 0.3, 0.9, 0.0123]).u32s(&[0x1f, 3]);
-    let head = head.u32s(&[flags]).f32s(&[1.7]).u32s(&[group, seed, 1, 2]);
+    let head = Bytes::default().u32s(&[brush]).f32s(&[0.1, 0.7, 0.3, 0.9, 0.0123]);
+    let head = head.u32s(&[0x10_023f, 0x83, flags]).f32s(&[1.7]).u32s(&[group, seed, 1]);
+    let head = head.append(&others_of_stroke(flags)).u32s(&[2]);
     let point = |x: f32, ms: u32| {
         let place = [x, -0.0, 1.0e-3 * x, 0.1, -0.7, 0.1, 0.7, 0.31];
-        Bytes::default().f32s(&place).u32s(&[ms])
+        Bytes::default().f32s(&place).u32s(&[ms, !ms])
     };
     head.append(&point(12.345_678, 4_000_000_001)).append(&point(-987.654, 3))
+}
+
+/// A frame of an animation, an unknown word, and three bytes of an unknown long extension.
+fn others_of_stroke(frame: u32) -> Bytes {
+    Bytes::default().u32s(&[frame, 0xdead_beef, 3]).text("xyz")
+}
+
+/// Whether a file has the extensions of a stroke, and those of control points at these times.
+fn has_extensions(sketch: &[u8], frame: u32, times_ms: &[u32]) -> bool {
+    let has = |bytes: &[u8]| sketch.windows(bytes.len()).any(|part| part == bytes);
+    let points = |ms: &u32| has(&Bytes::default().u32s(&[*ms, !*ms]).0);
+    has(&others_of_stroke(frame).u32s(&[2]).0) && times_ms.iter().all(points)
 }
 
 #[test]
@@ -72,7 +85,7 @@ fn a_sketch_comes_back_with_every_bit() {
         "{\"Palette\":{\"Colors\":[[1,2,3,255]]},",
         1,
     );
-    let sketch = sketch(5, &strokes).0;
+    let sketch = sketch(6, &strokes).0;
     let bytes =
         tilt(&[("data.sketch", &sketch), ("metadata.json", metadata.as_bytes())], CompressionMethod::Stored);
     let path = write(folder.path(), "a.tilt", &bytes);
@@ -102,6 +115,29 @@ fn a_sketch_comes_back_with_every_bit() {
         let entry = zip.by_index(at).unwrap();
         assert_eq!((&*entry.name().unwrap(), entry.compression()), (name, CompressionMethod::Stored));
     }
+    let has_extensions = |bytes: &[u8]| {
+        has_extensions(bytes, 2, &[4_000_000_001, 3]) && has_extensions(bytes, 0, &[4_000_000_001, 3])
+    };
+    assert!(has_extensions(&sketch) && has_extensions(&bytes), "extensions that osp does not know");
+    let version = Bytes::default().u32s(&[0xc576_a5cd, 6]).0;
+    assert!(bytes.windows(8).any(|part| part == version), "the version with long extensions");
+
+    // Through a recording; and where a control point is missing, the extensions of the points have no place.
+    let ron = folder.path().join("a.ron");
+    let file = std::fs::File::create(&ron).unwrap();
+    let mut writer = RonWriter::new(file, &ron, &header, Flush::EachEvent).unwrap();
+    events.iter().for_each(|event| writer.write(event).unwrap());
+    assert_eq!(bits(&whole(&ron).1), bits(&events));
+    let first =
+        events.iter().position(|event| matches!(event, Event::Point { t, .. } if *t > 4.0e6)).unwrap();
+    let mut events = events;
+    events.remove(first);
+    let (path, counts) = written(folder.path(), "other.tilt", &header, &events);
+    assert!(
+        counts.notes[0].contains("control points' extensions are not written for 1 stroke"),
+        "{counts:?}"
+    );
+    assert_eq!(whole(&path).1.len(), events.len());
 }
 
 /// A sketch of one stroke on layer 1 with this metadata.

@@ -17,6 +17,11 @@ pub(super) trait StrokeFormat: Send {
 
     /// Decodes the next point of the current stroke.
     fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError>;
+
+    /// A warning about the strokes so far.
+    fn warning(&self) -> Option<String> {
+        None
+    }
 }
 
 /// The header of a stroke, which precedes its points.
@@ -228,6 +233,7 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
 
     fn notes(&self) -> Notes {
         let mut notes = self.notes.clone();
+        notes.warnings.extend(self.format.warning());
         if let Some((first, strokes)) = &self.skipped_damage {
             notes.warnings.push(match strokes {
                 1 => format!("{first}; the stroke is skipped from there on"),

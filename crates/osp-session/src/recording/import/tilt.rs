@@ -6,8 +6,11 @@
 //! draws a ribbon of constant width. The effect of pressure is a property of the brush, and is not in the file. Strokes
 //! keep the order of the file, whatever their times.
 
-use std::io::{BufReader, Read};
-use std::path::Path;
+use std::{
+    collections::VecDeque,
+    io::{BufReader, Read},
+    path::Path,
+};
 
 use super::{
     archive::Archive,
@@ -19,7 +22,8 @@ use super::{
     tilt_metadata::Metadata,
 };
 use crate::recording::{
-    Header, Layer, Limits, NormalRule, OpenOptions, Paint, RecordingError, Session, input::Input,
+    Header, Layer, Limits, NormalRule, OpenOptions, Paint, RecordingError, Session, SketchExtensions,
+    input::Input,
 };
 
 /// Largest size of a thumbnail that is read, bytes. Real thumbnails have up to 200,000.
@@ -177,6 +181,10 @@ struct Sketch {
     layers: Vec<Layer>,
     strokes: u32,
     point_mask: u32,
+    /// Control points that were read before the stroke begins, because its paint holds their extensions.
+    ahead: VecDeque<Result<Sample, RecordingError>>,
+    /// Number of strokes with extensions that are too long to keep.
+    shortened: u64,
 }
 
 impl StrokeFormat for Sketch {
@@ -193,6 +201,7 @@ impl StrokeFormat for Sketch {
         let (mut scale, mut seed, mut layer, mut sketch_group, mut sketch_flags) =
             (1.0, self.strokes, 0, 0, 0);
         self.strokes = self.strokes.wrapping_add(1);
+        let (mut others, mut is_whole) = (SketchExtensions::default(), true);
         for bit in set_bits(mask) {
             match bit {
                 stroke_mask::FLAGS => sketch_flags = bytes.u32("the stroke's flags")?,
@@ -200,29 +209,72 @@ impl StrokeFormat for Sketch {
                 stroke_mask::GROUP => sketch_group = bytes.u32("the stroke's group")?,
                 stroke_mask::SEED => seed = bytes.u32("the stroke's seed")?,
                 stroke_mask::LAYER => layer = bytes.u32("the stroke's layer")?,
-                stroke_mask::FIRST_LONG.. => {
-                    let length = bytes.u32("the length of a stroke extension")?;
-                    bytes.skip(length.into(), "a stroke extension")?;
-                }
-                _ => bytes.skip(4, "a stroke extension")?,
+                _ => is_whole &= read_extension(bytes, bit, &mut others)?,
             }
         }
         let points = bytes.count("the number of control points")?;
+        is_whole &= self.read_ahead(bytes, points, &mut others);
+        self.shortened += u64::from(!is_whole);
         let brush = self.brushes.get(brush as usize).cloned();
         let hidden = self.layers.get(layer as usize).is_some_and(|layer| layer.hidden);
-        let paint = |brush| Box::new(Paint { brush, seed, scale, layer, hidden, sketch_group, sketch_flags });
-        let paint = brush.map(paint);
+        let sketch_extensions = (others != SketchExtensions::default()).then(|| Box::new(others));
+        let paint = brush.map(|brush| {
+            Box::new(Paint {
+                brush,
+                seed,
+                scale,
+                layer,
+                hidden,
+                sketch_group,
+                sketch_flags,
+                sketch_extensions,
+            })
+        });
         Ok(StrokeHead { width_m: brush_size * scale * METERS_PER_UNIT, color, paint, points })
     }
 
     fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError> {
+        match self.ahead.pop_front() {
+            Some(read) => read,
+            None => self.read_sample(bytes, &mut Vec::new()),
+        }
+    }
+
+    fn warning(&self) -> Option<String> {
+        let (count, most) = (self.shortened, SketchExtensions::MOST_BYTES);
+        (count > 0)
+            .then(|| format!("{count} strokes have extensions of more than {most} bytes, which are lost"))
+    }
+}
+
+impl Sketch {
+    /// Reads the control points of a stroke in advance, if they have extensions that osp does not know, and appends
+    /// these extensions to `others`. Returns `false` if the extensions cannot be kept.
+    fn read_ahead(&mut self, bytes: &mut ByteReader, points: u32, others: &mut SketchExtensions) -> bool {
+        others.point_mask = self.point_mask & !point_mask::KNOWN;
+        let mut is_whole = u64::from(points) * others.point_len() as u64 <= SketchExtensions::MOST_BYTES;
+        if others.point_mask > 0 && is_whole {
+            while self.ahead.len() < points as usize && is_whole {
+                let read = self.read_sample(bytes, &mut others.points);
+                is_whole = read.is_ok();
+                self.ahead.push_back(read);
+            }
+        }
+        if !is_whole {
+            (others.point_mask, others.points) = (0, Vec::new());
+        }
+        is_whole
+    }
+
+    /// Reads a control point, and appends its extensions that osp does not know to `others`.
+    fn read_sample(&self, bytes: &mut ByteReader, others: &mut Vec<u8>) -> Result<Sample, RecordingError> {
         let (p, q) = bytes.pose("a control point's position and orientation")?;
         let (mut pressure, mut milliseconds) = (1.0, 0);
         for bit in set_bits(self.point_mask) {
             match bit {
                 point_mask::PRESSURE => pressure = bytes.f32("a control point's pressure")?,
                 point_mask::TIME_STAMP => milliseconds = bytes.u32("a control point's time stamp")?,
-                _ => bytes.skip(4, "a control point's extension")?,
+                _ => others.extend(bytes.u32("a control point's extension")?.to_le_bytes()),
             }
         }
         Ok(Sample {
@@ -232,6 +284,26 @@ impl StrokeFormat for Sketch {
             pressure,
         })
     }
+}
+
+/// Reads an extension of a stroke that osp does not know. Returns `false` if the extension is too long to keep.
+fn read_extension(
+    bytes: &mut ByteReader,
+    bit: u32,
+    others: &mut SketchExtensions,
+) -> Result<bool, RecordingError> {
+    let word = bytes.u32("a stroke extension")?;
+    let length = if bit < stroke_mask::FIRST_LONG { 0 } else { word };
+    if others.stroke.len() as u64 + u64::from(length) > SketchExtensions::MOST_BYTES {
+        bytes.skip(length.into(), "a stroke extension")?;
+        return Ok(false);
+    }
+    others.stroke_mask |= 1 << bit;
+    others.stroke.extend(word.to_le_bytes());
+    let data = others.stroke.len();
+    others.stroke.resize(data + length as usize, 0);
+    bytes.fill(&mut others.stroke[data..], "a stroke extension")?;
+    Ok(true)
 }
 
 /// The indices of the set bits, ascending.

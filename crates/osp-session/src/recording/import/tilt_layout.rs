@@ -15,6 +15,8 @@ pub(crate) mod stroke_mask {
     pub(crate) const GROUP: u32 = 2;
     pub(crate) const SEED: u32 = 3;
     pub(crate) const LAYER: u32 = 4;
+    /// The animation frame in Open Brush.
+    pub(crate) const FRAME: u32 = 5;
     pub(crate) const FIRST_LONG: u32 = 16;
 }
 
@@ -22,4 +24,6 @@ pub(crate) mod stroke_mask {
 pub(crate) mod point_mask {
     pub(crate) const PRESSURE: u32 = 0;
     pub(crate) const TIME_STAMP: u32 = 1;
+    /// The mask of both bits.
+    pub(crate) const KNOWN: u32 = 3;
 }

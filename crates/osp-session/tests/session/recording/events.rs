@@ -8,7 +8,7 @@ use std::{
 use glam::{Quat, Vec3};
 use osp_session::recording::{
     Author, Event, EventSource, Flush, GroupId, Header, NormalRule, Notes, OpenOptions, Paint,
-    RecordingError, RonReader, RonWriter, StrokeId, Tool, Transform, open,
+    RecordingError, RonReader, RonWriter, SketchExtensions, StrokeId, Tool, Transform, open,
 };
 use proptest::prelude::*;
 
@@ -89,6 +89,7 @@ pub(crate) fn sample_events() -> Vec<Event> {
                 hidden: true,
                 sketch_group: 5,
                 sketch_flags: 2,
+                sketch_extensions: frame_two(),
             })),
         },
         Event::Point { t: 0.03, stroke, p: Vec3::new(1e-7, -0.0, 3.4e10), q, pressure: 0.8 },
@@ -206,6 +207,14 @@ pub(crate) fn pose_event() -> impl Strategy<Value = Event> {
     ]
 }
 
+/// The extensions of a stroke in frame 2 of an animation.
+fn frame_two() -> Option<Box<SketchExtensions>> {
+    let text = "IAAAAAAAAAAEAAAAAgAAAA==".to_owned();
+    let extensions: SketchExtensions = text.try_into().expect("sound extensions");
+    assert_eq!(extensions.frame(), Some(2));
+    Some(Box::new(extensions))
+}
+
 pub(crate) fn event() -> impl Strategy<Value = Event> {
     let tool = prop_oneof![Just(Tool::Ribbon), Just(Tool::Wall), Just(Tool::Tube)];
     let normal = prop_oneof![
@@ -216,7 +225,17 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
     ];
     let paint = prop::option::of(("[ -~]{0,64}", any::<[u32; 4]>(), 1e-6f32..1e6, any::<bool>()).prop_map(
         |(brush, [seed, layer, sketch_group, sketch_flags], scale, hidden)| {
-            Box::new(Paint { brush, seed, scale, layer, hidden, sketch_group, sketch_flags })
+            let sketch_extensions = frame_two().filter(|_| hidden);
+            Box::new(Paint {
+                brush,
+                seed,
+                scale,
+                layer,
+                hidden,
+                sketch_group,
+                sketch_flags,
+                sketch_extensions,
+            })
         },
     ));
     let strokes = || prop::collection::vec(stroke(), 0..20);
