@@ -47,7 +47,8 @@ fn files_of(session: &Path) -> io::Result<BTreeMap<String, PathBuf>> {
     if session.is_dir() {
         for entry in WalkDir::new(session) {
             let entry = entry.map_err(io::Error::from)?;
-            if entry.file_type().is_file() {
+            // A reader follows links, too.
+            if entry.path().is_file() {
                 let below = entry.path().strip_prefix(session).unwrap_or(entry.path());
                 files.insert(below.to_string_lossy().replace('\\', "/"), entry.into_path());
             }

@@ -9,7 +9,7 @@ use std::{
 use anyhow::Context;
 use walkdir::WalkDir;
 
-use super::study_lines;
+use super::{output::warn, study_lines};
 use osp::occlusion::Soundness;
 use osp_lab::{
     report::thousands,
@@ -88,8 +88,12 @@ pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<Path
                     found.push(path.to_owned());
                     walk.skip_current_dir();
                 }
-            } else if entry.file_type().is_file() && begins_like_session(path) {
-                found.push(path.to_owned());
+            } else if entry.file_type().is_file() {
+                if begins_like_session(path) {
+                    found.push(path.to_owned());
+                }
+            } else if let Some(what) = not_followed(path) {
+                warn(&format!("warning: {}: {what} is skipped; name it to include it", path.display()));
             }
         }
     }
@@ -114,6 +118,18 @@ fn begins_like_session(path: &Path) -> bool {
     let read = std::fs::File::open(path).and_then(|file| file.take(START_BYTES).read_to_end(&mut start));
     // A file of `osp study` is also JSON, but no session.
     read.is_err() || (looks_like_session(path, &start) && !start.starts_with(study_lines::START))
+}
+
+/// Describes an entry of a folder that is neither a file nor a folder: `None` for a link to a file that is no session.
+fn not_followed(path: &Path) -> Option<&'static str> {
+    let is_link = path.is_symlink();
+    match std::fs::metadata(path) {
+        Err(_) => Some("a link that leads nowhere"),
+        Ok(data) if data.is_dir() => Some("a link to a folder"),
+        Ok(data) if data.is_file() => begins_like_session(path).then_some("a link to a session"),
+        Ok(_) if is_link => Some("a link to a pipe or a device"),
+        Ok(_) => Some("a pipe or a device"),
+    }
 }
 
 const PART: &str = "verify-all";

@@ -10,7 +10,7 @@ use std::{
 use super::{assert_refused, names, write_session};
 use crate::OSP;
 use osp_session::recording::Event;
-use osp_testkit::{events::events_in, stderr, stdout, temp};
+use osp_testkit::{events::events_in, make_pipe, stderr, stdout, temp};
 
 fn set_changed(path: &Path, time: SystemTime) {
     let file = fs::File::options().append(true).open(path).expect("a file");
@@ -200,6 +200,38 @@ fn only_what_osp_makes_counts_as_finished_and_no_session_is_replaced_through_a_l
             stderr(&refused)
         );
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn links_and_pipes_of_a_folder_are_named() {
+    use std::os::unix::fs::symlink;
+    let folder = temp();
+    let at = |name: &str| folder.path().join("in").join(name);
+    fs::create_dir_all(folder.path().join("other")).expect("made");
+    fs::create_dir(folder.path().join("in")).expect("made");
+    write_session(&folder.path().join("in"), "a.ron");
+    fs::write(at("notes.txt"), "words").expect("written");
+    let links = [("link.ron", "a.ron"), ("words", "notes.txt"), ("lost", "nowhere"), ("more", "../other")];
+    links.map(|(link, target)| symlink(target, at(link)).expect("linked"));
+    if !make_pipe(&at("pipe")) {
+        eprintln!("skipped: no mkfifo");
+        return;
+    }
+    symlink("pipe", at("to-pipe")).expect("linked");
+    let done = OSP.run_in(folder.path(), ["convert", "in", "--to", "glb", "--out", "out"]);
+    assert!(done.status.success(), "{}", stderr(&done));
+    assert_eq!(names(&folder.path().join("out")), ["a.glb"]);
+    let skipped = [
+        ("link.ron", "a link to a session"),
+        ("lost", "a link that leads nowhere"),
+        ("more", "a link to a folder"),
+        ("pipe", "a pipe or a device"),
+        ("to-pipe", "a link to a pipe or a device"),
+    ];
+    let expected =
+        skipped.map(|(name, what)| format!("warning: in/{name}: {what} is skipped; name it to include it"));
+    assert!(stderr(&done).lines().eq(expected), "{}", stderr(&done));
 }
 
 #[test]
