@@ -447,6 +447,15 @@ impl Studio {
         self.pending = Pending { is_other_scene: true, ..Pending::default() };
     }
 
+    /// Writes all events of the session.
+    ///
+    /// # Errors
+    /// Some events could not be written.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn settle(&mut self) -> Result<(), Unwritten> {
+        self.session.settle()
+    }
+
     /// Ends the session regularly.
     ///
     /// # Errors

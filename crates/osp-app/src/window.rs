@@ -39,6 +39,13 @@ use osp_session::platform::time::Instant;
 /// Largest number of recoveries from a lost device before the window closes.
 const MAX_RECOVERIES: u32 = 5;
 
+/// Longest time for which a signal waits until the session is written, and until a window with an unwritten session has
+/// closed.
+#[cfg(not(target_arch = "wasm32"))]
+const ANSWER_TIME: Duration = Duration::from_secs(3);
+#[cfg(not(target_arch = "wasm32"))]
+const CLOSING_TIME: Duration = Duration::from_secs(10);
+
 /// Interval between frames while only brushes are animated.
 const ANIMATION_STEP: Duration = Duration::from_millis(33);
 
@@ -57,6 +64,8 @@ pub fn run(studio: Studio, options: WindowOptions) -> Result<(), WindowError> {
         trace: None,
         live: None,
         wake: None,
+        #[cfg(not(target_arch = "wasm32"))]
+        signals: None,
         opening: None,
         failure: None,
         recoveries: 0,
@@ -90,6 +99,9 @@ struct App {
     opening: Option<mpsc::Receiver<Opened>>,
     /// Wakes the event loop from other threads.
     wake: Option<EventLoopProxy<Wake>>,
+    /// Channel for signals that end the program. The answer is that the session is written.
+    #[cfg(not(target_arch = "wasm32"))]
+    signals: Option<mpsc::Receiver<mpsc::Sender<()>>>,
     failure: Option<WindowError>,
     recoveries: u32,
 }
@@ -164,6 +176,8 @@ impl ApplicationHandler<Wake> for App {
     }
 
     fn user_event(&mut self, event_loop: &ActiveEventLoop, Wake: Wake) {
+        #[cfg(not(target_arch = "wasm32"))]
+        self.settle_on_signal(event_loop);
         if let Err(error) = self.take_painter(event_loop) {
             self.fail(event_loop, error);
         }
@@ -243,6 +257,8 @@ impl App {
     fn prepare(&mut self) -> Result<EventLoop<Wake>, WindowError> {
         let event_loop = open_event_loop()?;
         self.wake = Some(event_loop.create_proxy());
+        #[cfg(not(target_arch = "wasm32"))]
+        self.watch_signals(event_loop.create_proxy());
         if let Some(studio) = &mut self.studio {
             studio.work_in_background();
         }
@@ -265,6 +281,33 @@ impl App {
             studio.set_tracker(tracker);
         }
         Ok(event_loop)
+    }
+
+    /// Lets a signal wait until the session is written, before it ends the program. If the session cannot be written,
+    /// the window closes with an error instead.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn watch_signals(&mut self, wake: EventLoopProxy<Wake>) {
+        let (send, signals) = mpsc::channel();
+        self.signals = Some(signals);
+        osp_session::atomic_file::on_signal(Some(Box::new(move || {
+            let (answer, written) = mpsc::channel();
+            let is_asked = send.send(answer).is_ok() && wake.send_event(Wake).is_ok();
+            // A window that closes with an error drops the answer.
+            if is_asked && written.recv_timeout(ANSWER_TIME) == Err(mpsc::RecvTimeoutError::Disconnected) {
+                threads::pause(CLOSING_TIME);
+            }
+        })));
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn settle_on_signal(&mut self, event_loop: &ActiveEventLoop) {
+        let answer = self.signals.as_ref().and_then(|signals| signals.try_recv().ok());
+        let (Some(answer), Some(studio)) = (answer, &mut self.studio) else { return };
+        match studio.settle() {
+            // The signal's default action follows.
+            Ok(()) => _ = answer.send(()),
+            Err(unwritten) => self.fail(event_loop, unwritten.into()),
+        }
     }
 
     #[cfg(not(target_arch = "wasm32"))]

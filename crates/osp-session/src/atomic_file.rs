@@ -352,13 +352,13 @@ pub fn remove_unfinished_on_signals() -> io::Result<()> {
     let mut signals = Signals::new(wanted)?;
     std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
         for signal in signals.forever() {
+            if let Some(words) = &*SIGNAL_MESSAGE.lock().unwrap_or_else(PoisonError::into_inner) {
+                words();
+            }
             // The lock is held until the program ends, so no file is created or renamed any more.
             let all = unfinished();
             for path in all.iter() {
                 let _ = fs::remove_file(path);
-            }
-            if let Some(words) = &*SIGNAL_MESSAGE.lock().unwrap_or_else(PoisonError::into_inner) {
-                words();
             }
             // For these signals this call does not return.
             let _ = emulate_default_handler(signal);

@@ -170,8 +170,8 @@ fn on_a_full_disk_drawing_goes_on_and_nothing_is_lost() {
     // So long that the window's other files stay far below the limit, which is a little above.
     let mut text = "Header(format:1,name:\"long\",source:\"osp sketch 0.1.0\")\n".to_owned();
     text += &"Undo(t:0.5)\n".repeat(200_000);
-    for ends_well in [true, false] {
-        let file = desk.folder().join(format!("full-{ends_well}.ron"));
+    for end in ["with room", "by the user", "by a signal"] {
+        let file = desk.folder().join(format!("full {end}.ron"));
         fs::write(&file, &text).expect("written");
         let mut window = desk.open(&["sketch", file.to_str().expect("a path"), "--window", "1280x800"]);
         if !limit_files(window.process_id(), &(text.len() + 1500).to_string()) {
@@ -185,7 +185,7 @@ fn on_a_full_disk_drawing_goes_on_and_nothing_is_lost() {
         window.keep_picture("full.png");
         let (events, written) = (window.number("events"), events_in(&file));
         assert!(events > written + 20 && written > 200_000, "{written} of {events}");
-        if ends_well {
+        if end == "with room" {
             limit_files(window.process_id(), "unlimited");
             // Within seconds it is tried again, without a hand.
             window.point(600, 600);
@@ -193,11 +193,16 @@ fn on_a_full_disk_drawing_goes_on_and_nothing_is_lost() {
             assert!(window.close().success());
             assert_eq!(events_in(&file), events);
         } else {
-            window.ask_to_close();
-            window.until_last("a question", |frame| frame["question"] == "Not everything is written");
             let stderr = window.stderr_file();
-            answer_go_on(&mut window);
-            assert_eq!(window.wait().code(), Some(2));
+            if end == "by the user" {
+                window.ask_to_close();
+                window.until_last("a question", |frame| frame["question"] == "Not everything is written");
+                answer_go_on(&mut window);
+            } else {
+                let process = window.process_id().to_string();
+                Command::new("kill").args(["-TERM", &process]).status().expect("a signal");
+            }
+            assert_eq!(window.wait().code(), Some(2), "ended {end}");
             let said = fs::read_to_string(stderr).expect("text");
             assert!(said.contains(&format!("{} changes are in no file", events - written)), "{said}");
         }
