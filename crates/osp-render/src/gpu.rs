@@ -41,7 +41,7 @@ impl Gpu {
             let mut description = wgpu::InstanceDescriptor::new_without_display_handle();
             description.backends = backends;
             description.flags = instance_flags();
-            pollster::block_on(Self::open(wgpu::Instance::new(description.with_env()), None))
+            pollster::block_on(Self::open(headless_instance(description.with_env()), None))
         };
         let best = open(wgpu::Backends::PRIMARY);
         // OpenGL is tried only with a display, because some drivers print errors without a display.
@@ -163,6 +163,40 @@ pub fn instance_flags() -> wgpu::InstanceFlags {
     let checked = wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL;
     let flags = wgpu::InstanceFlags::default();
     (if cfg!(windows) { flags } else { flags - checked }).with_env()
+}
+
+/// An instance for pictures without a window.
+///
+/// Vulkan is opened without Wayland's surfaces. With them, a layer of Mesa looks for a Wayland display, and prints an
+/// error if the variable `XDG_RUNTIME_DIR` is missing.
+fn headless_instance(description: wgpu::InstanceDescriptor) -> wgpu::Instance {
+    #[cfg(target_os = "linux")]
+    if (description.backends & (wgpu::Backends::VULKAN | wgpu::Backends::GL)) == wgpu::Backends::VULKAN
+        && let Some(instance) = vulkan_without_wayland(&description)
+    {
+        return instance;
+    }
+    wgpu::Instance::new(description)
+}
+
+#[cfg(target_os = "linux")]
+#[expect(unsafe_code, reason = "wgpu has no safe way to an instance without an extension")]
+fn vulkan_without_wayland(description: &wgpu::InstanceDescriptor) -> Option<wgpu::Instance> {
+    use wgpu::hal::{InstanceDescriptor, api::Vulkan, vulkan};
+    let description = InstanceDescriptor {
+        name: "osp",
+        flags: description.flags,
+        memory_budget_thresholds: description.memory_budget_thresholds,
+        backend_options: description.backend_options.clone(),
+        telemetry: None,
+        display: None,
+    };
+    let leave_out: Box<vulkan::CreateInstanceCallback<'_>> =
+        Box::new(|made| made.extensions.retain(|name| *name != c"VK_KHR_wayland_surface"));
+    // SAFETY: The list of extensions is the one of a system without Wayland, which wgpu supports. No surface is made.
+    let instance = unsafe { vulkan::Instance::init_with_callback(&description, Some(leave_out)) };
+    // SAFETY: The instance is new, and nothing else refers to it.
+    Some(unsafe { wgpu::Instance::from_hal::<Vulkan>(instance.ok()?) })
 }
 
 /// Stores the first fault for [`Gpu::check`], instead of the default handlers of wgpu, which panic.

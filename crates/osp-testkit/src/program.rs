@@ -23,8 +23,8 @@ impl Program {
         args: impl IntoIterator<Item = S>,
     ) -> Command {
         let mut command = Command::new(self.0);
-        // Some graphics drivers print warnings if this variable is missing.
-        command.args(args).current_dir(folder).env("XDG_RUNTIME_DIR", std::env::temp_dir());
+        // Some graphics drivers print errors without this variable. Nothing may print them.
+        command.args(args).current_dir(folder).env_remove("XDG_RUNTIME_DIR");
         command
     }
 

@@ -1,7 +1,7 @@
 //! The commands that draw.
 
 use crate::OSP;
-use osp_testkit::stdout;
+use osp_testkit::{stderr, stdout};
 
 use super::scenes::gpu;
 
@@ -46,6 +46,19 @@ fn a_replay_tells_what_culling_while_drawing_did() {
 fn a_replay_that_does_not_draw_cannot_cull_while_drawing() {
     let said = OSP.refused(["replay", "recordings/room.ron", "--occlusion", "hzb"]);
     assert!(said.contains("--draw") && said.lines().count() == 1, "{said}");
+}
+
+#[test]
+fn a_picture_without_a_desktop_is_drawn_without_an_error() {
+    let Some(_) = gpu() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = folder.path().join("room.png");
+    let args = ["render", "recordings/room.ron", picture.to_str().expect("utf-8"), "--size", "32x32"];
+    let mut osp = OSP.command(args);
+    osp.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+    let drawn = osp.output().expect("the program starts");
+    let said = stderr(&drawn);
+    assert!(drawn.status.success() && said.lines().all(|line| line.starts_with("drawn by ")), "{said}");
 }
 
 #[test]
