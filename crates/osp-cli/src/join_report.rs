@@ -14,9 +14,8 @@ use super::{
 use osp_lab::report::thousands;
 use osp_net::live::{Connection, Latency, Status};
 use osp_session::{
-    recording::{self, OpenOptions},
-    replay::fingerprint_of_frame,
-    scene::Scene,
+    recording::{self, OpenOptions, Pace},
+    replay::{fingerprint_of_frame, summarize_model},
 };
 
 /// The state when the member ended.
@@ -46,12 +45,9 @@ impl Report {
         if self.recording.is_empty {
             return Ok(None);
         }
-        let (mut scene, mut changes) = (Scene::new(), Vec::new());
-        let mut session = recording::open(&self.recording.path, &OpenOptions::default())?;
-        while let Some(event) = session.events.next_event()? {
-            changes.clear();
-            scene.apply(&event, &mut changes);
-        }
+        let session = recording::open(&self.recording.path, &OpenOptions::default())?;
+        let (_, scene, read) = summarize_model(session, Pace::Samples(1));
+        read?;
         Ok(Some(Shape {
             strokes: scene.strokes().len() as u64,
             polygons: scene.polygon_count() as u64,

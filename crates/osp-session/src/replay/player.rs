@@ -32,9 +32,11 @@ impl SessionState {
     }
 }
 
-/// Largest mean work to apply an event, in units of [`SceneWork::total`](crate::scene::SceneWork::total), for which
-/// [`Player::merging_frames`] merges no frames. This work takes about as long as reading an event.
-const WORK_AN_EVENT: u64 = 16;
+/// Work for which [`Player::merging_frames`] merges no frames, in units of
+/// [`SceneWork::total`](crate::scene::SceneWork::total): for each event, about as long as reading it, and about half a
+/// second for a whole session. With less, sessions of groups that move for minutes would lose frames.
+const WORK_AN_EVENT: u64 = 8;
+const WORK_A_SESSION: u64 = 3 << 20;
 
 /// A player of a session: for each frame it reads the events, applies them to the model and lists the changes.
 ///
@@ -110,7 +112,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
         }
         let mut read = self.pacer.next_frame(&mut self.events);
         if let Some(played) = &mut self.merged {
-            let is_behind = self.state.scene.work().total() > *played * WORK_AN_EVENT;
+            let is_behind = self.state.scene.work().total() > *played * WORK_AN_EVENT + WORK_A_SESSION;
             while is_behind && matches!(read, Ok(true)) && self.events.len() < Pace::MOST_EVENTS {
                 let first = self.events.len();
                 read = self.pacer.extend_frame(&mut self.events);

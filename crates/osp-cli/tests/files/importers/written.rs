@@ -103,7 +103,7 @@ fn a_sketch_comes_back_with_every_bit() {
         "palette, media, all of it"
     );
     let without = |header: Header| Header { sketch_metadata: None, ..header };
-    assert_eq!(without(header), without(header_again));
+    assert_eq!(without(header.clone()), without(header_again));
     // The container is the one that the programs write.
     let bytes = std::fs::read(folder.path().join("again.tilt")).unwrap();
     assert_eq!(

@@ -233,7 +233,8 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
 
     fn notes(&self) -> Notes {
         let mut notes = self.notes.clone();
-        notes.warnings.extend(self.format.warning());
+        let path = self.bytes.path().display();
+        notes.warnings.extend(self.format.warning().map(|warning| format!("{path}: {warning}")));
         if let Some((first, strokes)) = &self.skipped_damage {
             notes.warnings.push(match strokes {
                 1 => format!("{first}; the stroke is skipped from there on"),

@@ -242,8 +242,7 @@ impl StrokeFormat for Sketch {
 
     fn warning(&self) -> Option<String> {
         let (count, most) = (self.shortened, SketchExtensions::MOST_BYTES);
-        (count > 0)
-            .then(|| format!("{count} strokes have extensions of more than {most} bytes, which are lost"))
+        (count > 0).then(|| format!("lost extensions of more than {most} bytes; strokes with them: {count}"))
     }
 }
 
@@ -252,18 +251,17 @@ impl Sketch {
     /// these extensions to `others`. Returns `false` if the extensions cannot be kept.
     fn read_ahead(&mut self, bytes: &mut ByteReader, points: u32, others: &mut SketchExtensions) -> bool {
         others.point_mask = self.point_mask & !point_mask::KNOWN;
-        let mut is_whole = u64::from(points) * others.point_len() as u64 <= SketchExtensions::MOST_BYTES;
-        if others.point_mask > 0 && is_whole {
-            while self.ahead.len() < points as usize && is_whole {
-                let read = self.read_sample(bytes, &mut others.points);
-                is_whole = read.is_ok();
-                self.ahead.push_back(read);
-            }
+        let fits = u64::from(points) * others.point_len() as u64 <= SketchExtensions::MOST_BYTES;
+        let mut is_read = fits;
+        while others.point_mask > 0 && is_read && self.ahead.len() < points as usize {
+            let read = self.read_sample(bytes, &mut others.points);
+            is_read = read.is_ok();
+            self.ahead.push_back(read);
         }
-        if !is_whole {
+        if !is_read {
             (others.point_mask, others.points) = (0, Vec::new());
         }
-        is_whole
+        fits
     }
 
     /// Reads a control point, and appends its extensions that osp does not know to `others`.
