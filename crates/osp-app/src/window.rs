@@ -1,3 +1,5 @@
+#[cfg(not(target_arch = "wasm32"))]
+mod signals;
 mod start;
 mod wall_windows;
 
@@ -16,6 +18,8 @@ use winit::{
     window::{Fullscreen, Window, WindowId},
 };
 
+#[cfg(not(target_arch = "wasm32"))]
+use signals::Signals;
 pub use start::{MonitorInfo, WindowError, WindowOptions};
 pub(super) use start::{Wake, open_event_loop};
 #[cfg(not(target_arch = "wasm32"))]
@@ -38,13 +42,6 @@ use osp_session::platform::time::Instant;
 
 /// Largest number of recoveries from a lost device before the window closes.
 const MAX_RECOVERIES: u32 = 5;
-
-/// Longest time for which a signal waits until the session is written, and until a window with an unwritten session has
-/// closed.
-#[cfg(not(target_arch = "wasm32"))]
-const ANSWER_TIME: Duration = Duration::from_secs(3);
-#[cfg(not(target_arch = "wasm32"))]
-const CLOSING_TIME: Duration = Duration::from_secs(10);
 
 /// Interval between frames while only brushes are animated.
 const ANIMATION_STEP: Duration = Duration::from_millis(33);
@@ -99,9 +96,8 @@ struct App {
     opening: Option<mpsc::Receiver<Opened>>,
     /// Wakes the event loop from other threads.
     wake: Option<EventLoopProxy<Wake>>,
-    /// Channel for signals that end the program. The answer is that the session is written.
     #[cfg(not(target_arch = "wasm32"))]
-    signals: Option<mpsc::Receiver<mpsc::Sender<()>>>,
+    signals: Option<Signals>,
     failure: Option<WindowError>,
     recoveries: u32,
 }
@@ -258,7 +254,9 @@ impl App {
         let event_loop = open_event_loop()?;
         self.wake = Some(event_loop.create_proxy());
         #[cfg(not(target_arch = "wasm32"))]
-        self.watch_signals(event_loop.create_proxy());
+        {
+            self.signals = Some(Signals::watch(event_loop.create_proxy()));
+        }
         if let Some(studio) = &mut self.studio {
             studio.work_in_background();
         }
@@ -283,25 +281,10 @@ impl App {
         Ok(event_loop)
     }
 
-    /// Lets a signal wait until the session is written, before it ends the program. If the session cannot be written,
-    /// the window closes with an error instead.
-    #[cfg(not(target_arch = "wasm32"))]
-    fn watch_signals(&mut self, wake: EventLoopProxy<Wake>) {
-        let (send, signals) = mpsc::channel();
-        self.signals = Some(signals);
-        osp_session::atomic_file::on_signal(Some(Box::new(move || {
-            let (answer, written) = mpsc::channel();
-            let is_asked = send.send(answer).is_ok() && wake.send_event(Wake).is_ok();
-            // A window that closes with an error drops the answer.
-            if is_asked && written.recv_timeout(ANSWER_TIME) == Err(mpsc::RecvTimeoutError::Disconnected) {
-                threads::pause(CLOSING_TIME);
-            }
-        })));
-    }
-
+    /// Writes the session before a signal ends the program. If that fails, the window closes with an error instead.
     #[cfg(not(target_arch = "wasm32"))]
     fn settle_on_signal(&mut self, event_loop: &ActiveEventLoop) {
-        let answer = self.signals.as_ref().and_then(|signals| signals.try_recv().ok());
+        let answer = self.signals.as_ref().and_then(Signals::next);
         let (Some(answer), Some(studio)) = (answer, &mut self.studio) else { return };
         match studio.settle() {
             // The signal's default action follows.
