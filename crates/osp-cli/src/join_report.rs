@@ -15,7 +15,7 @@ use osp_lab::report::thousands;
 use osp_net::live::{Connection, Latency, Status};
 use osp_session::{
     recording::{self, OpenOptions, Pace},
-    replay::{fingerprint_of_frame, summarize_model},
+    replay::{Player, fingerprint_of_frame, summarize_each},
 };
 
 /// The state when the member ended.
@@ -46,8 +46,10 @@ impl Report {
             return Ok(None);
         }
         let session = recording::open(&self.recording.path, &OpenOptions::default())?;
-        let (_, scene, read) = summarize_model(session, Pace::Samples(1));
+        let player = Player::new(session, Pace::Samples(1)).merging_frames();
+        let (_, end, read) = summarize_each(player, |_, _| {});
         read?;
+        let scene = end.scene;
         Ok(Some(Shape {
             strokes: scene.strokes().len() as u64,
             polygons: scene.polygon_count() as u64,

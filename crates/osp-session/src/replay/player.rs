@@ -86,7 +86,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
     }
 
     /// Merges frames, up to about [`Pace::MOST_EVENTS`] events, while their events cost more work than it takes to read
-    /// them. For readers that need the finished model.
+    /// them. For readers that need the finished model. Merged frames count as several.
     #[must_use]
     pub fn merging_frames(self) -> Self {
         Self { merged: Some(0), ..self }
@@ -116,8 +116,9 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
             while is_behind && matches!(read, Ok(true)) && self.events.len() < Pace::MOST_EVENTS {
                 let first = self.events.len();
                 read = self.pacer.extend_frame(&mut self.events);
-                self.state.moment.frame += u64::from(self.events.len() > first);
+                self.state.moment.frame += u64::from(self.events.len() > first || matches!(read, Ok(true)));
             }
+            read = read.map(|has_more| has_more || !self.events.is_empty());
             *played += self.events.len() as u64;
         }
         if self.events.is_empty() && !matches!(read, Ok(true)) {

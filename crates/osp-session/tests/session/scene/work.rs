@@ -1,8 +1,8 @@
 //! The cost of events, in counts, and lists of events that are split at a cost limit.
 
 use osp_session::{
-    recording::{Author, Event, GroupId, NormalRule, Pace, StrokeId, Tool, Transform},
-    replay::{fingerprint_of_frame, summarize_model},
+    recording::{Author, Event, GroupId, NormalRule, Pace, Pacer, StrokeId, Tool, Transform},
+    replay::{Player, fingerprint_of_frame, summarize_each},
     scene::Scene,
 };
 use osp_testkit::events::SOLE;
@@ -123,8 +123,16 @@ fn reading_a_model_costs_its_events_but_not_their_product_with_its_strokes() {
         for (number, turn) in turns.into_iter().cycle().take(TURNS).enumerate() {
             events.extend([turn, point(STROKES, Vec3::X * number as f32, Quat::IDENTITY)]);
         }
-        let (_, scene, outcome) = summarize_model(events.iter().cloned().map(Ok), Pace::Samples(1));
+        let read = || events.iter().cloned().map(Ok);
+        let player = Player::new(read(), Pace::Samples(1)).merging_frames();
+        let (summary, end, outcome) = summarize_each(player, |_, _| {});
         assert!(outcome.is_ok());
+        let (mut pacer, mut frame, mut frames) = (Pacer::new(read(), Pace::Samples(1)), Vec::new(), 0);
+        while pacer.next_frame(&mut frame).expect("sound events") {
+            frames += 1;
+        }
+        assert_eq!(summary.frames, frames, "{name}: merged frames count as several");
+        let scene = end.scene;
         // The events change eight million strokes.
         let work = scene.work().total();
         assert!(work < 4 << 20, "{name}: {work}");
