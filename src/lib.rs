@@ -142,8 +142,7 @@
 //!
 //! # Layers
 //!
-//! `tests/public_api.txt` lists all public items. Public items without documentation serve the other crates of the
-//! workspace, and change without notice.
+//! Public items without documentation serve the other crates of the workspace, and change without notice.
 //!
 //! A module depends only on modules above it in this table. The library needs `glam`, `libm` and `thiserror` (in a browser also
 //! `web-time`) and has no features.

@@ -4,7 +4,6 @@ mod allocations;
 mod conformance_cases;
 mod engine;
 mod index_queries;
-mod layers;
 mod occlusion;
 mod osp_tree;
 mod visibility;

@@ -571,39 +571,3 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
     assert!(said.contains("unexpected argument '--unheard-of'"), "{said}");
     assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1, "nothing was made");
 }
-
-/// The options of a command and of those below it, with the values that they may take, as `--help` lists them.
-fn options_of(command: &[&str], lines: &mut Vec<String>) {
-    let help = stdout(&OSP.run([command, &["--help"]].concat()));
-    let (help, _) = help.split_once("\nExamples:").unwrap_or((&help, ""));
-    let name = ["osp"].iter().chain(command).copied().collect::<Vec<_>>().join(" ");
-    let mut of_commands = false;
-    for line in help.lines() {
-        let words = line.trim_start();
-        of_commands = if line.ends_with("Commands:") { true } else { of_commands && line.starts_with(' ') };
-        let below = words.split_whitespace().next().filter(|below| of_commands && *below != "help");
-        if let Some(below) = below.filter(|_| line.starts_with("  ") && !line.starts_with("   ")) {
-            options_of(&[command, &[below]].concat(), lines);
-        } else if words.starts_with('-') && !words.starts_with("-h, ") && line.len() - words.len() <= 6 {
-            lines.push(format!("{name} {words}"));
-        }
-    }
-    let one_line = help.split_whitespace().collect::<Vec<_>>().join(" ");
-    let values = one_line.split("[possible values: ").skip(1).filter_map(|text| text.split(']').next());
-    lines.extend(values.map(|values| format!("{name} values: {values}")));
-}
-
-#[test]
-fn every_build_has_the_same_commands_and_options() {
-    let mut lines = Vec::new();
-    options_of(&[], &mut lines);
-    let found = lines.join("\n") + "\n";
-    assert!(lines.len() > 200, "{found}");
-    let expected = include_str!("cli_options.txt");
-    let new = lines.iter().filter(|line| !expected.lines().any(|other| other == **line)).collect::<Vec<_>>();
-    let gone = expected.lines().filter(|line| !lines.iter().any(|other| other == line)).collect::<Vec<_>>();
-    assert!(
-        found == expected,
-        "crates/osp-cli/tests/program/cli_options.txt lists the options of every build; new here: {new:#?}, not here: {gone:#?}"
-    );
-}

@@ -2,11 +2,11 @@
 
 #[cfg(feature = "bench")]
 mod bench;
-mod build_script;
 mod cli;
 mod cli_outputs;
 mod corpus_replay;
 mod dependencies;
+mod help;
 mod rescue;
 mod seeds;
 mod shipped;
