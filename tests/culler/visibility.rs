@@ -7,6 +7,7 @@ mod far_from_origin;
 mod fingerprints;
 mod from_matrix;
 mod margins;
+mod ray_boxes;
 mod rays;
 mod spaces;
 mod volumes;

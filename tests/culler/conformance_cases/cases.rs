@@ -435,9 +435,3 @@ fn moves(w: &mut Writer) {
     w.view_around(room_m, projections(f64::from(room_m))[2]);
     w.test_around(room_m);
 }
-
-/// The matrix of a view as a frustum is not all that an index is asked with: whether [`osp::view::View`] can hold it.
-pub(crate) fn is_perspective(clip_from_world: &Mat4) -> bool {
-    let w = clip_from_world.row(3);
-    w.truncate() != Vec3::ZERO
-}

@@ -8,7 +8,7 @@ use osp::{
 };
 
 /// A step: a change, a question, or the answer that the question before it must get.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub(crate) enum Step {
     Case(String),
     Box(u32, Aabb),
@@ -72,71 +72,4 @@ impl fmt::Display for Numbers<'_> {
             write!(f, " {text}")
         })
     }
-}
-
-/// The steps of a file with the numbers of their lines.
-pub(crate) fn read(text: &str) -> Result<Vec<(usize, Step)>, String> {
-    let lines = text.lines().enumerate().map(|(at, line)| (at + 1, line.trim()));
-    let steps = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-    steps.map(|(at, line)| step(line).map(|step| (at, step)).map_err(|e| format!("line {at}: {e}"))).collect()
-}
-
-fn step(line: &str) -> Result<Step, String> {
-    let words: Vec<&str> = line.split_whitespace().collect();
-    let (kind, words) = words.split_first().ok_or("expected a word")?;
-    let step = match *kind {
-        "case" => Step::Case(words.join(" ")),
-        "box" => {
-            let (id, words) = words.split_first().ok_or("expected an id")?;
-            Step::Box(parsed(id)?, bounds(words)?)
-        }
-        "remove" => {
-            let [id] = numbers(words)?;
-            Step::Remove(id)
-        }
-        "view" => Step::View(Mat4::from_cols_array(&numbers(words)?)),
-        "visible" => Step::Visible(all_ids(words)?),
-        "boxquery" => Step::BoxQuery(bounds(words)?),
-        "sphere" => {
-            let [x, y, z, radius_m] = numbers(words)?;
-            Step::Sphere(Sphere { center: Vec3::new(x, y, z), radius_m })
-        }
-        "found" => Step::Found(all_ids(words)?),
-        "ray" => {
-            let [ox, oy, oz, dx, dy, dz, t_max] = numbers(words)?;
-            Step::Ray { ray: Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz)), t_max }
-        }
-        "hit" => match words {
-            ["none"] => Step::Hit(None),
-            [id, t] => Step::Hit(Some((parsed(id)?, parsed(t)?))),
-            _ => return Err(format!("expected `none` or an id and a t, found {words:?}")),
-        },
-        "quad" => {
-            let (id, words) = words.split_first().ok_or("expected an id")?;
-            let numbers: [f32; 12] = numbers(words)?;
-            Step::Quad(parsed(id)?, std::array::from_fn(|i| Vec3::from_slice(&numbers[3 * i..])))
-        }
-        "unhidden" => Step::Unhidden(all_ids(words)?),
-        other => return Err(format!("no line begins with {other:?}")),
-    };
-    Ok(step)
-}
-
-fn parsed<T: std::str::FromStr>(word: &str) -> Result<T, String> {
-    word.parse().map_err(|_| format!("expected a number, found {word:?}"))
-}
-
-fn numbers<T: std::str::FromStr, const N: usize>(words: &[&str]) -> Result<[T; N], String> {
-    let numbers = words.iter().map(|word| parsed(word)).collect::<Result<Vec<T>, _>>()?;
-    numbers.try_into().map_err(|found: Vec<T>| format!("expected {N} numbers, found {}", found.len()))
-}
-
-fn bounds(words: &[&str]) -> Result<Aabb, String> {
-    let [ax, ay, az, bx, by, bz] = numbers(words)?;
-    Ok(Aabb::new(Vec3::new(ax, ay, az), Vec3::new(bx, by, bz)))
-}
-
-fn all_ids(words: &[&str]) -> Result<Vec<u32>, String> {
-    let ids = words.iter().map(|word| parsed(word)).collect::<Result<Vec<u32>, _>>()?;
-    if ids.is_sorted_by(|a, b| a < b) { Ok(ids) } else { Err("expected ids in ascending order".into()) }
 }

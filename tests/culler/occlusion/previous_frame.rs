@@ -1,6 +1,6 @@
 //! Occluders of the frame before.
 
-use crate::index_queries::own::WallAndMeshes;
+use crate::own_index::WallAndMeshes;
 use glam::Vec3;
 use osp::{
     frame::{OcclusionPass, PassConfig, Pipeline, PreviousFramePass},

@@ -57,8 +57,8 @@ fn read_bytes() {
 }
 
 #[test]
-fn session_on_indexes() {
-    drive("session_on_indexes", &[], 150, fuzzing::session_on_indexes::run);
+fn session() {
+    drive("session", &[], 150, fuzzing::session::run);
 }
 
 #[test]
@@ -91,11 +91,6 @@ fn frame_occlusion_catches_unsound_methods() {
 #[test]
 fn journal() {
     drive("journal", &[], 1500, fuzzing::journal::run);
-}
-
-#[test]
-fn rays() {
-    drive("rays", &[], 250, fuzzing::rays::run);
 }
 
 #[test]

@@ -51,11 +51,6 @@ pub fn near_point(u: &mut Input<'_>) -> Vec3 {
     Vec3::new(signed(u), signed(u), signed(u)) * 2.0
 }
 
-pub fn direction(u: &mut Input<'_>) -> Vec3 {
-    let v = Vec3::new(signed(u), signed(u), signed(u));
-    if v == Vec3::ZERO { Vec3::X } else { v }
-}
-
 pub fn rotation(u: &mut Input<'_>) -> Quat {
     let q = Quat::from_xyzw(signed(u), signed(u), signed(u), signed(u));
     if q.length_squared() < 1.0e-4 { Quat::IDENTITY } else { q.normalize() }

@@ -6,10 +6,9 @@ pub mod frame_occlusion;
 pub mod input;
 pub mod journal;
 pub mod pvs;
-pub mod rays;
 pub mod read_bytes;
 pub mod scratch;
-pub mod session_on_indexes;
+pub mod session;
 pub mod small_files;
 #[cfg(feature = "window")]
 pub mod tracker;

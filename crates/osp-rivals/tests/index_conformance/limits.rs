@@ -1,15 +1,17 @@
 //! Senseless configurations and numbers: they cause no panic, and take no more memory than documented.
 
+use glam::Vec3;
 use osp::{
     frame::Pipeline,
     glam::Affine3A,
-    index::{BruteForce, Osp},
-    polygon::VisibleBlocks,
+    index::{BruteForce, IndexConfig, Osp, SpatialIndex},
+    math::{Aabb, Frustum},
+    polygon::{PolygonId, VisibleBlocks},
 };
 use osp_rivals::groups::GroupIndex;
 use osp_testkit::Altered;
 
-use super::*;
+use crate::subjects::subjects;
 
 /// Upper bound of the documented memory: a hundred bytes for each polygon.
 const MOST_BYTES: usize = 100 * IndexConfig::MOST_RESERVED;

@@ -127,6 +127,19 @@ pub(crate) fn scenes() -> Vec<TestScene> {
         }
         boxes
     });
+    add("too far apart for a number", {
+        let mut boxes = vec![around(Vec3::ONE, 1.0)];
+        boxes.extend((0..60).map(|i| around(Vec3::new([2.0e38, -2.0e38][i % 2], i as f32, 2.0e38), 1.0)));
+        boxes
+    });
+    add("on a grid", {
+        // Faces and edges of many boxes lie in one plane, and many boxes are flat.
+        let mut random = Rng(41);
+        let mut eighths =
+            |n: usize| Vec3::from_array(std::array::from_fn(|_| random.below(n) as f32 * 0.125));
+        let mut at = || (eighths(32) - 2.0, eighths(3));
+        (0..300).map(|_| at()).map(|(min, sides)| Aabb::new(min, min + sides)).collect()
+    });
     add("strokes", strokes);
     add("strokes, shuffled", mixed);
     scenes

@@ -1,49 +1,13 @@
 //! Settings of the structures: they change the work of the kinds that they concern, and no answer.
 
-use osp_rivals::{CutNodes, IndexSetting, IndexSettings};
+use glam::Vec3;
+use osp::{
+    index::{IndexConfig, WorkCounts},
+    polygon::PolygonId,
+};
+use osp_rivals::{CutNodes, IndexKind, IndexSetting, IndexSettings};
 
-use super::*;
-use crate::scenes::{around, scattered};
-
-/// Settings far from the usual ones: few nodes, many nodes, and numbers out of every range.
-fn unusual() -> [IndexSettings; 4] {
-    let of = |max_depth, cube, buckets, leaf_capacity, morton_bits| IndexSettings {
-        max_depth: Some(max_depth),
-        cube,
-        cut_nodes: CutNodes::Tested,
-        buckets,
-        leaf_capacity: Some(leaf_capacity),
-        morton_bits,
-    };
-    [
-        of(1, 0.1, 2, 1, 1),
-        of(11, 3.7, 32, 500, 20),
-        of(0, f32::NAN, 0, 0, 0),
-        of(3, f32::INFINITY, usize::MAX, usize::MAX, u32::MAX),
-    ]
-}
-
-#[test]
-fn no_setting_changes_an_answer() {
-    let config = IndexConfig { capacity: 100, ..IndexConfig::default() };
-    let has_any = |&kind: &IndexKind| IndexSetting::ALL.iter().any(|&setting| kind.has(setting));
-    for scene in scenes() {
-        let (boxes, frusta) = (&scene.boxes, frusta(&scene.boxes));
-        for kind in IndexKind::ALL.iter().copied().filter(has_any) {
-            for settings in unusual() {
-                let make = Box::new(move |config: &IndexConfig| kind.create_with(config, &settings));
-                let place = format!("{}, scene '{}', {settings:?}", kind.name(), scene.name);
-                let subject = Subject { name: kind.name(), make };
-                let mut pair = Pair::new(&subject, &config, &frusta, place);
-                boxes.iter().enumerate().for_each(|(id, b)| pair.insert(id, b));
-                pair.check("inserted");
-                (0..boxes.len()).step_by(3).for_each(|id| pair.remove(id));
-                (1..boxes.len()).step_by(3).for_each(|id| pair.update(id, &boxes[boxes.len() - 1 - id]));
-                pair.check("a third removed, a third moved");
-            }
-        }
-    }
-}
+use crate::scenes::{around, frusta, scattered};
 
 /// The work of a few frustum queries among many small boxes, after them all.
 fn work_of(kind: IndexKind, settings: &IndexSettings) -> WorkCounts {

@@ -1,12 +1,12 @@
 //! The tested indexes: each as it is used, and some with settings with which small scenes reach all of their code.
 
-use osp::index::{IndexConfig, Osp, SpatialIndex};
+use osp::index::{Backend, IndexConfig, Osp, SpatialIndex};
 use osp_rivals::{
-    Bsp, BspConfig, BvhTwoLevel, HlbvhConfig, IndexKind, KdTreeConfig, LbvhConfig, LooseOctree,
-    LooseOctreeConfig, MedianConfig, MidpointConfig, OctreeBvhConfig, OctreeConfig, OctreePaper,
-    OctreePaperConfig, OspGrid, OspPaper, QuadtreeConfig, SahConfig, SweepSahConfig, TwoLevelConfig,
-    bvh_median, bvh_midpoint, bvh_sah, bvh_sah_sweep, hlbvh, kd_tree, lbvh, octree_bvh, octree_every_child,
-    octree_rebuild, quadtree,
+    Bsp, BspConfig, BvhTwoLevel, CutNodes, HlbvhConfig, IndexKind, IndexSetting, IndexSettings, KdTreeConfig,
+    LbvhConfig, LooseOctree, LooseOctreeConfig, MedianConfig, MidpointConfig, OctreeBvhConfig, OctreeConfig,
+    OctreePaper, OctreePaperConfig, OspGrid, OspPaper, QuadtreeConfig, SahConfig, SweepSahConfig,
+    TwoLevelConfig, bvh_median, bvh_midpoint, bvh_sah, bvh_sah_sweep, hlbvh, kd_tree, lbvh, octree_bvh,
+    octree_every_child, octree_rebuild, quadtree,
 };
 
 type Make = Box<dyn Fn(&IndexConfig) -> Box<dyn SpatialIndex>>;
@@ -100,5 +100,44 @@ pub(crate) fn subjects() -> Vec<Subject> {
             Box::new(Bsp::new(few, config))
         }),
     );
+    for backend in Backend::ALL.iter().copied().filter(|backend| backend.is_available()) {
+        add(
+            backend.name(),
+            Box::new(move |config| Box::new(Osp::with_backend(config, backend).with_linear_blocks(4))),
+        );
+    }
+    // Settings change the work, and no answer.
+    let has_any = |&kind: &IndexKind| IndexSetting::ALL.iter().any(|&setting| kind.has(setting));
+    for kind in IndexKind::ALL.iter().copied().filter(has_any) {
+        for settings in unusual() {
+            add(kind.name(), Box::new(move |config| kind.create_with(config, &settings)));
+        }
+    }
     subjects
+}
+
+/// The trees of other crates, if they are compiled in.
+pub(crate) fn peers() -> Vec<Subject> {
+    #[cfg(feature = "peers")]
+    let of = |&kind: &osp_rivals::PeerKind| Subject {
+        name: kind.name(),
+        make: Box::new(move |config| kind.create(config)),
+    };
+    #[cfg(feature = "peers")]
+    return osp_rivals::PeerKind::ALL.iter().map(of).collect();
+    #[cfg(not(feature = "peers"))]
+    Vec::new()
+}
+
+/// Settings far from the usual ones: many nodes, and numbers out of every range.
+fn unusual() -> [IndexSettings; 2] {
+    let of = |max_depth, cube, buckets, leaf_capacity, morton_bits| IndexSettings {
+        max_depth: Some(max_depth),
+        cube,
+        cut_nodes: CutNodes::Tested,
+        buckets,
+        leaf_capacity: Some(leaf_capacity),
+        morton_bits,
+    };
+    [of(11, 3.7, 32, 500, 20), of(0, f32::NAN, 0, 0, 0)]
 }

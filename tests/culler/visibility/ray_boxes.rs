@@ -1,16 +1,8 @@
-//! Rays that run along faces, edges and corners of boxes, flat boxes, and directions that `f32` can hardly hold: every
-//! index finds every box that the ray enters.
+//! Rays that run along faces, edges and corners of boxes, flat boxes, and directions that `f32` can hardly hold.
 
 use glam::{DVec3, Vec3};
-use osp::{
-    index::{IndexConfig, Osp, SpatialIndex},
-    math::{Aabb, Capsule, Ray, Sphere},
-    polygon::PolygonId,
-};
-use osp_rivals::IndexKind;
-use osp_testkit::boxes::{Rng, root};
-
-use super::{insert_all, whole};
+use osp::math::{Aabb, Capsule, Ray, Sphere};
+use osp_testkit::boxes::Rng;
 
 /// Boxes on a grid of eighths of a metre, so that faces and edges of many lie in one plane; many of them flat. Some far
 /// out, huge or tiny.
@@ -209,52 +201,8 @@ fn boxes_larger_than_any_number_are_entered_like_others() {
 }
 
 #[test]
-fn every_index_asks_about_every_box_that_a_ray_enters() {
-    let boxes = on_a_grid(700);
-    let indexes = whole(&boxes);
-    for ray in rays(&boxes, 1) {
-        let expected: Vec<u32> =
-            (0..boxes.len()).filter(|&i| enters(&ray, &boxes[i])).map(|i| i as u32).collect();
-        // The hit that a polygon filling its box would be.
-        let hit = |id: PolygonId| {
-            let (near, far) = crossing(&ray, &boxes[id.index()])?;
-            (near <= far && near <= f64::from(f32::MAX)).then_some(near as f32)
-        };
-        let nearest = expected
-            .iter()
-            .map(|&i| (hit(PolygonId(i)).expect("it enters"), i))
-            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
-            .map(|(t, i)| (PolygonId(i), t));
-        for index in &indexes {
-            let name = index.name();
-            let mut asked = [const { Vec::new() }; 2];
-            index.ray_nearest(&ray, f32::INFINITY, &mut |id| {
-                asked[0].push(id.0);
-                None
-            });
-            index.ray_any(&ray, f32::INFINITY, &mut |id| {
-                asked[1].push(id.0);
-                None
-            });
-            for asked in &mut asked {
-                asked.sort_unstable();
-                let lost = expected.iter().find(|id| asked.binary_search(id).is_err());
-                assert_eq!(
-                    lost,
-                    None,
-                    "{name}: {ray:?} does not find {:?}",
-                    lost.map(|&i| boxes[i as usize])
-                );
-            }
-            assert_eq!(index.ray_nearest(&ray, f32::INFINITY, &mut |id| hit(id)), nearest, "{name}: {ray:?}");
-        }
-    }
-}
-
-#[test]
 fn a_ray_that_is_not_finite_or_has_no_direction_meets_nothing() {
     let boxes = on_a_grid(300);
-    let indexes = whole(&boxes);
     let sphere = Sphere { center: Vec3::ZERO, radius_m: 2.0 };
     let capsule = Capsule { from: Vec3::ZERO, to: Vec3::X, radius_m: 2.0 };
     let triangle = [Vec3::new(0.0, -1.0, -1.0), Vec3::new(0.0, 1.0, -1.0), Vec3::Z];
@@ -277,36 +225,6 @@ fn a_ray_that_is_not_finite_or_has_no_direction_meets_nothing() {
         assert_eq!(ray.meet_triangle(triangle), None, "{ray:?}");
         assert_eq!(ray.enter_sphere(&sphere, f32::INFINITY), None, "{ray:?}");
         assert_eq!(ray.enter_capsule(&capsule, f32::INFINITY), None, "{ray:?}");
-        for index in &indexes {
-            let found = index.ray_any(&ray, f32::INFINITY, &mut |_| Some(0.0));
-            assert_eq!(found, None, "{}: {ray:?}", index.name());
-        }
-    }
-}
-
-/// What is picked in a picture whose axes are the world's: the ray runs in the plane of a side of the polygon's box.
-#[test]
-fn triangles_are_picked_along_the_faces_of_their_boxes() {
-    let edge_of = |i: usize| Vec3::new((i % 20) as f32 * 0.125, (i / 20) as f32 * 0.125, 0.0);
-    let corners = |i: usize| {
-        // One edge lies in the box's face towards -x, and one corner in an edge of it.
-        let at = edge_of(i);
-        [at, at + Vec3::new(0.0, 0.0625, 0.0625), at + Vec3::new(0.0625, 0.0, 0.0625)]
-    };
-    let boxes: Vec<Aabb> = (0..400).map(|i| Aabb::from_points(&corners(i))).collect();
-    let indexes = whole(&boxes);
-    for i in (0..400).step_by(7) {
-        for (target, t) in [(edge_of(i) + Vec3::new(0.0, 0.03125, 0.03125), 1.03125), (edge_of(i), 1.0)] {
-            for direction in [Vec3::Z, Vec3::new(-0.0, 0.0, 1.0), Vec3::new(0.0, -0.0, 1.0)] {
-                let ray = Ray::new(target.with_z(-1.0), direction);
-                for index in &indexes {
-                    let hit = &mut |id: PolygonId| ray.meet_triangle(corners(id.index()));
-                    let found = index.ray_nearest(&ray, f32::INFINITY, hit);
-                    assert_eq!(found, Some((PolygonId(i as u32), t)), "{}: {ray:?}", index.name());
-                    assert!(index.ray_any(&ray, f32::INFINITY, hit).is_some(), "{}: {ray:?}", index.name());
-                }
-            }
-        }
     }
 }
 
@@ -325,55 +243,4 @@ fn triangles_are_met_along_directions_of_any_length() {
     let close = triangle.map(|p| p.with_z(1.0e-39));
     let met = Ray::new(Vec3::ZERO, Vec3::Z * 2.0e-39).meet_triangle(close).expect("it is met");
     assert!((met - 0.5).abs() < 1.0e-5, "{met}");
-}
-
-/// There the ray leaves where it enters, and rounding decides which comes first.
-#[test]
-fn rays_at_the_corners_of_boxes_find_what_the_plain_test_finds() {
-    let mut rng = Rng(47);
-    let boxes: Vec<Aabb> = (0..300).map(|_| Aabb::cube(rng.point(&root()), rng.range(0.01, 0.3))).collect();
-    for linear_blocks in [0, usize::MAX] {
-        let config = IndexConfig { root: root(), capacity: boxes.len() };
-        let mut osp = Osp::new(&config).with_linear_blocks(linear_blocks);
-        insert_all(&mut osp, &boxes);
-        let mut entered = 0;
-        for (i, bounds) in boxes.iter().enumerate() {
-            for corner in 0..8 {
-                let at =
-                    |axis: usize| if corner >> axis & 1 == 1 { bounds.max[axis] } else { bounds.min[axis] };
-                let origin = rng.point(&Aabb::cube(Vec3::ZERO, 8.0));
-                let ray = Ray::new(origin, Vec3::new(at(0), at(1), at(2)) - origin);
-                let Some(expected) = ray.enter_box(bounds, f32::INFINITY) else { continue };
-                entered += 1;
-                let id = PolygonId(i as u32);
-                let picked = osp.ray_nearest(&ray, f32::INFINITY, &mut |of| (of == id).then_some(expected));
-                assert_eq!(picked, Some((id, expected)), "{ray:?} {bounds:?}");
-            }
-        }
-        assert!(entered > 1000, "{entered}");
-    }
-}
-
-/// An exact test of the caller's own may round more than a box test does: by a part of ten thousand, a hit may come before the
-/// polygon's box is entered. A polygon in between must not end the search.
-#[test]
-fn a_hit_that_is_rounded_to_before_its_box_is_still_the_nearest() {
-    let mut rng = Rng(48);
-    for _ in 0..8 {
-        let (origin, corner) = (rng.point(&root()) * 3.0, rng.point(&root()));
-        let ray = Ray::new(origin, (corner - origin).normalize_or(Vec3::X));
-        let bounds = Aabb::cube(corner, 0.01);
-        let entered = ray.enter_box(&bounds, f32::INFINITY).expect("it is aimed at");
-        let (rounded, between) = (entered * (1.0 - 4.0e-5), entered * (1.0 - 2.0e-5));
-        let (wide, narrow) = (PolygonId(0), PolygonId(1));
-        for kind in IndexKind::ALL {
-            let mut index = kind.create(&IndexConfig { root: root(), capacity: 2 });
-            index.insert(wide, &Aabb::cube(corner, 0.5)).expect("a good box");
-            index.insert(narrow, &bounds).expect("a good box");
-            index.commit();
-            let mut hit = |id: PolygonId| Some(if id == wide { between } else { rounded });
-            let picked = index.ray_nearest(&ray, f32::INFINITY, &mut hit);
-            assert_eq!(picked, Some((narrow, rounded)), "{}: {entered}", index.name());
-        }
-    }
 }

@@ -11,9 +11,7 @@ use osp::{
     polygon::{ConvexPolygon, Geometry, PolygonId},
     view::{Projection, View},
 };
-use osp_testkit::boxes::Rng;
-
-use super::{insert_all, mixed};
+use osp_testkit::boxes::{Rng, drawn};
 
 /// The boxes by their ids.
 #[derive(Default)]
@@ -66,14 +64,17 @@ impl SpatialIndex for Plain {
 
 #[test]
 fn its_queries_find_what_the_reference_finds() {
-    let boxes = mixed(500);
+    let boxes = drawn(500, 9);
     let mut indexes: [Box<dyn SpatialIndex>; 2] = [Box::<Plain>::default(), Box::<BruteForce>::default()];
-    indexes.iter_mut().for_each(|index| insert_all(&mut **index, &boxes));
+    for (id, bounds) in (0..).map(PolygonId).zip(&boxes) {
+        indexes.iter_mut().for_each(|index| index.insert(id, bounds).expect("a good box"));
+    }
     let around = Aabb::cube(Vec3::ZERO, 10.0);
     let mut rng = Rng(21);
     let (mut hits, mut touched) = (0, 0);
     for _ in 0..100 {
-        let ray = Ray::new(rng.point(&around), rng.point(&around).normalize_or(Vec3::X));
+        let (origin, at) = (rng.point(&around), boxes[rng.below(boxes.len())].center());
+        let ray = Ray::new(origin, at - origin);
         let sphere = Sphere { center: rng.point(&around), radius_m: 1.0 };
         let found = indexes.each_ref().map(|index| {
             let mut enter = |id: PolygonId| ray.enter_box(&boxes[id.index()], 9.0);

@@ -1,0 +1,2 @@
+#![no_main]
+osp_fuzz::fuzz!(session);

@@ -1,2 +1,0 @@
-#![no_main]
-osp_fuzz::fuzz!(session_on_indexes);
