@@ -3,7 +3,7 @@
 use arbitrary::Unstructured;
 use osp::{
     glam::{Quat, Vec3},
-    math::{Aabb, COORDINATE_LIMIT_M},
+    math::COORDINATE_LIMIT_M,
     view::{Projection, View},
 };
 use osp_session::recording::{Author, Event, GroupId, NormalRule, Paint, StrokeId, Tool, Transform};
@@ -54,24 +54,6 @@ pub fn near_point(u: &mut Input<'_>) -> Vec3 {
 pub fn rotation(u: &mut Input<'_>) -> Quat {
     let q = Quat::from_xyzw(signed(u), signed(u), signed(u), signed(u));
     if q.length_squared() < 1.0e-4 { Quat::IDENTITY } else { q.normalize() }
-}
-
-pub fn bounds(u: &mut Input<'_>) -> Aabb {
-    let p = point(u);
-    match below(u, 6) {
-        0 => Aabb::new(p, p),
-        1 => {
-            let q = point(u);
-            Aabb::new(p.min(q), p.max(q))
-        }
-        2 => {
-            // Flat: as a polygon in an axis' plane is.
-            let mut extent = Vec3::new(unit(u), unit(u), unit(u)) * 0.5;
-            extent[below(u, 3)] = 0.0;
-            Aabb::new(p, p + extent)
-        }
-        _ => Aabb::new(p, p + Vec3::new(unit(u), unit(u), unit(u)) * 0.2),
-    }
 }
 
 pub fn view(u: &mut Input<'_>) -> View {
