@@ -2,7 +2,7 @@
 //! for every index that is conservative and exact otherwise, also one that reads the matrix in its own way.
 
 use osp::{
-    glam::{DMat4, DVec3, DVec4, Mat4, Vec3},
+    glam::{DMat4, DVec3, DVec4, Vec3},
     math::{Aabb, Ray, Sphere},
 };
 
