@@ -144,26 +144,6 @@ fn two_eyes_are_culled_in_one_walk() {
     }
 }
 
-#[test]
-fn every_index_answers_for_several_views() {
-    let boxes = drawn(1500, 6);
-    let frusta = rig(2, &mut Rng(4));
-    for kind in IndexKind::ALL {
-        let mut index = kind.create(&config());
-        for (i, bounds) in boxes.iter().enumerate() {
-            index.insert(PolygonId(i as u32), bounds).expect("a sound box");
-        }
-        index.commit();
-        assert!(assert_as_one_by_one(&*index, &frusta) > 0);
-    }
-    // Sets that have no frustum stay as they are.
-    let mut sets = vec![VisibleBlocks::new(); 3];
-    sets[2].insert(PolygonId(7));
-    let osp = IndexKind::Osp.create(&config());
-    osp.frustum_cull_views(&frusta[..2], &mut sets);
-    assert!(sets[2].contains(PolygonId(7)));
-}
-
 /// The frustum of a window that looks at all of a box and at nothing beside it.
 fn window(bounds: &Aabb) -> Frustum {
     let slab = |axis: Vec3| {

@@ -1,11 +1,10 @@
 //! Painting with brushes.
 
 use crate::{drawing::Table, panel, panel::Person};
-use egui::{Key, accesskit::Role};
+use egui::Key;
 use egui_kittest::{Harness, kittest::Queryable};
 use osp::glam::{Quat, Vec3};
-use osp_app::{Autosaves, Button, Command, Session, Studio, ToolChoice, tracker};
-use osp_rivals::IndexKind;
+use osp_app::{Button, Command, tracker};
 use osp_session::{
     brush,
     recording::{Event, NormalRule, StrokeId, Tool},
@@ -94,56 +93,6 @@ fn strokes_are_painted_with_the_chosen_brush_undone_saved_and_read_again() {
 }
 
 #[test]
-fn the_brush_stays_with_the_ribbon_while_other_tools_are_used() {
-    let mut table = Table::new();
-    paint(&mut table, "Ink", 300.0);
-    table.studio.command(Command::Tool(ToolChoice::Draw(Tool::Tube)));
-    assert_eq!(table.studio.brush().paint(), None);
-    table.studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
-    assert_eq!(table.studio.brush().paint(), brush::find("Ink"));
-    table.studio.command(Command::Tool(ToolChoice::Erase));
-    table.studio.command(Command::Paint(brush::find("Light")));
-    assert_eq!(table.studio.tool(), ToolChoice::Draw(Tool::Ribbon), "who chooses a brush wants to paint");
-}
-
-#[test]
-fn the_list_of_brushes_opens_by_key_and_click_and_chooses() {
-    let mut harness = panel::sketch();
-    assert!(!harness.state().interface.wants_previews(), "nothing is drawn before somebody looks");
-    assert!(harness.query_by_label("MatteHull").is_none());
-    harness.press(Key::B);
-    assert!(harness.state().interface.wants_previews());
-    // There are no pictures here, only names.
-    harness.state_mut().interface.set_previews(None);
-    harness.run_steps(2);
-    assert!(!harness.state().interface.wants_previews());
-    for brush in brush::all().iter().filter(|brush| brush.is_offered) {
-        assert_eq!(
-            harness.query_all_by_role_and_label(Role::Button, &brush.name).count(),
-            1,
-            "{}",
-            brush.name
-        );
-    }
-    harness.click_on("CelVinyl");
-    assert_eq!(harness.state().studio.brush().paint(), brush::find("CelVinyl"));
-    assert!(harness.query_by_label("MatteHull").is_none(), "a choice closes the list");
-    harness.get_by_role_and_label(Role::ComboBox, "brush (B)").click();
-    harness.run_steps(3);
-    harness.click_on("plain");
-    assert_eq!(harness.state().studio.brush().paint(), None);
-    for (key, is_open) in [(Key::B, true), (Key::Escape, false)] {
-        harness.press(key);
-        assert_eq!(harness.query_by_label("MatteHull").is_some(), is_open, "{key:?}");
-    }
-    // The help opens and closes, too.
-    for (key, is_open) in [(Key::F1, true), (Key::Escape, false)] {
-        harness.press(key);
-        assert_eq!(harness.query_by_label("choose a brush").is_some(), is_open, "{key:?}");
-    }
-}
-
-#[test]
 fn brushes_are_found_by_typing_and_chosen_by_keys() {
     let mut harness = panel::sketch();
     harness.press(Key::B);
@@ -216,12 +165,4 @@ fn a_tracker_paints_with_a_brush_by_its_name() {
     let (mut encoder, mut told) = (tracker::EventEncoder::new(), Vec::new());
     events.iter().for_each(|event| encoder.encode(event, &mut told));
     assert_eq!(told[0], brush);
-}
-
-#[test]
-fn a_new_window_begins_plain() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-    let subject = Session::new(&autosaves);
-    assert_eq!(Studio::new(subject, autosaves, IndexKind::Osp).brush().paint(), None);
 }

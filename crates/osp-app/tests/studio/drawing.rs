@@ -1,8 +1,6 @@
-use osp_testkit::events::events_in;
 use std::path::Path;
 
 use osp::{
-    frame::AutoBasis,
     glam::{Vec2, Vec3},
     occlusion::Occlusion,
 };
@@ -71,11 +69,6 @@ impl Table {
 
     pub(crate) fn visible(&self) -> u64 {
         self.studio.scene().counts().visible
-    }
-
-    fn path(&self) -> std::path::PathBuf {
-        let document = self.studio.session();
-        document.path().to_owned()
     }
 }
 
@@ -306,32 +299,6 @@ fn a_pose_snapped_to_surfaces_does_not_climb_on_itself() {
 }
 
 #[test]
-fn the_file_holds_every_event_at_every_moment() {
-    let mut table = Table::new();
-    table.drag(Button::Primary, &across(0.2));
-    let path = table.path();
-    table.input(Input::Move(Vec2::new(0.0, 0.0)));
-    table.input(Input::Press(Button::Primary));
-    for i in 1..10 {
-        table.input(Input::Move(Vec2::new(0.03 * i as f32, 0.0)));
-        let document = table.studio.session();
-        assert_eq!(events_in(&path).len() as u64, document.event_count());
-    }
-    // The program ends in the middle of a stroke. The next one continues.
-    let polygons = table.visible();
-    let Table { folder, studio } = table;
-    drop(studio);
-    let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-    let (document, opened) = Session::recover_or_new(&autosaves);
-    assert!(opened.is_recovered);
-    assert_eq!(document.scene().counts().visible, polygons);
-    assert!(document.scene().strokes().iter().all(|stroke| !stroke.is_open()));
-    document.close().expect("closed");
-    let (document, opened) = Session::recover_or_new(&autosaves);
-    assert!(!opened.is_recovered && document.scene().polygon_count() == 0);
-}
-
-#[test]
 fn every_index_draws_the_same_and_switching_loses_nothing() {
     let mut table = Table::new();
     for height in [-0.4, -0.1, 0.2, 0.5] {
@@ -422,16 +389,6 @@ fn what_others_hide_is_left_out_and_shown_when_the_camera_is_frozen() {
     assert!(most > 50, "{most} polygons hidden");
 }
 
-/// Only few polygons are considered as occluders in each frame.
-#[test]
-fn occluders_are_found_soon_after_a_jump() {
-    let (_folder, mut studio) = rooms();
-    studio.command(Command::Occlusion(Occlusion::Msvbsp.into()));
-    studio.command(Command::Seek(301));
-    let found = (0..40).position(|_| studio.frame(SIZE_PX, 0.016).record.occlusion.occluded > 0);
-    assert!(found.is_some(), "nothing found in 40 frames");
-}
-
 #[test]
 fn a_replay_is_entered_anywhere_with_every_way_to_find_what_is_hidden() {
     let (_folder, mut studio) = rooms();
@@ -445,59 +402,4 @@ fn a_replay_is_entered_anywhere_with_every_way_to_find_what_is_hidden() {
             assert_eq!(report.drawn + report.record.occlusion.occluded, report.record.visible);
         }
     }
-}
-
-/// If drawing is slow, `auto` starts to cull, because of the times of the frames.
-#[test]
-fn what_drawing_costs_is_learnt_from_the_frames() {
-    for (polygon_ns, culls) in [(20_000, true), (0, false)] {
-        let (_folder, mut studio) = rooms();
-        // The time of culling depends on other work of the machine.
-        studio.set_auto_basis(AutoBasis::Work);
-        studio.command(Command::Occlusion(Occlusion::Auto.into()));
-        for seek in 200..400 {
-            studio.command(Command::Seek(seek));
-            let report = studio.frame(SIZE_PX, 0.016);
-            studio.note_drawing(5_000_000 + report.drawn * polygon_ns);
-        }
-        assert_eq!(studio.culling().drawings_measured(), 200);
-        let found = studio.culling().polygon_ns().expect("numbers of polygons that differ");
-        assert!((found - (polygon_ns as f64).max(1.0)).abs() <= 0.01 * polygon_ns as f64, "{found}");
-        studio.command(Command::Seek(301));
-        let mut culled = 0;
-        for _ in 0..100 {
-            culled += u64::from(studio.frame(SIZE_PX, 0.016).record.occlusion.occluded > 0);
-        }
-        assert_eq!(culled > 50, culls, "{culled} of 100 frames, {polygon_ns} ns a polygon");
-    }
-}
-
-#[test]
-fn sessions_are_opened_saved_and_exported() {
-    let mut table = Table::new();
-    table.drag(Button::Primary, &across(0.0));
-    let polygons = table.visible();
-    let (saved, model) = (table.folder.path().join("mine.ron"), table.folder.path().join("mine.glb"));
-    table.studio.command(Command::SaveAs(saved.clone()));
-    table.studio.command(Command::Export(model.clone()));
-    assert!(std::fs::read(&model).expect("a model").starts_with(b"glTF"));
-    table.studio.command(Command::New);
-    table.frame();
-    assert_eq!(table.visible(), 0);
-    table.studio.command(Command::Open(saved.clone()));
-    let report = table.frame();
-    assert_eq!((table.visible(), report.record.polygons), (polygons, polygons));
-    // The session continues in the same file, with unused numbers.
-    table.drag(Button::Primary, &across(0.4));
-    assert_eq!(table.studio.scene().counts().ignored_events, 0);
-    let mut scene = osp_session::scene::Scene::new();
-    events_in(&saved).iter().for_each(|event| scene.apply(event, &mut Vec::new()));
-    assert_eq!(scene.counts().visible, table.visible());
-    // A file that cannot be opened or written is reported, and the session stays.
-    let before = table.visible();
-    table.studio.command(Command::Open(table.folder.path().join("nothing.tilt")));
-    table.studio.command(Command::Export(table.folder.path().join("no/folder.glb")));
-    assert_eq!(table.visible(), before);
-    let messages = table.studio.messages().join("\n");
-    assert!(messages.contains("nothing.tilt") && messages.contains("folder.glb"), "{messages}");
 }

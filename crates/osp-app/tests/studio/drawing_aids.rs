@@ -3,9 +3,7 @@
 use crate::{
     drawing::{Table, across},
     panel::Person,
-    panel::sketch,
 };
-use egui::Key;
 use osp::{
     glam::{Vec2, Vec3},
     math::Aabb,
@@ -74,15 +72,6 @@ fn a_straight_stroke_is_a_line_between_its_ends_whatever_the_hand_does() {
 }
 
 #[test]
-fn a_click_with_the_straight_edge_is_no_stroke() {
-    let mut table = Table::new();
-    aids(&mut table, Aids { straight: true, ..Aids::default() });
-    table.click((0.1, 0.1), Held::default());
-    assert!(strokes(&table).is_empty());
-    assert_eq!(table.studio.scene().strokes().len(), 0);
-}
-
-#[test]
 fn a_mirrored_stroke_is_two_and_one_step() {
     for straight in [false, true] {
         let mut table = Table::new();
@@ -140,22 +129,4 @@ fn a_brush_of_the_screen_is_finer_where_the_model_is_nearer() {
     assert!(near < far * 0.5, "{near} {far}");
     table.studio.command(Command::Widen(3.0));
     assert!(table.studio.aids().width_px.expect("pixels") > width_px * 1.3);
-}
-
-#[test]
-fn keys_turn_the_aids_on_and_off() {
-    let mut harness = sketch();
-    let now = |harness: &egui_kittest::Harness<'_, crate::panel::Window>| {
-        let aids = harness.state().studio.aids();
-        (aids.straight, aids.mirror_x, aids.width_px.is_some())
-    };
-    assert_eq!(now(&harness), (false, None, false));
-    for key in [Key::U, Key::Y, Key::J] {
-        harness.press(key);
-    }
-    assert_eq!(now(&harness), (true, Some(0.0), true));
-    for key in [Key::U, Key::Y, Key::J] {
-        harness.press(key);
-    }
-    assert_eq!(now(&harness), (false, None, false));
 }

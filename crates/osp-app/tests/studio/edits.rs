@@ -6,14 +6,14 @@ use std::{
 };
 
 use egui::accesskit::Role;
-use egui_kittest::kittest::{NodeT, Queryable};
+use egui_kittest::kittest::Queryable;
 use osp_app::{Access, Answer, Autosaves, Command, Opening, Session, Studio};
 use osp_rivals::IndexKind;
 use osp_session::recording::{self, OpenOptions};
 
 use crate::{
     drawing::draw_across,
-    panel::{Person, sketch, window},
+    panel::{Person, window},
 };
 
 const OFFER: &str = "Continue with the edits?";
@@ -127,41 +127,6 @@ fn edits_are_offered_with_their_own_sketch_alone_and_not_where_the_answer_is_kno
     assert_eq!(title(&opened(&path, here)), Some(OFFER));
 }
 
-#[test]
-fn a_damaged_sketch_offers_its_edits_too() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let (here, path) = (folder.path(), folder.path().join("damaged.ron"));
-    fs::write(
-        &path,
-        "Header(format:1,name:\"d\",source:\"osp sketch 0.1.0\")\nUndo(t:0.0)\nUnd(\nUndo(t:1.0)\n",
-    )
-    .expect("written");
-    let mut studio = opened(&here.join("other.ron"), here);
-    studio.command(Command::Open(path.clone()));
-    studio.command(Command::Answer(Answer::Lenient));
-    draw_across(&mut studio, 0.1);
-    let edits = path_of(&studio);
-    studio.command(Command::Open(path));
-    studio.command(Command::Answer(Answer::Lenient));
-    assert_eq!(title(&studio), Some(OFFER), "{:?}", studio.messages());
-    studio.command(Command::Answer(Answer::GoOn));
-    assert_eq!(path_of(&studio), edits);
-    studio.close().expect("written");
-}
-
-#[test]
-fn whoever_leaves_a_copy_is_told_where_its_edits_are() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let (here, path) = (folder.path(), model(folder.path(), "a.obj"));
-    let mut studio = opened(&path, here);
-    draw_across(&mut studio, 0.1);
-    let edits = path_of(&studio);
-    studio.command(Command::New);
-    let said = studio.messages().join("\n");
-    assert!(said.contains(&format!("the edits of a.obj are in {}", edits.display())), "{said}");
-    studio.close().expect("written");
-}
-
 const HEADER: &str = "Header(format:1,name:\"their sketch\",source:\"osp sketch 0.1.0";
 
 #[test]
@@ -201,11 +166,4 @@ fn recent_sessions_include_autosaves_the_last_one_first() {
     harness.run_steps(3);
     assert!(harness.query_by_role_and_label(Role::Button, names[0]).is_none());
     assert!(harness.query_by_role_and_label(Role::Button, names[1]).is_some());
-}
-
-#[test]
-fn a_window_without_any_session_before_has_no_recent_ones() {
-    let mut harness = sketch();
-    harness.click_button("File");
-    assert!(harness.get_by_label_contains("Open recent").accesskit_node().is_disabled());
 }

@@ -46,29 +46,6 @@ fn an_export_replaces_models_and_nothing_else() {
     assert_eq!(left.count(), 0);
 }
 
-/// A group may be placed so that its strokes are beyond all numbers.
-#[test]
-fn an_export_tells_of_what_it_leaves_out() {
-    let mut table = Table::new();
-    let folder = table.folder.path().to_owned();
-    let face = |stroke: u32| {
-        format!("Polygon(stroke:{stroke},vertices:[(1,0,0),(2,0,0),(1,1,0)],color:(1,1,1,1))\n")
-    };
-    let mut session = format!("Header(format:1,name:\"x\",source:\"y\")\n{}{}", face(1), face(2));
-    for (group, parent) in [(1, ""), (2, ",parent:1"), (3, ",parent:2")] {
-        session += &format!("Group(t:0,group:{group},strokes:[1]{parent})\n");
-        session += &format!("Place(t:0,group:{group},to:(p:(0,0,0),q:(0,0,0,1),s:1e15))\n");
-    }
-    let (path, model) = (folder.join("far.ron"), folder.join("far.glb"));
-    fs::write(&path, session).expect("written");
-    table.studio.command(Command::Open(path));
-    table.studio.command(Command::Export(model.clone()));
-    let said = table.studio.messages();
-    assert!(said[said.len() - 2].starts_with("1 polygons exported to"), "{said:?}");
-    assert_eq!(said[said.len() - 1], "polygons at infinity skipped: 1");
-    assert!(!fs::read(&model).expect("there").windows(4).any(|word| word == b"null"));
-}
-
 /// The sketch that `osp convert` makes of a session.
 fn converted(session: &Path) -> Vec<u8> {
     let mut session = recording::open(session, &OpenOptions::default()).expect("a session");
@@ -125,22 +102,6 @@ fn a_sketch_is_exported_with_its_edits_as_convert_writes_it() {
     assert_eq!(drawn_in(&second).0, 3, "not before the answer");
     table.studio.command(Command::Answer(Answer::Replace));
     assert_eq!(drawn_in(&second).0, 0);
-}
-
-#[test]
-fn a_sketch_is_written_beside_the_window() {
-    let mut table = Table::new();
-    let [here, beside] = ["here.tilt", "beside.tilt"].map(|name| table.folder.path().join(name));
-    (0..9).for_each(|line| table.drag(Button::Primary, &across(0.1 * line as f32)));
-    table.studio.command(Command::Export(here.clone()));
-    table.studio.work_in_background();
-    table.studio.command(Command::Export(beside.clone()));
-    while table.studio.is_working() {
-        table.studio.tend();
-        std::thread::yield_now();
-    }
-    assert_eq!(drawn_in(&here).0, 9);
-    assert!(fs::read(here).expect("there") == fs::read(beside).expect("there"));
 }
 
 #[test]

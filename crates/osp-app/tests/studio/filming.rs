@@ -44,18 +44,3 @@ fn a_film_shows_the_session_with_the_last_stroke() {
     table.studio.command(Command::Export(table.folder.path().join("film.avi")));
     assert!(said(&table).contains("expected"), "{}", said(&table));
 }
-
-#[test]
-fn a_copy_without_edits_is_filmed_from_its_original() {
-    let mut table = Table::new();
-    let path = table.folder.path().join("theirs.ron");
-    let wall = "Polygon(vertices:[(-9,-9,-3),(9,-9,-3),(9,9,-3),(-9,9,-3)],color:(1,0,0,1))\n";
-    let text = format!("Header(format:1,name:\"p\",source:\"their program\")\n{wall}");
-    fs::write(&path, &text).expect("written");
-    table.studio.set_film_maker(FilmMaker { pictures: |_| 3, make: maker });
-    table.studio.command(Command::Open(path));
-    table.frame();
-    let film = table.folder.path().join("film.gif");
-    table.studio.command(Command::Export(film.clone()));
-    assert_eq!(fs::read_to_string(&film).expect("a film"), text.len().to_string(), "{}", said(&table));
-}

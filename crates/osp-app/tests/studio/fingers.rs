@@ -74,14 +74,6 @@ fn eye(harness: &Harness<'_, Window>) -> (Vec3, Vec3) {
 }
 
 #[test]
-fn one_finger_draws() {
-    let mut harness = sketch();
-    let before = eye(&harness);
-    together(&mut harness, 1, Vec2::new(200.0, 0.0), 0.0);
-    assert_eq!((strokes(&harness), eye(&harness)), (1, before));
-}
-
-#[test]
 fn a_finger_that_rests_uses_the_tool_and_a_tap_is_a_click() {
     let mut harness = sketch();
     let is_dragging = |harness: &Harness<'_, Window>| harness.state().studio.is_dragging();

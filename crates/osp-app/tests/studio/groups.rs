@@ -107,29 +107,6 @@ fn a_group_is_turned_and_scaled_about_its_middle() {
 }
 
 #[test]
-fn a_group_turns_about_any_axis() {
-    let (mut table, ids) = ribbons(&[0.3, -0.3]);
-    group(&mut table, &[0.3, -0.3]);
-    let whole = |table: &Table| bounds(table, ids[0]).union(&bounds(table, ids[1]));
-    let mut turn = |axis: Vec3, turn_degrees: f32| {
-        let before = whole(&table);
-        let placing = Placing { axis, turn_degrees, ..Placing::STAY };
-        table.studio.command(Command::PlaceGroup(GroupId(0), placing));
-        let after = whole(&table);
-        assert!(after.center().abs_diff_eq(before.center(), 1.0e-3), "{after:?} {before:?}");
-        (before.extent(), after.extent())
-    };
-    let (before, after) = turn(Vec3::Z, 90.0);
-    assert!(after.abs_diff_eq(Vec3::new(before.y, before.x, before.z), 1.0e-3), "{after} {before}");
-    // A third of a turn about the diagonal takes x to y, y to z and z to x.
-    let (before, after) = turn(Vec3::splat(0.2), 120.0);
-    assert!(after.abs_diff_eq(Vec3::new(before.z, before.x, before.y), 1.0e-3), "{after} {before}");
-    assert!((before.x - before.y).abs() > 0.1, "{before}");
-    let (before, after) = turn(Vec3::ZERO, 50.0);
-    assert!(after.abs_diff_eq(before, 1.0e-4), "no axis, no turn: {after} {before}");
-}
-
-#[test]
 fn the_panel_turns_a_group_about_the_axis_that_it_shows() {
     let mut harness = sketch();
     drag(&mut harness, &[(0.3, 0.4), (0.5, 0.45), (0.7, 0.4)]);

@@ -139,15 +139,3 @@ fn a_socket_counts_what_it_cannot_read_and_lives_on() {
     let counts = tracker.counts();
     assert_eq!((counts.messages, counts.malformed, counts.dropped), (2, 7, 0));
 }
-
-#[test]
-fn addresses_default_to_this_machine() {
-    let parse = |text: &str| text.parse::<TrackerAddress>();
-    let local = |port| Ok(TrackerAddress::Udp(([127, 0, 0, 1], port).into()));
-    assert_eq!(parse("udp://"), local(9327));
-    assert_eq!(parse("udp://:8000"), local(8000));
-    assert_eq!(parse("udp://0.0.0.0:9"), Ok(TrackerAddress::Udp(([0, 0, 0, 0], 9).into())));
-    assert_eq!(parse("-"), Ok(TrackerAddress::StandardInput));
-    assert_eq!(parse("poses.txt"), Ok(TrackerAddress::File("poses.txt".into())));
-    assert!(parse("udp://nowhere").is_err() && parse("").is_err());
-}

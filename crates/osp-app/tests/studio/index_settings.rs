@@ -7,7 +7,7 @@ use egui_kittest::{
     kittest::{NodeT, Queryable},
 };
 use osp_app::Command;
-use osp_rivals::{CutNodes, IndexKind, IndexSetting, IndexSettings};
+use osp_rivals::{CutNodes, IndexKind, IndexSettings};
 
 /// The finished model in an index, with the culling panel.
 fn with_index(kind: IndexKind) -> Harness<'static, Window> {
@@ -29,26 +29,6 @@ fn settings(harness: &Harness<'_, Window>) -> IndexSettings {
 
 fn is_enabled(harness: &Harness<'_, Window>, name: &str) -> bool {
     !harness.get_by_role_and_label(Role::Button, name).accesskit_node().is_disabled()
-}
-
-#[test]
-fn the_panel_has_the_settings_of_the_index_and_no_others() {
-    let mut harness = with_index(IndexKind::Osp);
-    for &kind in IndexKind::ALL {
-        harness.command(Command::Index(kind));
-        for setting in IndexSetting::ALL {
-            let role = if setting == IndexSetting::CutNodes { Role::ComboBox } else { Role::Slider };
-            let is_there = harness.query_by_role_and_label(role, setting.name()).is_some();
-            assert_eq!(is_there, kind.has(setting), "{} of {}", setting.name(), kind.name());
-        }
-        let has_any = IndexSetting::ALL.into_iter().any(|setting| kind.has(setting));
-        assert_eq!(
-            harness.query_by_role_and_label(Role::Button, "Apply").is_some(),
-            has_any,
-            "{}",
-            kind.name()
-        );
-    }
 }
 
 #[test]
@@ -94,22 +74,4 @@ fn settings_take_effect_when_they_are_applied() {
         Some(64.0)
     );
     assert_eq!(drawn(&harness), all);
-}
-
-#[test]
-fn each_slider_sets_its_own_setting() {
-    let usual = IndexSettings::default();
-    for (kind, name, value, wanted) in [
-        (IndexKind::OspPaper, "cube", 2.0, IndexSettings { cube: 2.0, ..usual }),
-        (IndexKind::OspPaper, "depth", 9.0, IndexSettings { max_depth: Some(9), ..usual }),
-        (IndexKind::BvhSah, "buckets", 5.0, IndexSettings { buckets: 5, ..usual }),
-        (IndexKind::Lbvh, "morton-bits", 7.0, IndexSettings { morton_bits: 7, ..usual }),
-    ] {
-        let mut harness = with_index(kind);
-        let drawn = harness.state().studio.report().drawn;
-        slide(&mut harness, name, value);
-        harness.click_button("Apply");
-        assert_eq!(settings(&harness), wanted, "{name}");
-        assert_eq!(harness.state().studio.report().drawn, drawn, "{name}");
-    }
 }

@@ -13,8 +13,7 @@ use egui::{Key, Modifiers, Rect, Vec2, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
 use osp::glam;
 use osp_app::{
-    Access, Answer, Autosaves, Button, Command, OpenError, Opening, Question, Session, Studio, Then,
-    ToolChoice,
+    Answer, Autosaves, Button, Command, OpenError, Opening, Question, Session, Studio, Then, ToolChoice,
 };
 use osp_rivals::IndexKind;
 use osp_session::recording::{self, Author, Event, OpenOptions, StrokeId, Tool};
@@ -100,26 +99,6 @@ fn a_session_that_another_window_has_is_looked_at_or_copied() {
     assert!(second.question().is_none() && second.can_draw());
     assert_eq!((document(&second).path(), second.scene().counts().visible), (&*path, drawn));
     second.close().expect("written");
-}
-
-#[test]
-fn what_is_looked_at_can_be_saved_elsewhere_and_goes_on_there() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = drawn(folder.path(), "a.ron");
-    let before = fs::read(&path).expect("a file");
-    let mut studio = opened(&path, folder.path(), Opening::with(Access::ReadOnly));
-    // Others may draw on a session that is open read-only.
-    opened(&path, folder.path(), Opening::default()).close().expect("unchanged");
-    let mine = folder.path().join("mine.ron");
-    studio.command(Command::SaveAs(mine.clone()));
-    draw_across(&mut studio, 0.4);
-    assert!(events_in(&mine) > events_in(&path));
-    studio.close().expect("written");
-    assert_eq!(fs::read(&path).expect("a file"), before);
-    let missing = folder.path().join("missing.ron");
-    let autosaves = Autosaves::new(Some(folder.path().join("autosaves")));
-    let refused = Session::open_as(&missing, &autosaves, Opening::with(Access::ReadOnly));
-    assert!(matches!(refused, Err(OpenError::Recording(_))), "there is nothing to look at");
 }
 
 #[test]
@@ -252,30 +231,6 @@ fn a_session_that_is_not_where_it_should_be_is_not_left_without_a_question() {
         // The user on the terminal gets the message, too.
         let unwritten = studio.close().expect_err("not in its file");
         assert_eq!(events_in(unwritten.kept_in.as_ref().expect("a shelter")) as u64, events, "{what}");
-    }
-}
-
-#[test]
-fn a_lost_session_that_is_saved_again_is_left_without_a_question() {
-    for again in ["a.ron", "b.ron"] {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = drawn(folder.path(), "a.ron");
-        let mut studio = opened(&path, folder.path(), Opening::default());
-        fs::write(folder.path().join("other"), "another's").expect("written");
-        fs::rename(folder.path().join("other"), &path).expect("renamed");
-        draw_across(&mut studio, 0.2);
-        let events = document(&studio).event_count();
-        assert!(said(&studio).contains("another file was put in its place"), "{}", said(&studio));
-        studio.command(Command::SaveAs(folder.path().join(again)));
-        // Another file is now at its place.
-        assert_eq!(studio.question().is_some(), again == "a.ron");
-        studio.command(Command::Answer(Answer::Replace));
-        assert_eq!(events_in(&folder.path().join(again)) as u64, events);
-        assert_eq!(fs::read(&path).expect("a file") == b"another's", again == "b.ron");
-        studio.ask_to_close();
-        assert!(studio.is_closing());
-        studio.close().expect("written");
-        assert!(files_in(&folder.path().join("autosaves")).is_empty());
     }
 }
 

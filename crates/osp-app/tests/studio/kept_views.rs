@@ -7,18 +7,17 @@ use std::{
 };
 
 use egui::{Key, Modifiers};
-use egui_kittest::kittest::Queryable;
 use osp::glam::{Quat, Vec2, Vec3};
 use osp_app::{Button, Command, Held, Input, ReplayStart};
 use osp_render::Image;
 use osp_session::{
-    recording::{self, Camera, Event, Flush, Header, OpenOptions, Pace, RonWriter, SynthKind, synthesize},
+    recording::{Camera, Flush, Header, OpenOptions, Pace, RonWriter, SynthKind, synthesize},
     replay::CameraChoice,
 };
 
 use crate::{
     drawing::{Table, across},
-    panel::{Person, across as line, drag, sketch},
+    panel::{Person, sketch},
 };
 
 const SIZE_PX: Vec2 = Vec2::new(800.0, 600.0);
@@ -176,28 +175,4 @@ fn frames_go_to_a_new_folder_in_their_order_and_the_command_for_a_video_is_said(
     assert!(said.contains("20 frames") && said.contains("ffmpeg -framerate 30"), "{said}");
     assert!(said.contains("mine-frames-2/*.png"), "{said}");
     assert!(table.folder.path().join("mine-frames-1").read_dir().expect("a folder").next().is_none());
-}
-
-#[test]
-fn a_replay_reads_a_kept_view_as_no_edit() {
-    let mut table = Table::new();
-    table.drag(Button::Primary, &across(0.0));
-    table.studio.command(Command::KeepView(0));
-    let document = table.studio.session();
-    let events = recording::open(document.path(), &OpenOptions::default()).expect("a recording");
-    let views = events.filter(|event| matches!(event, Ok(Event::View { slot: 0, .. }))).count();
-    assert_eq!(views, 1);
-    assert_eq!(document.scene().counts().ignored_events, 0);
-}
-
-#[test]
-fn the_first_window_teaches_until_somebody_draws_and_the_help_always() {
-    let mut harness = sketch();
-    assert!(!harness.state().interface.settings().has_drawn);
-    harness.press(Key::F1);
-    assert!(harness.query_by_label_contains("Drag with the left button to draw").is_some());
-    harness.press(Key::F1);
-    drag(&mut harness, &line());
-    harness.run_steps(3);
-    assert!(harness.state().interface.settings().has_drawn, "it is not taught again");
 }

@@ -5,8 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use egui::{Key, Modifiers, accesskit::Role};
-use egui_kittest::kittest::{NodeT, Queryable};
+use egui::Key;
+use egui_kittest::kittest::Queryable;
 use osp::glam::{Vec2, Vec3};
 use osp_app::{Access, Button, Command, Opening, Session, ToolChoice};
 use osp_session::recording::Tool;
@@ -152,31 +152,6 @@ fn undo_of_a_copy_begins_with_its_own_edits() {
 }
 
 #[test]
-fn a_sketch_beside_its_artists_view_is_shown_whole() {
-    let table = opened(",camera:(p:(0,0,1),q:(0,1,0,0),fov_degrees:40)");
-    assert_eq!(table.studio.report().drawn, 1, "the artist looked in the opposite direction");
-}
-
-#[test]
-fn files_are_suggested_beside_the_original() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = painting(folder.path(), "");
-    let mut harness = window(|autosaves| Session::open(&path, autosaves).expect("a session").0);
-    for (keys, name) in [
-        ((Modifiers::COMMAND, Key::E), "painting.glb"),
-        ((Modifiers::COMMAND | Modifiers::SHIFT, Key::E), "painting.tilt"),
-        ((Modifiers::COMMAND, Key::P), "painting.png"),
-        // The original stays.
-        ((Modifiers::COMMAND | Modifiers::SHIFT, Key::S), "painting-copy.ron"),
-    ] {
-        harness.press_with(keys.0, keys.1);
-        let suggested = harness.get_by_role(Role::TextInput).accesskit_node().value().expect("text");
-        assert_eq!(Path::new(&suggested), folder.path().join(name));
-        harness.press(Key::Escape);
-    }
-}
-
-#[test]
 fn a_sketch_is_seen_with_the_field_of_view_of_its_artist() {
     let mut table = Table::new();
     let half_height = |table: &mut Table| {
@@ -206,20 +181,6 @@ fn a_sketch_is_seen_with_the_field_of_view_of_its_artist() {
     }
     table.studio.command(Command::New);
     assert!((half_height(&mut table) - 27.5_f32.to_radians().tan()).abs() < 1.0e-4);
-}
-
-#[test]
-fn the_artists_view_is_a_key_away() {
-    let mut table = opened(",camera:(p:(0,0,1),q:(0,0,0,1),fov_degrees:40)");
-    let seen = table.studio.views()[0].view;
-    table.drag(Button::Primary, &across(0.0));
-    table.studio.command(Command::ShowAll);
-    table.frame();
-    assert!(table.studio.views()[0].view.eye_in_world.distance(seen.eye_in_world) > 0.1);
-    table.studio.command(Command::ShowAsPainted);
-    table.frame();
-    let back = table.studio.views()[0].view;
-    assert!(back.eye_in_world.distance(seen.eye_in_world) < 1.0e-4, "{back:?}");
 }
 
 #[test]
@@ -292,28 +253,4 @@ fn who_turns_the_camera_leaves_the_recorded_one() {
         act(&mut table);
         assert!(!table.studio.follows_replay_camera());
     }
-}
-
-#[test]
-fn strokes_before_the_near_plane_of_the_artist_are_not_in_the_picture() {
-    for (near, expected_m) in [(",near_m:0.5", 0.5), ("", 0.04)] {
-        let table = opened(&format!(",camera:(p:(0,0,1),q:(0,0,0,1),fov_degrees:40{near})"));
-        let found_m = table.studio.views()[0].view.projection.near_m;
-        assert!((found_m - expected_m).abs() < 1.0e-3, "{found_m}");
-    }
-}
-
-#[test]
-fn draw_in_a_replay_leads_to_the_tools() {
-    let mut table = Table::new();
-    let path = painting(table.folder.path(), "");
-    table.studio.command(Command::PlayFile(path.clone()));
-    table.frame();
-    // There is nothing to draw with: the left button orbits.
-    let before = table.studio.views()[0].view.eye_in_world;
-    table.drag(Button::Primary, &across(0.0));
-    assert!(table.studio.views()[0].view.eye_in_world.distance(before) > 0.1);
-    table.studio.command(Command::OpenAs(path, Opening { draws: true, ..Opening::default() }));
-    table.frame();
-    assert!(table.studio.can_draw() && table.studio.tool() == RIBBON && table.studio.layers().grid);
 }

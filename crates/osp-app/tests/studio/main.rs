@@ -24,7 +24,6 @@ mod panel;
 mod rigs;
 mod senders;
 mod spans;
-mod tests_of_occlusion;
 mod tracker;
 mod turns;
 mod walls;

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use crate::panel::{Person, Window, across, drag, replay, sketch};
+use crate::panel::{Person, Window, across, drag, sketch};
 use egui::{Key, Modifiers, accesskit::Role};
 use egui_kittest::{
     Harness,
@@ -16,13 +16,6 @@ use osp_session::{brush, recording::Tool};
 
 fn open_menu(harness: &mut Harness<'_, Window>, name: &str) {
     harness.click_button(name);
-}
-
-/// Whether an entry of a menu is enabled. Its label ends with its key.
-fn is_offered(harness: &Harness<'_, Window>, name: &str) -> bool {
-    let entry =
-        harness.query_all_by_label_contains(name).find(|node| node.accesskit_node().role() == Role::Button);
-    !entry.unwrap_or_else(|| panic!("no entry {name}")).accesskit_node().is_disabled()
 }
 
 fn pick(harness: &mut Harness<'_, Window>, menu: &str, name: &str) {
@@ -127,48 +120,6 @@ fn the_menu_and_a_key_export_a_sketch_of_tilt_brush() {
 }
 
 #[test]
-fn home_may_be_written_as_a_tilde() {
-    let mut harness = sketch();
-    drag(&mut harness, &across());
-    harness.press_with(Modifiers::COMMAND, Key::E);
-    let home = std::env::home_dir().expect("a home");
-    let suggested = harness.get_by_role(Role::TextInput).accesskit_node().value().expect("text");
-    assert_eq!(Path::new(&suggested), home.join("sketch.glb"));
-    type_path(&mut harness, Path::new("~/no such folder of osp's tests/a.glb"));
-    let reason = home.join("no such folder of osp's tests/a.glb").display().to_string();
-    assert!(harness.query_all_by_label_contains(&reason).next().is_some());
-    harness.click_on("Cancel");
-    assert!(harness.query_by_role(Role::TextInput).is_none());
-}
-
-#[test]
-fn what_cannot_be_done_is_offered_neither_by_menu_nor_by_key() {
-    let mut harness = replay();
-    open_menu(&mut harness, "Edit");
-    for name in ["Undo", "Redo", "Erase selection", "Group selection", "Select all", "Select nothing"] {
-        assert!(!is_offered(&harness, name), "{name}");
-    }
-    harness.press(Key::Escape);
-    open_menu(&mut harness, "File");
-    assert!(!is_offered(&harness, "Save as…") && !is_offered(&harness, "Discard…"));
-    assert!(is_offered(&harness, "Open…") && is_offered(&harness, "Quit"));
-    harness.press(Key::Escape);
-    let tool = harness.state().studio.tool();
-    for key in [Key::Num2, Key::X, Key::V, Key::R, Key::B, Key::Delete] {
-        harness.press(key);
-        assert_eq!(harness.state().studio.tool(), tool, "{key:?}");
-    }
-    harness.press_with(Modifiers::COMMAND, Key::S);
-    assert!(harness.query_by_role(Role::TextInput).is_none(), "a replay is not saved");
-    let impossible =
-        SHORTCUTS.iter().filter(|shortcut| !shortcut.action.is_possible(&harness.state().studio));
-    assert!(impossible.count() > 15);
-    // Commands that only show something work.
-    harness.press(Key::M);
-    assert_ne!(harness.state().studio.tool(), tool);
-}
-
-#[test]
 fn menus_do_what_their_keys_do() {
     let mut harness = sketch();
     drag(&mut harness, &across());
@@ -238,28 +189,6 @@ fn what_cannot_be_redone_undoes_nothing() {
 }
 
 #[test]
-fn save_says_where_the_session_is_only_if_it_is_there() {
-    let mut harness = sketch();
-    let folder = harness.state().folder.path().to_owned();
-    harness.state_mut().studio.command(Command::SaveAs(folder.join("empty.ron")));
-    harness.state_mut().studio.command(Command::Save);
-    let last =
-        |harness: &Harness<'_, Window>| harness.state().studio.messages().last().cloned().expect("a message");
-    assert!(last(&harness).contains("nothing is drawn yet"), "{}", last(&harness));
-    harness.run_steps(2);
-    drag(&mut harness, &across());
-    harness.state_mut().studio.command(Command::Save);
-    assert!(last(&harness).contains("the whole session is in") && folder.join("empty.ron").exists());
-    // A name without a file is reported, and so is the drawing without a name.
-    harness.command(Command::New);
-    drag(&mut harness, &across());
-    harness.state_mut().studio.command(Command::Open(folder.join("mistyped.ron")));
-    let said = harness.state().studio.messages().join("\n");
-    assert!(said.contains("the drawing without a name is in"), "{said}");
-    assert!(said.contains("mistyped.ron: there was no such file"), "{said}");
-}
-
-#[test]
 fn a_picture_replaces_no_session() {
     let mut harness = sketch();
     drag(&mut harness, &across());
@@ -269,42 +198,6 @@ fn a_picture_replaces_no_session() {
     let outcome = harness.state_mut().studio.take_file_outcome();
     assert!(outcome.is_some_and(|outcome| outcome.is_err()));
     assert!(fs::read_to_string(path).expect("a session").starts_with("Header"));
-}
-
-#[test]
-fn the_hint_names_what_the_left_button_does() {
-    let mut harness = sketch();
-    for (key, what) in
-        [(Key::Num1, "draw"), (Key::X, "erase"), (Key::V, "select and move"), (Key::M, "measure")]
-    {
-        harness.press(key);
-        let label = format!("left button: {what}");
-        assert!(harness.query_by_label_contains(&label).is_some(), "{what}");
-    }
-}
-
-#[test]
-fn a_brush_is_found_by_its_whole_name_first() {
-    let mut harness = sketch();
-    harness.press(Key::B);
-    harness.get_by_role(Role::TextInput).type_text("light");
-    harness.run_steps(2);
-    harness.press(Key::Enter);
-    assert_eq!(harness.state().studio.brush().paint, brush::find("Light"));
-}
-
-#[test]
-fn keys_are_searched() {
-    let mut harness = sketch();
-    harness.press(Key::F1);
-    assert!(harness.query_by_label_contains("Ctrl+[").is_some());
-    assert!(harness.query_by_label("mirror the selection").is_some());
-    harness.get_by_role(Role::TextInput).focus();
-    harness.run_steps(1);
-    harness.get_by_role(Role::TextInput).type_text("turn the selection");
-    harness.run_steps(3);
-    assert!(harness.query_by_label("mirror the selection").is_none());
-    assert!(harness.query_by_label("turn the selection left").is_some());
 }
 
 #[test]
@@ -331,42 +224,6 @@ fn the_key_of_a_shortcut_does_not_fly_when_the_modifier_is_released_first() {
     harness.event(key(true, Modifiers::NONE));
     harness.run_steps(5);
     assert_ne!(eye(&harness), before, "the key alone flies");
-}
-
-#[test]
-fn space_and_the_left_button_move_sideways() {
-    let mut harness = sketch();
-    drag(&mut harness, &across());
-    let events = harness.state().studio.session().event_count();
-    let view = |harness: &Harness<'_, Window>| harness.state().studio.views()[0].view;
-    let before = view(&harness);
-    let space = |pressed| egui::Event::Key {
-        key: Key::Space,
-        physical_key: None,
-        pressed,
-        repeat: false,
-        modifiers: Modifiers::NONE,
-    };
-    harness.event(space(true));
-    harness.step();
-    drag(&mut harness, &across());
-    harness.event(space(false));
-    harness.step();
-    let after = view(&harness);
-    assert_eq!(harness.state().studio.session().event_count(), events, "nothing is drawn");
-    assert!(after.eye_in_world.distance(before.eye_in_world) > 0.1);
-    assert_eq!(after.world_from_view, before.world_from_view);
-}
-
-#[test]
-fn a_picture_shows_the_model_alone() {
-    let mut harness = sketch();
-    drag(&mut harness, &across());
-    harness.run_steps(1);
-    assert!(!harness.state().studio.lines().is_empty(), "the floor, and the ring of the pen");
-    let path = harness.state().folder.path().join("picture.png");
-    harness.command(Command::Picture(path));
-    assert!(harness.state().studio.lines().is_empty());
 }
 
 #[test]

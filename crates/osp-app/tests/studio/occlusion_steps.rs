@@ -1,6 +1,6 @@
 //! Occlusion culling step by step, in the window.
 
-use crate::panel::{Person, Window, replay, window};
+use crate::panel::{Person, Window, window};
 use egui::{Key, accesskit::Role};
 use egui_kittest::{
     Harness,
@@ -95,75 +95,4 @@ fn occlusion_is_shown_plane_by_plane() {
     harness.press(Key::F4);
     assert!(!says(&harness, "Occlusion, step by step") && harness.state().studio.steps().is_none());
     assert_eq!(faces(&harness), 0);
-}
-
-#[test]
-fn the_steps_are_offered_by_the_menu_and_the_culling_panel() {
-    let mut harness = vanish();
-    harness.click_button("View");
-    let entry = harness.query_all_by_label_contains("Show occlusion steps").next();
-    entry.expect("an entry").click();
-    harness.run_steps(4);
-    assert!(harness.state().studio.steps().is_some());
-    harness.click_button("Close");
-    assert!(harness.state().studio.steps().is_none());
-    harness.press(Key::F2);
-    harness.get_by_label("occlusion, step by step (F4)").click_accesskit();
-    harness.run_steps(4);
-    assert!(harness.state().studio.steps().is_some());
-}
-
-#[test]
-fn the_steps_follow_the_view_and_the_model_once_these_rest() {
-    let mut harness = replay();
-    harness.command(Command::Seek(301));
-    // The window asks for the frames that find the steps and show them.
-    harness.state_mut().studio.command(Command::Steps(StepsEdit::Show(true)));
-    let mut frames = 0;
-    while harness.state().studio.next_frame_in().is_some() && frames < 9 {
-        harness.step();
-        frames += 1;
-    }
-    assert!((2..9).contains(&frames) && says(&harness, "Plane 0 of "), "{frames}");
-    let in_view = |harness: &Harness<'_, Window>| {
-        let steps = harness.state().studio.steps().expect("the steps are shown");
-        (steps.is_stale(), steps.counts().map(|counts| counts.in_view))
-    };
-    let visible = |harness: &Harness<'_, Window>| {
-        harness.state().studio.culling().in_view(0).map(|set| set.len() as u64)
-    };
-    assert_eq!(in_view(&harness), (false, visible(&harness)));
-    assert!(visible(&harness) > Some(0));
-    // The last polygons are gone: none of them may be drawn.
-    harness.state_mut().studio.command(Command::Seek(20));
-    harness.step();
-    assert!(in_view(&harness).0);
-    harness.run_steps(3);
-    assert_eq!(in_view(&harness), (false, visible(&harness)));
-    harness.command(Command::Play(true));
-    let waits = (0..60).any(|_| {
-        harness.step();
-        says(&harness, "out of date: updates when view and model stand still")
-    });
-    assert!(waits, "the model grows");
-    harness.command(Command::Play(false));
-    assert_eq!(in_view(&harness), (false, visible(&harness)));
-    // With a frozen culling camera the view may move.
-    harness.press(Key::C);
-    let line = step(&harness).0;
-    harness.command(Command::ShowAll);
-    assert_eq!((in_view(&harness).0, step(&harness).0), (false, line));
-    assert!(says(&harness, "orbit to look at the planes from the side"));
-    harness.press(Key::C);
-    assert_eq!(in_view(&harness), (false, visible(&harness)));
-}
-
-#[test]
-fn a_view_without_polygons_has_no_occluders_and_one_step() {
-    let mut harness = crate::panel::sketch();
-    assert!(!harness.state().studio.can(&Command::Steps(StepsEdit::By(1))));
-    harness.press(Key::F4);
-    assert!(says(&harness, "Plane 0 of 0") && says(&harness, "none"));
-    harness.press(Key::N);
-    assert_eq!(harness.state().studio.steps().map(|steps| steps.planes()), Some(0));
 }

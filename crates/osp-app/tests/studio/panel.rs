@@ -1,13 +1,7 @@
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect, Vec2, accesskit::Role};
-use egui_kittest::{
-    Harness,
-    kittest::{NodeT, Queryable},
-};
+use egui_kittest::{Harness, kittest::Queryable};
 use osp::glam;
-use osp_app::{
-    Autosaves, Command, FrameReport, FrameStage, FrameTimes, Room, Session, Span, Studio, ToolChoice,
-    ui::{Interface, SHORTCUTS},
-};
+use osp_app::{Autosaves, Command, FrameReport, Room, Session, Span, Studio, ToolChoice, ui::Interface};
 use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
@@ -138,16 +132,6 @@ pub(crate) fn across() -> Vec<(f32, f32)> {
 }
 
 #[test]
-fn an_event_of_the_pointer_is_a_polygon_in_the_frame_it_came_before() {
-    let mut harness = sketch();
-    for (number, report) in drag(&mut harness, &across()).iter().enumerate() {
-        assert!(report.samples > 0 && report.record.inserted > 0, "event {number}: {report:?}");
-        assert_eq!(report.drawn, report.record.polygons, "what is new is among what the frame draws");
-    }
-    assert!(harness.state().report.record.polygons > 10);
-}
-
-#[test]
 fn every_tool_has_a_button_and_a_key() {
     let mut harness = sketch();
     for (name, key, tool) in [
@@ -171,112 +155,6 @@ fn every_tool_has_a_button_and_a_key() {
     harness.click_on("colour 64 168 214");
     let [r, g, b, a] = harness.state().studio.brush().color.map(|c| (c * 255.0).round() as u8);
     assert_eq!([r, g, b, a], [64, 168, 214, 255]);
-}
-
-#[test]
-fn undo_and_redo_are_offered_when_there_is_something() {
-    let mut harness = sketch();
-    let is_enabled = |harness: &Harness<'_, Window>, name: &str| {
-        !harness.get_by_role_and_label(Role::Button, name).accesskit_node().is_disabled()
-    };
-    assert!(!is_enabled(&harness, "Undo") && !is_enabled(&harness, "Redo"));
-    drag(&mut harness, &across());
-    let drawn = harness.state().report.record.polygons;
-    harness.run_steps(2);
-    assert!(is_enabled(&harness, "Undo") && !is_enabled(&harness, "Redo"));
-    harness.click_on("Undo");
-    assert_eq!(harness.state().report.record.polygons, 0);
-    assert!(is_enabled(&harness, "Redo"));
-    harness.click_on("Redo");
-    assert_eq!(harness.state().report.record.polygons, drawn);
-}
-
-#[test]
-fn the_index_is_changed_while_something_is_drawn() {
-    let mut harness = with_panel(sketch());
-    drag(&mut harness, &across());
-    let drawn = harness.state().report.drawn;
-    for kind in [IndexKind::BruteForce, IndexKind::OctreeRebuild, IndexKind::Osp] {
-        harness.get_by_role_and_label(Role::ComboBox, "index (I)").click();
-        harness.run_steps(3);
-        harness.click_button(kind.name());
-        assert_eq!(harness.state().studio.culling().kind(), kind);
-        assert_eq!(harness.state().report.drawn, drawn, "{}", kind.name());
-    }
-}
-
-#[test]
-fn only_sound_ways_to_find_what_is_hidden_are_offered() {
-    let mut harness = with_panel(sketch());
-    drag(&mut harness, &across());
-    let drawn = harness.state().report.drawn;
-    harness.get_by_role_and_label(Role::ComboBox, "occlusion (O)").click();
-    harness.run_steps(3);
-    assert!(harness.query_by_role_and_label(Role::Button, "msvbsp-paper").is_none());
-    harness.get_by_role_and_label(Role::Button, "msvbsp").click();
-    // If nothing hides anything, later frames do not search for occluders.
-    harness.run_steps(3);
-    assert_eq!(harness.state().studio.culling().occlusion().name(), "msvbsp");
-    assert_eq!(harness.state().report.drawn, drawn, "nothing hides anything here");
-    assert!(harness.state().report.record.occlusion.used);
-}
-
-#[test]
-fn the_panel_says_what_each_stage_took() {
-    let mut harness = with_panel(sketch());
-    let mut times = FrameTimes::default();
-    for (i, stage) in FrameStage::ALL.into_iter().enumerate() {
-        times.set(stage, (i as u64 + 1) * 1_250_000);
-    }
-    harness.state_mut().interface.note_frame(times);
-    harness.run_steps(2);
-    for (i, stage) in FrameStage::ALL.into_iter().enumerate() {
-        // Some words are also checked.
-        assert!(harness.query_all_by_label(stage.name()).next().is_some(), "{}", stage.name());
-        harness.get_by_label(&format!("{:.2} ms", (i + 1) as f64 * 1.25));
-        harness.get_by_label(&format!("{:.1} %", (i + 1) as f64 * 100.0 / 28.0));
-    }
-    harness.get_by_label("35.00 ms");
-    harness.get_by_label("frame times");
-    harness.get_by_label_contains("times: means of 1 frames; resolution of the clock: ");
-    // With a coarse clock a frame takes no time, or a whole step. So means are shown.
-    harness.state_mut().interface.note_frame(FrameTimes::default());
-    harness.run_steps(2);
-    harness.get_by_label("17.50 ms");
-    harness.get_by_label_contains("times: means of 2 frames; resolution of the clock: ");
-    assert!(harness.state().interface.clock_step_ns() > 0);
-    // The panel is closed, and opened again.
-    harness.press(Key::F2);
-    assert!(harness.query_by_label("frame times").is_none());
-    let wide = harness.state().model.width();
-    harness.press(Key::F2);
-    assert_eq!(harness.state().model.width(), wide, "it lies over the model, which stays in place");
-}
-
-#[test]
-fn the_culling_camera_is_frozen_by_its_box() {
-    let mut harness = with_panel(sketch());
-    drag(&mut harness, &across());
-    harness.click_on("freeze the culling camera (C)");
-    assert!(harness.state().studio.is_frozen());
-    harness.press(Key::C);
-    assert!(!harness.state().studio.is_frozen());
-    harness.click_on("frustum culling");
-    assert!(!harness.state().studio.culling().stages.frustum);
-}
-
-#[test]
-fn the_list_of_keys_is_the_keys() {
-    let mut harness = sketch();
-    harness.press(Key::F1);
-    for shortcut in SHORTCUTS {
-        assert!(harness.query_all_by_label(shortcut.what).next().is_some(), "{}", shortcut.what);
-    }
-    let mut seen = Vec::new();
-    for shortcut in SHORTCUTS {
-        assert!(!seen.contains(&shortcut.keys), "{:?} twice", shortcut.keys);
-        seen.push(shortcut.keys);
-    }
 }
 
 #[test]

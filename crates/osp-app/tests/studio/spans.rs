@@ -1,13 +1,11 @@
 //! Two picked points: the distance between them, and the strokes in a box or a sphere.
 
-use egui::Key;
-use egui_kittest::kittest::Queryable;
 use osp_app::{Button, Command, Held, Span, ToolChoice};
 use osp_rivals::IndexKind;
 
 use crate::{
     drawing::{Table, across},
-    panel::{Person, drag, sketch},
+    panel::Person,
 };
 
 /// A table with ribbons above, in and below the middle; their numbers from the highest.
@@ -77,18 +75,4 @@ fn what_is_in_a_box_or_a_sphere_is_selected_with_every_index() {
         table.drag_held(&[(0.0, 0.5), (0.0, 0.4)], Held { shift: true, ..Held::default() });
         assert_eq!(selected(&table), [ids[0], ids[2]], "{}", kind.name());
     }
-}
-
-#[test]
-fn the_panel_tells_the_distance() {
-    let mut harness = sketch();
-    let line: Vec<(f32, f32)> = (0..16).map(|i| (0.2 + i as f32 * 0.04, 0.5)).collect();
-    drag(&mut harness, &line);
-    assert!(harness.query_by_label_contains("distance").is_none());
-    harness.press(Key::M);
-    drag(&mut harness, &[(0.3, 0.5), (0.5, 0.5), (0.7, 0.5)]);
-    harness.run_steps(2);
-    let (from, to) = harness.state().studio.measured().expect("two points");
-    assert!(from.distance(to) > 0.1);
-    harness.get_by_label(&format!("distance {:.4} m", from.distance(to)));
 }

@@ -5,7 +5,7 @@ use std::{net::UdpSocket, path::Path};
 use crate::drawing::Table;
 use osp::glam::Vec3;
 use osp_app::{
-    Autosaves, Button, Command, Room, Session, Studio,
+    Button, Command, Room, Studio,
     tracker::{Listening, Message, Tracker, TrackerAddress, TrackerKey, TrackerOptions},
 };
 use osp_session::{
@@ -34,10 +34,6 @@ pub(crate) fn hear(studio: &mut Studio, packet: &str, messages: u64) -> UdpSocke
     socket.send(packet.as_bytes()).expect("sent");
     wait_until("the datagram", || tracker.counts().messages == messages);
     socket
-}
-
-fn key(word: &str) -> TrackerOptions {
-    TrackerOptions { key: Some(word.parse::<TrackerKey>().expect("a key")), ..TrackerOptions::default() }
 }
 
 /// Writes a session of triangles of this size, each with its stroke and its place.
@@ -228,43 +224,6 @@ fn a_long_file_is_read_whole_however_slowly_it_is_taken() {
     });
     assert_eq!((tracker.counts().messages, tracker.counts().dropped), (LINES as u64, 0));
     assert!(woken.try_iter().count() >= 1);
-}
-
-#[test]
-fn an_address_that_other_machines_reach_has_a_warning() {
-    let warning = |text: &str, options: &TrackerOptions| {
-        text.parse::<TrackerAddress>().expect("an address").warning(options)
-    };
-    let plain = TrackerOptions::default();
-    for address in ["udp://0.0.0.0:9327", "udp://[::]:9327", "udp://192.168.0.7:9"] {
-        let without_key = warning(address, &plain).expect("a warning");
-        assert!(without_key.contains(address) && without_key.contains("--tracker-key"), "{without_key}");
-        let with_key = warning(address, &key("a-word")).expect("a warning");
-        assert!(with_key.contains("unencrypted") && !with_key.contains("a-word"), "{with_key}");
-    }
-    for address in ["udp://", "udp://127.0.0.2:9", "udp://[::1]:9", "-", "poses.txt"] {
-        assert_eq!(warning(address, &plain), None, "{address}");
-    }
-}
-
-/// A replay ignores the tracker.
-#[test]
-fn a_replay_takes_what_a_tracker_says_and_changes_nothing() {
-    let recording = format!("{}/recordings/scribble.ron", osp_testkit::ROOT);
-    let folder = tempfile::tempdir().expect("a folder");
-    let player = Session::to_play(
-        Path::new(&recording),
-        osp_session::recording::Pace::Samples(64),
-        osp_session::replay::CameraChoice::Auto,
-    );
-    let subject = player.expect("a session");
-    let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-    let mut studio = Studio::new(subject, autosaves, osp_rivals::IndexKind::Osp);
-    studio.command(Command::Seek(40));
-    let before = studio.scene().counts();
-    hear(&mut studio, "undo\nhand 0 0 0 0 0 0 1 1\nhand 1 0 0 0 0 0 1 1\nerase 0 0 0", 4);
-    studio.frame(glam::Vec2::new(800.0, 600.0), 0.016);
-    assert_eq!((studio.scene().counts(), studio.is_moving()), (before, false));
 }
 
 #[test]

@@ -50,32 +50,6 @@ fn has(harness: &Harness<'_, Window>, part: &str) -> bool {
 }
 
 #[test]
-fn the_strip_says_what_the_tracker_does() {
-    let (mut harness, socket) = on_walls();
-    assert!(has(&harness, "nothing yet") && has(&harness, "unknown (frames have no numbers)"));
-    assert!(has(&harness, "no smoothing, no prediction"));
-    send(&mut harness, &socket, "frame 7\nhead 0.25 1.5 -0.125 0 0 0 1");
-    send(&mut harness, &socket, "frame 10\nhand 0.5 1 0.375 0 0 0 1 0");
-    send(&mut harness, &socket, "frame 9\nhand 0.5 1 0.375 0 0 0 1 0");
-    assert!(has(&harness, "0.25 1.50 -0.12 m") && has(&harness, "0.50 1.00 0.38 m"));
-    let counts =
-        |harness: &Harness<'_, Window>| harness.state().studio.tracker().expect("a tracker").counts();
-    // Frame 8 is lost, and 9 came late.
-    assert_eq!(counts(&harness).lost, Some(1));
-    harness.get_by_label("1");
-    send(&mut harness, &socket, "head 0.25 1.5 -0.125 0 0 0 1");
-    harness.state_mut().studio.note_shown();
-    assert!(has(&harness, " a second"));
-    assert!(harness.state().studio.watch().latency().is_some());
-    wait_until("the hand to be lost", || {
-        harness.step();
-        has(&harness, "lost ")
-    });
-    // Without a tracker and a rig there is no strip.
-    assert!(!has(&sketch(), "no smoothing"));
-}
-
-#[test]
 fn a_head_behind_a_screen_sees_it_from_in_front_and_is_told() {
     let (mut harness, socket) = on_walls();
     let views = |harness: &Harness<'_, Window>| {
@@ -179,29 +153,6 @@ fn three_touched_corners_put_the_tracker_into_the_room() {
     assert!(!has(&harness, "expected three points"));
     harness.press(egui::Key::Escape);
     assert!(!has(&harness, "Take this point (Enter)"));
-}
-
-#[test]
-fn the_strip_sets_how_the_screens_show_the_model() {
-    let (mut harness, _socket) = on_walls();
-    let eyes = |harness: &Harness<'_, Window>| {
-        let views = harness.state().studio.views();
-        views.iter().map(|view| (view.eye, view.from.y, view.from.x)).collect::<Vec<_>>()
-    };
-    assert_eq!(eyes(&harness)[..2], [(Eye::Left, 0.0, 0.0), (Eye::Right, 0.0, 0.25)]);
-    harness.get_by_label("swap the eyes").click_accesskit();
-    harness.run_steps(2);
-    assert_eq!(eyes(&harness)[..2], [(Eye::Left, 0.0, 0.25), (Eye::Right, 0.0, 0.0)]);
-    harness.command(Command::Stereo(Stereo::TopBottom));
-    // The left eye's picture is the upper one, but they are swapped.
-    assert_eq!(eyes(&harness)[..2], [(Eye::Left, 0.0, 0.0), (Eye::Right, 0.5, 0.0)]);
-    harness.command(Command::EyeSeparation(0.1));
-    let views = harness.state().studio.views();
-    let apart_m = views[0].view.eye_in_world.distance(views[1].view.eye_in_world);
-    assert!((apart_m - 0.1).abs() < 1.0e-4, "{apart_m}");
-    harness.get_by_label("test pattern").click_accesskit();
-    harness.run_steps(2);
-    assert!(harness.state().studio.room().shows_pattern());
 }
 
 /// The script that docs/walls.md names turns the output of VRPN's `vrpn_print_devices` into messages.

@@ -4,9 +4,7 @@ use std::{fmt::Write, fs, path::PathBuf, time::Duration};
 
 use glam::Vec2;
 use osp::occlusion::Occlusion;
-use osp_app::{
-    Answer, Autosaves, Button, Command, CullingPlan, Opening, Reading, Replay, Session, Studio, Waited,
-};
+use osp_app::{Autosaves, Button, Command, CullingPlan, Opening, Reading, Replay, Session, Studio, Waited};
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{OpenOptions, Pace},
@@ -291,20 +289,4 @@ fn a_window_that_is_closed_waits_for_its_model_and_gives_back_what_it_reads() {
     studio.command(Command::Export(model.clone()));
     studio.close().expect("nothing was unwritten");
     assert!(fs::metadata(&model).expect("a model").len() > 1_000_000);
-}
-
-#[test]
-fn a_damaged_session_is_asked_about_once_it_was_read() {
-    let mut table = Table::new();
-    let path = table.folder.path().join("damaged.ron");
-    let face = "Polygon(vertices:[(0,0,0),(1,0,0),(0,1,0)],color:(1,1,1,1))\n";
-    fs::write(&path, format!("Header(format:1,name:\"x\",source:\"osp sketch 0\")\n{face}Poly(\n{face}"))
-        .expect("written");
-    table.studio.work_in_background();
-    table.studio.command(Command::Open(path));
-    wait(&mut table);
-    assert!(table.studio.question().is_some());
-    table.studio.command(Command::Answer(Answer::Lenient));
-    wait(&mut table);
-    assert_eq!(table.visible(), 2, "{:?}", table.studio.messages());
 }

@@ -95,36 +95,6 @@ pub fn run(data: &[u8]) {
         }
         Err(refused) => assert!(error.is_some(), "not appended to: {refused}"),
     }
-    #[cfg(feature = "window")]
-    if is_plain {
-        fs::write(&path, &bytes).expect("written");
-        go_on(&path, &before, &more, &bytes);
-    }
-}
-
-/// The session that the window goes on with: nothing that it was given is ever lost.
-#[cfg(feature = "window")]
-fn go_on(path: &Path, before: &[Event], more: &[Event], bytes: &[u8]) {
-    use osp_app::{Autosaves, Session};
-    let autosaves = Autosaves::new(path.parent().map(|folder| folder.join("autosaves")));
-    let Ok((mut document, _)) = Session::open(path, &autosaves) else {
-        assert_eq!(
-            fs::read(path).expect("the file"),
-            bytes,
-            "a file that cannot be gone on with is left alone"
-        );
-        return;
-    };
-    assert_eq!(fs::read(path).unwrap_or_default(), bytes, "opening changes nothing");
-    more.iter().for_each(|event| assert!(document.apply(event.clone()), "{event:?} is sound"));
-    document.close().expect("written");
-    let (after, error) = read(path, STRICT);
-    assert!(error.is_none(), "{error:?}");
-    // Between the two stand the ends of strokes, and of a step, that were left open.
-    assert!(after.starts_with(before) && after.ends_with(more), "{} events", after.len());
-    let between = &after[before.len()..after.len() - more.len()];
-    let is_end = |event: &Event| matches!(event, Event::End { .. } | Event::Step { edits: 0, .. });
-    assert!(between.iter().all(is_end), "{between:?}");
 }
 
 /// A damaged file may be refused. What was written behind the damage is read by whoever passes over it.

@@ -16,16 +16,10 @@ mod failing;
 mod flood;
 
 #[cfg(feature = "window")]
-mod names;
-
-#[cfg(feature = "window")]
 mod same_file;
 
 #[cfg(feature = "window")]
 mod sketch;
-
-#[cfg(unix)]
-mod slow_line;
 
 mod strangers;
 

@@ -142,55 +142,6 @@ fn every_index_is_measured_and_csv_and_json_have_the_same_rows() {
 }
 
 #[test]
-fn the_text_is_short_and_all_of_it_is_there_when_it_is_asked_for() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let file = session(folder.path());
-    let args = ["bench", &file, &file, "--quick", "--sizes", "200,600", "--pace", "samples:32"];
-    let output = OSP.run(args);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let short = stdout(&output);
-    assert!(short.lines().count() <= 60, "{} lines: {short}", short.lines().count());
-    for words in [
-        "threads",
-        "commit",
-        "On your 2 sketches ",
-        "Memory: ",
-        "times as long",
-        "Sessions: ",
-        "Growth: ",
-        "Moving things: ",
-        "ratio",
-    ] {
-        assert!(short.contains(words), "{words}: {short}");
-    }
-    let all = OSP.run([&args[..], &["--all", "--no-rays", "--index", "lbvh"]].concat());
-    let all = stdout(&all);
-    for words in [
-        "growth/still, scribble-600: 600 polygons",
-        "break even",
-        "entries inserted",
-        "moving/100 instances",
-        " lbvh ",
-    ] {
-        assert!(all.contains(words), "{words}: {all}");
-    }
-    assert!(!all.contains("Rays, ") && !all.contains("kd-tree"), "{all}");
-    assert_eq!(stderr(&output), "");
-}
-
-#[test]
-fn with_a_page_the_terminal_has_the_verdict_alone() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let page = folder.path().join("bench.html").to_str().expect("utf-8").to_owned();
-    let session = session(folder.path());
-    let args = ["bench", &session, "--quick", "--no-growth", "--no-rays", "--pace", "samples:32"];
-    let text = OSP.done([&args[..], &["--index", "bvh-sah", "--html", &page]].concat());
-    assert!(text.lines().count() <= 20, "{text}");
-    assert!(text.contains("times as long") && text.contains(&page), "{text}");
-    assert!(!text.contains("Sessions: "), "{text}");
-}
-
-#[test]
 fn wrong_use_is_refused_before_anything_is_measured() {
     for args in [
         &["bench", "--no-growth"][..],
@@ -202,25 +153,5 @@ fn wrong_use_is_refused_before_anything_is_measured() {
         let output = OSP.run(args);
         assert_eq!(output.status.code(), Some(2), "{args:?}");
         assert!(output.stdout.is_empty() && !output.stderr.is_empty(), "{args:?}");
-    }
-}
-
-#[test]
-fn rays_and_moving_things_can_be_left_out_and_are_in_the_tables_otherwise() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let session = session(folder.path());
-    let rays = [&session, "--no-growth", "--index", "bvh-sah", "--pace", "samples:32", "--all"];
-    let moving = ["--no-rays", "--sizes", "300", "--index", "lbvh"];
-    let of_rays = ["million/s", "walk best first", "sah-refitted", "hit ", "rays/nearest inside"];
-    for (args, option, heading, words) in [
-        (&rays[..], "--no-rays", "Rays, ranges and neighbours", &of_rays[..]),
-        (&moving, "--no-moving", "Moving things", &["group-index"]),
-    ] {
-        let args = [&["bench", "--quick"], args].concat();
-        let with = OSP.done(&args);
-        assert!(with.contains(heading) && !OSP.done([&args[..], &[option]].concat()).contains(heading));
-        for words in words {
-            assert!(with.contains(words), "{words}: {with}");
-        }
     }
 }

@@ -145,41 +145,6 @@ fn pins_tell_recordings_of_one_name_in_two_folders_apart() {
 }
 
 #[test]
-fn progress_is_shown_on_a_terminal_and_not_in_a_pipe() {
-    let folder = temp();
-    let session = small_session(folder.path());
-    let session = session.to_str().expect("utf-8");
-    let piped = OSP.run(["replay", session]);
-    assert_eq!(stderr(&piped), "");
-    // `script` gives the program a terminal of its own.
-    let command = format!("{} replay {session} --pace samples:1", OSP.0);
-    let on_terminal = |command: &str| {
-        Command::new("script").args(["-qec", command, "/dev/null"]).env("TERM", "xterm").output()
-    };
-    match on_terminal(&command) {
-        Ok(output) => assert!(stdout(&output).contains("frames, "), "{}", stdout(&output)),
-        Err(error) => {
-            eprintln!("skipped the terminal: script(1): {error}");
-            return;
-        }
-    }
-    let program = OSP.0;
-    let out = folder.path().join("out");
-    for (arguments, expected) in [
-        (format!("verify {session} --views 3 --size 64x64 --pixels 64x64"), "/3 views, "),
-        (format!("export {session} {}.glb --pace samples:1", out.display()), " frames, "),
-        (format!("bake {session} {}.pvs --cells 8", out.display()), " cells, "),
-    ] {
-        let output = on_terminal(&format!("{program} {arguments}")).expect("as before");
-        assert!(output.status.success() && stdout(&output).contains(expected), "{}", stdout(&output));
-        // What was shown has been removed: the result stands alone at the end.
-        let said = stdout(&output);
-        let last = said.rsplit("\u{1b}[2K").next().unwrap_or_default();
-        assert!(!last.contains(" left") && !last.contains(" events"), "{last}");
-    }
-}
-
-#[test]
 fn a_recording_that_cannot_be_written_is_named_as_asked_and_leaves_nothing() {
     let folder = temp();
     let session = small_session(folder.path());
@@ -191,15 +156,6 @@ fn a_recording_that_cannot_be_written_is_named_as_asked_and_leaves_nothing() {
         assert!(!said.contains("unfinished"), "{said}");
     }
     assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1);
-}
-
-#[test]
-fn a_file_of_no_known_format_is_described() {
-    let folder = temp();
-    let path = folder.path().join("picture.bin");
-    fs::write(&path, b"\x89PNG\r\n rest").expect("written");
-    let said = OSP.refused(["info", path.to_str().expect("utf-8")]);
-    assert!(said.contains(r#"a file that begins with "\x89PNG\r\n rest""#), "{said}");
 }
 
 #[test]
@@ -272,15 +228,6 @@ fn a_file_in_the_place_of_a_command_gets_a_hint() {
         );
     }
     assert!(OSP.refused(["replya"]).contains("a similar subcommand exists"));
-}
-
-#[test]
-fn a_session_without_polygons_cannot_be_verified() {
-    let folder = temp();
-    let path = folder.path().join("empty.ron");
-    fs::write(&path, "Header(format: 1)\n").expect("written");
-    let said = OSP.refused(["verify", path.to_str().expect("utf-8")]);
-    assert_eq!(said, format!("error: {} has no polygons\n", path.display()));
 }
 
 #[test]
@@ -435,86 +382,6 @@ fn a_pipe_is_read_once_wherever_a_file_is_read() {
         let said = OSP.refused(["info", device]);
         assert!(said.contains("one of the formats"), "{said}");
     }
-}
-
-#[cfg(feature = "bench")]
-#[test]
-fn indexes_are_drawn_as_cells_and_as_trees() {
-    let folder = temp();
-    let session = small_session(folder.path());
-    let session = session.to_str().expect("utf-8");
-    let path = |name: &str| folder.path().join(name).to_str().expect("utf-8").to_owned();
-    let draw = |more: &[&str]| OSP.run([&["draw-index", session, "--index", "bvh-median"], more].concat());
-    let output = draw(&[&path("cells.svg")]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let svg = fs::read_to_string(path("cells.svg")).expect("drawn");
-    let said = stdout(&output);
-    let nodes: usize = said
-        .split(" nodes")
-        .next()
-        .and_then(|text| text.rsplit(' ').next()?.replace(',', "").parse().ok())
-        .expect("the number of nodes");
-    assert!(nodes > 5, "{said}");
-    assert_eq!(svg.matches("<polyline").count(), nodes);
-    assert!(svg.matches("<polygon").count() > 100);
-
-    // The same model half way has fewer nodes; the tree has a circle for each.
-    let output = draw(&["--as", "tree", "--frame", "2", &path("tree.svg")]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let early = fs::read_to_string(path("tree.svg")).expect("drawn").matches("<circle").count();
-    assert!(0 < early && early < nodes, "{early} of {nodes}");
-
-    assert!(draw(&["--as", "tree", &path("tree.dot")]).status.success());
-    assert!(fs::read_to_string(path("tree.dot")).expect("drawn").starts_with("digraph"));
-    assert!(draw(&["--from", "top", &path("cells.png")]).status.success());
-    assert!(fs::read(path("cells.png")).expect("drawn").starts_with(b"\x89PNG"));
-
-    for (args, words) in [
-        (&["cells.bmp"][..], ".svg, .png or .dot"),
-        (&["cells.dot"], "--as tree"),
-        (&["--frame", "100000", "cells.svg"], "there is no frame 100000"),
-        (&["no-such-folder/cells.svg"], "no-such-folder"),
-    ] {
-        let output = draw(args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}");
-        assert!(stderr(&output).contains(words), "{args:?}: {}", stderr(&output));
-    }
-}
-
-#[test]
-fn picking_finds_the_same_polygon_in_every_index() {
-    let folder = temp();
-    let session = folder.path().join("room.ron");
-    let session = session.to_str().expect("utf-8");
-    OSP.done(["synth", "room", "--polygons", "800", session]);
-    let mut hits = 0;
-    for at in ["0.5,0.5", "0.3,0.7", "0,0"] {
-        let pick = |index: &str| OSP.json(["pick", session, "--at", at, "--index", index, "--json"]);
-        let expected = pick("brute-force");
-        hits += usize::from(expected["picked"].is_object());
-        for index in ["osp", "octree-rebuild", "dynamic-bvh"] {
-            let found = pick(index);
-            assert_eq!(found["picked"], expected["picked"], "{index} at {at}");
-            assert!(
-                found["polygons_asked"].as_u64() <= expected["polygons_asked"].as_u64(),
-                "{index} at {at}"
-            );
-        }
-    }
-    assert!(hits > 0, "walls are all around");
-    let words = stdout(&OSP.run(["pick", session, "--at", "0.5,0.5"]));
-    assert!(words.contains("polygon") && words.contains("tested"), "{words}");
-    let outside = OSP.refused(["pick", session, "--at", "1.5,0"]);
-    assert!(outside.contains("from 0 to 1"), "{outside}");
-}
-
-#[test]
-fn the_version_names_the_features() {
-    let text = stdout(&OSP.run(["--version"]));
-    assert!(text.starts_with(concat!("osp ", env!("CARGO_PKG_VERSION"))), "{text}");
-    let features = text.lines().nth(1).expect("a second line");
-    assert!(features.strip_prefix("features: ").is_some_and(|names| !names.is_empty()), "{text}");
-    assert_eq!(features.contains("window"), cfg!(feature = "window"), "{text}");
 }
 
 #[test]

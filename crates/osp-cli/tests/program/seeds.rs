@@ -155,27 +155,3 @@ fn every_command_of_the_table_runs() {
     }
     assert!(missing.is_empty(), "docs/seeds.md says what no command of the row prints: {missing:#?}");
 }
-
-#[test]
-fn a_figure_is_compared_with_what_is_printed() {
-    let cell = "`a` is 3; prints `1,664 polygons`, `x … 7 %`; longer: prints `9` (figure: `osp b`)";
-    assert_eq!(printed(cell).collect::<Vec<_>>(), ["1,664 polygons", "x … 7 %", "9"]);
-    let output = "room: (1,664  polygons), 12 in view\n x 64   0   7 % of all";
-    for figure in ["1,664 polygons", "polygons", "x … 7 %", "x 64 … all", "12 in view"] {
-        assert!(prints(output, figure), "{figure}");
-    }
-    for figure in
-        ["664 polygons", "1,664 poly", "7 % … x", "x 7 %", "polygons … 7 %", "2 in view", "of all more"]
-    {
-        assert!(!prints(output, figure), "{figure}");
-    }
-}
-
-#[test]
-fn a_row_without_a_command_is_seen() {
-    let text =
-        "| a | command |\n| --- | --- |\n| x | `osp info` |\n| y | |\n\ntext\n\n| b |\n| --- |\n| z |\n";
-    let rows = rows(text);
-    let found: Vec<_> = rows.iter().map(|row| (row.name.as_str(), row.commands.len())).collect();
-    assert_eq!(found, [("x", 1), ("y", 0)]);
-}

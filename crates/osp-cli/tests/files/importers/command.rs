@@ -54,50 +54,6 @@ fn info(folder: &Path, file: &str) -> serde_json::Value {
 }
 
 #[test]
-fn info_says_the_same_of_a_sketch_and_of_its_recording() {
-    let temp = tempfile::tempdir().unwrap();
-    let folder = temp.path();
-    let stroke = |layer| layer_stroke(layer, [1.0; 4], 0.5, 1.0, &raw_points(6, [0.0; 3], 0));
-    write(folder, "a.tilt/data.sketch", &sketch(5, &[stroke(0), stroke(1)]).0);
-    write(folder, "a.tilt/metadata.json", METADATA.as_bytes());
-    assert!(import(folder, &["a.tilt", "a.ron"]).status.success());
-    let said = info(folder, "a.tilt");
-    assert_eq!(said, info(folder, "a.ron"));
-    assert_eq!(said["environment"]["preset"], "Standard");
-    assert_eq!(said["layers"][1]["name"], "Notes");
-    assert_eq!(said["left_out"][0], "2 models (a.glb, b)");
-    let [row] = &said["brushes"].as_array().unwrap()[..] else { panic!("{said}") };
-    assert_eq!((&row["brush"], &row["drawn_as"]), (&"Flat".into(), &"ribbon, opaque, matte".into()));
-    assert_eq!((&row["strokes"], &row["hidden_strokes"], &row["points"]), (&2.into(), &1.into(), &12.into()));
-    let text = OSP.done_in(folder, ["info", "a.ron"]);
-    for line in [
-        "light       Standard, sky (0, 51, 102) below",
-        "layers      Main Canvas, Notes (hidden)",
-        "not shown   2 models (a.glb, b)",
-        "ribbon, opaque, matte; 1 of them hidden",
-    ] {
-        assert!(text.contains(line), "{line}: {text}");
-    }
-}
-
-#[test]
-fn import_and_info_name_a_brush_that_nobody_knows() {
-    let temp = tempfile::tempdir().unwrap();
-    let folder = temp.path();
-    write(folder, "a.tilt/data.sketch", &small_sketch().0);
-    write(folder, "a.tilt/metadata.json", METADATA.replace("2d35bcf0-e4d8", "00000000-0000").as_bytes());
-    let warning =
-        "the brush `00000000-0000-452c-97b1-3311be063130` is unknown: its strokes are plain ribbons";
-    let done = import(folder, &["a.tilt", "a.ron"]);
-    assert!(done.status.success(), "{}", stderr(&done));
-    assert_eq!(stderr(&done).matches(warning).count(), 1, "{}", stderr(&done));
-    let said = info(folder, "a.ron");
-    assert_eq!(said["brushes"][0]["drawn_as"], "unknown: drawn as a plain ribbon");
-    assert_eq!(said["brushes"][0]["strokes"], 3);
-    assert!(said["warnings"][0].as_str().unwrap().contains(warning), "{said}");
-}
-
-#[test]
 fn damage_writes_nothing_unless_lenient() {
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path();

@@ -53,21 +53,6 @@ fn files_below(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn shipped_recordings() {
-    let folder = Path::new(osp_testkit::ROOT).join("recordings");
-    let recordings: Vec<_> = files_below(&folder)
-        .into_iter()
-        .filter(|path| path.extension().is_some_and(|e| e == "ron"))
-        .collect();
-    assert!(recordings.len() >= 4);
-    for path in recordings {
-        let (header, format, events, error, _) = assert_same(&[&path]).unwrap();
-        assert_eq!((format, error), ("ron", None));
-        assert!(events.len() > 100 && !header.name.is_empty());
-    }
-}
-
-#[test]
 fn files_of_the_corpus() {
     let Some(corpus) = std::env::var_os("OSP_CORPUS").map(PathBuf::from) else {
         eprintln!("skipped: OSP_CORPUS is not set");

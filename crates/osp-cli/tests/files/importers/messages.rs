@@ -144,23 +144,6 @@ fn bad_lines_are_passed_over() {
 }
 
 #[test]
-fn json() {
-    let (history, raw) = super::files::small_cassie();
-    let error = message("a.json", history.replace("100.7", "true").as_bytes());
-    assert!(
-        error.starts_with("a.json, line 7: expected a CASSIE sketch") && error.contains("column"),
-        "{error}"
-    );
-    let error = message(
-        "a.json",
-        raw.replace("\"systemStates\"", "\"x\"").replace("\"allSketchedStrokes\"", "\"y\"").as_bytes(),
-    );
-    assert!(error.contains("missing field `systemStates`"), "{error}");
-    let error = message("a.json", history.replace("0.03", "1e30").as_bytes());
-    assert!(error.contains("coordinates below 1e15 m"), "{error}");
-}
-
-#[test]
 fn what_cannot_be_opened() {
     let folder = tempfile::tempdir().unwrap();
     let missing = read(&folder.path().join("missing.tilt"), true).error.unwrap().to_string();

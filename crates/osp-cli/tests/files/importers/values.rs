@@ -182,18 +182,6 @@ fn faces_of_every_form_are_polygons() {
     assert!(matches!(plain[0], Event::Polygon { color: (0.72, 0.72, 0.70, 1.0), .. }), "{plain:?}");
 }
 
-#[test]
-fn sessions_say_where_they_come_from() {
-    let folder = tempfile::tempdir().unwrap();
-    let (history, _) = write_cassie(folder.path());
-    let obj = write(folder.path(), "scene.one.obj.gz", &gzip(OBJ.as_bytes()));
-    for (path, format, name) in [(history, "cassie", "a"), (obj, "obj", "scene.one")] {
-        let session = open(&path, &OpenOptions::default()).unwrap();
-        assert_eq!((session.format, session.header.name.as_str()), (format, name));
-        assert!(!session.header.source.is_empty());
-    }
-}
-
 /// What a file contains decides before its name.
 #[test]
 fn a_wrong_name_does_not_matter_where_the_content_is_clear() {

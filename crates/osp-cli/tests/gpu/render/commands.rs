@@ -1,7 +1,7 @@
 //! The commands that draw.
 
 use crate::OSP;
-use osp_testkit::{stderr, stdout};
+use osp_testkit::stderr;
 
 use super::scenes::gpu;
 
@@ -18,34 +18,6 @@ fn a_replay_takes_the_time_of_drawing_each_frame() {
         assert!(us("p50") > 0.0 && us("p50") <= us("p99") && us("p99") <= us("max"), "{run}");
         assert!(run["send_us"]["p50"].as_f64() > Some(0.0));
     }
-}
-
-#[test]
-fn a_replay_tells_what_culling_while_drawing_did() {
-    let Some(_) = gpu() else { return };
-    let args = ["replay", "recordings/portrait.ron", "--pace", "samples:600", "--occlusion", "none,hzb"];
-    let report = OSP.json([&args[..], &["--draw=320x180", "--json"]].concat());
-    let runs = report["runs"].as_array().expect("runs");
-    let mean = |name: &str| runs[1][name].as_f64().expect("a number");
-    assert_eq!(runs[1]["occlusion"], "hzb");
-    assert!(runs[0]["hidden_mean"].is_null(), "{}", runs[0]);
-    assert!(mean("hidden_mean") > 0.0 && mean("hidden_mean") == mean("occluded_mean"), "{}", runs[1]);
-    assert!(
-        (mean("visible_mean") - mean("hidden_mean") - mean("second_pass_mean")).abs() < 1.0,
-        "{}",
-        runs[1]
-    );
-    assert!(mean("first_pass_mean") > 0.0 && mean("groups_tested_mean") > 0.0);
-    assert_eq!(runs[0]["frames_drawn"], runs[1]["frames_drawn"]);
-    let table = OSP.run([&args[..], &["--draw=320x180"]].concat());
-    let table = stdout(&table);
-    assert!(table.contains("hzb") && table.contains("groups"), "{table}");
-}
-
-#[test]
-fn a_replay_that_does_not_draw_cannot_cull_while_drawing() {
-    let said = OSP.refused(["replay", "recordings/room.ron", "--occlusion", "hzb"]);
-    assert!(said.contains("--draw") && said.lines().count() == 1, "{said}");
 }
 
 #[test]
@@ -79,57 +51,6 @@ fn a_picture_with_hzb_is_checked_against_one_without() {
     ]);
     assert!(said.contains("groups tested") && said.contains("hidden"), "{said}");
     assert!(!said.contains(" 0 hidden"), "{said}");
-}
-
-#[test]
-fn verify_measures_auto_at_rest_without_the_truth() {
-    let Some(_) = gpu() else { return };
-    let args = [
-        "verify",
-        "recordings/portrait.ron",
-        "--whole",
-        "--camera",
-        "orbit",
-        "--views",
-        "1",
-        "--size",
-        "97x61",
-    ];
-    let more = ["--occlusion", "hzb,auto", "--settle", "24", "--frames", "2", "--no-truth", "--json"];
-    let report = OSP.json([&args[..], &more].concat());
-    assert!(report["parts"].to_string().contains("was not determined"), "{report}");
-    assert_eq!(report["faults"], serde_json::json!([]));
-    let methods = ["none", "hzb", "auto"];
-    for method in methods {
-        assert_eq!(figure(&report, method, "pixels_that_differ"), 0.0, "{method}");
-        for time in ["draw", "draw_mean"] {
-            assert!(figure(&report, method, time) > 0.0, "{method}");
-        }
-    }
-    assert!(figure(&report, "hzb", "colour_pass") < figure(&report, "none", "colour_pass"), "{report}");
-}
-
-/// A figure of a method that culls while drawing.
-fn figure(report: &serde_json::Value, method: &str, figure: &str) -> f64 {
-    let rows = report["rows"].as_array().expect("rows").iter();
-    let mut found =
-        rows.filter(|row| row["part"] == "verify-drawn" && row["index"] == method && row["figure"] == figure);
-    found.next().unwrap_or_else(|| panic!("{figure} of {method}"))["value"].as_f64().expect("a number")
-}
-
-#[test]
-fn verify_tells_what_share_of_the_hidden_is_found_while_drawing() {
-    let Some(_) = gpu() else { return };
-    let args =
-        ["verify", "recordings/portrait.ron", "--views", "1", "--pixels", "640x360", "--size", "641x359"];
-    let report = OSP.json([&args[..], &["--occlusion", "hzb,hzb-16,hzb-1-box", "--json"]].concat());
-    let methods = ["none", "hzb", "hzb-16", "hzb-1-box"];
-    let share = methods.map(|method| figure(&report, method, "hidden"));
-    assert!(share[0] == 0.0 && share[1] > 20.0, "{report}");
-    assert!(share[1] > share[2] && share[1] > share[3], "the finest finds most: {report}");
-    assert!(methods.iter().all(|method| figure(&report, method, "pixels_that_differ") == 0.0), "{report}");
-    let is_of_cpu = |row: &serde_json::Value| row["part"] == "verify" && row["index"] != "";
-    assert!(!report["rows"].as_array().expect("rows").iter().any(is_of_cpu));
 }
 
 #[test]
@@ -186,18 +107,6 @@ fn the_portrait_shows_its_face() {
     // Bright and reddish; the hair is dark, the clothes are blue, the background is grey. From behind: about 80.
     let skin = pixels.filter(|pixel| pixel[0] > 150 && pixel[0] > pixel[2].saturating_add(30)).count();
     assert!(skin > 220, "{skin} pixels of skin");
-}
-
-#[test]
-fn a_picture_with_less_detail_is_not_compared() {
-    let start = ["render", "recordings/room.ron", "room.png", "--detail", "auto"];
-    for other in [&["--occlusion", "hzb"][..], &["--painter", "bsp"], &["--order", "all"]] {
-        let said = OSP.refused([&start[..], other].concat());
-        assert!(
-            said.contains("--detail auto") && said.contains(other[0]) && said.lines().count() == 1,
-            "{said}"
-        );
-    }
 }
 
 #[test]

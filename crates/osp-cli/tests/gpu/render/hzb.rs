@@ -106,11 +106,6 @@ const fn hzb_with(config: HzbConfig) -> GpuMethod {
     (GpuOcclusion::Hzb, config)
 }
 
-#[test]
-fn the_default_settings_are_those_tested() {
-    assert_eq!(DEFAULT, HzbConfig::default());
-}
-
 pub(crate) fn chunk_len() -> usize {
     RendererConfig::default().chunk_len
 }

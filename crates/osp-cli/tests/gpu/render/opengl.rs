@@ -68,15 +68,3 @@ fn opengl_draws_the_same_pictures_as_vulkan() {
         assert!(theirs.chunks(4).filter(|pixel| &pixel[..3] != first).count() > 2000, "{session}");
     }
 }
-
-#[test]
-fn what_opengl_cannot_do_is_said() {
-    let Some(_) = gpu() else { return };
-    let folder = tempfile::tempdir().expect("a folder");
-    if !has_opengl(folder.path()) {
-        return;
-    }
-    let out = folder.path().join("a.png");
-    let (code, said) = render("gl", "recordings/scribble.ron", &out, &["--occlusion", "hzb"]);
-    assert!(code == Some(2) && said.contains("not OpenGL"), "{code:?}: {said}");
-}

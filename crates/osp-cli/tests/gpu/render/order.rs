@@ -1,7 +1,6 @@
 //! The order of opaque polygons: the same picture, another cost.
 
 use super::scenes::{all_ids, drawer, gpu, set, sketch, square, view_from};
-use crate::OSP;
 use glam::Vec3;
 use osp_render::{Layer, OpaqueOrder, Overdraw};
 use osp_session::recording::Event;
@@ -63,54 +62,4 @@ fn overdraw_is_what_the_order_makes_it() {
         assert_eq!(count(order), Overdraw { shaded: covered, covered }, "{}", order.name());
     }
     assert_eq!(Overdraw::default().factor().to_bits(), 0.0f64.to_bits());
-}
-
-#[test]
-fn calls_and_changes_of_state_are_counted() {
-    let Some(gpu) = gpu() else { return };
-    let scene = scene_of(&sketch());
-    let ids = set(&all_ids(&scene));
-    let view = view_from(Vec3::new(1.6, 0.9, 1.2), Vec3::new(0.0, 0.6, 0.0));
-    let mut drawer = drawer(&gpu, SIZE);
-    let mut count = |order| {
-        drawer.set_opaque_order(order, false);
-        drawer.draw(&scene, &view, &[Layer::plain(&ids)]).expect("a frame");
-        drawer.order_counts(&scene)
-    };
-    let usual = count(OpaqueOrder::None);
-    // One call for what is opaque and one for what is transparent; no brush has painted anything.
-    assert_eq!((usual.draw_calls, usual.pipelines, usual.material_runs), (2, 2, 1));
-    let twice = count(OpaqueOrder::ZPrepass);
-    assert_eq!((twice.draw_calls, twice.pipelines, twice.material_runs), (3, 3, 1));
-}
-
-#[test]
-fn the_command_measures_all_orders_in_turns() {
-    let Some(_) = gpu() else { return };
-    let folder = tempfile::tempdir().expect("a folder");
-    let picture = folder.path().join("room.png");
-    let picture = picture.to_str().expect("utf-8");
-    let args = ["render", "recordings/room.ron", picture, "--size", "321x241", "--repeats", "1", "--order"];
-    let report = OSP.json([&args[..], &["all", "--json"]].concat());
-    let orders = report["orders"].as_array().expect("orders");
-    let of = |name: &str| orders.iter().find(|row| row["order"] == name).expect("an order");
-    let overdraw = |name: &str| of(name)["overdraw"].as_f64().expect("a number");
-    assert_eq!(orders.len(), 5);
-    // The least is one, but for what lies at the very same depth.
-    assert!(overdraw("z-prepass") >= 1.0 && overdraw("z-prepass") < 1.1, "{report}");
-    assert!(overdraw("front-to-back") < overdraw("none"), "{report}");
-    assert!(overdraw("none") < overdraw("back-to-front"), "{report}");
-    for row in orders {
-        assert!(row["draw_ms"].as_f64() > Some(0.0), "{row}");
-        assert_eq!(row["samples_covered"], of("none")["samples_covered"], "{row}");
-    }
-    assert_eq!(of("z-prepass")["differing_pixels"], 0);
-    let table = OSP.done([&args[..], &["material,none"]].concat());
-    assert!(
-        table.contains("overdraw") && table.contains("material") && !table.contains("z-prepass"),
-        "{table}"
-    );
-    for wrong in [&["none,none"][..], &["sideways"], &["none", "--occlusion", "hzb"], &["none", "--check"]] {
-        OSP.refused([&args[..], wrong].concat());
-    }
 }

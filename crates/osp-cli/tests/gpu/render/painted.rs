@@ -268,69 +268,6 @@ fn light_spreads_around_what_shines() {
     assert!(shining > plain + 10, "{shining} beside a light, {plain} beside paint");
 }
 
-#[test]
-fn the_full_bloom_brightens_paint_and_the_reduced_darkens_it() {
-    let Some(gpu) = gpu() else { return };
-    let mut drawer = lit(&gpu, SIZE);
-    let mut sky = |has_full_bloom| {
-        let sky = [Vec3::splat(0.8); 2];
-        drawer.set_environment(Some(&Environment { sky, has_full_bloom, ..environment() }));
-        middle(&picture(&mut drawer, &Scene::new(), &ahead()))[1]
-    };
-    // A fourth of the twentieth that spreads, more or less.
-    assert_eq!([sky(true), sky(false)], [206, 201]);
-}
-
-#[test]
-fn the_second_light_is_added_to_the_ambient_light_as_a_linear_or_an_srgb_number() {
-    let Some(gpu) = gpu() else { return };
-    // Matte white paint that faces the second light; the first light is off.
-    let scene = scene_of(&stroke(1, "Flat", (1.0, 1.0, 1.0, 1.0), 0.5, line(Vec3::NEG_Z)));
-    let mut drawer = lit(&gpu, SIZE);
-    let mut paint = |has_srgb_light| {
-        let lights = [(Vec3::NEG_Y, Vec3::ZERO), (Vec3::NEG_Z, Vec3::splat(0.3))];
-        drawer.set_environment(Some(&Environment { lights, has_srgb_light, ..environment() }));
-        middle(&picture(&mut drawer, &scene, &ahead()))[1]
-    };
-    // Without bloom: 0.5 and 0.3 are 0.8 as sRGB numbers, and 0.57 as linear numbers.
-    let [srgb, linear] = [paint(true), paint(false)];
-    assert!((195..=205).contains(&srgb) && (138..=148).contains(&linear), "{srgb} and {linear}");
-}
-
-#[test]
-fn bright_strokes_are_bolder_if_a_pixel_has_several_samples() {
-    let Some(gpu) = gpu() else { return };
-    let scene = scene_of(&stroke(1, "Electricity", (0.9, 0.9, 0.9, 1.0), 0.01, line(Vec3::NEG_Z)));
-    let mut drawer = lit(&gpu, SIZE);
-    let mut white = |has_full_bloom| {
-        drawer.set_environment(Some(&Environment { has_full_bloom, ..environment() }));
-        let image = picture(&mut drawer, &scene, &ahead());
-        let pixels = (0..SIZE.0 * SIZE.1).map(|i| pixel(&image, i % SIZE.0, i / SIZE.0));
-        pixels.filter(|[_, green, _]| *green == 255).count()
-    };
-    // In sketches of early versions a pixel is as white as it is covered.
-    let [early, later] = [white(true), white(false)];
-    assert!(early > 0 && later > early, "{early} white pixels early, {later} later");
-}
-
-#[test]
-fn the_lamps_that_paint_reflects_turn_with_the_room() {
-    let Some(gpu) = gpu() else { return };
-    let scene = scene_of(&stroke(1, "MylarTube", BLACK, 0.3, line(Vec3::NEG_Z)));
-    let mut drawer = lit(&gpu, SIZE);
-    let mut reflected = |room_rotation| {
-        let (preset, ambient, lights) = ("Standard".to_owned(), Vec3::ZERO, Default::default());
-        let sky = [Vec3::ZERO; 2];
-        let room = Environment { preset, sky, room_rotation, ambient, lights, ..environment() };
-        drawer.set_environment(Some(&room));
-        let image = picture(&mut drawer, &scene, &ahead());
-        (0..SIZE.1).map(|y| u32::from(pixel::<3>(&image, SIZE.0 / 2, y)[1])).sum::<u32>()
-    };
-    // A lamp is behind the eye. In the turned room it is in front of the eye, behind the tube.
-    let (near, far) = (reflected(Quat::IDENTITY), reflected(Quat::from_rotation_y(std::f32::consts::PI)));
-    assert!(near > 2 * far, "{near} and {far}");
-}
-
 /// A stroke of every brush, around the origin.
 fn every_brush() -> Vec<Event> {
     let mut events = vec![square(Vec3::new(0.0, 0.0, -0.4), 0.35, GREY)];
@@ -381,28 +318,6 @@ fn a_picture_is_the_same_every_time_and_moves_with_time() {
     assert!(later.differing_pixels(&first) > 20, "brushes move by themselves");
     assert_eq!(draw(&mut one, 1.0).differing_pixels(&first), 0);
     assert_eq!(draw(&mut lit(&gpu, SIZE), 1.0).differing_pixels(&first), 0);
-}
-
-#[test]
-fn flames_move_along_their_whole_texture() {
-    let Some(gpu) = gpu() else { return };
-    let scene = scene_of(&stroke(1, "Fire", (1.0, 0.5, 0.0, 1.0), 0.4, line(Vec3::NEG_Z)));
-    let mut drawer = lit(&gpu, SIZE);
-    let mut draw = |time_s| {
-        drawer.set_time(time_s);
-        picture(&mut drawer, &scene, &ahead())
-    };
-    assert!(draw(1.3).differing_pixels(&draw(1.8)) > 20);
-}
-
-#[test]
-fn a_toon_has_its_colour_almost_up_to_its_rim() {
-    let Some(gpu) = gpu() else { return };
-    let image = drawn(&gpu, &stroke(1, "Toon", (1.0, 0.5, 0.0, 1.0), 0.6, line(Vec3::NEG_Z)));
-    let column: Vec<_> = (0..SIZE.1).map(|y| pixel(&image, SIZE.0 / 2, y)).collect();
-    let orange = column.iter().filter(|[r, _, b]| *r > 180 && *b < 80).count();
-    let black = column.iter().filter(|[r, ..]| *r < 8).count();
-    assert!(orange > SIZE.1 as usize / 5 && black * 20 <= orange, "{orange} and {black} pixels");
 }
 
 #[test]

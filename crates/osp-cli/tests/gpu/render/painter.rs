@@ -3,15 +3,11 @@
 use std::sync::Arc;
 
 use super::scenes::{all_ids, drawer, gpu, set, sketch, square, view_from};
-use crate::OSP;
 use glam::Vec3;
-use osp::{
-    polygon::{PolygonId, VisibleBlocks},
-    view::View,
-};
-use osp_render::{Gpu, Image, Layer, MOST_POLYGONS, Offscreen, PaintList, Painter, PainterError};
+use osp::{polygon::VisibleBlocks, view::View};
+use osp_render::{Gpu, Image, Layer, Offscreen, PaintList, Painter};
 use osp_session::{recording::Event, scene::Scene};
-use osp_testkit::{events::scene_of, stderr, stdout};
+use osp_testkit::events::scene_of;
 
 const SIZE: (u32, u32) = (321, 241);
 
@@ -121,36 +117,4 @@ fn coplanar_polygons_are_drawn_by_number_and_nothing_is_drawn_of_nothing() {
         let painted = by_painter(&gpu, Painter::Bsp, &scene, &view, &ids);
         assert_eq!(painted.differing_pixels(&right), 0, "from {z}");
     }
-}
-
-#[test]
-fn a_painter_takes_no_more_than_it_says() {
-    let scene = scene_of(&knot());
-    let ids: VisibleBlocks = (0..=MOST_POLYGONS as u32).map(PolygonId).collect();
-    let error = PaintList::new(Painter::Centre, &scene, &ids, Vec3::ZERO).expect_err("too many");
-    assert_eq!(error, PainterError::TooMany { polygons: MOST_POLYGONS + 1 });
-    assert!(error.to_string().contains("at most 250000"), "{error}");
-}
-
-#[test]
-fn the_command_says_how_a_painter_s_picture_differs() {
-    let Some(_) = gpu() else { return };
-    let folder = tempfile::tempdir().expect("a folder");
-    let picture = folder.path().join("room.png");
-    let picture = picture.to_str().expect("utf-8");
-    let args = ["render", "recordings/room.ron", picture, "--size", "481x361", "--check", "--painter"];
-    let output = OSP.run([&args[..], &["bsp"]].concat());
-    let said = [stdout(&output), stderr(&output)].concat();
-    assert!(output.status.success(), "{said}");
-    assert!(
-        said.contains("painter bsp") && said.contains("levels") && said.contains("unexplained"),
-        "{said}"
-    );
-    let output = OSP.run([&args[..], &["centre"]].concat());
-    let said = [stdout(&output), stderr(&output)].concat();
-    assert_eq!(output.status.code(), Some(1), "{said}");
-    let output = OSP.run([&args[..], &["bsp", "--occlusion", "hzb"]].concat());
-    let said = [stdout(&output), stderr(&output)].concat();
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("depth buffer") && said.lines().count() == 1, "{said}");
 }

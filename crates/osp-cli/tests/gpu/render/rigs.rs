@@ -136,26 +136,3 @@ fn screens_behind_the_head_have_no_picture_and_files_are_not_replaced_unasked() 
     let names: Vec<String> = pictures(&folder.path().join("frames")).into_keys().collect();
     assert!(names.len() >= 4 && names[0] == "000-A-b-1.png", "{names:?}");
 }
-
-#[test]
-fn a_replay_draws_every_view() {
-    let Some(_) = gpu() else { return };
-    let folder = tempfile::tempdir().expect("a folder");
-    let room = shipped_session("room");
-    let session = ["replay", &room, "--pace", "samples:400", "--draw=100x60", "--json"];
-    let rig = ["--rig", "dual-wall", "--occlusion", "none,hzb", "--room", "stands"];
-    let output = OSP.run_in(folder.path(), [&session[..], &rig].concat());
-    assert!(output.status.success(), "{}", said(&output));
-    assert!(said(&output).contains("80 x 60 and 80 x 60"), "{}", said(&output));
-    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
-    let hzb = &report["runs"][1];
-    let of = |name: &str| hzb[name].as_f64().expect("a number");
-    // Means of the frames that were drawn: those in which both walls have the head behind them are none of them.
-    let drawn = of("frames_drawn");
-    let frames = report["frames"].as_f64().expect("a number");
-    assert!(drawn > 5.0 && drawn <= frames, "{hzb}");
-    let in_view = of("visible_mean") * frames / drawn;
-    // Two eyes share a list, so each draws some polygons that only the other has in view.
-    let more = of("hidden_mean") + of("second_pass_mean") - in_view;
-    assert!(more > -1.0 && more < 0.01 * in_view, "{hzb}");
-}

@@ -103,19 +103,3 @@ fn a_shadow_comes_and_goes_with_its_stroke() {
     assert_eq!(step(&[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(2) }]), lit);
     assert!(step(&[Event::Undo { author: Author::SOLE, t: 0.0 }]) < 50);
 }
-
-#[test]
-fn a_shadow_fades_with_depth() {
-    let Some(gpu) = gpu() else { return };
-    let mut scene = Scene::new();
-    apply(&mut scene, &across(1, "Flat", SEEN));
-    apply(&mut scene, &across(2, "Flat", ABOVE));
-    let ids = all_ids(&scene);
-    let mut drawer = lit(&gpu);
-    // The shaded stroke is 1 m deep.
-    let [never, far, near] = [0.0, 1.5, 0.9].map(|shadows_end_m| {
-        drawer.set_environment(Some(&Environment { shadows_end_m, ..environment() }));
-        brightness(&drawn(&mut drawer, &scene, &ids))
-    });
-    assert!(never < 50 && far == never && near > never + 60, "{never}, {far}, {near}");
-}

@@ -234,13 +234,6 @@ impl Desk {
         window
     }
 
-    /// Opens a window of `osp` whose trace goes elsewhere: of its frames nothing is known.
-    pub(crate) fn open_with_trace(&self, arguments: &[&str], trace: &str) -> OspWindow<'_> {
-        let mut window = self.start(arguments, Some(trace), &[]);
-        window.find();
-        window
-    }
-
     /// Opens a window of `osp` on a display that is itself a window here and that these variables name.
     pub(crate) fn open_within(
         &self,
@@ -485,15 +478,6 @@ impl OspWindow<'_> {
     pub(crate) fn wait(mut self) -> ExitStatus {
         let mut process = self.process.take().expect("a process");
         process.0.wait().expect("a process")
-    }
-
-    /// Ends it as a power cut does.
-    pub(crate) fn kill(mut self) {
-        let mut process = self.process.take().expect("a process");
-        process.0.kill().expect("a process that runs");
-        process.0.wait().expect("its end");
-        // The hand lets go of the button that it held: the display has not ended.
-        self.hand(&["mouseup", "1"]);
     }
 }
 

@@ -1,4 +1,4 @@
-//! What becomes of sessions when files are lost, disks are full, and windows come in pairs.
+//! What becomes of sessions when files are lost and disks are full.
 
 use std::{
     fs,
@@ -9,7 +9,7 @@ use std::{
 use osp_session::recording::{self, OpenOptions};
 
 use super::desk::{Desk, OspWindow};
-use osp_testkit::{shipped_session, wait_until};
+use osp_testkit::shipped_session;
 
 /// Through the middle of the model's part of a window of 1280 by 800.
 fn line(height: i32) -> Vec<(i32, i32)> {
@@ -50,56 +50,6 @@ fn press(window: &mut OspWindow<'_>, keys: &[&str]) {
 /// From the last answer, which has the keyboard, to the second.
 fn answer_go_on(window: &mut OspWindow<'_>) {
     slowly(window, &["Tab", "Tab", "Return"]);
-}
-
-#[test]
-fn a_second_window_asks_and_nobody_loses_a_line() {
-    let Some(desk) = Desk::new() else { return };
-    let file = desk.folder().join("shared.ron");
-    let path = file.to_str().expect("a path");
-    let mut first = desk.open(&["sketch", path, "--window", "1280x800"]);
-    draw(&mut first, 300);
-    let before = fs::read(&file).expect("a file");
-
-    let mut second = desk.open(&["sketch", path, "--window", "1280x800"]);
-    second.until_last("a question", |frame| frame["question"] == "This session is open in another window");
-    second.keep_picture("held.png");
-    let said = second.stderr();
-    assert!(said.contains(&format!("process {}", first.process_id())), "{said}");
-    second.drag(1, &line(200));
-    press(&mut second, &["Return"]);
-    let polygons = second.number("polygons");
-    assert!(polygons > 5, "it is looked at");
-    second.drag(1, &line(400));
-    second.settle();
-    assert_eq!(second.number("polygons"), polygons);
-    assert!(second.close().success());
-    assert!(fs::read(&file).expect("a file") == before);
-
-    let mut copy = desk.open(&["sketch", path, "--window", "1280x800"]);
-    copy.until_last("a question", |frame| frame["question"] == "This session is open in another window");
-    press(&mut copy, &["Tab", "Return"]);
-    draw(&mut copy, 400);
-    let copied = copy.number("events");
-    assert!(copy.close().success());
-    let copies = sessions_in(&desk.folder().join("data/osp/sketches"));
-    assert_eq!(copies.iter().map(|copy| events_in(copy)).collect::<Vec<_>>(), [copied]);
-    for (option, draws) in [("--copy", true), ("--read-only", false)] {
-        let mut window = desk.open(&["sketch", path, option, "--window", "1280x800"]);
-        assert!(window.last()["question"].is_null(), "{option} is the answer");
-        if draws {
-            draw(&mut window, 400);
-        }
-        assert!(window.close().success());
-    }
-    assert_eq!(sessions_in(&desk.folder().join("data/osp/sketches")).len(), 2);
-    assert!(fs::read(&file).expect("a file") == before);
-
-    first.become_active();
-    draw(&mut first, 500);
-    let events = first.number("events");
-    assert!(first.close().success());
-    assert_eq!(events_in(&file), events);
 }
 
 #[test]
@@ -207,63 +157,4 @@ fn on_a_full_disk_drawing_goes_on_and_nothing_is_lost() {
             assert!(said.contains(&format!("{} changes are in no file", events - written)), "{said}");
         }
     }
-}
-
-#[test]
-fn a_trace_on_a_full_disk_is_given_up_and_nothing_else() {
-    let Some(desk) = Desk::new() else { return };
-    let (file, poses) = (desk.folder().join("a.ron"), desk.folder().join("poses.txt"));
-    fs::write(&poses, "brush tube 0.05 1 0 0 1\n").expect("a file");
-    let arguments = ["sketch", file.to_str().expect("a path"), "--tracker", poses.to_str().expect("a path")];
-    let window = desk.open_with_trace(&arguments, "/dev/full");
-    for i in 0..20 {
-        let line = format!("hand {} 1.2 -0.5 0 0 0 1 0.8\n", 0.02 * f64::from(i));
-        let mut log = fs::OpenOptions::new().append(true).open(&poses).expect("the file");
-        std::io::Write::write_all(&mut log, line.as_bytes()).expect("written");
-    }
-    wait_until("what is drawn", || file.exists() && events_in(&file) >= 21);
-    let stderr = window.stderr_file();
-    assert!(window.close().success());
-    let said = fs::read_to_string(stderr).expect("text");
-    assert_eq!(said.matches("no trace from here on").count(), 1, "{said}");
-}
-
-/// Edits of another program's model end with the window, and both the terminal and the model lead back to them.
-#[test]
-fn edits_of_a_copy_lead_back_to_it_after_the_window_has_closed() {
-    let Some(desk) = Desk::new() else { return };
-    let model = desk.folder().join("their model.obj");
-    fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("written");
-    let model = model.to_str().expect("a path");
-    let mut window = desk.open(&["sketch", model, "--window", "1280x800"]);
-    window.until_last("it is seen first", |frame| frame["tool"] == "look");
-    window.key("1");
-    window.until_last("a tool", |frame| frame["tool"] == "ribbon");
-    draw(&mut window, 300);
-    let (events, stderr) = (window.number("events"), window.stderr_file());
-    window.key("ctrl+q");
-    assert!(window.wait().success());
-    let [edits] = &sessions_in(&desk.folder().join("data/osp/sketches"))[..] else { panic!("one file") };
-    assert_eq!(events_in(edits), events);
-    let said = fs::read_to_string(stderr).expect("text");
-    let edits = edits.to_str().expect("a path");
-    let expected =
-        format!("the edits of their model.obj are in {edits}; `osp sketch '{edits}'` opens that file");
-    assert!(said.lines().any(|line| line == expected), "{said}");
-
-    // The answer that goes on has the keyboard.
-    let mut window = desk.open(&["sketch", model, "--window", "1280x800"]);
-    window.until_last("a question", |frame| frame["question"] == "Continue with the edits?");
-    window.settle();
-    window.keep_picture("edits.png");
-    slowly(&mut window, &["Return"]);
-    window.until_last("the edits", |frame| frame["question"].is_null() && frame["events"] == events);
-    window.settle();
-    // Under *File*, *Open recent*.
-    window.click(20, 12);
-    window.settle();
-    window.keep_picture("edits-opened.png");
-    window.key("Escape");
-    assert!(window.close().success());
-    assert_eq!(sessions_in(&desk.folder().join("data/osp/sketches")).len(), 1);
 }

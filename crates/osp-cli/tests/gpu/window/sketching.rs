@@ -1,6 +1,3 @@
-use osp_testkit::events::events_in;
-use std::fs;
-
 use super::desk::Desk;
 use crate::OSP;
 use osp_session::{
@@ -113,55 +110,6 @@ fn a_session_from_the_first_stroke_to_the_last_click() {
     for path in [&file, &copy] {
         assert_eq!(scene_of(path).counts().visible, polygons, "{}", path.display());
     }
-}
-
-#[test]
-fn a_power_cut_in_mid_stroke_loses_at_most_the_line_being_written() {
-    let Some(desk) = Desk::new() else { return };
-    let mut window = desk.open(&["sketch", "--window", "1280x800"]);
-    window.drag(1, &line(60, 20));
-    window.until_last("a whole stroke", |frame| frame["polygons"].as_u64() > Some(5));
-    // Another one, with the button still down.
-    let places = line(-90, 30);
-    window.point(places[0].0, places[0].1);
-    window.press(1);
-    for (x, y) in &places[1..25] {
-        window.point(*x, *y);
-    }
-    window.until_last("half a stroke", |frame| frame["strokes"] == 2 && frame["samples"] == 0);
-    window.settle();
-    let (events, polygons) = (window.number("events"), window.number("polygons"));
-    window.kill();
-
-    let folder = desk.folder().join("data/osp/sketches");
-    let session = fs::read_dir(&folder)
-        .expect("the autosaves")
-        .map(|entry| entry.expect("an entry").path())
-        .find(|path| path.extension().is_some_and(|e| e == "ron"))
-        .expect("a session");
-    let kept =
-        recording::open(&session, &OpenOptions::default()).expect("a recording").flatten().count() as u64;
-    assert_eq!(kept, events, "every event of the last frame is in the file");
-
-    // Half a line, as a power cut in the middle of a write leaves it.
-    let mut text = fs::read_to_string(&session).expect("text");
-    text.push_str("Point(t: 9.5, stroke: 1, p: (0.1, 0.");
-    fs::write(&session, text).expect("written");
-    let mut window = desk.open(&["sketch", "--window", "1280x800"]);
-    window.until_last("the session", |frame| frame["polygons"] == polygons);
-    let messages = window.last()["message"].to_string();
-    assert!(!messages.is_empty());
-    // And it goes on.
-    window.drag(1, &line(150, 12));
-    window.until_last("a new stroke", |frame| frame["strokes"] == 3);
-    assert!(window.close().success());
-    let events = events_in(&session);
-    assert!(events.len() as u64 > kept);
-    assert_eq!(scene_of(&session).counts().ignored_events, 0);
-    // Closed on purpose: the next window starts empty.
-    let mut window = desk.open(&["sketch", "--window", "1280x800"]);
-    assert_eq!(window.number("polygons"), 0);
-    assert!(window.close().success());
 }
 
 #[test]

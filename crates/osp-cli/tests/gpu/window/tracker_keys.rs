@@ -13,43 +13,6 @@ fn key(word: &str) -> TrackerOptions {
     TrackerOptions { key: Some(word.parse::<TrackerKey>().expect("a key")), ..TrackerOptions::default() }
 }
 
-#[test]
-fn a_session_is_sent_with_the_key_that_is_asked_for() {
-    let recording = shipped_session("scribble");
-    for osc in [false, true] {
-        let tracker = listen(&key("open-sesame"));
-        let to = tracker.local_address.expect("a port").to_string();
-        let send = |more: &[&str]| {
-            let mut command =
-                OSP.command(["send", &recording, "--to", &to, "--pace", "samples:500", "--speed", "1000"]);
-            command.args(more).args(osc.then_some("--osc")).env_remove("OSP_TRACKER_KEY");
-            let output = command.output().expect("osp");
-            assert!(output.status.success(), "{}", stderr(&output));
-        };
-        for wrong in [&[][..], &["--key", "open-sesamo"]] {
-            let before = tracker.counts().refused;
-            send(wrong);
-            wait_until("a refusal", || tracker.counts().refused > before);
-        }
-        assert_eq!((tracker.counts().messages, tracker.counts().malformed), (0, 0));
-        send(&["--key", "open-sesame"]);
-        // Datagrams may be lost where nobody waits for them.
-        wait_until("messages", || {
-            while tracker.take().is_some() {}
-            tracker.counts().messages > 1000
-        });
-        assert_eq!(tracker.counts().malformed, 0);
-    }
-    // A key that is no word is refused by both.
-    for command in ["sketch", "send"] {
-        let flag = if command == "sketch" { "--tracker-key" } else { "--key" };
-        let to = if command == "sketch" { &["--tracker", "udp://"][..] } else { &[] };
-        let output = OSP.run([&[command], to, &[flag, "two words"]].concat());
-        let said = stderr(&output);
-        assert!(!output.status.success() && said.contains("expected 1 to 64"), "{command}: {said}");
-    }
-}
-
 /// The list of processes shows what stands on the command line: the word may come from elsewhere.
 #[test]
 fn a_key_that_no_list_of_processes_shows() {

@@ -132,15 +132,3 @@ fn a_server_that_has_lost_the_session_is_not_believed() {
     fails(&again, "a.ron: it is not the beginning of this session; --force replaces it");
     assert_eq!(again.bytes, ended.bytes);
 }
-
-#[test]
-fn what_is_no_server_of_sessions_is_said() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let join = |address: &str, args: &[&str]| Member::join(folder.path(), "x.ron", address, args).end();
-    fails(&join("nats://192.0.2.1/x", &[]), "192.0.2.1 is not this machine: expected tls://192.0.2.1/");
-    assert_eq!(join("nats://127.0.0.1", &[]).code, Some(2));
-    assert!(!folder.path().join("x.ron").exists());
-    let settings = tempfile::tempdir().expect("a folder");
-    let Some(server) = Server::of(settings, "127.0.0.1", "# without streams") else { return };
-    fails(&join(&server.session("x"), &["--for", "60"]), "expected a server of NATS with JetStream");
-}

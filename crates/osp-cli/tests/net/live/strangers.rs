@@ -260,15 +260,3 @@ fn a_password_in_an_address_is_never_said() {
         assert!(!said.contains("secret") && said.lines().count() == 1, "{said}");
     }
 }
-
-#[test]
-fn a_recording_in_which_several_have_undone_something_is_not_played_as_ones_own() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let output = OSP.run_in(
-        folder.path(),
-        ["join", "nats://127.0.0.1:1/x", "--for", "1", "--play", &recording("class.ron")],
-    );
-    let said = stderr(&output);
-    assert!(output.status.code() == Some(2) && said.contains("--play-author"), "{said}");
-    assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 0);
-}

@@ -40,22 +40,3 @@ fn four_authors_and_a_late_one_have_the_same_session_with_everything_in_it() {
     let later = Member::join(folder.path(), "later.ron", &address, &["--watch", "--until-empty"]).end_well();
     assert_same(&[later, ended.into_iter().next().expect("five")]);
 }
-
-#[test]
-fn at_forty_times_their_pace_nothing_of_four_authors_is_lost() {
-    let Some(server) = Server::start() else { return };
-    let folder = tempfile::tempdir().expect("a folder");
-    let address = server.session("fast");
-    let played = ["portrait.ron", "scribble.ron", "grow.ron", "nested.ron"];
-    let members = played.map(|name| {
-        let played = recording(name);
-        let args = ["--play", &played, "--name", name, "--speed", "40", "--until-empty"];
-        Member::join(folder.path(), name, &address, &args)
-    });
-    let ended: Vec<_> = members.into_iter().map(Member::end_well).collect();
-    assert_same(&ended);
-    let places = places(&folder.path().join(played[0]));
-    for name in played {
-        assert!(places[name] == drawn(&recording(name), None), "{name}");
-    }
-}

@@ -47,20 +47,6 @@ fn the_trees_grow_as_printed_and_their_tests_are_counted() {
 }
 
 #[test]
-fn the_structures_that_grow_can_be_chosen_and_are_compared_with_the_reference() {
-    let report = paper(&["--index", "brute-simd,octree-paper", "--reference", "octree-rebuild"]);
-    let expected = ["brute-simd", "octree-paper", "osp", "octree-rebuild"];
-    assert_eq!(report.names(GROWING, "index"), expected);
-    assert_eq!(report.value(GROWING, NAME, "octree-rebuild", "ratio"), 1.0);
-    for kind in expected {
-        let of = |figure| report.value(GROWING, NAME, kind, figure);
-        assert_eq!(of("in_view"), report.value(GROWING, NAME, "osp", "drawn"), "{kind}");
-        assert!(of("time") > 0.0 && of("drawn") >= of("in_view"), "{kind}");
-    }
-    assert_eq!(report.names("paper-growing/1,000 to 10,000", "index"), expected);
-}
-
-#[test]
 fn the_flight_says_which_cullers_are_wrong() {
     // All of them: smaller models are drawn faster than `osp` tests their nodes.
     let report = paper_of(ROOM, &["--depth", "15"]);
@@ -86,105 +72,6 @@ fn the_flight_says_which_cullers_are_wrong() {
         let way = format!("paper, msvbsp-paper, {name} (not conservative)");
         assert!(drawn(&way) < drawn("paper, frustum"), "{way}");
     }
-}
-
-#[test]
-fn depth_and_cube_choose_the_tree() {
-    let report = paper(&["--depth", "2,7", "--cube", "1,3"]);
-    let cubes = ["cube x 1, depth 2", "cube x 1, depth 7", "cube x 3, depth 2", "cube x 3, depth 7"];
-    assert_eq!(report.names("paper-cube", "index"), cubes);
-    let of = |cube: &str, figure: &str| report.value("paper-cube", NAME, cube, figure);
-    for cube in cubes {
-        let depth = if cube.ends_with('2') { 2.0 } else { 7.0 };
-        assert!(of(cube, "planes") <= depth && of(cube, "boxes") > 0.0, "{cube}");
-        assert!(of(cube, "drawn") >= of("", "in_view"), "{cube}");
-    }
-    assert!(of(cubes[1], "drawn") < of(cubes[0], "drawn"), "smaller leaves, less over-draw");
-    assert_eq!(of(cubes[2], "edge"), 3.0 * of(cubes[0], "edge"));
-    let notes = |report: &Report| report.0["parts"][0]["notes"].to_string();
-    assert!(notes(&report).contains("15 levels"), "two depths: the other experiments take the usual one");
-    let single = paper(&["--depth", "7", "--cube", "3"]);
-    assert!(notes(&single).contains("7 levels"), "{}", notes(&single));
-    assert!(single.value(GROWING, NAME, "osp-paper", "planes") <= 7.0);
-}
-
-#[test]
-fn node_test_score_and_occluders_are_those_of_the_flight() {
-    let drawn = |args: &[&str], way: &str| paper(args).value("paper-flight", NAME, way, "drawn");
-    let usual = drawn(&[], "paper, msvbsp, box, solid-angle");
-    let sphere = drawn(&["--node-test", "sphere"], "paper, msvbsp, sphere, solid-angle");
-    assert!(sphere > usual, "{sphere} {usual}");
-    let few = drawn(&["--score", "paper", "--occluders", "2"], "paper, msvbsp, box, paper");
-    assert!(few > usual, "{few} {usual}");
-}
-
-#[test]
-fn the_page_and_the_text_have_the_chapters() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let (session, html) = (session(folder.path()), folder.path().join("paper.html"));
-    let args = [
-        "bench",
-        &session,
-        "--paper=also",
-        "--no-growth",
-        "--index",
-        "osp,osp-paper,octree-paper,brute-force",
-        "--quick",
-        "--pace",
-        "samples:8",
-    ];
-    let more = ["--depth", "3,9", "--all", "--html", html.to_str().expect("utf-8")];
-    let report = OSP.done([&args[..], &more].concat());
-    for words in [
-        "Sessions: ",
-        "without its planes brute-force takes",
-        "of what osp-paper saves",
-        "Fig. 20",
-        "planes",
-        "(not conservative)",
-        "octree-paper",
-        "Nothing was drawn",
-    ] {
-        assert!(report.contains(words), "{words}: {report}");
-    }
-    let page = fs::read_to_string(&html).expect("the page");
-    for words in ["Figs. 19, 21 to 23", "cube x 0.5, depth 9", "polygons handed to the renderer (Fig. 20)"] {
-        assert!(page.contains(words), "{words}");
-    }
-}
-
-/// Real draw times, or one line that says why there are none.
-#[test]
-fn frames_are_drawn_where_there_is_an_adapter() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let args = ["--paper", "--draw=160x90", "--quick", "--pace", "samples:64", "--depth", "3", "--json"];
-    let output = OSP.run([&["bench", &session(folder.path())], &args[..]].concat());
-    let report = Report::of(&output);
-    let said = stderr(&output);
-    let is_drawn = report.0["parts"][0]["notes"].to_string().contains("Drawn by");
-    let must_draw = std::env::var_os("OSP_GPU_TESTS").is_some_and(|value| value == "1");
-    assert!(is_drawn || !(must_draw && cfg!(feature = "render")), "{said}");
-    assert!(said.contains(if is_drawn { "drawn by" } else { "nothing is drawn" }), "{said}");
-    for part in [GROWING, "paper-flight"] {
-        for index in report.names(part, "index") {
-            let draw = report.maybe(part, NAME, index, "draw");
-            assert_eq!(draw.is_some(), is_drawn, "{index}");
-            let time = report.value(part, NAME, index, "time");
-            assert!(
-                draw.is_none_or(|draw| 0.0 < draw && draw < time),
-                "the drawing is in the frame: {index}"
-            );
-        }
-    }
-    assert_eq!(report.names("paper-flight", "index").contains(&"osp, hzb"), is_drawn);
-}
-
-#[test]
-fn without_a_session_a_synthetic_one_is_taken() {
-    let args =
-        ["bench", "--paper", "--quick", "--pace", "samples:64", "--depth", "3", "--cube", "1", "--json"];
-    let report = Report::of(&OSP.run(args));
-    assert_eq!(report.names("paper-growing/over 10,000", "recording"), ["synth-room"]);
 }
 
 #[test]

@@ -53,22 +53,6 @@ fn csv_and_json_have_the_figures_of_the_table() {
 }
 
 #[test]
-fn a_made_session_is_that_of_synth() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("s.ron").to_str().expect("utf-8").to_owned();
-    OSP.done(["synth", "scribble", "--polygons", "400", &path]);
-    let [made, read] = [["--synth", "400"], [&path, "--force"]].map(|session| {
-        let report = Report::of(&OSP.run([&["race", "--json"][..], &session].concat()));
-        let name = report.names(PART, "recording")[0].to_owned();
-        let [polygons, frames] = ["polygons", "frames"].map(|figure| report.value(PART, &name, "", figure));
-        (name, polygons, frames)
-    });
-    assert_eq!(made.0, "osp synth scribble --polygons 400 --seed 1");
-    assert_eq!((made.1, made.2), (read.1, read.2));
-    assert!(made.1 >= 400.0);
-}
-
-#[test]
 fn wrong_use_is_one_clear_error() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = session(folder.path());
@@ -107,20 +91,4 @@ fn on_a_terminal(args: &str) -> Option<String> {
             None
         }
     }
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn a_terminal_shows_the_race_and_then_the_verdict() {
-    let Some(said) = on_a_terminal("race --synth 3000 --pace samples:2 --runs 2") else { return };
-    let (live, verdict) = said.split_once("On osp synth").expect("a verdict");
-    assert!(
-        live.contains("race 2 of 2, ")
-            && live.contains("One core, in turns.")
-            && live.contains("octree-rebuild")
-            && live.contains(" over 11.1 ms"),
-        "{live}"
-    );
-    assert!(live.contains('▀') && live.contains('▁'), "large digits and a strip chart: {live}");
-    assert!(verdict.contains("octree-rebuild"), "{verdict}");
 }

@@ -28,26 +28,6 @@ fn verify(args: &[&str]) -> Output {
     OSP.run([&["verify"], args, &SMALL].concat())
 }
 
-#[test]
-fn verify_says_what_each_method_culled_and_what_it_cost() {
-    let report = json(&verify(&["recordings/room.ron", "--views", "3", "--json"]));
-    assert_eq!((&report["recording"], figure(&report, "", "views")), (&"room.ron".into(), 3.0));
-    let methods = methods(&report);
-    let names: Vec<_> = methods.iter().map(|method| method.split(',').next().expect("a name")).collect();
-    assert_eq!(names, ["frusta", "svbsp", "msvbsp", "depth", "depth-last"], "every method that is sound");
-    for method in methods {
-        let of = |name| figure(&report, method, name);
-        assert_eq!((of("wrong"), of("misreported")), (0.0, 0.0), "{method}");
-        assert!(of("hidden") > 50.0 && of("hidden") <= 100.0, "{method}");
-        // What was visible last needs no choice, and no walk through the index.
-        let is_last = method.starts_with("depth-last");
-        let figures = if is_last { ["polygons_tested", "used"] } else { ["nodes_tested", "select"] };
-        for name in figures.into_iter().chain(["planes", "build", "query"]) {
-            assert!(of(name) > 0.0, "{name} of {method}");
-        }
-    }
-}
-
 /// A session that names no source is no built-in scene: its head path is not looked along again at the end.
 #[test]
 fn as_many_views_are_taken_as_are_asked_for() {
@@ -90,23 +70,6 @@ fn no_sound_method_culls_what_is_visible_in_the_shipped_recordings() {
         assert!(methods.iter().all(|method| figure(&report, method, "wrong") == 0.0), "{report}");
     }
     assert!(hidden > 100.0 && views >= 4.0 * 3.0, "{hidden} hidden, {views} views");
-}
-
-#[test]
-fn verify_prints_a_line_for_each_method_and_number_of_occluders() {
-    let output =
-        verify(&["scene:rooms", "--views", "2", "--occlusion", "msvbsp,msvbsp-paper", "--occluders", "4,16"]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let table = stdout(&output);
-    for line in
-        ["msvbsp, 4 occluders ", "msvbsp, 16 occluders ", "msvbsp-paper, 4 occluders (not conservative) "]
-    {
-        assert_eq!(
-            table.lines().filter(|other| other.trim_start().starts_with(line)).count(),
-            1,
-            "{line}: {table}"
-        );
-    }
 }
 
 /// What promises nothing may cull what is visible, and is shown to; that is no failed check.
@@ -195,36 +158,6 @@ fn what_was_visible_last_hides_paint_behind_paint() {
     assert_eq!((&of(1)["false_culls"], &of(1)["allocations_steady"]), (&0.into(), &0.into()), "{}", of(1));
     let occluded = |i: usize| of(i)["occluded_mean"].as_f64().expect("a number");
     assert!(occluded(1) > 30.0 && occluded(1) > occluded(0), "{} and {}", occluded(0), occluded(1));
-}
-
-#[test]
-fn replay_has_more_columns_with_occlusion_and_the_old_ones_without() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("frames.csv");
-    let path = path.to_str().expect("utf-8");
-    let header = |more: &[&str]| {
-        let args =
-            [&["--index", "osp", "--pace", "samples:200", "--csv", path, "--force"][..], more].concat();
-        let output = replay(&args);
-        assert!(output.status.success(), "{}", stderr(&output));
-        let lines = std::fs::read_to_string(path).expect("the CSV");
-        let columns = lines.lines().next().expect("names").split(',').count();
-        assert!(lines.lines().all(|line| line.split(',').count() == columns));
-        (lines.lines().next().expect("names").to_owned(), stdout(&output))
-    };
-    let (plain, table) = header(&[]);
-    assert!(plain.ends_with(",allocations,fingerprint") && !table.contains("occl"), "{plain} {table}");
-    assert!(table.contains("input") && !table.contains("build"), "{table}");
-    let (more, table) = header(&["--occlusion", "msvbsp,auto"]);
-    assert!(more.starts_with(&plain), "{more}");
-    for column in ["occlusion", "occluded", "occlusion_us", "build_us", "query_us"] {
-        assert!(more.split(',').any(|name| name == column), "{column} in {more}");
-    }
-    for word in
-        ["input", "occlusion", "occluded", "occluders", "build", "tests", "with drawing", "msvbsp", "auto"]
-    {
-        assert!(table.contains(word), "{word} in {table}");
-    }
 }
 
 /// With `--check`, what is drawn does not depend on the clock.

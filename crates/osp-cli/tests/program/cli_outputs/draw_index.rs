@@ -19,44 +19,6 @@ fn colors(svg: &str, mark: &str, attribute: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn a_legend_names_the_levels_and_leaves_have_colours_of_their_own() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let by_level = drawn(folder.path(), &["--index", "kd-tree"]);
-    assert!(by_level.contains("level 0: 1 node\n") && by_level.contains("level 1: 2 nodes\n"), "a legend");
-    assert_eq!(colors(&by_level, "<polygon", "fill").len(), 1, "all polygons are grey");
-    let by_leaf = drawn(folder.path(), &["--index", "kd-tree", "--colors", "leaf"]);
-    assert!(by_leaf.contains("a colour for each of") && by_leaf.contains("polygons in one:"), "a legend");
-    assert!(colors(&by_leaf, "<polygon", "fill").len() > 5);
-}
-
-#[test]
-fn indexes_stand_side_by_side() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let one = drawn(folder.path(), &["--index", "osp"]);
-    let both = drawn(folder.path(), &["--index", "osp,bvh-sah"]);
-    let three = drawn(folder.path(), &["--index", "osp,bvh-sah,kd-tree"]);
-    assert!(three.contains(r#"width="3840""#) && three.contains(", kd-tree: "));
-    assert!(one.contains(r#"width="1280""#) && both.contains(r#"width="2560""#));
-    assert!(!one.contains(", bvh-sah: ") && both.contains(", osp: ") && both.contains(", bvh-sah: "));
-}
-
-#[test]
-fn the_nodes_that_a_ray_enters_stand_out() {
-    let folder = tempfile::tempdir().expect("a folder");
-    // Down into the floor, and away from everything.
-    let floor = drawn(folder.path(), &["--ray", "0,1.5,0", "0,-1,0"]);
-    assert!(floor.contains("the ray enters") && floor.contains("meets a polygon at"), "{}", &floor[..400]);
-    assert!(floor.contains(r#"stroke-width="2""#));
-    let away = drawn(folder.path(), &["--ray", "0,90,0", "0,1,0"]);
-    assert!(away.contains("the ray enters 0, meets nothing"));
-    assert!(!away.contains(r#"stroke-width="2""#));
-    for as_tree in [false, true] {
-        let options = ["--ray", "0,1.5,0", "0,-1,0", "--as", if as_tree { "tree" } else { "space" }];
-        assert!(drawn(folder.path(), &options).contains("the ray enters"));
-    }
-}
-
-#[test]
 fn planes_of_a_bsp_are_drawn_level_by_level() {
     let folder = tempfile::tempdir().expect("a folder");
     let planes = drawn(folder.path(), &["--index", "bsp", "--planes"]);
@@ -65,19 +27,6 @@ fn planes_of_a_bsp_are_drawn_level_by_level() {
     let paper = drawn(folder.path(), &["--index", "osp-paper", "--planes", "--levels", "3"]);
     assert!(paper.contains("level 2: 4 planes\n") && !paper.contains("level 3: "));
     assert!(refused.contains("--index bsp") && !folder.path().join("other.svg").exists());
-}
-
-#[test]
-fn graphviz_labels_say_where_a_node_is() {
-    let folder = tempfile::tempdir().expect("a folder");
-    drawn(folder.path(), &[]);
-    OSP.done_in(folder.path(), ["draw-index", "room.ron", "tree.dot", "--as", "tree"]);
-    let dot = fs::read_to_string(folder.path().join("tree.dot")).expect("a tree");
-    let labels: Vec<&str> = dot.lines().filter(|line| line.contains(" polygons")).collect();
-    assert!(
-        !labels.is_empty()
-            && labels.iter().all(|label| label.contains(" to\\n") && label.ends_with(" m\"];"))
-    );
 }
 
 #[test]

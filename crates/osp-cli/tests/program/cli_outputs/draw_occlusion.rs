@@ -67,22 +67,6 @@ fn visible_polygons_that_the_papers_form_hides_are_red() {
 }
 
 #[test]
-fn graphviz_and_film_have_the_planes() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let (_, dot) = drawn(folder.path(), "tree.dot", &["--occluders", "2"]);
-    assert_eq!([dot.matches(" of occluder A").count(), dot.matches(" of occluder B").count()], [4, 5]);
-    let pictures = |every: &str| {
-        drawn(folder.path(), "film.gif", &["--occluders", "2", "--every", every]);
-        let film = fs::read(folder.path().join("film.gif")).expect("a film");
-        // Each picture is preceded by its own control block.
-        film.windows(4)
-            .filter(|bytes| *bytes == [0x21, 0xf9, 0x04, 0x05] || *bytes == [0x21, 0xf9, 0x04, 0x01])
-            .count()
-    };
-    assert_eq!([pictures("4"), pictures("9")], [4, 2]);
-}
-
-#[test]
 fn what_does_not_fit_together_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     OSP.done_in(folder.path(), ["synth", "room", "room.ron", "--polygons", "300"]);

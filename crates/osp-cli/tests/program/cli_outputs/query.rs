@@ -130,38 +130,3 @@ fn the_first_frame_holds_less_than_the_last() {
     assert_eq!((strokes(&first), strokes(&last)), (vec![0], vec![0, 1, 2]));
     assert_eq!(last["found"].as_array().map(Vec::len), last["polygons"].as_u64().map(|n| n as usize));
 }
-
-#[test]
-fn the_table_names_polygons_strokes_and_work_and_wrong_use_is_refused() {
-    let folder = temp();
-    write_session(folder.path(), "a.ron");
-    let said = |args: &[&str]| OSP.done_in(folder.path(), ["query", "a.ron"].iter().chain(args));
-    let text = said(&["--nearest", "0,5,0", "30"]);
-    for words in ["30 polygons", "strokes", "polygon", "distance, m", "osp looked at", "nodes", "and 10 more"]
-    {
-        assert!(text.contains(words), "{words}: {text}");
-    }
-    assert!(said(&["--box", "7,7,7", "8,8,8"]).starts_with("nothing of "));
-    for (args, words) in [
-        (&[][..], "--box"),
-        (&["--box", "0,0,0"], "--box"),
-        (&["--box", "1,0,0", "0,1,1"], "smallest coordinates first"),
-        (&["--box", "0,0,0", "1"], "three numbers"),
-        (&["--box", "0,0,NaN", "1,1,1"], "finite"),
-        (&["--box", "0,0,0", "1,1,1", "--ray", "0,0,0", "1,1,1"], "cannot be used with"),
-        (&["--sphere", "0,0,0", "-1"], "at least 0"),
-        (&["--sphere", "0,0,0", "1,1,1"], "one number"),
-        (&["--nearest", "0,0,0", "0"], "at least 1"),
-        (&["--nearest", "0,0,0", "1.5"], "whole number"),
-        (&["--ray", "0,0,0", "0,0,0"], "a direction"),
-        (&["--nearest", "0,0,0", "1", "--hits", "any"], "--ray"),
-        (&["--nearest", "0,0,0", "1", "--radius", "1"], "with --ray alone"),
-        (&["--ray", "0,0,0", "1,0,0", "--hits", "any", "--search", "in-order"], "--hits any"),
-        (&["--ray", "0,0,0", "1,0,0", "--radius=-1"], "--radius"),
-        (&["--ray", "0,0,0", "1,0,0", "--radius", "-1"], "invalid value '-1'"),
-        (&["--box", "0,0,0", "1,1,1", "--frame", "9999"], "there is no frame"),
-    ] {
-        let said = OSP.refused_in(folder.path(), ["query", "a.ron"].iter().chain(args));
-        assert!(said.contains(words), "{args:?}: {said}");
-    }
-}

@@ -102,59 +102,6 @@ fn the_questions_in_sql_are_answered() {
     );
 }
 
-#[test]
-fn sql_finds_machines_that_disagree() {
-    let Some(python) = python_with_duckdb() else { return };
-    let folder = temp();
-    let folder = folder.path();
-    sessions(folder, 2);
-    OSP.done_in(folder, ["study", "in", "--out", "results.ndjson", "--occlusion", "none,msvbsp"]);
-    let path = folder.join("results.ndjson");
-    let found = lines(&path);
-    let with = |more: &[Value]| {
-        let lines: Vec<String> = found.iter().chain(more).map(Value::to_string).collect();
-        // A process that was killed left a part of a line.
-        fs::write(&path, lines.join("\n") + "\n{\"osp_study\":1,\"fi").expect("written");
-        ask(&python, folder, "machines.sql")
-    };
-    let mut elsewhere = found.clone();
-    elsewhere.iter_mut().for_each(|line| line["machine"]["host"] = "elsewhere".into());
-    assert!(with(&elsewhere).is_empty());
-    for (key, answers) in [("fingerprint", 1), ("drawn_fingerprint", 1)] {
-        let mut wrong = elsewhere.clone();
-        wrong[1]["report"]["runs"][1][key] = "0123456789abcdef".into();
-        let disagree = with(&wrong);
-        assert_eq!(disagree.len(), answers, "{disagree:?}");
-        assert_eq!(disagree[0]["file"], found[1]["file"]);
-        assert_eq!(disagree[0]["fingerprints"], 2);
-    }
-    // Frames were left out.
-    let mut wrong = elsewhere.clone();
-    wrong[0]["report"]["runs"][0]["fingerprint"] = "0123456789abcdef".into();
-    wrong[0]["report"]["runs"][0]["frames_fingerprinted"] = 1.into();
-    assert!(with(&wrong).is_empty());
-}
-
-#[test]
-fn duckdb_makes_parquet_of_a_study() {
-    let Some(python) = python_with_duckdb() else { return };
-    let folder = temp();
-    let folder = folder.path();
-    a_study(folder);
-    let output = Command::new(&python)
-        .arg(recipes().join("ask.py"))
-        .args(["results.ndjson".as_ref(), recipes().join("parquet.sql").as_os_str()])
-        .current_dir(folder)
-        .output()
-        .expect("python starts");
-    assert!(output.status.success(), "{}", stderr(&output));
-    let program = "import duckdb\n\
-        print(*duckdb.sql(\"SELECT (SELECT count(*) FROM 'sessions.parquet'), count(*), count(DISTINCT fingerprint) FROM 'runs.parquet'\").fetchall()[0])";
-    let output =
-        Command::new(&python).args(["-c", program]).current_dir(folder).output().expect("python starts");
-    assert_eq!(stdout(&output), "5 16 4\n", "{}", stderr(&output));
-}
-
 /// The path of programs with the built `osp` first.
 fn path_with_osp() -> std::ffi::OsString {
     let folder = Path::new(OSP.0).parent().expect("a folder").to_owned();

@@ -183,25 +183,6 @@ fn a_layer_of_ones_own_needs_several_authors() {
 }
 
 #[test]
-fn a_session_has_so_many_authors_at_most() {
-    let lines: String =
-        (1..=Author::MAX).map(|n| format!("Join(t:0,author:{n})\nLeave(t:0,author:{n})\n")).collect();
-    let outcome = read(text(&lines).as_bytes(), STRICT);
-    assert_eq!(outcome.events.len() as u32, 2 * (Author::MAX - 1));
-    let error = outcome.error.expect("an error").to_string();
-    assert!(error.contains("expected an author below 4096, as many as a session can have"), "{error}");
-    let (mut reducer, mut out) = (Reducer::new(), Vec::new());
-    for n in 1..Author::MAX {
-        let message = Message { sender: Sender(n.into()), number: 0, events: vec![join(0)] };
-        assert_eq!(reducer.take(&message, &mut out), Reduced::Taken);
-    }
-    let message = Message { sender: Sender(u64::MAX), number: 0, events: vec![join(0)] };
-    let refused = reducer.take(&message, &mut out);
-    assert!(matches!(&refused, Reduced::Refused(why) if why.contains("at most 4095 authors")), "{refused:?}");
-    assert_eq!(out.len() as u32, Author::MAX - 1);
-}
-
-#[test]
 fn a_message_counts_once_in_its_turn_and_whole() {
     let (mut reducer, mut out) = (Reducer::new(), Vec::new());
     let (ann, host) = (Sender(77), Sender::HOST);

@@ -154,24 +154,3 @@ fn a_recording_of_format_1_may_be_gone_on_with_and_hold_brushes() {
     assert_eq!(session.events.next_event().unwrap(), Some(painted));
     assert_eq!(session.events.next_event().unwrap(), None);
 }
-
-#[test]
-fn brushes_that_nobody_knows_are_named_once() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.ron");
-    let warnings = |names: &[&str]| {
-        let events: Vec<Event> =
-            (1..).zip(names).map(|(i, name)| begin(i, Some(Paint::new(*name, 0)))).collect();
-        std::fs::write(&path, write(&Header::new("", ""), &events)).unwrap();
-        let mut session = open(&path, &OpenOptions::default()).unwrap();
-        while session.events.next_event().unwrap().is_some() {}
-        session.events.notes().warnings
-    };
-    assert_eq!(warnings(&["Ink", "2d35bcf0-e4d8-452c-97b1-3311be063130"]), [""; 0]);
-    let [one] = &warnings(&["Chalk", "Ink", "Chalk"])[..] else { panic!() };
-    assert!(one.ends_with("a.ron: the brush `Chalk` is unknown: its strokes are plain ribbons"), "{one}");
-    let many: Vec<String> = (0..2000).map(|i| format!("Brush {i:04}")).collect();
-    let [many] = &warnings(&many.iter().map(String::as_str).collect::<Vec<_>>())[..] else { panic!() };
-    assert!(many.contains("brushes are unknown (`Brush 0000`, `Brush 0001`"), "{many}");
-    assert!(many.len() < 400 + path.as_os_str().len(), "{many}");
-}

@@ -55,19 +55,6 @@ fn follow(events: &[Event], batch: usize) -> (Scene, BTreeMap<PolygonId, ConvexP
 }
 
 #[test]
-fn a_batch_tells_of_a_polygon_that_its_samples_smooth_once() {
-    for brush in brush::all().iter().filter(|brush| matches!(brush.family, Family::QuadStrip(_))) {
-        let events = painted(&brush.name);
-        let (_, one_by_one, told_one_by_one) = follow(&events, 1);
-        let (scene, in_batches, told) = follow(&events, 16);
-        assert_eq!(one_by_one, in_batches, "{}", brush.name);
-        // A batch ends about a dozen polygons before the stroke's last one; the next batch also reports these.
-        let most = scene.counts().polygons as usize + events.len().div_ceil(16) * 2 * 16;
-        assert!(told <= most && told < told_one_by_one, "{}: {told} of at most {most}", brush.name);
-    }
-}
-
-#[test]
 fn every_brush_is_followed_in_batches() {
     for brush in brush::all() {
         let events = painted(&brush.name);

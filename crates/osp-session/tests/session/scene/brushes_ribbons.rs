@@ -117,24 +117,6 @@ fn the_end_is_where_the_hand_is_and_the_next_sample_replaces_it() {
 }
 
 #[test]
-fn a_stroke_of_one_quad_is_none() {
-    for samples in [line(1, 0.03), line(2, 0.03), vec![at(0.0, 0.0), at(0.03, 0.0), at(0.04, 0.0)]] {
-        assert_eq!(drawn(named("CelVinyl"), &samples).pieces.len(), 0, "{} samples", samples.len());
-    }
-    assert_eq!(drawn(named("CelVinyl"), &line(3, 0.03)).pieces.len(), 2);
-}
-
-#[test]
-fn pressure_makes_the_ribbon_wide() {
-    let mut samples = line(30, 0.03);
-    samples.iter_mut().for_each(|sample| sample.pressure = 0.5);
-    let brush = named("CelVinyl");
-    let stroke = drawn(brush, &samples);
-    let vertices = stroke.pieces[20].polygon.vertices().to_vec();
-    assert!((vertices[0].distance(vertices[1]) - WIDTH_M * brush.size(0.5)).abs() < 1.0e-5);
-}
-
-#[test]
 fn where_the_hand_turns_back_a_new_segment_begins_with_its_own_texture() {
     let mut samples = line(6, 0.03);
     samples.extend((0..5).map(|i| at(0.13 - i as f32 * 0.03, 0.01)));
@@ -193,50 +175,6 @@ fn in_a_turn_tighter_than_the_ribbon_is_wide_nothing_is_turned_over() {
 }
 
 #[test]
-fn textures_by_distance_go_on_from_quad_to_quad_and_fade_at_the_ends() {
-    let brush = named("Marker");
-    let stroke = drawn(brush, &line(40, 0.03));
-    assert_eq!(stroke.pieces.len(), 39);
-    let step = brush.tile_rate * 0.03 / WIDTH_M;
-    for pair in stroke.pieces.windows(2) {
-        let [(a0, a1), (b0, _)] = [0, 1].map(|i| (pair[i].surface.uv(0).x, pair[i].surface.uv(3).x));
-        assert!((a1 - a0 - step).abs() < 1.0e-3, "{a0} to {a1}");
-        let gap = b0 - a1;
-        assert!((gap - gap.round()).abs() < 1.0e-3, "{a1}, then {b0}");
-    }
-    let alpha: Vec<[f32; 2]> =
-        stroke.pieces.iter().map(|p| [p.surface.alpha(0), p.surface.alpha(3)]).collect();
-    assert_eq!(alpha[0], [0.0, 1.0]);
-    assert!(alpha[1..38].iter().all(|a| *a == [1.0, 1.0]), "{alpha:?}");
-    assert_eq!(alpha[38], [1.0, 0.0]);
-    // With short quads the ramp is 2.5 cm long.
-    let mut stroke = begun(brush, 0.01, 1.0);
-    line(60, 0.005).into_iter().for_each(|sample| stroke.push(sample));
-    stroke.finish();
-    let alpha: Vec<f32> = stroke.pieces.iter().rev().take(6).map(|p| p.surface.alpha(0)).collect();
-    for (alpha, expected) in alpha.iter().zip([0.2, 0.4, 0.6, 0.8, 1.0, 1.0]) {
-        assert!((alpha - expected).abs() < 0.01, "{alpha} instead of {expected}");
-    }
-}
-
-#[test]
-fn a_segment_shows_one_row_of_the_texture() {
-    let stroke = drawn(named("Ink"), &line(10, 0.03));
-    let rows: Vec<[f32; 2]> =
-        stroke.pieces.iter().map(|p| [p.surface.uv(0).y * 4.0, p.surface.uv(1).y * 4.0]).collect();
-    for row in &rows {
-        assert!(
-            (row[0] - row[0].round()).abs() < 1.0e-2 && (row[1] - row[0] - 1.0).abs() < 1.0e-2,
-            "{row:?}"
-        );
-        assert!((row[0] - rows[0][0]).abs() < 1.0e-2, "{rows:?}");
-    }
-    let stroke = drawn(named("Wireframe"), &line(10, 0.03));
-    assert!(stroke.pieces.iter().all(|p| close(p.surface.uv(0), Vec2::ZERO)));
-    assert!(stroke.pieces.iter().all(|p| close(p.surface.uv(2), Vec2::ONE)));
-}
-
-#[test]
 fn frames_of_any_size_give_the_same_polygons_and_paint() {
     let mut random = Pcg64::new(3, 7);
     for round in 0..4 {
@@ -290,67 +228,6 @@ fn arc(count: u32) -> Vec<Sample> {
 }
 
 #[test]
-fn a_welded_ribbon_shares_its_edges_and_its_texture_runs_from_end_to_end() {
-    for brush in
-        ribbons().filter(|brush| matches!(brush.family, Family::Welded { shape: Outline::Plain, .. }))
-    {
-        let stroke = drawn(brush, &arc(60));
-        assert_eq!(stroke.pieces.len(), 59, "{}", brush.name);
-        for pair in stroke.pieces.windows(2) {
-            let [a, b] = [pair[0].polygon.vertices(), pair[1].polygon.vertices()];
-            assert_eq!([a[2], a[3]], [b[1], b[0]], "{}", brush.name);
-            let width_m = a[2].distance(a[3]);
-            assert!((width_m - WIDTH_M).abs() < 0.01, "{}: {width_m}", brush.name);
-        }
-        if let Family::Welded { uv: brush::Uv::Stretched, .. } = brush.family {
-            let u = [0, 58].map(|i| [stroke.pieces[i].surface.uv(0).x, stroke.pieces[i].surface.uv(2).x]);
-            assert!(u[0][0].abs() < 1.0e-3 && (u[1][1] - 1.0).abs() < 1.0e-3, "{}: {u:?}", brush.name);
-        }
-    }
-}
-
-#[test]
-fn a_double_taper_is_widest_in_the_middle_and_pointed_at_both_ends() {
-    let stroke = drawn(named("DoubleTaperedMarker"), &line(41, 0.03));
-    // The ends are triangles.
-    assert_eq!(stroke.pieces.len(), 40);
-    assert_eq!([0, 39].map(|i| stroke.pieces[i].polygon.vertices().len()), [3, 3]);
-    for (i, piece) in stroke.pieces.iter().enumerate().take(39).skip(1) {
-        let vertices = piece.polygon.vertices();
-        let (start, end) = (vertices[0].distance(vertices[1]), vertices[2].distance(vertices[3]));
-        let part = [i, i + 1].map(|k| (k as f32 / 40.0 * std::f32::consts::PI).sin());
-        // The pressure rises over the first decimetres, because brushes of the old kind begin at pressure 0.
-        let expected = part.map(|part| WIDTH_M * part);
-        assert!(start <= expected[0] + 1.0e-5 && end <= expected[1] + 1.0e-5, "{i}: {start} m, {end} m");
-        if i > 15 {
-            assert!((start - expected[0]).abs() < 1.0e-3, "{i}: {start} m instead of {}", expected[0]);
-        }
-    }
-}
-
-#[test]
-fn a_bolt_is_three_lines_that_meet_at_both_ends() {
-    let mut stroke = begun(named("Electricity"), 0.005, 1.0);
-    line(200, 0.005).into_iter().for_each(|sample| stroke.push(sample));
-    stroke.finish();
-    assert!(stroke.pieces.len() >= 3 * 199 - 6, "{}", stroke.pieces.len());
-    let far: Vec<f32> = stroke
-        .pieces
-        .iter()
-        .flat_map(|piece| piece.polygon.vertices().iter())
-        .map(|corner| Vec3::new(0.0, corner.y, corner.z).length())
-        .collect();
-    let most = far.iter().copied().fold(0.0, f32::max);
-    // Triangles: each begins or ends with the point of the ribbon.
-    let ends = [
-        far[..3].iter().copied().fold(1.0, f32::min),
-        far[far.len() - 3..].iter().copied().fold(1.0, f32::min),
-    ];
-    assert!(ends.iter().all(|end| *end < 1.0e-6), "{ends:?}");
-    assert!(most > 0.005 && most < 0.1, "{most} m off the line");
-}
-
-#[test]
 fn thick_ribbons_and_bars_are_closed() {
     for (brush, pieces) in [("ThickGeometry", 4 * 18 + 2 * 8), ("SquarePaper", 4 * 20 + 2)] {
         let stroke = drawn(named(brush), &line(21, 0.03));
@@ -370,16 +247,6 @@ fn thick_ribbons_and_bars_are_closed() {
                 assert!(turned > 0.8, "{brush}: {turned}");
             }
         }
-    }
-}
-
-#[test]
-fn slices_lie_across_the_stroke() {
-    let stroke = drawn(named("Slice"), &line(21, 0.03));
-    assert_eq!(stroke.pieces.len(), 21);
-    for (i, piece) in stroke.pieces.iter().enumerate() {
-        assert!((piece.polygon.area_m2() - WIDTH_M * WIDTH_M).abs() < 1.0e-6);
-        assert!(piece.polygon.vertices().iter().all(|corner| (corner.x - 0.03 * i as f32).abs() < 1.0e-6));
     }
 }
 

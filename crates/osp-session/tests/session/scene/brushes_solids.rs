@@ -64,118 +64,12 @@ fn particles_stand_at_even_distances_whatever_the_samples() {
 }
 
 #[test]
-fn a_stroke_of_one_particle_is_pressed_hard() {
-    let area_m2 = |samples: &[Sample]| {
-        let (pieces, _) = draw(settings("Dots", 1.0), samples);
-        pieces.iter().map(|piece| piece.polygon.area_m2()).collect::<Vec<f32>>()
-    };
-    let soft = |x: f32| pressed(x, 0.0, 0.0, 0.5);
-    // The size of dots is proportional to the pressure.
-    for lone in [vec![soft(0.0)], vec![soft(0.0), soft(0.01)], vec![soft(0.0), soft(0.01), soft(0.02)]] {
-        let areas = area_m2(&lone);
-        assert!(areas.len() == 1 && (areas[0] - 0.64).abs() < 1.0e-4, "{areas:?}");
-    }
-    assert!(area_m2(&[soft(0.0), soft(0.01), soft(0.03)]).iter().all(|area| (area - 0.25).abs() < 1.0e-4));
-}
-
-#[test]
-fn the_first_particles_have_the_pressure_at_which_the_pointer_had_travelled_an_interval() {
-    // Dots: an interval of 0.025 m. The second knot is at 0.03 m, so samples before it do not count.
-    let samples =
-        [0.0, 0.01, 0.02, 0.03, 0.06].map(|x| pressed(x, 0.0, 0.0, if x < 0.03 { 0.1 } else { 0.5 }));
-    let (pieces, _) = draw(settings("Dots", 1.0), &samples);
-    let areas: Vec<f32> = pieces.iter().map(|piece| piece.polygon.area_m2()).collect();
-    assert!(areas.len() == 3 && areas.iter().all(|area| (area - 0.25).abs() < 1.0e-4), "{areas:?}");
-}
-
-#[test]
-fn particles_spread_by_their_size_and_show_one_of_four_cells() {
-    // Smoke: an interval of 0.05 m, a spread of 0.1 of the size, four cells, any rotation.
-    let settings = settings("Smoke", 0.2);
-    let samples: Vec<Sample> = (0..=100).map(|i| at(0.05001 * i as f32, 0.0, 0.0)).collect();
-    let (pieces, _) = draw(settings, &samples);
-    assert_eq!(pieces.len(), 101);
-    let mut cells = std::collections::BTreeSet::new();
-    for (i, piece) in pieces.iter().enumerate() {
-        let offset_m = middle(&piece.polygon).distance(Vec3::X * 0.05 * i as f32);
-        assert!((offset_m - 0.02).abs() < 1.0e-3, "{offset_m}");
-        let [first, opposite] = [0, 2].map(|corner| piece.surface.uv(corner));
-        assert!((opposite - first).distance(glam::Vec2::splat(0.5)) < 1.0e-3);
-        cells.insert(((first.x * 2.0).round() as i32, (first.y * 2.0).round() as i32));
-        assert!((piece.surface.roll_radians() - FRAC_PI_2).abs() <= std::f32::consts::PI);
-        assert_eq!(piece.surface.alpha(0), 1.0);
-    }
-    assert_eq!(cells.into_iter().collect::<Vec<_>>(), [(0, 0), (0, 1), (1, 0), (1, 1)]);
-}
-
-#[test]
-fn textures_of_particles_lie_on_their_side() {
-    let (pieces, _) = draw(settings("Bubbles", 0.1), &[at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0)]);
-    assert!(pieces.len() > 1 && pieces.iter().all(|piece| piece.surface.roll_radians() == FRAC_PI_2));
-}
-
-#[test]
 fn a_leap_makes_a_bounded_number_of_pieces() {
     for name in ["Snow", "Splatter"] {
         let (pieces, drops) =
             draw(settings(name, 0.1), &[at(0.0, 0.0, 0.0), at(1.0e7, 0.0, 0.0), at(1.0e7, 9.0, 0.0)]);
         assert!(pieces.len() as u64 <= 2 * MAX_SCATTERED + 1, "{name}: {}", pieces.len());
         assert!(drops.excess_pieces > 100_000_000, "{name}: {drops:?}");
-    }
-}
-
-#[test]
-fn a_spray_begins_at_each_kept_sample() {
-    // DotMarker: three squares per size, neither shifted nor rotated.
-    let settings = settings("DotMarker", 0.03);
-    // The second sample is nearer than an interval of 0.01 m, so it adds no polygon.
-    let samples = [at(0.0, 0.0, 0.0), at(0.009, 0.0, 0.0), at(0.025, 0.0, 0.0), at(0.025, 0.0155, 0.0)];
-    let (pieces, drops) = draw(settings, &samples);
-    let middles: Vec<Vec3> = pieces.iter().map(|piece| middle(&piece.polygon)).collect();
-    let expected = [Vec3::ZERO, Vec3::X * 0.01, Vec3::X * 0.025];
-    assert_eq!((middles.len(), drops), (expected.len(), Drops::default()));
-    for (middle, expected) in middles.iter().zip(expected) {
-        assert!(middle.distance(expected) < 1.0e-6, "{middles:?}");
-    }
-    for piece in &pieces {
-        assert!((piece.polygon.area_m2() - 0.03 * 0.03).abs() < 1.0e-7);
-        assert!(!piece.surface.is_facing() && !piece.surface.is_smooth());
-    }
-    // The texture coordinate u increases along the stroke.
-    let (start, ahead) = (pieces[0].polygon.vertices()[0], pieces[0].polygon.vertices()[1]);
-    assert!((ahead - start).normalize().distance(Vec3::X) < 1.0e-5);
-    assert!(pieces[0].surface.uv(1).x > 0.99 && pieces[0].surface.uv(1).y < 0.01);
-}
-
-#[test]
-fn a_spray_turns_moves_and_grows_its_squares_within_bounds() {
-    let brush = named("CoarseBristles");
-    let settings = settings("CoarseBristles", 0.1);
-    let samples: Vec<Sample> = (0..200).map(|i| at(0.0503 * i as f32, 0.0, 0.0)).collect();
-    let (pieces, _) = draw(settings, &samples);
-    assert!(pieces.len() > 150);
-    for piece in &pieces {
-        let [a, b, ..] = *piece.polygon.vertices() else { panic!("corners") };
-        let size_m = a.distance(b);
-        assert!((0.1 - 1.0e-4..0.1301).contains(&size_m), "{size_m}");
-        let turned_degrees = (b - a).angle_between(Vec3::X).to_degrees();
-        assert!(turned_degrees <= brush.rotation_variance_degrees + 0.1, "{turned_degrees}");
-        let aside_m = middle(&piece.polygon).y.hypot(middle(&piece.polygon).z);
-        assert!(aside_m <= size_m * brush.position_variance + 1.0e-4, "{aside_m}");
-    }
-}
-
-#[test]
-fn a_hyper_grid_lies_on_its_lattice() {
-    let settings = settings("HyperGrid", 0.1);
-    let samples: Vec<Sample> =
-        (0..60).map(|i| at(0.11 * i as f32, 0.03 * i as f32, -0.05 * i as f32)).collect();
-    let (pieces, _) = draw(settings, &samples);
-    assert!(pieces.len() > 20, "{}", pieces.len());
-    let pitch_m = 0.1 * std::f32::consts::SQRT_2;
-    for vertex in pieces.iter().flat_map(|piece| piece.polygon.vertices()) {
-        let cells = *vertex / pitch_m;
-        assert!(cells.distance(cells.round()) < 1.0e-3, "{vertex}");
     }
 }
 
@@ -256,36 +150,6 @@ fn a_hull_without_width_is_counted() {
     let (pieces, drops) =
         draw(settings("MatteHull", 0.0), &[at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(1.0, 1.0, 0.0)]);
     assert_eq!((pieces.len(), drops.degenerate), (0, 1));
-}
-
-#[test]
-fn a_windowed_hull_wraps_five_samples_at_a_time() {
-    let settings = settings("ConcaveHull", 0.2);
-    // The hand rolls as it moves: every two segments span a tetrahedron, every five a drum.
-    let samples: Vec<Sample> = (0..12)
-        .map(|i| Sample {
-            orientation: Quat::from_rotation_z(0.3 * i as f32),
-            ..at(0.0, 0.0, 0.1 * i as f32)
-        })
-        .collect();
-    let (pieces, drops) = draw(settings, &samples);
-    assert_eq!(drops, Drops::default());
-    // No polygon spans more than five samples.
-    for piece in &pieces {
-        let extent_m = piece.polygon.bounds().extent().z;
-        assert!(extent_m < 0.4 + 1.0e-5, "{extent_m}");
-    }
-    // The first sample has pressure 0, so a tenth of the width.
-    let (first, _) = draw(settings, &samples[..2]);
-    assert_eq!(first.len(), 4);
-    let lengths: Vec<f32> = [0.0, 0.1]
-        .map(|z| {
-            let ends =
-                first.iter().flat_map(|piece| piece.polygon.vertices()).filter(|p| (p.z - z).abs() < 1.0e-6);
-            2.0 * ends.map(|p| p.x.hypot(p.y)).fold(0.0, f32::max)
-        })
-        .to_vec();
-    assert!((lengths[0] - 0.02).abs() < 1.0e-6 && (lengths[1] - 0.2).abs() < 1.0e-6, "{lengths:?}");
 }
 
 /// Number of polygons at each edge, by the bits of the edge's ends.
@@ -372,49 +236,10 @@ fn a_tube_breaks_at_a_sharp_turn_into_two_closed_ones() {
     assert!(edges(&pieces).values().all(|&count| count == 2), "closed");
 }
 
-#[test]
-fn a_texture_runs_along_a_tube_by_its_circumference() {
-    let (pieces, _) = draw(
-        settings("TubeDiffuse", 0.1),
-        &(0..=10).map(|i| at(0.03 * i as f32, 0.0, 0.0)).collect::<Vec<_>>(),
-    );
-    let sides: Vec<&Piece> = pieces.iter().filter(|piece| piece.polygon.vertices().len() == 4).collect();
-    let tile_rate = named("TubeDiffuse").tile_rate;
-    for side in sides {
-        let vertices = side.polygon.vertices();
-        let step = side.surface.uv(3) - side.surface.uv(0);
-        let expected = tile_rate * vertices[0].distance(vertices[3]) / (std::f32::consts::PI * 0.1);
-        assert!((step.x - expected).abs() < 1.0e-3 && step.y == 0.0, "{step} instead of {expected}");
-        assert!((side.surface.uv(1).y - side.surface.uv(0).y - 0.125).abs() < 1.0e-3);
-    }
-}
-
 /// Largest distance from the x axis of the polygons between two positions on it.
 fn radius_m(pieces: &[Piece], from: f32, to: f32) -> f32 {
     let vertices = pieces.iter().flat_map(|piece| piece.polygon.vertices());
     vertices.filter(|p| (from..to).contains(&p.x)).map(|p| p.y.hypot(p.z)).fold(0.0, f32::max)
-}
-
-#[test]
-fn shaped_tubes_have_their_shapes() {
-    let samples: Vec<Sample> = (0..=40).map(|i| at(0.03 * i as f32, 0.0, 0.0)).collect();
-    let drawn = |name: &str| draw(settings(name, 0.1), &samples).0;
-    let lofted = drawn("Lofted");
-    assert!((radius_m(&lofted, 0.5, 0.6) - 0.05).abs() < 1.0e-5, "{}", radius_m(&lofted, 0.5, 0.6));
-    assert!(radius_m(&lofted, 0.0, 0.035) < 1.0e-5 && radius_m(&lofted, 1.195, 1.3) < 1.0e-5);
-    let spikes = drawn("Spikes");
-    assert!(
-        (radius_m(&spikes, 0.59, 0.61) - 0.55 * 0.05).abs() < 1.0e-4,
-        "{}",
-        radius_m(&spikes, 0.59, 0.61)
-    );
-    assert!(radius_m(&spikes, 1.195, 1.3) < 1.0e-6);
-    let is_hard = |piece: &Piece| (1..4).all(|i| piece.surface.normal(i) == piece.surface.normal(0));
-    assert!(spikes.iter().all(is_hard), "hard edges, and nothing bends it");
-    let petal = drawn("Petal");
-    assert!(radius_m(&petal, 1.19, 1.21) > 1.4 * 0.1, "opened: {}", radius_m(&petal, 1.19, 1.21));
-    let comet = drawn("Comet");
-    assert!(radius_m(&comet, 0.0, 0.1) > 0.045 && radius_m(&comet, 1.19, 1.2) < 0.01);
 }
 
 #[test]
