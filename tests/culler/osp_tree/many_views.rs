@@ -5,7 +5,6 @@ use osp::{
     math::Plane,
     view::{Projection, View},
 };
-use osp_rivals::IndexKind;
 use osp_session::rig::Rig;
 use proptest::prelude::{ProptestConfig, prop_oneof, proptest};
 

@@ -1,9 +1,6 @@
 //! A straight edge, a mirror, and a brush with the same width on the screen from any distance.
 
-use crate::{
-    drawing::{Table, across},
-    panel::Person,
-};
+use crate::drawing::{Table, across};
 use osp::{
     glam::{Vec2, Vec3},
     math::Aabb,

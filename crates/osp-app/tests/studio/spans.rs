@@ -3,10 +3,7 @@
 use osp_app::{Button, Command, Held, Span, ToolChoice};
 use osp_rivals::IndexKind;
 
-use crate::{
-    drawing::{Table, across},
-    panel::Person,
-};
+use crate::drawing::{Table, across};
 
 /// A table with ribbons above, in and below the middle; their numbers from the highest.
 fn three_ribbons() -> (Table, Vec<u32>) {

@@ -6,7 +6,7 @@ use crate::drawing::Table;
 use osp::glam::Vec3;
 use osp_app::{
     Button, Command, Room, Studio,
-    tracker::{Listening, Message, Tracker, TrackerAddress, TrackerKey, TrackerOptions},
+    tracker::{Listening, Message, Tracker, TrackerAddress, TrackerOptions},
 };
 use osp_session::{
     recording::{Event, Flush, Header, OpenOptions, RonWriter, StrokeId, open},

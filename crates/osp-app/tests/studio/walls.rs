@@ -13,10 +13,10 @@ use egui_kittest::{
 };
 use osp::glam::{Quat, Vec3};
 use osp_app::{
-    Command, Room,
+    Room,
     tracker::{Message, TrackerOptions, parse_line},
 };
-use osp_session::rig::{Eye, Rig, Stereo};
+use osp_session::rig::{Eye, Rig};
 
 use crate::{
     panel::{Person, Window, sketch},

@@ -12,7 +12,7 @@ mod rays;
 use std::{fs, path::Path, process::Output};
 
 use crate::OSP;
-use osp_testkit::{json, stderr, stdout};
+use osp_testkit::{json, stdout};
 use serde_json::Value;
 
 /// A session with walls that hide, named with characters that HTML and CSV must not take for their own.

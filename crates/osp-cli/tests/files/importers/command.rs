@@ -6,10 +6,7 @@ use std::process::Output;
 use osp_session::recording::{OpenOptions, open};
 use zip::CompressionMethod;
 
-use super::files::{
-    METADATA, layer_stroke, raw_points, read, read_sound, sketch, small_apa, small_sketch, small_tilt, write,
-    write_cassie,
-};
+use super::files::{read, read_sound, small_apa, small_tilt, write, write_cassie};
 use crate::OSP;
 use osp_testkit::{names, stderr, stdout};
 
@@ -42,15 +39,6 @@ fn every_session_comes_back_from_its_recording() {
         names(folder),
         ["a.ron", "a.tilt", "b.apa", "b.ron.zst", "c.ron", "d.ron.zst", "raw_data", "sketch_history"]
     );
-}
-
-/// What `osp info` says of a session, without the names of file and format.
-fn info(folder: &Path, file: &str) -> serde_json::Value {
-    let mut info = OSP.json_in(folder, ["info", "--json", file]);
-    for name in ["recording", "format"] {
-        info.as_object_mut().unwrap().remove(name).expect("it is named");
-    }
-    info
 }
 
 #[test]

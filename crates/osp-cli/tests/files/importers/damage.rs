@@ -1,7 +1,7 @@
 //! Files cut off at every byte, and files with flipped bits: an error or fewer events, never a panic, and nothing lost that
 //! was read before the damage.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::files::{
     METADATA, OBJ, POSES, gzip, read, small_apa, small_cassie, small_glb, small_sketch, small_tilt, write,

@@ -62,12 +62,6 @@ impl Cable {
         let before = ["ip", "netns", "exec", &self.space, OSP.0];
         Member::run(&before, folder, file, address, args)
     }
-
-    /// Runs a program at the far end; what it prints, if it succeeds.
-    pub(crate) fn at_far_end(&self, program: &[&str]) -> Option<String> {
-        let output = Command::new("ip").args(["netns", "exec", &self.space]).args(program).output().ok()?;
-        output.status.success().then(|| stdout(&output))
-    }
 }
 
 impl Drop for Cable {

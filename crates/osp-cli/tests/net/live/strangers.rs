@@ -10,7 +10,6 @@ use super::{
     server::Server,
 };
 use crate::OSP;
-use osp_testkit::stderr;
 
 #[test]
 fn garbage_strangers_and_duplicates_are_counted_and_change_nothing() {

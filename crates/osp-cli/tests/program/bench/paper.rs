@@ -1,10 +1,7 @@
 //! `osp bench --paper`: the experiments of the paper, as it is printed.
 
-use std::fs;
-
 use super::{NAME, Report, session};
 use crate::OSP;
-use osp_testkit::stderr;
 
 const ROOM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../recordings/room.ron");
 const GROWING: &str = "paper-growing/whole session";

@@ -76,19 +76,3 @@ fn wrong_use_is_one_clear_error() {
     }
     assert!(stdout(&OSP.run(["--help"])).lines().any(|line| line.trim_start().starts_with("race ")));
 }
-
-/// What a terminal is sent; `None` where no program opens one.
-#[cfg(target_os = "linux")]
-#[expect(clippy::print_stderr, reason = "a test that is left out says why")]
-fn on_a_terminal(args: &str) -> Option<String> {
-    let line = format!("stty rows 24 cols 80; '{}' {args}", OSP.0);
-    let mut script = std::process::Command::new("script");
-    script.args(["-q", "-e", "-c", &line, "/dev/null"]).env("TERM", "xterm").env_remove("COLUMNS");
-    match script.output() {
-        Ok(output) => Some(stdout(&output)),
-        Err(error) => {
-            eprintln!("skipped the terminal: script(1): {error}");
-            None
-        }
-    }
-}

@@ -3,7 +3,7 @@
 use std::process::Output;
 
 use crate::OSP;
-use osp_testkit::{json, stderr, stdout};
+use osp_testkit::json;
 use serde_json::Value;
 
 /// The methods that `osp verify --json` has rows of.

@@ -12,12 +12,6 @@ fn drawn(folder: &Path, options: &[&str]) -> String {
     fs::read_to_string(folder.join("out.svg")).expect("a picture")
 }
 
-/// The colours in which shapes with this mark are filled or drawn.
-fn colors(svg: &str, mark: &str, attribute: &str) -> BTreeSet<String> {
-    let of_shape = |line: &str| Some(line.split_once(attribute)?.1.split('"').nth(1)?.to_owned());
-    svg.lines().filter(|line| line.starts_with(mark)).filter_map(of_shape).collect()
-}
-
 #[test]
 fn planes_of_a_bsp_are_drawn_level_by_level() {
     let folder = tempfile::tempdir().expect("a folder");

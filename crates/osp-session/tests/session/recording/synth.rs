@@ -1,9 +1,7 @@
 //! Synthetic sessions: identical on every machine, of the requested size, and such as a person could have drawn.
 
-use std::collections::HashMap;
-
-use glam::{DVec3, Vec3};
-use osp_session::recording::{Event, Flush, RonWriter, StrokeId, SynthKind, Tool, synthesize};
+use glam::Vec3;
+use osp_session::recording::{Event, Flush, RonWriter, SynthKind, synthesize};
 use osp_session::scene::Scene;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -32,30 +30,6 @@ fn scene(events: &[Event]) -> Scene {
         changes.clear();
     }
     scene
-}
-
-struct Drawn {
-    tool: Tool,
-    width: f32,
-    /// Time and position.
-    points: Vec<(f64, Vec3)>,
-}
-
-/// The strokes in order of their beginnings.
-fn strokes(events: &[Event]) -> Vec<Drawn> {
-    let mut places = HashMap::new();
-    let mut strokes = Vec::new();
-    for event in events {
-        match event {
-            Event::Begin { stroke, tool, width, .. } => {
-                assert!(places.insert(*stroke, strokes.len()).is_none(), "a number is used once");
-                strokes.push(Drawn { tool: *tool, width: *width, points: Vec::new() });
-            }
-            Event::Point { t, stroke, p, .. } => strokes[places[stroke]].points.push((*t, *p)),
-            _ => {}
-        }
-    }
-    strokes
 }
 
 #[test]

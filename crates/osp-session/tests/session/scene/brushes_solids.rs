@@ -1,7 +1,5 @@
 //! Brushes without ribbons: particles, sprays, hulls and tubes.
 
-use std::f32::consts::FRAC_PI_2;
-
 use glam::{Quat, Vec3};
 use osp::polygon::{Change, ConvexPolygon, PolygonId};
 use osp_session::{
@@ -234,12 +232,6 @@ fn a_tube_breaks_at_a_sharp_turn_into_two_closed_ones() {
         .count();
     assert_eq!(caps, 4 * 8, "four cones");
     assert!(edges(&pieces).values().all(|&count| count == 2), "closed");
-}
-
-/// Largest distance from the x axis of the polygons between two positions on it.
-fn radius_m(pieces: &[Piece], from: f32, to: f32) -> f32 {
-    let vertices = pieces.iter().flat_map(|piece| piece.polygon.vertices());
-    vertices.filter(|p| (from..to).contains(&p.x)).map(|p| p.y.hypot(p.z)).fold(0.0, f32::max)
 }
 
 #[test]

@@ -9,40 +9,14 @@ use osp_testkit::events::By;
 
 use super::authors::{group_id, id, join, stroke};
 
-/// The author of the group that is above all others.
-const ROOT: Author = Author(1);
 const A: Author = Author(2);
 const B: Author = Author(3);
-
-/// Hierarchies of other authors under the root; each is moved to another parent and back.
-fn hierarchies(count: u32) -> Vec<Event> {
-    let root = Some(group_id(ROOT, 0));
-    let mut events = Vec::new();
-    for hierarchy in 0..count {
-        let author = Author(10 + hierarchy % 50);
-        if hierarchy < 50 {
-            events.push(join(author));
-        }
-        let group = |n: u32| group_id(author, 3 * (hierarchy / 50) + n);
-        events.extend(stroke(author, hierarchy / 50));
-        events.push(By(author).grouped(group(0), [], root));
-        events.push(By(author).grouped(group(1), [], Some(group(0))));
-        events.push(By(author).grouped(group(2), [id(author, hierarchy / 50)], Some(group(1))));
-        events.push(By(author).grouped(group(1), [], None));
-        events.push(By(author).grouped(group(1), [], Some(group(0))));
-    }
-    events
-}
 
 /// The cost of an event.
 fn cost(scene: &mut Scene, event: Event) -> u64 {
     let before = scene.work().total();
     scene.apply(&event, &mut Vec::new());
     scene.work().total() - before
-}
-
-fn parent(scene: &Scene, group: GroupId) -> Option<GroupId> {
-    scene.parent_of(group)
 }
 
 /// The same for moves, placements, names and layers, and for edits that undo no longer reaches.

@@ -4,9 +4,7 @@ use glam::{Quat, Vec3};
 use osp::{math::TOLERANCE_M, polygon::ConvexPolygon};
 use osp_session::{
     recording::{NormalRule, Tool},
-    stroke::{
-        Drops, Pieces, RibbonBuilder, Sample, StrokeBuilder, StrokeSettings, TUBE_SIDES, split_into_convex,
-    },
+    stroke::{Drops, Pieces, Sample, StrokeBuilder, StrokeSettings, TUBE_SIDES, split_into_convex},
 };
 use rand_pcg::{Pcg64, rand_core::Rng};
 
@@ -29,11 +27,6 @@ fn draw(brush: StrokeSettings, samples: &[Sample]) -> (Vec<ConvexPolygon>, Drops
 
 fn area_m2(polygons: &[ConvexPolygon]) -> f32 {
     polygons.iter().map(ConvexPolygon::area_m2).sum()
-}
-
-/// Rotates the x axis to this direction, about the axis perpendicular to both.
-fn x_towards(direction: Vec3) -> Quat {
-    Quat::from_rotation_arc(Vec3::X, direction.normalize())
 }
 
 #[test]
