@@ -8,7 +8,6 @@ use super::{
     server::Server,
 };
 use crate::OSP;
-use osp_testkit::stdout;
 
 /// A namespace with a cable to it: addresses of this side and of the other.
 pub(crate) struct Cable {

@@ -1,6 +1,6 @@
 //! `osp draw-index`: what its pictures show. SVG is text, so a test can read it.
 
-use std::{collections::BTreeSet, fs, path::Path};
+use std::{fs, path::Path};
 
 use crate::OSP;
 

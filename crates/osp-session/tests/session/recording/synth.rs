@@ -1,6 +1,5 @@
 //! Synthetic sessions: identical on every machine, of the requested size, and such as a person could have drawn.
 
-use glam::Vec3;
 use osp_session::recording::{Event, Flush, RonWriter, SynthKind, synthesize};
 use osp_session::scene::Scene;
 use xxhash_rust::xxh3::xxh3_64;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::{Quat, Vec3};
 use osp::polygon::{Change, ConvexPolygon, PolygonId};
 use osp_session::{
-    brush::{self},
+    brush,
     recording::{Event, Paint},
     scene::Scene,
 };
