@@ -42,6 +42,7 @@ type Read = Result<Event, RecordingError>;
 
 impl ReadSession {
     /// Reads a file and prints the warnings.
+    #[cfg(any(feature = "bench", feature = "render"))]
     pub(super) fn at(file: &Path, reading: &ReadArgs, pace: Pace, keep: Keep) -> anyhow::Result<Self> {
         let mut session = OpenSession::open(file, reading)?.counted();
         let (read_session, read) = Self::of(session.header.clone(), &mut session, pace, keep, |_, _| {});
@@ -77,6 +78,7 @@ impl ReadSession {
     }
 
     /// Returns the kept events.
+    #[cfg(feature = "bench")]
     pub(super) fn events(&self) -> impl Iterator<Item = Read> {
         self.events.iter().flatten().cloned().map(Ok)
     }
