@@ -53,17 +53,7 @@ impl Outputs {
 
     /// Checks an output before the work begins. Its name must have one of the endings, if there are any.
     pub(super) fn add(&mut self, path: &Path, endings: &'static [&'static str]) -> anyhow::Result<Output> {
-        let output = Output { path: path.to_owned(), endings, force: self.force };
-        self.outputs.push(output.checked(&self.inputs, &self.outputs)?);
-        Ok(output)
-    }
-
-    /// Checks the paths of pictures in an existing folder. Their names differ.
-    #[cfg(feature = "render")]
-    pub(super) fn add_pictures(&self, mut paths: impl Iterator<Item = PathBuf>) -> anyhow::Result<()> {
-        paths.try_for_each(|path| {
-            Output { path, endings: &[], force: self.force }.checked(&self.inputs, &[]).map(drop)
-        })
+        self.check(path, endings, self.force)
     }
 
     /// Checks a file that the command reads and to which it adds.
@@ -72,9 +62,7 @@ impl Outputs {
         path: &Path,
         endings: &'static [&'static str],
     ) -> anyhow::Result<Output> {
-        let output = Output { path: path.to_owned(), endings, force: true };
-        self.outputs.push(output.checked(&self.inputs, &self.outputs)?);
-        Ok(output)
+        self.check(path, endings, true)
     }
 
     /// Checks an output, if the option for it was given.
@@ -84,6 +72,28 @@ impl Outputs {
         endings: &'static [&'static str],
     ) -> anyhow::Result<Option<Output>> {
         path.map(|path| self.add(path, endings)).transpose()
+    }
+
+    fn check(
+        &mut self,
+        path: &Path,
+        endings: &'static [&'static str],
+        force: bool,
+    ) -> anyhow::Result<Output> {
+        let destination = check_new_output(path, endings, force, &self.inputs, &self.outputs);
+        if destination.map_err(in_words)? == Destination::StandardOutput {
+            output::keep_standard_output_for_a_file();
+        }
+        self.outputs.push(path.to_owned());
+        Ok(Output { path: path.to_owned(), endings, force })
+    }
+
+    /// Checks the paths of pictures in an existing folder. Their names differ.
+    #[cfg(feature = "render")]
+    pub(super) fn add_pictures(&self, mut paths: impl Iterator<Item = PathBuf>) -> anyhow::Result<()> {
+        paths.try_for_each(|path| {
+            check_new_output(&path, &[], self.force, &self.inputs, &[]).map(drop).map_err(in_words)
+        })
     }
 }
 
@@ -112,15 +122,6 @@ pub(super) fn ending(path: &Path) -> String {
 impl Output {
     pub(super) fn path(&self) -> &Path {
         &self.path
-    }
-
-    /// Checks the output before the work begins. Returns its path.
-    fn checked(&self, inputs: &[PathBuf], outputs: &[PathBuf]) -> anyhow::Result<PathBuf> {
-        let destination = check_new_output(&self.path, self.endings, self.force, inputs, outputs);
-        if destination.map_err(in_words)? == Destination::StandardOutput {
-            output::keep_standard_output_for_a_file();
-        }
-        Ok(self.path.clone())
     }
 
     /// Returns an error if the output would replace a file that must not be lost. Such a file may have appeared since

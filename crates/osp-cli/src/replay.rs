@@ -66,48 +66,11 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
     let mut charts = outputs.charts.iter();
     for file in &args.files {
         let report = replay_file(args, file, rig.clone(), csv.as_mut())?;
-        if args.json {
-            print_result(&report.to_json())?;
-        } else {
-            print_result(&text(args, &report))?;
-        }
         #[cfg(feature = "bench")]
         charts.next().map_or(Ok(()), |chart| draw_chart(chart, &report))?;
-        if let Some((first, second, frame)) = report.first_disagreement() {
-            warn(&format!(
-                "{}: {first} and {second} found different polygons in frame {frame}",
-                file.display()
-            ));
-            outcome = Outcome::CheckFailed;
-        }
-        for run in &report.runs {
-            let Some(occlusion) = &run.occlusion else { continue };
-            let is_sound = Method::from_name(occlusion.method)
-                .is_some_and(|choice| choice.soundness() == Soundness::Conservative);
-            let false_culls = occlusion.false_culls.unwrap_or(0);
-            if is_sound && false_culls > 0 {
-                warn(&format!("{}: {} culled {false_culls} visible polygons", file.display(), run.name()));
-                outcome = Outcome::CheckFailed;
-            }
-        }
-        let pin_in = |pins: &Path| {
-            let name = pinned_name(file, pins);
-            report.runs.iter().find_map(|run| Pin::of(&name, &report.pace, &report.camera, run))
-        };
-        let mut complaint = None;
-        if let (Some(pins), Some(path)) = (&pins, &args.check) {
-            complaint = compare(pins, pin_in(path).as_ref());
-            if complaint.is_none() && !args.json {
-                print_result(&format!("as pinned in {}", path.display()))?;
-            }
-        }
-        if let Some(path) = &args.pin {
-            match pin_in(path) {
-                Some(pin) => new_pins.set(pin),
-                None => complaint = Some(INCOMPLETE.to_owned()),
-            }
-        }
-        if let Some(complaint) = complaint {
+        let (text, complaints) = verdict(args, file, &report, pins.as_ref(), &mut new_pins);
+        print_result(&text)?;
+        for complaint in complaints {
             warn(&format!("{}: {complaint}", file.display()));
             outcome = Outcome::CheckFailed;
         }
@@ -121,6 +84,50 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         new_pins.write(output.path())?;
     }
     Ok(outcome)
+}
+
+/// Returns what the command prints about a session, and the checks that failed. Adds the session's fingerprint to
+/// `new_pins`.
+fn verdict(
+    args: &ReplayArgs,
+    file: &Path,
+    report: &ReplayReport,
+    pins: Option<&Pins>,
+    new_pins: &mut Pins,
+) -> (String, Vec<String>) {
+    let mut text = if args.json { report.to_json() } else { text(args, report) };
+    let mut complaints = Vec::new();
+    if let Some((first, second, frame)) = report.first_disagreement() {
+        complaints.push(format!("{first} and {second} found different polygons in frame {frame}"));
+    }
+    for run in &report.runs {
+        let Some(occlusion) = &run.occlusion else { continue };
+        let is_sound = Method::from_name(occlusion.method)
+            .is_some_and(|choice| choice.soundness() == Soundness::Conservative);
+        let false_culls = occlusion.false_culls.unwrap_or(0);
+        if is_sound && false_culls > 0 {
+            complaints.push(format!("{} culled {false_culls} visible polygons", run.name()));
+        }
+    }
+    let pin_in = |pins: &Path| {
+        let name = pinned_name(file, pins);
+        report.runs.iter().find_map(|run| Pin::of(&name, &report.pace, &report.camera, run))
+    };
+    let mut pinned = None;
+    if let (Some(pins), Some(path)) = (pins, &args.check) {
+        pinned = compare(pins, pin_in(path).as_ref());
+        if pinned.is_none() && !args.json {
+            text += &format!("\nas pinned in {}", path.display());
+        }
+    }
+    if let Some(path) = &args.pin {
+        match pin_in(path) {
+            Some(pin) => new_pins.set(pin),
+            None => pinned = Some(INCOMPLETE.to_owned()),
+        }
+    }
+    complaints.extend(pinned);
+    (text, complaints)
 }
 
 /// The files that a replay writes.

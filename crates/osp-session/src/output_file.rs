@@ -1,16 +1,17 @@
 //! The rule for outputs: a file that exists is replaced only if somebody asks for it, and an input is never an output.
 
 use std::{
+    collections::BTreeSet,
     io,
     path::{Path, PathBuf},
+    sync::{Mutex, PoisonError},
 };
 
 use thiserror::Error;
 
 use crate::{
     atomic_file::{AtomicFile, Destination},
-    platform::fs::{self, has_ending},
-    recording::import::files_beside,
+    platform::fs::{self, File, Identity, Metadata, has_ending},
 };
 
 /// The reason why an output cannot be written.
@@ -37,6 +38,20 @@ pub enum OutputError {
     Io { path: PathBuf, cause: io::Error },
 }
 
+/// The files of the sessions that this program has opened. A session may have several: a glTF and its buffers.
+static READ: Mutex<BTreeSet<Identity>> = Mutex::new(BTreeSet::new());
+
+/// Notes that a file was opened to be read, so that no output replaces it.
+pub(crate) fn note_read(file: &File) {
+    if let Ok(data) = file.metadata() {
+        READ.lock().unwrap_or_else(PoisonError::into_inner).insert(Identity::of(&data));
+    }
+}
+
+fn was_read(data: &Metadata) -> bool {
+    READ.lock().unwrap_or_else(PoisonError::into_inner).contains(&Identity::of(data))
+}
+
 /// Checks a further output before the work begins: it is no input and no other output, it may be written, and its folder is
 /// writable. Returns its destination.
 ///
@@ -53,13 +68,10 @@ pub fn check_new_output(
     // Standard output may lead to a file that is an input.
     let place = if path == Path::new("-") && cfg!(unix) { Path::new("/dev/stdout") } else { path };
     for input in inputs {
-        // Another file of the same session can be the output only if it exists.
-        let is_beside =
-            || fs::is_there(place) && files_beside(input).iter().any(|file| is_same_file(place, file));
-        if is_same_file(place, input) || is_beside() {
+        if is_same_file(place, input) {
             return Err(OutputError::Input { path: owned() });
         }
-        if fs::is_folder(input) && lies_in(place, input) {
+        if input.is_dir() && lies_in(place, input) {
             return Err(OutputError::InInput { path: owned(), folder: input.clone() });
         }
     }
@@ -102,6 +114,7 @@ pub fn check_output(path: &Path, endings: &'static [&'static str], force: bool) 
         return Err(OutputError::Ending { path: path.to_owned(), endings });
     }
     match fs::metadata(&target) {
+        Ok(data) if was_read(&data) => Err(OutputError::Input { path: path.to_owned() }),
         Ok(data) if data.is_dir() => {
             Err(io(io::Error::new(io::ErrorKind::IsADirectory, "expected a file; found a folder")))
         }

@@ -38,7 +38,7 @@ pub mod fs {
     }
 
     /// Identity of a file, to detect whether another file has taken its name.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     pub struct Identity {
         #[cfg(unix)]
         device_and_inode: (u64, u64),

@@ -7,6 +7,7 @@ use std::{
 };
 
 use crate::{
+    output_file::note_read,
     platform::fs::{self, File, without_dots},
     small_file::open_regular,
 };
@@ -77,7 +78,11 @@ impl<'a> Input<'a> {
     /// Opens the file, which must be a regular file.
     pub(in crate::recording) fn open(self) -> io::Result<InputFile> {
         match self.files {
-            Files::Disk => open_regular(self.path).map(InputFile::Disk),
+            Files::Disk => {
+                let file = open_regular(self.path)?;
+                note_read(&file);
+                Ok(InputFile::Disk(file))
+            }
             Files::Memory(files) => match files.get(self.path) {
                 Some(bytes) => Ok(InputFile::Memory(Cursor::new(Arc::clone(bytes)))),
                 None => Err(io::Error::new(io::ErrorKind::NotFound, "there is no such file in memory")),

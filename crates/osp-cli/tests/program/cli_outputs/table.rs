@@ -136,19 +136,19 @@ fn a_file_that_exists_needs_force_and_an_input_is_never_an_output() {
 fn other_files_of_a_session_are_inputs_too() {
     let folder = temp();
     let at = |name: &str| folder.path().join(name);
-    for name in ["a.tilt", "raw_data", "sketch_history"] {
-        fs::create_dir(at(name)).expect("made");
-    }
-    for name in ["a.tilt/data.sketch", "raw_data/a.json", "sketch_history/a.json", "b.bin"] {
-        fs::write(at(name), "[]").expect("written");
-    }
-    let buffers = r#"{"asset":{"version":"2.0"},"buffers":[{"uri":"b.bin","byteLength":2}]}"#;
-    fs::write(at("m.gltf"), buffers).expect("written");
+    fs::create_dir(at("a.tilt")).expect("made");
+    fs::write(at("a.tilt/data.sketch"), "").expect("written");
+    let corners: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    fs::write(at("b.bin"), corners.map(f32::to_le_bytes).concat()).expect("written");
+    let triangle = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"bufferViews":[{"buffer":0,"byteLength":36}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+        "buffers":[{"uri":"b.bin","byteLength":36}]}"#;
+    fs::write(at("m.gltf"), triangle).expect("written");
     write_session(folder.path(), "in.ron");
     OSP.done_in(folder.path(), ["replay", "in.ron", "--pin", "p.pins"]);
     for (command, out) in [
         ("replay a.tilt --csv @", "a.tilt/data.sketch"),
-        ("replay sketch_history/a.json --csv @", "raw_data/a.json"),
         ("replay m.gltf --csv @", "b.bin"),
         ("replay in.ron --check p.pins --csv @", "p.pins"),
     ] {

@@ -153,7 +153,6 @@ fn what_cannot_be_meant_is_one_clear_error() {
         (&["study", "in", "--out", "r.parquet"], "expected a name that ends in .ndjson"),
         (&["study", "in", "--out", "no/r.ndjson"], "there is no such folder"),
         (&["study", "in", "--out", "r.ndjson", "--occlusion", "hzb"], "expected methods that run on the CPU"),
-        (&["study", "in", "--out", "r.ndjson", "--node-test", "sphere"], "needs --occlusion"),
     ] {
         let said = OSP.refused_in(folder.path(), args);
         assert!(said.contains(says), "{args:?}: {said}");
